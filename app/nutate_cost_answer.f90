@@ -72,7 +72,7 @@ contains
          call table%put('-')
          call table%put('-')
          call table%put('')
-         call table%put('reached by no run here')
+         call table%put('not reached by any run')
       else if (auto > 0) then
          if (points(auto)%method > 0) return
          call table%add_row()
@@ -80,7 +80,7 @@ contains
          call table%put('-')
          call table%put('-')
          call table%put(' auto')
-         call table%put(method_text(auto)//', which does not reach it here')
+         call table%put(method_text(auto)//', which does not reach it')
       end if
    end subroutine add_ranking
 

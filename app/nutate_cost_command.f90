@@ -219,14 +219,14 @@ contains
       do i = 1, scene%events%count()
          if (scene%events%slots(i)%item%action == 0) cycle
          call say_error('nutate: '//printable_path(scene%file)// &
-            ': a study of costs looks for no events, and the scene has '// &
+            ': a cost study does not support events, and the scene has '// &
                         'effects that events switch (expected no switch)')
          exit_code = EXIT_INPUT
          return
       end do
       if (.not. needs_control(scene%system%effects)) return
       call say_error('nutate: '//printable_path(scene%file)// &
-                     ': a study of costs watches over neither limits nor samples (expected no speed_limit '// &
+                     ': a cost study supports neither limits nor samples (expected no speed_limit '// &
                      'in &wheel, no sample and no limits in &controller)')
       exit_code = EXIT_INPUT
    end subroutine refuse_switches

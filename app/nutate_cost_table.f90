@@ -36,9 +36,9 @@ contains
             call page%item('reference', 'none: '//method_label(reference%pair(1))//' and '// &
                            method_label(reference%pair(2)))
             if (reference%uncertainty < huge(1.0_wp)) then
-               known = 'agree no better than'//known//' at t = '//rounded_text(end_time)//' s'
+               known = 'agree only to'//known//' at t = '//rounded_text(end_time)//' s'
             else
-               known = 'do not get to t = '//rounded_text(end_time)//' s in their time'
+               known = 'do not reach t = '//rounded_text(end_time)//' s within the time budget'
             end if
             call page%item('', known//'; attitude errors are not shown')
          end select
@@ -101,13 +101,13 @@ contains
       case (LAST_LEVEL)
          text = ', as far as the ladder goes'
       case (REFUSED)
-         text = ': not on this scene ('//trim(study%refusal(method)%message)//')'
+         text = ': not applicable to this scene ('//trim(study%refusal(method)%message)//')'
       case default
          text = ', until the study was stopped'
       end select
       if (runs > 0 .or. study%ending(method) == REFUSED) return
-      text = ': no run ended in time'
-      if (.not. study%refusal(method)%ok()) text = ': no run ended ('//trim(study%refusal(method)%message)//')'
+      text = ': no run finished in time'
+      if (.not. study%refusal(method)%ok()) text = ': no run finished ('//trim(study%refusal(method)%message)//')'
    end function ending_text
 
    !> The runs of one method; of those that say nothing only the last.

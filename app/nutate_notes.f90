@@ -47,7 +47,7 @@ contains
       turn = abs(scene%plan%time_step)*norm2(omega)
       if (turn >= too_long) then
          call add_note(notes, 'the first step turns the body by '//rounded_text(turn, 3)// &
-                  ' rad: hardly any step of 4 rad and more follows the motion, others will be subdivided')
+                  ' rad: most steps of 4 rad or more are too long to follow the motion and will be subdivided')
       else if (turn >= long) then
          call add_note(notes, 'the first step turns the body by '//rounded_text(turn, 3)// &
                   ' rad: the invariants are conserved, but the phase is not accurate')

@@ -181,7 +181,7 @@ contains
       if (goes_to_file(name)) same = same_file(other%name, name)
       if (.not. same) return
       if (other%kind == 0) then
-         problem = printable_path(name)//' is '//other%words//' and will not be written over'
+         problem = printable_path(name)//' is '//other%words//' and would be overwritten'
       else
          problem = printable_path(name)//' is where the '//trim(kinds(other%kind)%content)
       end if

@@ -107,7 +107,7 @@ contains
       chosen = .false.
       if (columns == '') then
          chosen = known_columns(names)
-         if (.not. any(chosen)) problem = ': none of its columns is one of nutate (expected --columns NAME,...)'
+         if (.not. any(chosen)) problem = ': none of its columns is a column of nutate (expected --columns NAME,...)'
       else
          associate (words => split_list(columns))
             do i = 1, size(words)

@@ -154,7 +154,7 @@ contains
       bits = storage_size(1.0_wp)
       call archive%transfer(bits)
       if (bits /= storage_size(1.0_wp)) then
-         problem = 'was written by a nutate of other precision'
+         problem = 'was written by nutate with another precision'
          return
       end if
       n = size(groups)

@@ -159,7 +159,7 @@ contains
             if (files%problem == '' .and. .not. goes_to_file(scene%output%file)) then
                files%problem = '--checkpoint needs rows in a file (expected --output FILE)'
             else if (files%problem == '' .and. file_exists(file) .and. .not. is_resumed(command)) then
-               files%problem = printable_path(file)//' exists: go on with --resume, or remove it'
+               files%problem = printable_path(file)//' exists (expected --resume, or another --checkpoint)'
             end if
             call files%add(file, CHECKPOINT)
          end associate

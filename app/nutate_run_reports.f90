@@ -93,11 +93,11 @@ contains
          text = '; kept '//plural(watcher%history%rows, 'row')//' up to t = '// &
                 rounded_text(watcher%last_row, 9)//' s in '
       else
-         text = '; kept whole rows in '
+         text = '; complete rows are in '
       end if
       text = text//printable_path(watcher%history%file%kept_in())
       if (watcher%checkpoint%written) &
-         text = text//' (to go on: --resume '//printable_path(watcher%checkpoint%file)//')'
+         text = text//' (to continue: --resume '//printable_path(watcher%checkpoint%file)//')'
    end function kept_rows
 
 end module nutate_run_reports

@@ -205,8 +205,8 @@ contains
       type(status_t) :: status
       if (.not. listing_fits(scene, first, last, name)) then
          exit_code = EXIT_INPUT
-         call say_error('nutate: '//printable_path(name)//' is finished and belongs to another sweep, or '// &
-                        printable_path(listing_name(name))//' is gone (expected another --output, or no --resume)')
+         call say_error('nutate: '//printable_path(name)//' is complete and belongs to another sweep, or '// &
+                        printable_path(listing_name(name))//' is missing (expected another --output, or no --resume)')
          return
       end if
       if (.not. command%quiet) call say_error(printable_path(name)//' is complete')
@@ -231,7 +231,7 @@ contains
          call say_error('nutate: '//printable_path(scene%file)//': stopped by '//signal_name()//'; '// &
                         count_text(sweep%members_done)//' of '//count_text(sweep%last - sweep%first + 1)// &
                         ' members are in '//printable_path(name)//'.partial ('//trim(crew%program)// &
-                        ' sweep --resume goes on)')
+                        ' sweep --resume continues)')
       else if (status%code == NUTATE_IO) then
          exit_code = EXIT_OUTPUT
          call say_error('nutate: cannot write '//printable_path(name)//': '//trim(status%message))
@@ -313,7 +313,7 @@ contains
       integer :: parts
       call merge_parts(scene, name, parts, status)
       if (status%ok()) then
-         if (.not. command%quiet) call say_error(printable_path(name)//': put together from '// &
+         if (.not. command%quiet) call say_error(printable_path(name)//': merged from '// &
                                                  count_text(int(parts, long))//' files')
          call make_layout(scene, layout, status)
          call finish_output(command, scene, layout, 1_long, scene%ensemble%members, name, exit_code)

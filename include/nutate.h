@@ -27,9 +27,9 @@
  * Conventions
  *    ==>  the library reads this argument        <==  it writes it        <=>  both
  *    Handles are listed only where there is more to say; const tells whether the function modifies them.
- *    Every function returns NUTATE_OK (0) or another status; on failure nothing has changed, and what a function would
- *    have written is untouched unless it says otherwise. No argument may be NULL unless it says "or NULL"; a NULL is
- *    reported, never followed.
+ *    Every function returns NUTATE_OK (0) or another status; on failure nothing has changed, and outputs
+ *    are untouched unless stated otherwise. No argument may be NULL unless marked "or NULL"; a NULL is reported, never
+ *    dereferenced.
  *    SI units; angles in radians. Space axes are inertial, unless the system has a rotating frame or a circular orbit,
  *    whose axes they are then. Body axes are fixed in the body. Both start at the reference point of the body, which
  *    stays at rest. Quaternions are unit quaternions, scalar first, and take body components
@@ -78,7 +78,7 @@ enum nutate_status {
     NUTATE_BAD_BODY = 6,      /* the inertia is not that of a rigid body */
     NUTATE_BAD_SCENE = 7,     /* a scene says something that cannot be understood or simulated */
     NUTATE_IO = 8,            /* a file cannot be read or written */
-    NUTATE_STEP_LIMIT = 9,    /* the run needs more steps than were allowed */
+    NUTATE_STEP_LIMIT = 9,    /* the run needs more steps than allowed */
     NUTATE_BAD_HANDLE = 10,   /* not a handle of this kind: NULL, another kind, destroyed */
     NUTATE_CALLBACK = 11,     /* a callback reported a failure */
     NUTATE_TRUNCATED = 12,    /* a text did not fit into its buffer and was cut */
@@ -97,14 +97,14 @@ typedef struct nutate_history nutate_history;
 
 /* ---- General ---------------------------------------------------------------------------------------------------- */
 
-/* Version of the library, such as "0.1.0". */
+/* Returns the version of the library, such as "0.1.0". */
 int nutate_get_version(char *buffer, size_t size);
 
-/* Human-readable description of a status code.
- *   ==>  status   what a function returned; numbers that are no status have a text too */
+/* Returns a human-readable description of a status code.
+ *   ==>  status   what a function returned; unknown codes have a description too */
 int nutate_status_text(int status, char *buffer, size_t size);
 
-/* Why the last call with this handle (not const) failed; empty after a call that succeeded.
+/* Returns why the last call with this handle (not const) failed; empty after a success.
  *   ==>  handle   any handle */
 int nutate_last_message(const void *handle, char *buffer, size_t size);
 

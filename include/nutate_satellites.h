@@ -1,5 +1,5 @@
 /* nutate: satellites. Rotating frames, orbits, the Earth's field, forces, wheels and controllers, added to a system or
- * read from a stepper. Included by nutate.h, which says what the words and arrows mean; docs/reference/scenes/ has the
+ * read from a stepper. Included by nutate.h, which explains the words and arrows; docs/reference/scenes/ has the
  * formulas, under the groups named here.
  *
  *    nutate_system_add_wheel(system, axis, 0.05, 0.0, 0.0, INFINITY, INFINITY);
@@ -11,8 +11,8 @@
  *
  * Wheels count from 1, as in the columns wheel1, wheel2, ... A limit that does not exist is INFINITY.
  *
- * Controllers that sample, and limits of speed, are what runs watch over: nutate_stepper_run, ..._run_to and ..._run_history
- * take them, and calls in a row go on as one; single steps and nutate_stepper_state_at refuse them. */
+ * Only runs support sampled controllers and speed limits: nutate_stepper_run, ..._run_to and ..._run_history, where calls
+ * in a row continue one run. Single steps and nutate_stepper_state_at reject them. */
 #ifndef NUTATE_SATELLITES_H
 #define NUTATE_SATELLITES_H
 
@@ -24,102 +24,102 @@ extern "C" {
 
 /* ---- Systems ---------------------------------------------------------------------------------------------------- */
 
-/* The space axes turn against the stars: &rotating_frame. A system has one frame, or one orbit.
+/* Lets the space axes rotate in inertial space: &rotating_frame. A system has one frame, or one orbit.
  *   ==>  rate [3], rad/s, in these axes */
 int nutate_system_add_rotating_frame(nutate_system *system, const double rate[3]);
-/* They are east, north and up at a place on the Earth.   ==>  latitude, rad, north positive */
+/* Makes the space axes east, north and up at a place on the Earth.   ==>  latitude, rad, north positive */
 int nutate_system_add_latitude(nutate_system *system, double latitude);
 
-/* The body goes round on an orbit: &orbit.
+/* Puts the body on an orbit: &orbit.
  *   ==>  semi_major_axis  m              ==>  eccentricity  >= 0 and < 1
  *   ==>  angles    [4], inclination, right ascension of the node, argument of periapsis, mean anomaly at t = 0, rad; or NULL: 0
  *   ==>  mu        of the centre of attraction, m3/s2; 0: the Earth
- *   ==>  inertial  true: the space axes are inertial, as those of an eccentric orbit always are; else those of the orbit */
+ *   ==>  inertial  true: the space axes are inertial, as those of an eccentric orbit always are; false: the LVLH frame */
 int nutate_system_add_orbit(nutate_system *system, double semi_major_axis, double eccentricity, const double *angles,
                             double mu, int inertial);
-/* The gravity gradient of that orbit.   Status: NUTATE_BAD_ARGUMENT without one. */
+/* Adds the gravity gradient of that orbit.   Status: NUTATE_BAD_ARGUMENT without an orbit. */
 int nutate_system_add_orbital_gradient(nutate_system *system);
 
-/* A magnetic moment in the field of the Earth along that orbit: &earth_field.
+/* Adds a magnetic moment in the field of the Earth along that orbit: &earth_field.
  *   ==>  moment       [3], body axes, A m2; or NULL: 0, a field for the magnetorquers of a controller alone
  *   ==>  epoch_angle  of Greenwich at t = 0 from the equinox, rad
  *   ==>  coefficients [3], g11, h11, g10 of the dipole, T; or NULL: those of 2025
  * Status: NUTATE_BAD_ARGUMENT without an orbit. */
 int nutate_system_add_earth_field(nutate_system *system, const double *moment, double epoch_angle, const double *coefficients);
-/* A constant force at a point of the body: &force.
+/* Adds a constant force at a point of the body: &force.
  *   ==>  body_point  [3], body axes, m         ==>  force  [3], N, in its axes
  *   ==>  axes        "space" or "body"; with an orbit "lvlh" or "inertial"
  *   ==>  start, stop s; -INFINITY and INFINITY: always */
 int nutate_system_add_force(nutate_system *system, const double body_point[3], const double force[3], const char *axes,
                             double start, double stop);
 
-/* A wheel: &wheel, without a motor of its own. The body's inertia is that with its wheels locked.
+/* Adds a reaction wheel without a motor: &wheel. The body's inertia is that with its wheels locked.
  *   ==>  axis          [3], body axes, of any length but zero
  *   ==>  inertia       about the axis, kg m2      ==>  speed        at the start, relative to the body, rad/s
  *   ==>  friction      N m s, >= 0
  *   ==>  torque_limit  of what drives it, N m     ==>  speed_limit  rad/s; INFINITY: none
- * Status: NUTATE_BAD_BODY where wheels hold more inertia than the body with them. */
+ * Status: NUTATE_BAD_BODY if the inertia of the wheels is not below that of the body with them. */
 int nutate_system_add_wheel(nutate_system *system, const double axis[3], double inertia, double speed, double friction,
                             double torque_limit, double speed_limit);
 
-/* Number of wheels: the last one added has it.   ==>  system   <==  n */
+/* Returns the number of wheels, which is that of the last one added.   ==>  system   <==  n */
 int nutate_system_wheel_count(const nutate_system *system, size_t *n);
 
-/* A motor for a wheel that has none: torque cos(2 pi frequency t + phase), from start to stop.
+/* Adds a motor to a wheel that has none: torque cos(2 pi frequency t + phase), from start to stop.
  *   ==>  wheel        1, 2, ...
  *   ==>  torque, N m; frequency, Hz; phase, rad; start, stop, s, -INFINITY and INFINITY: always
- * Status: NUTATE_BAD_ARGUMENT also beside a controller by wheels, and for a torque above the limit. */
+ * Status: NUTATE_BAD_ARGUMENT also if a controller drives the wheels, or the torque exceeds the limit. */
 int nutate_system_add_motor(nutate_system *system, size_t wheel, double torque, double frequency, double phase,
                             double start, double stop);
-/* The same by a table.
+/* Adds a motor with a tabulated torque to a wheel that has none.
  *   ==>  n, t [n], s, increasing; torque [n], N m
  *   ==>  keys   keys of &wheel that go with a table, "interpolation = 'cubic', outside = 'periodic', start = 1"; or NULL */
 int nutate_system_add_motor_table(nutate_system *system, size_t wheel, size_t n, const double *t, const double *torque,
                                   const char *keys);
 
-/* A controller that points the body: &controller law = 'quaternion', behind all wheels that it acts by.
+/* Adds a controller that points the body: &controller law = 'quaternion', after all wheels that it acts by.
  *   ==>  by          "torque", "wheels" or "magnetorquers"
  *   ==>  target      [4], attitude, body to space; or NULL: 1
  *   ==>  attitude_gain, rate_gain   >= 0; with by_inertia times the inertia of the body, 1/s2 and 1/s, else as they are,
  *                                   N m and N m s; a nominal inertia, and gain matrices: nutate_system_add_groups
  *   ==>  field       [3], space axes, T, for magnetorquers; or NULL: with magnetorquers that of the Earth
- *   ==>  sample      s, from one sample to the next; 0: it acts at all times
+ *   ==>  sample      s, from one sample to the next; 0: continuous
  *   ==>  limit       of each component of the torque, N m, or of the moment of the magnetorquers, A m2; INFINITY: none */
 int nutate_system_add_pointing(nutate_system *system, const char *by, const double *target, double attitude_gain,
                                double rate_gain, int by_inertia, const double *field, double sample, double limit);
-/* One that stops its tumbling by magnetorquers: law = 'bdot'.
+/* Adds a controller that stops tumbling by magnetorquers: law = 'bdot'.
  *   ==>  gain, A m2 s/T; field [3], space axes, T, or NULL: that of the Earth; sample, limit: as above */
 int nutate_system_add_detumbling(nutate_system *system, double gain, const double field[3], double sample, double limit);
 
 /* ---- Steppers --------------------------------------------------------------------------------------------------- */
 
-/* Number of wheels.   ==>  stepper   <==  n */
+/* Returns the number of wheels.   ==>  stepper   <==  n */
 int nutate_stepper_wheel_count(const nutate_stepper *stepper, size_t *n);
-/* A wheel as it is now.
+/* Returns the present state of a wheel.
  *   ==>  wheel     1, 2, ...
  *   <==  speed     relative to the body, rad/s; or NULL      <==  momentum  absolute, about the axis, N m s; or NULL
  *   <==  work      [2], of motor and friction since the state was set, J; or NULL
  * Status: NUTATE_BAD_ARGUMENT for a wheel that does not exist. */
 int nutate_stepper_wheel(const nutate_stepper *stepper, size_t wheel, double *speed, double *momentum, double work[2]);
 
-/* Lets the motor of a wheel hold a torque from now on, until it is set again or a state is set: for control by the program.
- *   ==>  wheel     one without a motor of its own, of a system without a controller by wheels
+/* Sets the motor torque of a wheel, held until it is set again or a state is set: for control by the calling program.
+ *   ==>  wheel     one without a motor, of a system without a controller by wheels
  *   ==>  torque    N m, up to the limit of the wheel */
 int nutate_stepper_set_motor(nutate_stepper *stepper, size_t wheel, double torque);
 
-/* T + V - omega.l, the Jacobi integral, J; T + V where the space axes do not turn. Calls potentials of your own.
+/* Returns the Jacobi integral T + V - omega.l, J; T + V if the space axes do not rotate. Calls user-defined potentials.
  *   <==  jacobi */
 int nutate_stepper_jacobi(nutate_stepper *stepper, double *jacobi);
-/* Work of potentials that move, since the state was set, J.   ==>  stepper   <==  work */
+/* Returns the work of time-dependent potentials since the state was set, J.   ==>  stepper   <==  work */
 int nutate_stepper_time_dependent_work(const nutate_stepper *stepper, double *work);
 
-/* The place on the orbit.
+/* Returns the position on the orbit.
  *   <==  position      [3], from the centre of attraction, inertial axes, m; or NULL
  *   <==  true_anomaly  rad, which grows by 2 pi in each revolution; or NULL
  * Status: NUTATE_BAD_ARGUMENT without an orbit. */
 int nutate_stepper_orbit(const nutate_stepper *stepper, double position[3], double *true_anomaly);
-/* The attitude in the LVLH frame of the orbit.
- *   <==  q       [4], body to orbit; or NULL
+/* Returns the attitude in the LVLH frame.
+ *   <==  q       [4], body to LVLH; or NULL
  *   <==  angles  [3], roll, pitch, yaw, rad; or NULL */
 int nutate_stepper_lvlh_attitude(const nutate_stepper *stepper, double q[4], double angles[3]);
 

@@ -1,4 +1,4 @@
-/* nutate: steppers and what is read from them. Included by nutate.h, which says what the words and arrows mean. */
+/* nutate: steppers and what is read from them. Included by nutate.h, which explains the words and arrows. */
 #ifndef NUTATE_STEPPER_H
 #define NUTATE_STEPPER_H
 
@@ -10,21 +10,21 @@ extern "C" {
 
 /* ---- Steppers --------------------------------------------------------------------------------------------------- */
 
-/* A stepper for a system: second order, 8x8, at t = 0 with attitude 1 at rest.
+/* Creates a stepper for a system: second order, 8x8, at t = 0 with attitude 1 at rest.
  *   ==>  system        is copied */
 int nutate_stepper_create(const nutate_system *system, nutate_stepper **stepper, char *message, size_t size);
 
-/* A stepper for a scene: its system, initial state, method, time step and columns. nutate_stepper_run_to its end time
+/* Creates a stepper for a scene: its system, initial state, method, time step and columns. nutate_stepper_run_to its end time
  * gives bit for bit the numbers of `nutate run`. A scene none of whose columns depends on the attitude may be integrated
  * without it: functions that read the attitude, l or p then give NUTATE_BAD_ARGUMENT (see nutate_stepper_set_columns).
  *   ==>  scene         is copied */
 int nutate_stepper_create_scene(const nutate_scene *scene, nutate_stepper **stepper, char *message, size_t size);
 
 int nutate_stepper_destroy(nutate_stepper **stepper); /* frees it   <=>  stepper */
-/* Sets what the group &integrator of a scene would say: method, order, formulation, time_step (or accuracy, or
+/* Sets a key of the group &integrator: method, order, formulation, time_step (or accuracy, or
  * local_tolerance), auxiliary_inertia, projection, conserve, series_order, tolerance, max_iterations. The method "auto"
  * needs accuracy or local_tolerance and is their default (docs/reference/scenes/integrator.md); each run to a time chooses
- * anew. What is set takes effect with the next step, which reports errors that only show in combination, unless nutate_stepper_prepare did.
+ * again. Settings take effect with the next step, or with nutate_stepper_prepare, which reports conflicts between settings.
  *   ==>  key      name, such as "method"         ==>  value    text, such as "dop853", "4", "1e-3", ".false." */
 int nutate_stepper_set(nutate_stepper *stepper, const char *key, const char *value);
 
@@ -32,37 +32,37 @@ int nutate_stepper_set(nutate_stepper *stepper, const char *key, const char *val
  *   ==>  time_step  s; negative to go back in time; not 0 */
 int nutate_stepper_set_time_step(nutate_stepper *stepper, double time_step);
 
-/* Makes the method ready: tests the settings and allocates, so that the steps after it need not. Without this call the
- * first step does it.   <=>  stepper */
+/* Prepares the method: checks the settings together and allocates memory, so that later steps do not. Without this call
+ * the first step prepares.   <=>  stepper */
 int nutate_stepper_prepare(nutate_stepper *stepper);
 
 /* Sets the state; energy_residual and work count from here.
  *   ==>  t, s; q [4], attitude, body to space, unit to 1e-6, is normalised; omega [3], body axes, rad/s */
 int nutate_stepper_set_state(nutate_stepper *stepper, double t, const double q[4], const double omega[3]);
 
-/* The same with the conjugate momentum, taken as it is.
+/* Sets the state by attitude and conjugate momentum, without normalizing.
  *   ==>  q [4], attitude, unit to 1e-6, is not normalised; p [4], p = 2 q o [0, L], kg m2/s */
 int nutate_stepper_set_canonical(nutate_stepper *stepper, double t, const double q[4], const double p[4]);
 
-/* One step of the method, of any length: no more and no less than the method's step.
+/* Performs one step of the method, of any length, without subdividing it.
  *   <=>  stepper  on failure the state is as it was
  *   ==>  dt       s; negative to go back in time; not 0
  * Status: NUTATE_NOT_CONVERGED, NUTATE_OFF_BRANCH, NUTATE_SINGULAR: try a shorter step. NUTATE_NOT_FINITE,
  * NUTATE_CALLBACK, NUTATE_BAD_ARGUMENT. */
 int nutate_stepper_step(nutate_stepper *stepper, double dt);
 
-/* Steps of the same length, as many calls of nutate_stepper_step would make.
+/* Performs n steps of the same length, as n calls of nutate_stepper_step would.
  *   <=>  stepper  on failure at the state before the step that failed
  *   ==>  dt, s; n, number of steps, >= 0   <==  done, steps done, also on failure; or NULL */
 int nutate_stepper_steps(nutate_stepper *stepper, double dt, int64_t n, int64_t *done);
 
 /* Keeps the starts of steps from now on, for nutate_stepper_state_at.   <=>  stepper */
 int nutate_stepper_keep_steps(nutate_stepper *stepper);
-/* State at a time inside the last step that was kept, to the accuracy of the method; later steps are unaffected.
+/* Returns the state at a time inside the last step that was kept, to the accuracy of the method; later steps are unaffected.
  *   ==>  t, s   <==  q [4], attitude; omega [3], body axes, rad/s.   Status: NUTATE_BAD_ARGUMENT for other times. */
 int nutate_stepper_state_at(nutate_stepper *stepper, double t, double q[4], double omega[3]);
 
-/* Nominal steps of the time_step set: as `nutate run` makes them. The k-th ends at t0 + k time_step; steps end where
+/* Performs nominal steps of the time_step set, as `nutate run` does. The k-th ends at t0 + k time_step; steps end where
  * torques start and stop; a step that fails is subdivided. Calls in a row, of nutate_stepper_run_to too, continue the
  * count of steps.
  *   <=>  stepper   on failure at the last state reached: where a callback failed, that before the step
@@ -78,7 +78,7 @@ int nutate_stepper_run(nutate_stepper *stepper, int64_t n, int64_t every, double
  * set, with adaptive steps.
  *   <=>  stepper   on failure at the last state reached
  *   ==>  end_time  s
- *   ==>  every     steps between rows, >= 1; where steps are adaptive and interval > 0 it does not count
+ *   ==>  every     steps between rows, >= 1; ignored if steps are adaptive and interval > 0
  *   ==>  interval  time between rows, s, where steps are adaptive; else 0
  *   <==  rows      [capacity][width] of the columns chosen: the first state, those every so often, and the last; or NULL
  *   ==>  capacity  rows that fit into rows; a run that has more stops with NUTATE_STEP_LIMIT. 0 with NULL
@@ -86,19 +86,19 @@ int nutate_stepper_run(nutate_stepper *stepper, int64_t n, int64_t every, double
 int nutate_stepper_run_to(nutate_stepper *stepper, double end_time, int64_t every, double interval, double *rows,
                           size_t capacity, size_t *n_rows);
 
-/* Number of rows that nutate_stepper_run_to would have, with nominal steps.   ==>  stepper, end_time, every   <==  n_rows */
+/* Returns the number of rows of nutate_stepper_run_to with nominal steps.   ==>  stepper, end_time, every   <==  n_rows */
 int nutate_stepper_count_rows(const nutate_stepper *stepper, double end_time, int64_t every, size_t *n_rows);
 
 /* Chooses the columns of rows, t being always the first.
  *   ==>  sets     comma separated, names as in columns of the group &output of a scene: quaternion, angular_velocity,
  *                 euler, energy, jacobi, orbit, wheel1, ... (docs/reference/columns.md lists all) */
 int nutate_stepper_set_columns(nutate_stepper *stepper, const char *sets);
-/* Number of columns of a row.   ==>  stepper   <==  width */
+/* Returns the number of columns of a row.   ==>  stepper   <==  width */
 int nutate_stepper_width(const nutate_stepper *stepper, size_t *width);
-/* Name of a column.   ==>  stepper   ==>  column, 0 is "t"   <==  buffer   ==>  size */
+/* Returns the name of a column.   ==>  stepper   ==>  column, 0 is "t"   <==  buffer   ==>  size */
 int nutate_stepper_column(const nutate_stepper *stepper, size_t column, char *buffer, size_t size);
 
-/* The present state as a row.
+/* Returns the present state as a row.
  *   <==  row      [width]
  *   ==>  size     numbers that fit into row, at least width */
 int nutate_stepper_row(nutate_stepper *stepper, double *row, size_t size);
@@ -116,7 +116,7 @@ int nutate_stepper_angular_momentum_space(const nutate_stepper *stepper, double 
 int nutate_stepper_matrix(const nutate_stepper *stepper, double r[3][3]);               /* <== body to space */
 int nutate_stepper_euler(const nutate_stepper *stepper, double angles[3]); /* <== phi, theta, psi (z-x-z), rad, +-pi */
 
-/* Energies, J; calls potentials of your own.
+/* Returns energies, J; calls user-defined potentials.
  *   <==  energy [5]: kinetic, potential, total, work of all torques since the state was set, and the change of total (of the
  *                    Jacobi integral where the space axes turn) less that work and that of
  *                    time-dependent potentials
@@ -124,21 +124,21 @@ int nutate_stepper_euler(const nutate_stepper *stepper, double angles[3]); /* <=
 int nutate_stepper_energy(nutate_stepper *stepper, double energy[5]);
 int nutate_stepper_constraints(const nutate_stepper *stepper, double constraints[2]); /* <== q.q - 1, q.p (kg m2/s) */
 
-/* Which components of the inertial angular momentum are conserved.
+/* Returns which components of the inertial angular momentum are conserved.
  *   <==  components  0 none, 1 the one along axis, 3 all
  *   <==  axis        [3], unit vector, space axes; zero unless components is 1; or NULL */
 int nutate_stepper_conserved(const nutate_stepper *stepper, int *components, double *axis);
 
-/* What the last nutate_stepper_run_to with accuracy came to; zeros where there was none.
- *   <==  error  [2]: an estimate of the error of the attitude at its end, rad, and the part of it that round-off makes
- *               whatever the steps. The accuracy is out of reach where the first is above it. */
+/* Returns the error estimates of the last nutate_stepper_run_to with accuracy; zeros if there was none.
+ *   <==  error  [2]: an estimate of the attitude error at its end, rad, and the part of it due to round-off, whatever the
+ *               steps. The accuracy was not attained if the first exceeds it. */
 int nutate_stepper_accuracy(const nutate_stepper *stepper, double error[2]);
 
-/* The last step.
+/* Returns the Newton iterations and the residual of the last step.
  *   <==  iterations  Newton iterations; or NULL
  *   <==  residual    last increment over that of the step; or NULL */
 int nutate_stepper_solver(const nutate_stepper *stepper, int *iterations, double *residual);
-/* Uncertified steps since the state was set.   <==  steps */
+/* Returns the number of uncertified steps since the state was set.   <==  steps */
 int nutate_stepper_uncertified(const nutate_stepper *stepper, int64_t *steps);
 
 #ifdef __cplusplus

@@ -1,5 +1,5 @@
-/* nutate: systems, which are bodies with what acts on them. Included by nutate.h, which says what the words and arrows
- * mean. */
+/* nutate: systems, which are bodies and the effects that act on them. Included by nutate.h, which explains the words and
+ * arrows. */
 #ifndef NUTATE_SYSTEM_H
 #define NUTATE_SYSTEM_H
 
@@ -11,7 +11,7 @@ extern "C" {
 
 /* ---- Systems ---------------------------------------------------------------------------------------------------- */
 
-/* A body from principal moments along its body axes.
+/* Creates a body from principal moments along its body axes.
  *   ==>  moments         [3], about the reference point (or the centre of mass, see below), kg m2
  *   ==>  mass            kg; 0: not known, for bodies without effects that need it
  *   ==>  center_of_mass  [3], from the reference point, body axes, m; or NULL: the reference point
@@ -20,12 +20,12 @@ extern "C" {
 int nutate_system_create_moments(const double moments[3], double mass, const double *center_of_mass, int about_center,
                                  nutate_system **system, char *message, size_t size);
 
-/* The same from an inertia tensor.
+/* Creates a body from an inertia tensor.
  *   ==>  tensor          [6]: Jxx, Jyy, Jzz, Jxy, Jxz, Jyz, entries of the symmetric tensor, body axes, kg m2 */
 int nutate_system_create_tensor(const double tensor[6], double mass, const double *center_of_mass, int about_center,
                                 nutate_system **system, char *message, size_t size);
 
-/* A homogeneous body.
+/* Creates a homogeneous body.
  *   ==>  shape           "box" (full edges a, b, c), "cylinder" (radius, height; axis 3), "cone" (radius, height; axis
  *                        3, apex towards -3), "sphere" (radius), "ellipsoid" (semi-axes)
  *   ==>  lengths         [n_lengths], m
@@ -35,57 +35,57 @@ int nutate_system_create_tensor(const double tensor[6], double mass, const doubl
 int nutate_system_create_shape(const char *shape, const double *lengths, size_t n_lengths, double mass, double density,
                                const double *center_of_mass, nutate_system **system, char *message, size_t size);
 
-/* A body and effects as a scene file says them: the group &body, and those of effects.
+/* Creates a body with effects from groups of a scene file: &body, and those of effects.
  *   ==>  text            such as "&body inertia = 5, 20, 17 / &rotor momentum = 0, 0, 60 /"
  * Status: NUTATE_BAD_SCENE. */
 int nutate_system_parse(const char *text, nutate_system **system, char *message, size_t size);
 
 int nutate_system_destroy(nutate_system **system); /* frees it   <=>  system */
 
-/* Inertia, mass and centre of mass.
+/* Returns inertia, mass and centre of mass.
  *   <==  inertia         about the reference point, body axes, kg m2; or NULL
  *   <==  mass            kg, 0 where it is not known; or NULL
  *   <==  center_of_mass  [3], body axes, m; or NULL */
 int nutate_system_body(const nutate_system *system, double inertia[3][3], double *mass, double *center_of_mass);
 
-/* The effects below act in addition to those that are there. Status: NUTATE_BAD_ARGUMENT for numbers that the keys of
- * their groups do not admit, NUTATE_BAD_BODY where the mass of the body is needed and not known. */
-/* Uniform gravity on the centre of mass: V = -m g.(R c).   ==>  acceleration [3], space axes, m/s2 */
+/* The functions below add effects to those already present. Status: NUTATE_BAD_ARGUMENT for numbers outside the limits of
+ * the scene keys, NUTATE_BAD_BODY if the effect needs the mass of the body and it is not known. */
+/* Adds uniform gravity on the centre of mass: V = -m g.(R c).   ==>  acceleration [3], space axes, m/s2 */
 int nutate_system_add_gravity(nutate_system *system, const double acceleration[3]);
-/* A dipole in a uniform field: V = -m.(R'b).   ==>  moment [3], body axes, A m2   ==>  field [3], space axes, T */
+/* Adds a dipole in a uniform field: V = -m.(R'b).   ==>  moment [3], body axes, A m2   ==>  field [3], space axes, T */
 int nutate_system_add_dipole(nutate_system *system, const double moment[3], const double field[3]);
 
-/* The gradient of a central field: V = (3/2) strength g'Jg, g = R'n.
+/* Adds the gravity gradient of a central field: V = (3/2) strength g'Jg, g = R'n.
  *   ==>  direction  [3], n: to the centre, space axes, of any length but zero
  *   ==>  strength   mu/r3, s-2 */
 int nutate_system_add_gravity_gradient(nutate_system *system, const double direction[3], double strength);
 
-/* A spring: V = k (|R x - a| - l)^2 / 2.
+/* Adds a spring: V = k (|R x - a| - l)^2 / 2.
  *   ==>  body_point [3], x, body axes, m      ==>  anchor [3], a, space axes, m
  *   ==>  stiffness  k, N/m                    ==>  rest_length  l >= 0, m */
 int nutate_system_add_spring(nutate_system *system, const double body_point[3], const double anchor[3],
                              double stiffness, double rest_length);
-/* Viscous damping: tau = -diag(c) omega.   ==>  coefficient [3], c, body axes, N m s; negative ones drive */
+/* Adds viscous damping: tau = -diag(c) omega.   ==>  coefficient [3], c, body axes, N m s; negative ones drive */
 int nutate_system_add_damping(nutate_system *system, const double coefficient[3]);
 
-/* A torque tau = torque cos(2 pi frequency t + phase), from start to stop.
+/* Adds a torque tau = torque cos(2 pi frequency t + phase), from start to stop.
  *   ==>  torque       [3], N m
- *   ==>  in_space     true: the torque stands in space axes; else in body axes
+ *   ==>  in_space     true: the torque is in space axes; false: in body axes
  *   ==>  frequency    Hz, may be 0            ==>  phase  rad
  *   ==>  start, stop  s, start < stop; -INFINITY and INFINITY: always. Runs of nominal steps end steps on them. */
 int nutate_system_add_torque(nutate_system *system, const double torque[3], int in_space, double frequency,
                              double phase, double start, double stop);
-/* A rotor of constant momentum (gyrostat): L = J omega + h.   ==>  momentum [3], h, body axes, N m s */
+/* Adds a rotor of constant momentum (gyrostat): L = J omega + h.   ==>  momentum [3], h, body axes, N m s */
 int nutate_system_add_rotor(nutate_system *system, const double momentum[3]);
 
-/* Effects as a scene file says them: one or several groups of effects.
+/* Adds effects from one or several groups of a scene file.
  *   ==>  text         such as "&gravity / &damping coefficient = 0, 0, 1e-3 /"
  * Status: NUTATE_BAD_SCENE, also for a second &gravity. */
 int nutate_system_add_groups(nutate_system *system, const char *text);
 
-/* ---- Potentials and torques of your own ------------------------------------------------------------------------- */
+/* ---- User-defined potentials and torques ------------------------------------------------------------------------- */
 
-/* A potential of your own.
+/* Adds a user-defined potential.
  *   ==>  direction  [3], n, space axes, not zero, of the unit that the potential is written in
  *   ==>  potential  called with gamma; must stay callable as long as the system, its copies and steppers are used
  *   ==>  hessian    or NULL: by differences of the gradient
@@ -93,12 +93,13 @@ int nutate_system_add_groups(nutate_system *system, const char *text);
 int nutate_system_add_potential(nutate_system *system, const double direction[3], nutate_potential potential,
                                 nutate_hessian hessian, void *user);
 
-/* A torque of your own.   ==>  torque, called with t, q, omega; user, passed through or NULL */
+/* Adds a user-defined torque.   ==>  torque, called with t, q, omega; user, passed through or NULL */
 int nutate_system_add_user_torque(nutate_system *system, nutate_torque torque, void *user);
 
-/* Bounds of the callback that was added last: with them the root of a step can be certified to be that of the true motion;
- * else each step counts as not certified (nutate_stepper_uncertified). They are promised, not tested, and may be generous;
- * wide ones prove shorter steps only. Status: NUTATE_BAD_ARGUMENT for none of 0 and 1e-300 to 1e100, or no callback.
+/* Sets bounds of the callback that was added last: with them the root of a step can be certified to be that of the true
+ * motion; without them every step counts as uncertified (nutate_stepper_uncertified). They are not verified; the wider
+ * they are, the shorter the steps that can be certified.
+ * Status: NUTATE_BAD_ARGUMENT without a callback, or unless each is 0 or 1e-300 to 1e100.
  * Of a potential, for all gamma up to |n| long, in J over powers of the unit of gamma.
  *   ==>  gradient, hessian, third   of |dU/dgamma|, of the eigenvalues of d2U/dgamma2, of the third derivative along a
  *                                   unit vector */

@@ -254,7 +254,7 @@ int test_c_table(void)
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_system_add_table(system, 0, t, line, NULL));
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_system_add_table(system, 3, back, line, NULL));
     EXPECT(NUTATE_OK, nutate_last_message(system, message, sizeof message));
-    CHECK(strstr(message, "line 3 of the table: the time goes back"));
+    CHECK(strstr(message, "line 3 of the table: the time decreases"));
     EXPECT(NUTATE_BAD_SCENE, nutate_system_add_table(system, 3, t, line, "frequency = 1"));
     EXPECT(NUTATE_BAD_SCENE, nutate_system_add_table(system, 3, t, line, "/ &gravity"));
     EXPECT(NUTATE_BAD_SCENE, nutate_system_add_table(system, 3, t, line, "interpolation = 'quartic'"));

@@ -408,7 +408,7 @@ contains
       call integrate(problem%system, default_settings('rk4'), state, &
                      run_plan_t(end_time=1.0_wp, max_steps=200_long, goal=run_goal_t(accuracy=1e-9_wp)), status)
       call check(error, status%code, NUTATE_STEP_LIMIT)
-      call check(error, trim(status%message), 'the accuracy takes more than 200 steps of this method')
+      call check(error, trim(status%message), 'the accuracy needs more than 200 steps of this method')
    end subroutine search_has_a_limit
 
    !> Steps of order 4 with an error far below round-off cannot be found: the answer is what larger ones give. (How good

@@ -248,7 +248,7 @@ contains
       end do
    end subroutine moving_targets_keep_the_order
 
-   !> A body on a fast eccentric orbit whose controller samples, its target seen from there, its field that of the
+   !> A body on a fast eccentric orbit whose controller has a sample, its target seen from there, its field that of the
    !> Earth.
    type(problem_t) function orbiting(by) result(problem)
       integer, intent(in) :: by
@@ -405,7 +405,7 @@ contains
       state = problem%start
       call integrate(problem%system, integrator_settings_t(), state, &
                      run_plan_t(goal=run_goal_t(accuracy=1e-6_wp), end_time=1.0_wp), status)
-      call refused('an accuracy', 'no controller samples')
+      call refused('an accuracy', 'no controller has a sample')
 
    contains
 

@@ -63,7 +63,7 @@ contains
                 "a.nml:3: 'x' is not a number (expected 3 numbers for inertia)"), &
          case_t('&body'//lf//'inertia'//lf//'= 5'//lf//'/', '', 'a.nml:2: inertia has 1 value (expected 3 numbers)'), &
          case_t('&body inertia = 3*1'//lf//'inertia_tensor = 6*1 /'//lf//initial//integrator, '', &
-                'a.nml:2: inertia and inertia_tensor in &body say the same thing'), &
+                'a.nml:2: inertia and inertia_tensor in &body exclude each other'), &
          case_t('&body inertia = 3*1'//lf//'density = 1 /'//lf//initial//integrator, '', &
                 'a.nml:2: density without a shape'), &
          case_t("&body shape = 'box'"//lf//'mass = 1'//lf//'size = 1, 2 /'//lf//initial//integrator, '', &
@@ -117,9 +117,9 @@ contains
          case_t(body//initial//integrator, 'body.mass=1 /', "override: '/' follows the value of mass"), &
          case_t(body//initial//integrator, "scene.title='x", 'override: a text is not closed'), &
          case_t(body//initial//integrator, "body.shape='box'", &
-                'override: inertia and shape in &body say the same thing'), &
+                'override: inertia and shape in &body exclude each other'), &
          case_t(body//initial//integrator, 'initial.euler_rates=1,2,3', &
-                'override: angular_velocity and euler_rates in &initial say the same thing'), &
+                'override: angular_velocity and euler_rates in &initial exclude each other'), &
          case_t(body//initial//integrator, '-body', &
                 "override with '-': 'body' is not a setting (expected GROUP.KEY)"), &
          case_t(body//initial//integrator, '-body.mas', "override with '-': unknown key 'mas' in &body"), &

@@ -171,11 +171,11 @@ contains
       character, parameter :: lf = achar(10)
       character(len=*), parameter :: header = 't (s),a (N m),b (N m),c (N m)'//lf
       call try('', 't.csv:1: the header has the wrong number of columns')
-      call try('t (ms),a (N m),b (N m),c (N m)'//lf, "t.csv:1: 't (ms)' has not the unit (s)")
-      call try('t (s),a,b (N m),c (N m)'//lf, "t.csv:1: 'a' has not the unit (N m)")
+      call try('t (ms),a (N m),b (N m),c (N m)'//lf, "t.csv:1: 't (ms)' lacks the unit (s)")
+      call try('t (s),a,b (N m),c (N m)'//lf, "t.csv:1: 'a' lacks the unit (N m)")
       call try('t (s),a (N m),b (N m)'//lf, 't.csv:1: the header has the wrong number of columns')
       call try('t (s),a (N m),b (N m),c (N m),d (N m)'//lf, 't.csv:1: the header has the wrong number of columns')
-      call try('0,1,2,3'//lf, "t.csv:1: '0' has not the unit")
+      call try('0,1,2,3'//lf, "t.csv:1: '0' lacks the unit")
       call try(header//'0,1,2,3'//lf//'1,1,x,3'//lf, "t.csv:3: 'x' is not a number")
       call try(header//'0,1,2,3'//lf//'1,1,,3'//lf, "t.csv:3: '' is not a number")
       call try(header//'0,1,2'//lf, 't.csv:2: wrong number of values in this line')
@@ -205,7 +205,7 @@ contains
 
    subroutine bad_torques_are_refused(error)
       type(error_type), allocatable, intent(out) :: error
-      call try([0.0_wp, 1.0_wp, 0.5_wp], .false., .false., 3, 'goes back')
+      call try([0.0_wp, 1.0_wp, 0.5_wp], .false., .false., 3, 'decreases')
       call try([0.0_wp, 1.0_wp, 1.0_wp], .true., .false., 3, 'jumps need')
       call try([0.0_wp, 1.0_wp, 1.0_wp, 1.0_wp], .false., .false., 4, 'three lines')
       call try([0.0_wp, 1e-60_wp], .false., .false., 2, 'too close')

@@ -73,11 +73,11 @@ contains
       if (all(command%verb /= [character(len=8) :: 'sweep', 'help', 'version', ''])) then
          text = 'MPI runs sweeps only (expected nutate-mpi sweep SCENE)'
       else if (command%member > 0) then
-         text = '--member is for one process (expected nutate sweep SCENE --member K)'
+         text = '--member runs in one process (expected nutate sweep SCENE --member K)'
       else if (command%merges) then
-         text = '--merge is for one process (expected nutate sweep SCENE --merge)'
+         text = '--merge runs in one process (expected nutate sweep SCENE --merge)'
       else if (command%threads > 1) then
-         text = 'each process has one thread (expected more processes: mpirun -n N)'
+         text = 'each process runs one thread (expected more processes: mpirun -n N)'
       end if
    end function objection_to
 
@@ -85,7 +85,7 @@ contains
    function mpi_help() result(page)
       type(page_t) :: page
       integer :: i
-      call page%line('nutate-mpi: run the members of an ensemble by the processes of MPI, and keep a row of each')
+      call page%line('nutate-mpi: run an ensemble (Monte Carlo or parameter sweep) on MPI processes; one result row per member')
       call page%line('')
       call page%line('Usage: mpirun -n N nutate-mpi sweep SCENE [options]')
       call page%line('')
@@ -95,9 +95,9 @@ contains
          call page%item(trim(options(i)%name)//' '//options(i)%value, options(i)%purpose)
       end do
       call page%line('')
-      call page%line('The file is that of nutate sweep, to the last byte, for any number of processes. All of them')
-      call page%line('need to see the folder where it is written. When a process is lost MPI ends all others; --resume')
-      call page%line('goes on, with as many as there are then, and so does nutate sweep --resume.')
+      call page%line('The file is identical to that of nutate sweep, for any number of processes. All processes')
+      call page%line('must have access to its folder. If a process is lost, MPI terminates all others; --resume')
+      call page%line('continues with any number of processes, and so does nutate sweep --resume.')
       call page%line('')
       call page%line('Exit status: that of nutate sweep')
    end function mpi_help

@@ -94,7 +94,7 @@ class LostRanks(RankTest):
         os.kill(self.children(run)[0], signal.SIGTERM)
         _, said = run.communicate(timeout=PATIENCE)
         self.assertEqual(len(re.findall(r"(?m)^nutate: tumble\.nml: stopped by SIGTERM; \d+ of 200 members are in "
-                                        r"tumble\.npy\.partial \(nutate-mpi sweep --resume goes on\)$", said)), 1, said)
+                                        r"tumble\.npy\.partial \(nutate-mpi sweep --resume continues\)$", said)), 1, said)
         self.assertNotEqual(run.returncode, 0)
 
 

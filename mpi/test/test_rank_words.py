@@ -37,7 +37,7 @@ class Words(RankTest):
                                self.path("elsewhere"), self.ranks, "sweep", "tumble.nml", "--quiet"],
                               cwd=self.folder, capture_output=True, text=True, timeout=PATIENCE, check=False)
         self.assertEqual(done.returncode, 2, done.stderr)
-        self.assertEqual(done.stderr.count("rank 1: the scene is not the same everywhere"), 1, done.stderr)
+        self.assertEqual(done.stderr.count("rank 1: the scene differs between processes"), 1, done.stderr)
 
     def test_an_ensemble_of_which_nothing_comes_fails(self):
         self.write("tumble.nml", TUMBLE.replace("low = 1.0, 19.6, 16.7, high = 5.1", "low = 0.1, 19.6, 16.7, high = 0.2"))

@@ -22,10 +22,10 @@ or many members of a scene that differ in some of its numbers:
 
     rows = nutate.sweep("tumble.nml", threads=8)            # a structured array, a row for each member
 
-SI units, radians. Quaternions have their scalar first and take body components to space components; a Rotation of SciPy may
-stand for one. Every failure is a `NutateError`, and a ValueError or an OSError where that fits, but for what a callback
-raised, which comes out as it was. A run that misses its accuracy warns (`NutateAccuracyWarning`). Scenes, systems and steppers own memory of the library, which `with` or `close` frees at a
-time of your choice. All of them can be copied and pickled.
+SI units, radians. Quaternions are scalar first and take body components to space components; a Rotation of SciPy is accepted
+for one. All errors derive from `NutateError` (some also from ValueError or OSError); exceptions raised in callbacks propagate
+unchanged. A run that misses its accuracy warns (`NutateAccuracyWarning`). Scenes, systems and steppers own memory of the
+library, which `with` or `close` frees; otherwise Python does. All of them can be copied and pickled.
 """
 
 from ._library import NutateAccuracyWarning, NutateError, NutateOSError, NutateValueError, version

@@ -161,8 +161,8 @@ NOT_CONVERGED, OFF_BRANCH, SINGULAR, NOT_FINITE, BAD_ARGUMENT, BAD_BODY, BAD_SCE
 
 
 class NutateError(Exception):
-    """A call failed. `status` is its number, as NUTATE_... in nutate.h; `history` has the rows so far of a run that failed
-    half-way, as it has on whatever a callback raised, and on the KeyboardInterrupt of Ctrl-C."""
+    """Error of a failed call. `status` is its code, as NUTATE_... in nutate.h; `history` has the rows so far of a run that failed
+    half-way. Exceptions of callbacks and the KeyboardInterrupt of Ctrl-C carry `history` too."""
 
     def __init__(self, status: int, message: str) -> None:
         text = message or status_text(status)
@@ -179,15 +179,15 @@ class NutateError(Exception):
 
 
 class NutateValueError(NutateError, ValueError):
-    """A NutateError for an argument, a body or a scene that is not legal."""
+    """Error for an invalid argument, body or scene."""
 
 
 class NutateOSError(NutateError, OSError):
-    """A NutateError for a file that cannot be read or written."""
+    """Error for a file that cannot be read or written."""
 
 
 class NutateAccuracyWarning(UserWarning):
-    """A run went to its end, but round-off or error growth makes the requested accuracy unattainable."""
+    """Warning that a run reached its end, but round-off or error growth makes the requested accuracy unattainable."""
 
 
 def warn(message: str) -> None:
@@ -231,9 +231,9 @@ def load() -> ctypes.CDLL:
         except OSError as error:
             reasons.append(str(error))
     else:
-        raise ImportError("nutate: the C library is not there (" + "; ".join(reasons) + "). Build and install it with "
+        raise ImportError("nutate: the C library was not found (" + "; ".join(reasons) + "). Build and install it with "
                           "`make install PREFIX=FOLDER` and this package with `pip install FOLDER/share/nutate/python`, "
-                          f"or let NUTATE_LIBRARY name {SONAME}.")
+                          f"or set NUTATE_LIBRARY to the path of {SONAME}.")
     for name, arguments in SIGNATURES.items():
         function = getattr(library, name)
         function.argtypes = arguments
@@ -252,14 +252,14 @@ def text_of(function: Any, *arguments: Any) -> str:
 
 
 def status_text(status: int) -> str:
-    """One line about a status."""
+    """Returns a description of a status code."""
     buffer = ctypes.create_string_buffer(MESSAGE_SIZE)
     library.nutate_status_text(status, buffer, MESSAGE_SIZE)
     return buffer.value.decode()
 
 
 def version() -> str:
-    """Version of the library."""
+    """Returns the version of the library."""
     return text_of(library.nutate_get_version)
 
 
@@ -282,7 +282,7 @@ def encoded(text: Textual) -> bytes:
     """A text, or a path, as C has it. C ends texts at a NUL: what stands behind one would be lost."""
     data = os.fsencode(text) if isinstance(text, (bytes, os.PathLike)) else text.encode("utf-8", "surrogateescape")
     if b"\0" in data:
-        raise refusal(f"{text!r} has a NUL character")
+        raise refusal(f"{text!r} contains a NUL character (expected text without it)")
     return data
 
 

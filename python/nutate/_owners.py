@@ -55,7 +55,7 @@ class Owner:
 
     def __reduce_ex__(self, protocol: Any) -> Any:
         # A copy would share the handle, and free it under the original.
-        raise TypeError(f"a {type(self).__name__} cannot be copied or pickled: make another one")
+        raise TypeError(f"a {type(self).__name__} cannot be copied or pickled (expected a new one)")
 
     def _call(self, name: str, *arguments: Any) -> None:
         """Calls a function of this handle; raises what a callback raised, or NutateError."""

@@ -73,7 +73,7 @@ canvas {{ position: absolute; width: 100%; height: 100%; }}
 
 
 class Page:
-    """A web page that shows a motion; a notebook shows it in its cell."""
+    """Web page that shows a motion; a notebook displays it in its cell."""
 
     def __init__(self, text: str) -> None:
         self.text = text
@@ -86,14 +86,14 @@ class Page:
                 'title="a motion"></iframe>')
 
     def save(self, path: Textual) -> None:
-        """Writes it into a file, which opens without a network."""
+        """Writes the page to a file, which opens without a network."""
         partial = os.fspath(os.fsdecode(path)) + ".partial"
         with open(partial, "w", encoding="utf-8") as file:
             file.write(self.text)
         os.replace(partial, os.fsdecode(path))
 
     def show(self) -> None:
-        """Opens it in a browser."""
+        """Opens the page in a browser."""
         handle, path = tempfile.mkstemp(suffix=".html", prefix="nutate-")
         os.close(handle)
         self.save(path)
@@ -135,9 +135,9 @@ def view(motion: Union[Solution, Scene, Rows, Textual], system: Optional[System]
         rows, overview = motion, motion
         events = [(event.name, event.t) for event in getattr(motion, "events", ())]
     if system is None:
-        raise refusal("the System that moved is needed to draw it (expected view(columns, system))")
+        raise refusal("the columns do not name their System (expected view(columns, system))")
     if "q0" not in rows or "omega1" not in rows or len(rows["t"]) < 2:
-        raise refusal("there is nothing to show (expected two rows of quaternion and angular_velocity)")
+        raise refusal("too few rows or columns to show (expected at least two rows of quaternion and angular_velocity)")
     return Page(page_of(rows, overview, events, system, surface_of(system, scene), scene, title or "nutate", play, begin))
 
 

@@ -24,12 +24,12 @@ def _converted(name: str, shape: tuple[int, ...], *arguments: Any) -> Array:
 
 
 def matrix_from_quat(q: Any) -> Array:
-    """Rotation matrix, body to space; shape (3, 3)."""
+    """Returns the rotation matrix, body to space; shape (3, 3)."""
     return _converted("nutate_matrix_from_quat", (3, 3), quaternion(q))
 
 
 def quat_from_matrix(matrix: npt.ArrayLike) -> Array:
-    """Unit quaternion, q[0] >= 0, of a rotation matrix, body to space, orthogonal to 1e-6; shape (4,)."""
+    """Returns the unit quaternion, q[0] >= 0, of a rotation matrix, body to space, orthogonal to 1e-6; shape (4,)."""
     rows = np.ascontiguousarray(matrix, dtype=np.float64)
     if rows.shape != (3, 3):
         raise refusal(f"matrix has shape {rows.shape} (expected 3 x 3)")
@@ -37,34 +37,34 @@ def quat_from_matrix(matrix: npt.ArrayLike) -> Array:
 
 
 def euler_from_quat(q: Any) -> Array:
-    """Precession, nutation, spin (z-x-z), rad; shape (3,)."""
+    """Returns precession, nutation and spin (z-x-z), rad; shape (3,)."""
     return _converted("nutate_euler_from_quat", (3,), quaternion(q))
 
 
 def follow_euler(q: Any, angles: npt.ArrayLike) -> Array:
-    """The same, precession and spin continued beyond +-pi from earlier ones, if the body turns by less than pi between."""
+    """Returns Euler angles, precession and spin continued beyond +-pi from `earlier` ones, if the body turns by less than pi."""
     followed = vector(angles, 3, "angles").copy()
     check(library.nutate_follow_euler(pointer(quaternion(q)), pointer(followed)), "follow_euler: a number is not finite")
     return followed
 
 
 def quat_from_euler(angles: npt.ArrayLike) -> Array:
-    """Unit quaternion of precession, nutation, spin; shape (4,)."""
+    """Returns the unit quaternion of precession, nutation, spin, rad; shape (4,)."""
     return _converted("nutate_quat_from_euler", (4,), vector(angles, 3, "angles"))
 
 
 def omega_from_euler_rates(angles: npt.ArrayLike, rates: npt.ArrayLike) -> Array:
-    """Angular velocity, body axes, rad/s, of rates of the angles, rad/s; shape (3,)."""
+    """Returns the angular velocity, body axes, rad/s, for Euler rates, rad/s; shape (3,)."""
     return _converted("nutate_omega_from_euler_rates", (3,), vector(angles, 3, "angles"), vector(rates, 3, "rates"))
 
 
 def quat_from_axis_angle(axis: npt.ArrayLike, angle: float) -> Array:
-    """Unit quaternion of a rotation about an axis of any length but zero; shape (4,)."""
+    """Returns the unit quaternion of a rotation by an angle, rad, about an axis of any length but zero; shape (4,)."""
     return _converted("nutate_quat_from_axis_angle", (4,), vector(axis, 3, "axis"), float(angle))
 
 
 def axis_angle_from_quat(q: Any) -> tuple[Array, float]:
-    """Unit vector along the axis, shape (3,), and angle in [0, pi]."""
+    """Returns the unit vector along the axis, shape (3,), and the angle, rad, in [0, pi]."""
     axis, angle = np.empty(3), np.empty(1)
     check(library.nutate_axis_angle_from_quat(pointer(quaternion(q)), pointer(axis), pointer(angle)),
           "axis_angle_from_quat: a number is not finite")
@@ -72,42 +72,42 @@ def axis_angle_from_quat(q: Any) -> tuple[Array, float]:
 
 
 def quat_from_rotation_vector(v: npt.ArrayLike) -> Array:
-    """Unit quaternion of axis times angle; shape (4,)."""
+    """Returns the unit quaternion of a rotation vector, axis times angle, rad; shape (4,)."""
     return _converted("nutate_quat_from_rotation_vector", (4,), vector(v, 3, "v"))
 
 
 def rotation_vector_from_quat(q: Any) -> Array:
-    """Axis times angle, no longer than pi; shape (3,)."""
+    """Returns the rotation vector, axis times angle, rad, at most pi long; shape (3,)."""
     return _converted("nutate_rotation_vector_from_quat", (3,), quaternion(q))
 
 
 def quat_product(a: Any, b: Any) -> Array:
-    """First b, then a; shape (4,)."""
+    """Returns the product a b: first the rotation b, then a; shape (4,)."""
     return _converted("nutate_quat_product", (4,), quaternion(a, "a"), quaternion(b, "b"))
 
 
 def quat_normalized(q: Any) -> Array:
-    """Of unit length; shape (4,)."""
+    """Returns the quaternion with unit length; shape (4,)."""
     return _converted("nutate_quat_normalized", (4,), quaternion(q))
 
 
 def rotate_to_space(q: Any, v: npt.ArrayLike) -> Array:
-    """Body components to space components; shape (3,)."""
+    """Converts body components to space components; shape (3,)."""
     return _converted("nutate_rotate_to_space", (3,), quaternion(q), vector(v, 3, "v"))
 
 
 def rotate_to_body(q: Any, v: npt.ArrayLike) -> Array:
-    """Space components to body components; shape (3,)."""
+    """Converts space components to body components; shape (3,)."""
     return _converted("nutate_rotate_to_body", (3,), quaternion(q), vector(v, 3, "v"))
 
 
 def attitude_distance(a: Any, b: Any) -> float:
-    """Angle of the rotation between two attitudes, in [0, pi]."""
+    """Returns the angle of the rotation between two attitudes, rad, in [0, pi]."""
     return float(_converted("nutate_attitude_distance", (1,), quaternion(a, "a"), quaternion(b, "b"))[0])
 
 
 def exact_free_body(system: System, q0: Any, omega0: npt.ArrayLike, t: npt.ArrayLike) -> tuple[Array, Array]:
-    """The exact motion of a system without effects from q0 and omega0 (body axes, rad/s) at t = 0: attitudes, shape (n, 4), and
+    """Computes the exact motion of a torque-free body from q0 and omega0 (body axes, rad/s) at t = 0: attitudes, shape (n, 4), and
     angular velocities, body axes, rad/s, shape (n, 3), at n times, s, of either sign."""
     times = np.ascontiguousarray(np.atleast_1d(t), dtype=np.float64)
     if times.ndim != 1:

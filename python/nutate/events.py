@@ -30,9 +30,9 @@ class Event(NamedTuple):
 class History(dict):  # type: ignore[type-arg]
     """The rows of a run: a dictionary of arrays, one for each column. `events` lists the events that the run found.
 
-    Of a run with an accuracy, `estimated_error` is an estimate of the error of the attitude at its end, rad, `round_off` the part of
-    it that round-off makes whatever the steps, and `accuracy_reached` says if the estimate is at most the accuracy; they are None of
-    other runs."""
+    After a run with an accuracy, `estimated_error` is an estimate of the attitude error at its end, rad, `round_off` the part
+    of it due to round-off, whatever the steps, and `accuracy_reached` is True if the estimate is at most the accuracy; they are
+    None after other runs."""
 
     events: list[Event]
     estimated_error: Optional[float] = None
@@ -44,7 +44,7 @@ class History(dict):  # type: ignore[type-arg]
         self.events = events
 
     def _take_accuracy(self, handle: Any) -> None:
-        """Takes what a history of the library came to."""
+        """Reads the results of a history of the library."""
         error, accuracy = np.empty(2), ctypes.c_double()
         check(library.nutate_history_accuracy(handle, pointer(error), ctypes.byref(accuracy)))
         if accuracy.value > 0:

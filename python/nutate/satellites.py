@@ -14,7 +14,7 @@ from ._owners import Owner, Recipe
 
 
 class Wheel(NamedTuple):
-    """A wheel as it is now."""
+    """Present state of a reaction wheel."""
 
     speed: float
     """Relative to the body, rad/s."""
@@ -27,13 +27,14 @@ class Wheel(NamedTuple):
 
 
 class WheelMounting(Recipe):
-    """The part of a System that has wheels, the Earth's field and forces. Frames, orbits and controllers are added as in a scene:
-    system.add("orbit", altitude=500e3), system.add("gravity_gradient"), system.add("controller", law="quaternion", by="wheels",
-    attitude_gain=0.01, rate_gain=0.12, sample=0.5); inertia=..., attitude_gain_matrix=..., rate_gain_matrix=... as there."""
+    """Methods of a System for reaction wheels, the Earth's field and forces. Frames, orbits and controllers are added as in a
+    scene: system.add("orbit", altitude=500e3), system.add("gravity_gradient"), system.add("controller", law="quaternion",
+    by="wheels", attitude_gain=0.01, rate_gain=0.12, sample=0.5); inertia=..., attitude_gain_matrix=...,
+    rate_gain_matrix=... as there."""
 
     def add_earth_field(self, moment: Optional[npt.ArrayLike] = None, *, epoch_angle: float = 0.0,
                         coefficients: Optional[npt.ArrayLike] = None) -> None:
-        """Adds a magnetic moment, body axes, A m2, in the field of the Earth along the orbit, which must be there; without a moment
+        """Adds a magnetic moment, body axes, A m2, in the field of the Earth along the orbit (required); without a moment
         the field is there for the magnetorquers of a controller. epoch_angle is that of Greenwich at t = 0 from the equinox, rad,
         coefficients are g11, h11, g10 of the dipole, T; default: those of 2025."""
         self._add_earth_field(None if moment is None else vector(moment, 3, "moment").copy(), float(epoch_angle),
@@ -63,7 +64,7 @@ class WheelMounting(Recipe):
         torque cos(2 pi frequency t + phase), N m, or a table, (t, torque), of times, s, and torques, from start to stop. Without
         one a controller drives it, or the program: Stepper.set_motor."""
         if torque is not None and table is not None:
-            raise refusal("a wheel takes torque or table, not both")
+            raise refusal("torque and table exclude each other (expected one of them)")
         window, motor, lines = (float(start), float(stop)), None, None
         if table is not None:
             times, torques = (np.array(column, dtype=np.float64) for column in table)
@@ -93,11 +94,11 @@ class WheelMounting(Recipe):
 
 
 class SatelliteState(Owner):
-    """The part of a Stepper that reads wheels, orbit and frame."""
+    """Methods of a Stepper for reaction wheels, orbit and frame."""
 
     @property
     def wheels(self) -> list[Wheel]:
-        """All wheels as they are now."""
+        """Present states of all reaction wheels."""
         count, numbers = ctypes.c_size_t(), np.empty(4)
         self._call("nutate_stepper_wheel_count", ctypes.byref(count))
         wheels = []
@@ -107,28 +108,29 @@ class SatelliteState(Owner):
         return wheels
 
     def set_motor(self, wheel: int, torque: float) -> None:
-        """Lets the motor of wheels[wheel] hold a torque, N m, from now on, until it is set again or a state is set. Wheels count
+        """Sets the motor torque of wheels[wheel], N m, which is held until it is set again or a state is set. Wheels count
         from 0, as in the list; -1 is the last."""
         count = ctypes.c_size_t()
         self._call("nutate_stepper_wheel_count", ctypes.byref(count))
         number = operator.index(wheel)
         if not -count.value <= number < count.value:
-            raise refusal(f"there is no wheel {number} (expected 0 to {count.value - 1})" if count.value else "there is no wheel")
+            raise refusal(f"wheel {number} does not exist (expected 0 to {count.value - 1})" if count.value
+                          else "the system has no wheels (expected add_wheel)")
         self._call("nutate_stepper_set_motor", number % count.value + 1, float(torque))
 
     @property
     def jacobi(self) -> float:
-        """T + V - omega.l, J; T + V where the space axes do not turn."""
+        """Jacobi integral T + V - omega.l, J; T + V if the space axes do not rotate."""
         return float(self._read("nutate_stepper_jacobi", 1)[0])
 
     @property
     def time_dependent_work(self) -> float:
-        """Work of potentials that move, since the state was set, J."""
+        """Work of time-dependent potentials since the state was set, J."""
         return float(self._read("nutate_stepper_time_dependent_work", 1)[0])
 
     @property
     def orbit(self) -> tuple[Array, float]:
-        """Place on the orbit, from the centre of attraction, inertial axes, m, shape (3,), and the true anomaly, rad."""
+        """Position on the orbit, from the centre of attraction, inertial axes, m, shape (3,), and the true anomaly, rad."""
         position, anomaly = np.empty(3), np.empty(1)
         self._call("nutate_stepper_orbit", pointer(position), pointer(anomaly))
         return position, float(anomaly[0])

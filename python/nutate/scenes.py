@@ -27,7 +27,7 @@ class Scene(Recipe):
     def __init__(self, path: Union[str, bytes, os.PathLike[str], None] = None, *overrides: str,
                  text: Union[str, bytes, None] = None, name: Optional[Textual] = None) -> None:
         if (path is None) == (text is None):
-            raise refusal("a Scene takes a path or a text")
+            raise refusal("a Scene needs a path or a text (expected one of them)")
         read: Union[str, bytes, None] = text
         array = (Text * max(1, len(overrides)))(*[encoded(override) for override in overrides])
         if path is not None:
@@ -47,7 +47,7 @@ class Scene(Recipe):
 
     @property
     def uncertified_steps(self) -> int:
-        """Uncertified steps of the last `run`."""
+        """Number of uncertified steps of the last `run`."""
         return self._uncertified_steps
 
     @property
@@ -64,27 +64,27 @@ class Scene(Recipe):
 
     @property
     def initial(self) -> tuple[Array, Array]:
-        """Attitude, shape (4,), and angular velocity, body axes, rad/s, shape (3,), at t = 0."""
+        """Initial attitude, shape (4,), and angular velocity, body axes, rad/s, shape (3,)."""
         q, omega = np.empty(4), np.empty(3)
         self._call("nutate_scene_get_initial", pointer(q), pointer(omega))
         return q, omega
 
     @property
     def members(self) -> int:
-        """Members of its ensemble; 0 where it has none."""
+        """Number of members of its ensemble; 0 without one."""
         members = ctypes.c_int64()
         self._call("nutate_sweep_size", ctypes.byref(members), None)
         return members.value
 
     @property
     def has_events(self) -> bool:
-        """There are groups &event in it."""
+        """True if the scene has groups &event."""
         text = self._given[1]["text"]
         lines = (text if isinstance(text, str) else os.fsdecode(text)).lower()
         return re.search(r"^[^!'\"]*&event\b", lines, re.MULTILINE) is not None
 
     def add_user_torque(self, torque: Callable[..., npt.ArrayLike], bounds: Optional[npt.ArrayLike] = None) -> None:
-        """As System.add_user_torque."""
+        """Adds a user-defined torque, as System.add_user_torque."""
         add_user_torque(self, "scene", torque, bounds)
         self._add("add_user_torque", torque, bounds)
 
@@ -96,8 +96,9 @@ class Scene(Recipe):
         self._add("add_potential", direction, potential, hessian, bounds)
 
     def run(self) -> History:
-        """Runs the scene: a dictionary of arrays, one for each column the scene asks for; its attribute `events` lists
-        the events that the run found. A run that fails half-way, or is ended by Ctrl-C, raises; the rows so far are then the attribute `history` of what it raised."""
+        """Runs the scene. Returns a dictionary of arrays, one for each column of the scene; its attribute `events` lists the
+        events that the run found. A run that fails half-way, or is interrupted by Ctrl-C, raises; the rows so far are then the
+        attribute `history` of the exception."""
         handle = ctypes.c_void_p()
         message = ctypes.create_string_buffer(MESSAGE_SIZE)
         status = interruptible(library.nutate_scene_run, self._handle, ctypes.byref(handle), message, MESSAGE_SIZE)
@@ -107,7 +108,7 @@ class Scene(Recipe):
         return columns
 
     def write(self, path: Optional[Textual] = None) -> None:
-        """Runs the scene and writes its CSV file, as the program does; by default the one that the scene names."""
+        """Runs the scene and writes its CSV file, as `nutate run` does; by default the one that the scene names."""
         message = ctypes.create_string_buffer(MESSAGE_SIZE)
         status = interruptible(library.nutate_scene_write, self._handle, None if path is None else encoded(path), message,
                                MESSAGE_SIZE)
@@ -115,7 +116,7 @@ class Scene(Recipe):
 
 
 def take_history(handle: Any, names: Optional[list[str]] = None) -> tuple[History, int]:
-    """The columns of a history of the library, and its steps without a proof; the history is freed. Their names may be known."""
+    """Returns the columns of a history of the library and its number of uncertified steps, and frees the history."""
     if not handle:
         return History({}, []), 0
     try:
@@ -135,8 +136,8 @@ def take_history(handle: Any, names: Optional[list[str]] = None) -> tuple[Histor
 
 
 def run(path: Textual, *overrides: str) -> History:
-    """Runs a scene file: a dictionary of arrays, one for each column of its output, "t" the first, with the events that
-    it found as the attribute `events`.
+    """Runs a scene file. Returns a dictionary of arrays, one for each column of its output, "t" the first, with the events
+    that it found as attribute `events`.
 
     `overrides` are texts "GROUP.KEY=VALUE" as after --set: run("box.nml", "integrator.time_step=0.005").
     """

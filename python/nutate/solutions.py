@@ -27,8 +27,8 @@ Event = Callable[[float, Array, Array], float]
 
 class Motion:
     """A motion at any time from its start to its end: motion(t) gives the attitude and the angular velocity (body axes, rad/s)
-    at a time, shapes (4,) and (3,), or at n times, shapes (n, 4) and (n, 3). Between the ends of the steps that were taken it
-    takes the step again, once for all times in it, and looks inside by the method: as good as the steps themselves."""
+    at a time, shapes (4,) and (3,), or at n times, shapes (n, 4) and (n, 3). Inside a step it repeats the step, once for all
+    times in it, and evaluates the dense output of the method, which is as accurate as the steps themselves."""
 
     def __init__(self, stepper: Stepper, branch: Stepper, ends: dict[str, Array]) -> None:
         """`branch` is as the stepper was before its run, which led to the ends of steps."""
@@ -51,12 +51,12 @@ class Motion:
 
     @property
     def t_min(self) -> float:
-        """s"""
+        """Least time, s."""
         return float(min(self._ends["t"][[0, -1]]))
 
     @property
     def t_max(self) -> float:
-        """s"""
+        """Greatest time, s."""
         return float(max(self._ends["t"][[0, -1]]))
 
     def __call__(self, t: npt.ArrayLike) -> tuple[Array, Array]:
@@ -68,7 +68,7 @@ class Motion:
         """All columns of the solution at a time or times, s."""
         wanted = np.atleast_1d(np.asarray(t, dtype=np.float64))
         if wanted.ndim != 1 or not np.all((wanted >= self.t_min) & (wanted <= self.t_max)):
-            raise refusal(f"a time is outside of the motion (expected {self.t_min!r} to {self.t_max!r} s)")
+            raise refusal(f"a time is outside the motion (expected {self.t_min!r} to {self.t_max!r} s)")
         times, places = np.unique(wanted, return_inverse=True)
         found = {name: np.empty(len(times)) for name in self._ends}
         for chosen, rows in self._pieces(times):
@@ -110,23 +110,23 @@ class Motion:
 
 
 class Solution(Columns):
-    """What `solve` found.
+    """Result of `solve`.
 
     t           times of the rows, s, shape (n,)
     q, omega    attitudes, shape (n, 4), and angular velocities, body axes, rad/s, shape (n, 3)
     energy      energies by name, J, each of shape (n,): kinetic, potential, total, work, energy_residual
-    sol         the motion at any time between: sol(t) gives q and omega; None without dense_output
+    sol         the motion at any time in between: sol(t) returns q and omega; None without dense_output
     status      0: the end was reached; 1: an event ended the motion; -1: a step failed
-    message     the same in words; success is status >= 0
+    message     description of the status; success is status >= 0
     errors      the largest errors of the invariants at the rows: "norm" (q.q - 1), "orthogonality" (q.p, kg m2/s), "energy"
-                (total - total at the start - work, J), "momentum" (of what is conserved of it, N m s), and "attitude", an
-                estimate of that of the attitude at the end, rad, nan where no accuracy was asked for
-    accuracy_reached    that estimate is at most the accuracy asked for; None where none was asked for, or a step failed. False
-                comes with a NutateAccuracyWarning; the motion is as good as it can be, and success does not depend on it
+                (total - total at the start - work, J), "momentum" (of its conserved components, N m s), and "attitude", an
+                estimate of the attitude error at the end, rad, nan if no accuracy was requested
+    accuracy_reached    that estimate is at most the requested accuracy; None if none was requested, or a step failed. False
+                comes with a NutateAccuracyWarning; the motion is as accurate as possible, and success does not depend on it
     t_events, q_events, omega_events    for each event the times when it happened and the states then
-    method      what was integrated with
-    n_steps     steps that were taken up to the end; None without dense_output
-    uncertified_steps  of these the ones that rest on a root without a proof
+    method      integration method
+    n_steps     number of steps; None without dense_output
+    uncertified_steps  number of steps whose root is not certified
 
     solution["omega3"] is a column by its name, solution.columns all of them; to_pandas() and to_xarray() make tables.
     """
@@ -153,7 +153,7 @@ class Solution(Columns):
 
     @property
     def success(self) -> bool:
-        """The end was reached, or an event ended the motion."""
+        """True if the end was reached, or an event ended the motion."""
         return self.status >= 0
 
     def __repr__(self) -> str:
@@ -163,7 +163,7 @@ class Solution(Columns):
                 f"{self.message}; errors: {errors}>") if len(self.t) else f"<Solution without rows: {self.message}>"
 
     def view(self, **options: Any) -> Any:
-        """As nutate.view."""
+        """Makes a web page with an animation, as nutate.view."""
         from ._page import view
         return view(self, **options)
 
@@ -173,11 +173,11 @@ def solve(system: Union[System, Scene], q0: Any = None, omega0: Optional[npt.Arr
           accuracy: Optional[float] = 1e-8, method: Optional[str] = "auto",
           events: Union[None, Event, Sequence[Event]] = None, *, frame: str = "body", dense_output: bool = True,
           **settings: Any) -> Solution:
-    """The motion of a System from t_span[0] to t_span[1], s, forward or back, from the attitude q0 (scalar first, or a Rotation of
-    SciPy; default: the identity) and the angular velocity omega0 (rad/s, in the axes of `frame`, "body" or "space"). A Scene
-    gives its body and effects, and start and end where they are not given.
+    """Computes the motion of a System from t_span[0] to t_span[1], s, forward or back, from attitude q0 (scalar first, or a
+    Rotation of SciPy; default: the identity) and the angular velocity omega0 (rad/s, in the axes of `frame`, "body" or "space").
+    A Scene gives its body and effects, and start and end where they are not given.
 
-    accuracy   error of the attitude that is not to be exceeded at the end, rad; trial runs find the steps for it. Or give
+    accuracy   largest attitude error at the end, rad; trial runs find the steps for it. Or give
                local_tolerance=, the error of each step, or time_step=; these and other `settings` are the keys of &integrator
     method     "auto" chooses by the accuracy; see docs/reference/scenes/integrator.md
     t_eval     times of the rows, s, in the order of the run; otherwise the ends of the steps
@@ -186,7 +186,7 @@ def solve(system: Union[System, Scene], q0: Any = None, omega0: Optional[npt.Arr
                ends there; n: at the n-th time). The run finds them inside its steps as those of `Stepper.add_event`
     dense_output  False saves the memory of `sol` where t_eval is given
 
-    What a callback or event raises comes out as it is, with the rows so far as its attribute `history`, and so does the
+    Exceptions raised by callbacks and events propagate unchanged, with the rows so far as attribute `history`, and so does the
     KeyboardInterrupt of Ctrl-C. A step that fails ends the motion with the rows before it and status -1."""
     body, q0, omega0, span = start_of(system, q0, omega0, t_span)
     if "time_step" in settings or "local_tolerance" in settings:
@@ -219,14 +219,14 @@ def start_of(system: Union[System, Scene], q0: Any, omega0: Optional[npt.ArrayLi
     span = None if t_span is None else vector(t_span, 2, "t_span")
     if isinstance(system, Scene):
         if system.has_events:
-            raise refusal("the scene has groups &event, which its run heeds (expected a scene without them, and events=)")
+            raise refusal("the scene has groups &event, which solve does not support (expected events= instead)")
         attitude, rates = system.initial
         q0 = attitude if q0 is None else q0
         omega0 = rates if omega0 is None else omega0
         span = np.array([0.0, system.plan[1]]) if span is None else span
         system = System(scene=system)
     if omega0 is None or span is None:
-        raise refusal("solve takes omega0 and t_span, unless a Scene has them")
+        raise refusal("omega0 or t_span is missing (expected both, or a Scene that has them)")
     return system, quaternion((1, 0, 0, 0) if q0 is None else q0, "q0"), vector(omega0, 3, "omega0"), (float(span[0]), float(span[1]))
 
 
@@ -236,7 +236,7 @@ def times_of(t_eval: npt.ArrayLike, span: tuple[float, float]) -> Array:
     sense = 1.0 if span[1] >= span[0] else -1.0
     if (times.ndim != 1 or np.any(np.diff(sense * times) <= 0) or not np.all(np.isfinite(times))
             or np.any(sense * times < sense * span[0]) or np.any(sense * times > sense * span[1])):
-        raise refusal("t_eval is not in order, or not inside t_span")
+        raise refusal("t_eval is out of order or outside t_span (expected times in the order of the run)")
     return times
 
 

@@ -37,14 +37,14 @@ def setting(key: str, value: Any) -> str:
 
 
 class Stepper(SatelliteState):
-    """Moves the state of a System, or of a Scene from its initial state.
+    """Integrates the motion of a System, or of a Scene from its initial state.
 
     Settings are the keys of the group &integrator: Stepper(system, method="nielsen_krenk", order=4,
     formulation="reduced", time_step=0.01), or accuracy=1e-8, method="auto" for `run_to`. `with Stepper(...) as stepper:`
-    frees it at the end. copy.copy makes another one that goes on as this one would, to the last digit, and so does pickle,
+    frees it at the end. copy.copy makes an independent one that continues with identical results, and so does pickle,
     as far as callbacks can be pickled.
 
-    What fails half-way in a run, in a callback or by Ctrl-C, raises; the rows so far are the attribute `history` of what is
+    A run that fails, in a step, in a callback or by Ctrl-C, raises; the rows so far are the attribute `history` of what is
     raised.
     """
 
@@ -74,7 +74,7 @@ class Stepper(SatelliteState):
             self._settings[key] = value
 
     def get(self, key: str) -> str:
-        """What is in force for a key of &integrator, as a scene file says it: what was set, or what was chosen for it. One of
+        """Returns the value in force for a key of &integrator, as in a scene file: what was set, or what was chosen. One of
         method, choice (why the method was chosen; empty where it was named), formulation, order, series_order, conserve,
         time_step, accuracy, local_tolerance (with an accuracy: the one that the last run found)."""
         self._call("nutate_stepper_get", encoded(key), ctypes.create_string_buffer(MESSAGE_SIZE), MESSAGE_SIZE)
@@ -102,7 +102,7 @@ class Stepper(SatelliteState):
         """Sets attitude, angular velocity (rad/s, in the axes of `frame`, "body" or "space") and time (s); work counts from
         here. The attitude is q, four numbers with the scalar first or a Rotation of SciPy, or xyzw, with the scalar last."""
         if (q is None) == (xyzw is None) or omega is None or frame not in ("body", "space"):
-            raise refusal('set_state takes q or xyzw, omega, and frame="body" or "space"')
+            raise refusal('wrong arguments of set_state (expected q or xyzw, omega, and frame="body" or "space")')
         attitude = quaternion(q) if xyzw is None else np.roll(vector(xyzw, 4, "xyzw"), 1)
         rates = vector(omega, 3, "omega")
         if frame == "space":
@@ -114,20 +114,20 @@ class Stepper(SatelliteState):
         self._call("nutate_stepper_set_canonical", float(t), pointer(quaternion(q)), pointer(vector(p, 4, "p")))
 
     def prepare(self) -> None:
-        """Makes the method ready, and tests the settings together; the first step would do it."""
+        """Prepares the method and checks the settings together; otherwise the first step does."""
         self._call("nutate_stepper_prepare")
 
     def step(self, dt: float) -> None:
-        """One step of the method, s."""
+        """Performs one step of length dt, s, without subdividing it."""
         self._call("nutate_stepper_step", float(dt))
 
     def steps(self, dt: float, n: int) -> None:
-        """n steps of the method of the same length, s."""
+        """Performs n steps of length dt, s."""
         status = interruptible(library.nutate_stepper_steps, self._handle, float(dt), operator.index(n), None)
         self._conclude(status)
 
     def run(self, n: int, every: int = 1, initial: bool = False) -> dict[str, Array]:
-        """n nominal steps of the setting time_step, as the program makes them: a dictionary of arrays, one for each
+        """Performs n nominal steps of the setting time_step, as `nutate run` does. Returns a dictionary of arrays, one for each
         column, with a row after each `every` steps; with `initial`, the present state comes first, as in a history."""
         n, every = operator.index(n), operator.index(every)
         if every < 1 or n < 0:
@@ -146,10 +146,10 @@ class Stepper(SatelliteState):
 
     def run_to(self, end_time: float, every: int = 1, interval: float = 0.0,
                times: Optional[npt.ArrayLike] = None) -> History:
-        """Runs to a time, s: with nominal steps of the setting time_step, the last one shortened to end there, or with steps
-        chosen by their error where accuracy or local_tolerance is set. A dictionary of arrays, one for each column, as the
+        """Runs to a time, s: with nominal steps of the setting time_step, the last one shortened to end there, or with adaptive
+        steps where accuracy or local_tolerance is set. Returns a dictionary of arrays, one for each column, as the
         history of a scene: the first state, a row after each `every` steps, or after each `interval` of time, s, where steps
-        are chosen by their error, and the last state. Or rows at the `times`, s, in the order of the run, and no others."""
+        are adaptive, and the last state. Or rows at the `times`, s, in the order of the run, and no others."""
         wanted = None if times is None else np.ascontiguousarray(np.atleast_1d(times), dtype=np.float64)
         handle = ctypes.c_void_p()
         status = interruptible(library.nutate_stepper_run_history, self._handle, float(end_time), operator.index(every),
@@ -164,15 +164,15 @@ class Stepper(SatelliteState):
                   modulo: Optional[float] = None, weights: Optional[Sequence[float]] = None, stop: Optional[bool] = None,
                   count: Optional[int] = None, switch: Optional[str] = None) -> None:
         """Looks for an event in every `run` from now on. `when` is a column, up to three of them, whose sum counts, or a
-        function of your own, when(t, q, omega), a smooth one of its arguments alone (omega in body axes, rad/s). The other
+        user-defined function when(t, q, omega), smooth and of its arguments alone (omega in body axes, rad/s). The other
         arguments are the keys of the group &event. A run that an event ends (stop, count) leaves the state there, and the
-        next one goes on behind it."""
+        next one continues from there."""
         keys = {"crosses": None if crosses is None else float(crosses), "extremum": extremum, "direction": direction,
                 "modulo": None if modulo is None else float(modulo), "stop": stop, "count": count, "switch": switch}
         again = ((when, name), {**keys, "weights": weights})
         if callable(when):
             if weights is not None:
-                raise refusal("weights have no place beside a function")
+                raise refusal("weights are not allowed with a function")
             group = event_group("event" if name is None else name, None, **keys)
             self._call("nutate_stepper_add_event", self._callbacks.quantity(when), None, encoded(group))
         else:
@@ -190,8 +190,8 @@ class Stepper(SatelliteState):
         self._call("nutate_stepper_keep_steps")
 
     def state_at(self, t: float) -> tuple[Array, Array]:
-        """Attitude, shape (4,), and angular velocity, body axes, rad/s, shape (3,), at a time inside the last step that was kept:
-        as good as the method, and unnoticed by the steps that follow."""
+        """Returns attitude, shape (4,), and angular velocity, body axes, rad/s, shape (3,), at a time inside the last step kept:
+        to the accuracy of the method, without effect on later steps."""
         q, omega = np.empty(4), np.empty(3)
         self._call("nutate_stepper_state_at", float(t), pointer(q), pointer(omega))
         return q, omega
@@ -229,7 +229,7 @@ class Stepper(SatelliteState):
 
     @property
     def time(self) -> float:
-        """s"""
+        """Time, s."""
         return float(self._read("nutate_stepper_time", 1)[0])
 
     @property
@@ -245,27 +245,27 @@ class Stepper(SatelliteState):
 
     @property
     def conjugate_momentum(self) -> Array:
-        """p, kg m2/s; shape (4,)."""
+        """Conjugate momentum p, kg m2/s; shape (4,)."""
         return self._read("nutate_stepper_conjugate_momentum", 4)
 
     @property
     def angular_velocity(self) -> Array:
-        """Body axes, rad/s; shape (3,)."""
+        """Angular velocity, body axes, rad/s; shape (3,)."""
         return self._read("nutate_stepper_angular_velocity", 3)
 
     @property
     def angular_velocity_space(self) -> Array:
-        """Space axes, rad/s; shape (3,)."""
+        """Angular velocity, space axes, rad/s; shape (3,)."""
         return self._read("nutate_stepper_angular_velocity_space", 3)
 
     @property
     def angular_momentum(self) -> Array:
-        """Body axes, N m s; shape (3,)."""
+        """Angular momentum, body axes, N m s; shape (3,)."""
         return self._read("nutate_stepper_angular_momentum", 3)
 
     @property
     def angular_momentum_space(self) -> Array:
-        """Space axes, N m s; shape (3,)."""
+        """Angular momentum, space axes, N m s; shape (3,)."""
         return self._read("nutate_stepper_angular_momentum_space", 3)
 
     @property
@@ -275,7 +275,7 @@ class Stepper(SatelliteState):
 
     @property
     def euler(self) -> Array:
-        """Precession, nutation, spin (z-x-z), rad; shape (3,)."""
+        """Euler angles (precession, nutation, spin; z-x-z), rad; shape (3,)."""
         return self._read("nutate_stepper_euler", 3)
 
     @property
@@ -285,25 +285,25 @@ class Stepper(SatelliteState):
 
     @property
     def uncertified_steps(self) -> int:
-        """Uncertified steps since the state was set."""
+        """Number of uncertified steps since the state was set."""
         steps = ctypes.c_int64()
         self._call("nutate_stepper_uncertified", ctypes.byref(steps))
         return steps.value
 
     @property
     def estimated_error(self) -> Array:
-        """Of the last run with accuracy: an estimate of the error of the attitude at its end, rad, above the accuracy where that
-        is out of reach; and the part of it that round-off makes whatever the steps; shape (2,)."""
+        """Error estimates of the last run with accuracy: the attitude error at its end, rad, which exceeds the accuracy where that
+        is not attained, and the part of it due to round-off, whatever the steps; shape (2,)."""
         return self._read("nutate_stepper_accuracy", 2)
 
     @property
     def constraints(self) -> Array:
-        """q.q - 1 and q.p (kg m2/s); shape (2,)."""
+        """Errors of the constraints: q.q - 1 and q.p (kg m2/s); shape (2,)."""
         return self._read("nutate_stepper_constraints", 2)
 
     @property
     def conserved(self) -> tuple[int, Array]:
-        """How many components of the inertial angular momentum are conserved, 0, 1 or 3, and the axis of the one (a
+        """Number of components of the inertial angular momentum are conserved, 0, 1 or 3, and the axis of the one (a
         unit vector, space axes; else zeros)."""
         components, axis = ctypes.c_int(), np.empty(3)
         self._call("nutate_stepper_conserved", ctypes.byref(components), pointer(axis))

@@ -19,21 +19,21 @@ MOST_THREADS = 4096
 
 
 def sweep(scene: SceneOrPath, *overrides: str, table: Any = None, threads: int = 1) -> Rows:
-    """Runs all members of an ensemble: a structured array, a row for each, with the fields and the bytes of the file that
+    """Runs all members of an ensemble. Returns a structured array, one row each, with the fields and the bytes of the file that
     `nutate sweep` writes: rows["status"], rows["omega3"], rows["initial.angular_velocity.3"].
 
-    `scene` is the path of a scene file, with `overrides` as in `run`, or a Scene. `table` gives a case for each member: a
+    `scene` is the path of a scene file, with `overrides` as in `run`, or a Scene. `table` has one line for each member: a
     mapping of names such as "body.inertia.1" to columns, a DataFrame, or a structured array; a scene without `&ensemble`
     gets as many members as it has lines. `threads` run at once; more than 1 need a library that was built with OpenMP.
-    What goes wrong with a member stands in its row. Ctrl-C ends it."""
+    The status of a member that fails is in its row. Ctrl-C ends the sweep."""
     made = with_table(scene, overrides, table)
     return rows_of(made, 1, made.members, threads)
 
 
 def sweep_chunk(scene: SceneOrPath, first: int, last: int, *overrides: str, table: Any = None) -> Rows:
-    """The rows of members `first` to `last`, counted from 1, as `sweep` has them. By the thread that calls and no other, also
-    in a process that was forked; function and arguments can be pickled. So it is what Dask, Ray, joblib and multiprocessing
-    may spread over processes and machines; numpy.concatenate puts the parts together."""
+    """Returns the rows of members `first` to `last`, counted from 1, as `sweep` does. Runs in the calling thread only, also
+    in a forked process; function and arguments can be pickled. Dask, Ray, joblib and multiprocessing can therefore distribute
+    it over processes and machines; numpy.concatenate joins the parts."""
     return rows_of(with_table(scene, overrides, table), first, last, 1)
 
 
@@ -41,7 +41,7 @@ def with_table(scene: SceneOrPath, overrides: tuple[str, ...], table: Any) -> Sc
     """The scene with its table, and the one given as it was."""
     if isinstance(scene, Scene):
         if overrides:
-            raise refusal("overrides belong to the Scene (expected them in its constructor)")
+            raise refusal("overrides are not allowed with a Scene (expected them in its constructor)")
         made = scene if table is None else copy.copy(scene)
     else:
         made = Scene(scene, *overrides)
@@ -62,7 +62,7 @@ def columns_of(table: Any) -> tuple[list[str], npt.NDArray[np.float64]]:
     try:
         numbers = np.stack([np.asarray(table[name], dtype=np.float64) for name in names], axis=-1)
     except ValueError as error:
-        raise refusal(f"table is not made of columns of one length: {error}") from error
+        raise refusal(f"the columns of the table differ in length: {error}") from error
     if numbers.ndim != 2:
         raise refusal(f"columns of the table have {numbers.ndim - 1} dimensions (expected 1)")
     return list(names), np.ascontiguousarray(numbers)
@@ -72,7 +72,7 @@ def rows_of(scene: Scene, first: int, last: int, threads: int) -> Rows:
     """The rows of some members."""
     first, last, threads = int(first), int(last), int(threads)
     if scene.members and not 1 <= first <= last <= scene.members:
-        raise refusal(f"there are no members {first} to {last} (expected 1 to {scene.members})")
+        raise refusal(f"members {first} to {last} are out of range (expected 1 to {scene.members})")
     if not 1 <= threads <= MOST_THREADS:
         raise refusal(f"the number of threads is {threads} (expected 1 to {MOST_THREADS})")
     fields, n_fields, whole = [], ctypes.c_size_t(), ctypes.c_int()

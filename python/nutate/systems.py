@@ -32,7 +32,7 @@ def tensor_entries(tensor: npt.ArrayLike) -> Array:
     if matrix.shape != (3, 3):
         return vector(matrix, 6, "tensor")
     if not np.allclose(matrix, matrix.T, rtol=1e-12, atol=0):
-        raise refusal("tensor is not symmetric")
+        raise refusal("tensor is not symmetric (expected a symmetric 3 x 3 matrix)")
     return np.array([matrix[0, 0], matrix[1, 1], matrix[2, 2], matrix[0, 1], matrix[0, 2], matrix[1, 2]])
 
 
@@ -61,7 +61,7 @@ class System(WheelMounting):
                  scene: Optional[Recipe] = None, mass: float = 0.0, density: float = 0.0, center_of_mass: Optional[npt.ArrayLike] = None,
                  about_center: bool = False) -> None:
         if sum(way is not None for way in (moments, tensor, shape, text, scene)) != 1:
-            raise refusal("a System takes one of moments, tensor, shape, text and scene")
+            raise refusal("a System needs exactly one of moments, tensor, shape, text and scene")
         center = None if center_of_mass is None else vector(center_of_mass, 3, "center_of_mass")
         if text is not None:
             handle = create(library.nutate_system_parse, encoded(text))
@@ -92,14 +92,14 @@ class System(WheelMounting):
 
     @property
     def mass(self) -> float:
-        """kg; 0 where it is not known."""
+        """Mass, kg; 0 where it is not known."""
         mass = np.zeros(1)
         self._call("nutate_system_body", None, pointer(mass), None)
         return float(mass[0])
 
     @property
     def center_of_mass(self) -> Array:
-        """From the reference point, body axes, m; shape (3,)."""
+        """Centre of mass, from the reference point, body axes, m; shape (3,)."""
         center = np.empty(3)
         self._call("nutate_system_body", None, None, pointer(center))
         return center
@@ -138,26 +138,26 @@ class System(WheelMounting):
         self._add("_add_group", name, text)
 
     def add_user_torque(self, torque: Callable[..., npt.ArrayLike], bounds: Optional[npt.ArrayLike] = None) -> None:
-        """Adds a torque of your own: torque(t, q, omega) gives three numbers, N m, body axes; omega in body axes, rad/s.
+        """Adds a user-defined torque: torque(t, q, omega) returns three numbers, N m, body axes; omega in body axes, rad/s.
         It must depend on its arguments alone.
 
         bounds = (torque, by_rotation, second, rate), for a torque that does not depend on omega, at all attitudes and
         times: of |tau|, of the length of its first and of its second derivative by the angle as the body turns about any
         axis, N m, and a rate, 1/s, that times these bounds their derivatives by time (0: constant in time). With bounds
         of every effect steps can be certified to follow the true motion; without them they count as `uncertified_steps`. The
-        bounds are promised, not tested."""
+        bounds are not verified."""
         add_user_torque(self, "system", torque, bounds)
         self._add("add_user_torque", torque, bounds)
 
     def add_potential(self, direction: npt.ArrayLike, potential: Callable[..., Any],
                       hessian: Optional[Callable[..., npt.ArrayLike]] = None,
                       bounds: Optional[npt.ArrayLike] = None) -> None:
-        """Adds a potential of your own: potential(gamma) gives U (J) and its gradient by gamma, the body components of
-        the vector `direction` fixed in space; hessian(gamma), if there is one, its second derivatives.
+        """Adds a user-defined potential: potential(gamma) returns U (J) and its gradient by gamma, the body components of
+        the vector `direction` fixed in space; hessian(gamma), if given, its second derivatives.
 
         bounds = (gradient, hessian, third): of the length of the gradient, of the norm of the second derivatives and of
-        the third derivative along any unit vector, for all gamma up to the length of `direction`. What they are good for:
-        see add_user_torque."""
+        the third derivative along any unit vector, for all gamma up to the length of `direction`. For their use see
+        add_user_torque."""
         add_potential(self, "system", direction, potential, hessian, bounds)
         self._add("add_potential", direction, potential, hessian, bounds)
 

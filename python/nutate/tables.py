@@ -47,16 +47,16 @@ class Columns(Mapping[str, Array]):
         return len(self.columns)
 
     def to_pandas(self) -> Any:
-        """As nutate.to_pandas."""
+        """Returns a DataFrame, as nutate.to_pandas."""
         return to_pandas(self)
 
     def to_xarray(self) -> Any:
-        """As nutate.to_xarray."""
+        """Returns a Dataset, as nutate.to_xarray."""
         return to_xarray(self)
 
 
 def to_pandas(history: Union[Mapping[str, Array], Columns]) -> Any:
-    """The columns of a run, of nutate.run, of a stepper or of nutate.solve, as a DataFrame of pandas with the time, s, as its
+    """Returns the columns of a run (nutate.run, a stepper or nutate.solve) as a DataFrame of pandas with the time, s, as its
     index; attrs["units"] has their units."""
     pandas = importlib.import_module("pandas")
     frame = pandas.DataFrame({name: values for name, values in history.items() if name != "t"},
@@ -66,8 +66,8 @@ def to_pandas(history: Union[Mapping[str, Array], Columns]) -> Any:
 
 
 def to_xarray(history: Union[Mapping[str, Array], Columns]) -> Any:
-    """The columns of a run as a Dataset of xarray over the time, s: attitude q, angular velocity omega and momenta with an axis
-    of their own, all else column by column; each has its unit in attrs["units"]."""
+    """Returns the columns of a run as a Dataset of xarray over the time, s: attitude q, angular velocity omega and momenta with an
+    axis of components, all else column by column; each has its unit in attrs["units"]."""
     xarray = importlib.import_module("xarray")
     rest = {name: values for name, values in history.items() if name != "t"}
     variables: dict[str, Any] = {}

@@ -101,10 +101,10 @@ class SatellitesTest(unittest.TestCase):
         with self.assertRaises(nutate.NutateValueError):
             table.set_motor(0, 0.1)
         for wheel in (1, -2):
-            with self.assertRaisesRegex(nutate.NutateValueError, f"there is no wheel {wheel}"):
+            with self.assertRaisesRegex(nutate.NutateValueError, f"wheel {wheel} does not exist"):
                 program.set_motor(wheel, 0.1)
         program.set_motor(-1, 0.1)
-        with self.assertRaisesRegex(nutate.NutateValueError, "there is no wheel"):
+        with self.assertRaisesRegex(nutate.NutateValueError, "the system has no wheels"):
             make_box().set_motor(0, 0.1)
 
     def test_gains_of_controllers_are_numbers_or_matrices(self):

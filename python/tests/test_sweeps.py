@@ -150,7 +150,7 @@ class TableTest(unittest.TestCase):
         scene = nutate.Scene(text=BODY)
         for table, says in (({}, "no named columns"), ([[1.0]], "no named columns"), ({1: [1.0]}, "no named columns"),
                             ({"body.inertia.1": [[1.0]]}, "2 dimensions"), ({"body.inertia.1": "x"}, "columns"),
-                            ({"body.inertia.1": [1, 2], "body.inertia.2": [1]}, "one length"), ({"body.inertia.1": []}, "no line"),
+                            ({"body.inertia.1": [1, 2], "body.inertia.2": [1]}, "differ in length"), ({"body.inertia.1": []}, "no line"),
                             ({"body.inertia.1": [np.nan]}, "not finite"), ({"body.inertia": [1.0]}, "several numbers"),
                             ({"body.inertia.9": [1.0]}, "beyond the last"), ({"output.every": [1.0]}, "does not change"),
                             ({"body.inertia.1" + 100 * " " + "x": [1.0]}, "too long"), ({"nonsense": [1.0]}, "nonsense")):
@@ -163,7 +163,7 @@ class RefusalTest(unittest.TestCase):
     def test_members_and_threads_that_there_are_not(self):
         scene = nutate.Scene(text=TUMBLE)
         for first, last in ((0, 1), (1, 61), (5, 4), (1, 10**12)):
-            with self.assertRaisesRegex(nutate.NutateValueError, "no members"):
+            with self.assertRaisesRegex(nutate.NutateValueError, "are out of range"):
                 nutate.sweep_chunk(scene, first, last)
         for threads in (0, -1, 2**32 + 1):
             with self.assertRaisesRegex(nutate.NutateValueError, "number of threads"):

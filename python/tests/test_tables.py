@@ -62,9 +62,9 @@ class TableTest(unittest.TestCase):
         with open(self.table, "a", encoding="utf-8") as file:
             file.write("0.1,0,0,0\n")
         system = nutate.System(moments=(2, 3, 4))
-        with self.assertRaisesRegex(nutate.NutateError, "table.csv:6: the time goes back"):
+        with self.assertRaisesRegex(nutate.NutateError, "table.csv:6: the time decreases"):
             system.add("torque", table=self.table, **KEYS)
-        with self.assertRaisesRegex(nutate.NutateError, "table.csv:6: the time goes back"):
+        with self.assertRaisesRegex(nutate.NutateError, "table.csv:6: the time decreases"):
             nutate.run(self.scene)
 
 

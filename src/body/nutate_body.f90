@@ -98,7 +98,7 @@ contains
       call find_principal_axes(rest, status)
       if (status%ok()) call check_moments(rest, .false., status)
       if (.not. status%ok()) then
-         status = fail(NUTATE_BAD_BODY, 'the inertia of the wheels is that of the body with them, or more '// &
+         status = fail(NUTATE_BAD_BODY, 'the inertia of the wheels is not below that of the body '// &
                        '(expected that of the body with its wheels locked to be larger)', 'inertia')
          return
       end if

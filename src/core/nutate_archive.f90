@@ -123,7 +123,7 @@ contains
       class(archive_t), intent(in) :: self
       character(len=:), allocatable :: reason
       reason = ''
-      if (self%spoiled) reason = 'it holds something else than this run'
+      if (self%spoiled) reason = 'it belongs to another run'
       if (allocated(self%obstacle)) reason = self%obstacle
    end function problem
 

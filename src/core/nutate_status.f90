@@ -27,7 +27,7 @@ module nutate_status
    integer, parameter :: NUTATE_BAD_SCENE = 7
    !> A file could not be read or written.
    integer, parameter :: NUTATE_IO = 8
-   !> The run would need more steps than were allowed.
+   !> The run would need more steps than allowed.
    integer, parameter :: NUTATE_STEP_LIMIT = 9
    !> What a C program gave is not a handle of the kind asked for.
    integer, parameter :: NUTATE_BAD_HANDLE = 10

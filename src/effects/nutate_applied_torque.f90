@@ -74,7 +74,7 @@ contains
       integer :: i
       torque%name = 'torque'
       if (group%has('body') .and. group%has('space')) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'body and space say the same thing (expected one of the two)', 'space')
+         status = fail(NUTATE_BAD_ARGUMENT, 'body and space exclude each other (expected one of the two)', 'space')
          return
       else if (.not. (group%has('body') .or. group%has('space'))) then
          status = fail(NUTATE_BAD_ARGUMENT, 'the torque is missing (expected body, space or table)')

@@ -85,7 +85,7 @@ contains
       end select
       controller%target = group%vector('target', controller%target)
       if (.not. is_unit(controller%target, attitude_tolerance)) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'the target is no unit quaternion (expected a norm of 1 to within 1e-6)', &
+         status = fail(NUTATE_BAD_ARGUMENT, 'the target is not a unit quaternion (expected a norm of 1 to within 1e-6)', &
                        'target')
          return
       end if
@@ -166,7 +166,7 @@ contains
       subroutine demand(key)
          character(len=*), intent(in) :: key
          if (status%ok() .and. .not. group%has(key)) &
-            status = fail(NUTATE_BAD_ARGUMENT, 'the controller has no '//key//' (expected it)')
+            status = fail(NUTATE_BAD_ARGUMENT, 'the controller needs '//key)
       end subroutine demand
 
       subroutine refuse(key, words)
@@ -186,11 +186,11 @@ contains
       call check_gain('attitude_gain', 'attitude_gain_matrix')
       call check_gain('rate_gain', 'rate_gain_matrix')
       if (all(group%count_of('inertia') /= [0, 3, 6])) &
-         call refuse('inertia has another count of values (expected 3 or 6 numbers)', 'inertia')
+         call refuse('inertia has the wrong number of values (expected 3 or 6 numbers)', 'inertia')
       if (group%has('gains') .and. matrices) &
-         call refuse('gains beside gain matrices (expected attitude_gain or rate_gain with it)', 'gains')
+         call refuse('gains has no effect on gain matrices (expected attitude_gain or rate_gain)', 'gains')
       if (group%has('inertia') .and. (matrices .or. group%text('gains', 'inertia') == 'scalar')) &
-         call refuse("inertia without gains by it (expected attitude_gain or rate_gain, and gains = 'inertia')", &
+         call refuse("inertia has no effect on these gains (expected attitude_gain or rate_gain, and gains = 'inertia')", &
                      'inertia')
 
    contains
@@ -198,11 +198,11 @@ contains
       subroutine check_gain(key, matrix)
          character(len=*), intent(in) :: key, matrix
          if (.not. (group%has(key) .or. group%has(matrix))) &
-            call refuse('the controller has no '//key//' (expected it)', '')
+            call refuse('the controller needs '//key, '')
          if (group%has(key) .and. group%has(matrix)) &
-            call refuse(matrix//' beside '//key//' (expected one of them)', matrix)
+            call refuse(matrix//' and '//key//' exclude each other (expected one of them)', matrix)
          if (all(group%count_of(matrix) /= [0, 3, 6, 9])) &
-            call refuse(matrix//' has another count of values (expected 3, 6 or 9 numbers)', matrix)
+            call refuse(matrix//' has the wrong number of values (expected 3, 6 or 9 numbers)', matrix)
       end subroutine check_gain
 
       subroutine refuse(words, key)

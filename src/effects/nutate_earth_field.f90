@@ -61,7 +61,7 @@ contains
       type(body_t), intent(in) :: body
       class(effect_t), allocatable, intent(out) :: effect
       type(status_t), intent(out) :: status
-      status = fail(NUTATE_BAD_ARGUMENT, 'the field of the Earth, and no orbit to be on (expected &orbit with it)')
+      status = fail(NUTATE_BAD_ARGUMENT, 'the field of the Earth needs an orbit (expected &orbit)')
    end subroutine build_earth_field
 
    !> The field as a scene's group describes it, along the orbit of the scene.

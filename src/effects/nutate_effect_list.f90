@@ -356,7 +356,7 @@ contains
          call give_bounds(self%potentials(i)%item, given, taken)
          if (taken) return
       end do
-      status = fail(NUTATE_BAD_ARGUMENT, 'there is no potential of one''s own to bound')
+      status = fail(NUTATE_BAD_ARGUMENT, 'there is no user-defined potential to bound')
    end subroutine bound_potential
 
    !> Gives bounds to the user-defined torque that was added last, which must depend on attitude and time alone. They
@@ -379,7 +379,7 @@ contains
          call give_bounds(self%torques(i)%item, given, taken)
          if (taken) return
       end do
-      status = fail(NUTATE_BAD_ARGUMENT, 'there is no torque of one''s own to bound')
+      status = fail(NUTATE_BAD_ARGUMENT, 'there is no user-defined torque to bound')
    end subroutine bound_torque
 
    !> Bounds are zero or 1e-300 to 1e100. Errors: `NUTATE_BAD_ARGUMENT` with the name of the first that is not.

@@ -98,8 +98,8 @@ contains
       class(effect_t), allocatable, intent(out) :: effect
       type(status_t), intent(out) :: status
       if (.not. (group%has('direction') .and. group%has('strength'))) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'a gravity gradient has a direction and a strength (expected both, or '// &
-                       '&orbit and none of them)', merge('direction', 'strength ', group%has('direction')))
+         status = fail(NUTATE_BAD_ARGUMENT, 'a gravity gradient needs direction and strength (expected both, or '// &
+                       '&orbit and neither of them)', merge('direction', 'strength ', group%has('direction')))
          return
       end if
       allocate (effect, source=gravity_gradient_t(body, group%vector('direction', [0.0_wp, 0.0_wp, 1.0_wp]), &

@@ -117,7 +117,7 @@ contains
       real(wp) :: eccentricity
       eccentricity = group%number('eccentricity', 0.0_wp)
       if (group%has('semi_major_axis') .eqv. group%has('altitude')) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'an orbit has a semi-major axis or an altitude (expected one of them)', &
+         status = fail(NUTATE_BAD_ARGUMENT, 'an orbit needs semi_major_axis or altitude (expected one of them)', &
                        merge('altitude', '        ', group%has('altitude')))
       else if (eccentricity >= 1.0_wp) then
          status = fail(NUTATE_BAD_ARGUMENT, 'eccentricity is out of range (expected a number >= 0 and < 1)', &
@@ -126,7 +126,7 @@ contains
          status = fail(NUTATE_BAD_ARGUMENT, 'the altitude of an eccentric orbit changes (expected semi_major_axis)', &
                        'altitude')
       else if (eccentricity > 0.0_wp .and. group%text('frame', 'inertial') == 'lvlh') then
-         status = fail(NUTATE_BAD_ARGUMENT, 'the axes of an eccentric orbit do not turn at a constant rate '// &
+         status = fail(NUTATE_BAD_ARGUMENT, 'the LVLH frame of an eccentric orbit does not turn at a constant rate '// &
                        "(expected frame = 'inertial')", 'frame')
       else if (group%has('shadow_radius') .and. .not. group%has('sun')) then
          status = fail(NUTATE_BAD_ARGUMENT, 'shadow_radius without sun (expected sun)', 'shadow_radius')

@@ -152,10 +152,10 @@ contains
          status = fail(NUTATE_BAD_ARGUMENT, 'the table is too short (expected '// &
                        merge('four lines', 'two lines ', spline .and. periodic)//' of numbers, or more)', 'table')
       else if (.not. times(n) > times(1)) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'the table has one time only (expected two, or more)', 'table')
+         status = fail(NUTATE_BAD_ARGUMENT, 'the table has one time only (expected two or more)', 'table')
       else if (spline .and. periodic .and. any(abs(values(:, n) - values(:, 1)) > 0.0_wp)) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'the last torque is not the first (expected the same, as a periodic '// &
-                       'spline begins anew)', 'table')
+         status = fail(NUTATE_BAD_ARGUMENT, 'the last torque differs from the first (expected equal torques for a periodic '// &
+                       'spline)', 'table')
       else
          at = 0
       end if
@@ -171,14 +171,14 @@ contains
       n = size(times)
       step = times(n) - times(n - 1)
       if (step < 0.0_wp) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'the time goes back (expected it to increase)', 'table')
+         status = fail(NUTATE_BAD_ARGUMENT, 'the time decreases (expected increasing times)', 'table')
       else if (step >= least_step) then
          return
       else if (step > 0.0_wp) then
          status = fail(NUTATE_BAD_ARGUMENT, 'the time is too close to the one before (expected '// &
                        in_words(least_step)//' s or more)', 'table')
       else if (spline) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'the time is that of the line before (expected it to increase; jumps '// &
+         status = fail(NUTATE_BAD_ARGUMENT, 'the time repeats that of the line before (expected increasing times; jumps '// &
                        "need interpolation = 'linear')", 'table')
       else if (n > 2) then
          if (times(n - 1) <= times(1)) &

@@ -89,7 +89,7 @@ contains
       if (words == '') words = steps_obstacle(scene)
       if (words /= '') return
       if (.not. can_be_lanes(scene%system)) then
-         words = 'an effect that batches do not know'
+         words = 'an effect that batches do not support'
          associate (effects => scene%system%effects)
             if (effects%n_potentials + effects%n_off + effects%n_torques + effects%n_wheels == 0 .and. &
                 .not. effects%frame_turns) words = "a free body has a closed solution, method = 'exact'"
@@ -127,11 +127,11 @@ contains
          if (plan%goal%active()) then
             words = 'steps are adaptive'
          else if (allocated(plan%times) .or. plan%interval > 0.0_wp) then
-            words = 'rows are at times between steps'
+            words = 'output points lie between steps'
          else if (plan%steps >= 0) then
             words = 'the number of steps is given'
          else if (.not. plan%time_step > 0.0_wp) then
-            words = 'time goes back'
+            words = 'time runs backwards'
          else if (any(scene%ensemble%groups(scene%ensemble%targets%group)%name == 'integrator')) then
             words = 'a number of &integrator varies'
          end if

@@ -150,7 +150,7 @@ contains
       integer(long) :: members
       call begin(self, scene, first, last, name, status)
       if (status%ok() .and. self%identity /= identity) &
-         status = fail(NUTATE_BAD_ARGUMENT, 'the scene is not the same everywhere')
+         status = fail(NUTATE_BAD_ARGUMENT, 'the scene differs between processes')
       if (.not. status%ok()) return
       members = last - first + 1
       self%chunk = chunk

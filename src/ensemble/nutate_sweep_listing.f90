@@ -29,12 +29,12 @@ module nutate_sweep_listing
       code_t(NUTATE_OK, 'reached its end'), &
       code_t(NUTATE_NOT_CONVERGED, 'the Newton iteration of a step did not converge'), &
       code_t(NUTATE_OFF_BRANCH, 'a step was too long to follow the motion'), &
-      code_t(NUTATE_SINGULAR, 'the equations of a step were singular'), &
-      code_t(NUTATE_NOT_FINITE, 'a number that is not finite appeared'), &
-      code_t(NUTATE_BAD_ARGUMENT, 'the run could not begin'), &
-      code_t(NUTATE_BAD_BODY, 'refused: the inertia is not that of a rigid body'), &
-      code_t(NUTATE_BAD_SCENE, 'refused: numbers that the scene does not admit'), &
-      code_t(NUTATE_STEP_LIMIT, 'more steps than were allowed')]
+      code_t(NUTATE_SINGULAR, 'the linear system of a step was singular'), &
+      code_t(NUTATE_NOT_FINITE, 'a number was not finite'), &
+      code_t(NUTATE_BAD_ARGUMENT, 'the run could not start'), &
+      code_t(NUTATE_BAD_BODY, 'rejected: the inertia is not that of a rigid body'), &
+      code_t(NUTATE_BAD_SCENE, 'rejected: numbers that the scene does not allow'), &
+      code_t(NUTATE_STEP_LIMIT, 'more steps than allowed')]
 
 contains
 

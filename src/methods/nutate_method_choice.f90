@@ -133,17 +133,17 @@ contains
       else if (damping_is_strong(system, duration, accuracy)) then
          call take('nielsen_krenk', settings)
          settings%formulation = 'reduced'
-         reason = 'strong damping keeps explicit steps shorter than the accuracy asks for'
+         reason = 'strong damping makes explicit steps shorter than the accuracy requires'
       else if (without_series /= '') then
          call take('dop853', settings)
          settings%conserve = .true.
          reason = "effect '"//trim(without_series)//"' has no series; with the projection onto the invariants"
       else if (of_run .and. takes_equal_steps(system, state, duration, accuracy)) then
          call take('rk8', settings)
-         reason = 'a smooth motion in uniform fields takes the cheapest steps, all of one length'
+         reason = 'fixed steps are the cheapest for a smooth motion in uniform fields'
       else if (is_top(system)) then
          call take('taylor', settings)
-         reason = 'a symmetric body under linear effects takes the steps of its slow motion with the series'
+         reason = 'the series follows the slow motion of a symmetric body under linear effects'
       else
          call choose_by_accuracy(system, state, duration, accuracy, settings, reason)
       end if

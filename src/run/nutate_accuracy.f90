@@ -454,7 +454,7 @@ contains
    pure function needs_more(limit) result(message)
       integer(long), intent(in) :: limit
       character(len=80) :: message
-      write (message, '("the accuracy takes more than ",i0," steps of this method")') limit
+      write (message, '("the accuracy needs more than ",i0," steps of this method")') limit
    end function needs_more
 
    !> Noise with numbers of its own for each run.

@@ -40,9 +40,9 @@ contains
       logical, intent(in) :: switches
       character(len=:), allocatable :: words
       words = ''
-      if (switches) words = 'an accuracy is promised only where nothing is switched'
-      if (needs_control(effects)) words = 'an accuracy is promised only where no wheel has a speed_limit, and no '// &
-                                          'controller samples or has limits'
+      if (switches) words = 'accuracy is not available where events switch effects'
+      if (needs_control(effects)) words = 'accuracy is not available where a wheel has a speed_limit or a '// &
+                                          'controller has a sample or limits'
    end function beyond_accuracy
 
    !> The events of all limits.

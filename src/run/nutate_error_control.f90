@@ -357,7 +357,7 @@ contains
       self%length%next = step
       status = status_t()
       if (step < shortest*abs(progress%plan%end_time - progress%t_first)) &
-         status = fail(NUTATE_NOT_CONVERGED, 'no step is short enough for the accuracy asked for')
+         status = fail(NUTATE_NOT_CONVERGED, 'no step is short enough for the requested accuracy')
    end subroutine reject
 
    !> The state at a time inside the last step: by the method, or by two steps of a branch.

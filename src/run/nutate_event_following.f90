@@ -241,7 +241,7 @@ contains
             events%switches = events%switches + 1
             if (events%switches > most_switches) status = fail(NUTATE_STEP_LIMIT, &
                'more than 1000 switches in one step, the last by '//words_of(watched%event)// &
-               ': they follow each other without end')
+               ': they switch endlessly')
          end associate
       end subroutine happen
 

@@ -365,7 +365,7 @@ contains
       call transfer_run(self%progress_t, self%policy, archive)
       self%resumed = .true.
       if (archive%problem() /= '') &
-         status = fail(NUTATE_BAD_ARGUMENT, 'the archive cannot be resumed: '//archive%problem())
+         status = fail(NUTATE_BAD_ARGUMENT, 'the checkpoint data cannot be resumed: '//archive%problem())
    end subroutine resume
 
    !> Goes to the end, with rows, polls and archives for an observer. Errors: those of the steps and of trial runs;

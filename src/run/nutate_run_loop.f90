@@ -170,7 +170,7 @@ contains
       class(step_policy_t), intent(inout) :: policy
       class(observer_t), intent(inout), optional :: observer
       type(status_t), intent(inout) :: status
-      status = fail(NUTATE_STEP_LIMIT, 'the run needs more steps than were allowed')
+      status = fail(NUTATE_STEP_LIMIT, 'the run needs more steps than allowed')
       if (.not. present(observer)) return
       if (observer%keeps_archives) call offer(progress, policy, observer, status)
    end subroutine end_at_limit
@@ -386,7 +386,7 @@ contains
       do while (due .and. status%code == 0)
          progress%rows = progress%rows + 1
          if (progress%rows > max(progress%plan%max_steps, few_rows) .and. .not. allocated(progress%plan%times)) then
-            status = fail(NUTATE_STEP_LIMIT, 'the run needs more rows than steps were allowed')
+            status = fail(NUTATE_STEP_LIMIT, 'the run needs more rows than steps are allowed')
             exit
          end if
          if (abs(t - progress%state%t) > 0.0_wp .or. .not. allocated(progress%plan%times)) then

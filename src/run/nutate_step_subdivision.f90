@@ -87,7 +87,7 @@ contains
          end if
          if (progress%record%continued > spare_tries .and. &
              progress%record%continued/10 > progress%plan%max_steps) then
-            status = fail(NUTATE_NOT_CONVERGED, 'the step took more tries than were allowed')
+            status = fail(NUTATE_NOT_CONVERGED, 'the step needed more attempts than allowed')
             return
          end if
          call try(stepper, system, progress, progress%way%length/2**progress%way%level, status)

@@ -123,7 +123,7 @@ contains
       real(wp), intent(in) :: dt
       type(status_t), intent(out) :: status
       if (.not. is_step(dt)) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'the step is not one (expected '//in_words(least_step, greatest_step)// &
+         status = fail(NUTATE_BAD_ARGUMENT, 'the step is out of range (expected '//in_words(least_step, greatest_step)// &
                        ' s in size)', 'time_step')
       else if (abs(dt)*maxval(abs(angular_velocity(system, state))) > greatest_turn) then
          status = fail(NUTATE_BAD_ARGUMENT, 'the body turns by more than '//in_words(greatest_turn)//' rad in one '// &
@@ -143,7 +143,7 @@ contains
       type(status_t), intent(out) :: status
       real(wp) :: momentum
       if (.not. is_attitude(state%q)) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'the attitude is no unit quaternion')
+         status = fail(NUTATE_BAD_ARGUMENT, 'the attitude is not a unit quaternion')
          return
       end if
       call check_motion(system, state, status)

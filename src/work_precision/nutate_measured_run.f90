@@ -210,7 +210,7 @@ contains
       type(status_t), intent(out) :: status
       if (allocated(self%observer)) call self%observer%poll(fraction, status)
       if (.not. status%ok()) return
-      if (self%clock%is_over()) status = fail(NUTATE_STEP_LIMIT, 'the time for it is over')
+      if (self%clock%is_over()) status = fail(NUTATE_STEP_LIMIT, 'the time budget is used up')
    end subroutine watch_clock
 
 end module nutate_measured_run

@@ -100,7 +100,7 @@ class Accuracy(CommandLineTest):
     def test_one_way_to_choose_steps(self):
         for others in ("time_step=0.1", "local_tolerance=0.1"):
             self.fail_with(2, "run", "bruels.nml", "--set", "integrator.accuracy=1e-3", "--set", "integrator." + others,
-                           says=["accuracy", others.split("=", maxsplit=1)[0], "say the same thing"])
+                           says=["accuracy", others.split("=", maxsplit=1)[0], "exclude each other"])
         self.fail_with(2, "run", "bruels.nml", "--set", "integrator.accuracy=2", says=["is too large (expected 1e-100 to below 1 for accuracy)"])
 
     def test_exact_method_agrees_with_converged_steps(self):

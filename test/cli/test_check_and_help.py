@@ -51,7 +51,7 @@ class Check(CommandLineTest):
         self.assertIn("9, one every 0.125 s", text)
         # What was set on the command line stays.
         self.fail_with(2, "check", "box.nml", "--set", "integrator.accuracy=1e-6", "--set", "integrator.time_step=0.1",
-                       says=("--set: accuracy and time_step in &integrator say the same thing",))
+                       says=("--set: accuracy and time_step in &integrator exclude each other",))
 
     def test_a_key_can_be_taken_out(self):
         self.write("offset.nml", TOP.replace("mass = 1.0,", "mass = 1.0, check_triangle = .true.,"))

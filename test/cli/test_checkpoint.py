@@ -68,7 +68,7 @@ class CheckpointTest(CommandLineTest):
 
     def interrupt(self, scene, limit, *settings):
         self.fail_with(3, "run", scene, "--output", "part.csv", "--checkpoint", "ck", "--max-steps", str(limit),
-                       *settings, says=["to go on: --resume ck"])
+                       *settings, says=["to continue: --resume ck"])
 
     def resumes_exactly(self, scene, limits, *settings):
         """Interrupted at each number of steps, the history and the summary are those of the whole run."""
@@ -178,7 +178,7 @@ class Resumed(CheckpointTest):
         with subprocess.Popen(command, cwd=self.folder, stderr=subprocess.PIPE) as run:
             self.wait_for("part.csv.partial", 100000)
             run.terminate()
-            self.assertIn(b"to go on: --resume ck", run.stderr.read())
+            self.assertIn(b"to continue: --resume ck", run.stderr.read())
         done = self.succeed("run", scene, "--resume", "ck", *settings)
         self.assertEqual(self.read("part.csv"), self.read("whole.csv"))
         self.assertEqual(without_times(done.stderr), without_times(whole.stderr))

@@ -167,7 +167,7 @@ class Study(CommandLineTest):
     def test_without_projection_only_what_can_run_is_run(self):
         text = self.succeed("cost", "top.nml", *SHORT, "--set", "integrator.projection=.false.",
                             "--set", "integrator.auxiliary_inertia=10").stdout
-        self.assertIn("(reduced): not on this scene", text)
+        self.assertIn("(reduced): not applicable to this scene", text)
 
 
 class Plot(CommandLineTest):

@@ -28,7 +28,7 @@ SETTINGS = {
     "two_settings": ("body.mass=1.0 density=2.0", "'density' follows the value of mass"),
     "closing_slash": ("body.mass=1.0 /", "'/' follows the value of mass"),
     "overflow": ("integrator.time_step=1e999", "'1e999' is too large"),
-    "two_that_say_the_same": ("body.inertia=1.0,1.0,1.0", "shape and inertia in &body say the same thing"),
+    "two_that_say_the_same": ("body.inertia=1.0,1.0,1.0", "shape and inertia in &body exclude each other"),
     "incomplete_effect": ("spring.stiffness=1.0", "&spring lacks"),
     "lines": ("scene.title='one\ntwo'", "a text is not closed"),
 }

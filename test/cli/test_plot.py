@@ -141,7 +141,7 @@ class Pictures(CommandLineTest):
                "short.csv": ("t,L1,L2,L3\n0,1,2,3\n1,2\n", "short.csv:3: 2 fields (expected 4)"),
                "wide.csv": ("t,L1,L2,L3\n0,1,2,3\n1,2,3,4,5\n", "wide.csv:3: more than 4 fields"),
                "row.csv": ("t,L1,L2,L3\n0,1,2,3\n", "no rows to plot"),
-               "else.csv": ("t,depth\n0,1\n1,1\n", "else.csv: none of its columns is one of nutate (expected --columns NAME")}
+               "else.csv": ("t,depth\n0,1\n1,1\n", "else.csv: none of its columns is a column of nutate (expected --columns NAME")}
         for name, (text, says) in bad.items():
             self.write(name, text)
             self.fail_with(2, "plot", name, says=(says,))
@@ -167,7 +167,7 @@ class Refusals(CommandLineTest):
         self.fail_with(2, "plot", "a.csv", "--quiet", says=("nutate plot has no option --quiet",))
         self.succeed("run", "box.nml", "--quiet")
         os.rename(self.path("box.csv"), self.path("box.svg"))
-        self.fail_with(2, "plot", "box.svg", "--output", "box.svg", says=("will not be written over",))
+        self.fail_with(2, "plot", "box.svg", "--output", "box.svg", says=("would be overwritten",))
 
     def test_help(self):
         text = self.succeed("help", "plot").stdout

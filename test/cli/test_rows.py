@@ -110,16 +110,16 @@ class Rows(CommandLineTest):
         self.fail_with(2, "run", "forced.nml", "--resume", "ck", *settings, says=["another scene (&output is not the same)"])
 
     def test_times_outside_of_the_run_or_out_of_order_are_refused(self):
-        for times, says in (("-0.1", "not in the run"), ("0.5,1.1", "not in the run"), ("0.2,0.2", "not behind"),
-                            ("0.3,0.2", "not behind")):
+        for times, says in (("-0.1", "outside of the run"), ("0.5,1.1", "outside of the run"), ("0.2,0.2", "out of order"),
+                            ("0.3,0.2", "out of order")):
             self.fail_with(2, "check", "forced.nml", "--set", f"output.times={times}", says=[says])
         self.write("when.csv", "t (s)\n0.1\n0.05\n")
         self.fail_with(2, "run", "forced.nml", "--set", "output.times_file='when.csv'", says=["when.csv:3: a time of a row"])
         self.write("when.csv", "t (s)\n")
         self.fail_with(2, "run", "forced.nml", "--set", "output.times_file='when.csv'", says=["when.csv:2: there is no time"])
         self.write("when.csv", "t\n0.1\n")
-        self.fail_with(2, "run", "forced.nml", "--set", "output.times_file='when.csv'", says=["when.csv:1: 't' has not the unit"])
-        self.fail_with(2, "run", "forced.nml", "--set", "output.times=0.1", "--set", "output.every=2", says=["say the same thing"])
+        self.fail_with(2, "run", "forced.nml", "--set", "output.times_file='when.csv'", says=["when.csv:1: 't' lacks the unit"])
+        self.fail_with(2, "run", "forced.nml", "--set", "output.times=0.1", "--set", "output.every=2", says=["exclude each other"])
 
     def test_back_in_time(self):
         _, rows = self.rows("back.csv", "--set", "integrator.time_step=-0.01", "--set", "integrator.end_time=-0.1", "--set",

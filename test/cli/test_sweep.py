@@ -94,7 +94,7 @@ class Rows(SweepTest):
         text = self.read("tumble.npy.txt")
         for name in names:
             self.assertRegex(text, rf"(?m)^ *\d+  [if]8  {re.escape(name)}$")
-        self.assertIn("refused: the inertia is not that of a rigid body", text)
+        self.assertIn("rejected: the inertia is not that of a rigid body", text)
         self.assertIn("arithmetic as written", text)
 
     def test_csv_has_the_same_numbers(self):
@@ -152,7 +152,7 @@ class Rows(SweepTest):
             self.assertLess(row[names.index("body.inertia.1")], 4.0)
             self.assertNotEqual(row[names.index("t")], row[names.index("t")])
         done = self.succeed("sweep", "tumble.nml")
-        self.assertRegex(done.stderr, rf"status 6 +{len(refused)}: refused")
+        self.assertRegex(done.stderr, rf"status 6 +{len(refused)}: rejected")
         self.assertRegex(done.stderr, rf"the first +member {refused[0][0]}: .*")
         self.fail_with(3, "sweep", "tumble.nml", "--member", str(refused[0][0]), says=[f"member {refused[0][0]}: "])
 
@@ -293,7 +293,7 @@ class Interrupted(SweepTest):
         code, said = self.interrupt(signal.SIGTERM, 0.4, "--set", "integrator.end_time=3000")
         self.assertEqual(code, -signal.SIGTERM, said)
         self.assertRegex(said, r"^nutate: tumble\.nml: stopped by SIGTERM; \d+ of 200 members are in tumble\.npy\.partial "
-                               r"\(nutate sweep --resume goes on\)\n$")
+                               r"\(nutate sweep --resume continues\)\n$")
         self.fail_with(2, "sweep", "tumble.nml", "--resume", says=["tumble.npy.partial belongs to another sweep"])
 
     def test_what_is_not_marked_is_run_again(self):
@@ -324,7 +324,7 @@ class Finished(SweepTest):
             self.assertIn("is complete", self.succeed("sweep", "tumble.nml", "--output", name, "--resume", *more).stderr)
             self.assertEqual(os.stat(self.path(name)).st_mtime_ns, before)
             os.remove(self.path(name + ".txt"))
-            self.fail_with(2, "sweep", "tumble.nml", "--output", name, "--resume", *more, says=[name + ".txt is gone"])
+            self.fail_with(2, "sweep", "tumble.nml", "--output", name, "--resume", *more, says=[name + ".txt is missing"])
             self.assertEqual(self.bytes_of(name), rows)
 
     def test_without_resume_another_sweep_takes_its_place(self):

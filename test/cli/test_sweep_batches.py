@@ -57,7 +57,7 @@ class Looks(SweepTest):
                  ("&ensemble", "none: a number of &integrator varies",
                   "&vary key = 'integrator.end_time', distribution = 'uniform', low = 0.9, high = 1.1 /\n&ensemble"),
                  ("&rotor", "none: a free body has a closed solution, method = 'exact'", "! &rotor"),
-                 ("&ensemble", "none: an effect that batches do not know", "&damping coefficient = 0.1, 0.1, 0.1 /\n&ensemble"))
+                 ("&ensemble", "none: an effect that batches do not support", "&damping coefficient = 0.1, 0.1, 0.1 /\n&ensemble"))
         for old, says, *new in cases:
             self.scene(1000, **{"formulation = 'reduced'": "method = 'taylor'"}, **({old: new[0] if new else ""} if old else {}))
             for command in (("check",), ("sweep", "--set", "ensemble.members=2")):

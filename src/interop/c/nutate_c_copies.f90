@@ -44,7 +44,7 @@ contains
          if (allocated(from%run%policy)) call move_alloc(from%run%policy, policy)
          if (allocated(from%inside)) deallocate (from%inside)
          allocate (handle, source=from, stat=failed)
-         if (failed /= 0) status = fail(NUTATE_NO_MEMORY, 'there is no memory for a stepper')
+         if (failed /= 0) status = fail(NUTATE_NO_MEMORY, 'not enough memory for a stepper')
          if (allocated(policy)) call move_alloc(policy, from%run%policy)
          if (allocated(method)) then
             if (failed == 0) call method%copy(handle%run%stepper)

@@ -54,7 +54,7 @@ contains
       else
          call read_events(handle, group, .false., events, status)
          if (status%ok() .and. events%count() /= 1) &
-            status = fail(NUTATE_BAD_SCENE, 'a quantity takes one group &event', 'group')
+            status = fail(NUTATE_BAD_SCENE, 'a quantity needs exactly one group &event', 'group')
       end if
       if (status%ok()) then
          call copy_options(events%slots(1)%item, event)

@@ -58,7 +58,7 @@ contains
          if (.not. archive%is_whole()) return
          allocate (self%items(max(n, int(first_room, long))), stat=failed)
          if (failed /= 0) then
-            status = fail(NUTATE_NO_MEMORY, 'there is no memory for so many events')
+            status = fail(NUTATE_NO_MEMORY, 'not enough memory for so many events')
             return
          end if
          self%n = n
@@ -91,7 +91,7 @@ contains
       if (self%n == size(self%items, kind=c_size_t)) then
          allocate (grown(2*self%n), stat=failed)
          if (failed /= 0) then
-            status = fail(NUTATE_NO_MEMORY, 'there is no memory for so many events')
+            status = fail(NUTATE_NO_MEMORY, 'not enough memory for so many events')
             return
          end if
          grown(1:self%n) = self%items

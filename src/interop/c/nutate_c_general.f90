@@ -28,7 +28,7 @@ module nutate_c_general
       'the inertia is not that of a rigid body', &
       'a scene cannot be understood or simulated', &
       'a file cannot be read or written', &
-      'the run needs more steps than were allowed', &
+      'the run needs more steps than allowed', &
       'not a handle of this kind: NULL, another kind, or destroyed', &
       'a callback reported a failure', &
       'a text did not fit into its buffer and was cut', &
@@ -50,7 +50,7 @@ contains
       if (status >= lbound(meanings, 1) .and. status <= ubound(meanings, 1)) then
          code = text_to_c(trim(meanings(status)), buffer, size)
       else
-         code = text_to_c('a number that is no status', buffer, size)
+         code = text_to_c('unknown status code', buffer, size)
       end if
    end function nutate_status_text
 

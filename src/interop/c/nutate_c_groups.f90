@@ -145,9 +145,9 @@ contains
       if (.not. error%raised) call check_complete(kinds, groups, 1, error)
       if (.not. (error%raised .or. with_columns)) then
          do i = 1, size(groups)
-            if (groups(i)%has('when')) call error%raise(groups(i)%line, 'when has no place here', &
+            if (groups(i)%has('when')) call error%raise(groups(i)%line, 'when is not allowed here', &
                                                         expected='a quantity of the program alone')
-            if (groups(i)%has('weights')) call error%raise(groups(i)%line, 'weights have no place here')
+            if (groups(i)%has('weights')) call error%raise(groups(i)%line, 'weights are not allowed here')
          end do
       end if
       if (.not. error%raised) call build_events(groups, effects, accuracy, events, error)
@@ -207,7 +207,7 @@ contains
       if (.not. error%raised) then
          do i = 1, size(groups(1)%settings)
             if (.not. any(known == groups(1)%settings(i)%name)) call error%raise( &
-               1, trim(groups(1)%settings(i)%name)//' has no place here', expected='keys of a table')
+               1, trim(groups(1)%settings(i)%name)//' is not allowed here', expected='keys of a table')
          end do
       end if
       if (error%raised) then
@@ -230,7 +230,7 @@ contains
       class(effect_t), allocatable :: effect
       type(scene_error_t) :: error
       if (number < 1 .or. number > system%effects%n_wheels) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'there is no such wheel (expected 1 to the number of wheels)', 'wheel')
+         status = fail(NUTATE_BAD_ARGUMENT, 'wheel is out of range (expected 1 to the number of wheels)', 'wheel')
          return
       end if
       associate (wheel => system%effects%wheels(number))
@@ -320,7 +320,7 @@ contains
          k = findloc(kinds%name == groups(i)%name, .true., dim=1)
          if (kinds(k)%repeatable) cycle
          if (has_effect_of(groups(i), system)) call error%raise( &
-            groups(i)%line, 'a second group &'//trim(groups(i)%name), expected='it once')
+            groups(i)%line, 'a second group &'//trim(groups(i)%name), expected='only one')
       end do
    end subroutine check_once
 
@@ -368,7 +368,7 @@ contains
       do i = 1, size(groups)
          if (any(groups(i)%name == ['scene     ', 'initial   ', 'integrator', 'output    ', 'event     ']) .or. &
              (groups(i)%name == 'body' .and. .not. with_body)) &
-            call error%raise(groups(i)%line, '&'//trim(groups(i)%name)//' has no place here')
+            call error%raise(groups(i)%line, '&'//trim(groups(i)%name)//' is not allowed here')
       end do
       if (with_body .and. .not. any(groups%name == 'body')) call error%raise(1, 'the group &body is missing')
       call check_keys(groups, error)

@@ -211,7 +211,7 @@ contains
       if (history%rows < size(history%values, 2, c_size_t)) return
       allocate (grown(history%width, max(first_room, 2*history%rows)), stat=failed)
       if (failed /= 0) then
-         status = fail(NUTATE_NO_MEMORY, 'there is no memory for so many rows')
+         status = fail(NUTATE_NO_MEMORY, 'not enough memory for so many rows')
          return
       end if
       grown(:, 1:history%rows) = history%values

@@ -57,7 +57,7 @@ contains
       else
          allocate (handle, stat=failed)
          if (failed /= 0) then
-            status = fail(NUTATE_NO_MEMORY, 'there is no memory for a history')
+            status = fail(NUTATE_NO_MEMORY, 'not enough memory for a history')
          else
             handle%mark = HISTORY_MARK
             slot = c_loc(handle)
@@ -82,7 +82,7 @@ contains
          if (name == '') then
             status = fail(NUTATE_BAD_ARGUMENT, 'the path is empty', 'path')
          else if (same_file(from%scene%file, name)) then
-            status = fail(NUTATE_BAD_ARGUMENT, 'the output is the scene itself and will not be written over', 'path')
+            status = fail(NUTATE_BAD_ARGUMENT, 'the output would overwrite the scene', 'path')
          else
             call write_file(from, name, status)
          end if

@@ -63,8 +63,8 @@ contains
       type(status_t), intent(out) :: status
       if (needs_control(handle%system%effects) .or. handle%system%effects%n_wheels > 0) then
          status = fail(NUTATE_BAD_ARGUMENT, &
-                       'a state has more to it than q and p: there are wheels, or a controller '// &
-                       'with a sample or limits (expected rows of a run at times of your own)', 'stepper')
+                       'q and p are not the whole state: there are wheels, or a controller '// &
+                       'with a sample or limits (expected rows of a run at user-defined times)', 'stepper')
          return
       end if
       call prepare_if_needed(handle, status)

@@ -183,7 +183,7 @@ contains
       if (.not. associated(handle)) return
       call copy_text(sets, list)
       if (list == '') then
-         code = conclude(handle, fail(NUTATE_BAD_ARGUMENT, 'no set of columns is named', 'sets'))
+         code = conclude(handle, fail(NUTATE_BAD_ARGUMENT, 'no set of columns is given', 'sets'))
       else
          code = choose(handle, list)
       end if

@@ -44,7 +44,7 @@ contains
       call set_times(times, n_times, handle%run%state%t, plan, status)
       if (status%ok()) then
          allocate (rows, stat=failed)
-         if (failed /= 0) status = fail(NUTATE_NO_MEMORY, 'there is no memory for a history')
+         if (failed /= 0) status = fail(NUTATE_NO_MEMORY, 'not enough memory for a history')
       end if
       if (status%ok()) then
          rows%mark = HISTORY_MARK

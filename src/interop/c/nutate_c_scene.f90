@@ -181,7 +181,7 @@ contains
       if (status%ok()) call read_overrides(overrides, n_overrides, settings, status)
       if (status%ok()) then
          allocate (handle, stat=failed)
-         if (failed /= 0) status = fail(NUTATE_NO_MEMORY, 'there is no memory for a scene')
+         if (failed /= 0) status = fail(NUTATE_NO_MEMORY, 'not enough memory for a scene')
       end if
       text = trim(status%message)
       if (status%ok()) then

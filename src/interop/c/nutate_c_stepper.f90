@@ -237,7 +237,7 @@ contains
       integer :: failed
       allocate (handle, stat=failed)
       if (failed /= 0) then
-         status = fail(NUTATE_NO_MEMORY, 'there is no memory for a stepper')
+         status = fail(NUTATE_NO_MEMORY, 'not enough memory for a stepper')
          return
       end if
       allocate (handle%group%settings(0))

@@ -86,7 +86,7 @@ contains
       call prepare_if_needed(handle, status)
       if (status%ok() .and. needs_control(handle%system%effects)) status = fail( &
          NUTATE_BAD_ARGUMENT, 'a wheel has a speed_limit, or a controller a sample or limits, which only runs '// &
-                                             'watch over (expected nutate_stepper_run or nutate_stepper_run_to)')
+                                             'support (expected nutate_stepper_run or nutate_stepper_run_to)')
       if (status%ok()) call test_step(handle, dt, status)
       if (.not. status%ok()) return
       call handle%run%leave()
@@ -153,7 +153,7 @@ contains
       ! What was held in the last step may not be what is held now.
       if (needs_control(handle%system%effects)) status = fail( &
          NUTATE_BAD_ARGUMENT, 'a wheel has a speed_limit, or a controller a sample or limits (expected rows of a '// &
-                                             'run at times of your own)', 't')
+                                             'run at user-defined times)', 't')
       if (status%ok()) then
          handle%failure = 0
          call handle%run%look(handle%system, t, state, status)

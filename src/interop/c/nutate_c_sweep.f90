@@ -114,7 +114,7 @@ contains
       if (status%ok()) call find_layout(handle%scene, layout, status)
       if (status%ok()) then
          if (bytes /= (last - first + 1)*layout%width()*word) status = fail( &
-            NUTATE_BAD_ARGUMENT, 'rows have another size (expected 8 bytes for each field of each member)', 'bytes')
+            NUTATE_BAD_ARGUMENT, 'rows has the wrong size (expected 8 bytes for each field of each member)', 'bytes')
       end if
       if (status%ok()) then
          call c_f_pointer(rows, fields, [int(layout%width(), c_int64_t), last - first + 1])
@@ -159,7 +159,7 @@ contains
       if (.not. handle%scene%ensemble%active()) then
          status = fail(NUTATE_BAD_ARGUMENT, 'the scene has no ensemble (expected &ensemble, or a table)', 'scene')
       else if (first < 1 .or. last < first .or. last > handle%scene%ensemble%members) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'there are no such members (expected 1 to their number)', 'first')
+         status = fail(NUTATE_BAD_ARGUMENT, 'members are out of range (expected 1 to the number of members)', 'first')
       else if (threads < 1 .or. threads > most_threads) then
          status = fail(NUTATE_BAD_ARGUMENT, 'the number of threads is out of its range (expected 1 to 4096)', 'threads')
       else if (threads > 1 .and. .not. has_threads()) then
@@ -190,7 +190,7 @@ contains
       do i = 1, n_names
          if (.not. c_associated(list(i))) status = null_argument('names[i]')
          call copy_text(list(i), text)
-         if (len(text) > field_length) status = fail(NUTATE_BAD_SCENE, 'a name is too long to be that of a number')
+         if (len(text) > field_length) status = fail(NUTATE_BAD_SCENE, 'the name of a number is too long')
          texts(i) = text
       end do
       if (.not. status%ok()) return

@@ -235,7 +235,7 @@ contains
       integer :: failed
       allocate (handle, stat=failed)
       if (failed /= 0) then
-         status = fail(NUTATE_NO_MEMORY, 'there is no memory for a system')
+         status = fail(NUTATE_NO_MEMORY, 'not enough memory for a system')
          return
       end if
       call copy_system(system, handle%system, c_null_ptr)

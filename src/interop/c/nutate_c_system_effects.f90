@@ -154,7 +154,7 @@ contains
       if (missing) then
          status = fail(NUTATE_BAD_ARGUMENT, name//': an argument is NULL')
       else if (name == 'rotating_frame' .and. handle%system%effects%frame_turns) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'the space axes turn already (expected one frame)')
+         status = fail(NUTATE_BAD_ARGUMENT, 'the space axes already rotate (expected one frame)')
       else
          call lock_texts()
          call add_effect_of(group, handle%system, status)

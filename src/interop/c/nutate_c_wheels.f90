@@ -72,11 +72,11 @@ contains
       real(wp), intent(in) :: torque
       type(status_t), intent(out) :: status
       if (wheel < 1 .or. wheel > effects%n_wheels) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'there is no such wheel (expected 1 to the number of wheels)', 'wheel')
+         status = fail(NUTATE_BAD_ARGUMENT, 'wheel is out of range (expected 1 to the number of wheels)', 'wheel')
       else if (effects%controls_wheels()) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'a controller drives the wheels (expected none by wheels)', 'wheel')
+         status = fail(NUTATE_BAD_ARGUMENT, 'a controller drives the wheels (expected no controller by wheels)', 'wheel')
       else if (allocated(effects%wheels(wheel)%motor)) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'the wheel has a motor of its own (expected one without)', 'wheel')
+         status = fail(NUTATE_BAD_ARGUMENT, 'the wheel already has a motor (expected a wheel without one)', 'wheel')
       else if (.not. is_moderate(torque)) then
          status = fail(NUTATE_BAD_ARGUMENT, 'the torque is not finite or too large', 'torque')
       else if (abs(torque) > effects%wheels(wheel)%torque_limit) then

@@ -258,16 +258,16 @@ contains
                        '(expected &earth_field, or field in &controller or &dipole)', 'columns')
       else if (set%orbit .and. .not. effects%on_orbit) then
          status = fail(NUTATE_BAD_ARGUMENT, "columns '"//trim(set%name)//"' refer to an orbit that does not exist "// &
-                       '(expected &orbit with them)', 'columns')
+                       '(expected &orbit)', 'columns')
       else if (set%sun .and. .not. effects%orbit%has_sun()) then
          status = fail(NUTATE_BAD_ARGUMENT, "columns '"//trim(set%name)//"' refer to a sun that does not exist "// &
-                       '(expected sun in &orbit with them)', 'columns')
+                       '(expected sun in &orbit)', 'columns')
       else if (set%name == 'energies' .and. energy_headers(effects) == '') then
-         status = fail(NUTATE_BAD_ARGUMENT, "columns 'energies' of potentials that there are not "// &
+         status = fail(NUTATE_BAD_ARGUMENT, "columns 'energies' need a potential "// &
                        '(expected one, such as &gravity)', 'columns')
       else if (set%name == 'works' .and. work_headers(effects) == '') then
-         status = fail(NUTATE_BAD_ARGUMENT, "columns 'works' where nothing does work "// &
-                       '(expected what does, such as &torque)', 'columns')
+         status = fail(NUTATE_BAD_ARGUMENT, "columns 'works' need an effect that does work "// &
+                       '(expected one, such as &torque)', 'columns')
       end if
    end subroutine check_shown
 

@@ -78,7 +78,7 @@ contains
       call start(self, history)
       call transfer_values(self, archive, mark)
       if (archive%problem() /= '') then
-         status = fail(NUTATE_BAD_ARGUMENT, 'the archive cannot be resumed: '//archive%problem())
+         status = fail(NUTATE_BAD_ARGUMENT, 'the checkpoint data cannot be resumed: '//archive%problem())
       else
          call self%file%reopen(name, mark, status)
       end if

@@ -157,7 +157,7 @@ contains
       if (.not. status%ok()) return
       call get_tail(self%partial, mark%bytes, tail, error)
       if (error == 0 .and. tail /= mark%tail) then
-         status = fail(NUTATE_IO, 'its rows are not those that were there before')
+         status = fail(NUTATE_IO, 'its rows have changed')
       else
          if (error == 0) error = file_truncate(self%descriptor, mark%bytes)
          if (error /= 0) status = fail(NUTATE_IO, error_text(error))
@@ -295,7 +295,7 @@ contains
       if (error == LOCKED) then
          status = fail(NUTATE_IO, 'another run is writing it')
       else if (error == TOO_SHORT) then
-         status = fail(NUTATE_IO, 'it has fewer rows than it had')
+         status = fail(NUTATE_IO, 'it has fewer rows than before')
       else if (error /= 0) then
          status = fail(NUTATE_IO, error_text(error))
       end if

@@ -44,7 +44,7 @@ contains
       end if
       first = len(signature) + number_bytes + 1
       if (len(bytes) < len(signature) .or. index(bytes, kind_of(signature)) /= 1) then
-         problem = 'is no checkpoint'
+         problem = 'is not a checkpoint'
       else if (index(bytes, signature) /= 1) then
          problem = 'was written by another version of nutate'
       else if (len(bytes) < first + number_bytes - 1) then
@@ -52,7 +52,7 @@ contains
       else
          length = number_of(bytes(len(signature) + 1:first - 1))
          if (length /= len(bytes, long) - (first + number_bytes - 1)) then
-            problem = 'is damaged: its length is not what it says'
+            problem = 'is damaged: its length differs from that in its header'
          else if (number_of(bytes(first + length:)) /= checksum(bytes(1:first + length - 1))) then
             problem = 'is damaged: its checksum is wrong'
          else

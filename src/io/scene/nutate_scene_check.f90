@@ -72,7 +72,7 @@ contains
       if (error%raised) return
       if (kinds(kind)%repeatable) return
       if (any(groups%name == kinds(kind)%name)) &
-         call error%raise(token%line, 'a second group &'//trim(kinds(kind)%name), expected='it once')
+         call error%raise(token%line, 'a second group &'//trim(kinds(kind)%name), expected='only one')
    end subroutine start_group
 
    !> Reads the keys of a group up to its closing slash.
@@ -144,7 +144,7 @@ contains
       do k = 1, size(kinds)
          if (kinds(k)%required .and. .not. any(groups%name == kinds(k)%name)) &
             call error%raise(last_line, 'the group &'//trim(kinds(k)%name)//' is missing', &
-                             expected='it once in every scene')
+                             expected='exactly one in every scene')
       end do
       do i = 1, size(groups)
          do k = 1, size(kinds)

@@ -161,7 +161,7 @@ contains
          is_second = is_second .or. system%effects%frame_turns
       end select
       if (is_second) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'an orbit has space axes of its own (expected &orbit or &rotating_frame)')
+         status = fail(NUTATE_BAD_ARGUMENT, 'an orbit defines its own space axes (expected &orbit or &rotating_frame)')
       else
          call system%effects%add(frame)
       end if

@@ -80,7 +80,7 @@ contains
       plan%chunk = group%whole('chunk', 0)
       plan%histories = nint(group%vector('histories', spread(0.0_wp, 1, group%count_of('histories'))))
       if (plan%file == '' .or. plan%file == '-') then
-         call error%raise(group%line_of('file'), 'file is no name', expected='the name of the .npy file')
+         call error%raise(group%line_of('file'), 'file is not a file name', expected='the name of the .npy file')
       else if (plan%file == path) then
          call error%raise(group%line_of('file'), 'file would replace the scene itself', expected='another name')
       end if
@@ -154,7 +154,7 @@ contains
          allocate (extended%targets(0), extended%variations(0), extended%histories(0))
       end if
       if (any(extended%variations%distribution == CASES)) then
-         call error%raise(LINE_OF_SET, 'the ensemble has a table', expected='one')
+         call error%raise(LINE_OF_SET, 'the ensemble already has a table', expected='only one')
       else if (extended%members > size(numbers, 2, long)) then
          call error%raise(LINE_OF_SET, 'there are more members than lines in the table', &
                           expected='at most one for each line')

@@ -123,7 +123,7 @@ contains
             cycle
          end if
          call error%raise(group%settings(i)%line, trim(group%settings(first)%name)//' and '// &
-                          trim(group%settings(i)%name)//' in &'//trim(group%name)//' say the same thing', &
+                          trim(group%settings(i)%name)//' in &'//trim(group%name)//' exclude each other', &
                           expected='one of '//listed(names))
          return
       end do

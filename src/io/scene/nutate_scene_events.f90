@@ -137,11 +137,11 @@ contains
          event%columns(i) = group%text_at('when', i)
          if (shows_orbit(event%columns(i)) .and. .not. effects%on_orbit) call error%raise( &
             group%line_of('when'), "'"//trim(event%columns(i))//"' refers to an orbit that does not exist", &
-            expected='&orbit with it')
+            expected='&orbit')
          if (error%raised) return
          if (shows_sun(event%columns(i)) .and. .not. effects%orbit%has_sun()) call error%raise( &
             group%line_of('when'), "'"//trim(event%columns(i))//"' refers to a sun that does not exist", &
-            expected='sun in &orbit with it')
+            expected='sun in &orbit')
          if (error%raised) return
          if (wheel_of(event%columns(i)) <= effects%n_wheels) cycle
          call error%raise(group%line_of('when'), "'"// &
@@ -170,7 +170,7 @@ contains
       call allow_one_of(group, [character(len=name_length) :: 'crosses', 'extremum'], error)
       if (error%raised) return
       if (.not. (group%has('crosses') .or. group%has('extremum'))) then
-         call error%raise(group%line, '&event says nothing to look for', expected='crosses or extremum')
+         call error%raise(group%line, '&event has no condition', expected='crosses or extremum')
          return
       end if
       event%level = group%number('crosses', 0.0_wp)
@@ -186,7 +186,7 @@ contains
          event%kind = CROSSING
       end select
       if (group%has('direction') .and. abs(event%direction) /= 1) then
-         call error%raise(group%line_of('direction'), 'direction is neither up nor down', expected='1 or -1')
+         call error%raise(group%line_of('direction'), 'direction is out of range', expected='1 or -1')
       else if (event%kind /= CROSSING .and. group%has('direction')) then
          call error%raise(group%line_of('direction'), 'an extremum has no direction', &
             expected="extremum = 'maximum' or "// &

@@ -84,12 +84,12 @@ contains
       type(scene_error_t), intent(inout) :: error
       if (group%text('rate_from', 'inertial') == 'frame' .and. .not. effects%frame_turns) &
          call error%raise(group%line_of('rate_from'), 'there is no rotating frame', &
-                          expected='&rotating_frame with it')
+                          expected='&rotating_frame')
       if (effects%on_orbit) return
       if (group%text('rate_from', 'inertial') == 'lvlh') &
-         call error%raise(group%line_of('rate_from'), 'there is no orbit', expected='&orbit with it')
+         call error%raise(group%line_of('rate_from'), 'there is no orbit', expected='&orbit')
       if (group%text('attitude_from', 'space') == 'lvlh') &
-         call error%raise(group%line_of('attitude_from'), 'there is no orbit', expected='&orbit with it')
+         call error%raise(group%line_of('attitude_from'), 'there is no orbit', expected='&orbit')
    end subroutine check_references
 
    !> Keys that exclude or need each other.

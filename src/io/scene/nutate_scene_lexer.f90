@@ -135,7 +135,7 @@ contains
             call read_text(self, text, token, error)
             return
          else
-            call error%raise(token%line, 'nothing is repeated after *', expected='a value right behind it')
+            call error%raise(token%line, 'nothing is repeated after *', expected='a value right after it')
          end if
       end if
       behind = self
@@ -190,7 +190,7 @@ contains
       if (self%position > len(text)) return
       if (scan(text(self%position:self%position), separators) == 1) return
       call error%raise(self%line, quoted(text(self%position:end_of_word(text, self%position + 1)))// &
-                       ' follows a value at once', expected='a comma or a blank between values')
+                       ' follows a value without a separator', expected='a comma or a blank between values')
    end subroutine check_separated
 
    !> What a text in quotes says: doubled quotes single.

@@ -84,7 +84,7 @@ contains
       output%events = trim(group%text('events', ''))
       if (group%has('events') .and. (output%events == '' .or. output%events == '-' .or. output%events == path .or. &
                                      output%events == output%file)) &
-         call error%raise(group%line_of('events'), 'events is no file of its own', &
+         call error%raise(group%line_of('events'), 'events is not a separate file', &
                           expected='the name of another CSV file')
       call allow_one_of(group, [character(len=name_length) :: 'every', 'interval', 'times', 'times_file'], error)
       if (error%raised) return
@@ -115,7 +115,7 @@ contains
       words = ''
       dot = index(name, '.', back=.true.)
       if (dot < 2) return
-      if (any(other_formats == lower_case(name(dot:)))) words = 'would not be what it says: histories are CSV'
+      if (any(other_formats == lower_case(name(dot:)))) words = 'has the wrong extension: histories are CSV'
    end function format_fault
 
    !> The times of rows. Raises an error for the first that is not behind the one before, or not in the run.
@@ -138,13 +138,13 @@ contains
       end if
       sense = sign(1.0_wp, plan%end_time)
       problem = ''
-      if (size(plan%times) < 1) problem = 'there is no time (expected one, or more)'
+      if (size(plan%times) < 1) problem = 'there are no times (expected one or more)'
       do i = 1, size(plan%times)
          if (sense*plan%times(i) < 0.0_wp .or. sense*(plan%times(i) - plan%end_time) > 0.0_wp) then
-            problem = 'a time of a row is not in the run (expected times from 0 to end_time)'
+            problem = 'an output time is outside of the run (expected times from 0 to end_time)'
          else if (i > 1) then
             if (sense*(plan%times(i) - plan%times(i - 1)) <= 0.0_wp) &
-               problem = 'a time of a row is not behind the one before (expected them in the order of the run)'
+               problem = 'output times are out of order (expected the order of the run)'
          end if
          if (problem /= '') exit
       end do

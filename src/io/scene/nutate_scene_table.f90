@@ -148,7 +148,7 @@ contains
             problem = 'the header has the wrong number of columns (expected '//header_of(units)//')'
          if (problem /= '') return
          if (.not. has_unit(text(first:last), trim(units(column)))) then
-            problem = quoted(text(first:last))//' has not the unit ('//trim(units(column))//') at its end '// &
+            problem = quoted(text(first:last))//' lacks the unit ('//trim(units(column))//') at its end '// &
                       '(expected '//header_of(units)//')'
             return
          end if

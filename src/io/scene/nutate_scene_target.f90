@@ -52,7 +52,7 @@ contains
       if (error%raised) return
       target%key = kinds(kind)%keys(key)
       if (all(target%key%kind /= [KEY_REAL, KEY_INTEGER])) then
-         call error%raise(line, quoted(name)//' is no number', expected='a key of numbers')
+         call error%raise(line, quoted(name)//' is not numeric', expected='a key of numbers')
          return
       end if
       call find_group(name, line, parts, kinds(kind), plan, target, error)
@@ -191,7 +191,7 @@ contains
       type(scene_error_t), intent(inout) :: error
       if (any(targets%group == target%group .and. targets%setting == target%setting .and. &
               targets%value == target%value)) &
-         call error%raise(line, trim(target%name)//' is varied twice', expected='it once')
+         call error%raise(line, trim(target%name)//' is varied twice', expected='each number once')
    end subroutine check_new
 
 end module nutate_scene_target

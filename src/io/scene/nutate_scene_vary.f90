@@ -157,7 +157,7 @@ contains
       else
          covariance = reshape(group%vector('covariance', spread(0.0_wp, 1, variation%n**2)), shape(covariance))
          call find_factor(covariance, variation%factor, i)
-         if (i > 0) call error%raise(group%line_of('covariance'), 'covariance is none', &
+         if (i > 0) call error%raise(group%line_of('covariance'), 'covariance is invalid', &
                                      expected='a symmetric matrix, row by row, positive semidefinite')
       end if
    end subroutine read_normal

@@ -71,7 +71,7 @@ contains
       type(status_t), intent(inout) :: status
       call check_system(system, status)
       if (status%ok() .and. system%effects%feeds_back_to_wheels()) status = fail( &
-         NUTATE_BAD_ARGUMENT, 'a controller drives wheels at all times (expected sample in it, or method = '// &
+         NUTATE_BAD_ARGUMENT, 'a continuous controller drives wheels (expected sample in it, or method = '// &
                                                        "'dop853' with conserve = .true.)", 'method')
       if (.not. status%ok()) return
       self%settings = settings

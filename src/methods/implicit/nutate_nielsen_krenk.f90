@@ -78,7 +78,7 @@ contains
          return
       end if
       if (.not. settings%projection .and. settings%conserve) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'conserve keeps |q| = 1, and cannot leave the projection out', 'projection')
+         status = fail(NUTATE_BAD_ARGUMENT, 'conserve keeps |q| = 1 and needs the projection', 'projection')
          return
       end if
       if (.not. is_moderate(settings%inverse_auxiliary_inertia) .or. &

@@ -68,7 +68,7 @@ contains
       type(integrator_settings_t), intent(in) :: settings
       type(status_t), intent(inout) :: status
       if (.not. settings%projection) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'the reduced form cannot leave the projection out', 'projection')
+         status = fail(NUTATE_BAD_ARGUMENT, 'the reduced formulation needs the projection', 'projection')
          return
       end if
       call self%begin(system, settings, 3, slow, status)
@@ -92,7 +92,7 @@ contains
             status = fail(NUTATE_BAD_ARGUMENT, "the reduced form needs |q| = 1 and q.p = 0 "// &
                           "(formulation = 'full' does not)")
       else if (.not. (abs(self%equations%square - 1) <= near_manifold .and. abs(state%t + dt) <= huge(dt))) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'the attitude is no unit quaternion any more, or the time is not finite')
+         status = fail(NUTATE_BAD_ARGUMENT, 'the attitude is no longer a unit quaternion, or the time is not finite')
       end if
    end subroutine start
 

@@ -89,7 +89,7 @@ contains
       type(status_t), intent(inout) :: status
       if (settings%series_order /= 0 .and. (settings%series_order < least_order .or. &
                                             settings%series_order > highest_order)) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'the series has no such order', 'series_order')
+         status = fail(NUTATE_BAD_ARGUMENT, 'series_order is not available', 'series_order')
          return
       end if
       call self%series%torques%prepare(system%effects, status)

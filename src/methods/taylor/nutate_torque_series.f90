@@ -96,7 +96,7 @@ contains
       class(effect_t), intent(in) :: effect
       type(status_t), intent(inout) :: status
       if (effect%series_kind() == NO_SERIES .and. effect%name == 'controller') then
-         status = fail(NUTATE_BAD_ARGUMENT, 'a controller that acts at all times has no series (expected sample in '// &
+         status = fail(NUTATE_BAD_ARGUMENT, 'a continuous controller has no series (expected sample in '// &
                        "it, or method = 'dop853' with conserve = .true.)", 'method')
       else if (effect%series_kind() == NO_SERIES) then
          status = fail(NUTATE_BAD_ARGUMENT, "effect '"//trim(effect%name)// &
