@@ -85,7 +85,7 @@ int test_c_sweep_table(void)
     CHECK(strstr(message, "no ensemble"));
     EXPECT(NUTATE_BAD_SCENE, nutate_sweep_table(scene, bad, 1, numbers[0], 3, message, sizeof message));
     EXPECT(NUTATE_OK, nutate_sweep_size(scene, &members, NULL));
-    CHECK(members == 0 && strstr(message, "no number"));
+    CHECK(members == 0 && strstr(message, "not numeric"));
     EXPECT(NUTATE_OK, nutate_sweep_table(scene, names, 2, numbers[0], 3, message, sizeof message));
     EXPECT(NUTATE_OK, nutate_sweep_size(scene, &members, &fields));
     CHECK(members == 3 && fields > 6 && fields <= MOST_FIELDS);

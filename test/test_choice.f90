@@ -128,13 +128,13 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem
       problem = bruls_top()
-      call expect(error, problem, 2.0_wp, 1e-1_wp, 'rk8', 'one length')
-      call expect(error, problem, -0.1_wp, 1e-9_wp, 'rk8', 'one length')
+      call expect(error, problem, 2.0_wp, 1e-1_wp, 'rk8', 'fixed steps')
+      call expect(error, problem, -0.1_wp, 1e-9_wp, 'rk8', 'fixed steps')
       call expect(error, problem, 2.0_wp, 1e-6_wp, 'taylor', 'slow motion', at_end=.false.)
       problem = free_body([0.5_wp, 0.8_wp, 1.0_wp], [0.0_wp, 0.0_wp, 0.0_wp])
       call problem%system%effects%add(dipole_t([1.0_wp, 0.0_wp, 0.0_wp], [0.0_wp, 4.0_wp, 0.0_wp]))
-      call expect(error, problem, 20.0_wp, 1e-2_wp, 'rk8', 'one length')
-      call expect(error, problem, 20.0_wp, 1e-10_wp, 'rk8', 'one length')
+      call expect(error, problem, 20.0_wp, 1e-2_wp, 'rk8', 'fixed steps')
+      call expect(error, problem, 20.0_wp, 1e-10_wp, 'rk8', 'fixed steps')
       call expect(error, problem, 20.0_wp, 9e-11_wp, 'taylor', 'from 1e-8')
       call expect(error, problem, 40.0_wp, 1e-2_wp, 'dop853', 'above 1e-8')
    end subroutine smooth_motions_take_equal_steps

@@ -212,7 +212,7 @@ contains
       call try([0.0_wp], .false., .false., 1, 'too short')
       call try([1.0_wp, 1.0_wp], .false., .false., 2, 'one time')
       call try([0.0_wp, 1.0_wp, 2.0_wp], .true., .true., 3, 'too short')
-      call try([0.0_wp, 1.0_wp, 2.0_wp, 3.0_wp], .true., .true., 4, 'not the first')
+      call try([0.0_wp, 1.0_wp, 2.0_wp, 3.0_wp], .true., .true., 4, 'differs from the first')
       call try([0.0_wp, 1e101_wp], .false., .false., 2, 'too large')
       call try([0.0_wp, 1.0_wp], .false., .false., 0, 'stops before it starts', start=1.0_wp)
    contains

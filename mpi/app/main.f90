@@ -85,7 +85,7 @@ contains
    function mpi_help() result(page)
       type(page_t) :: page
       integer :: i
-      call page%line('nutate-mpi: run an ensemble (Monte Carlo or parameter sweep) on MPI processes; one result row per member')
+      call page%line('nutate-mpi: run an ensemble on MPI processes; one result row per member')
       call page%line('')
       call page%line('Usage: mpirun -n N nutate-mpi sweep SCENE [options]')
       call page%line('')

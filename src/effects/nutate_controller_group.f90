@@ -85,8 +85,8 @@ contains
       end select
       controller%target = group%vector('target', controller%target)
       if (.not. is_unit(controller%target, attitude_tolerance)) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'the target is not a unit quaternion (expected a norm of 1 to within 1e-6)', &
-                       'target')
+         status = fail(NUTATE_BAD_ARGUMENT, 'the target is not a unit quaternion '// &
+                       '(expected a norm of 1 to within 1e-6)', 'target')
          return
       end if
       controller%target = quat_normalized(controller%target)
@@ -190,8 +190,8 @@ contains
       if (group%has('gains') .and. matrices) &
          call refuse('gains has no effect on gain matrices (expected attitude_gain or rate_gain)', 'gains')
       if (group%has('inertia') .and. (matrices .or. group%text('gains', 'inertia') == 'scalar')) &
-         call refuse("inertia has no effect on these gains (expected attitude_gain or rate_gain, and gains = 'inertia')", &
-                     'inertia')
+         call refuse('inertia has no effect on these gains '// &
+                     "(expected attitude_gain or rate_gain, and gains = 'inertia')", 'inertia')
 
    contains
 

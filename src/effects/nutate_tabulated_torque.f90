@@ -154,8 +154,8 @@ contains
       else if (.not. times(n) > times(1)) then
          status = fail(NUTATE_BAD_ARGUMENT, 'the table has one time only (expected two or more)', 'table')
       else if (spline .and. periodic .and. any(abs(values(:, n) - values(:, 1)) > 0.0_wp)) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'the last torque differs from the first (expected equal torques for a periodic '// &
-                       'spline)', 'table')
+         status = fail(NUTATE_BAD_ARGUMENT, 'the last torque differs from the first (expected equal torques for a '// &
+                       'periodic spline)', 'table')
       else
          at = 0
       end if
@@ -178,8 +178,8 @@ contains
          status = fail(NUTATE_BAD_ARGUMENT, 'the time is too close to the one before (expected '// &
                        in_words(least_step)//' s or more)', 'table')
       else if (spline) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'the time repeats that of the line before (expected increasing times; jumps '// &
-                       "need interpolation = 'linear')", 'table')
+         status = fail(NUTATE_BAD_ARGUMENT, 'the time repeats that of the line before (expected increasing times; '// &
+                       "jumps need interpolation = 'linear')", 'table')
       else if (n > 2) then
          if (times(n - 1) <= times(1)) &
             status = fail(NUTATE_BAD_ARGUMENT, 'three lines have the same time (expected two, for a jump)', 'table')

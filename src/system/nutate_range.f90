@@ -123,8 +123,8 @@ contains
       real(wp), intent(in) :: dt
       type(status_t), intent(out) :: status
       if (.not. is_step(dt)) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'the step is out of range (expected '//in_words(least_step, greatest_step)// &
-                       ' s in size)', 'time_step')
+         status = fail(NUTATE_BAD_ARGUMENT, 'the step is out of range (expected '// &
+                       in_words(least_step, greatest_step)//' s in size)', 'time_step')
       else if (abs(dt)*maxval(abs(angular_velocity(system, state))) > greatest_turn) then
          status = fail(NUTATE_BAD_ARGUMENT, 'the body turns by more than '//in_words(greatest_turn)//' rad in one '// &
                        'time_step (expected a shorter step)', 'time_step')

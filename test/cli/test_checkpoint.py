@@ -291,9 +291,9 @@ class Refused(CheckpointTest):
 
     def test_no_checkpoint(self):
         self.refused("--resume", "nowhere", says=["nowhere", "no such file"])
-        self.refused("--resume", "forced.nml", says=["forced.nml", "no checkpoint"])
+        self.refused("--resume", "forced.nml", says=["forced.nml", "not a checkpoint"])
         self.put("empty", b"")
-        self.refused("--resume", "empty", says=["empty", "no checkpoint"])
+        self.refused("--resume", "empty", says=["empty", "not a checkpoint"])
         os.mkdir(self.path("folder"))
         self.fail_with(2, "run", "forced.nml", "--resume", "folder", says=["folder"])
 
@@ -316,7 +316,7 @@ class Refused(CheckpointTest):
             self.put("ck", self.kept["ck"].replace(b"checkpoint 3", b"checkpoint " + number))
             self.refused("--resume", "ck", says=["ck", "was written by another version of nutate"])
         self.put("ck", self.kept["ck"].replace(b"nutate checkpoint 3", b"another document 3"))
-        self.refused("--resume", "ck", says=["no checkpoint"])
+        self.refused("--resume", "ck", says=["not a checkpoint"])
 
     def test_rows_that_are_gone_or_not_the_same(self):
         rows = self.kept["part.csv.partial"]
@@ -327,7 +327,7 @@ class Refused(CheckpointTest):
         self.put("part.csv.partial", rows[:-3] + b"5" + rows[-2:])
         if self.bytes_of("part.csv.partial") == rows:
             self.put("part.csv.partial", rows[:-3] + b"6" + rows[-2:])
-        self.refused("--resume", "ck", says=["part.csv.partial", "not those"])
+        self.refused("--resume", "ck", says=["part.csv.partial", "have changed"])
 
     def test_another_output(self):
         self.refused("--resume", "ck", "--output", "other.csv", says=["part.csv", "--output"])

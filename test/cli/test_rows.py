@@ -114,7 +114,7 @@ class Rows(CommandLineTest):
                             ("0.3,0.2", "out of order")):
             self.fail_with(2, "check", "forced.nml", "--set", f"output.times={times}", says=[says])
         self.write("when.csv", "t (s)\n0.1\n0.05\n")
-        self.fail_with(2, "run", "forced.nml", "--set", "output.times_file='when.csv'", says=["when.csv:3: a time of a row"])
+        self.fail_with(2, "run", "forced.nml", "--set", "output.times_file='when.csv'", says=["when.csv:3: output times"])
         self.write("when.csv", "t (s)\n")
         self.fail_with(2, "run", "forced.nml", "--set", "output.times_file='when.csv'", says=["when.csv:2: there is no time"])
         self.write("when.csv", "t\n0.1\n")

@@ -74,7 +74,7 @@ contains
       if (wheel < 1 .or. wheel > effects%n_wheels) then
          status = fail(NUTATE_BAD_ARGUMENT, 'wheel is out of range (expected 1 to the number of wheels)', 'wheel')
       else if (effects%controls_wheels()) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'a controller drives the wheels (expected no controller by wheels)', 'wheel')
+         status = fail(NUTATE_BAD_ARGUMENT, 'a controller drives the wheels (expected none by wheels)', 'wheel')
       else if (allocated(effects%wheels(wheel)%motor)) then
          status = fail(NUTATE_BAD_ARGUMENT, 'the wheel already has a motor (expected a wheel without one)', 'wheel')
       else if (.not. is_moderate(torque)) then
