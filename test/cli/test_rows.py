@@ -116,7 +116,7 @@ class Rows(CommandLineTest):
         self.write("when.csv", "t (s)\n0.1\n0.05\n")
         self.fail_with(2, "run", "forced.nml", "--set", "output.times_file='when.csv'", says=["when.csv:3: output times"])
         self.write("when.csv", "t (s)\n")
-        self.fail_with(2, "run", "forced.nml", "--set", "output.times_file='when.csv'", says=["when.csv:2: there is no time"])
+        self.fail_with(2, "run", "forced.nml", "--set", "output.times_file='when.csv'", says=["when.csv:2: there are no times"])
         self.write("when.csv", "t\n0.1\n")
         self.fail_with(2, "run", "forced.nml", "--set", "output.times_file='when.csv'", says=["when.csv:1: 't' lacks the unit"])
         self.fail_with(2, "run", "forced.nml", "--set", "output.times=0.1", "--set", "output.every=2", says=["exclude each other"])
