@@ -387,7 +387,7 @@ contains
       call refused('no wheels', 'without wheels')
       controller = pointing(moments, BY_TORQUE, -1.0_wp)
       if (.not. allocated(error)) call add_controller(problem%system, controller, status)
-      call refused('a negative period', 'the controller is none')
+      call refused('a negative period', 'the controller is invalid')
       controller = controller_t(law=DETUMBLING)
       if (.not. allocated(error)) call add_controller(problem%system, controller, status)
       call refused('B-dot without magnetorquers', 'magnetorquers to detumble')
@@ -405,7 +405,7 @@ contains
       state = problem%start
       call integrate(problem%system, integrator_settings_t(), state, &
                      run_plan_t(goal=run_goal_t(accuracy=1e-6_wp), end_time=1.0_wp), status)
-      call refused('an accuracy', 'no controller has a sample')
+      call refused('an accuracy', 'a controller has a sample')
 
    contains
 

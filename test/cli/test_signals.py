@@ -85,7 +85,7 @@ class Runs(SignalTest):
             run = self.start("run", "box.nml", "--quiet", *arguments, *settings)
             self.wait_for("part.csv.partial", size + 300000)
             run.send_signal(signal.SIGTERM)
-            self.ends_by(run, signal.SIGTERM, ["to go on: --resume ck"])
+            self.ends_by(run, signal.SIGTERM, ["to continue: --resume ck"])
             size = os.path.getsize(self.path("part.csv.partial"))
             arguments = ["--resume", "ck"]
         self.succeed("run", "box.nml", "--quiet", *arguments, *settings)
