@@ -14,7 +14,7 @@ class Words(RankTest):
         self.says_once(2, "no member 201", "sweep", "tumble.nml", "--members", "1:201")
         self.says_once(2, "MPI runs sweeps only", "run", "box.nml")
         self.says_once(2, "--member runs in one process", "sweep", "tumble.nml", "--member", "3")
-        self.says_once(2, "each process has one thread", "sweep", "tumble.nml", "--threads", "2")
+        self.says_once(2, "each process runs one thread", "sweep", "tumble.nml", "--threads", "2")
         self.assertEqual([name for name in self.names() if "npy" in name], [])
 
     def test_what_cannot_be_written_is_said_once(self):
