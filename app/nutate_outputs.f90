@@ -24,7 +24,7 @@ module nutate_outputs
 
    !> One kind of file.
    type :: kind_t
-      !> What it is, and what is reported to go there.
+      !> What it is, and how a message names what goes there.
       character(len=24) :: words, content
       !> How it begins.
       character(len=longest_start) :: start

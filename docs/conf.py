@@ -21,7 +21,7 @@ myst_heading_anchors = 4
 nb_execution_mode = "force"
 nb_execution_raise_on_error = True
 nb_execution_timeout = 120
-# Links to files of the project that are no pages: they come along as downloads.
+# Links to files of the project that are not pages become downloads.
 exclude_patterns = ["public-api.txt"]
 
 autodoc_member_order = "bysource"

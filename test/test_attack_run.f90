@@ -37,7 +37,7 @@ module test_attack_run
    !> What is counted of stages of one kind with one solver.
    type :: counts_t
       integer :: stages = 0
-      !> Accepted: immediately, by continuation; of both, without a proof.
+      !> Accepted: directly, by continuation; of both, without a proof.
       integer :: at_once = 0, continued = 0, uncertified = 0
       !> Accepted, though the branch leads to another root or ends: with a proof, without.
       integer :: wrong = 0, wrong_uncertified = 0

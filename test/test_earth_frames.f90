@@ -304,7 +304,7 @@ contains
 
    end subroutine certified_roots_are_true
 
-   !> Short steps are certified immediately, beside effects as without; in axes that turn by a radian in a step none is.
+   !> Short steps are certified directly, beside effects as without; in axes that turn by a radian in a step none is.
    subroutine mild_steps_is_certified(error)
       type(error_type), allocatable, intent(out) :: error
       class(stepper_t), allocatable :: stepper

@@ -73,7 +73,7 @@ contains
       if (.not. (status%ok() .and. fine_status%ok())) error = huge(error)
    end subroutine find_error
 
-   !> All effects immediately, at three long steps: off by no more than without the projection, where the works as they
+   !> All effects together, at three long steps: off by no more than without the projection, where the works as they
    !> come from their quadrature make it 1.2 to 3.5 times that.
    subroutine works_do_not_spoil_the_state(error)
       type(error_type), allocatable, intent(out) :: error

@@ -1,4 +1,4 @@
-"""Satellites: wheels, orbits, controllers and frames that turn, in programs and in batches."""
+"""Satellites: reaction wheels, orbits, controllers and rotating frames, in programs and in sweeps."""
 
 import copy
 import pickle

@@ -1,4 +1,4 @@
-!> Energies in the projection onto the invariants of several bodies immediately, and how they change: one body a lane.
+!> Energies in the projection onto the invariants of several bodies together, and how they change: one body a lane.
 !>
 !> Potentials are linear or quadratic in directions n: where these are one, the component of the space momentum along it
 !> is conserved, else none is. The arithmetic is that of `nutate_projection_point` and `nutate_invariant_projection`,

@@ -104,7 +104,7 @@ contains
       end do
    end subroutine rest_motion
 
-   !> Accepts a body on which nothing acts but rotors and potentials that lanes know.
+   !> Puts in a body on which nothing acts but rotors and potentials that lanes know.
    subroutine put_motion(self, lane, system, fits)
       type(lane_expansion_t), intent(inout) :: self
       integer, intent(in) :: lane

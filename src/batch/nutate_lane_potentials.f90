@@ -66,7 +66,7 @@ contains
       self%offset(lane, :) = 0.0_wp
    end subroutine rest_potentials
 
-   !> Sets the potentials of a body, which are those of the other lanes but for their numbers.
+   !> Stores the potentials of a body, which are those of the other lanes but for their numbers.
    pure subroutine put_potentials(self, lane, effects, which, fits)
       class(lane_potentials_t), intent(inout) :: self
       integer, intent(in) :: lane

@@ -67,7 +67,7 @@ contains
       call make_room(self%others, 0)
    end subroutine set_up_targets
 
-   !> Sets the invariants of a body from its first state.
+   !> Computes the invariants of a body from its first state.
    pure subroutine put_target(self, lane, system, state, fits)
       type(lane_projection_t), intent(inout) :: self
       integer, intent(in) :: lane

@@ -55,7 +55,7 @@ contains
       self%stiffness(lane, :, :) = 0.0_wp
    end subroutine rest_torques
 
-   !> Sets what acts on a body.
+   !> Stores what acts on a body.
    pure subroutine put_torques(self, lane, is_first, system, torques, bound, fits)
       type(lane_torques_t), intent(inout) :: self
       integer, intent(in) :: lane

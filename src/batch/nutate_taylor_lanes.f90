@@ -1,4 +1,4 @@
-!> Steps by Taylor series, of one length, of several bodies immediately, with the projection onto the invariants: one
+!> Steps by Taylor series, of one length, of several bodies together, with the projection onto the invariants: one
 !> body a lane.
 !>
 !> Gyrostats, and bodies with and without rotors under potentials linear in fixed directions, or in a gradient of

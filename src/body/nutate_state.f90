@@ -167,7 +167,7 @@ contains
       total = rounded
    end subroutine add_by_kahan
 
-   !> Adds the increment of a quaternion that was turned, and removes by how much the turn made it too long: before
+   !> Adds the increment of a quaternion that was turned, and subtracts the excess length that the turn gave it: before
    !> the sum, whose rounding leaves a compensation that is zero on the average, since the next step does not see it.
    pure subroutine add_turned(increment, excess, x, compensation)
       real(wp), intent(in) :: increment(4)

@@ -1,4 +1,4 @@
-!> What the numbers of a key may be, as a table: sign, size, and whether they may all vanish; and what is reported about
+!> What the numbers of a key may be, as a table: sign, size, and whether they may all vanish; and the words for
 !> those that may not.
 module nutate_admissible
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_is_nan

@@ -21,7 +21,7 @@ contains
       is_fused = square > 0.0_wp
    end function is_fused
 
-   !> What is reported about it.
+   !> The words for it.
    function arithmetic_in_words() result(words)
       character(len=:), allocatable :: words
       words = 'arithmetic as written, the same bits on every processor'

@@ -47,7 +47,7 @@ module nutate_lane_run
       !> Steps after which members are looked at.
       integer(long), private :: stride = 1
    contains
-      !> Sets a scene with an ensemble.
+      !> Prepares for a scene with an ensemble.
       procedure :: prepare
       !> Empties all lanes.
       procedure :: begin
@@ -63,7 +63,7 @@ module nutate_lane_run
 
 contains
 
-   !> Sets a scene with an ensemble.
+   !> Prepares for a scene with an ensemble.
    subroutine prepare(self, scene, columns)
       class(lane_run_t), intent(inout) :: self
       type(scene_t), intent(in) :: scene

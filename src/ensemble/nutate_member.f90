@@ -27,7 +27,7 @@ module nutate_member
       !> Targets, each the first of its key, and the values of that key.
       integer, allocatable, private :: keys(:)
    contains
-      !> Sets a scene with an ensemble.
+      !> Prepares for a scene with an ensemble.
       procedure :: prepare
       !> Makes a member of it.
       procedure :: set_values
@@ -35,7 +35,7 @@ module nutate_member
 
 contains
 
-   !> Sets a scene with an ensemble.
+   !> Prepares for a scene with an ensemble.
    subroutine prepare(self, scene)
       class(member_t), intent(inout) :: self
       type(scene_t), intent(in) :: scene

@@ -30,7 +30,7 @@ module nutate_member_run
       !> Where members can be run together.
       type(lane_run_t) :: together
    contains
-      !> Sets a scene with an ensemble.
+      !> Prepares for a scene with an ensemble.
       procedure :: prepare
       !> Runs a member to its row.
       procedure :: row
@@ -38,7 +38,7 @@ module nutate_member_run
 
 contains
 
-   !> Sets a scene with an ensemble. Errors: a set of columns that does not exist.
+   !> Prepares for a scene with an ensemble. Errors: a set of columns that does not exist.
    subroutine prepare(self, scene, layout, status, sweep)
       class(member_run_t), intent(inout) :: self
       type(scene_t), intent(in) :: scene

@@ -159,7 +159,7 @@ contains
                                                chunk, status)
    end subroutine join
 
-   !> Sets what is the same for all that run chunks.
+   !> Prepares what is the same for all that run chunks.
    subroutine begin(self, scene, first, last, name, status)
       class(sweep_t), intent(inout) :: self
       type(scene_t), intent(in) :: scene

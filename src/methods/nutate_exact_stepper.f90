@@ -125,7 +125,7 @@ contains
       state%p_compensation = 0.0_wp
    end subroutine put_solution
 
-   !> The end immediately, or, where steps are seen, about a radian of turn: |Ω| is at most √(2T/J), J the least moment,
+   !> The end of the run, or, where steps are seen, about a radian of turn: |Ω| is at most √(2T/J), J the least moment,
    !> which does not change.
    subroutine choose_step(self, system, state, goal, step, status)
       class(exact_t), intent(inout) :: self

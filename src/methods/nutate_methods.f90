@@ -88,7 +88,7 @@ contains
       if (method%projected) name = trim(name)//'+conserve'
    end function family_of
 
-   !> The settings that a method has where nothing else is reported: those of its first row in the table.
+   !> The settings that a method has by default: those of its first row in the table.
    pure type(integrator_settings_t) function default_settings(method) result(settings)
       !> Name of the method.
       character(len=*), intent(in) :: method

@@ -48,7 +48,7 @@ module nutate_stepper
       real(wp) :: tolerance = 0.0_wp, rate = 0.0_wp
       !> Where a step must end at the latest, s: no torque starts or stops before.
       real(wp) :: end_time = 0.0_wp
-      !> The ends of steps are seen: a method without an error, which could go to the end immediately, makes them as
+      !> The ends of steps are seen: a method without an error, which could go to the end in one step, makes them as
       !> long as suits that.
       logical :: seen = .false.
       !> Its longest step otherwise, s.
@@ -86,10 +86,10 @@ module nutate_stepper
       class(*), allocatable, private :: again
       logical, private :: used = .false.
    contains
-      !> Sets the settings and makes the work space; must be called before the first step and after every change of
+      !> Stores the settings and makes the work space; must be called before the first step and after every change of
       !> the system.
       procedure, non_overridable :: prepare => prepare_stepper
-      !> Sets a system that has changed, with the settings that it has.
+      !> Prepares again for a system that has changed, with the same settings.
       procedure, non_overridable :: renew
       !> Moves a state by one step.
       procedure, non_overridable :: step => take_step
@@ -116,7 +116,7 @@ module nutate_stepper
       !> Makes the state that a step left fit to be seen: projected onto the invariants, where that is not done in every
       !> step. The steps that follow go on from what they left, whichever of the two they are given.
       procedure :: show => leave_state
-      !> Sets the noise of a trial run, for the states before their projection; a stepper without one leaves it.
+      !> Adds the noise of a trial run, for the states before their projection; a stepper without one leaves it.
       procedure :: disturb => leave_noise
    end type stepper_t
 
@@ -167,7 +167,7 @@ module nutate_stepper
 
 contains
 
-   !> Sets the settings and makes the work space. Errors: those of the method's `set_up`, mostly
+   !> Stores the settings and makes the work space. Errors: those of the method's `set_up`, mostly
    !> `NUTATE_BAD_ARGUMENT` for settings that it cannot honour.
    recursive subroutine prepare_stepper(self, system, settings, status)
       class(stepper_t), intent(inout) :: self
@@ -189,7 +189,7 @@ contains
       call self%set_up(system, settings, status)
    end subroutine prepare_stepper
 
-   !> Sets a system that has changed; steps are kept as before. Errors: those of `prepare`.
+   !> Prepares again for a system that has changed; steps are kept as before. Errors: those of `prepare`.
    subroutine renew(self, system, status)
       !> Prepared.
       class(stepper_t), intent(inout) :: self

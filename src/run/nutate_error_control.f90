@@ -453,7 +453,7 @@ contains
       self%t_compensation = 0.0_wp
    end subroutine retake
 
-   !> Sets a system that has changed.
+   !> Prepares again for a system that has changed.
    subroutine renew(self, system, status)
       class(error_control_t), intent(inout) :: self
       type(system_t), intent(in) :: system

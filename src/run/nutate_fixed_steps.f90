@@ -214,7 +214,7 @@ contains
       progress%state%t = t_end
    end subroutine retake
 
-   !> Sets a system that has changed.
+   !> Prepares again for a system that has changed.
    subroutine renew(self, system, status)
       class(fixed_steps_t), intent(inout) :: self
       type(system_t), intent(in) :: system

@@ -58,7 +58,7 @@ module nutate_run
       procedure :: go
       !> Goes to a time.
       procedure :: go_to
-      !> Performs so many nominal steps.
+      !> Takes so many nominal steps.
       procedure :: go_steps
       !> The state at a time inside the last step.
       procedure :: look
@@ -435,7 +435,7 @@ contains
       if (status%ok()) call self%go(system, status, observer)
    end subroutine go_to
 
-   !> Performs nominal steps, from wherever the run is. Errors: those of `begin` and `go`.
+   !> Takes nominal steps, from wherever the run is. Errors: those of `begin` and `go`.
    subroutine go_steps(self, system, n, status, observer)
       !> Begun, without a goal.
       class(run_t), intent(inout), target :: self

@@ -103,7 +103,7 @@ contains
       end associate
    end function sample_margin
 
-   !> Performs steps to the end of a run, or to the next switch or sample: the only loop there is, for all methods,
+   !> Takes steps to the end of a run, or to the next switch or sample: the only loop there is, for all methods,
    !> policies and interfaces. Each round takes one step of the method, which may be a part of a step of the run.
    subroutine take_steps(progress, policy, system, status, observer)
       type(progress_t), intent(inout) :: progress

@@ -55,7 +55,7 @@ module nutate_step_curve
       integer :: n = 0
       type(anchor_t), allocatable :: anchors(:)
    contains
-      !> Sets both ends of the step, and follows the angles from one to the other.
+      !> Stores both ends of the step, and follows the angles from one to the other.
       procedure :: join
       procedure :: evaluate
       !> The parts at a place, as near as the anchors say.
@@ -64,7 +64,7 @@ module nutate_step_curve
 
 contains
 
-   !> Sets both ends of the step, and follows the angles from one to the other. Errors: those of the method.
+   !> Stores both ends of the step, and follows the angles from one to the other. Errors: those of the method.
    subroutine join(self, first, last, turn, status)
       class(step_curve_t), intent(inout) :: self
       !> Rates by the time.

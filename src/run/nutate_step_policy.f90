@@ -36,7 +36,7 @@ module nutate_step_policy
       procedure(look), deferred :: look_inside
       !> Repeats that step, shorter.
       procedure(repeat_part), deferred :: retake
-      !> Sets a system that has changed.
+      !> Prepares again for a system that has changed.
       procedure(set_system), deferred :: renew
       !> Notes that torques and motors hold other values.
       procedure(update_values), deferred :: update_commands

@@ -70,7 +70,7 @@ module nutate_reduced_equations
       logical :: is_cubic = .false.
       type(wheel_steps_t) :: wheels
    contains
-      !> Performs the step's length.
+      !> Sets the step's length.
       procedure :: set_step
       !> Starts a step from a state.
       procedure :: start
@@ -99,7 +99,7 @@ module nutate_reduced_equations
 
 contains
 
-   !> Performs the step's length, s.
+   !> Sets the step's length, s.
    pure subroutine set_step(self, system, dt)
       class(reduced_equations_t), intent(inout) :: self
       type(system_t), intent(in) :: system

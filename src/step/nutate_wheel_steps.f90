@@ -39,7 +39,7 @@ module nutate_wheel_steps
       real(wp), private :: share(most_wheels) = 1.0_wp, start_momentum(most_wheels) = 0.0_wp, &
          drive(most_wheels) = 0.0_wp
    contains
-      !> Sets the wheels of a system.
+      !> Stores the wheels of a system.
       procedure :: prepare
       !> Sets the length of a step.
       procedure :: set_step
@@ -53,7 +53,7 @@ module nutate_wheel_steps
 
 contains
 
-   !> Sets the wheels of a system.
+   !> Stores the wheels of a system.
    pure subroutine prepare(self, effects)
       class(wheel_steps_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects

@@ -43,7 +43,7 @@ module nutate_work_precision
    type :: work_precision_t
       type(problem_t) :: problem
       type(reference_t) :: reference
-      !> Uses wall time unless it is given a clock before the study begins.
+      !> Measures wall time unless it is given a clock before the study begins.
       type(stopwatch_t) :: clock
       !> Largest |Ω| of the motion, rad/s.
       real(wp) :: rate = 0.0_wp

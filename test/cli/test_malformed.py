@@ -18,7 +18,7 @@ HERE = pathlib.Path(__file__).resolve().parent
 MALFORMED = HERE / "malformed"
 BOX = HERE.parent.parent / "scenes" / "box.nml"
 
-# Settings of the command line and what is reported about them.
+# Settings of the command line and the words for them.
 SETTINGS = {
     "no_equals": ("body.mass", "'body.mass' is not a setting (expected GROUP.KEY=VALUE)"),
     "no_group": ("mass=1.0", "'mass=1.0' is not a setting"),

@@ -1,4 +1,4 @@
-"""nutate run: what the history holds and what is reported about it."""
+"""nutate run: what the history holds and the words for it."""
 import math
 import os
 import subprocess

@@ -156,7 +156,7 @@ contains
       call self%handle%poll%ask(status)
    end subroutine ask_program
 
-   !> Performs a step back in which a callback has failed.
+   !> Undoes a step in which a callback has failed.
    subroutine judge_callbacks(self, status)
       class(row_receiver_t), intent(inout) :: self
       type(status_t), intent(out) :: status

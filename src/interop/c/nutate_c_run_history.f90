@@ -83,7 +83,7 @@ contains
       code = NUTATE_OK
    end function nutate_scene_set_poll
 
-   !> Sets the times of rows into a plan. Errors: `NUTATE_BAD_ARGUMENT` for times out of their order, or outside of the
+   !> Puts the times of rows into a plan. Errors: `NUTATE_BAD_ARGUMENT` for times out of their order, or outside of the
    !> run.
    subroutine set_times(address, n, start, plan, status)
       !> `double[n]`, or null: none.

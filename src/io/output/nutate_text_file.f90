@@ -12,7 +12,7 @@ module nutate_text_file
 
 contains
 
-   !> Reads a file, byte by byte as it is: a regular file immediately, a pipe until it ends.
+   !> Reads a file, byte by byte as it is: a regular file in one piece, a pipe until it ends.
    subroutine read_text_file(path, text, reason)
       character(len=*), intent(in) :: path
       !> The file's content.

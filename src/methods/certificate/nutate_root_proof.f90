@@ -1,4 +1,4 @@
-!> Judges a root of the step's equations, in either form: certified immediately, certified by following the branch from
+!> Judges a root of the step's equations, in either form: certified directly, certified by following the branch from
 !> Δt = 0, or beyond what can be certified.
 module nutate_root_proof
    use nutate_branch_tubes, only: branch_t

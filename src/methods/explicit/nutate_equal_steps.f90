@@ -70,7 +70,7 @@ contains
       self%suit = settings%method == 'rk8' .and. settings%attitude .and. accuracy >= least_accuracy
       if (.not. self%suit) return
       call motion%prepare(system, settings%attitude)
-      ! What is reported about their number was measured in axes that stand still.
+      ! The rule for their number was measured in axes that stand still.
       self%suit = motion%possible .and. .not. system%effects%frame_turns
       if (.not. self%suit) return
       pace = motion%pace(body_momentum(state))

@@ -78,11 +78,11 @@ module nutate_invariant_projection
       !> How far round-off of the energy moved the last state, rad: up to √ε where H is nearly stationary.
       real(wp), public :: moved_by_round_off = 0.0_wp
    contains
-      !> Sets the invariants that a system has.
+      !> Finds the invariants that a system has.
       procedure :: prepare
       !> Starts the balance of a state from its own invariants.
       procedure :: start
-      !> Sets the noise of a trial run.
+      !> Adds the noise of a trial run.
       procedure :: disturb
       !> Adds it to a state that is not projected.
       procedure :: shake_state
@@ -94,7 +94,7 @@ module nutate_invariant_projection
 
 contains
 
-   !> Sets the invariants that a system has. To be called before the first step and after every change of the system.
+   !> Finds the invariants that a system has. To be called before the first step and after every change of the system.
    pure subroutine prepare(self, system, attitude, compensated)
       class(invariant_projection_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -140,7 +140,7 @@ contains
       call state%balance_here()
    end subroutine settle
 
-   !> Sets the noise of a trial run: from now on states come as from a machine on which every step rounds by so much.
+   !> Adds the noise of a trial run: from now on states come as from a machine on which every step rounds by so much.
    !> The limits of the projection are then those of that machine.
    pure subroutine disturb(self, noise)
       class(invariant_projection_t), intent(inout) :: self

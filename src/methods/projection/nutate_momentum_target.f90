@@ -10,7 +10,7 @@ module nutate_momentum_target
 
    public :: momentum_target_t
 
-   !> The values of one run. Which components are conserved is reported with each call: those of `nutate_invariants`.
+   !> The values of one run. Each call names the components that are conserved, as in `nutate_invariants`.
    type :: momentum_target_t
       !> l, space axes, N m s; shape (3); of it l·n, or else |l|, N m s.
       real(wp) :: momentum(3) = 0.0_wp, component = 0.0_wp

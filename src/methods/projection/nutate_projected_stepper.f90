@@ -51,7 +51,7 @@ contains
       call move_alloc(base, self%base)
    end subroutine wrap
 
-   !> Sets the noise of a trial run, for the states before their projection.
+   !> Adds the noise of a trial run, for the states before their projection.
    subroutine disturb(self, noise)
       class(projected_stepper_t), intent(inout) :: self
       type(noise_t), intent(in) :: noise

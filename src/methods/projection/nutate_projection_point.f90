@@ -56,7 +56,7 @@ module nutate_projection_point
       real(wp) :: inverse_wheels(most_wheels) = 0.0_wp, wheel_axes(3, most_wheels) = 0.0_wp
    contains
       procedure :: prepare
-      !> Sets the wheels of a state.
+      !> Copies the wheels of a state.
       procedure :: set_wheels
       !> Moves the wheels down a slope.
       procedure :: move_wheels
@@ -170,7 +170,7 @@ contains
       end do
    end function still_energy
 
-   !> Sets the wheels of a state, before a point is made of it.
+   !> Copies the wheels of a state, before a point is made of it.
    pure subroutine set_wheels(self, effects, state)
       class(projection_plan_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects

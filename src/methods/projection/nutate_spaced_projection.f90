@@ -33,15 +33,15 @@ module nutate_spaced_projection
       !> Steps to a projection while errors are small.
       integer :: usual = 1
    contains
-      !> Sets the invariants that a system has.
+      !> Finds the invariants that a system has.
       procedure :: prepare
-      !> Sets the noise of a trial run.
+      !> Adds the noise of a trial run.
       procedure :: disturb
       !> How far round-off of the energy moved the last state that was projected.
       procedure :: moved_by_round_off
       !> Puts the state that a step left in the place of a copy that was seen.
       procedure :: find_origin
-      !> Sets the state from which a step starts.
+      !> Prepares the state from which a step starts.
       procedure :: begin_step
       !> Projects the state that the step reached, if that is due.
       procedure :: end_step
@@ -55,7 +55,7 @@ module nutate_spaced_projection
 
 contains
 
-   !> Sets the invariants that a system has. To be called before the first step and after every change of the system.
+   !> Finds the invariants that a system has. To be called before the first step and after every change of the system.
    pure subroutine prepare(self, system, attitude, usual, compensated)
       class(spaced_projection_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -74,7 +74,7 @@ contains
       self%fresh = .true.
    end subroutine prepare
 
-   !> Sets the noise of a trial run, for every state that a step reaches.
+   !> Adds the noise of a trial run, for every state that a step reaches.
    pure subroutine disturb(self, noise)
       class(spaced_projection_t), intent(inout) :: self
       type(noise_t), intent(in) :: noise
@@ -99,7 +99,7 @@ contains
       end if
    end subroutine find_origin
 
-   !> Sets the state from which a step starts, which has its balance then; one that starts anew is projected after its
+   !> Prepares the state from which a step starts; one whose balance starts anew is projected after its
    !> first step.
    pure subroutine begin_step(self, system, state)
       class(spaced_projection_t), intent(inout) :: self

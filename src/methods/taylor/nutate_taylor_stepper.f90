@@ -123,7 +123,7 @@ contains
                                    system%effects%n_works() > 0
    end function is_compensated
 
-   !> Sets the noise of a trial run, for the states before their projection.
+   !> Adds the noise of a trial run, for the states before their projection.
    subroutine disturb(self, noise)
       class(taylor_t), intent(inout) :: self
       type(noise_t), intent(in) :: noise

@@ -32,7 +32,7 @@ module nutate_wheel_series
       !> Ω and γ as motors ask for them: rad/s, shape (3, 0:highest_order).
       real(wp), allocatable, private :: omega(:, :), gamma(:, :)
    contains
-      !> Sets the wheels of a system.
+      !> Stores the wheels of a system.
       procedure :: prepare
       !> Sets the start of a series.
       procedure :: set_start
@@ -50,7 +50,7 @@ module nutate_wheel_series
 
 contains
 
-   !> Sets the wheels of a system. Errors: `NUTATE_BAD_ARGUMENT` for a motor without series.
+   !> Stores the wheels of a system. Errors: `NUTATE_BAD_ARGUMENT` for a motor without series.
    subroutine prepare(self, effects, status)
       class(wheel_series_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
