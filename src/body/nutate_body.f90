@@ -41,7 +41,7 @@ module nutate_body
 
 contains
 
-   !> A body from its inertia tensor.
+   !> Makes a body from its inertia tensor.
    !>
    !> Errors: `NUTATE_BAD_BODY` with the reason: not finite, not symmetric, not positive definite (a moment that
    !> vanishes: an infinitely thin rod), a moment larger than the sum of the other two, moments not within 1e-100 to
@@ -114,7 +114,7 @@ contains
       if (any(abs(body%locked - body%inertia) > 0.0_wp)) call without(body, nothing, whole, status)
    end function whole_body
 
-   !> A homogeneous body of a named shape, from its mass or its density.
+   !> Makes a homogeneous body of a named shape, from its mass or its density.
    !>
    !> Errors: those of `make_body`; `NUTATE_BAD_ARGUMENT` for an unknown shape, a wrong number of lengths, a length
    !> that is not positive, or not exactly one of mass and density.
@@ -354,7 +354,7 @@ contains
       body%idealised = values(1) < -triangle_tolerance .or. values(1) + values(2) < values(3) - triangle_tolerance
    end subroutine judge_center_tensor
 
-   !> The diagonal matrix of three numbers.
+   !> Returns the diagonal matrix of three numbers.
    pure function diagonal(d) result(matrix)
       real(wp), intent(in) :: d(3)
       real(wp) :: matrix(3, 3)

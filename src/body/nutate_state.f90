@@ -79,9 +79,9 @@ contains
       call self%balance_here()
    end subroutine restore_left
 
-   !> The time from which the work of potentials that move counts in the next step, s: that up to which it is counted,
-   !> unless the state was put to another time. Between the two, time-dependent potentials would do work that is not
-   !> counted.
+   !> Returns the time from which the work of time-dependent potentials counts in the next step, s: that up to which
+   !> it is counted, unless the state was put to another time. Between the two, time-dependent potentials would do
+   !> work that is not counted.
    pure real(wp) function time_dependent_since(self, dt)
       class(state_t), intent(in) :: self
       !> The step, s.

@@ -22,7 +22,7 @@ module nutate_attitude
 
 contains
 
-   !> Unit quaternion of a rotation matrix, with `q0 >= 0`.
+   !> Returns the unit quaternion of a rotation matrix, with `q0 >= 0`.
    !>
    !> Shepperd, J. Guidance Control 1 (1978) 223: of the four products `4 q_k q` the one with the largest `q_k` is used,
    !> so there is no cancellation at any angle. At 180°, where `q` and `-q` are equally good, the largest component of
@@ -49,7 +49,7 @@ contains
       if (q(1) < 0) q = -q
    end function quat_from_matrix
 
-   !> Unit quaternion of the rotation by an angle about an axis: `[cos(angle/2), n sin(angle/2)]`.
+   !> Returns the unit quaternion of the rotation by an angle about an axis: `[cos(angle/2), n sin(angle/2)]`.
    !>
    !> Errors: `NUTATE_BAD_ARGUMENT` for an axis of length zero and for an axis or angle that is not finite; `q` is then
    !> the identity.
@@ -74,7 +74,7 @@ contains
       end if
    end subroutine quat_from_axis_angle
 
-   !> Axis and angle of the shortest rotation to an attitude.
+   !> Returns axis and angle of the shortest rotation to an attitude.
    !>
    !> At 180°, where both directions of the axis are right, it is the vector part of `q` as given.
    pure subroutine axis_angle_from_quat(q, axis, angle)
@@ -97,7 +97,7 @@ contains
       end if
    end subroutine axis_angle_from_quat
 
-   !> Unit quaternion of a rotation vector, the axis times the angle.
+   !> Returns the unit quaternion of a rotation vector, the axis times the angle.
    pure function quat_from_rotation_vector(v) result(q)
       !> Rotation vector (rad), the same components in body and space. Shape: (3).
       real(wp), intent(in) :: v(3)
@@ -105,7 +105,7 @@ contains
       q = quat_exp(v/2)
    end function quat_from_rotation_vector
 
-   !> Rotation vector (rad) of the shortest rotation to an attitude: `|v| <= π` to round-off.
+   !> Returns the rotation vector (rad) of the shortest rotation to an attitude: `|v| <= π` to round-off.
    !>
    !> At 180°, where `v` and `-v` are right, it points along the vector part of `q` as given.
    pure function rotation_vector_from_quat(q) result(v)
@@ -119,7 +119,7 @@ contains
       end if
    end function rotation_vector_from_quat
 
-   !> Unit quaternion of the z-x-z Euler angles: `exp(k φ/2)∘exp(i θ/2)∘exp(k ψ/2)`.
+   !> Returns the unit quaternion of the z-x-z Euler angles: `exp(k φ/2)∘exp(i θ/2)∘exp(k ψ/2)`.
    pure function quat_from_euler(phi, theta, psi) result(q)
       !> Precession φ about the space axis 3 (rad).
       real(wp), intent(in) :: phi
@@ -137,7 +137,7 @@ contains
       q(4) = cos(theta/2)*sin(half_sum)
    end function quat_from_euler
 
-   !> The z-x-z Euler angles of an attitude: φ and ψ in (-π, π], θ in [0, π].
+   !> Returns the z-x-z Euler angles of an attitude: φ and ψ in (-π, π], θ in [0, π].
    !>
    !> At the poles (θ within `2 eps` of 0 or π) only φ + ψ or φ - ψ is defined; then ψ = 0. Near them θ keeps its full
    !> accuracy, while φ and ψ are as uncertain as `eps/sin θ` each. The zero quaternion gives zeros.
@@ -159,7 +159,7 @@ contains
       psi = wrapped(half_sum - half_difference)
    end subroutine euler_from_quat
 
-   !> Unit quaternion of the rotation Rz(yaw) Ry(pitch) Rx(roll); shape (4).
+   !> Returns the unit quaternion of the rotation Rz(yaw) Ry(pitch) Rx(roll); shape (4).
    pure function quat_from_roll_pitch_yaw(angles) result(q)
       !> Roll, pitch, yaw (rad). Shape: (3).
       real(wp), intent(in) :: angles(3)
@@ -172,8 +172,8 @@ contains
       q(4) = c(1)*c(2)*s(3) - s(1)*s(2)*c(3)
    end function quat_from_roll_pitch_yaw
 
-   !> Roll, pitch, yaw of an attitude (rad): roll and yaw in (-π, π], pitch in [-π/2, π/2], where only the sum or
-   !> difference of the others is defined; then the roll is 0. Shape: (3).
+   !> Returns roll, pitch, yaw of an attitude (rad): roll and yaw in (-π, π], pitch in [-π/2, π/2], where only the sum
+   !> or difference of the others is defined; then the roll is 0. Shape: (3).
    pure function roll_pitch_yaw_from_quat(q) result(angles)
       !> Attitude, body to space. Shape: (4).
       real(wp), intent(in) :: q(4)
@@ -192,9 +192,9 @@ contains
       end if
    end function roll_pitch_yaw_from_quat
 
-   !> The z-x-z Euler angles of an attitude in a motion: at a pole, where `euler_from_quat` must choose, those that the
-   !> motion goes on from. The line of nodes is then that about which it leaves the pole; where it does not leave it at
-   !> once, ψ = 0.
+   !> Returns the z-x-z Euler angles of an attitude in a motion: at a pole, where `euler_from_quat` must choose, those
+   !> that the motion goes on from. The line of nodes is then that about which it leaves the pole; where it does not
+   !> leave it immediately, ψ = 0.
    pure subroutine euler_of_motion(q, omega, phi, theta, psi)
       !> Attitude, body to space. Shape: (4).
       real(wp), intent(in) :: q(4)
@@ -264,7 +264,7 @@ contains
       continued = angle + 2*pi*anint((previous - angle)/(2*pi))
    end function unwrap_angle
 
-   !> Body components of the angular velocity (rad/s) that belong to given rates of the z-x-z angles.
+   !> Returns the body components of the angular velocity (rad/s) that belong to given rates of the z-x-z angles.
    !>
    !> `Ω = [φ' sinθ sinψ + θ' cosψ, φ' sinθ cosψ - θ' sinψ, φ' cosθ + ψ']`; it does not depend on φ.
    pure function angular_velocity_from_euler_rates(theta, psi, phi_dot, theta_dot, psi_dot) result(omega)

@@ -21,7 +21,7 @@ module nutate_quaternion
 
 contains
 
-   !> Cross product `a×b` of two 3-vectors.
+   !> Returns the cross product `a×b` of two 3-vectors.
    pure function cross(a, b) result(c)
       !> Left factor, any unit. Shape: (3).
       real(wp), intent(in) :: a(3)
@@ -33,7 +33,7 @@ contains
       c(3) = a(1)*b(2) - a(2)*b(1)
    end function cross
 
-   !> Hamilton product `a∘b`; as attitudes, `a∘b` rotates by `b` first and by `a` after it.
+   !> Returns the Hamilton product `a∘b`; as attitudes, `a∘b` rotates by `b` first and by `a` after it.
    pure function quat_product(a, b) result(c)
       !> Left factor, scalar first. Shape: (4).
       real(wp), intent(in) :: a(4)
@@ -72,7 +72,7 @@ contains
       c(4) = v(3)*q(1) + v(1)*q(3) - v(2)*q(2)
    end function vector_quat_product
 
-   !> Conjugate `q* = [q0, -u]`, the inverse of a unit quaternion.
+   !> Returns the conjugate `q* = [q0, -u]`, the inverse of a unit quaternion.
    pure function quat_conjugate(q) result(c)
       !> Any quaternion, scalar first. Shape: (4).
       real(wp), intent(in) :: q(4)
@@ -83,7 +83,8 @@ contains
       c(4) = -q(4)
    end function quat_conjugate
 
-   !> Euclidean norm `|q|`, without overflow or underflow on the way; `huge(norm)` where it is larger than that.
+   !> Returns the Euclidean norm `|q|`, without overflow or underflow on the way; `huge(norm)` where it is larger than
+   !> that.
    !>
    !> A NaN or an infinity among the components shows in the result and raises no exception.
    pure function quat_norm(q) result(norm)
@@ -110,7 +111,7 @@ contains
       end if
    end function quat_norm
 
-   !> Unit quaternion `q/|q|`. Zero and what is not finite have no direction and come back as they are.
+   !> Returns the unit quaternion `q/|q|`. Zero and what is not finite have no direction and come back as they are.
    pure function quat_normalized(q) result(normalized)
       !> Any quaternion, scalar first. Shape: (4).
       real(wp), intent(in) :: q(4)
@@ -128,8 +129,8 @@ contains
       end if
    end function quat_normalized
 
-   !> Matrix `Q(q)` of the product from the left, the paper's Q: `Q(q) x = q∘x`. Orthogonal for a unit quaternion;
-   !> `Q(q)ᵀ = Q(q*)`.
+   !> Returns the matrix `Q(q)` of the product from the left, the paper's Q: `Q(q) x = q∘x`. Orthogonal for a unit
+   !> quaternion; `Q(q)ᵀ = Q(q*)`.
    pure function quat_left_matrix(q) result(m)
       !> Any quaternion, scalar first. Shape: (4).
       real(wp), intent(in) :: q(4)
@@ -140,7 +141,7 @@ contains
       m(4, 1) = q(4); m(4, 2) = -q(3); m(4, 3) = q(2); m(4, 4) = q(1)
    end function quat_left_matrix
 
-   !> Matrix of the product from the right: `quat_right_matrix(q) x = x∘q`. It commutes with every `Q(r)`.
+   !> Returns the matrix of the product from the right: `quat_right_matrix(q) x = x∘q`. It commutes with every `Q(r)`.
    pure function quat_right_matrix(q) result(m)
       !> Any quaternion, scalar first. Shape: (4).
       real(wp), intent(in) :: q(4)
@@ -151,7 +152,8 @@ contains
       m(4, 1) = q(4); m(4, 2) = q(3); m(4, 3) = -q(2); m(4, 4) = q(1)
    end function quat_right_matrix
 
-   !> Exponential of the pure quaternion `v`: `[cos|v|, v sin|v|/|v|]`, the rotation by the angle `2|v|` about `v`.
+   !> Returns the exponential of the pure quaternion `v`: `[cos|v|, v sin|v|/|v|]`, the rotation by the angle `2|v|`
+   !> about `v`.
    pure function quat_exp(v) result(q)
       !> Half the rotation vector (rad). Shape: (3).
       real(wp), intent(in) :: v(3)
@@ -170,7 +172,7 @@ contains
       q(4) = sine*v(3)
    end function quat_exp
 
-   !> Logarithm of the direction of `q`: the `v` with `0 <= |v| <= π` and `quat_exp(v) = q/|q|`.
+   !> Returns the logarithm of the direction of `q`: the `v` with `0 <= |v| <= π` and `quat_exp(v) = q/|q|`.
    !>
    !> This is the plain inverse of `quat_exp`: `q` and `-q`, the same attitude, have different logarithms. For the
    !> shortest rotation give the one of the two with `q0 >= 0`. At `q = -1`, where every direction is right, `v` is
@@ -193,7 +195,8 @@ contains
       end if
    end function quat_log
 
-   !> Cayley map `c = (1+b)∘(1-b)⁻¹ = [1-|b|², 2b]/(1+|b|²)`: a unit quaternion, the rotation by `4 atan|b|` about `b`.
+   !> Returns the Cayley map `c = (1+b)∘(1-b)⁻¹ = [1-|b|², 2b]/(1+|b|²)`: a unit quaternion, the rotation by `4
+   !> atan|b|` about `b`.
    pure function cayley_map(b) result(c)
       !> Tangent of a quarter of the rotation angle along its axis (dimensionless). Shape: (3).
       real(wp), intent(in) :: b(3)
@@ -215,7 +218,7 @@ contains
       end if
    end function cayley_map
 
-   !> Space components of a vector given in the body frame: `vec(q∘v∘q*) = R(q) v`.
+   !> Returns the space components of a vector given in the body frame: `vec(q∘v∘q*) = R(q) v`.
    !>
    !> Homogeneous of degree two in `q`: for a quaternion that is not a unit one the result is the rotated vector times
    !> `|q|²`. The discrete derivatives rely on this; normalise first where the rotation alone is wanted.
@@ -236,7 +239,7 @@ contains
       r(3) = q(1)*w3 + d*q(4) + q(2)*w2 - q(3)*w1
    end function rotate_to_space
 
-   !> Body components of a vector given in the space frame: `vec(q*∘v∘q) = R(q)ᵀ v`.
+   !> Returns the body components of a vector given in the space frame: `vec(q*∘v∘q) = R(q)ᵀ v`.
    !>
    !> Homogeneous of degree two in `q`, as `rotate_to_space` is.
    pure function rotate_to_body(q, v) result(r)
@@ -256,7 +259,7 @@ contains
       r(3) = q(1)*w3 + d*q(4) - q(2)*w2 + q(3)*w1
    end function rotate_to_body
 
-   !> Matrix `R(q)` with `R(q) v = vec(q∘v∘q*)`; its columns are the space components of the body axes.
+   !> Returns the matrix `R(q)` with `R(q) v = vec(q∘v∘q*)`; its columns are the space components of the body axes.
    !>
    !> Homogeneous of degree two in `q`: `|q|²` times a rotation matrix.
    pure function rotation_matrix(q) result(r)
@@ -279,7 +282,7 @@ contains
       r(2, 3) = 2*(q(3)*q(4) - q(1)*q(2))
    end function rotation_matrix
 
-   !> Angle of the rotation that takes one attitude to the other (rad), in [0, π].
+   !> Returns the angle of the rotation that takes one attitude to the other (rad), in [0, π].
    !>
    !> The length and the sign of either quaternion do not matter. Two quaternions of equal length give a tiny distance
    !> to full relative accuracy. Without an attitude to speak of (a zero quaternion, a component that is not finite)

@@ -60,7 +60,7 @@ module nutate_status
 
 contains
 
-   !> True if the status is `NUTATE_OK`.
+   !> Returns true if the status is `NUTATE_OK`.
    elemental logical function ok(self)
       class(status_t), intent(in) :: self
       ok = self%code == NUTATE_OK

@@ -80,7 +80,7 @@ contains
       if (status%ok()) allocate (effect, source=torque)
    end subroutine build_tabulated_torque
 
-   !> A torque from a table.
+   !> Makes a torque from a table.
    !>
    !> Errors: `NUTATE_BAD_ARGUMENT` for numbers that are not finite or above 1e100, for times that do not increase (two
    !> of linear interpolation may be the same, for a jump) or are less than 1e-50 s apart, for too few of them, for a

@@ -78,7 +78,7 @@ module nutate_exact_free
 
 contains
 
-   !> Set body and start.
+   !> Sets body and start.
    pure subroutine prepare(self, moments, q0, momentum0, status, axes)
       class(free_body_t), intent(inout) :: self
       !> Principal moments of inertia (kg m²), all > 0, in any order; the triangle inequality is not required.
@@ -112,7 +112,7 @@ contains
       call solve(self, moments, component/norm2(component), principal)
    end subroutine prepare
 
-   !> Attitude and body momentum at a time.
+   !> Computes attitude and body momentum at a time.
    pure subroutine evaluate(self, t, q, momentum)
       class(free_body_t), intent(in) :: self
       !> Time (s), of either sign.
@@ -136,14 +136,14 @@ contains
       momentum = self%momentum*matmul(self%frame, direction)
    end subroutine evaluate
 
-   !> Period of the body momentum (s): `huge` on the separatrix, 0 where it is constant.
+   !> Returns the period of the body momentum (s): `huge` on the separatrix, 0 where it is constant.
    pure real(wp) function period(self)
       class(free_body_t), intent(in) :: self
       period = 0
       if (.not. self%steady) period = self%clock%period()
    end function period
 
-   !> Estimate of the error of the attitude at a time that round-off makes (rad), π where nothing is left of it.
+   !> Estimates the error of the attitude at a time that round-off makes (rad), π where nothing is left of it.
    !>
    !> Angles that grow with time, φ = rate·t, are off by a rounding of themselves. The rates, the period and the
    !> distance from the separatrix are off by what a rounding of each datum makes of them: solutions beside this one,

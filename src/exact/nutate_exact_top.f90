@@ -73,7 +73,7 @@ module nutate_exact_top
 
 contains
 
-   !> Set top and start.
+   !> Sets top and start.
    pure subroutine prepare(self, j1, j3, mgl, q0, momentum0, status, axes, up)
       class(lagrange_top_t), intent(inout) :: self
       !> Moments about the fixed point, across and along the symmetry axis (kg m²), > 0.
@@ -109,7 +109,7 @@ contains
       call solve(self, 2*(abs(mgl)/j1), omega, gamma/norm2(gamma))
    end subroutine prepare
 
-   !> Attitude and body momentum at a time.
+   !> Computes attitude and body momentum at a time.
    pure subroutine evaluate(self, t, q, momentum)
       class(lagrange_top_t), intent(in) :: self
       !> Time (s), of either sign.
@@ -137,7 +137,7 @@ contains
       momentum = matmul(self%frame, [real(across, wp), aimag(across), self%j3*self%omega3])
    end subroutine evaluate
 
-   !> Tilt of the symmetry axis from the upward vertical at a time (rad), 0 to π.
+   !> Returns the tilt of the symmetry axis from the upward vertical at a time (rad), 0 to π.
    pure real(wp) function tilt(self, t)
       class(lagrange_top_t), intent(in) :: self
       !> Time (s), of either sign.
@@ -149,7 +149,7 @@ contains
       if (self%sense < 0) tilt = 2*atan2(sqrt(xi), sqrt(zeta))
    end function tilt
 
-   !> Period of the tilt (s): `huge` on the separatrix, 0 where the tilt is constant.
+   !> Returns the period of the tilt (s): `huge` on the separatrix, 0 where the tilt is constant.
    pure real(wp) function nutation_period(self) result(period)
       class(lagrange_top_t), intent(in) :: self
       period = 0
@@ -158,7 +158,7 @@ contains
       if (self%clock%m1 > 0) period = period/2
    end function nutation_period
 
-   !> Precession and spin rates averaged over the nutation: advance per nutation period / period.
+   !> Computes precession and spin rates averaged over the nutation: advance per nutation period / period.
    !>
    !> Where the axis passes exactly through the vertical, half a revolution of one sign or the other per passage is a
    !> convention; for an axis that stays vertical all of the rotation is called spin.

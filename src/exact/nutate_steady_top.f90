@@ -13,7 +13,7 @@ module nutate_steady_top
 
 contains
 
-   !> The two rates of steady precession for a given body rate Ω₃ about the symmetry axis.
+   !> Computes the two rates of steady precession for a given body rate Ω₃ about the symmetry axis.
    pure subroutine steady_precession(j1, j3, mgl, theta, omega3, slow, fast, status)
       !> Moments about the pivot, across and along the symmetry axis (kg m²), > 0.
       real(wp), intent(in) :: j1, j3
@@ -59,7 +59,8 @@ contains
       if (abs(a) > 1.0e-16_wp*j1) fast = quotient(q, a)
    end subroutine steady_precession
 
-   !> The body rate |Ω₃| above which the upright top is stable (rad/s): J₃² Ω₃² = 4 J₁ m g l; 0 for a hanging one.
+   !> Returns the body rate |Ω₃| above which the upright top is stable (rad/s): J₃² Ω₃² = 4 J₁ m g l; 0 for a hanging
+   !> one.
    pure real(wp) function sleeping_spin(j1, j3, mgl) result(omega3)
       !> Moments about the pivot, across and along the symmetry axis (kg m²), > 0.
       real(wp), intent(in) :: j1, j3

@@ -162,8 +162,8 @@ contains
       leaves_attitude_out = .not. settings%attitude .and. settings%method == 'nielsen_krenk'
    end function leaves_attitude_out
 
-   !> A stepper of the method that the settings name, prepared for a system. Without attitude it is the reduced form,
-   !> whichever the formulation: the body momentum has three equations.
+   !> Makes a stepper of the method that the settings name, prepared for a system. Without attitude it is the reduced
+   !> form, whichever the formulation: the body momentum has three equations.
    !>
    !> Errors: `NUTATE_BAD_ARGUMENT` for a combination that does not exist, and those of the method's `prepare`.
    subroutine make_stepper(system, settings, stepper, status)

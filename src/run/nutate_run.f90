@@ -451,7 +451,7 @@ contains
       if (status%ok()) call self%go(system, status, observer)
    end subroutine go_steps
 
-   !> When so many nominal steps from here end, s.
+   !> Returns when so many nominal steps from here end, s.
    pure real(wp) function end_of_steps(self, n, time_step) result(t)
       class(run_t), intent(in) :: self
       integer(long), intent(in) :: n
@@ -461,7 +461,7 @@ contains
       if (is_on_grid(self, time_step)) t = end_of_step(self%progress_t, self%summary%steps + n)
    end function end_of_steps
 
-   !> Number of nominal steps from here to a time, the last one shortened if need be.
+   !> Returns the number of nominal steps from here to a time, the last one shortened if need be.
    pure integer(long) function steps_to(self, t, time_step) result(n)
       class(run_t), intent(in) :: self
       !> s.
@@ -476,7 +476,7 @@ contains
       n = max(n, 0_long)
    end function steps_to
 
-   !> The state at a time inside the last step (dense output), to the accuracy of the method; later steps are
+   !> Returns the state at a time inside the last step (dense output), to the accuracy of the method; later steps are
    !> unaffected. Errors: `NUTATE_BAD_ARGUMENT` for a time outside of the step, or one that has not been kept
    !> (`is_looked_into`).
    subroutine look(self, system, t, state, status)

@@ -24,8 +24,8 @@ module nutate_hamiltonian
 
 contains
 
-   !> The state of a body that has an attitude and an angular velocity: p = 2 q∘[0, L], which is (4) on the constraint
-   !> (5), qᵀp = 0. What is not finite or beyond 1e100 gives a momentum that every stepper refuses.
+   !> Returns the state of a body that has an attitude and an angular velocity: p = 2 q∘[0, L], which is (4) on the
+   !> constraint (5), qᵀp = 0. What is not finite or beyond 1e100 gives a momentum that every stepper refuses.
    pure type(state_t) function make_state(system, q, omega, t, speeds) result(state)
       !> Its inertia, rotors and wheels count.
       type(system_t), intent(in) :: system
@@ -61,7 +61,7 @@ contains
       w = quat_product(quat_conjugate(q), p)
    end function bilinear_form
 
-   !> L = JΩ + h = ½ vec(q*∘p), body axes, N m s; shape (3).
+   !> Returns L = JΩ + h = ½ vec(q*∘p), body axes, N m s; shape (3).
    pure function body_momentum(state) result(momentum)
       type(state_t), intent(in) :: state
       real(wp) :: momentum(3), w(4)
@@ -69,7 +69,7 @@ contains
       momentum = 0.5_wp*w(2:4)
    end function body_momentum
 
-   !> l = ½ vec(p∘q*), space axes, N m s; shape (3). Conserved without torque.
+   !> Returns l = ½ vec(p∘q*), space axes, N m s; shape (3). Conserved without torque.
    pure function space_momentum(state) result(momentum)
       type(state_t), intent(in) :: state
       real(wp) :: momentum(3), w(4)
@@ -77,7 +77,7 @@ contains
       momentum = 0.5_wp*w(2:4)
    end function space_momentum
 
-   !> Ω = J⁻¹(L - h), body axes, rad/s; shape (3).
+   !> Returns Ω = J⁻¹(L - h), body axes, rad/s; shape (3).
    pure function angular_velocity(system, state) result(omega)
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
@@ -96,8 +96,8 @@ contains
       if (effects%frame_turns) rate = rotate_to_body(q, effects%frame_rate)/dot_product(q, q)
    end function frame_rate_of
 
-   !> Ω - Rᵀω: the rate at which the body turns in the space axes, body axes, rad/s; Ω where these do not turn; shape
-   !> (3).
+   !> Returns Ω - Rᵀω, the rate at which the body turns in the space axes, body axes, rad/s; Ω where these do not
+   !> turn; shape (3).
    pure function relative_rate(system, state) result(rate)
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
@@ -156,8 +156,8 @@ contains
       matrix = matmul(matmul(left, a), transpose(left))
    end function sandwich
 
-   !> T of (3) and (6) as ⅛ (w - 2h)ᵀ J⁻¹ (w - 2h), w = w(q,p), h the momentum of rotors and wheels, and Σ h²/2Jw of the
-   !> wheels, J.
+   !> Returns T of (3) and (6) as ⅛ (w - 2h)ᵀ J⁻¹ (w - 2h), w = w(q,p), h the momentum of rotors and wheels, and Σ
+   !> h²/2Jw of the wheels, J.
    pure real(wp) function kinetic_energy(system, state, inverse_j0) result(energy)
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
@@ -171,7 +171,7 @@ contains
       if (present(inverse_j0)) energy = energy + 0.125_wp*inverse_j0*w(1)**2
    end function kinetic_energy
 
-   !> V(q) = Σ U(R(q)ᵀ n), J; R(q) the homogeneous quadratic form.
+   !> Returns V(q) = Σ U(R(q)ᵀ n), J; R(q) the homogeneous quadratic form.
    pure real(wp) function potential_energy(effects, q, t) result(energy)
       type(effect_list_t), intent(in) :: effects
       !> Attitude, body→space; shape (4).
@@ -205,7 +205,7 @@ contains
       end associate
    end function body_direction
 
-   !> ∂V/∂t at fixed attitude: the power of potentials that move, W.
+   !> Returns ∂V/∂t at fixed attitude, the power of time-dependent potentials, W.
    pure real(wp) function time_dependent_power(effects, q, t) result(power)
       type(effect_list_t), intent(in) :: effects
       !> Unit quaternion, body→space; shape (4).
@@ -221,7 +221,7 @@ contains
       end do
    end function time_dependent_power
 
-   !> V of the potentials that move alone, J.
+   !> Returns V of the time-dependent potentials alone, J.
    pure real(wp) function moving_energy(effects, q, t) result(energy)
       type(effect_list_t), intent(in) :: effects
       !> Attitude, body→space; shape (4).
@@ -265,7 +265,7 @@ contains
       end do
    end function time_dependent_work
 
-   !> H = T + V, J: equation (8) on the constraint (2), where the term of its multiplier λ vanishes.
+   !> Returns H = T + V, J: equation (8) on the constraint (2), where the term of its multiplier λ vanishes.
    pure real(wp) function total_energy(system, state, inverse_j0) result(energy)
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
@@ -275,7 +275,7 @@ contains
             potential_energy(system%effects, state%q, state%t)
    end function total_energy
 
-   !> The energy that potentials conserve, J: H; in space axes that turn, the Jacobi integral H - ω·l.
+   !> Returns the energy that potentials conserve, J: H; in space axes that turn, the Jacobi integral H - ω·l.
    pure real(wp) function conserved_energy(system, state, inverse_j0) result(energy)
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
@@ -285,7 +285,7 @@ contains
       if (system%effects%frame_turns) energy = energy - dot_product(system%effects%frame_rate, space_momentum(state))
    end function conserved_energy
 
-   !> ∂V/∂q of (9b) = Σ γ'(q)ᵀ∇U at t = 0; shape (4). With γ = vec(q*∘n∘q) it is 2 q∘[γ·∇U, ∇U×γ]/|q|².
+   !> Returns ∂V/∂q of (9b) = Σ γ'(q)ᵀ∇U at t = 0; shape (4). With γ = vec(q*∘n∘q) it is 2 q∘[γ·∇U, ∇U×γ]/|q|².
    pure function potential_gradient(effects, q) result(gradient)
       type(effect_list_t), intent(in) :: effects
       !> Attitude, body→space; shape (4).

@@ -111,13 +111,13 @@ contains
       self%orthogonality = max(self%orthogonality, abs(dot_product(state%q, state%p)))
    end subroutine measure
 
-   !> Largest |H - H(0) - work| over the largest T + |V|.
+   !> Returns the largest |H - H(0) - work| over the largest T + |V|.
    pure real(wp) function energy_error(self)
       class(invariants_t), intent(in) :: self
       energy_error = ratio(self%worst_energy, self%energy_scale)
    end function energy_error
 
-   !> Largest error of the conserved components over the largest |l|.
+   !> Returns the largest error of the conserved components over the largest |l|.
    pure real(wp) function momentum_error(self)
       class(invariants_t), intent(in) :: self
       momentum_error = ratio(self%worst_momentum, self%momentum_scale)
