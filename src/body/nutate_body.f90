@@ -17,11 +17,11 @@ module nutate_body
 
    !> A rigid body as the equations of motion need it. Made by `make_body` or `make_shape_body`.
    type :: body_t
-      !> J about the reference point, body axes, kg m²; of a body with wheels without what turns freely (`without`).
+      !> J about the reference point, body axes, kg m²; of a body with wheels without their inertia about their axes.
       real(wp) :: inertia(3, 3) = 0.0_wp
-      !> J⁻¹, symmetric to the last digit.
+      !> J⁻¹, exactly symmetric, kg⁻¹ m⁻².
       real(wp) :: inverse_inertia(3, 3) = 0.0_wp
-      !> Principal moments, kg m², in the order of the body axes they lie nearest to.
+      !> Principal moments, kg m², in the order of the nearest body axes.
       real(wp) :: moments(3) = 0.0_wp
       !> Principal axes as columns, body axes, right-handed; the unit matrix for a diagonal tensor.
       real(wp) :: axes(3, 3) = 0.0_wp

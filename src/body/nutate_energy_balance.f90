@@ -45,7 +45,7 @@ module nutate_energy_balance
 
 contains
 
-   !> Becomes a copy of another one; what is not in use stays, which costs less than an assignment.
+   !> Copies another balance without what is not in use, which costs less than an assignment.
    pure subroutine copy_from(self, other, wheels)
       class(energy_balance_t), intent(inout) :: self
       type(energy_balance_t), intent(in) :: other

@@ -18,38 +18,40 @@ module nutate_state
       real(wp) :: q(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
       !> Conjugate momentum p = 2 q∘[0, L], kg m²/s; shape (4).
       real(wp) :: p(4) = 0.0_wp
-      !> What rounding took from q and p, added to the next increment (`add_increment`); shape (4).
+      !> Compensation of the rounding of q and p, added to the next increment (`add_increment`); shape (4).
       real(wp) :: q_compensation(4) = 0.0_wp, p_compensation(4) = 0.0_wp
-      !> Absolute momentum of each wheel about its axis, N m s, and what rounding took from it; shape (most_wheels).
+      !> Absolute momentum of each wheel about its axis, N m s, and the compensation of its rounding; shape
+      !> (most_wheels).
       real(wp) :: wheel_momentum(most_wheels) = 0.0_wp, wheel_compensation(most_wheels) = 0.0_wp
       !> Work of the motor of each wheel, and of its friction, since the state was made, J; shape (2, most_wheels).
       real(wp) :: wheel_work(2, most_wheels) = 0.0_wp
       !> Work of time-dependent potentials since the state was made, J.
       real(wp) :: time_dependent_work = 0.0_wp
-      !> Time up to which it is counted, s: a rounding from `t` where that was put to the end of a step.
+      !> Time up to which that work is counted, s; differs from `t` by a rounding where `t` was set to the end of a
+      !> step.
       real(wp) :: time_dependent_until = -huge(1.0_wp)
-      !> What the invariants are to be, for steppers that project onto them.
+      !> Target values of the invariants, for steppers that project onto them.
       type(energy_balance_t) :: balance = energy_balance_t()
    contains
-      !> Becomes a copy of another one.
+      !> Copies another state.
       procedure :: copy_from
-      !> True if the balance belongs to this state.
+      !> Returns true if the balance belongs to this state.
       procedure :: is_balanced
       !> Makes the balance belong to this state.
       procedure :: balance_here
-      !> Becomes the state that the last step left, if this is a projected copy of it.
+      !> Restores the state that the last step left, if this is a projected copy of it.
       procedure :: restore_left
-      !> The time from which the work of potentials that move counts in the next step.
+      !> Returns the time from which the work of time-dependent potentials counts in the next step.
       procedure :: time_dependent_since
-      !> Shows its values to an archive.
+      !> Writes or reads its values in checkpoint data.
       procedure :: transfer => transfer_state
-      !> The same of what belongs to wheels, and of the work of time-dependent potentials.
+      !> Writes or reads the values of wheels and the work of time-dependent potentials.
       procedure :: transfer_wheels
    end type state_t
 
 contains
 
-   !> True if the balance belongs to this state: to its attitude and momentum, to the last digit.
+   !> Returns true if the balance belongs to exactly this attitude and momentum.
    pure logical function is_balanced(self)
       class(state_t), intent(in) :: self
       real(wp) :: difference(4)
@@ -59,14 +61,14 @@ contains
       is_balanced = (difference(1) + difference(2)) + (difference(3) + difference(4)) <= 0.0_wp
    end function is_balanced
 
-   !> Makes the balance belong to this state.
+   !> Marks the balance as belonging to this state.
    pure subroutine balance_here(self)
       class(state_t), intent(inout) :: self
       self%balance%q = self%q
       self%balance%p = self%p
    end subroutine balance_here
 
-   !> Becomes the state that the last step left, if this is a projected copy of it.
+   !> Restores the state that the last step left, if this is a projected copy of it.
    pure subroutine restore_left(self)
       class(state_t), intent(inout) :: self
       if (.not. self%balance%shown) return
@@ -79,9 +81,8 @@ contains
       call self%balance_here()
    end subroutine restore_left
 
-   !> Returns the time from which the work of time-dependent potentials counts in the next step, s: that up to which
-   !> it is counted, unless the state was put to another time. Between the two, time-dependent potentials would do
-   !> work that is not counted.
+   !> Returns the time from which the work of time-dependent potentials counts in the next step, s: the time up to which
+   !> it is counted, unless the state was moved to another time. Otherwise work between the two times would be lost.
    pure real(wp) function time_dependent_since(self, dt)
       class(state_t), intent(in) :: self
       !> The step, s.
@@ -90,7 +91,7 @@ contains
       if (is_same_time(self%t, self%time_dependent_until, dt)) time_dependent_since = self%time_dependent_until
    end function time_dependent_since
 
-   !> Becomes a copy of another one; without wheels that costs less than an assignment.
+   !> Copies another state; without wheels that costs less than an assignment.
    pure subroutine copy_from(self, other, wheels, balance)
       class(state_t), intent(inout) :: self
       type(state_t), intent(in) :: other
@@ -110,7 +111,7 @@ contains
       self%wheel_work = other%wheel_work
    end subroutine copy_from
 
-   !> Shows its values to an archive.
+   !> Writes or reads its values in checkpoint data.
    subroutine transfer_state(self, archive)
       class(state_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive
@@ -121,7 +122,7 @@ contains
       call archive%transfer(self%p_compensation)
    end subroutine transfer_state
 
-   !> Shows to an archive what belongs to wheels, and the work of time-dependent potentials.
+   !> Writes or reads the values of wheels and the work of time-dependent potentials in checkpoint data.
    subroutine transfer_wheels(self, archive)
       class(state_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive

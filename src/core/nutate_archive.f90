@@ -10,32 +10,32 @@ module nutate_archive
 
    public :: archive_t
 
-   !> Values in the order in which they are transferred: bytes of a checkpoint (`nutate_byte_archive`), numbers in an
-   !> array of a program (`nutate_number_archive`).
+   !> Checkpoint data: values in the order in which they are transferred, as bytes (`nutate_byte_archive`) or as numbers
+   !> in an array of a program (`nutate_number_archive`). One `transfer` procedure of a type both writes and reads.
    type, abstract :: archive_t
-      !> The archive gives values back.
+      !> Values are read, not written.
       logical, private :: reading = .false.
-      !> It does not hold what it was asked for.
+      !> The data do not hold the values that were read.
       logical, private :: spoiled = .false.
-      !> Why a value cannot be kept; not allocated where it can.
+      !> Why a value cannot be stored; not allocated where it can.
       character(len=:), allocatable, private :: obstacle
    contains
-      !> Starts anew: to be filled, or to be read.
+      !> Restarts at the first value, for writing or for reading.
       procedure, non_overridable :: set_direction
-      !> True where the archive gives values back.
+      !> Returns true where values are read.
       procedure, non_overridable :: is_reading
-      !> Notes that something cannot be archived.
+      !> Marks the data as impossible to store, with a reason.
       procedure, non_overridable :: refuse
-      !> Notes that the archive does not hold what it was asked for.
+      !> Marks the data as not matching what is read.
       procedure, non_overridable :: spoil
-      !> Why the archive is not what it should be; empty for a good one.
+      !> Returns why the data cannot be used; empty where they can.
       procedure, non_overridable :: problem
-      !> The archive holds what it was asked for so far.
+      !> Returns true if all values so far matched.
       procedure, non_overridable :: is_whole
       !> Writes or reads a value: scalars; arrays of reals, whose shape both sides know; allocatable text.
       generic :: transfer => transfer_real, transfer_reals, transfer_matrix, transfer_integer, transfer_long, &
          transfer_logical, transfer_text
-      !> Transfers a name; where the archive is read, notes if it holds another one.
+      !> Transfers a name and checks it when reading.
       procedure, non_overridable :: expect
       procedure, private, non_overridable :: transfer_real
       procedure, private, non_overridable :: transfer_matrix
@@ -47,6 +47,7 @@ module nutate_archive
    end type archive_t
 
    abstract interface
+      !> Writes or reads reals.
       subroutine pass_reals(self, values)
          import :: archive_t, wp
          class(archive_t), intent(inout) :: self
@@ -54,36 +55,39 @@ module nutate_archive
          real(wp), intent(inout) :: values(:)
       end subroutine pass_reals
 
+      !> Writes or reads an integer.
       subroutine pass_integer(self, value)
          import :: archive_t
          class(archive_t), intent(inout) :: self
          integer, intent(inout) :: value
       end subroutine pass_integer
 
+      !> Writes or reads a 64-bit integer.
       subroutine pass_long(self, value)
          import :: archive_t, long
          class(archive_t), intent(inout) :: self
          integer(long), intent(inout) :: value
       end subroutine pass_long
 
+      !> Writes or reads a logical.
       subroutine pass_logical(self, value)
          import :: archive_t
          class(archive_t), intent(inout) :: self
          logical, intent(inout) :: value
       end subroutine pass_logical
 
-      !> Text of any length: given back in the length that it had.
+      !> Writes or reads text of any length; reading restores its length.
       subroutine pass_text(self, value)
          import :: archive_t
          class(archive_t), intent(inout) :: self
-         !> Must be allocated where the archive takes it.
+         !> Must be allocated for writing.
          character(len=:), allocatable, intent(inout) :: value
       end subroutine pass_text
    end interface
 
 contains
 
-   !> Starts anew: to be filled, or to be read.
+   !> Restarts at the first value, for writing or for reading.
    pure subroutine set_direction(self, reading)
       class(archive_t), intent(inout) :: self
       logical, intent(in) :: reading
@@ -92,33 +96,33 @@ contains
       self%spoiled = .false.
    end subroutine set_direction
 
-   !> True where the archive gives values back.
+   !> Returns true where values are read.
    pure logical function is_reading(self)
       class(archive_t), intent(in) :: self
       is_reading = self%reading
    end function is_reading
 
-   !> Notes that something cannot be archived.
+   !> Marks the data as impossible to store, with a reason; the first reason stays.
    pure subroutine refuse(self, reason)
       class(archive_t), intent(inout) :: self
-      !> One line for a person.
+      !> One line for the user.
       character(len=*), intent(in) :: reason
       self%obstacle = reason
    end subroutine refuse
 
-   !> Notes that the archive does not hold what it was asked for.
+   !> Marks the data as not matching what is read.
    pure subroutine spoil(self)
       class(archive_t), intent(inout) :: self
       self%spoiled = .true.
    end subroutine spoil
 
-   !> The archive holds what it was asked for so far.
+   !> Returns true if all values so far matched.
    pure logical function is_whole(self)
       class(archive_t), intent(in) :: self
       is_whole = .not. self%spoiled
    end function is_whole
 
-   !> Why the archive is not what it should be; empty for a good one.
+   !> Returns why the data cannot be used; empty where they can.
    pure function problem(self) result(reason)
       class(archive_t), intent(in) :: self
       character(len=:), allocatable :: reason
@@ -127,7 +131,7 @@ contains
       if (allocated(self%obstacle)) reason = self%obstacle
    end function problem
 
-   !> Transfers a name; where the archive is read, notes if it holds another one.
+   !> Transfers a name; when reading, marks the data as not matching where it is another one.
    subroutine expect(self, name)
       class(archive_t), intent(inout) :: self
       character(len=*), intent(in) :: name

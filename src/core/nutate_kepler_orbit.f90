@@ -17,34 +17,35 @@ module nutate_kepler_orbit
    !> Orbital axes from those along radius, transverse and normal: unit quaternion.
    real(wp), parameter :: from_radial(4) = [0.5_wp, -0.5_wp, -0.5_wp, 0.5_wp]
 
-   !> An ellipse and the place on it at t = 0.
+   !> A Kepler ellipse, by its elements, with the position on it at t = 0.
    type :: kepler_orbit_t
       !> a, m; e, 0 <= e < 1; μ, m³/s².
       real(wp) :: semi_major_axis = 1.0_wp, eccentricity = 0.0_wp, mu = 1.0_wp
       !> Inclination, right ascension of the ascending node, argument of the periapsis, mean anomaly at t = 0, rad.
       real(wp) :: inclination = 0.0_wp, raan = 0.0_wp, argument_of_periapsis = 0.0_wp, mean_anomaly = 0.0_wp
    contains
-      !> n = √(μ/a³), rad/s.
+      !> Returns n = √(μ/a³), rad/s.
       procedure :: mean_motion
-      !> ν at a time, rad, without jumps: it grows by 2π with each revolution.
+      !> Returns ν at a time, rad, without jumps: it grows by 2π with each revolution.
       procedure :: true_anomaly
-      !> ν̇ at a time, and its largest value, in the periapsis, rad/s.
+      !> Return ν̇ at a time, and its largest value, at periapsis, rad/s.
       procedure :: turn_rate
       procedure :: fastest_turn
-      !> Distance from the centre of attraction at a time, m.
+      !> Returns the distance from the centre of attraction at a time, m.
       procedure :: radius
-      !> Place seen from the centre of attraction at a time, inertial axes, m.
+      !> Returns the position from the centre of attraction at a time, inertial axes, m.
       procedure :: position
-      !> Velocity at a time, inertial axes, m/s.
+      !> Returns the velocity at a time, inertial axes, m/s.
       procedure :: velocity
-      !> Unit quaternion from orbital to inertial axes at a time, without jumps.
+      !> Returns the attitude of the LVLH frame at a time, LVLH→inertial, without jumps.
       procedure :: axes
-      !> Power series of the place from a time on.
+      !> Computes the power series of the position about a time.
       procedure :: position_series
    end type kepler_orbit_t
 
 contains
 
+   !> Returns the mean motion n = √(μ/a³), rad/s.
    pure real(wp) function mean_motion(self)
       class(kepler_orbit_t), intent(in) :: self
       mean_motion = sqrt(self%mu/self%semi_major_axis**3)
@@ -78,6 +79,7 @@ contains
       anomaly = eccentric_anomaly(self%mean_anomaly + self%mean_motion()*t, self%eccentricity)
    end function anomaly_at
 
+   !> Returns the true anomaly at a time, rad, without jumps: it grows by 2π with each revolution.
    pure real(wp) function true_anomaly(self, t) result(nu)
       class(kepler_orbit_t), intent(in) :: self
       !> s.
@@ -94,6 +96,7 @@ contains
       flatness = sqrt((1 - self%eccentricity)*(1 + self%eccentricity))
    end function flatness
 
+   !> Returns ν̇ at a time, the rate of rotation of the LVLH frame, rad/s.
    pure real(wp) function turn_rate(self, t)
       class(kepler_orbit_t), intent(in) :: self
       !> s.
@@ -101,11 +104,13 @@ contains
       turn_rate = self%mean_motion()*flatness(self)*(self%semi_major_axis/self%radius(t))**2
    end function turn_rate
 
+   !> Returns the largest ν̇, at periapsis, rad/s.
    pure real(wp) function fastest_turn(self)
       class(kepler_orbit_t), intent(in) :: self
       fastest_turn = self%mean_motion()*sqrt((1 + self%eccentricity)/(1 - self%eccentricity))/(1 - self%eccentricity)
    end function fastest_turn
 
+   !> Returns the distance from the centre of attraction at a time, m.
    pure real(wp) function radius(self, t)
       class(kepler_orbit_t), intent(in) :: self
       !> s.
@@ -113,7 +118,7 @@ contains
       radius = self%semi_major_axis*(1 - self%eccentricity*cos(anomaly_at(self, t)))
    end function radius
 
-   !> Shape (3).
+   !> Returns the position from the centre of attraction at a time, inertial axes, m; shape (3).
    pure function position(self, t)
       class(kepler_orbit_t), intent(in) :: self
       !> s.
@@ -124,7 +129,7 @@ contains
       position = rotate_to_space(plane(self, 0.0_wp), position)
    end function position
 
-   !> Shape (3).
+   !> Returns the velocity at a time, inertial axes, m/s; shape (3).
    pure function velocity(self, t)
       class(kepler_orbit_t), intent(in) :: self
       !> s.
@@ -136,7 +141,7 @@ contains
       velocity = rotate_to_space(plane(self, 0.0_wp), velocity)
    end function velocity
 
-   !> Shape (4).
+   !> Returns the attitude of the LVLH frame at a time, unit quaternion, LVLH→inertial, without jumps; shape (4).
    pure function axes(self, t) result(q)
       class(kepler_orbit_t), intent(in) :: self
       !> s.
@@ -145,7 +150,8 @@ contains
       q = quat_product(plane(self, self%true_anomaly(t)), from_radial)
    end function axes
 
-   !> With x = r/r₀, r₀ = |r| at the start, and w = (x·x)^(-3/2): ẍ = -(μ/r₀³) x w.
+   !> Computes the coefficients of the power series of x = r/r₀, r₀ = |r| at the start, from ẍ = -(μ/r₀³) x w, w =
+   !> (x·x)^(-3/2).
    pure subroutine position_series(self, t, time_unit, x, square, w)
       class(kepler_orbit_t), intent(in) :: self
       !> s.

@@ -48,9 +48,9 @@ module nutate_status
       integer :: iterations = 0
       !> Size of the last Newton increment relative to the step's own increment (dimensionless).
       real(wp) :: residual = 0.0_wp
-      !> The argument or scene key at fault, where there is one; else blank.
+      !> The argument or scene key with the error, where there is one; else blank.
       character(len=24) :: subject = ''
-      !> One line for a person; blank on success. The length makes a status of 256 bytes, as much as compilers clear
+      !> One line for the user; blank on success. The length makes a status of 256 bytes, as much as compilers clear
       !> without a loop: every step clears one.
       character(len=216) :: message = ''
    contains

@@ -13,9 +13,9 @@ module nutate_any_effect
    !> or Ω; coefficient by coefficient; the same in space axes, of a torque that depends on time alone there.
    integer, parameter :: NO_SERIES = 0, LINEAR_SERIES = 1, GENERAL_SERIES = 2, SPACE_SERIES = 3
 
-   !> What the writer of an effect knows of it, for proofs: of a potential the largest |∇U|, ‖∇²U‖ and norm of the third
-   !> derivative for all γ up to |n| long; of a torque that depends on attitude and time alone the largest |τ|,
-   !> ‖∂τ/∂θ‖ (θ a small rotation) and norm of the second derivative along a rotation, N m, at all times.
+   !> Bounds that the user gives for a user-defined effect, for certified steps: of a potential the largest |∇U|, ‖∇²U‖
+   !> and norm of the third derivative for all γ up to |n| long; of a torque that depends on attitude and time alone the
+   !> largest |τ|, ‖∂τ/∂θ‖ (θ a small rotation) and norm of the second derivative along a rotation, N m, at all times.
    type :: given_bounds_t
       logical :: known = .false.
       real(wp) :: first = 0.0_wp, second = 0.0_wp, third = 0.0_wp
@@ -23,27 +23,28 @@ module nutate_any_effect
       real(wp) :: rate = 0.0_wp
    end type given_bounds_t
 
-   !> Anything a scene can contain beside the body.
+   !> Anything that a scene can contain apart from the body: potentials, torques, rotors, wheels, frames.
    type, abstract :: effect_t
       !> Name of the effect: the scene's group name for the built-in ones.
       character(len=24) :: name = ''
-      !> What switches call this one; blank: nothing does.
+      !> Label by which switches name the effect; blank: none.
       character(len=24) :: label = ''
-      !> It acts; one that does not costs nothing. A rotor always acts.
+      !> The effect acts; one that is off costs nothing. A rotor always acts.
       logical :: on = .true.
-      !> Bounds, where they are known and `bound` is not overridden.
+      !> Bounds from the user, for effects that do not override `bound`.
       type(given_bounds_t) :: given = given_bounds_t()
    contains
-      !> `NO_SERIES` unless overridden, `LINEAR_SERIES`, `GENERAL_SERIES`, or `SPACE_SERIES` of a torque.
+      !> Returns how the effect supplies its power series: `NO_SERIES` (default), `LINEAR_SERIES`, `GENERAL_SERIES`, or,
+      !> of a torque, `SPACE_SERIES`.
       procedure :: series_kind => no_kind
-      !> Number of auxiliary series, scalar ones that a general series is computed from; 0 unless overridden.
+      !> Returns the number of scalar auxiliary series from which a general series is computed; default 0.
       procedure :: auxiliary_series => no_auxiliary
-      !> The effect's numbers, its energy (J), torque (N m) and momentum (N m s) are finite and of a size that can be
-      !> computed with, at every attitude; `.true.` unless overridden.
+      !> Returns true if the effect's numbers, its energy (J), torque (N m) and momentum (N m s) are finite and of a
+      !> size that can be computed with, at every attitude; default `.true.`.
       procedure :: is_moderate => not_judged
-      !> Bounds of the torque in a step and of its derivatives; those that are given unless overridden.
+      !> Bounds the torque in a step and its derivatives; default: the bounds from the user.
       procedure :: bound => not_bounded
-      !> A body axis is one of symmetry of the effect, exactly; `.false.` unless overridden.
+      !> Returns true if a body axis is exactly an axis of symmetry of the effect; default `.false.`.
       procedure :: has_axis => no_axis
    end type effect_t
 
@@ -58,13 +59,15 @@ module nutate_any_effect
 
 contains
 
+   !> Returns true: the numbers of a user-defined effect are not checked.
    pure logical function not_judged(self)
       class(effect_t), intent(in) :: self
       not_judged = .true.
    end function not_judged
 
-   !> True where the effect's torque in axes that turn with the body is the same function of γ, Ω and t in all axes that
-   !> differ from them by a turn about the axis, and its potential the same function of γ.
+   !> Returns true if the effect is symmetric about a body axis: its torque in axes that rotate with the body is the
+   !> same function of γ, Ω and t in all axes that differ from them by a rotation about that axis, and its potential the
+   !> same function of γ. Here: false.
    pure logical function no_axis(self, axis)
       class(effect_t), intent(in) :: self
       !> Body axis: 1, 2 or 3.
@@ -72,7 +75,7 @@ contains
       no_axis = .false.
    end function no_axis
 
-   !> An effect of any kind.
+   !> Bounds the torque in a step and its derivatives. Here: no bounds are known.
    pure subroutine not_bounded(self, map, radius, gamma, slack, bounds)
       class(effect_t), intent(in) :: self
       !> A, from body components.
@@ -86,22 +89,25 @@ contains
       bounds%known = .false.
    end subroutine not_bounded
 
+   !> Returns true if the momentum is finite and of a size that can be computed with.
    pure logical function rotor_is_moderate(self)
       class(rotor_t), intent(in) :: self
       rotor_is_moderate = all(is_moderate(self%momentum))
    end function rotor_is_moderate
 
+   !> Returns `NO_SERIES`: the effect has no power series.
    pure integer function no_kind(self)
       class(effect_t), intent(in) :: self
       no_kind = NO_SERIES
    end function no_kind
 
-   !> A constant momentum needs nothing.
+   !> Returns `LINEAR_SERIES`: a constant momentum adds no terms of its own.
    pure integer function constant_series(self)
       class(rotor_t), intent(in) :: self
       constant_series = LINEAR_SERIES
    end function constant_series
 
+   !> Returns 0: no auxiliary series.
    pure integer function no_auxiliary(self)
       class(effect_t), intent(in) :: self
       no_auxiliary = 0

@@ -98,6 +98,7 @@ contains
       allocate (effect, source=torque)
    end subroutine build_applied_torque
 
+   !> Returns τ₀ cos(2πft + phase), N m, in body axes: the amplitude in body axes, or rotated from space to body axes.
    pure function applied_torque(self, t, q, omega) result(tau)
       class(applied_torque_t), intent(in) :: self
       real(wp), intent(in) :: t, q(4), omega(3)
@@ -117,6 +118,7 @@ contains
       phase_at = 2*pi*(turns - aint(turns)) + self%phase
    end function phase_at
 
+   !> Computes ∂τ/∂θ (θ a small body rotation: τ×θ for a torque in space axes, else 0) and ∂τ/∂Ω = 0.
    pure subroutine applied_derivatives(self, t, q, omega, by_rotation, by_rate)
       class(applied_torque_t), intent(in) :: self
       real(wp), intent(in) :: t, q(4), omega(3)
@@ -126,6 +128,7 @@ contains
       if (self%in_space) by_rotation = turning_of(self%torque(t, q, omega))
    end subroutine applied_derivatives
 
+   !> Returns `start` and `stop`, s.
    pure subroutine applied_window(self, start, stop)
       class(applied_torque_t), intent(in) :: self
       real(wp), intent(out) :: start, stop
@@ -133,12 +136,14 @@ contains
       stop = self%stop
    end subroutine applied_window
 
+   !> Returns true for a torque in space axes.
    pure logical function attitude_in_space(self)
       class(applied_torque_t), intent(in) :: self
       attitude_in_space = self%in_space
    end function attitude_in_space
 
-   !> A torque τ in the body: T = (1+β)τ - 2b(b·τ). One in space, ν at the start of the step: T = (1-β)ν - 2b×ν.
+   !> Bounds the torque in a step. In body axes: T = (1+β)τ - 2b(b·τ). In space axes, ν at the start of the step: T =
+   !> (1-β)ν - 2b×ν.
    pure subroutine applied_bound(self, map, radius, gamma, slack, bounds)
       class(applied_torque_t), intent(in) :: self
       type(linear_map_t), intent(in) :: map
@@ -158,7 +163,7 @@ contains
       call let_change(bounds, 2*pi*abs(self%frequency))
    end subroutine applied_bound
 
-   !> -2πf τ₀ sin(2πft + phase)
+   !> Returns ∂τ/∂t = -2πf τ₀ sin(2πft + phase), body axes, N m/s.
    pure function applied_time_derivative(self, t, q, omega, span) result(derivative)
       class(applied_torque_t), intent(in) :: self
       real(wp), intent(in) :: t, q(4), omega(3), span
@@ -168,18 +173,19 @@ contains
       derivative = (-2*pi*self%frequency*sin(phase_at(self, t)))*derivative
    end function applied_time_derivative
 
+   !> Returns `GENERAL_SERIES`.
    pure integer function harmonic_series(self)
       class(applied_torque_t), intent(in) :: self
       harmonic_series = GENERAL_SERIES
    end function harmonic_series
 
-   !> The cosine.
+   !> Returns 1: the cosine.
    pure integer function harmonic_auxiliary(self)
       class(applied_torque_t), intent(in) :: self
       harmonic_auxiliary = 1
    end function harmonic_auxiliary
 
-   !> τ₀ itself, if it stands in space.
+   !> Returns τ₀ of a torque in space axes, N m; else zero.
    pure function amplitude_in_space(self) result(direction)
       class(applied_torque_t), intent(in) :: self
       real(wp) :: direction(3)
@@ -187,7 +193,7 @@ contains
       if (self%in_space) direction = self%amplitude
    end function amplitude_in_space
 
-   !> Coefficient k of cos(2πft + phase) times τ₀ or R(q)ᵀτ₀.
+   !> Computes coefficient k of cos(2πft + phase) times τ₀ or R(q)ᵀτ₀, body axes, N m.
    pure subroutine harmonic_torque(self, k, t, time_unit, omega, gamma, auxiliary, tau)
       class(applied_torque_t), intent(in) :: self
       integer, intent(in) :: k
@@ -208,14 +214,14 @@ contains
       end do
    end subroutine harmonic_torque
 
-   !> τ₀ stands in space, or lies along the axis.
+   !> Returns true for a torque in space axes, and for a τ₀ that lies along the axis.
    pure logical function torque_has_axis(self, axis)
       class(applied_torque_t), intent(in) :: self
       integer, intent(in) :: axis
       torque_has_axis = self%in_space .or. lies_along(self%amplitude, axis)
    end function torque_has_axis
 
-   !> Start and stop may be anything that can be compared.
+   !> Returns true if amplitude, frequency and phase can be computed with; `start` and `stop` need only be comparable.
    pure logical function torque_is_moderate(self)
       class(applied_torque_t), intent(in) :: self
       torque_is_moderate = all(is_moderate([self%amplitude, self%frequency, self%phase])) .and. &

@@ -18,7 +18,7 @@ module nutate_carried_vector
       type(kepler_orbit_t) :: path = kepler_orbit_t()
       !> In the axes in which it stands still; shape (3).
       real(wp) :: vector(3) = 0.0_wp
-      !> It stands still in inertial axes and is seen from the orbit's, a circular one; else vice versa.
+      !> The vector is fixed in inertial axes and given in the LVLH frame of a circular orbit; else vice versa.
       logical :: from_orbit = .false.
    contains
       !> v as it is seen at a time.
@@ -33,7 +33,7 @@ module nutate_carried_vector
 
 contains
 
-   !> Shape (3).
+   !> Returns v at a time, in the space axes of the scene; shape (3).
    pure function vector_at(self, t) result(v)
       class(carried_vector_t), intent(in) :: self
       !> s.
@@ -46,7 +46,7 @@ contains
       end if
    end function vector_at
 
-   !> Shape (3).
+   !> Returns v̇ at a time, in the space axes of the scene, unit of v per s; shape (3).
    pure function rate_at(self, t) result(rate)
       class(carried_vector_t), intent(in) :: self
       !> s.
@@ -68,7 +68,8 @@ contains
       end if
    end function turn_axis
 
-   !> Coefficients of v from a time on: v̇ = ν̇ a×v, the axis a at rest, ν̇ as 1/(x·x), x = r/r₀.
+   !> Computes the coefficients of the power series of v about a time: v̇ = ν̇ a×v, the axis a at rest, ν̇ as 1/(x·x), x
+   !> = r/r₀.
    pure subroutine series(self, t, time_unit, v)
       class(carried_vector_t), intent(in) :: self
       !> s.
@@ -92,7 +93,7 @@ contains
       end do
    end subroutine series
 
-   !> And its rate, in the periapsis too.
+   !> Returns true if the vector, and its rate at the periapsis, are of a size that can be computed with.
    pure logical function vector_is_moderate(self) result(moderate)
       class(carried_vector_t), intent(in) :: self
       moderate = all(is_moderate(self%vector)) .and. is_moderate(self%path%fastest_turn())

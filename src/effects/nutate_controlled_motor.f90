@@ -33,7 +33,7 @@ module nutate_controlled_motor
 
 contains
 
-   !> Torque, N m.
+   !> Returns the torque that the control law commands from this motor, before its limit, N m.
    pure real(wp) function asked(self, t, q, omega)
       class(controlled_motor_t), intent(in) :: self
       !> s.

@@ -39,8 +39,8 @@ module nutate_controller
    type, extends(torque_t) :: controller_t
       !> `POINTING` or `DETUMBLING`; `BY_TORQUE`, `BY_WHEELS` or `BY_MAGNETORQUERS`: the last alone detumble.
       integer :: law = POINTING, by = BY_TORQUE
-      !> q_t, body→space, unit quaternion; shape (4). Where `follows_orbit`, body→orbital axes, and those of the orbit
-      !> that the body is on take the place of the space axes (`follow_orbit`).
+      !> q_t, body→space, unit quaternion; shape (4). Where `follows_orbit`, body→LVLH frame, and the LVLH
+      !> frame of the orbit of the body takes the place of the space axes (`follow_orbit`).
       real(wp) :: target(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
       logical :: follows_orbit = .false.
       type(orbit_t) :: orbit = orbit_t()
@@ -52,7 +52,7 @@ module nutate_controller
       real(wp) :: field(3) = 0.0_wp
       logical :: follows_earth = .false.
       type(geomagnetic_field_t) :: earth = geomagnetic_field_t()
-      !> From one sample to the next, s; 0: the law acts at all times.
+      !> Sampling period, s; 0: the law acts continuously.
       real(wp) :: sample = 0.0_wp
       !> Of each component of torque or moment, N m or A m²; of motors see `wheel_t`.
       real(wp) :: limit = huge(1.0_wp)
@@ -66,9 +66,9 @@ module nutate_controller
       !> What is held: torque, N m, or moment, A m², body axes, shape (3); torque of each motor, N m, shape
       !> (most_wheels).
       real(wp) :: held(3) = 0.0_wp, held_by_wheels(most_wheels) = 0.0_wp
-      !> What the law asked for at the last sample, before limits: torque, N m, or moment, A m², body axes; shape (3).
+      !> Command of the law at the last sample, before limits: torque, N m, or moment, A m², body axes; shape (3).
       real(wp) :: commanded(3) = 0.0_wp
-      !> How often a component of torque or moment has come to the limit; of motors see `wheel_t`.
+      !> How often a component of torque or moment has reached the limit; of motors see `wheel_t`.
       type(saturation_count_t) :: saturations = saturation_count_t()
       !> It was on at the last sample.
       logical :: was_on = .false.
@@ -84,24 +84,24 @@ module nutate_controller
       procedure :: direction_series => series_of_field
       procedure :: series_torque => controller_series_torque
       procedure :: is_moderate => controller_is_moderate
-      !> Uses the field of the Earth for its magnetorquers.
+      !> Uses the field of the Earth for the magnetorquers.
       procedure :: follow
-      !> Uses the LVLH frame for its target.
+      !> Refers the target to the LVLH frame.
       procedure :: follow_orbit
-      !> The torque that the law asks for, and that or the moment, which have the limit.
+      !> Return the commanded torque, and the commanded torque or moment to which the limit applies.
       procedure :: wanted
       procedure :: asked
-      !> e₀, before its sign is looked at, and the angle from the target.
+      !> Return e₀ with its sign, and the angle between attitude and target.
       procedure :: error_scalar, error_angle
-      !> The next sample.
+      !> Returns the time of the next sample.
       procedure :: next_sample
-      !> Holds from now on what the law asks for.
+      !> Samples the control law and holds its command.
       procedure :: hold
    end type controller_t
 
 contains
 
-   !> Uses the field of the Earth for its magnetorquers.
+   !> Uses the field of the Earth for the magnetorquers, in place of the fixed `field`.
    pure subroutine follow(self, earth)
       class(controller_t), intent(inout) :: self
       !> Along the orbit, in the space axes of the scene.
@@ -112,7 +112,7 @@ contains
       self%pace = earth%pace()
    end subroutine follow
 
-   !> Uses the LVLH frame for its target. Where they are the space axes nothing changes.
+   !> Refers the target to the LVLH frame of an orbit. Nothing changes where the space axes are the LVLH frame.
    pure subroutine follow_orbit(self, orbit)
       class(controller_t), intent(inout) :: self
       type(orbit_t), intent(in) :: orbit
@@ -120,7 +120,7 @@ contains
       self%orbit = orbit
    end subroutine follow_orbit
 
-   !> B, body axes, T; shape (3).
+   !> Returns the magnetic field B in body axes, T; shape (3).
    pure function field_at(self, t, q) result(b)
       class(controller_t), intent(in) :: self
       !> s; attitude, unit quaternion, body→space, shape (4).
@@ -131,7 +131,8 @@ contains
       b = rotate_to_body(q, b)
    end function field_at
 
-   !> -K sgn(e₀) e_v - D Ω, or m×B with m = -k B×Ω; body axes, N m.
+   !> Returns the torque that the control law commands, before the limit, body axes, N m; shape (3): -K sgn(e₀) e_v - D
+   !> Ω, or m×B with m = -k B×Ω. Source: Wie, Weiss and Arapostathis (1989) for pointing; B-dot for detumbling.
    pure function wanted(self, t, q, omega) result(tau)
       class(controller_t), intent(in) :: self
       !> s.
@@ -148,7 +149,8 @@ contains
       end if
    end function wanted
 
-   !> What has the limit: the torque, N m, or the moment of the magnetorquers, A m²; body axes, shape (3).
+   !> Returns the command to which the limit applies: the torque, N m, or the moment of the magnetorquers, A m²; body
+   !> axes, shape (3).
    pure function asked(self, t, q, omega)
       class(controller_t), intent(in) :: self
       !> As in `wanted`.
@@ -246,7 +248,8 @@ contains
       part = v - (dot_product(unit, v)/dot_product(unit, unit))*unit
    end function across
 
-   !> The law, or what is held. That of motors acts inside of the body.
+   !> Returns the torque of the control law, limited where runs found the limit, or the torque that is held, body axes,
+   !> N m; zero for wheels, whose motors act inside the body.
    pure function controlling_torque(self, t, q, omega) result(tau)
       class(controller_t), intent(in) :: self
       real(wp), intent(in) :: t, q(4), omega(3)
@@ -276,7 +279,7 @@ contains
       where (self%cut /= 0) cut = self%cut*self%limit
    end function cut_off
 
-   !> A small rotation θ of the body changes e_v by ½(e₀θ + e_v×θ), and B by B×θ.
+   !> Computes ∂τ/∂θ and ∂τ/∂Ω: a small rotation θ of the body changes e_v by ½(e₀θ + e_v×θ), and B by B×θ.
    pure subroutine controlling_derivatives(self, t, q, omega, by_rotation, by_rate)
       class(controller_t), intent(in) :: self
       real(wp), intent(in) :: t, q(4), omega(3)
@@ -369,7 +372,7 @@ contains
       by_rate = cross(by_rate, b)
    end subroutine differentiate_cut
 
-   !> From start to stop; by wheels never, since the motors act then.
+   !> Returns `start` and `stop`, s; an empty window for a controller of wheels, since there the motors act.
    pure subroutine controlling_window(self, start, stop)
       class(controller_t), intent(in) :: self
       real(wp), intent(out) :: start, stop
@@ -380,7 +383,7 @@ contains
       stop = -huge(1.0_wp)
    end subroutine controlling_window
 
-   !> The next sample, and the ends of the window.
+   !> Returns the next time at which the torque may jump: the next sample or an end of the window, s.
    pure real(wp) function controlling_break(self, t, sense) result(next)
       class(controller_t), intent(in) :: self
       real(wp), intent(in) :: t, sense
@@ -393,7 +396,8 @@ contains
       end do
    end function controlling_break
 
-   !> The first sample behind a time, s; huge where there is none, or none that can be told from others.
+   !> Returns the first sample after a time, s; huge where there is none, or none that differs from others in floating
+   !> point.
    pure real(wp) function next_sample(self, t, sense) result(next)
       class(controller_t), intent(in) :: self
       !> s, and which way time goes: 1 or -1.
@@ -413,7 +417,8 @@ contains
       if (self%sample > 4*spacing(max(abs(t), abs(first)))) next = first + n*self%sample
    end function next_sample
 
-   !> Holds from now on what the law asks for, cut off at the limit; nothing outside of the window.
+   !> Samples the control law and holds its command, limited component by component, until the next call; outside of the
+   !> window it holds zero.
    pure subroutine hold(self, t, q, omega, moment)
       class(controller_t), intent(inout) :: self
       !> Time of the sample, s.
@@ -435,13 +440,13 @@ contains
       end if
    end subroutine hold
 
-   !> What is held has a series; the law, a feedback, has none.
+   !> Returns `GENERAL_SERIES` for a command that is held; `NO_SERIES` for a law that acts continuously, a feedback.
    pure integer function controller_series(self) result(kind)
       class(controller_t), intent(in) :: self
       kind = merge(GENERAL_SERIES, NO_SERIES, self%sample > 0.0_wp)
    end function controller_series
 
-   !> b, for magnetorquers; that of t = 0 where it moves.
+   !> Returns the field b of magnetorquers, space axes, T, at t = 0 where it moves; else zero.
    pure function controller_direction(self) result(direction)
       class(controller_t), intent(in) :: self
       real(wp) :: direction(3)
@@ -451,6 +456,7 @@ contains
       if (self%follows_earth) direction = self%earth%at(0.0_wp)
    end function controller_direction
 
+   !> Computes the coefficients of the power series of the field of the Earth, space axes, T.
    pure subroutine series_of_field(self, t, time_unit, n)
       class(controller_t), intent(in) :: self
       real(wp), intent(in) :: t, time_unit
@@ -458,7 +464,7 @@ contains
       call self%earth%series(t, time_unit, n)
    end subroutine series_of_field
 
-   !> What is held: a constant torque, or m×B.
+   !> Computes coefficient k of the torque that is held: a constant torque, or m×B; body axes, N m.
    pure subroutine controller_series_torque(self, k, t, time_unit, omega, gamma, auxiliary, tau)
       class(controller_t), intent(in) :: self
       integer, intent(in) :: k
@@ -470,7 +476,8 @@ contains
       if (self%by == BY_TORQUE .and. k == 0) tau = self%held
    end subroutine controller_series_torque
 
-   !> Start and stop may be anything that can be compared.
+   !> Returns true if gains, field, limit and period are of a size that can be computed with; `start` and `stop` need
+   !> only be comparable.
    pure logical function controller_is_moderate(self) result(moderate)
       class(controller_t), intent(in) :: self
       real(wp) :: strongest

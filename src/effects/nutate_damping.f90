@@ -38,7 +38,7 @@ module nutate_damping
 
 contains
 
-   !> Damping along the body axes.
+   !> Makes a linear damping torque -diag(c)Ω along the body axes.
    pure function new_damping(coefficient) result(damping)
       !> c, body axes, N m s; shape (3).
       real(wp), intent(in) :: coefficient(3)
@@ -56,6 +56,7 @@ contains
       allocate (effect, source=damping_t(group%vector('coefficient', [0.0_wp, 0.0_wp, 0.0_wp])))
    end subroutine build_damping
 
+   !> Returns -diag(c)Ω, body axes, N m.
    pure function damping_torque(self, t, q, omega) result(tau)
       class(damping_t), intent(in) :: self
       real(wp), intent(in) :: t, q(4), omega(3)
@@ -63,6 +64,7 @@ contains
       tau = -self%coefficient*omega
    end function damping_torque
 
+   !> Computes ∂τ/∂θ = 0 and ∂τ/∂Ω = -diag(c).
    pure subroutine damping_derivatives(self, t, q, omega, by_rotation, by_rate)
       class(damping_t), intent(in) :: self
       real(wp), intent(in) :: t, q(4), omega(3)
@@ -75,11 +77,13 @@ contains
       end do
    end subroutine damping_derivatives
 
+   !> Returns false: the torque does not depend on the attitude.
    pure logical function no_attitude(self)
       class(damping_t), intent(in) :: self
       no_attitude = .false.
    end function no_attitude
 
+   !> Bounds the torque and its derivatives in a step: it is linear in Ω.
    pure subroutine damping_bound(self, map, radius, gamma, slack, bounds)
       class(damping_t), intent(in) :: self
       type(linear_map_t), intent(in) :: map
@@ -88,12 +92,13 @@ contains
       bounds = bounds_of_drag(map, radius, self%series_drag())
    end subroutine damping_bound
 
+   !> Returns `LINEAR_SERIES`.
    pure integer function linear_kind(self)
       class(damping_t), intent(in) :: self
       linear_kind = LINEAR_SERIES
    end function linear_kind
 
-   !> -diag(c).
+   !> Returns D = -diag(c) of τ = DΩ, N m s; shape (3,3).
    pure function damping_drag(self) result(drag)
       class(damping_t), intent(in) :: self
       real(wp) :: drag(3, 3)
@@ -104,13 +109,14 @@ contains
       end do
    end function damping_drag
 
-   !> The coefficients across the axis are equal.
+   !> Returns true if the two coefficients across the axis are equal.
    pure logical function damping_has_axis(self, axis)
       class(damping_t), intent(in) :: self
       integer, intent(in) :: axis
       damping_has_axis = is_symmetric_about(self%series_drag(), axis)
    end function damping_has_axis
 
+   !> Returns true if the coefficients are of a size that can be computed with.
    pure logical function damping_is_moderate(self)
       class(damping_t), intent(in) :: self
       damping_is_moderate = all(is_moderate(self%coefficient))

@@ -27,7 +27,7 @@ module nutate_dipole
 
 contains
 
-   !> A dipole in a field.
+   !> Makes the potential -m·R(q)ᵀb of a magnetic dipole in a uniform field.
    pure function new_dipole(moment, field) result(dipole)
       !> m, body axes, A m²; shape (3).
       real(wp), intent(in) :: moment(3)

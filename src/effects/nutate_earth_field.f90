@@ -38,7 +38,7 @@ module nutate_earth_field
 
 contains
 
-   !> A moment in the Earth's field.
+   !> Makes the potential -m·R(q)ᵀb(t) of a magnetic moment in the field of the Earth along an orbit.
    pure function new_earth_field(moment, field) result(effect)
       !> m, body axes, A m²; shape (3).
       real(wp), intent(in) :: moment(3)
@@ -79,7 +79,7 @@ contains
       effect = earth_field_t(group%vector('moment', none), field)
    end function field_on_orbit
 
-   !> b, T; shape (3).
+   !> Returns b at a time, space axes, T; shape (3).
    pure function direction_of_field(self, t) result(n)
       class(earth_field_t), intent(in) :: self
       real(wp), intent(in) :: t
@@ -87,6 +87,7 @@ contains
       n = self%field%at(t)
    end function direction_of_field
 
+   !> Returns ḃ at a time, space axes, T/s; shape (3).
    pure function rate_of_field(self, t) result(rate)
       class(earth_field_t), intent(in) :: self
       real(wp), intent(in) :: t
@@ -94,6 +95,7 @@ contains
       rate = self%field%rate_at(t)
    end function rate_of_field
 
+   !> Computes the coefficients of the power series of b about a time, space axes, T.
    pure subroutine series_of_field(self, t, time_unit, n)
       class(earth_field_t), intent(in) :: self
       real(wp), intent(in) :: t, time_unit
@@ -101,7 +103,8 @@ contains
       call self%field%series(t, time_unit, n)
    end subroutine series_of_field
 
-   !> |m||b| is the largest energy and torque, times the pace the largest power of time-dependent potentials.
+   !> Returns true if |m||b|, the largest energy and torque, and this times the largest rate of the direction of b, the
+   !> largest power, can be computed with.
    pure logical function effect_is_moderate(self) result(moderate)
       class(earth_field_t), intent(in) :: self
       moderate = all(is_moderate(self%moment)) .and. self%field%is_moderate()

@@ -50,47 +50,48 @@ module nutate_effect_list
       !> The space axes turn, and their rate ω, in these axes, rad/s; shape (3).
       logical :: frame_turns = .false.
       real(wp) :: frame_rate(3) = 0.0_wp
-      !> There is a potential that moves, on or off.
+      !> There is a time-dependent potential, on or off.
       logical :: moves = .false.
-      !> The body goes round on an orbit.
+      !> The body is on an orbit.
       logical :: on_orbit = .false.
       type(orbit_t) :: orbit = orbit_t()
-      !> The body is in the field of the Earth, on or off, which controllers follow.
+      !> The body is in the field of the Earth, on or off, which controllers use.
       logical :: in_earth_field = .false.
       type(geomagnetic_field_t) :: earth_field = geomagnetic_field_t()
    contains
       !> Adds a copy of an effect.
       procedure :: add
-      !> How many there are that do work: torques, of each wheel motor and friction, and time-dependent potentials.
+      !> Returns the number of works: one per torque, two per wheel (motor, friction), one for time-dependent
+      !> potentials.
       procedure :: n_works
-      !> Momentum of rotors and wheels in the body, and what the wheels hold of the kinetic energy.
+      !> Return the momentum of rotors and wheels in body axes, and the kinetic energy of the wheels.
       procedure :: inner_momentum, wheel_energy
-      !> Gives bounds to the user-defined potential, or torque, that was added last.
+      !> Sets bounds for the user-defined potential, or torque, that was added last.
       procedure :: bound_potential
       procedure :: bound_torque
       !> Adds copies of all effects of another list, with the momentum of its rotors.
       procedure :: append
-      !> There is an effect of a label that can be switched.
+      !> Returns true if an effect that can be switched has a label.
       procedure :: has
-      !> Switches the effects of a label.
+      !> Switches the effects with a label on or off.
       procedure :: switch
-      !> Shows to an archive which effects are on.
+      !> Writes or reads in checkpoint data which effects are on.
       procedure :: transfer_switches
-      !> True if the motion depends on the attitude.
+      !> Returns true if the motion depends on the attitude.
       procedure :: needs_attitude
-      !> The next time on which a step must end.
+      !> Returns the next time on which a step must end.
       procedure :: next_break
-      !> A controller drives a wheel at all times.
+      !> Returns true if a controller drives a wheel continuously.
       procedure :: feeds_back_to_wheels
-      !> A controller drives the wheels, at all times or from sample to sample.
+      !> Returns true if a controller drives the wheels, continuously or sampled.
       procedure :: controls_wheels
    end type effect_list_t
 
 contains
 
    !> Adds a copy of an effect: of a `potential_t`, `torque_t`, `rotor_t` or `rotating_frame_t`, or any extension of
-   !> these; a further orbit takes the place of the one before. A wheel is for `add_wheel`, since the body changes with
-   !> it.
+   !> these; a further orbit replaces the one before. Wheels are added by `add_wheel`, since they change the inertia of
+   !> the body.
    subroutine add(self, effect)
       class(effect_list_t), intent(inout) :: self
       class(effect_t), intent(in) :: effect
@@ -120,7 +121,7 @@ contains
       self%frame_turns = any(abs(self%frame_rate) > 0.0_wp)
    end subroutine turn_frame
 
-   !> Adds an orbit; its rate counts as that of the space axes.
+   !> Sets the orbit of the body; its rate counts as that of the space axes.
    pure subroutine follow_orbit(self, orbit)
       class(effect_list_t), intent(inout) :: self
       type(orbit_t), intent(in) :: orbit
@@ -129,8 +130,8 @@ contains
       self%orbit = orbit
    end subroutine follow_orbit
 
-   !> How many there are that do work: the torques, then motor and friction of the first wheel, and so on, last
-   !> time-dependent potentials, if there is one.
+   !> Returns the number of works that a state records, in this order: the torques, then motor and friction of each
+   !> wheel, last time-dependent potentials, if there is one.
    pure integer function n_works(self)
       class(effect_list_t), intent(in) :: self
       n_works = self%n_torques + 2*self%n_wheels
@@ -184,7 +185,7 @@ contains
       if (other%on_orbit) call follow_orbit(self, other%orbit)
    end subroutine append
 
-   !> True if there is a potential, a torque or a wheel of a label.
+   !> Returns true if a potential, a torque or a wheel has a label.
    pure logical function has(self, label)
       class(effect_list_t), intent(in) :: self
       character(len=*), intent(in) :: label
@@ -201,11 +202,11 @@ contains
       end do
    end function has
 
-   !> Switches the effects of a label on or off. Everything that uses the list must be prepared again.
+   !> Switches the effects with a label on or off. Steppers must be prepared again afterwards.
    subroutine switch(self, label, on)
       class(effect_list_t), intent(inout) :: self
       character(len=*), intent(in) :: label
-      !> Absent: on if it was off, and vice versa.
+      !> Absent: toggles each effect.
       logical, intent(in), optional :: on
       integer :: i
       do i = 1, self%n_torques
@@ -253,9 +254,9 @@ contains
       call move_alloc(sorted, self%potentials)
    end subroutine sort_potentials
 
-   !> Shows to an archive which effects are on, which wheels at a limit, and what controllers hold.
+   !> Writes or reads in checkpoint data which effects are on, which wheels are at a limit, and what controllers hold.
    subroutine transfer_switches(self, archive)
-      !> The same effects as were shown before.
+      !> The same effects, in the same order, as when the data were written.
       class(effect_list_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive
       integer :: i, place
@@ -309,7 +310,7 @@ contains
       end select
    end subroutine transfer_held
 
-   !> True where a controller drives a wheel at all times, by what the body does.
+   !> Returns true if a controller drives a wheel continuously, by feedback of the motion.
    pure logical function feeds_back_to_wheels(self)
       class(effect_list_t), intent(in) :: self
       integer :: i
@@ -323,7 +324,7 @@ contains
       end do
    end function feeds_back_to_wheels
 
-   !> True where a controller drives the wheels, at all times or from sample to sample.
+   !> Returns true if a controller drives the wheels, continuously or sampled.
    pure logical function controls_wheels(self)
       class(effect_list_t), intent(in) :: self
       integer :: i
@@ -336,11 +337,11 @@ contains
       end do
    end function controls_wheels
 
-   !> Gives bounds to the user-defined potential that was added last: with them a root of a step can be certified to be
-   !> the true one. They must hold for all γ up to |n| long; a later call replaces them.
+   !> Sets bounds for the user-defined potential that was added last: with them the root of a step can be certified.
+   !> They must hold for all |γ| ≤ |n|; a later call replaces them.
    !>
-   !> Errors: `NUTATE_BAD_ARGUMENT`, the list as it was, where a bound is not finite, negative or above 1e100, and where
-   !> no potential of the list takes bounds: those of the library have their own.
+   !> Errors: `NUTATE_BAD_ARGUMENT`, and the list unchanged, for a bound that is not finite, negative or above 1e100,
+   !> and where the list has no user-defined potential: those of the library have their own bounds.
    pure subroutine bound_potential(self, gradient, hessian, third, status)
       class(effect_list_t), intent(inout) :: self
       !> Of |∇U|, of ‖∇²U‖ and of the norm of the third derivative by γ, J over powers of the unit of γ.
@@ -359,7 +360,7 @@ contains
       status = fail(NUTATE_BAD_ARGUMENT, 'there is no user-defined potential to bound')
    end subroutine bound_potential
 
-   !> Gives bounds to the user-defined torque that was added last, which must depend on attitude and time alone. They
+   !> Sets bounds for the user-defined torque that was added last, which must depend on attitude and time alone. They
    !> must hold at all attitudes and times; a later call replaces them. Errors as for `bound_potential`.
    pure subroutine bound_torque(self, torque, by_rotation, second, rate, status)
       class(effect_list_t), intent(inout) :: self
@@ -415,7 +416,7 @@ contains
       if (.not. taken) effect%given = kept
    end subroutine give_bounds
 
-   !> True if the space axes turn, or there is a potential, or a torque that depends on the attitude, on or off.
+   !> Returns true if the space axes rotate, or if there is a potential or an attitude-dependent torque, on or off.
    pure logical function needs_attitude(self)
       class(effect_list_t), intent(in) :: self
       integer :: i
@@ -425,8 +426,8 @@ contains
       end do
    end function needs_attitude
 
-   !> The next time at which a torque or a motor starts, stops or goes from one of its pieces to another, s; beyond all
-   !> times where there is none.
+   !> Returns the next time at which a torque or a motor starts, stops or changes from one smooth piece to the next, s;
+   !> beyond all times where there is none.
    pure real(wp) function next_break(self, t, sense) result(next)
       class(effect_list_t), intent(in) :: self
       !> s, and which way time goes: 1 or -1.
@@ -468,6 +469,7 @@ contains
       call sort_potentials(self)
    end subroutine add_potential
 
+   !> Adds a copy of a wheel to the list, on or off; `add_wheel` of a system also changes the inertia of the body.
    subroutine add_wheel(self, wheel)
       class(effect_list_t), intent(inout) :: self
       type(wheel_t), intent(in) :: wheel

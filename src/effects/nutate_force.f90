@@ -37,7 +37,7 @@ module nutate_force
 
 contains
 
-   !> A force at a point.
+   !> Makes the potential -x·R(q)ᵀF of a constant force at a point of the body.
    pure function new_force(body_point, force) result(effect)
       !> x, body axes, m; shape (3).
       real(wp), intent(in) :: body_point(3)
@@ -49,7 +49,7 @@ contains
       effect%direction = force
    end function new_force
 
-   !> A force that turns, at a point.
+   !> Makes the potential of a force with rotating direction at a point of the body.
    pure function new_moving_force(body_point, force) result(effect)
       !> x, body axes, m; shape (3).
       real(wp), intent(in) :: body_point(3)
@@ -66,7 +66,7 @@ contains
       effect%direction = force%at(0.0_wp)
    end function new_moving_force
 
-   !> F, N; shape (3).
+   !> Returns F at a time, space axes, N; shape (3).
    pure function direction_of_force(self, t) result(n)
       class(moving_force_t), intent(in) :: self
       real(wp), intent(in) :: t
@@ -74,6 +74,7 @@ contains
       n = self%force%at(t)
    end function direction_of_force
 
+   !> Returns Ḟ at a time, space axes, N/s; shape (3).
    pure function rate_of_force(self, t) result(rate)
       class(moving_force_t), intent(in) :: self
       real(wp), intent(in) :: t
@@ -81,6 +82,7 @@ contains
       rate = self%force%rate_at(t)
    end function rate_of_force
 
+   !> Computes the coefficients of the power series of F about a time, space axes, N.
    pure subroutine series_of_force(self, t, time_unit, n)
       class(moving_force_t), intent(in) :: self
       real(wp), intent(in) :: t, time_unit
@@ -88,8 +90,8 @@ contains
       call self%force%series(t, time_unit, n)
    end subroutine series_of_force
 
-   !> |x||F| is the largest energy and torque, times the rate of the orbit the largest power of time-dependent
-   !> potentials.
+   !> Returns true if |x||F|, the largest energy and torque, and this times the rate of the orbit, the largest power,
+   !> can be computed with.
    pure logical function force_is_moderate(self) result(moderate)
       class(moving_force_t), intent(in) :: self
       moderate = all(is_moderate(self%moment)) .and. self%force%is_moderate()

@@ -25,27 +25,27 @@ module nutate_geomagnetic_field
    !> Of the Earth, rad/s: its angular velocity.
    real(wp), parameter :: north(3) = [0.0_wp, 0.0_wp, 1.0_wp]
 
-   !> The field where a body is that goes round on an orbit.
+   !> Magnetic field of the Earth along an orbit: a dipole that rotates with the Earth.
    type :: geomagnetic_field_t
       type(kepler_orbit_t) :: path = kepler_orbit_t()
       !> G in axes of the Earth: x to the meridian of Greenwich, z north, T; shape (3).
       real(wp) :: coefficients(3) = reference_coefficients
-      !> θ₀: of Greenwich at t = 0, from the equinox, rad.
+      !> θ₀: angle of Greenwich from the equinox at t = 0, rad.
       real(wp) :: epoch_angle = 0.0_wp
-      !> Seen from the LVLH frame, a circular one; else from inertial axes.
+      !> The field is given in the LVLH frame of a circular orbit; else in inertial axes.
       logical :: in_orbit = .false.
    contains
-      !> B at a time, T.
+      !> Returns B at a time, T.
       procedure :: at => field_at
-      !> Ḃ, T/s.
+      !> Returns Ḃ at a time, T/s.
       procedure :: rate_at
-      !> Power series of B.
+      !> Computes the power series of B.
       procedure :: series
-      !> No faster does its direction change, 1/s.
+      !> Returns a bound of the rate of its direction, 1/s.
       procedure :: pace
-      !> |B| is never greater, T.
+      !> Returns a bound of |B|, T.
       procedure :: greatest
-      !> It can be computed with.
+      !> Returns true if its numbers can be computed with.
       procedure :: is_moderate => field_is_moderate
    end type geomagnetic_field_t
 
@@ -63,7 +63,7 @@ contains
       end associate
    end function axis_at
 
-   !> Shape (3).
+   !> Returns B at a time, in the space axes of the scene, T; shape (3).
    pure function field_at(self, t) result(b)
       class(geomagnetic_field_t), intent(in) :: self
       !> s.
@@ -88,7 +88,7 @@ contains
       b = [-g(1), -g(2), 2*g(3)]
    end function below
 
-   !> Shape (3).
+   !> Returns Ḃ at a time, in the space axes of the scene, T/s; shape (3).
    pure function rate_at(self, t) result(rate)
       class(geomagnetic_field_t), intent(in) :: self
       !> s.
@@ -120,7 +120,7 @@ contains
       rate = [0.0_wp, -self%path%mean_motion(), 0.0_wp]
    end function turn_of
 
-   !> Coefficients of B from a time on.
+   !> Computes the coefficients of the power series of B about a time, space axes.
    pure subroutine series(self, t, time_unit, b)
       class(geomagnetic_field_t), intent(in) :: self
       !> s.
@@ -190,12 +190,13 @@ contains
       end do
    end subroutine expand_in_orbit
 
+   !> Returns a bound of the rate at which the direction of B changes, 1/s.
    pure real(wp) function pace(self)
       class(geomagnetic_field_t), intent(in) :: self
       pace = self%path%fastest_turn() + earth_rate
    end function pace
 
-   !> At the pole of the dipole, where the orbit is nearest.
+   !> Returns a bound of |B|, T: its value above the pole of the dipole at periapsis.
    pure real(wp) function greatest(self)
       class(geomagnetic_field_t), intent(in) :: self
       greatest = 2*norm2(self%coefficients)*(reference_radius/nearest(self))**3
@@ -207,7 +208,7 @@ contains
       nearest = self%path%semi_major_axis*(1 - self%path%eccentricity)
    end function nearest
 
-   !> The field, and its rate, in the periapsis too.
+   !> Returns true if the field, and its rate at periapsis, are of a size that can be computed with.
    pure logical function field_is_moderate(self) result(moderate)
       class(geomagnetic_field_t), intent(in) :: self
       moderate = all(is_moderate(self%coefficients)) .and. is_moderate(self%epoch_angle) .and. &

@@ -29,7 +29,7 @@ module nutate_gravity
 
 contains
 
-   !> Gravity of an acceleration on a body.
+   !> Makes the potential -m x_c·R(q)ᵀg of a body in uniform gravity, x_c its centre of mass.
    pure function new_gravity(body, acceleration) result(gravity)
       !> Its mass and centre of mass count.
       type(body_t), intent(in) :: body

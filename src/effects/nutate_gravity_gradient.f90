@@ -52,7 +52,7 @@ module nutate_gravity_gradient
 
 contains
 
-   !> The gravity gradient along a direction.
+   !> Makes the potential of the gravity gradient of a distant centre of attraction in a fixed direction.
    pure function new_gravity_gradient(body, direction, strength) result(gradient)
       !> Its inertia about the reference point counts.
       type(body_t), intent(in) :: body
@@ -106,12 +106,14 @@ contains
                                                   group%number('strength', 0.0_wp)))
    end subroutine build_gravity_gradient
 
+   !> Returns U(γ) = ½γᵀAγ + U₀, J.
    pure real(wp) function quadratic_energy(self, gamma)
       class(gravity_gradient_t), intent(in) :: self
       real(wp), intent(in) :: gamma(3)
       quadratic_energy = 0.5_wp*dot_product(gamma, self%gradient(gamma)) + self%offset
    end function quadratic_energy
 
+   !> Returns ∇U = Aγ, body axes; shape (3).
    pure function quadratic_gradient(self, gamma) result(gradient)
       class(gravity_gradient_t), intent(in) :: self
       real(wp), intent(in) :: gamma(3)
@@ -119,6 +121,7 @@ contains
       gradient = self%stiffness(:, 1)*gamma(1) + self%stiffness(:, 2)*gamma(2) + self%stiffness(:, 3)*gamma(3)
    end function quadratic_gradient
 
+   !> Returns the Hessian A; shape (3,3).
    pure function quadratic_hessian(self, gamma) result(hessian)
       class(gravity_gradient_t), intent(in) :: self
       real(wp), intent(in) :: gamma(3)
@@ -126,7 +129,7 @@ contains
       hessian = self%stiffness
    end function quadratic_hessian
 
-   !> ∇̄U = Aγ̄.
+   !> Returns the discrete gradient ∇̄U = Aγ̄, γ̄ the mean of γ at the ends of the step.
    pure function midpoint_gradient(self, gamma0, gamma1) result(gradient)
       class(gravity_gradient_t), intent(in) :: self
       real(wp), intent(in) :: gamma0(3), gamma1(3)
@@ -134,7 +137,7 @@ contains
       gradient = self%gradient(0.5_wp*(gamma0 + gamma1))
    end function midpoint_gradient
 
-   !> ∂∇̄U/∂γ1 = ½A.
+   !> Returns ∂∇̄U/∂γ1 = ½A.
    pure function half_hessian(self, gamma0, gamma1) result(hessian)
       class(gravity_gradient_t), intent(in) :: self
       real(wp), intent(in) :: gamma0(3), gamma1(3)
@@ -142,9 +145,9 @@ contains
       hessian = 0.5_wp*self%stiffness
    end function half_hessian
 
-   !> γ½×Aγ̄, γ̄ the mean of γ at the ends, has in principal axes components (A_k - A_l)γ_kγ_l: none exceeds the larger
-   !> of |A_k|, |A_l|. With A they lie in a box, whose image under the map is farthest away at a corner. A change of b
-   !> turns γ½ and γ̄ by 2|δb| at most, in second order by 4 and 8 |δb|².
+   !> Bounds the torque in a step: γ½×Aγ̄, γ̄ the mean of γ at the ends, has in principal axes components (A_k -
+   !> A_l)γ_kγ_l, and none exceeds the larger of |A_k|, |A_l|. With A they lie in a box, whose image under the map is
+   !> farthest away at a corner. A change of b turns γ½ and γ̄ by 2|δb| at most, in second order by 4 and 8 |δb|².
    pure subroutine quadratic_bound(self, map, radius, gamma, slack, bounds)
       class(gravity_gradient_t), intent(in) :: self
       type(linear_map_t), intent(in) :: map
@@ -174,18 +177,19 @@ contains
       bounds%curvature = 20*direct + (projection_curvature + 8*change + 20*part)*whole
    end subroutine quadratic_bound
 
+   !> Returns `GENERAL_SERIES`.
    pure integer function quadratic_series(self)
       class(gravity_gradient_t), intent(in) :: self
       quadratic_series = GENERAL_SERIES
    end function quadratic_series
 
-   !> The components of Aγ.
+   !> Returns 3: the components of Aγ.
    pure integer function quadratic_auxiliary(self)
       class(gravity_gradient_t), intent(in) :: self
       quadratic_auxiliary = 3
    end function quadratic_auxiliary
 
-   !> Coefficient k of γ×Aγ.
+   !> Computes coefficient k of γ×Aγ, body axes, N m.
    pure subroutine quadratic_torque(self, k, gamma, auxiliary, tau)
       class(gravity_gradient_t), intent(in) :: self
       integer, intent(in) :: k
@@ -203,14 +207,15 @@ contains
       end do
    end subroutine quadratic_torque
 
-   !> A is diagonal and has equal elements across the axis.
+   !> Returns true if A is diagonal with equal elements across the axis.
    pure logical function quadratic_has_axis(self, axis)
       class(gravity_gradient_t), intent(in) :: self
       integer, intent(in) :: axis
       quadratic_has_axis = is_symmetric_about(self%stiffness, axis)
    end function quadratic_has_axis
 
-   !> All that it is made of, and the sum of |A| by rows and U₀: the largest energy and torque.
+   !> Returns true if its numbers, and the sums of |A| by rows and U₀, the largest torque and energy, can be computed
+   !> with.
    pure logical function gradient_is_moderate(self)
       class(gravity_gradient_t), intent(in) :: self
       gradient_is_moderate = all(is_moderate(self%direction)) .and. all(is_moderate(self%stiffness)) .and. &

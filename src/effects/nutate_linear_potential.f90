@@ -30,12 +30,14 @@ module nutate_linear_potential
 
 contains
 
+   !> Returns U(γ) = -m·γ, J.
    pure real(wp) function linear_energy(self, gamma)
       class(linear_potential_t), intent(in) :: self
       real(wp), intent(in) :: gamma(3)
       linear_energy = -dot_product(self%moment, gamma)
    end function linear_energy
 
+   !> Returns ∇U = -m, body axes.
    pure function constant_gradient(self, gamma) result(gradient)
       class(linear_potential_t), intent(in) :: self
       real(wp), intent(in) :: gamma(3)
@@ -43,6 +45,7 @@ contains
       gradient = -self%moment
    end function constant_gradient
 
+   !> Returns the Hessian, zero.
    pure function no_hessian(self, gamma) result(hessian)
       class(linear_potential_t), intent(in) :: self
       real(wp), intent(in) :: gamma(3)
@@ -50,6 +53,7 @@ contains
       hessian = 0.0_wp
    end function no_hessian
 
+   !> Returns the discrete gradient, -m.
    pure function constant_discrete_gradient(self, gamma0, gamma1) result(gradient)
       class(linear_potential_t), intent(in) :: self
       real(wp), intent(in) :: gamma0(3), gamma1(3)
@@ -57,6 +61,7 @@ contains
       gradient = -self%moment
    end function constant_discrete_gradient
 
+   !> Returns the derivative of the discrete gradient, zero.
    pure function no_discrete_hessian(self, gamma0, gamma1) result(hessian)
       class(linear_potential_t), intent(in) :: self
       real(wp), intent(in) :: gamma0(3), gamma1(3)
@@ -72,6 +77,7 @@ contains
       bounds = bounds_of_linear(map, radius, self%moment, vector_length(self%direction))
    end subroutine linear_bound
 
+   !> Returns `LINEAR_SERIES`: the torque is a constant times the series of γ.
    pure integer function linear_kind(self)
       class(linear_potential_t), intent(in) :: self
       linear_kind = LINEAR_SERIES

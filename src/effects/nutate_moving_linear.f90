@@ -11,10 +11,10 @@ module nutate_moving_linear
 
    public :: moving_linear_t
 
-   !> U(γ) = -m·γ, γ = R(q)ᵀn(t). An extension says what n is: `direction_at` and `direction_series`, and its rate.
+   !> U(γ) = -m·γ, γ = R(q)ᵀn(t). Extensions define n by `direction_at`, `direction_rate` and `direction_series`.
    type, abstract, extends(linear_potential_t) :: moving_linear_t
    contains
-      !> ṅ at a time.
+      !> Returns ṅ at a time.
       procedure(rate_of_direction), deferred :: direction_rate
       procedure :: power => power_of_motion
       procedure :: series_kind => general_kind
@@ -24,7 +24,7 @@ module nutate_moving_linear
    end type moving_linear_t
 
    abstract interface
-      !> Space axes, unit of n over s; shape (3).
+      !> Returns ṅ at a time, space axes, unit of n per s; shape (3).
       pure function rate_of_direction(self, t) result(rate)
          import :: moving_linear_t, wp
          class(moving_linear_t), intent(in) :: self
@@ -36,20 +36,20 @@ module nutate_moving_linear
 
 contains
 
-   !> -m·R(q)ᵀṅ, W.
+   !> Returns ∂V/∂t = -m·R(q)ᵀṅ at fixed attitude, W.
    pure real(wp) function power_of_motion(self, q, t) result(power)
       class(moving_linear_t), intent(in) :: self
       real(wp), intent(in) :: q(4), t
       power = -dot_product(self%moment, rotate_to_body(q, self%direction_rate(t)))
    end function power_of_motion
 
-   !> Not a constant times the series of a direction fixed in space.
+   !> Returns `GENERAL_SERIES`: n is not fixed in space.
    pure integer function general_kind(self)
       class(moving_linear_t), intent(in) :: self
       general_kind = GENERAL_SERIES
    end function general_kind
 
-   !> Coefficient k of γ×∇U = m×γ.
+   !> Computes coefficient k of γ×∇U = m×γ, body axes, N m.
    pure subroutine torque_of_moment(self, k, gamma, auxiliary, tau)
       class(moving_linear_t), intent(in) :: self
       integer, intent(in) :: k
@@ -59,7 +59,7 @@ contains
       tau = cross(self%moment, gamma(:, k))
    end subroutine torque_of_moment
 
-   !> What moves is not bounded: no step with it counts as certified.
+   !> Returns no bounds: no step with a time-dependent potential counts as certified.
    pure subroutine not_bounded(self, map, radius, gamma, slack, bounds)
       class(moving_linear_t), intent(in) :: self
       type(linear_map_t), intent(in) :: map
@@ -68,7 +68,7 @@ contains
       bounds%known = .false.
    end subroutine not_bounded
 
-   !> Frames that do not spin know of directions that stand still only.
+   !> Returns false: the turned steppers require directions that are fixed in space.
    pure logical function no_axis(self, axis)
       class(moving_linear_t), intent(in) :: self
       integer, intent(in) :: axis

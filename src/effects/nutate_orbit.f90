@@ -64,8 +64,8 @@ module nutate_orbit
 
 contains
 
-   !> An orbit as what effects go by, without a sun. The space axes of an ellipse with e > 0 are inertial, whatever is
-   !> asked for.
+   !> Makes the orbit of a body for a system, without a sun. The space axes of an elliptic orbit (e > 0) are inertial,
+   !> whatever `inertial` says.
    pure function new_orbit(path, inertial) result(orbit)
       type(kepler_orbit_t), intent(in) :: path
       !> The space axes are inertial ones; default: those of the orbit where it is circular.
@@ -133,7 +133,8 @@ contains
       end if
    end subroutine check_shape
 
-   !> Shape (4).
+   !> Returns the attitude of the LVLH frame in the space axes of the scene at a time, a unit quaternion, LVLH→space;
+   !> shape (4).
    pure function axes(self, t) result(q)
       class(orbit_t), intent(in) :: self
       !> s.
@@ -143,7 +144,7 @@ contains
       if (.not. self%is_frame) q = self%path%axes(t)
    end function axes
 
-   !> Shape (3).
+   !> Returns the angular velocity of the LVLH frame against the space axes of the scene, rad/s; shape (3).
    pure function axes_rate(self, t) result(rate)
       class(orbit_t), intent(in) :: self
       !> s.
@@ -153,13 +154,15 @@ contains
       if (.not. self%is_frame) rate = rotate_to_space(self%axes(t), [0.0_wp, -self%path%turn_rate(t), 0.0_wp])
    end function axes_rate
 
+   !> Returns true if the direction of the sun was given, so that eclipses can be computed.
    pure logical function has_sun(self)
       class(orbit_t), intent(in) :: self
       has_sun = any(abs(self%sun) > 0.0_wp)
    end function has_sun
 
-   !> Behind the body, seen from the sun, its radius less the distance from the shadow's axis; before it the radius less
-   !> the distance from the centre: positive in the shadow, a cylinder, and smooth where the two meet. m.
+   !> Returns the depth in the cylindrical shadow, m, positive inside. Behind the planet, seen from the sun, it is the
+   !> radius less the distance from the axis of the shadow; in front of it the radius less the distance from the centre.
+   !> It is smooth where the two meet.
    pure real(wp) function shadow_depth(self, t) result(depth)
       class(orbit_t), intent(in) :: self
       !> s.
@@ -170,7 +173,7 @@ contains
       depth = self%shadow_radius - norm2(r)
    end function shadow_depth
 
-   !> m/s.
+   !> Returns the time derivative of `shadow_depth`, m/s.
    pure real(wp) function shadow_rate(self, t) result(rate)
       class(orbit_t), intent(in) :: self
       !> s.
@@ -182,7 +185,7 @@ contains
       if (norm2(r) > 0.0_wp) rate = -dot_product(r/norm2(r), self%path%velocity(t))
    end function shadow_rate
 
-   !> The rate at its largest too, next to the centre of attraction.
+   !> Returns true if the elements, and the rate of rotation at periapsis, are of a size that can be computed with.
    pure logical function orbit_is_moderate(self)
       class(orbit_t), intent(in) :: self
       associate (path => self%path)

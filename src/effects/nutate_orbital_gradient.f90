@@ -37,7 +37,7 @@ module nutate_orbital_gradient
 
 contains
 
-   !> The gradient on a body along an orbit.
+   !> Makes the gravity gradient on a body along an orbit.
    pure function new_orbital_gradient(body, path) result(gradient)
       !> Its inertia about the reference point counts.
       type(body_t), intent(in) :: body
@@ -52,13 +52,14 @@ contains
       gradient%direction = gradient%direction_at(0.0_wp)
    end function new_orbital_gradient
 
+   !> Returns U(γ), J.
    pure real(wp) function moving_energy(self, gamma)
       class(orbital_gradient_t), intent(in) :: self
       real(wp), intent(in) :: gamma(3)
       moving_energy = 0.5_wp*(dot_product(gamma, self%gradient(gamma)) + self%isotropic*dot_product(gamma, gamma))
    end function moving_energy
 
-   !> n, 1/s; shape (3).
+   !> Returns n at a time, space axes, 1/s; shape (3).
    pure function direction_of_orbit(self, t) result(n)
       class(orbital_gradient_t), intent(in) :: self
       real(wp), intent(in) :: t
@@ -67,7 +68,7 @@ contains
       n = (sqrt(self%path%mu)/norm2(r)**2.5_wp)*r
    end function direction_of_orbit
 
-   !> (Aγ + 3J_mγ)·R(q)ᵀṅ, ṅ = √μ (v - (5/2) r (r·v)/|r|²)/|r|^(5/2), W.
+   !> Returns ∂V/∂t = (Aγ + 3J_mγ)·R(q)ᵀṅ, W, with ṅ = √μ (v - (5/2) r (r·v)/|r|²)/|r|^(5/2).
    pure real(wp) function power_of_motion(self, q, t) result(power)
       class(orbital_gradient_t), intent(in) :: self
       real(wp), intent(in) :: q(4), t
@@ -80,7 +81,8 @@ contains
       power = dot_product(self%gradient(gamma) + self%isotropic*gamma, rotate_to_body(q, rate))
    end function power_of_motion
 
-   !> With x = r/r₀, u = (x·x)^(-5/4), r₀ = |r| at the start: n = √(μ/r₀³) x u.
+   !> Computes the coefficients of the power series of n = √(μ/r₀³) x u, with x = r/r₀, u = (x·x)^(-5/4), r₀ = |r| at
+   !> the start.
    pure subroutine series_along_orbit(self, t, time_unit, n)
       class(orbital_gradient_t), intent(in) :: self
       real(wp), intent(in) :: t, time_unit
@@ -100,7 +102,7 @@ contains
       end do
    end subroutine series_along_orbit
 
-   !> All that it is made of, and its energy next to the centre.
+   !> Returns true if its numbers, and its energy at periapsis, can be computed with.
    pure logical function moving_is_moderate(self)
       class(orbital_gradient_t), intent(in) :: self
       real(wp) :: nearest, strength
@@ -116,7 +118,7 @@ contains
       end associate
    end function moving_is_moderate
 
-   !> What moves is not bounded: no step with it counts as certified.
+   !> Returns no bounds: no step with a time-dependent potential counts as certified.
    pure subroutine not_bounded(self, map, radius, gamma, slack, bounds)
       class(orbital_gradient_t), intent(in) :: self
       type(linear_map_t), intent(in) :: map
@@ -125,7 +127,7 @@ contains
       bounds%known = .false.
    end subroutine not_bounded
 
-   !> Frames that do not spin know of directions that stand still only.
+   !> Returns false: the turned steppers require directions that are fixed in space.
    pure logical function no_axis(self, axis)
       class(orbital_gradient_t), intent(in) :: self
       integer, intent(in) :: axis

@@ -13,33 +13,34 @@ module nutate_potential
    type, abstract, extends(effect_t) :: potential_t
       !> n: a vector fixed in space, of whatever length and unit the potential is written in.
       real(wp) :: direction(3) = [0.0_wp, 0.0_wp, 1.0_wp]
-      !> n moves, `direction` is that of t = 0; a bound of the rate, 1/s.
+      !> n is time-dependent (`direction` is its value at t = 0), and a bound of its rate relative to |n|, 1/s.
       logical :: moves = .false.
       real(wp) :: pace = 0.0_wp
    contains
-      !> n at a time, ∂V/∂t at fixed attitude, and the series of n in time; constant unless overridden.
+      !> Return n at a time, ∂V/∂t at fixed attitude, and the power series of n; constant unless overridden.
       procedure :: direction_at => fixed_direction
       procedure :: power => no_power
       procedure :: direction_series => fixed_series
-      !> U(γ), J.
+      !> Returns U(γ), J.
       procedure(potential_energy), deferred :: energy
-      !> ∇U(γ): derivative by the body components γ.
+      !> Returns ∇U(γ): the derivative with respect to the body components γ.
       procedure(potential_gradient), deferred :: gradient
-      !> Matrix of second derivatives of U; by differences of the gradient unless overridden.
+      !> Returns the matrix of second derivatives of U; by differences of the gradient unless overridden.
       procedure :: hessian => difference_hessian
-      !> Discrete gradient: ∇̄U(γ0, γ1) with ∇̄U·(γ1 - γ0) = U(γ1) - U(γ0); Gonzalez's (1996) unless overridden.
+      !> Returns the discrete gradient ∇̄U(γ0, γ1) with ∇̄U·(γ1 - γ0) = U(γ1) - U(γ0); Gonzalez's (1996) unless
+      !> overridden.
       procedure :: discrete_gradient => gonzalez_gradient
-      !> ∂∇̄U/∂γ1; that of Gonzalez's unless overridden.
+      !> Returns ∂∇̄U/∂γ1; that of Gonzalez's unless overridden.
       procedure :: discrete_hessian => gonzalez_hessian
       procedure :: bound => bound_potential
-      !> m of a linear series: the torque γ×∇U is m×γ; body axes.
+      !> Returns m of a linear series: the torque γ×∇U is m×γ; body axes.
       procedure :: series_moment => no_moment
-      !> Coefficient of a general series of γ×∇U.
+      !> Computes a coefficient of a general series of γ×∇U.
       procedure :: series_torque => no_potential_torque
    end type potential_t
 
    abstract interface
-      !> U(γ), J.
+      !> Returns U(γ), J.
       pure real(wp) function potential_energy(self, gamma)
          import :: potential_t, wp
          class(potential_t), intent(in) :: self
@@ -47,7 +48,7 @@ module nutate_potential
          real(wp), intent(in) :: gamma(3)
       end function potential_energy
 
-      !> ∇U(γ), body axes; shape (3).
+      !> Returns ∇U(γ), body axes, J per unit of γ; shape (3).
       pure function potential_gradient(self, gamma) result(gradient)
          import :: potential_t, wp
          class(potential_t), intent(in) :: self
@@ -59,7 +60,7 @@ module nutate_potential
 
 contains
 
-   !> n at a time, s; shape (3).
+   !> Returns n at a time, s, in space axes; shape (3). Here: the constant `direction`.
    pure function fixed_direction(self, t) result(n)
       class(potential_t), intent(in) :: self
       real(wp), intent(in) :: t
@@ -67,7 +68,7 @@ contains
       n = self%direction
    end function fixed_direction
 
-   !> ∂V/∂t at a time, W.
+   !> Returns ∂V/∂t at fixed attitude, W. Here: zero.
    pure real(wp) function no_power(self, q, t)
       class(potential_t), intent(in) :: self
       !> Unit quaternion, body→space, shape (4); s.
@@ -75,7 +76,7 @@ contains
       no_power = 0.0_wp
    end function no_power
 
-   !> Coefficients of n from a time on.
+   !> Computes the coefficients of the power series of n about a time. Here: a constant.
    pure subroutine fixed_series(self, t, time_unit, n)
       class(potential_t), intent(in) :: self
       !> s.
@@ -86,7 +87,7 @@ contains
       n(:, 0) = self%direction
    end subroutine fixed_series
 
-   !> A potential with Gonzalez's discrete gradient, by the bounds that are given.
+   !> Bounds the torque of a potential with Gonzalez's discrete gradient, from the bounds that the user gave.
    pure subroutine bound_potential(self, map, radius, gamma, slack, bounds)
       class(potential_t), intent(in) :: self
       type(linear_map_t), intent(in) :: map
@@ -99,8 +100,8 @@ contains
       end associate
    end subroutine bound_potential
 
-   !> Central differences of ∇U with steps of ε^(1/3) of |γ|, where their error and round-off are alike: exact to
-   !> round-off for quadratic U.
+   !> Computes the Hessian by central differences of ∇U with steps of ε^(1/3) of |γ|, where truncation error and
+   !> round-off are of equal size; exact to round-off for quadratic U.
    pure function difference_hessian(self, gamma) result(hessian)
       class(potential_t), intent(in) :: self
       !> γ, body axes; shape (3).
@@ -117,8 +118,9 @@ contains
       end do
    end function difference_hessian
 
-   !> ∇U(γ̄) + ((ΔU - ∇U(γ̄)·Δγ)/|Δγ|²) Δγ (Gonzalez 1996, eq. 3.2), γ̄ the mean of the ends: the discrete gradient of
-   !> any U. Where Δγ is so short that its second term would be noise, ∇U(γ̄) alone closes to round-off.
+   !> Computes the discrete gradient of any U: ∇U(γ̄) + ((ΔU - ∇U(γ̄)·Δγ)/|Δγ|²) Δγ, γ̄ the mean of the ends. Where Δγ
+   !> is so short that the second term would be noise, ∇U(γ̄) alone is exact to round-off. Source: Gonzalez (1996), eq.
+   !> 3.2.
    pure function gonzalez_gradient(self, gamma0, gamma1) result(gradient)
       class(potential_t), intent(in) :: self
       !> γ at the ends of the step, body axes; shape (3).
@@ -132,7 +134,7 @@ contains
                              /dot_product(delta, delta))*delta
    end function gonzalez_gradient
 
-   !> Derivative of `gonzalez_gradient` by γ1.
+   !> Computes the derivative of `gonzalez_gradient` by γ1; shape (3,3).
    pure function gonzalez_hessian(self, gamma0, gamma1) result(hessian)
       class(potential_t), intent(in) :: self
       !> γ at the ends of the step, body axes; shape (3).
@@ -162,13 +164,14 @@ contains
       is_short = dot_product(delta, delta) <= eps**(2.0_wp/3)*dot_product(gamma, gamma)
    end function is_short
 
+   !> Returns m of a linear series, body axes, N m over the unit of n; shape (3). Here: zero.
    pure function no_moment(self) result(moment)
       class(potential_t), intent(in) :: self
       real(wp) :: moment(3)
       moment = 0.0_wp
    end function no_moment
 
-   !> Coefficient k of γ×∇U.
+   !> Computes coefficient k of the power series of γ×∇U, body axes, N m. Here: zero.
    pure subroutine no_potential_torque(self, k, gamma, auxiliary, tau)
       class(potential_t), intent(in) :: self
       integer, intent(in) :: k

@@ -35,7 +35,7 @@ module nutate_rotating_frame
 
 contains
 
-   !> The axes east, north, up of a place on the Earth.
+   !> Makes the frame with axes east, north and up at a place on the Earth, which rotates with the Earth.
    pure function frame_at_latitude(latitude) result(frame)
       !> rad, north positive.
       real(wp), intent(in) :: latitude
@@ -71,12 +71,13 @@ contains
       end if
    end subroutine build_rotating_frame
 
-   !> It has a series: none of its own is needed.
+   !> Returns `LINEAR_SERIES`: a constant rate adds no terms of its own.
    pure integer function constant_series(self)
       class(rotating_frame_t), intent(in) :: self
       constant_series = LINEAR_SERIES
    end function constant_series
 
+   !> Returns true if the rate is of a size that can be computed with.
    pure logical function frame_is_moderate(self)
       class(rotating_frame_t), intent(in) :: self
       frame_is_moderate = all(is_moderate(self%rate))

@@ -60,14 +60,14 @@ module nutate_spring
       procedure :: has_axis => spring_has_axis
    end type spring_t
 
-   !> A spring.
+   !> Makes a spring.
    interface spring_t
       module procedure new_spring
    end interface spring_t
 
 contains
 
-   !> A spring between a point of the body and an anchor.
+   !> Makes the potential ½k(ℓ - l₀)² of a spring between a point of the body and an anchor fixed in space.
    pure function new_spring(body_point, anchor, stiffness, rest_length) result(spring)
       !> x, body axes, m; shape (3).
       real(wp), intent(in) :: body_point(3)
@@ -99,6 +99,7 @@ contains
                                         group%number('stiffness', 0.0_wp), group%number('rest_length', 0.0_wp)))
    end subroutine build_spring
 
+   !> Returns U(γ) = ½k(ℓ - l₀)², J.
    pure real(wp) function spring_energy(self, gamma)
       class(spring_t), intent(in) :: self
       real(wp), intent(in) :: gamma(3)
@@ -109,7 +110,8 @@ contains
       end if
    end function spring_energy
 
-   !> -k(1 - l₀/ℓ) (x - cγ); without the term in l₀ where the ends coincide and the direction is undefined.
+   !> Returns ∇U = -k(1 - l₀/ℓ) (x - cγ), body axes, N; without the term in l₀ where the ends coincide and the direction
+   !> is undefined.
    pure function spring_gradient(self, gamma) result(gradient)
       class(spring_t), intent(in) :: self
       real(wp), intent(in) :: gamma(3)
@@ -118,7 +120,7 @@ contains
                  *(self%body_point - self%closeness*gamma)
    end function spring_gradient
 
-   !> ck(1 - l₀/ℓ) I + k l₀/ℓ³ (x - cγ)(x - cγ)ᵀ
+   !> Returns the Hessian ck(1 - l₀/ℓ) I + k l₀/ℓ³ (x - cγ)(x - cγ)ᵀ, N/m.
    pure function spring_hessian(self, gamma) result(hessian)
       class(spring_t), intent(in) :: self
       real(wp), intent(in) :: gamma(3)
@@ -126,8 +128,8 @@ contains
       hessian = 2*self%discrete_hessian(gamma, gamma)
    end function spring_hessian
 
-   !> Discrete gradient -k(1 - 2l₀/(ℓ0 + ℓ1)) (x - cγ̄): ℓ² falls by 2(x - cγ̄)·Δγ between the ends, and ℓ by that over
-   !> ℓ0 + ℓ1.
+   !> Returns the discrete gradient -k(1 - 2l₀/(ℓ0 + ℓ1)) (x - cγ̄): ℓ² falls by 2(x - cγ̄)·Δγ between the ends, and ℓ
+   !> by that over ℓ0 + ℓ1.
    pure function spring_discrete_gradient(self, gamma0, gamma1) result(gradient)
       class(spring_t), intent(in) :: self
       real(wp), intent(in) :: gamma0(3), gamma1(3)
@@ -136,7 +138,8 @@ contains
                  *(self%body_point - (0.5_wp*self%closeness)*(gamma0 + gamma1))
    end function spring_discrete_gradient
 
-   !> ½ck(1 - 2l₀/s) I + 2k l₀/s² (x - cγ̄)(x - cγ1)ᵀ/ℓ1, s = ℓ0 + ℓ1.
+   !> Returns the derivative of the discrete gradient by γ1: ½ck(1 - 2l₀/s) I + 2k l₀/s² (x - cγ̄)(x - cγ1)ᵀ/ℓ1, s = ℓ0
+   !> + ℓ1.
    pure function spring_discrete_hessian(self, gamma0, gamma1) result(hessian)
       class(spring_t), intent(in) :: self
       real(wp), intent(in) :: gamma0(3), gamma1(3)
@@ -184,28 +187,29 @@ contains
       if (length > negligible*abs(rest_length)) slackness = 1.0_wp - rest_length/length
    end function slackness
 
-   !> Without rest length the spring is a uniform field.
+   !> Returns `LINEAR_SERIES` for a spring without rest length, which is a uniform field; else `GENERAL_SERIES`.
    pure integer function spring_series(self)
       class(spring_t), intent(in) :: self
       spring_series = GENERAL_SERIES
       if (self%rest_length == 0.0_wp) spring_series = LINEAR_SERIES
    end function spring_series
 
-   !> ℓ² and 1/ℓ.
+   !> Returns 2: ℓ² and 1/ℓ.
    pure integer function spring_auxiliary(self)
       class(spring_t), intent(in) :: self
       spring_auxiliary = 2
    end function spring_auxiliary
 
-   !> -kγ×x = kx×γ.
+   !> Returns kx, since γ×∇U = kx×γ for a spring without rest length, N; shape (3).
    pure function spring_moment(self) result(moment)
       class(spring_t), intent(in) :: self
       real(wp) :: moment(3)
       moment = self%stiffness*self%body_point
    end function spring_moment
 
-   !> Coefficient k of γ×∇U = k x×γ (1 - l₀/ℓ). |γ| is constant, so that ℓ² is linear in γ after its first coefficient.
-   !> Where the ends coincide the spring has no direction: there it acts without its rest length.
+   !> Computes coefficient k of γ×∇U = k x×γ (1 - l₀/ℓ), body axes, N m. |γ| is constant, so that ℓ² is linear in γ
+   !> after its first coefficient. Where the ends coincide the spring has no direction: there it acts without its rest
+   !> length.
    pure subroutine spring_torque(self, k, gamma, auxiliary, tau)
       class(spring_t), intent(in) :: self
       integer, intent(in) :: k
@@ -236,8 +240,8 @@ contains
       end associate
    end subroutine spring_torque
 
-   !> A uniform field of the moment kx along a, times φ = 1 - 2l₀/(ℓ0 + ℓ1). A change of b moves the end of length
-   !> min(|x|, |a|) by 4 times that at most. There are no bounds where the ends can meet.
+   !> Bounds the torque in a step as that of a uniform field of moment kx along a, times φ = 1 - 2l₀/(ℓ0 + ℓ1). A change
+   !> of b moves the end of length min(|x|, |a|) by 4 times that at most. No bounds are known where the ends can meet.
    pure subroutine spring_bound(self, map, radius, gamma, slack, bounds)
       class(spring_t), intent(in) :: self
       type(linear_map_t), intent(in) :: map
@@ -279,7 +283,7 @@ contains
       field%curvature = field%curvature + strength*(4 + radius*(16 + radius*(26 + 16*radius)))
    end subroutine add_closeness
 
-   !> All that it is given, and its energy where it is longest.
+   !> Returns true if its numbers, and its energy at the greatest length, can be computed with.
    pure logical function spring_is_moderate(self)
       class(spring_t), intent(in) :: self
       spring_is_moderate = all(is_moderate([self%direction, self%body_point, self%stiffness, self%rest_length]))
@@ -287,7 +291,7 @@ contains
          sum(abs(self%direction)) + sum(abs(self%body_point)) + abs(self%rest_length))**2)
    end function spring_is_moderate
 
-   !> x lies along the axis.
+   !> Returns true if x lies along the axis.
    pure logical function spring_has_axis(self, axis)
       class(spring_t), intent(in) :: self
       integer, intent(in) :: axis

@@ -80,11 +80,11 @@ contains
       if (status%ok()) allocate (effect, source=torque)
    end subroutine build_tabulated_torque
 
-   !> Makes a torque from a table.
+   !> Makes a torque that interpolates a table.
    !>
-   !> Errors: `NUTATE_BAD_ARGUMENT` for numbers that are not finite or above 1e100, for times that do not increase (two
-   !> of linear interpolation may be the same, for a jump) or are less than 1e-50 s apart, for too few of them, for a
-   !> periodic spline whose last values are not its first, and for an empty window.
+   !> Errors: `NUTATE_BAD_ARGUMENT` for numbers that are not finite or above 1e100, for times that do not increase (for
+   !> linear interpolation two may be equal, which makes a jump) or are less than 1e-50 s apart, for too few of them,
+   !> for a periodic spline whose last values differ from its first, and for an empty window.
    subroutine make_tabulated_torque(times, values, torque, status, at, spline, periodic, in_space, start, stop)
       !> s; shape (n).
       real(wp), intent(in) :: times(:)
@@ -92,12 +92,12 @@ contains
       real(wp), intent(in) :: values(:, :)
       type(tabulated_torque_t), intent(inout) :: torque
       type(status_t), intent(out) :: status
-      !> The line that is at fault, 1 to n; 0 for none of them.
+      !> The line with the error, 1 to n; 0 for none.
       integer, intent(out) :: at
-      !> A cubic spline, in place of straight lines; the table begins anew where it ends, in place of zero; the values
-      !> stand in space axes, in place of body axes. Default `.false.`.
+      !> `spline`: a cubic spline, not linear interpolation; `periodic`: the table repeats, and is not zero outside of
+      !> its times; `in_space`: the values are in space axes, not in body axes. Defaults `.false.`.
       logical, intent(in), optional :: spline, periodic, in_space
-      !> The torque acts from one time to another, s; default: at all times.
+      !> The torque acts from `start` to `stop`, s; default: at all times.
       real(wp), intent(in), optional :: start, stop
       logical :: smooth
       torque%name = 'torque'
@@ -215,6 +215,7 @@ contains
       period = self%curve%x(self%curve%n) - self%curve%x(0)
    end function period_of
 
+   !> Returns the interpolated torque, body axes, N m; shape (3).
    pure function tabulated_torque(self, t, q, omega) result(tau)
       class(tabulated_torque_t), intent(in) :: self
       real(wp), intent(in) :: t, q(4), omega(3)
@@ -226,6 +227,7 @@ contains
       if (self%in_space) tau = rotate_to_body(q, tau)
    end function tabulated_torque
 
+   !> Computes ∂τ/∂θ (τ×θ for a table in space axes, else 0) and ∂τ/∂Ω = 0.
    pure subroutine tabulated_derivatives(self, t, q, omega, by_rotation, by_rate)
       class(tabulated_torque_t), intent(in) :: self
       real(wp), intent(in) :: t, q(4), omega(3)
@@ -235,6 +237,7 @@ contains
       if (self%in_space) by_rotation = turning_of(self%torque(t, q, omega))
    end subroutine tabulated_derivatives
 
+   !> Returns the times between which the torque acts, s.
    pure subroutine tabulated_window(self, start, stop)
       class(tabulated_torque_t), intent(in) :: self
       real(wp), intent(out) :: start, stop
@@ -242,7 +245,7 @@ contains
       stop = self%stop
    end subroutine tabulated_window
 
-   !> The interval of the moment, without its ends: what is asked there is asked of this polynomial, not the next.
+   !> Returns the interval of the table that contains a time, s, so that all calls within a step use one polynomial.
    pure subroutine tabulated_piece(self, moment, start, stop)
       class(tabulated_torque_t), intent(in) :: self
       real(wp), intent(in) :: moment
@@ -264,7 +267,7 @@ contains
       end if
    end subroutine tabulated_piece
 
-   !> The ends of the window, and the times of the table between them.
+   !> Returns the next end of the window or time of the table, s.
    pure real(wp) function tabulated_break(self, t, sense) result(next)
       class(tabulated_torque_t), intent(in) :: self
       real(wp), intent(in) :: t, sense
@@ -310,13 +313,14 @@ contains
       next = rounds*period + self%curve%x(k)
    end function next_line
 
+   !> Returns true for a table in space axes.
    pure logical function attitude_in_space(self)
       class(tabulated_torque_t), intent(in) :: self
       attitude_in_space = self%in_space
    end function attitude_in_space
 
-   !> A torque τ in the body: T = (1+β)τ - 2b(b·τ). One in space, ν at the start of the step: T = (1-β)ν - 2b×ν. The
-   !> bounds are those of the whole table.
+   !> Bounds the torque in a step by those of the whole table. In body axes: T = (1+β)τ - 2b(b·τ). In space axes, ν at
+   !> the start of the step: T = (1-β)ν - 2b×ν.
    pure subroutine tabulated_bound(self, map, radius, gamma, slack, bounds)
       class(tabulated_torque_t), intent(in) :: self
       type(linear_map_t), intent(in) :: map
@@ -336,6 +340,7 @@ contains
       bounds%change_rate = square*map%norm*self%bounds(3)
    end subroutine tabulated_bound
 
+   !> Returns ∂τ/∂t of the interpolating polynomial, body axes, N m/s; shape (3).
    pure function tabulated_time_derivative(self, t, q, omega, span) result(derivative)
       class(tabulated_torque_t), intent(in) :: self
       real(wp), intent(in) :: t, q(4), omega(3), span
@@ -347,12 +352,13 @@ contains
       if (self%in_space) derivative = rotate_to_body(q, derivative)
    end function tabulated_time_derivative
 
+   !> Returns `SPACE_SERIES` for a table in space axes, else `GENERAL_SERIES`.
    pure integer function tabulated_series(self)
       class(tabulated_torque_t), intent(in) :: self
       tabulated_series = merge(SPACE_SERIES, GENERAL_SERIES, self%in_space)
    end function tabulated_series
 
-   !> Coefficient k of the polynomial, in the axes of the table.
+   !> Computes coefficient k of the polynomial, in the axes of the table, N m.
    pure subroutine tabulated_series_torque(self, k, t, time_unit, omega, gamma, auxiliary, tau)
       class(tabulated_torque_t), intent(in) :: self
       integer, intent(in) :: k
@@ -367,7 +373,7 @@ contains
       tau = self%curve%taylor_term(interval, k, time, time_unit)
    end subroutine tabulated_series_torque
 
-   !> Start and stop may be anything that can be compared.
+   !> Returns true if the values of the table can be computed with; `start` and `stop` need only be comparable.
    pure logical function table_is_moderate(self)
       class(tabulated_torque_t), intent(in) :: self
       table_is_moderate = self%curve%n > 0 .and. .not. (ieee_is_nan(self%start) .or. ieee_is_nan(self%stop))

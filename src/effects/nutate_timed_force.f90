@@ -46,6 +46,7 @@ contains
       if (self%moves) force = self%force%at(t)
    end function force_at
 
+   !> Returns x×R(q)ᵀF, body axes, N m; shape (3).
    pure function torque_of_force(self, t, q, omega) result(tau)
       class(timed_force_t), intent(in) :: self
       real(wp), intent(in) :: t, q(4), omega(3)
@@ -53,7 +54,7 @@ contains
       tau = cross(self%body_point, rotate_to_body(q, force_at(self, t)))
    end function torque_of_force
 
-   !> A small rotation θ of the body changes RᵀF by RᵀF×θ.
+   !> Computes ∂τ/∂θ and ∂τ/∂Ω = 0: a small rotation θ of the body changes RᵀF by RᵀF×θ.
    pure subroutine derivatives_of_force(self, t, q, omega, by_rotation, by_rate)
       class(timed_force_t), intent(in) :: self
       real(wp), intent(in) :: t, q(4), omega(3)
@@ -69,6 +70,7 @@ contains
       end do
    end subroutine derivatives_of_force
 
+   !> Returns ∂τ/∂t = x×R(q)ᵀḞ, body axes, N m/s.
    pure function change_of_force(self, t, q, omega, span) result(derivative)
       class(timed_force_t), intent(in) :: self
       real(wp), intent(in) :: t, q(4), omega(3), span
@@ -77,6 +79,7 @@ contains
       if (self%moves) derivative = cross(self%body_point, rotate_to_body(q, self%force%rate_at(t)))
    end function change_of_force
 
+   !> Returns `start` and `stop`, s.
    pure subroutine window_of_force(self, start, stop)
       class(timed_force_t), intent(in) :: self
       real(wp), intent(out) :: start, stop
@@ -84,7 +87,7 @@ contains
       stop = self%stop
    end subroutine window_of_force
 
-   !> |x||F| bounds the torque and its derivatives by the attitude.
+   !> Bounds the torque and its derivatives in a step by |x||F|.
    pure subroutine bound_of_force(self, map, radius, gamma, slack, bounds)
       class(timed_force_t), intent(in) :: self
       type(linear_map_t), intent(in) :: map
@@ -97,18 +100,20 @@ contains
       bounds = bounds_of_torque(map, radius, most, most, most, rate)
    end subroutine bound_of_force
 
+   !> Returns `GENERAL_SERIES`.
    pure integer function kind_of_force(self)
       class(timed_force_t), intent(in) :: self
       kind_of_force = GENERAL_SERIES
    end function kind_of_force
 
-   !> F, of one that moves at the start.
+   !> Returns F, space axes, N; at t = 0 where it moves.
    pure function direction_of_force(self) result(direction)
       class(timed_force_t), intent(in) :: self
       real(wp) :: direction(3)
       direction = force_at(self, 0.0_wp)
    end function direction_of_force
 
+   !> Computes the coefficients of the power series of F about a time, space axes, N.
    pure subroutine series_of_force(self, t, time_unit, n)
       class(timed_force_t), intent(in) :: self
       real(wp), intent(in) :: t, time_unit
@@ -116,7 +121,7 @@ contains
       call self%force%series(t, time_unit, n)
    end subroutine series_of_force
 
-   !> x×γ.
+   !> Computes coefficient k of x×γ, γ = R(q)ᵀF, body axes, N m.
    pure subroutine terms_of_force(self, k, t, time_unit, omega, gamma, auxiliary, tau)
       class(timed_force_t), intent(in) :: self
       integer, intent(in) :: k
@@ -126,14 +131,14 @@ contains
       tau = cross(self%body_point, gamma(:, k))
    end subroutine terms_of_force
 
-   !> x lies along the axis, and F stands still.
+   !> Returns true if x lies along the axis and F is fixed in space.
    pure logical function force_has_axis(self, axis)
       class(timed_force_t), intent(in) :: self
       integer, intent(in) :: axis
       force_has_axis = lies_along(self%body_point, axis) .and. .not. self%moves
    end function force_has_axis
 
-   !> Start and stop may be anything that can be compared.
+   !> Returns true if |x||F| can be computed with; `start` and `stop` need only be comparable.
    pure logical function force_is_moderate(self) result(moderate)
       class(timed_force_t), intent(in) :: self
       moderate = all(is_moderate([self%body_point, self%force%vector])) .and. &

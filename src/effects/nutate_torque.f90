@@ -10,44 +10,44 @@ module nutate_torque
    public :: torque_t
    public :: turning_of
 
-   !> A torque in body axes, with or without a source of energy.
+   !> A torque in body axes that is not the gradient of a potential; its work enters the energy balance.
    type, abstract, extends(effect_t) :: torque_t
-      !> The n of `series_direction` moves, and a bound of its rate, 1/s.
+      !> The n of `series_direction` is time-dependent, and a bound of its rate relative to |n|, 1/s.
       logical :: moves = .false.
       real(wp) :: pace = 0.0_wp
    contains
-      !> τ(t, q, Ω), body axes, N m.
+      !> Returns τ(t, q, Ω), body axes, N m.
       procedure(body_torque), deferred :: torque
-      !> ∂τ/∂θ (θ a small body rotation) and ∂τ/∂Ω; by differences unless overridden.
+      !> Computes ∂τ/∂θ (θ a small body rotation) and ∂τ/∂Ω; by differences unless overridden.
       procedure :: derivatives => difference_derivatives
-      !> The torque acts from one time to another, s; steps end on them. Outside of it `torque` is not called.
+      !> Returns the times between which the torque acts, s; steps end on them. Outside of them `torque` is not called.
       procedure :: window => always
-      !> The torque acts at a time.
+      !> Returns true if the torque acts at a time.
       procedure :: acts_at
-      !> Times about a moment between which the torque, at fixed attitude and rate, is one smooth function of time; all
-      !> times unless overridden. In a step about that moment it is asked at no others.
+      !> Returns the interval around a time in which the torque, at fixed attitude and rate, is a smooth function of
+      !> time; all times unless overridden. A step inside of it calls `torque` at no other times.
       procedure :: piece => one_piece
-      !> The next time at which the torque starts, stops or goes from one piece to another; steps end on it. The ends of
-      !> the window unless overridden.
+      !> Returns the next time at which the torque starts, stops or goes from one smooth piece to another; steps end on
+      !> it. The ends of the window unless overridden.
       procedure :: next_break => next_end
       procedure :: bound => bound_torque
-      !> ∂τ/∂t at fixed attitude and rate; by differences unless overridden. Asked only of a torque whose `bound` says
-      !> that it changes.
+      !> Returns ∂τ/∂t at fixed attitude and rate; by differences unless overridden. Called only for a torque whose
+      !> `bound` says that it changes.
       procedure :: time_derivative => difference_in_time
-      !> The torque depends on the attitude; `.true.` unless overridden.
+      !> Returns true if the torque depends on the attitude; `.true.` unless overridden.
       procedure :: needs_attitude => attitude_needed
-      !> D of a linear series: τ = DΩ; body axes, N m s.
+      !> Returns D of a linear series: τ = DΩ; body axes, N m s.
       procedure :: series_drag => no_drag
-      !> n, space axes, where the torque depends on γ = R(q)ᵀn; zero: it does not.
+      !> Returns n, space axes, of a torque that depends on γ = R(q)ᵀn; else zero.
       procedure :: series_direction => no_direction
-      !> The series of an n that moves; constant unless overridden.
+      !> Computes the power series of a time-dependent n; constant unless overridden.
       procedure :: direction_series => fixed_series
-      !> Coefficient of a general series of τ; of a series in space axes, there.
+      !> Computes a coefficient of a general series of τ, body axes; space axes for `SPACE_SERIES`.
       procedure :: series_torque => no_torque
    end type torque_t
 
    abstract interface
-      !> τ, body axes, N m; shape (3).
+      !> Returns τ, body axes, N m; shape (3).
       pure function body_torque(self, t, q, omega) result(tau)
          import :: torque_t, wp
          class(torque_t), intent(in) :: self
@@ -63,7 +63,7 @@ module nutate_torque
 
 contains
 
-   !> A torque by the bounds that are given.
+   !> Bounds a torque in a step from the bounds that the user gave.
    pure subroutine bound_torque(self, map, radius, gamma, slack, bounds)
       class(torque_t), intent(in) :: self
       type(linear_map_t), intent(in) :: map
@@ -76,7 +76,8 @@ contains
       end associate
    end subroutine bound_torque
 
-   !> Central differences of τ. The steps suit a torque that varies over angles of order 1 and rates of order |Ω|.
+   !> Computes the derivatives by central differences of τ. The steps suit a torque that varies over angles of order 1
+   !> and rates of order |Ω|.
    pure subroutine difference_derivatives(self, t, q, omega, by_rotation, by_rate)
       class(torque_t), intent(in) :: self
       !> s.
@@ -109,7 +110,7 @@ contains
       end do
    end subroutine difference_derivatives
 
-   !> Central difference of τ over ε^(1/3) of a time in which it may change much.
+   !> Computes ∂τ/∂t by a central difference over ε^(1/3) times `span`.
    pure function difference_in_time(self, t, q, omega, span) result(derivative)
       class(torque_t), intent(in) :: self
       !> s.
@@ -118,7 +119,7 @@ contains
       real(wp), intent(in) :: q(4)
       !> Ω, body axes, rad/s; shape (3).
       real(wp), intent(in) :: omega(3)
-      !> s; not 0.
+      !> Time in which τ may change much, s; not 0.
       real(wp), intent(in) :: span
       !> Body axes, N m/s; shape (3).
       real(wp) :: derivative(3)
@@ -145,7 +146,7 @@ contains
       by_rotation(:, 3) = [tau(2), -tau(1), 0.0_wp]
    end function turning_of
 
-   !> The torque acts at all times.
+   !> Returns the times between which the torque acts. Here: all times.
    pure subroutine always(self, start, stop)
       class(torque_t), intent(in) :: self
       !> s.
@@ -154,7 +155,7 @@ contains
       stop = huge(1.0_wp)
    end subroutine always
 
-   !> True inside the window and on its ends, for a torque that is on.
+   !> Returns true inside the window and at its ends, for a torque that is on.
    pure logical function acts_at(self, t)
       class(torque_t), intent(in) :: self
       !> s.
@@ -164,7 +165,7 @@ contains
       acts_at = t >= start .and. t <= stop .and. self%on
    end function acts_at
 
-   !> All times.
+   !> Returns the interval around a time in which the torque is smooth. Here: all times.
    pure subroutine one_piece(self, moment, start, stop)
       class(torque_t), intent(in) :: self
       !> A time inside of a step, s.
@@ -175,7 +176,7 @@ contains
       stop = huge(1.0_wp)
    end subroutine one_piece
 
-   !> The first end of the window behind a time; beyond all times where there is none.
+   !> Returns the first end of the window after a time, s; beyond all times where there is none.
    pure real(wp) function next_end(self, t, sense) result(next)
       class(torque_t), intent(in) :: self
       !> s, and which way time goes: 1 or -1.
@@ -190,24 +191,27 @@ contains
       end do
    end function next_end
 
+   !> Returns true: the torque may depend on the attitude.
    pure logical function attitude_needed(self)
       class(torque_t), intent(in) :: self
       attitude_needed = .true.
    end function attitude_needed
 
+   !> Returns D of τ = DΩ, N m s; shape (3,3). Here: zero.
    pure function no_drag(self) result(drag)
       class(torque_t), intent(in) :: self
       real(wp) :: drag(3, 3)
       drag = 0.0_wp
    end function no_drag
 
+   !> Returns n of γ = R(q)ᵀn, space axes; shape (3). Here: zero, the torque depends on no direction.
    pure function no_direction(self) result(direction)
       class(torque_t), intent(in) :: self
       real(wp) :: direction(3)
       direction = 0.0_wp
    end function no_direction
 
-   !> Coefficients of n from a time on.
+   !> Computes the coefficients of the power series of n about a time. Here: a constant.
    pure subroutine fixed_series(self, t, time_unit, n)
       class(torque_t), intent(in) :: self
       !> s.
@@ -218,7 +222,7 @@ contains
       n(:, 0) = self%series_direction()
    end subroutine fixed_series
 
-   !> Coefficient k of τ.
+   !> Computes coefficient k of the power series of τ. Here: zero.
    pure subroutine no_torque(self, k, t, time_unit, omega, gamma, auxiliary, tau)
       class(torque_t), intent(in) :: self
       integer, intent(in) :: k

@@ -41,7 +41,7 @@ module nutate_wheel
    !> |ω| over its limit at which a motor that has reached it pushes again.
    real(wp), parameter, public :: released_at = 0.99_wp
 
-   !> A wheel; `add_wheel` puts it into a system.
+   !> A reaction wheel; `add_wheel` adds it to a system.
    type, extends(effect_t) :: wheel_t
       !> s, unit vector, body axes; shape (3).
       real(wp) :: axis(3) = [0.0_wp, 0.0_wp, 1.0_wp]
@@ -53,24 +53,24 @@ module nutate_wheel
       real(wp) :: friction = 0.0_wp
       !> The motor: u is component 1 of its torque. Not allocated: there is none.
       class(torque_t), allocatable :: motor
-      !> u of a wheel without a motor of its own, N m: what controllers hold.
+      !> u of a wheel without a motor, N m: the command that a controller holds.
       real(wp) :: command = 0.0_wp
-      !> How often what controllers ask of the motor has come to the limit of its torque.
+      !> How often the commanded torque has reached `torque_limit`.
       type(saturation_count_t) :: saturations = saturation_count_t()
-      !> Limits of |u|, N m, for what controllers command, and of |ω|, rad/s, for the motor; huge: there is none.
+      !> Limit of the |u| that controllers command, N m, and of |ω|, rad/s; huge: none.
       real(wp) :: torque_limit = huge(1.0_wp), speed_limit = huge(1.0_wp)
-      !> 1: ω has come to its limit; -1: to that below zero; 0: neither. Found by runs, as an event.
+      !> 1: ω is at `speed_limit`; -1: at `-speed_limit`; 0: neither. Runs set it at an event.
       integer :: at_limit = 0
    contains
       procedure :: series_kind => wheel_series
       procedure :: is_moderate => wheel_is_moderate
-      !> u acts at a time.
+      !> Returns true if u acts at a time.
       procedure :: is_driven
-      !> u at a time.
+      !> Returns u at a time.
       procedure :: drive
-      !> When a motor that acts may be asked.
+      !> Returns the interval in which u is smooth.
       procedure :: drive_window
-      !> ω of a momentum.
+      !> Returns ω from the momentum.
       procedure :: speed_of
    end type wheel_t
 
@@ -103,13 +103,14 @@ contains
       if (status%ok()) allocate (effect, source=wheel)
    end subroutine build_wheel
 
-   !> Wheels have a series where their motors have one.
+   !> Returns how the motor supplies its power series; `LINEAR_SERIES` for a wheel without one.
    pure integer function wheel_series(self) result(kind)
       class(wheel_t), intent(in) :: self
       kind = LINEAR_SERIES
       if (allocated(self%motor)) kind = self%motor%series_kind()
    end function wheel_series
 
+   !> Returns true if axis, inertia, speed, friction and limits can be computed with.
    pure logical function wheel_is_moderate(self) result(moderate)
       class(wheel_t), intent(in) :: self
       moderate = all(is_moderate([self%axis, self%inertia, self%speed, self%friction]))
@@ -120,7 +121,7 @@ contains
       if (moderate .and. allocated(self%motor)) moderate = self%motor%is_moderate()
    end function wheel_is_moderate
 
-   !> True for a motor that acts at a time: one that does not push a wheel at the limit of its speed.
+   !> Returns true if the motor acts at a time and does not push the wheel beyond the limit of its speed.
    pure logical function is_driven(self, t)
       class(wheel_t), intent(in) :: self
       !> s.
@@ -133,7 +134,7 @@ contains
       if (is_driven .and. self%at_limit /= 0) is_driven = .not. self%at_limit*self%drive(t, unturned, at_rest) > 0.0_wp
    end function is_driven
 
-   !> u, N m, of a motor that acts.
+   !> Returns the torque u of a motor that acts, N m.
    pure real(wp) function drive(self, t, q, omega) result(u)
       class(wheel_t), intent(in) :: self
       !> s.
@@ -147,7 +148,8 @@ contains
       u = tau(1)
    end function drive
 
-   !> From when to when a motor that acts may be asked, s: its window and the piece of its law about a moment.
+   !> Returns the interval around a time in which u is a smooth function of time, s: the intersection of window and
+   !> piece.
    pure function drive_window(self, moment) result(window)
       class(wheel_t), intent(in) :: self
       !> s.
@@ -161,7 +163,7 @@ contains
       window = [max(window(1), piece(1)), min(window(2), piece(2))]
    end function drive_window
 
-   !> ω = h/Jw - s·Ω, rad/s.
+   !> Returns the speed relative to the body, ω = h/Jw - s·Ω, rad/s.
    pure real(wp) function speed_of(self, momentum, omega) result(speed)
       class(wheel_t), intent(in) :: self
       !> h, N m s, and Ω, body axes, rad/s; shape (3).

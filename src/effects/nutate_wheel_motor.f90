@@ -95,8 +95,8 @@ contains
       if (status%ok()) allocate (motor, source=table)
    end subroutine build_table
 
-   !> A motor by a table of times and torques. With a limit of torque its lines are cut off there; with one of speed
-   !> they get points where they pass zero.
+   !> Makes a motor that interpolates a table of times and torques. With `torque_limit` the torque is limited there;
+   !> with a limit of speed, points are added where it passes zero.
    !>
    !> Errors: those of `make_tabulated_torque`; `NUTATE_BAD_ARGUMENT` for a spline with a limit.
    subroutine make_motor_table(times, torques, motor, status, at, spline, periodic, start, stop, torque_limit, &
@@ -107,12 +107,12 @@ contains
       real(wp), intent(in) :: torques(:)
       type(tabulated_torque_t), intent(inout) :: motor
       type(status_t), intent(out) :: status
-      !> The line that is at fault, 1 to n; 0 for none of them.
+      !> The line with the error, 1 to n; 0 for none.
       integer, intent(out) :: at
       !> As for `make_tabulated_torque`.
       logical, intent(in), optional :: spline, periodic
       real(wp), intent(in), optional :: start, stop
-      !> |u| is no larger, N m.
+      !> Limit of |u|, N m; default: none.
       real(wp), intent(in), optional :: torque_limit
       !> The wheel has a `speed_limit`.
       logical, intent(in), optional :: stops_at_a_speed

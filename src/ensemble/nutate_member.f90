@@ -16,11 +16,11 @@ module nutate_member
    !> Largest whole number that a key takes.
    real(wp), parameter :: greatest_whole = 999999999.0_wp
 
-   !> A scene that becomes one member after the other.
+   !> A scene into which the values of one member of an ensemble after another are set.
    type :: member_t
-      !> That of the member set last; without its ensemble.
+      !> The scene of the member set last, without its ensemble.
       type(scene_t) :: scene
-      !> The numbers in which it differs; shape (targets).
+      !> The values that the member varies; shape (number of varied values).
       real(wp), allocatable :: values(:)
       !> What is built again for each member.
       integer, private :: part = 0
@@ -29,7 +29,7 @@ module nutate_member
    contains
       !> Prepares for a scene with an ensemble.
       procedure :: prepare
-      !> Makes a member of it.
+      !> Sets the values of a member.
       procedure :: set_values
    end type member_t
 
@@ -63,7 +63,7 @@ contains
                            targets(:i - 1)%setting == targets(i)%setting)
    end function is_first
 
-   !> Makes a member of it. Errors: what the scene refuses, `NUTATE_BAD_SCENE`, or the code that says more.
+   !> Sets the values of a member. Errors: `NUTATE_BAD_SCENE`, or a more specific code, where the scene rejects a value.
    subroutine set_values(self, plan, number, status)
       !> Prepared.
       class(member_t), intent(inout) :: self

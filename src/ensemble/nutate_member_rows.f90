@@ -41,7 +41,8 @@ contains
       !$ has_threads = .true.
    end function has_threads
 
-   !> Runs members by the thread that calls, and starts no other. Errors: a set of columns that does not exist.
+   !> Runs members in the calling thread and returns their rows. Errors: `NUTATE_BAD_ARGUMENT` for an unknown set of
+   !> columns.
    subroutine run_members(scene, layout, first, last, fields, status)
       !> With an ensemble.
       type(scene_t), intent(in) :: scene

@@ -14,27 +14,29 @@ module nutate_row_layout
    !> Letters of a name.
    integer, parameter, public :: field_length = 96
 
-   !> The fields of a row, in their order: member, status, the values that differ, t, the columns of the scene, the
+   !> The fields of a result row, in order: member, status, the varied values, t, the columns of the scene, the
    !> largest energy residual and momentum error, count and first time of each event.
    type :: row_layout_t
       character(len=field_length), allocatable :: names(:)
-      !> A whole number of 8 bytes; else a real one.
+      !> True for a 64-bit integer, false for a real.
       logical, allocatable :: is_whole(:)
-      !> Last of the values, of t and the columns, of the errors.
+      !> Index of the last varied value, of the last column, of the last error.
       integer :: values = 0, columns = 0, errors = 0
    contains
-      !> Number of fields.
+      !> Returns the number of fields.
       procedure :: width
    end type row_layout_t
 
 contains
 
+   !> Returns the number of fields.
    pure integer function width(self)
       class(row_layout_t), intent(in) :: self
       width = size(self%names)
    end function width
 
-   !> The fields of the rows of a scene with an ensemble. Errors: a set of columns that does not exist.
+   !> Makes the layout of the result rows of a scene with an ensemble. Errors: `NUTATE_BAD_ARGUMENT` for an unknown set
+   !> of columns.
    subroutine make_layout(scene, layout, status)
       type(scene_t), intent(in) :: scene
       type(row_layout_t), intent(out) :: layout

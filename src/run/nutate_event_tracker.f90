@@ -30,7 +30,7 @@ module nutate_event_tracker
       class(event_t), allocatable :: item
    end type event_slot_t
 
-   !> Events to look for in a run.
+   !> The events of a run.
    type :: event_list_t
       type(event_slot_t), allocatable :: slots(:)
    contains
@@ -137,6 +137,7 @@ contains
       call move_alloc(grown, self%slots)
    end subroutine add_event
 
+   !> Returns the number of events.
    pure integer function count_events(self)
       class(event_list_t), intent(in) :: self
       count_events = 0

@@ -12,9 +12,9 @@ module nutate_observer
 
    public :: observer_t, run_record_t
 
-   !> What belongs to a row beside the state.
+   !> What an output point holds besides the state.
    type :: run_record_t
-      !> Steps done: nominal ones, or those chosen by their error.
+      !> Steps done: fixed ones, or adaptive ones.
       integer(long) :: step = 0
       !> Newton iterations of the last step, and its largest last relative increment.
       integer :: iterations = 0
@@ -23,51 +23,49 @@ module nutate_observer
       integer :: uncertified = 0
       !> Work of all torques so far, J.
       real(wp) :: work = 0.0_wp
-      !> The same of each that does work, and last of switches; shape (n_works + 1). Only where the observer wants it.
+      !> Work of each effect so far, and last of switches, J; shape (n_works + 1). Allocated if the observer
+      !> `wants_works`.
       real(wp), allocatable :: works(:)
-      !> Lengths tried so far by continuation in Δt (`nutate_continuation`): each counts as a step where steps are
-      !> limited.
+      !> Step lengths tried so far by continuation in Δt (`nutate_continuation`): each counts towards a limit of steps.
       integer(long) :: continued = 0
    contains
-      !> Shows its values to an archive.
+      !> Writes or reads its values in checkpoint data.
       procedure :: transfer => transfer_record
    end type run_record_t
 
-   !> Receives the rows of a run. A program extends it by what it does with them.
+   !> Receives the output points of a run. Programs extend it.
    type, abstract :: observer_t
-      !> `watch` is to be called.
+      !> Request calls of `watch`.
       logical :: sees_every_step = .false.
-      !> Rows at intervals are not needed: the ends of steps, which cost nothing, are observed instead. Steps stay the
-      !> same.
+      !> Accept the ends of steps, which cost nothing, in place of output points at intervals. The steps stay the same.
       logical :: rows_at_steps = .false.
-      !> Records are to have `works`.
+      !> Request `works` in the records.
       logical :: wants_works = .false.
-      !> `vet` is to be called.
+      !> Request calls of `vet`.
       logical :: vets_steps = .false.
-      !> `keep` is to be called where a run ends at `max_steps`.
+      !> Request a call of `keep` where a run ends at `max_steps`.
       logical :: keeps_archives = .false.
-      !> `keep` is to be called after the first row, or after the `poll` that sets this.
+      !> Request a call of `keep` after the first output point, or after the `poll` that sets this.
       logical :: wants_archive = .false.
    contains
-      !> Called with the first state, with the rows that the plan asks for, and with the last state.
+      !> Called with the first state, with each output point of the plan, and with the last state.
       procedure(observe_row), deferred :: observe
-      !> Called after every 1024 nominal steps, and after every step chosen by its error, rows or not: the place for a
-      !> progress bar or a request to stop.
+      !> Called after every 1024 fixed steps, and after every adaptive step: for a progress bar or a request to stop.
       procedure :: poll => ignore_poll
-      !> Called after every step of the method, before anything is made of it, if `vets_steps`: a failure takes the step
-      !> back and ends the run. For callbacks that can fail.
+      !> Called after every step of the method, before it is used, if `vets_steps`: a failure takes the step back and
+      !> ends the run. For callbacks that can fail.
       procedure :: vet => accept_all
       !> Called after every step, and after every part of one that is subdivided or turns the body far, before
       !> `observe`, if `sees_every_step`: for what must be followed from step to step.
       procedure :: watch => ignore_watch
-      !> Called with each event, in the order of time, before the end of its step is shown.
+      !> Called with each event, in the order of time, before `observe` is called at the end of its step.
       procedure :: show_event => ignore_event
-      !> Called with all that the run needs to go on from where it is, in an archive; after the rows of that moment.
+      !> Called with the checkpoint data from which the run can be continued, after the output points of that time.
       procedure :: keep => ignore_archive
    end type observer_t
 
    abstract interface
-      !> A status that is not `NUTATE_OK` ends the run with it.
+      !> Receives an output point.
       subroutine observe_row(self, system, state, record, status)
          import :: observer_t, system_t, state_t, run_record_t, status_t
          class(observer_t), intent(inout) :: self
@@ -80,7 +78,7 @@ module nutate_observer
 
 contains
 
-   !> Shows its values to an archive.
+   !> Writes or reads its values in checkpoint data.
    subroutine transfer_record(self, archive)
       class(run_record_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive
@@ -92,31 +90,31 @@ contains
       call archive%transfer(self%continued)
    end subroutine transfer_record
 
-   !> Does nothing.
+   !> Does nothing by default. Override it for a progress bar or a request to stop.
    subroutine ignore_poll(self, fraction, status)
       class(observer_t), intent(inout) :: self
-      !> How much of the run is done, 0 to 1.
+      !> Fraction of the run that is done, 0 to 1.
       real(wp), intent(in) :: fraction
       !> A status that is not `NUTATE_OK` ends the run with it.
       type(status_t), intent(out) :: status
    end subroutine ignore_poll
 
-   !> Finds nothing wrong.
+   !> Accepts the step by default.
    subroutine accept_all(self, status)
       class(observer_t), intent(inout) :: self
       type(status_t), intent(out) :: status
    end subroutine accept_all
 
-   !> Does nothing.
+   !> Does nothing by default.
    subroutine ignore_watch(self, state)
       class(observer_t), intent(inout) :: self
       type(state_t), intent(in) :: state
    end subroutine ignore_watch
 
-   !> Does nothing.
+   !> Does nothing by default. Override it to receive events.
    subroutine ignore_event(self, system, event, which, number, state, record, status)
       class(observer_t), intent(inout) :: self
-      !> As it was until then, before switches.
+      !> The system before the event switches effects.
       type(system_t), intent(in) :: system
       class(event_t), intent(in) :: event
       !> Its place among the events of the run.
@@ -129,10 +127,10 @@ contains
       type(status_t), intent(inout) :: status
    end subroutine ignore_event
 
-   !> Does nothing.
+   !> Does nothing by default. Override it to store checkpoint data.
    subroutine ignore_archive(self, archive, status)
       class(observer_t), intent(inout) :: self
-      !> To be given to the run that goes on.
+      !> Checkpoint data; pass them to `resume` of a later run.
       type(byte_archive_t), intent(inout) :: archive
       !> A status that is not `NUTATE_OK` ends the run with it.
       type(status_t), intent(out) :: status

@@ -16,11 +16,12 @@ module nutate_controller_mounting
 
 contains
 
-   !> Adds a controller to a system, behind all wheels that it acts by. Of one that is not sampled, and acts by wheels,
-   !> they get motors.
+   !> Adds a controller to a system, after all wheels that it uses. A continuous controller of wheels becomes their
+   !> motors.
    !>
-   !> Errors, with the system as it was: `NUTATE_BAD_ARGUMENT` for one that is none; one by wheels where there are none,
-   !> or one with a motor of its own; one that follows the field of the Earth, or an orbit, where there is none.
+   !> Errors, with the system unchanged: `NUTATE_BAD_ARGUMENT` for an invalid controller; for a controller of wheels in
+   !> a system without wheels, or with a wheel that has a motor; for a controller that uses the field of the Earth, or
+   !> the LVLH frame, in a system without them.
    subroutine add_controller(system, controller, status)
       type(system_t), intent(inout) :: system
       type(controller_t), intent(in) :: controller

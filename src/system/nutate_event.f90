@@ -34,65 +34,67 @@ module nutate_event
       real(wp) :: rate = 0.0_wp
    end type part_t
 
-   !> A moment to look for, and what to do then.
+   !> An event: a condition on a quantity of the motion that a run locates in time, and the action on it.
    type, abstract :: event_t
       character(len=24) :: name = ''
       !> `CROSSING`, `MAXIMUM`, `MINIMUM` or `EXTREMUM`, either of the two.
       integer :: kind = CROSSING
-      !> The value that is crossed; its unit is that of the quantity.
+      !> The value that is crossed, unit of the quantity.
       real(wp) :: level = 0.0_wp
-      !> The quantity and the value count modulo this, if it is positive: 2π for an angle. A wrap is no crossing: runs
-      !> follow the quantity continuously.
+      !> Period of the quantity if positive, such as 2π for an angle. A wrap is no crossing: runs follow the quantity
+      !> continuously.
       real(wp) :: period = 0.0_wp
       !> 1: only where the quantity grows; -1: only where it falls; 0: both. For crossings.
       integer :: direction = 0
-      !> The run ends at the event: at the first, or at the `count`-th where that is positive.
+      !> The run ends at the first occurrence, or at the `count`-th where `count` is positive.
       logical :: stop = .false.
       integer(long) :: count = 0
-      !> Name of an effect, and what becomes of it: `SWITCH_ON`, `SWITCH_OFF` or `SWITCH_TOGGLE`; 0: nothing.
+      !> Label of an effect, and its action: `SWITCH_ON`, `SWITCH_OFF` or `SWITCH_TOGGLE`; 0: none.
       character(len=24) :: effect = ''
       integer :: action = 0
    contains
-      !> The quantity g.
+      !> Returns the quantity g.
       procedure(event_value), deferred :: value
-      !> ġ along the motion; by differences unless overridden.
+      !> Returns ġ along the motion; by differences unless overridden.
       procedure :: rate => rate_by_differences
-      !> The parts of g with their rates, of which angles are followed one by one; g as a whole, which may jump by
-      !> multiples of the period, unless overridden.
+      !> Returns the parts of g with their rates, so that angles are followed one by one; g as a whole, which may jump
+      !> by multiples of the period, unless overridden.
       procedure :: parts => one_part
-      !> Size of what g is made of, of which its round-off is a part; |g| unless overridden.
+      !> Returns the size of the terms of g, to which its round-off is relative; |g| unless overridden.
       procedure :: magnitude => own_size
-      !> True if the quantity surely stays away from its value for a time: nothing is looked for then, which costs
-      !> nothing; `.false.` unless overridden.
+      !> Returns true if the quantity cannot reach its value for a time, so that no search is needed; `.false.` unless
+      !> overridden.
       procedure :: stays_away => not_known
-      !> The change that counts: 1, -1 or 0, either.
+      !> Returns the direction that counts: 1, -1 or 0, either.
       procedure, non_overridable :: wanted
    end type event_t
 
    abstract interface
-      !> The quantity g, a smooth function of time and state.
+      !> Returns the quantity g, a smooth function of time and state.
       pure real(wp) function event_value(self, system, motion)
          import :: event_t, system_t, motion_t, wp
          class(event_t), intent(in) :: self
          type(system_t), intent(in) :: system
-         !> State, Ω and L; its rates need not be there. |q| may differ from 1 by 1e-4.
+         !> State, Ω and L; its rates need not be set. |q| may differ from 1 by 1e-4.
          type(motion_t), intent(in) :: motion
       end function event_value
    end interface
 
 contains
 
+   !> Returns true if the quantity cannot reach its value for a time. Here: false, nothing is known.
    pure logical function not_known(self, speeds, f, time)
       class(event_t), intent(in) :: self
-      !> What bounds the motion in that time.
+      !> Bounds of the motion in that time.
       type(speed_bounds_t), intent(in) :: speeds
-      !> How far the quantity is from its value at the start.
+      !> Distance of the quantity from its value at the start, unit of the quantity.
       real(wp), intent(in) :: f
       !> s, positive.
       real(wp), intent(in) :: time
       not_known = .false.
    end function not_known
 
+   !> Returns g and ġ as the only part.
    pure subroutine one_part(self, system, motion, parts)
       class(event_t), intent(in) :: self
       type(system_t), intent(in) :: system
@@ -103,6 +105,7 @@ contains
       parts(1) = part_t(self%value(system, motion), self%period, self%rate(system, motion))
    end subroutine one_part
 
+   !> Returns |g|.
    pure real(wp) function own_size(self, system, motion) result(magnitude)
       class(event_t), intent(in) :: self
       type(system_t), intent(in) :: system
@@ -110,8 +113,8 @@ contains
       magnitude = abs(self%value(system, motion))
    end function own_size
 
-   !> ġ by central differences of sixth order along the tangent of the motion: 1e-13 of the size of g over the time of a
-   !> radian.
+   !> Computes ġ by central differences of sixth order along the tangent of the motion: to 1e-13 of the size of g over
+   !> the time of a radian.
    pure real(wp) function rate_by_differences(self, system, motion) result(rate)
       class(event_t), intent(in) :: self
       type(system_t), intent(in) :: system
@@ -165,7 +168,7 @@ contains
       if (rate > tiny(1.0_wp)/eps) scale = 1/rate
    end function time_scale
 
-   !> The change of g, for a crossing, or of ġ, for an extremum, that counts: 1, -1 or 0, either.
+   !> Returns the direction of change that counts: of g for a crossing, of ġ for an extremum; 1, -1 or 0, either.
    pure integer function wanted(self)
       class(event_t), intent(in) :: self
       select case (self%kind)

@@ -24,10 +24,10 @@ module nutate_hamiltonian
 
 contains
 
-   !> Returns the state of a body that has an attitude and an angular velocity: p = 2 q∘[0, L], which is (4) on the
-   !> constraint (5), qᵀp = 0. What is not finite or beyond 1e100 gives a momentum that every stepper refuses.
+   !> Returns the state of a body with an attitude and an angular velocity: p = 2 q∘[0, L], which is (4) on the
+   !> constraint (5), qᵀp = 0. Numbers that are not finite or beyond 1e100 give a momentum that every stepper rejects.
    pure type(state_t) function make_state(system, q, omega, t, speeds) result(state)
-      !> Its inertia, rotors and wheels count.
+      !> Its inertia, rotors and wheels are used.
       type(system_t), intent(in) :: system
       !> Attitude, unit quaternion, body→space; shape (4).
       real(wp), intent(in) :: q(4)
@@ -176,7 +176,7 @@ contains
       type(effect_list_t), intent(in) :: effects
       !> Attitude, body→space; shape (4).
       real(wp), intent(in) :: q(4)
-      !> Time, s, that potentials which move are asked for; default 0.
+      !> Time at which time-dependent potentials are evaluated, s; default 0.
       real(wp), intent(in), optional :: t
       real(wp) :: time
       integer :: i
@@ -275,7 +275,7 @@ contains
             potential_energy(system%effects, state%q, state%t)
    end function total_energy
 
-   !> Returns the energy that potentials conserve, J: H; in space axes that turn, the Jacobi integral H - ω·l.
+   !> Returns the conserved energy, J: H, or, in rotating space axes, the Jacobi integral H - ω·l.
    pure real(wp) function conserved_energy(system, state, inverse_j0) result(energy)
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
@@ -310,7 +310,7 @@ contains
       type(effect_list_t), intent(in) :: effects
       !> Attitude, body→space; shape (4).
       real(wp), intent(in) :: q(4)
-      !> Time, s, that potentials which move are asked for; default 0.
+      !> Time at which time-dependent potentials are evaluated, s; default 0.
       real(wp), intent(in), optional :: t
       real(wp) :: torque(3)
       real(wp) :: gamma(3), time

@@ -44,13 +44,13 @@ module nutate_invariants
    contains
       !> Stores the first values.
       procedure :: start
-      !> Compares a state with the first.
+      !> Compares a state with the first one.
       procedure :: measure
       !> Largest energy residual over the energy scale.
       procedure :: energy_error
       !> Largest momentum error over the momentum scale.
       procedure :: momentum_error
-      !> Shows its values to an archive.
+      !> Writes or reads its values in checkpoint data.
       procedure :: transfer => transfer_invariants
    end type invariants_t
 
@@ -123,7 +123,7 @@ contains
       momentum_error = ratio(self%worst_momentum, self%momentum_scale)
    end function momentum_error
 
-   !> Shows its values to an archive; what follows from the system is not among them.
+   !> Writes or reads its values in checkpoint data, without those that follow from the system.
    subroutine transfer_invariants(self, archive)
       class(invariants_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive

@@ -17,11 +17,11 @@ module nutate_motion
       type(state_t) :: state = state_t()
       !> Ω, rad/s, and L = JΩ + h, N m s, h that of rotors and wheels.
       real(wp) :: omega(3) = 0.0_wp, momentum(3) = 0.0_wp
-      !> Ω against the space axes, rad/s: less their own rate, where they turn.
+      !> Ω relative to the space axes, rad/s: Ω less the rate of rotating space axes.
       real(wp) :: relative(3) = 0.0_wp
-      !> What `find_rates` adds: Ω̇, rad/s²; the torque of the potentials and that of the torques, N m.
+      !> Set by `find_rates`: Ω̇, rad/s²; the torque of the potentials, and the sum of the torques, N m.
       real(wp) :: acceleration(3) = 0.0_wp, potential_torque(3) = 0.0_wp, torque(3) = 0.0_wp
-      !> And of each wheel ḣ, N m; shape (most_wheels). What motors and friction do, W.
+      !> Set by `find_rates`: ḣ of each wheel, N m, shape (most_wheels); power of motors and bearing friction, W.
       real(wp) :: wheel_rate(most_wheels) = 0.0_wp, inner_power = 0.0_wp
    end type motion_t
 

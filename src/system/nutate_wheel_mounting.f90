@@ -14,11 +14,11 @@ module nutate_wheel_mounting
 
 contains
 
-   !> Adds a wheel to a system whose body was given with it, locked; from then on `system%body` is what turns without
-   !> it. Effects that are made from a body are made from the whole one (`whole_body`).
+   !> Adds a wheel to a system whose body was given with the wheel locked; from then on `system%body` is the body
+   !> without the inertia of the wheel about its axis. Effects that depend on the body use the whole one (`whole_body`).
    !>
-   !> Errors, with the system as it was: `NUTATE_BAD_ARGUMENT` for a wheel too many, or one that is none;
-   !> `NUTATE_BAD_BODY` where the wheels hold more inertia than the body with them.
+   !> Errors, with the system unchanged: `NUTATE_BAD_ARGUMENT` for too many wheels, or an invalid one; `NUTATE_BAD_BODY`
+   !> where the wheels have more inertia than the body with them.
    subroutine add_wheel(system, wheel, status)
       type(system_t), intent(inout) :: system
       type(wheel_t), intent(in) :: wheel
@@ -35,8 +35,8 @@ contains
       end if
    end subroutine add_wheel
 
-   !> Subtracts the inertia of all wheels of a system from that of its body. Errors, with the system as it
-   !> was: as for `add_wheel`.
+   !> Subtracts the inertia of all wheels of a system from that of its body. Errors, with the system unchanged: as for
+   !> `add_wheel`.
    subroutine mount_wheels(system, status)
       type(system_t), intent(inout) :: system
       type(status_t), intent(out) :: status

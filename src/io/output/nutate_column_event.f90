@@ -62,7 +62,7 @@ contains
                                                   'true_anomaly']))
    end function natural_period
 
-   !> True for a column that depends on the attitude.
+   !> Returns true for a column that depends on the attitude.
    pure logical function needs_attitude(column)
       character(len=*), intent(in) :: column
       integer :: i
@@ -73,7 +73,7 @@ contains
       end do
    end function needs_attitude
 
-   !> Looks the names up. A name that is not in the list counts as none.
+   !> Finds the columns by their names. An unknown name counts as no column.
    pure subroutine place(self)
       class(column_event_t), intent(inout) :: self
       integer :: i, at, k
@@ -87,6 +87,7 @@ contains
       end do
    end subroutine place
 
+   !> Returns Σ weights × columns, unit of the columns.
    pure real(wp) function sum_of_columns(self, system, motion) result(g)
       class(column_event_t), intent(in) :: self
       type(system_t), intent(in) :: system
@@ -98,6 +99,7 @@ contains
       end do
    end function sum_of_columns
 
+   !> Returns the time derivative of the sum.
    pure real(wp) function rate_of_sum(self, system, motion) result(rate)
       class(column_event_t), intent(in) :: self
       type(system_t), intent(in) :: system
@@ -109,6 +111,7 @@ contains
       end do
    end function rate_of_sum
 
+   !> Returns each weighted column with its rate, so that angles are followed one by one.
    pure subroutine parts_of_sum(self, system, motion, parts)
       class(column_event_t), intent(in) :: self
       type(system_t), intent(in) :: system
@@ -124,6 +127,7 @@ contains
       end do
    end subroutine parts_of_sum
 
+   !> Returns Σ |weights| × size of the columns.
    pure real(wp) function size_of_sum(self, system, motion) result(magnitude)
       class(column_event_t), intent(in) :: self
       type(system_t), intent(in) :: system
@@ -370,7 +374,8 @@ contains
       if (system%effects%moves) power = time_dependent_power(system%effects, unit(motion%state%q), motion%state%t)
    end function time_dependent_power_of
 
-   !> A quarter more than what the rates of the columns admit is left for the errors of a computed motion.
+   !> Returns true if the bounds of the motion keep the sum from reaching its value for a time. A margin of a quarter
+   !> covers the errors of a computed motion.
    pure logical function sum_stays_away(self, speeds, f, time) result(stays)
       class(column_event_t), intent(in) :: self
       type(speed_bounds_t), intent(in) :: speeds

@@ -49,8 +49,7 @@ module nutate_history
 
 contains
 
-   !> Opens the file and writes the header. Errors: `NUTATE_BAD_ARGUMENT` for a set of columns that does not exist;
-   !> `NUTATE_IO`.
+   !> Opens the file and writes the header. Errors: `NUTATE_BAD_ARGUMENT` for an unknown set of columns; `NUTATE_IO`.
    subroutine open_history(self, name, columns, system, state, inverse_j0, status, degrees, digits, backward)
       class(history_t), intent(inout) :: self
       !> Path, or `-` for standard output.
@@ -67,7 +66,7 @@ contains
       !> exactly.
       logical, intent(in), optional :: degrees
       integer, intent(in), optional :: digits
-      !> The run goes back in time; default false.
+      !> The run goes backward in time; default `.false.`.
       logical, intent(in), optional :: backward
 
       call start(self, columns, system, state, inverse_j0, status, degrees, digits, backward)
@@ -76,11 +75,11 @@ contains
       if (status%ok()) call self%file%put_line(self%columns%header(), status)
    end subroutine open_history
 
-   !> Goes on with a history of which an archive has been made, instead of `open`. Errors: those of `open`, and
-   !> `NUTATE_IO` where the partial file is not what it was; nothing has been changed then.
+   !> Continues a history from checkpoint data, instead of `open`. Errors: those of `open`, and `NUTATE_IO` where the
+   !> partial file differs from what was recorded; then nothing has been changed.
    subroutine reopen_history(self, name, columns, system, state, inverse_j0, archive, status, degrees, digits, backward)
       class(history_t), intent(inout) :: self
-      !> What `open` was given.
+      !> As given to `open`.
       character(len=*), intent(in) :: name, columns(:)
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
@@ -102,7 +101,8 @@ contains
       end if
    end subroutine reopen_history
 
-   !> Shows to an archive how far the history is; what it holds is on the disk then. Errors: `NUTATE_IO`.
+   !> Records in checkpoint data how far the history is, after all of it has been written to the disk. Errors:
+   !> `NUTATE_IO`.
    subroutine transfer_history(self, archive, status)
       class(history_t), intent(inout) :: self
       !> Being written.
@@ -147,7 +147,7 @@ contains
       call self%columns%start(system, state, inverse_j0, backward)
    end subroutine start
 
-   !> Writes a row. Errors: `NUTATE_NOT_FINITE`, the row is not written then; `NUTATE_IO`.
+   !> Writes a row. Errors: `NUTATE_NOT_FINITE`, and the row is not written; `NUTATE_IO`.
    subroutine write_row(self, system, state, record, status)
       class(history_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -177,21 +177,21 @@ contains
       if (status%ok()) self%rows = self%rows + 1
    end subroutine write_row
 
-   !> Follows what must be followed between rows.
+   !> Follows angles from step to step, so that no turn is lost between rows.
    subroutine follow_state(self, state)
       class(history_t), intent(inout) :: self
       type(state_t), intent(in) :: state
       call self%columns%follow(state)
    end subroutine follow_state
 
-   !> Ends a complete history: the file gets its name. Errors: `NUTATE_IO`; the partial file stays.
+   !> Completes a history and gives the file its name. Errors: `NUTATE_IO`; the partial file stays.
    subroutine finish(self, status)
       class(history_t), intent(inout) :: self
       type(status_t), intent(out) :: status
       call self%file%finish(status)
    end subroutine finish
 
-   !> Ends a history that is not complete. Errors: `NUTATE_IO`.
+   !> Ends a history that is not complete; the partial file stays. Errors: `NUTATE_IO`.
    subroutine abandon(self, status)
       class(history_t), intent(inout) :: self
       type(status_t), intent(out) :: status

@@ -44,7 +44,7 @@ module nutate_scene
    !> Parts of a scene, each with those before it: its start, its body without effects, body and effects, the whole.
    integer, parameter :: ITS_START = 1, ITS_BODY = 2, ITS_MOTION = 3, ALL_OF_IT = 4
 
-   !> A scene, checked and built: all that a run needs.
+   !> A scene (input file), checked and built: everything that a run needs.
    type :: scene_t
       !> File name without folder and `.nml`.
       character(len=:), allocatable :: name
@@ -56,18 +56,18 @@ module nutate_scene
       character(len=:), allocatable :: shape
       !> Body and effects.
       type(system_t) :: system
-      !> The body as the scene was read, before an ensemble varies it: controllers are designed for it.
+      !> The body before an ensemble varies it: the gains of controllers refer to it.
       type(body_t), allocatable :: nominal
       !> The state at t = 0.
       type(state_t) :: initial
-      !> With a goal the method may be `auto`, and the order open, which a run chooses.
+      !> Settings; with an accuracy goal the method may be `auto` and the order 0: the run chooses them.
       type(integrator_settings_t) :: integrator
-      !> Steps, or what they must keep to; end; rows.
+      !> Time step or accuracy goal, end time, output points.
       type(run_plan_t) :: plan
       type(output_settings_t) :: output
-      !> What to look for.
+      !> Events.
       type(event_list_t) :: events
-      !> Its members, where it stands for an ensemble of scenes.
+      !> The ensemble that the scene describes, if any.
       type(ensemble_plan_t) :: ensemble
       !> The groups as given, in the order of the file, overrides applied; shape (number of groups).
       type(group_t), allocatable :: groups(:)
@@ -106,11 +106,11 @@ contains
       end if
    end subroutine read_scene
 
-   !> The same for a scene in memory.
+   !> Reads a scene from memory. Errors as for `read_scene`, without `NUTATE_IO` of the file.
    subroutine parse_scene(text, path, scene, status, message, overrides)
       !> The scene: lines ended by LF or CR LF.
       character(len=*), intent(in) :: text
-      !> What to call it in messages; its file name gives the scene its name.
+      !> Name used in messages; its file name is the name of the scene.
       character(len=*), intent(in) :: path
       type(scene_t), intent(out) :: scene
       type(status_t), intent(out) :: status
