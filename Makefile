@@ -65,7 +65,7 @@ sanitize: ## run the tests in the strict build: all checks at run time, sanitize
 	@bash tools/setup/setup.sh test
 	@bash tools/tests/sanitize.sh
 
-flang: ## build with flang 22 and run the unit tests
+flang: ## build with flang 22 and run the tests
 	@bash tools/setup/setup.sh test flang
 	@bash tools/tests/flang.sh
 

@@ -58,9 +58,10 @@ queue() {
 # Each suite and each module in a process of its own, `jobs` at a time.
 run_parts() {
    local folder=$logs/tests-$name unit nutate kind part log status
-   unit=$(fpm_path test unit) nutate=$(fpm_path run nutate)
+   unit=none nutate=$(fpm_path run nutate)
+   [ ${#what[@]} -eq 0 ] || unit=$(fpm_path test unit)
    [ -n "$unit" ] && [ -n "$nutate" ] || { count "no program"; return; }
-   say "Tests of $unit and $nutate"
+   say "Tests of $nutate, unit tests: $unit"
    rm -rf "$folder" && mkdir -p "$folder" || { count "no folder"; return; }
    # shellcheck disable=SC2016
    queue | UNIT=$unit NUTATE=$top/$nutate FOLDER=$folder xargs -P "$jobs" -L 1 sh -c '
@@ -85,7 +86,9 @@ run_parts() {
 }
 
 say "Building the tests with ${FPM_FC:-gfortran} $FFLAGS"
-if build "build-$name" --tests; then
+what=()
+[[ " ${parts[*]} " != *' unit '* ]] || what=(--tests)
+if build "build-$name" ${what[@]+"${what[@]}"}; then
    without_progress "$logs/build-$name.log" # warnings
    run_parts
 else
