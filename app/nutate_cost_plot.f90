@@ -125,7 +125,10 @@ contains
       do while (any(waits))
          i = minloc(points%seconds, dim=1, mask=waits)
          waits(i) = .false.
-         if (.not. any(points%seconds < points(i)%seconds .and. errors <= errors(i))) kept = [kept, points(i)]
+         if (any(points%seconds < points(i)%seconds .and. errors <= errors(i))) cycle
+         ! Of points that took the same time only the best is on the curve.
+         if (any(points%seconds <= points(i)%seconds .and. errors < errors(i))) cycle
+         kept = [kept, points(i)]
       end do
    end function unbeaten
 
