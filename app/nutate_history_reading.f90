@@ -1,11 +1,14 @@
 !> Reads histories: the CSV files that runs write.
 module nutate_history_reading
+   use, intrinsic :: iso_c_binding, only: c_null_char
    use nutate_console, only: count_text
+   use nutate_file_calls, only: file_readable
    use nutate_file_hint, only: did_you_mean
    use nutate_kinds, only: wp, long
    use nutate_number_text, only: read_real
    use nutate_printable, only: printable_path, quoted
    use nutate_scene_table, only: next_field
+   use nutate_system_text, only: error_text
    implicit none
    private
 
@@ -51,8 +54,9 @@ contains
       character(len=200) :: why
       integer :: iostat
       problem = ''
-      why = 'there is no such file'
-      open (newunit=unit, file=path, status='old', action='read', iostat=iostat, iomsg=why)
+      iostat = file_readable(path//c_null_char)
+      if (iostat /= 0) why = error_text(iostat)
+      if (iostat == 0) open (newunit=unit, file=path, status='old', action='read', iostat=iostat, iomsg=why)
       if (iostat == 0) read (unit, '(a)', iostat=iostat, iomsg=why) line
       if (iostat == 0) return
       if (did_you_mean(path, '.csv') /= '') why = 'there is no such file; '//did_you_mean(path, '.csv')

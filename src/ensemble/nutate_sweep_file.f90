@@ -2,6 +2,8 @@
 !> behind the rows a map of the chunks that are finished. A chunk is marked when it is on the disk; whatever ends the
 !> program, what is marked is whole.
 module nutate_sweep_file
+   use, intrinsic :: iso_c_binding, only: c_null_char
+   use nutate_file_calls, only: file_readable
    use nutate_files, only: output_file_t, partial_name
    use nutate_kinds, only: long
    use nutate_printable, only: printable_path
@@ -201,6 +203,7 @@ contains
       integer :: unit, iostat
       integer(long) :: there
       bytes = ''
+      if (file_readable(path//c_null_char) /= 0) return
       open (newunit=unit, file=path, access='stream', form='unformatted', status='old', action='read', iostat=iostat)
       if (iostat /= 0) return
       inquire (unit=unit, size=there)

@@ -6,7 +6,7 @@ module nutate_file_calls
    private
 
    public :: file_close, file_error_text, file_is_terminal, file_kind, file_open, file_open_beside, file_open_locked
-   public :: file_read_tail
+   public :: file_read_tail, file_readable
    public :: file_remove, file_rename, file_replace, file_replaceable, file_same, file_settle, file_sync, file_target
    public :: file_truncate, file_write, file_write_at, prepare_process
 
@@ -26,6 +26,10 @@ module nutate_file_calls
          import :: c_char, c_int
          character(kind=c_char), intent(in) :: a(*), b(*)
       end function file_same
+      integer(c_int) function file_readable(path) bind(c, name='nutate_file_readable')
+         import :: c_char, c_int
+         character(kind=c_char), intent(in) :: path(*)
+      end function file_readable
       integer(c_int) function file_replaceable(path) bind(c, name='nutate_file_replaceable')
          import :: c_char, c_int
          character(kind=c_char), intent(in) :: path(*)

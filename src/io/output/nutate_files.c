@@ -1,6 +1,6 @@
 /* What Fortran cannot say about files: the reason of an error, locks, atomic renaming, terminals.
  *
- * Called by the module nutate_files only, through nutate_file_calls. Functions that can fail return 0 or an errno value. No state is kept. */
+ * Called through nutate_file_calls only. Functions that can fail return 0 or an errno value. No state is kept. */
 #ifndef _DEFAULT_SOURCE
 #define _DEFAULT_SOURCE
 #endif
@@ -33,6 +33,7 @@ enum { LONGEST_PATH = 4096, MOST_LINKS = 40 };
 int nutate_file_kind(const char *path);
 int nutate_file_target(const char *path, char *target, int size, int *longest);
 int nutate_file_same(const char *a, const char *b);
+int nutate_file_readable(const char *path);
 int nutate_file_replaceable(const char *path);
 int nutate_file_open(const char *path, const volatile sig_atomic_t *stop, int *descriptor);
 int nutate_file_open_locked(const char *path, long long keep, int *descriptor);
@@ -121,6 +122,12 @@ int nutate_file_same(const char *a, const char *b)
     int there = (stat(a, &first) == 0) + (stat(b, &second) == 0);
     if (there == 0) return same_place(a, b);
     return there == 2 && first.st_dev == second.st_dev && first.st_ino == second.st_ino;
+}
+
+/* 0 if a file is there and may be read. To be asked before every OPEN: one that fails removes the file where flang 22 compiled it. */
+int nutate_file_readable(const char *path)
+{
+    return access(path, R_OK) == 0 ? 0 : errno;
 }
 
 /* A file marked read-only is not to be replaced, though rename() would. */

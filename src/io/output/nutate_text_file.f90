@@ -1,6 +1,9 @@
 !> A whole file as text.
 module nutate_text_file
+   use, intrinsic :: iso_c_binding, only: c_null_char
    use, intrinsic :: iso_fortran_env, only: int64
+   use nutate_file_calls, only: file_readable
+   use nutate_system_text, only: error_text
    implicit none
    private
 
@@ -29,6 +32,11 @@ contains
       inquire (file=path, exist=exists)
       if (path == '' .or. .not. exists) then
          reason = 'there is no such file'
+         return
+      end if
+      status = file_readable(path//c_null_char)
+      if (status /= 0) then
+         reason = error_text(status)
          return
       end if
       why = ''
