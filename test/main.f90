@@ -81,6 +81,7 @@ program unit
    use test_moon_states, only: collect_moon_states
    use test_time_dependent, only: collect_time_dependent
    use test_near_rest, only: collect_near_rest
+   use test_flyby, only: collect_flyby
    use test_orbit, only: collect_orbit
    use test_orbit_reference, only: collect_orbit_reference
    use test_orbit_fields, only: collect_orbit_fields
@@ -302,7 +303,8 @@ contains
          new_testsuite("moon_states", collect_moon_states), &
          new_testsuite("time_dependent", collect_time_dependent), &
          new_testsuite("near_rest", collect_near_rest), &
-         new_testsuite("orbit", collect_orbit), &
+         new_testsuite("flyby", collect_flyby), &
+        new_testsuite("orbit", collect_orbit), &
          new_testsuite("orbit_reference", collect_orbit_reference), &
          new_testsuite("table_torques", collect_table_torques), &
          new_testsuite("tables", collect_tables), &

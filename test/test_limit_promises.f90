@@ -128,7 +128,7 @@ contains
    end function of_torques
 
    pure function of_orbits() result(promises)
-      type(promise_t) :: promises(11)
+      type(promise_t) :: promises(13)
       real(wp), parameter :: zero(3) = 0.0_wp
       promises(1) = positive('orbit', 'semi_major_axis', [1.0_wp], least=1e-30_wp, greatest=1e30_wp)
       promises(2) = positive('orbit', 'altitude', [1.0_wp], least=1e-30_wp, greatest=1e30_wp)
@@ -145,6 +145,8 @@ contains
       promises(10)%least = 1e-100_wp
       promises(10)%zero = .false.
       promises(11) = positive('orbit', 'shadow_radius', [1.0_wp], least=1e-30_wp, greatest=1e30_wp)
+      promises(12) = positive('orbit', 'periapsis_distance', [1.0_wp], least=1e-30_wp, greatest=1e30_wp)
+      promises(13) = any_number('orbit', 'periapsis_time', zero(1:1))
       promises%text_only = .true.
    end function of_orbits
 

@@ -266,6 +266,10 @@ contains
          text = ' semi_major_axis = 1e30'//entry(setting, group, 'mu', [1.0_wp])
       case ('shadow_radius')
          text = ' semi_major_axis = 7e6 sun = 0 0 1'//entry(setting, group, 'shadow_radius', [1.0_wp])
+      case ('periapsis_distance')
+         text = entry(setting, group, 'periapsis_distance', [7e6_wp])//' mu = 1e-100'
+      case ('periapsis_time')
+         text = ' periapsis_distance = 7e6 eccentricity = 2'//entry(setting, group, 'periapsis_time', [0.0_wp])
       case default
          text = ' semi_major_axis = 7e6'//entry(setting, group, trim(setting%key), [0.0_wp])
       end select

@@ -1,11 +1,14 @@
-!> The motion of a body's centre about a centre of attraction: Kepler's ellipse, at any time.
+!> The motion of a body's centre about a centre of attraction: a Kepler orbit, at any time.
 !>
 !> Inertial axes: x to the equinox, z north. Orbital axes (LVLH): x across the radius in the plane, forward on a
 !> circular orbit, y against the orbit's normal, z to the centre of attraction. With E the eccentric anomaly,
 !> `E - e sin E = M`, β = e/(1 + √(1-e²)):
 !>
 !>     ν = E + 2 atan(β sin E/(1 - β cos E)),   r = a(1 - e cos E),   ν̇ = h/r²,   h = √(μ a (1-e²)).
+!>
+!> An orbit that is given by its periapsis may have any e >= 0 (`nutate_conic`).
 module nutate_kepler_orbit
+   use nutate_conic, only: place_on_conic
    use nutate_kinds, only: wp, eps, pi
    use nutate_power_series, only: inverses, power_term, product_term
    use nutate_quaternion, only: quat_product, rotate_to_space
@@ -17,16 +20,22 @@ module nutate_kepler_orbit
    !> Orbital axes from those along radius, transverse and normal: unit quaternion.
    real(wp), parameter :: from_radial(4) = [0.5_wp, -0.5_wp, -0.5_wp, 0.5_wp]
 
-   !> A Kepler ellipse, by its elements, with the position on it at t = 0.
+   !> A Kepler orbit: an ellipse by its elements, with the position on it at t = 0, or, with a periapsis distance, any
+   !> conic with the time of the periapsis.
    type :: kepler_orbit_t
       !> a, m; e, 0 <= e < 1; μ, m³/s².
       real(wp) :: semi_major_axis = 1.0_wp, eccentricity = 0.0_wp, mu = 1.0_wp
       !> Inclination, right ascension of the ascending node, argument of the periapsis, mean anomaly at t = 0, rad.
       real(wp) :: inclination = 0.0_wp, raan = 0.0_wp, argument_of_periapsis = 0.0_wp, mean_anomaly = 0.0_wp
+      !> q, m, and the time of the passage, s: in the place of a and the mean anomaly where q > 0, with any e >= 0.
+      real(wp) :: periapsis_distance = 0.0_wp, periapsis_time = 0.0_wp
    contains
-      !> Returns n = √(μ/a³), rad/s.
+      !> Returns n = √(μ/a³), rad/s; 0 of an open orbit.
       procedure :: mean_motion
-      !> Returns ν at a time, rad, without jumps: it grows by 2π with each revolution.
+      !> Return true if the orbit is given by its periapsis, and the distance of the periapsis, m.
+      procedure :: is_from_periapsis
+      procedure :: nearest
+      !> Returns ν at a time, rad, without jumps: on an ellipse it grows by 2π with each revolution.
       procedure :: true_anomaly
       !> Return ν̇ at a time, and its largest value, at periapsis, rad/s.
       procedure :: turn_rate
@@ -45,11 +54,55 @@ module nutate_kepler_orbit
 
 contains
 
-   !> Returns the mean motion n = √(μ/a³), rad/s.
+   !> Returns the mean motion n = √(μ/a³), rad/s; 0 of an open orbit.
    pure real(wp) function mean_motion(self)
       class(kepler_orbit_t), intent(in) :: self
-      mean_motion = sqrt(self%mu/self%semi_major_axis**3)
+      if (self%is_from_periapsis()) then
+         mean_motion = 0.0_wp
+         if (self%eccentricity < 1.0_wp) mean_motion = periapsis_rate(self)*(1 - self%eccentricity)**1.5_wp
+      else
+         mean_motion = sqrt(self%mu/self%semi_major_axis**3)
+      end if
    end function mean_motion
+
+   !> Returns true if the orbit is given by its periapsis.
+   pure logical function is_from_periapsis(self)
+      class(kepler_orbit_t), intent(in) :: self
+      is_from_periapsis = self%periapsis_distance > 0.0_wp
+   end function is_from_periapsis
+
+   !> Returns the distance of the periapsis, m.
+   pure real(wp) function nearest(self)
+      class(kepler_orbit_t), intent(in) :: self
+      if (self%is_from_periapsis()) then
+         nearest = self%periapsis_distance
+      else
+         nearest = self%semi_major_axis*(1 - self%eccentricity)
+      end if
+   end function nearest
+
+   !> √(μ/q³), rad/s.
+   pure real(wp) function periapsis_rate(self) result(rate)
+      class(kepler_orbit_t), intent(in) :: self
+      rate = sqrt(self%mu/self%periapsis_distance/self%periapsis_distance/self%periapsis_distance)
+   end function periapsis_rate
+
+   !> Place and velocity at a time on an orbit that is given by its periapsis.
+   pure subroutine find_from_periapsis(self, t, place, velocity, radius, true_anomaly)
+      class(kepler_orbit_t), intent(in) :: self
+      !> s.
+      real(wp), intent(in) :: t
+      !> In the plane of the orbit, the first component to the periapsis, m, m/s; shape (2).
+      real(wp), intent(out) :: place(2), velocity(2)
+      !> m, rad.
+      real(wp), intent(out) :: radius, true_anomaly
+      real(wp) :: rate
+      rate = periapsis_rate(self)
+      call place_on_conic(self%eccentricity, (t - self%periapsis_time)*rate, place, velocity, radius, true_anomaly)
+      place = self%periapsis_distance*place
+      radius = self%periapsis_distance*radius
+      velocity = (self%periapsis_distance*rate)*velocity
+   end subroutine find_from_periapsis
 
    !> E of `E - e sin E = M`, rad, by Newton's iteration: on 0 <= M <= π the function is convex and M + e is not below
    !> its root, from where the iteration falls to it without fail. It ends where it stops falling.
@@ -84,7 +137,11 @@ contains
       class(kepler_orbit_t), intent(in) :: self
       !> s.
       real(wp), intent(in) :: t
-      real(wp) :: anomaly, beta
+      real(wp) :: anomaly, beta, place(2), velocity(2), radius
+      if (self%is_from_periapsis()) then
+         call find_from_periapsis(self, t, place, velocity, radius, nu)
+         return
+      end if
       anomaly = anomaly_at(self, t)
       beta = self%eccentricity/(1 + flatness(self))
       nu = anomaly + 2*atan2(beta*sin(anomaly), 1 - beta*cos(anomaly))
@@ -101,12 +158,20 @@ contains
       class(kepler_orbit_t), intent(in) :: self
       !> s.
       real(wp), intent(in) :: t
-      turn_rate = self%mean_motion()*flatness(self)*(self%semi_major_axis/self%radius(t))**2
+      if (self%is_from_periapsis()) then
+         turn_rate = self%fastest_turn()*(self%periapsis_distance/self%radius(t))**2
+      else
+         turn_rate = self%mean_motion()*flatness(self)*(self%semi_major_axis/self%radius(t))**2
+      end if
    end function turn_rate
 
    !> Returns the largest ν̇, at periapsis, rad/s.
    pure real(wp) function fastest_turn(self)
       class(kepler_orbit_t), intent(in) :: self
+      if (self%is_from_periapsis()) then
+         fastest_turn = periapsis_rate(self)*sqrt(1 + self%eccentricity)
+         return
+      end if
       fastest_turn = self%mean_motion()*sqrt((1 + self%eccentricity)/(1 - self%eccentricity))/(1 - self%eccentricity)
    end function fastest_turn
 
@@ -115,6 +180,11 @@ contains
       class(kepler_orbit_t), intent(in) :: self
       !> s.
       real(wp), intent(in) :: t
+      real(wp) :: place(2), velocity(2), nu
+      if (self%is_from_periapsis()) then
+         call find_from_periapsis(self, t, place, velocity, radius, nu)
+         return
+      end if
       radius = self%semi_major_axis*(1 - self%eccentricity*cos(anomaly_at(self, t)))
    end function radius
 
@@ -123,7 +193,13 @@ contains
       class(kepler_orbit_t), intent(in) :: self
       !> s.
       real(wp), intent(in) :: t
-      real(wp) :: position(3), anomaly
+      real(wp) :: position(3), anomaly, velocity(2), radius
+      if (self%is_from_periapsis()) then
+         position(3) = 0.0_wp
+         call find_from_periapsis(self, t, position(1:2), velocity, radius, anomaly)
+         position = rotate_to_space(plane(self, 0.0_wp), position)
+         return
+      end if
       anomaly = anomaly_at(self, t)
       position = self%semi_major_axis*[cos(anomaly) - self%eccentricity, flatness(self)*sin(anomaly), 0.0_wp]
       position = rotate_to_space(plane(self, 0.0_wp), position)
@@ -134,7 +210,13 @@ contains
       class(kepler_orbit_t), intent(in) :: self
       !> s.
       real(wp), intent(in) :: t
-      real(wp) :: velocity(3), anomaly
+      real(wp) :: velocity(3), anomaly, place(2), radius
+      if (self%is_from_periapsis()) then
+         velocity(3) = 0.0_wp
+         call find_from_periapsis(self, t, place, velocity(1:2), radius, anomaly)
+         velocity = rotate_to_space(plane(self, 0.0_wp), velocity)
+         return
+      end if
       anomaly = anomaly_at(self, t)
       velocity = (self%semi_major_axis*self%mean_motion()/(1 - self%eccentricity*cos(anomaly)))* &
                  [-sin(anomaly), flatness(self)*cos(anomaly), 0.0_wp]

@@ -3,7 +3,7 @@ module nutate_earth_field
    use nutate_body, only: body_t
    use nutate_effect, only: effect_t
    use nutate_geomagnetic_field, only: geomagnetic_field_t
-   use nutate_keys, only: group_t, key_t, KEY_LOGICAL
+   use nutate_keys, only: group_t, key_t, KEY_LOGICAL, KEY_TEXT
    use nutate_kinds, only: wp, pi
    use nutate_limits, only: is_moderate
    use nutate_moving_linear, only: moving_linear_t
@@ -15,10 +15,11 @@ module nutate_earth_field
    public :: earth_field_t, earth_field_keys, build_earth_field, field_on_orbit
 
    !> Keys of the scene group `&earth_field`.
-   type(key_t), parameter :: earth_field_keys(4) = [ &
+   type(key_t), parameter :: earth_field_keys(5) = [ &
       key_t(name='moment', least=3, most=3, default='0, 0, 0'), &
       key_t(name='epoch_angle', default='0'), &
       key_t(name='coefficients', least=3, most=3, default='IGRF-14 of 2025'), &
+      key_t(name='orbit', kind=KEY_TEXT), &
       key_t(name='degrees', kind=KEY_LOGICAL)]
 
    !> U(γ) = -m·γ with γ = R(q)ᵀb(t).

@@ -61,7 +61,7 @@ contains
       call add_kind(kinds, 'torque', applied_torque_keys, build_torque)
       call add_kind(kinds, 'rotor', rotor_keys, build_rotor)
       call add_kind(kinds, 'rotating_frame', rotating_frame_keys, build_rotating_frame, repeatable=.false.)
-      call add_kind(kinds, 'orbit', orbit_keys, build_orbit, repeatable=.false.)
+      call add_kind(kinds, 'orbit', orbit_keys, build_orbit)
       call add_kind(kinds, 'earth_field', earth_field_keys, build_earth_field, repeatable=.false.)
       call add_kind(kinds, 'force', force_keys, build_force)
       call add_kind(kinds, 'wheel', wheel_keys, build_wheel)

@@ -52,9 +52,12 @@ module nutate_effect_list
       real(wp) :: frame_rate(3) = 0.0_wp
       !> There is a time-dependent potential, on or off.
       logical :: moves = .false.
-      !> The body is on an orbit.
+      !> The body moves on an orbit, which columns, starts and controllers refer to: of several the main one, or else
+      !> the first.
       logical :: on_orbit = .false.
       type(orbit_t) :: orbit = orbit_t()
+      !> All orbits, with different labels: one for each attracting body. Not allocated where there is none.
+      type(orbit_t), allocatable :: orbits(:)
       !> The body is in the field of the Earth, on or off, which controllers use.
       logical :: in_earth_field = .false.
       type(geomagnetic_field_t) :: earth_field = geomagnetic_field_t()
@@ -90,8 +93,8 @@ module nutate_effect_list
 contains
 
    !> Adds a copy of an effect: of a `potential_t`, `torque_t`, `rotor_t` or `rotating_frame_t`, or any extension of
-   !> these; a further orbit replaces the one before. Wheels are added by `add_wheel`, since they change the inertia of
-   !> the body.
+   !> these; a further orbit replaces one with the same label. Wheels are added by `add_wheel`, since they change the
+   !> inertia of the body.
    subroutine add(self, effect)
       class(effect_list_t), intent(inout) :: self
       class(effect_t), intent(in) :: effect
@@ -121,13 +124,26 @@ contains
       self%frame_turns = any(abs(self%frame_rate) > 0.0_wp)
    end subroutine turn_frame
 
-   !> Sets the orbit of the body; its rate counts as that of the space axes.
+   !> Adds an orbit, or replaces one with the same label; its rate counts as that of the space axes.
    pure subroutine follow_orbit(self, orbit)
       class(effect_list_t), intent(inout) :: self
       type(orbit_t), intent(in) :: orbit
-      call turn_frame(self, orbit%rate - self%orbit%rate)
+      type(orbit_t), allocatable :: grown(:)
+      integer :: i, n
+      n = 0
+      if (allocated(self%orbits)) n = size(self%orbits)
+      do i = 1, n
+         if (self%orbits(i)%label == orbit%label) exit
+      end do
+      if (i > n) then
+         allocate (grown(n + 1))
+         if (n > 0) grown(:n) = self%orbits
+         call move_alloc(grown, self%orbits)
+      end if
+      call turn_frame(self, orbit%rate - self%orbits(i)%rate)
+      self%orbits(i) = orbit
       self%on_orbit = .true.
-      self%orbit = orbit
+      self%orbit = self%orbits(max(1, findloc(self%orbits%is_main, .true., dim=1)))
    end subroutine follow_orbit
 
    !> Returns the number of works that a state records, in this order: the torques, then motor and friction of each
@@ -181,8 +197,12 @@ contains
       end do
       self%n_rotors = self%n_rotors + (other%n_rotors - other%n_wheels)
       self%rotor_momentum = self%rotor_momentum + other%rotor_momentum
-      call turn_frame(self, other%frame_rate - other%orbit%rate)
-      if (other%on_orbit) call follow_orbit(self, other%orbit)
+      call turn_frame(self, other%frame_rate)
+      if (.not. other%on_orbit) return
+      do i = 1, size(other%orbits)
+         call turn_frame(self, -other%orbits(i)%rate)
+         call follow_orbit(self, other%orbits(i))
+      end do
    end subroutine append
 
    !> Returns true if a potential, a torque or a wheel has a label.

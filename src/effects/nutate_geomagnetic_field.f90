@@ -205,7 +205,7 @@ contains
    !> Distance of the periapsis, m.
    pure real(wp) function nearest(self)
       class(geomagnetic_field_t), intent(in) :: self
-      nearest = self%path%semi_major_axis*(1 - self%path%eccentricity)
+      nearest = self%path%nearest()
    end function nearest
 
    !> Returns true if the field, and its rate at periapsis, are of a size that can be computed with.

@@ -5,7 +5,7 @@ module nutate_gravity_gradient
    use nutate_effect, only: effect_t, GENERAL_SERIES, potential_t
    use nutate_effect_bounds, only: effect_bounds_t, linear_map_t, projection_curvature, projection_part, &
       projection_slope
-   use nutate_keys, only: group_t, key_t
+   use nutate_keys, only: group_t, key_t, KEY_TEXT
    use nutate_kinds, only: wp
    use nutate_limits, only: is_direction, is_moderate
    use nutate_orbit, only: orbit_t
@@ -17,9 +17,10 @@ module nutate_gravity_gradient
    public :: gravity_gradient_t, gravity_gradient_keys, build_gravity_gradient
 
    !> Keys of the scene group `&gravity_gradient`.
-   type(key_t), parameter :: gravity_gradient_keys(2) = [ &
+   type(key_t), parameter :: gravity_gradient_keys(3) = [ &
       key_t(name='direction', least=3, most=3, range=ANY_DIRECTION, default='that of &orbit'), &
-      key_t(name='strength', default='that of &orbit')]
+      key_t(name='strength', default='that of &orbit'), &
+      key_t(name='orbit', kind=KEY_TEXT)]
 
    !> U(γ) = ½ γᵀAγ + U₀, A = 3(μ/r³)(J - J_m I), U₀ = ½ 3(μ/r³)J_m, J_m the intermediate principal moment: the effect's
    !> V wherever |γ| = 1. U is quadratic, so the gradient at the mean of two γ is a discrete gradient: ∇̄U = Aγ̄.
@@ -100,8 +101,10 @@ contains
       if (.not. (group%has('direction') .and. group%has('strength'))) then
          status = fail(NUTATE_BAD_ARGUMENT, 'a gravity gradient needs direction and strength (expected both, or '// &
                        '&orbit and neither of them)', merge('direction', 'strength ', group%has('direction')))
-         return
+      else if (group%has('orbit')) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'orbit with direction and strength (expected orbit without them)', 'orbit')
       end if
+      if (.not. status%ok()) return
       allocate (effect, source=gravity_gradient_t(body, group%vector('direction', [0.0_wp, 0.0_wp, 1.0_wp]), &
                                                   group%number('strength', 0.0_wp)))
    end subroutine build_gravity_gradient

@@ -22,18 +22,25 @@ module nutate_orbit
    real(wp), parameter :: earth_mu = 3.986004418e14_wp, earth_radius = 6378137.0_wp
 
    !> Keys of the scene group `&orbit`.
-   type(key_t), parameter :: orbit_keys(12) = [ &
-                             key_t(name='semi_major_axis', range=SHAPE_LENGTH, instead_of='altitude'), &
-                             key_t(name='altitude', range=SHAPE_LENGTH, instead_of='semi_major_axis'), &
+   type(key_t), parameter :: orbit_keys(15) = [ &
+                             key_t(name='semi_major_axis', range=SHAPE_LENGTH, &
+                                   instead_of='altitude,periapsis_distance'), &
+                             key_t(name='altitude', range=SHAPE_LENGTH, &
+                                   instead_of='semi_major_axis,periapsis_distance'), &
+                             key_t(name='periapsis_distance', range=SHAPE_LENGTH, &
+                                   instead_of='semi_major_axis,altitude'), &
                              key_t(name='eccentricity', range=NON_NEGATIVE, default='0'), &
                              key_t(name='inclination'), &
                              key_t(name='raan'), &
                              key_t(name='argument_of_periapsis'), &
-                             key_t(name='mean_anomaly'), &
+                             key_t(name='mean_anomaly', instead_of='periapsis_time'), &
+                             key_t(name='periapsis_time', default='0', beside='periapsis_distance', &
+                                   instead_of='mean_anomaly'), &
                              key_t(name='mu', range=POSITIVE, default='3.986004418e14'), &
                              key_t(name='sun', least=3, most=3, range=ANY_DIRECTION), &
                              key_t(name='shadow_radius', range=SHAPE_LENGTH, default='6378137', beside='sun'), &
                              key_t(name='frame', kind=KEY_TEXT, choices='lvlh,inertial'), &
+                             key_t(name='main', kind=KEY_LOGICAL), &
                              key_t(name='degrees', kind=KEY_LOGICAL)]
 
    !> An orbit, and the rate of the space axes, 0 where they are inertial.
@@ -41,6 +48,8 @@ module nutate_orbit
       type(kepler_orbit_t) :: path = kepler_orbit_t()
       !> The space axes are those of the orbit.
       logical :: is_frame = .false.
+      !> Of several orbits it is the one whose LVLH frame columns and controllers refer to.
+      logical :: is_main = .false.
       !> Unit vector to the sun, inertial axes, zero where none is known; shape (3). Radius of the body that casts the
       !> shadow, m.
       real(wp) :: sun(3) = 0.0_wp, shadow_radius = earth_radius
@@ -57,7 +66,7 @@ module nutate_orbit
       procedure :: shadow_rate
    end type orbit_t
 
-   !> An orbit from its ellipse.
+   !> An orbit from its path.
    interface orbit_t
       module procedure new_orbit
    end interface orbit_t
@@ -78,8 +87,9 @@ contains
       if (orbit%is_frame) orbit%rate = [0.0_wp, -path%mean_motion(), 0.0_wp]
    end function new_orbit
 
-   !> An orbit as a scene's group describes it. Errors: `NUTATE_BAD_ARGUMENT` unless it gives one of semi-major axis and
-   !> altitude, for an ellipse that is none, and for the axes, or an altitude, of an eccentric one.
+   !> An orbit as a scene's group describes it. Errors: `NUTATE_BAD_ARGUMENT` unless it gives one of semi-major axis,
+   !> altitude and periapsis distance, for an ellipse that is none, and for the axes, or an altitude, of an eccentric
+   !> one.
    subroutine build_orbit(group, body, effect, status)
       type(group_t), intent(in) :: group
       type(body_t), intent(in) :: body
@@ -99,7 +109,10 @@ contains
       path%raan = unit*group%number('raan', 0.0_wp)
       path%argument_of_periapsis = unit*group%number('argument_of_periapsis', 0.0_wp)
       path%mean_anomaly = unit*group%number('mean_anomaly', 0.0_wp)
+      path%periapsis_distance = group%number('periapsis_distance', 0.0_wp)
+      path%periapsis_time = group%number('periapsis_time', 0.0_wp)
       orbit = orbit_t(path, group%text('frame', 'lvlh') == 'inertial')
+      orbit%is_main = group%flag('main', .false.)
       if (group%has('sun')) then
          sun = group%vector('sun', orbit%sun)
          ! Scaled first: the squares of a long or short vector would leave the range of numbers.
@@ -116,15 +129,14 @@ contains
       type(status_t), intent(out) :: status
       real(wp) :: eccentricity
       eccentricity = group%number('eccentricity', 0.0_wp)
-      if (group%has('semi_major_axis') .eqv. group%has('altitude')) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'an orbit needs semi_major_axis or altitude (expected one of them)', &
-                       merge('altitude', '        ', group%has('altitude')))
-      else if (eccentricity >= 1.0_wp) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'eccentricity is out of range (expected a number >= 0 and < 1)', &
-                       'eccentricity')
+      call check_size(group, status)
+      if (.not. status%ok()) return
+      if (eccentricity >= 1.0_wp .and. .not. group%has('periapsis_distance')) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'eccentricity is out of range (expected a number >= 0 and < 1, or '// &
+                       'periapsis_distance)', 'eccentricity')
       else if (eccentricity > 0.0_wp .and. group%has('altitude')) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'the altitude of an eccentric orbit changes (expected semi_major_axis)', &
-                       'altitude')
+         status = fail(NUTATE_BAD_ARGUMENT, 'the altitude of an eccentric orbit changes (expected semi_major_axis '// &
+                       'or periapsis_distance)', 'altitude')
       else if (eccentricity > 0.0_wp .and. group%text('frame', 'inertial') == 'lvlh') then
          status = fail(NUTATE_BAD_ARGUMENT, 'the LVLH frame of an eccentric orbit does not turn at a constant rate '// &
                        "(expected frame = 'inertial')", 'frame')
@@ -132,6 +144,35 @@ contains
          status = fail(NUTATE_BAD_ARGUMENT, 'shadow_radius without sun (expected sun)', 'shadow_radius')
       end if
    end subroutine check_shape
+
+   !> Errors: `NUTATE_BAD_ARGUMENT` unless a group gives the size of an orbit, and the place on it, once.
+   subroutine check_size(group, status)
+      type(group_t), intent(in) :: group
+      type(status_t), intent(out) :: status
+      character(len=18), parameter :: sizes(3) = [character(len=18) :: &
+                                                  'altitude', 'periapsis_distance', 'semi_major_axis']
+      integer :: i, last
+      last = 0
+      do i = size(sizes), 1, -1
+         if (group%has(trim(sizes(i))) .and. last == 0) then
+            last = i
+         else if (group%has(trim(sizes(i)))) then
+            status = fail(NUTATE_BAD_ARGUMENT, trim(sizes(last))//' and '//trim(sizes(i))//' exclude each other '// &
+                          '(expected one of them)', sizes(i))
+            return
+         end if
+      end do
+      if (last == 0) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'an orbit needs semi_major_axis, altitude or periapsis_distance '// &
+                       '(expected one of them)')
+      else if (group%has('periapsis_distance') .and. group%has('mean_anomaly')) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'mean_anomaly with periapsis_distance (expected periapsis_time)', &
+                       'mean_anomaly')
+      else if (group%has('periapsis_time') .and. .not. group%has('periapsis_distance')) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'periapsis_time without periapsis_distance (expected both)', &
+                       'periapsis_time')
+      end if
+   end subroutine check_size
 
    !> Returns the attitude of the LVLH frame in the space axes of the scene at a time, a unit quaternion, LVLH→space;
    !> shape (4).
@@ -185,10 +226,17 @@ contains
       if (norm2(r) > 0.0_wp) rate = -dot_product(r/norm2(r), self%path%velocity(t))
    end function shadow_rate
 
-   !> Returns true if the elements, and the rate of rotation at periapsis, are of a size that can be computed with.
+   !> Returns true if the elements, and the rate of rotation at periapsis, are of a size that can be computed with. On
+   !> an open orbit the distance grows with the speed for as long as a run can last.
    pure logical function orbit_is_moderate(self)
       class(orbit_t), intent(in) :: self
+      real(wp), parameter :: greatest_speed = 1e20_wp
       associate (path => self%path)
+         if (path%is_from_periapsis()) then
+            orbit_is_moderate = is_moderate(path%fastest_turn()) .and. is_moderate(path%periapsis_time)
+            if (orbit_is_moderate) orbit_is_moderate = path%periapsis_distance*path%fastest_turn() <= greatest_speed
+            return
+         end if
          orbit_is_moderate = is_moderate(path%mean_motion()) .and. path%eccentricity < 1.0_wp
          if (orbit_is_moderate) orbit_is_moderate = &
             is_moderate(path%mean_motion()/(1 - path%eccentricity)**2) .and. is_moderate(path%semi_major_axis)

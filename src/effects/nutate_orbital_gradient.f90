@@ -107,7 +107,7 @@ contains
       class(orbital_gradient_t), intent(in) :: self
       real(wp) :: nearest, strength
       associate (path => self%path)
-         nearest = path%semi_major_axis*(1 - path%eccentricity)
+         nearest = path%nearest()
          moving_is_moderate = all(is_moderate([self%stiffness, self%isotropic])) .and. is_moderate(nearest) .and. &
                               nearest > 0.0_wp
          if (.not. moving_is_moderate) return

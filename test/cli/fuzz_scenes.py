@@ -232,7 +232,7 @@ def dipole(_, scales):
 
 def gravity_gradient(dice, scales):
     if dice.random() < 0.2:
-        return group("gravity_gradient", [])
+        return group("gravity_gradient", dice.choice(([], [], ["orbit = 'one'"])))
     return group("gravity_gradient", [f"direction = {scales.text(3)}", f"strength = {scales.text(time=-2)}"])
 
 
@@ -303,8 +303,15 @@ def orbit(dice, scales):
         lines = [f"altitude = {10.0 ** dice.uniform(0, 8)}"]
     elif dice.random() < 0.3:
         lines.append(f"eccentricity = {dice.choice((0.0, 1e-17, 0.3, 0.999, 0.9999999999999999))}")
-    lines += [f"{key} = {dice.uniform(-400, 400)}" for key in ("inclination", "raan", "argument_of_periapsis", "mean_anomaly")
-              if dice.random() < 0.3]
+    angles = ["inclination", "raan", "argument_of_periapsis", "mean_anomaly"]
+    if dice.random() < 0.3:
+        shape = dice.choice((0.0, 0.5, 0.9999999999999999, 1.0, 1.0000000000000002, 4.0, scales.text()))
+        lines = [f"periapsis_distance = {scales.text(length=1, signed=False)}", f"eccentricity = {shape}",
+                 f"mu = {scales.text(length=3, time=-2, signed=False)}", f"periapsis_time = {scales.text(time=1)}"]
+        angles.pop()
+    if dice.random() < 0.2:
+        lines += [f"name = '{dice.choice(('one', 'two'))}'", f"main = .{dice.choice(('true', 'false'))}."]
+    lines += [f"{key} = {dice.uniform(-400, 400)}" for key in angles if dice.random() < 0.3]
     lines += dice.choice(([], ["degrees = .true."], ["frame = 'inertial'"], ["frame = 'lvlh'"]))
     if dice.random() < 0.4:
         lines.append(f"sun = {scales.text(3)}")

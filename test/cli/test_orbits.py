@@ -21,6 +21,16 @@ MOVING = BODY + """&orbit semi_major_axis = 1e7, eccentricity = 0.3, inclination
 &integrator time_step = 40.0, end_time = 20000.0 /
 &output columns = 'quaternion', 'energy', 'lvlh_attitude', 'time_dependent_work', every = 5 /
 """
+# A body passes the Earth, and the Sun attracts it too.
+FLYBY = BODY.replace("90.0, 100.0, 40.0", "0.64, 0.97, 1.0") + """&orbit name = 'earth', periapsis_distance = 38e6, periapsis_time = 20000,
+   eccentricity = 4.25, inclination = 160, raan = 150, argument_of_periapsis = 30, degrees = .true. /
+&orbit name = 'sun', mu = 1.32712440018e20, semi_major_axis = 1.496e11, frame = 'inertial' /
+&gravity_gradient /
+&initial angular_velocity = 1.3e-5, 0.0, 5.6e-5 /
+&integrator time_step = 200.0, end_time = 40000.0 /
+&output columns = 'quaternion', 'orbit', 'energy', 'lvlh_attitude', 'energies', 'time_dependent_work', every = 5 /
+&event name = 'nearest', when = 'orbit_radius', extremum = 'minimum' /
+"""
 # The pitch of a pendulum let go at 30 degrees passes 0 at (2j+1) K/w: 20 digits of elliptic integrals.
 ZEROS = [1243.612203959228267295, 3730.836611877684801886, 6218.061019796141336476]
 PERIOD = 5676.9780285258586712
@@ -130,6 +140,46 @@ class Orbits(CommandLineTest):
             self.fail_with(3, "run", *arguments, "--output", name + ".csv", "--checkpoint", "p.ck", "--max-steps", "100")
             self.succeed("run", *arguments, "--output", name + ".csv", "--resume", "p.ck")
             self.assertEqual(self.read(name + ".whole.csv"), self.read(name + ".csv"))
+
+    def test_a_flyby_is_shown(self):
+        self.write("flyby.nml", FLYBY)
+        for method in ("nielsen_krenk", "taylor", "dop853"):
+            self.succeed("run", "flyby.nml", "--quiet", "--set", f"integrator.method={method}")
+            header, rows = self.history("flyby.csv")
+            at = header.index
+            self.assertEqual(header[-3:], ["time_dependent_work", "energy_gravity_gradient1", "energy_gravity_gradient2"])
+            for row in rows:
+                self.assertLess(abs(row[at("energy_residual")]), 1.5e-14 * row[at("kinetic")])
+                self.assertAlmostEqual(row[at("energy_gravity_gradient1")] + row[at("energy_gravity_gradient2")], row[at("potential")],
+                                       delta=1e-24)
+            self.assertAlmostEqual(rows[20][at("orbit_radius")], 38e6, delta=1e-7)
+            self.assertAlmostEqual(rows[20][at("true_anomaly")], 0.0, delta=1e-15)
+            self.assertAlmostEqual(rows[0][at("true_anomaly")], -rows[40][at("true_anomaly")], delta=1e-14)
+            with open(self.path("flyby.events.csv"), encoding="utf-8") as file:
+                events = file.read().splitlines()[1:]
+            self.assertEqual(len(events), 1)
+            self.assertAlmostEqual(float(events[0].split(",")[0]), 20000.0, delta=1e-4)
+
+    def test_flybys_go_on(self):
+        self.write("flyby.nml", FLYBY)
+        for name, method in (("step", "nielsen_krenk"), ("series", "taylor")):
+            arguments = ["flyby.nml", "--quiet", "--set", f"integrator.method={method}"]
+            self.succeed("run", *arguments, "--output", name + ".whole.csv")
+            self.fail_with(3, "run", *arguments, "--output", name + ".csv", "--checkpoint", "p.ck", "--max-steps", "90")
+            self.succeed("run", *arguments, "--output", name + ".csv", "--resume", "p.ck")
+            self.assertEqual(self.read(name + ".whole.csv"), self.read(name + ".csv"))
+
+    def test_members_have_orbits_of_their_own(self):
+        self.write("many.nml", FLYBY + "&ensemble members = 3, file = 'many.npy' /\n&vary key = 'orbit.1.periapsis_distance', "
+                   "distribution = 'grid', low = 30e6, high = 50e6, points = 3 /\n")
+        self.succeed("sweep", "many.nml", "--quiet", "--csv", "many.csv")
+        self.write("flyby.nml", FLYBY)
+        self.succeed("run", "flyby.nml", "--quiet", "--set", "orbit.1.periapsis_distance=50e6")
+        header, rows = self.history("many.csv")
+        names, last = self.history("flyby.csv")
+        for name in ("q0", "q1", "orbit_radius"):
+            self.assertEqual(rows[2][header.index(name)], last[-1][names.index(name)])
+        self.assertNotEqual(rows[0][header.index("q1")], rows[2][header.index("q1")])
 
     def test_auto_takes_the_series(self):
         self.write("auto.nml", MOVING.replace("time_step = 40.0", "accuracy = 1e-9"))

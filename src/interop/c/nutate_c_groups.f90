@@ -350,11 +350,16 @@ contains
       end if
    end function has_effect_of
 
-   !> Gives a list what effects are made by: the orbit, and the field of the Earth.
+   !> Gives a list what effects are made by: the orbits, and the field of the Earth.
    subroutine copy_surroundings(effects, list)
       type(effect_list_t), intent(in) :: effects
       type(effect_list_t), intent(inout) :: list
-      if (effects%on_orbit) call list%add(effects%orbit)
+      integer :: i
+      if (effects%on_orbit) then
+         do i = 1, size(effects%orbits)
+            call list%add(effects%orbits(i))
+         end do
+      end if
       list%in_earth_field = effects%in_earth_field
       list%earth_field = effects%earth_field
    end subroutine copy_surroundings

@@ -2,10 +2,12 @@
 module nutate_scene_effects
    use nutate_body, only: body_t, whole_body
    use nutate_effect, only: effect_t, rotor_t
+   use nutate_effect_list, only: effect_list_t
    use nutate_effect_catalogue, only: effect_kind_t, effect_kinds
    use nutate_keys, only: group_t, group_kind_t
    use nutate_orbit, only: orbit_t
    use nutate_orbital_effects, only: build_on_orbit, goes_by_orbit
+   use nutate_printable, only: quoted
    use nutate_range, only: check_strength
    use nutate_scene_error, only: scene_error_t
    use nutate_controller, only: controller_t
@@ -102,17 +104,54 @@ contains
       type(system_t), intent(inout) :: system
       type(scene_error_t), intent(inout) :: error
       class(effect_t), allocatable :: effect
+      logical, allocatable :: chosen(:)
       type(status_t) :: status
-      if (system%effects%on_orbit .and. goes_by_orbit(group)) then
-         call build_on_orbit(group, system%effects%orbit, body, effect, status)
-      else
+      integer :: i
+      if (.not. (system%effects%on_orbit .and. goes_by_orbit(group))) then
          call kind%build(group, body, effect, status)
+         call finish_one(group, effect, system, status, error)
+         return
       end if
+      call choose_orbits(group, system%effects, chosen, error)
+      do i = 1, size(chosen)
+         if (error%raised) return
+         if (.not. chosen(i)) cycle
+         if (allocated(effect)) deallocate (effect)
+         call build_on_orbit(group, system%effects%orbits(i), body, effect, status)
+         call finish_one(group, effect, system, status, error)
+      end do
+   end subroutine build_one
+
+   !> Adds what was built from a group, and says what is wrong with it.
+   subroutine finish_one(group, effect, system, status, error)
+      type(group_t), intent(in) :: group
+      !> Allocated unless the status is an error.
+      class(effect_t), allocatable, intent(inout) :: effect
+      type(system_t), intent(inout) :: system
+      type(status_t), intent(inout) :: status
+      type(scene_error_t), intent(inout) :: error
       if (status%ok()) call check_strength(effect, status)
       if (status%ok()) call read_switch(group, effect, error)
       if (status%ok() .and. .not. error%raised) call add_effect_of(system, effect, status)
       if (.not. status%ok()) call error%raise_status(group%line_of(trim(status%subject)), status)
-   end subroutine build_one
+   end subroutine finish_one
+
+   !> The orbits by which an effect goes: the one that its group names; else of a gravity gradient all, of others the
+   !> main one. Raises an error for a name that no orbit has.
+   subroutine choose_orbits(group, effects, chosen, error)
+      type(group_t), intent(in) :: group
+      !> On an orbit.
+      type(effect_list_t), intent(in) :: effects
+      !> Shape (number of orbits).
+      logical, allocatable, intent(out) :: chosen(:)
+      type(scene_error_t), intent(inout) :: error
+      allocate (chosen(size(effects%orbits)))
+      chosen = group%name == 'gravity_gradient' .or. effects%orbits%label == effects%orbit%label
+      if (.not. group%has('orbit')) return
+      chosen = effects%orbits%label == group%text('orbit', '')
+      if (.not. any(chosen)) call error%raise(group%line_of('orbit'), 'no orbit is called '// &
+                                              quoted(group%text('orbit', '')), expected='the name of an &orbit')
+   end subroutine choose_orbits
 
    !> The name by which switches call an effect, and whether it is on at the start.
    subroutine read_switch(group, effect, error)
@@ -130,7 +169,8 @@ contains
    end subroutine read_switch
 
    !> Adds an effect. A rotor, a rotating frame or an orbit that is off, which cannot be switched, is not there then.
-   !> Errors: those of `add_wheel` and `add_controller`; `NUTATE_BAD_ARGUMENT` for a second frame beside an orbit.
+   !> Errors: those of `add_wheel` and `add_controller`; `NUTATE_BAD_ARGUMENT` for a second frame beside an orbit, and
+   !> for orbits that do not go together.
    subroutine add_effect_of(system, effect, status)
       type(system_t), intent(inout) :: system
       class(effect_t), intent(in) :: effect
@@ -158,13 +198,31 @@ contains
       is_second = system%effects%on_orbit
       select type (frame)
       type is (orbit_t)
-         is_second = is_second .or. system%effects%frame_turns
+         is_second = system%effects%frame_turns .and. .not. system%effects%on_orbit
+         if (system%effects%on_orbit) call check_further_orbit(system%effects, frame, status)
       end select
       if (is_second) then
          status = fail(NUTATE_BAD_ARGUMENT, 'an orbit defines its own space axes (expected &orbit or &rotating_frame)')
-      else
+      else if (status%ok()) then
          call system%effects%add(frame)
       end if
    end subroutine add_frame
+
+   !> Errors: `NUTATE_BAD_ARGUMENT` for an orbit that does not go with those that there are.
+   subroutine check_further_orbit(effects, orbit, status)
+      !> On an orbit.
+      type(effect_list_t), intent(in) :: effects
+      type(orbit_t), intent(in) :: orbit
+      type(status_t), intent(out) :: status
+      if (any(effects%orbits%label == orbit%label) .or. orbit%label == '' .or. any(effects%orbits%label == '')) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'several orbits need different names (expected name in each &orbit)', &
+                       'name')
+      else if (orbit%is_frame .or. any(effects%orbits%is_frame)) then
+         status = fail(NUTATE_BAD_ARGUMENT, "several orbits need common space axes (expected frame = 'inertial' in "// &
+                       'each &orbit)', 'frame')
+      else if (orbit%is_main .and. any(effects%orbits%is_main)) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'a second main orbit (expected main = .true. in one &orbit)', 'main')
+      end if
+   end subroutine check_further_orbit
 
 end module nutate_scene_effects
