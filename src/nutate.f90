@@ -40,6 +40,7 @@
 !>     use nutate_attitude, only: angular_velocity_from_euler_rates, axis_angle_from_quat, euler_from_quat, &
 !>        quat_from_axis_angle, quat_from_euler, quat_from_matrix, quat_from_roll_pitch_yaw, &
 !>        quat_from_rotation_vector, roll_pitch_yaw_from_quat, rotation_vector_from_quat
+!>     use nutate_bodies, only: BODY_MOMENTUM, BODY_RATE, SPACE_MOMENTUM
 !>     use nutate_body, only: diagonal
 !>     use nutate_kinds, only: pi
 !>     use nutate_quaternion, only: attitude_distance, cayley_map, cross, quat_conjugate, quat_exp, quat_left_matrix, &
@@ -74,6 +75,7 @@
 module nutate
    use nutate_any_effect, only: effect_t, rotor_t
    use nutate_applied_torque, only: applied_torque_t
+   use nutate_bodies, only: bodies_t
    use nutate_body, only: body_t, make_body, make_shape_body
    use nutate_column_event, only: column_event_t
    use nutate_damping, only: damping_t

@@ -23,6 +23,8 @@ program unit
    use test_attitude, only: collect_attitude
    use test_axial_frame, only: collect_axial_frame
    use test_baselines, only: collect_baselines
+   use test_bodies, only: collect_bodies
+   use test_bodies_attack, only: collect_bodies_attack
    use test_body, only: collect_body
    use test_bounds, only: collect_bounds
    use test_c_events, only: collect_c_events
@@ -229,6 +231,8 @@ contains
       type(testsuite_type), allocatable :: suites(:)
       suites = [ &
          new_testsuite("accuracy", collect_accuracy), &
+         new_testsuite("bodies", collect_bodies), &
+         new_testsuite("bodies_attack", collect_bodies_attack), &
          new_testsuite("archive", collect_archive), &
          new_testsuite("attitude", collect_attitude), &
          new_testsuite("baselines", collect_baselines), &

@@ -1,0 +1,433 @@
+!> Many bodies in the hands of another program: one call moves all of them by a step, with torques that it computed.
+!>
+!> A step is a kick by the torque and a torque-free drift. The drift keeps the kinetic energy of each body to
+!> round-off, and its space momentum to the last bit (`nutate_bodies_drift`); the kick changes the momentum by exactly
+!> Δt τ. Both are symplectic and reversible: steps are of order 2, and the energy of interacting bodies does not drift.
+!>
+!>     call torques(q, torque)
+!>     call bodies%kick(-0.5_wp*dt, q, l, torque, status)      ! l goes half a step behind q, once
+!>     do i = 1, n
+!>        call bodies%step(dt, q, l, torque, status)           ! l to the next middle, then q to the next end
+!>        call torques(q, torque)
+!>     end do
+!>     call bodies%kick(0.5_wp*dt, q, l, torque, status)       ! l catches up with q
+!>
+!> A drift whose root is not certified, one of more than some half radian, is replaced by the exact motion.
+!> Nothing is held for a body. A body whose numbers cannot be computed with keeps its state, and is listed in `failed`.
+module nutate_bodies
+   !$ use omp_lib, only: omp_get_max_threads
+   use nutate_bodies_drift, only: body_class_t, drift_lanes, drift_lanes_t, make_class, put_class
+   use nutate_body, only: body_t
+   use nutate_exact_free, only: free_body_t
+   use nutate_kinds, only: wp, long
+   use nutate_lane_width, only: lanes
+   use nutate_limits, only: greatest_number, greatest_turn, is_step, manifold_tolerance
+   use nutate_principal_frame, only: identity_frame
+   use nutate_quaternion, only: rotate_to_body
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_BODY, NUTATE_NOT_FINITE
+   implicit none
+   private
+
+   public :: bodies_t, SPACE_MOMENTUM, BODY_MOMENTUM, BODY_RATE
+   public :: move_bodies, movement_t, make_classes
+
+   !> What `l` is: the angular momentum in space axes, with torques in space axes; that in body axes, with torques in
+   !> body axes; the angular velocity in body axes, with torques in body axes.
+   integer, parameter :: SPACE_MOMENTUM = 0, BODY_MOMENTUM = 1, BODY_RATE = 2
+
+   !> Bodies after which threads meet, to list those that failed; bodies below which one thread is faster.
+   integer, parameter :: group = 16384, few = 2048
+   !> Largest ratio of the moments that the exact motion admits.
+   real(wp), parameter :: widest_ratio = 1e60_wp
+
+   !> Bodies of one or several classes. Several threads must not use one object at the same time.
+   type :: bodies_t
+      !> Threads that share the bodies of a call; 0: those of OpenMP (`OMP_NUM_THREADS`). No bit depends on them.
+      integer :: threads = 0
+      !> Bodies that kept their state in the last call, in ascending order; shape (number of them).
+      integer, allocatable :: failed(:)
+      type(body_class_t), allocatable, private :: classes(:)
+      integer, private :: frame = SPACE_MOMENTUM
+   contains
+      !> Sets the classes.
+      procedure :: set_up
+      !> Changes the momenta by an impulse, then moves the bodies by a drift.
+      procedure :: step
+      !> Changes the momenta alone.
+      procedure :: kick
+      !> Moves the bodies without torques.
+      procedure :: drift
+   end type bodies_t
+
+   !> What a call does.
+   type :: movement_t
+      !> s.
+      real(wp) :: dt = 0.0_wp
+      logical :: kicks = .false., drifts = .false.
+      integer :: frame = SPACE_MOMENTUM, threads = 0
+      !> Number of the first class: 0 in C.
+      integer :: first_class = 1
+      !> The principal axes of a class are not its body axes.
+      logical, private :: turned = .false.
+   end type movement_t
+
+   !> Lanes of a thread, and the class of the body in each; 0 where none was yet.
+   type :: desk_t
+      type(drift_lanes_t) :: lanes
+      integer :: held(lanes)
+   end type desk_t
+
+contains
+
+   !> Sets the classes and what `l` is.
+   !>
+   !> Errors: `NUTATE_BAD_BODY`: a class was not made by `make_body` or `make_shape_body`, or its moments differ by more
+   !> than 1e60; `NUTATE_BAD_ARGUMENT`: no class, or no such frame.
+   subroutine set_up(self, classes, status, frame)
+      class(bodies_t), intent(inout) :: self
+      !> Bodies of the classes; shape (number of classes).
+      type(body_t), intent(in) :: classes(:)
+      type(status_t), intent(out) :: status
+      !> `SPACE_MOMENTUM` (default), `BODY_MOMENTUM` or `BODY_RATE`.
+      integer, intent(in), optional :: frame
+      type(body_class_t), allocatable :: made(:)
+      integer :: chosen
+      chosen = SPACE_MOMENTUM
+      if (present(frame)) chosen = frame
+      allocate (made(size(classes)))
+      call make_classes(classes, chosen, made, status)
+      if (.not. status%ok()) return
+      call move_alloc(made, self%classes)
+      self%frame = chosen
+   end subroutine set_up
+
+   !> Makes classes of bodies, and tests a frame.
+   !>
+   !> Errors: those of `set_up`.
+   pure subroutine make_classes(bodies, frame, classes, status)
+      !> Shape (number of classes).
+      type(body_t), intent(in) :: bodies(:)
+      integer, intent(in) :: frame
+      type(body_class_t), intent(inout) :: classes(:)
+      type(status_t), intent(out) :: status
+      integer :: i
+      if (size(bodies) < 1) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'bodies need a class at least', 'classes')
+      else if (all(frame /= [SPACE_MOMENTUM, BODY_MOMENTUM, BODY_RATE])) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'no such frame (expected SPACE_MOMENTUM, BODY_MOMENTUM or BODY_RATE)', &
+                       'frame')
+      end if
+      do i = 1, size(bodies)
+         if (minval(bodies(i)%moments) > 0.0_wp) then
+            if (maxval(bodies(i)%moments)/widest_ratio <= minval(bodies(i)%moments)) cycle
+         end if
+         status = fail(NUTATE_BAD_BODY, 'principal moments must be positive and within a factor of 1e60', 'classes')
+      end do
+      if (.not. status%ok()) return
+      do i = 1, size(bodies)
+         classes(i) = make_class(bodies(i)%moments, bodies(i)%axes)
+      end do
+   end subroutine make_classes
+
+   !> Moves all bodies by a step: `l` by Δt τ, then `q` by a drift with the new `l`.
+   !>
+   !> Errors: `NUTATE_BAD_ARGUMENT`: `dt` is out of its range, a shape is wrong, or the object is not set up; nothing
+   !> has changed. `NUTATE_NOT_FINITE`: the bodies in `failed` have kept their state, all others have moved. A body
+   !> fails where a number is not finite or beyond 1e100, |q| is not 1 to 5e-10, it has no class, or it turns by more
+   !> than 1e8 rad.
+   subroutine step(self, dt, q, l, torque, status, class_of)
+      class(bodies_t), intent(inout) :: self
+      !> s; of either sign, not zero.
+      real(wp), intent(in) :: dt
+      !> Attitudes, unit quaternions, body to space; shape (4, n).
+      real(wp), intent(inout), contiguous :: q(:, :)
+      !> Angular momenta half a step behind, kg m²/s, or angular velocities, rad/s; shape (3, n).
+      real(wp), intent(inout), contiguous :: l(:, :)
+      !> Torques at `q`, N m, in the axes of `l`; shape (3, n).
+      real(wp), intent(in), contiguous :: torque(:, :)
+      type(status_t), intent(out) :: status
+      !> Class of each body; default: the first; shape (n).
+      integer, intent(in), contiguous, optional :: class_of(:)
+      call move(self, movement_t(dt, .true., .true.), q, l, status, torque, class_of)
+   end subroutine step
+
+   !> Changes the momenta by Δt τ, or the angular velocities by Δt J⁻¹τ.
+   !>
+   !> Errors: those of `step`.
+   subroutine kick(self, dt, q, l, torque, status, class_of)
+      class(bodies_t), intent(inout) :: self
+      !> s; of either sign, not zero.
+      real(wp), intent(in) :: dt
+      !> Attitudes: nothing changes, but a body without one fails as in `step`; shape (4, n).
+      real(wp), intent(inout), contiguous :: q(:, :)
+      !> Angular momenta, kg m²/s, or angular velocities, rad/s; shape (3, n).
+      real(wp), intent(inout), contiguous :: l(:, :)
+      !> Torques, N m, in the axes of `l`; shape (3, n).
+      real(wp), intent(in), contiguous :: torque(:, :)
+      type(status_t), intent(out) :: status
+      !> Class of each body; default: the first; shape (n).
+      integer, intent(in), contiguous, optional :: class_of(:)
+      call move(self, movement_t(dt, .true., .false.), q, l, status, torque, class_of)
+   end subroutine kick
+
+   !> Moves the bodies without torques.
+   !>
+   !> Errors: those of `step`.
+   subroutine drift(self, dt, q, l, status, class_of)
+      class(bodies_t), intent(inout) :: self
+      !> s; of either sign, not zero.
+      real(wp), intent(in) :: dt
+      !> Attitudes, unit quaternions, body to space; shape (4, n).
+      real(wp), intent(inout), contiguous :: q(:, :)
+      !> Angular momenta, kg m²/s, unchanged in space axes, or angular velocities, rad/s; shape (3, n).
+      real(wp), intent(inout), contiguous :: l(:, :)
+      type(status_t), intent(out) :: status
+      !> Class of each body; default: the first; shape (n).
+      integer, intent(in), contiguous, optional :: class_of(:)
+      call move(self, movement_t(dt, .false., .true.), q, l, status, class_of=class_of)
+   end subroutine drift
+
+   !> Tests the shapes of a call and performs it.
+   subroutine move(self, what, q, l, status, torque, class_of)
+      type(bodies_t), intent(inout) :: self
+      type(movement_t), intent(in) :: what
+      real(wp), intent(inout), contiguous :: q(:, :), l(:, :)
+      type(status_t), intent(out) :: status
+      real(wp), intent(in), contiguous, optional :: torque(:, :)
+      integer, intent(in), contiguous, optional :: class_of(:)
+      type(movement_t) :: whole
+      integer :: n
+      n = size(q, 2)
+      whole = what
+      whole%frame = self%frame
+      whole%threads = self%threads
+      if (.not. allocated(self%classes)) status = fail(NUTATE_BAD_ARGUMENT, 'the bodies are not set up', 'classes')
+      if (size(q, 1) /= 4 .or. any(shape(l) /= [3, n])) &
+         status = fail(NUTATE_BAD_ARGUMENT, 'wrong shapes (expected q(4,n) and l(3,n))', 'q')
+      if (present(torque)) then
+         if (any(shape(torque) /= [3, n])) &
+            status = fail(NUTATE_BAD_ARGUMENT, 'wrong shape (expected torque(3,n))', 'torque')
+      end if
+      if (present(class_of)) then
+         if (size(class_of) /= n) status = fail(NUTATE_BAD_ARGUMENT, 'wrong shape (expected class_of(n))', 'class_of')
+      end if
+      if (status%ok()) then
+         call move_bodies(self%classes, whole, n, q, l, self%failed, status, torque, class_of)
+      else
+         self%failed = [integer ::]
+      end if
+   end subroutine move
+
+   !> Moves bodies, a group of them by all threads at a time, and lists those that failed.
+   !>
+   !> Errors: those of `step`.
+   subroutine move_bodies(classes, what, n, q, l, failed, status, torque, class_of)
+      type(body_class_t), intent(in), contiguous :: classes(:)
+      type(movement_t), intent(in) :: what
+      integer, intent(in) :: n
+      !> Shapes (4, n) and (3, n).
+      real(wp), intent(inout) :: q(4, n), l(3, n)
+      !> In ascending order.
+      integer, intent(inout), allocatable :: failed(:)
+      type(status_t), intent(out) :: status
+      !> With kicks; shape (3, n).
+      real(wp), intent(in), optional :: torque(3, n)
+      !> Shape (n).
+      integer, intent(in), optional :: class_of(n)
+      type(movement_t) :: whole
+      type(desk_t) :: desk
+      logical :: bad(group)
+      integer :: start, last, k, n_bad, threads, i
+      failed = [integer ::]
+      if (.not. is_step(what%dt)) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the step is out of its range (expected 1e-50 to 1e50 s of either sign)', &
+                       'dt')
+         return
+      end if
+      whole = what
+      whole%turned = any([(any(abs(classes(i)%axes - identity_frame) > 0.0_wp), i=1, size(classes))])
+      threads = what%threads
+      !$ if (threads < 1) threads = omp_get_max_threads()
+      last = 0
+      do while (last < n)
+         start = last + 1
+         last = start + min(group, n - start + 1) - 1
+         n_bad = 0
+         !$omp parallel if (n >= few) num_threads(threads) default(shared) private(desk, k) reduction(+:n_bad)
+         desk%held = 0
+         !$omp do schedule(static)
+         do k = 0, (last - start)/lanes
+            call move_lanes(classes, whole, desk, start + k*lanes, min(last - start - k*lanes + 1, lanes), n, q, l, &
+                            bad(k*lanes + 1:(k + 1)*lanes), torque, class_of)
+            n_bad = n_bad + count(bad(k*lanes + 1:(k + 1)*lanes))
+         end do
+         !$omp end do
+         !$omp end parallel
+         if (n_bad > 0) &
+            failed = [failed, pack([(start - 1 + i, i=1, last - start + 1)], bad(1:last - start + 1))]
+      end do
+      if (size(failed) > 0) status = tell(failed, n)
+   end subroutine move_bodies
+
+   !> The status of a call in which bodies failed.
+   type(status_t) function tell(failed, n) result(status)
+      integer, intent(in) :: failed(:), n
+      character(len=80) :: text
+      write (text, '(i0,a,i0,a,i0)') size(failed), ' of ', n, ' bodies kept their state, the first is ', failed(1)
+      status = fail(NUTATE_NOT_FINITE, trim(text)//': not finite or too large, |q| not 1, or no such class', 'q')
+   end function tell
+
+   !> Moves some bodies, at most one for each lane.
+   subroutine move_lanes(classes, what, desk, first, several, n, q, l, bad, torque, class_of)
+      type(body_class_t), intent(in), contiguous :: classes(:)
+      type(movement_t), intent(in) :: what
+      type(desk_t), intent(inout) :: desk
+      !> The first of them, and how many; number of all bodies.
+      integer, intent(in) :: first, several, n
+      real(wp), intent(inout) :: q(4, n), l(3, n)
+      !> Those that keep their state; shape (lanes).
+      logical, intent(out) :: bad(lanes)
+      real(wp), intent(in), optional :: torque(3, n)
+      integer, intent(in), optional :: class_of(n)
+      real(wp) :: impulse(3)
+      integer :: i, j, number
+      impulse = 0.0_wp
+      number = 1
+      do i = 1, several
+         j = first + i - 1
+         if (present(class_of)) number = class_of(j) + 1 - what%first_class
+         if (present(torque)) impulse = torque(:, j)
+         call load(classes, what, desk, i, number, q(:, j), l(:, j), impulse, bad(i))
+         if (bad(i)) call rest(classes, what, desk, i)
+      end do
+      do i = several + 1, lanes
+         call rest(classes, what, desk, i)
+         bad(i) = .false.
+      end do
+      if (what%drifts) call drift_lanes(desk%lanes, what%frame == SPACE_MOMENTUM, what%turned)
+      do i = 1, several
+         if (bad(i)) cycle
+         j = first + i - 1
+         if (what%drifts) then
+            if (desk%lanes%certified(i) > 0.5_wp) then
+               q(:, j) = desk%lanes%q(i, :)
+            else
+               call move_exactly(classes(desk%held(i)), what, desk, i, q(:, j), bad(i))
+               if (bad(i)) cycle
+            end if
+         end if
+         call store(classes(desk%held(i)), what%frame, desk, i, l(:, j))
+      end do
+   end subroutine move_lanes
+
+   !> Fills a lane with a body at rest.
+   pure subroutine rest(classes, what, desk, lane)
+      type(body_class_t), intent(in), contiguous :: classes(:)
+      type(movement_t), intent(in) :: what
+      type(desk_t), intent(inout) :: desk
+      integer, intent(in) :: lane
+      logical :: bad
+      call load(classes, what, desk, lane, 1, [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], [0.0_wp, 0.0_wp, 0.0_wp], &
+                [0.0_wp, 0.0_wp, 0.0_wp], bad)
+   end subroutine rest
+
+   !> Puts a body into a lane, its momentum after the impulse; bad if it cannot be computed with.
+   pure subroutine load(classes, what, desk, lane, number, q, l, torque, bad)
+      type(body_class_t), intent(in), contiguous :: classes(:)
+      type(movement_t), intent(in) :: what
+      type(desk_t), intent(inout) :: desk
+      integer, intent(in) :: lane, number
+      real(wp), intent(in) :: q(4), l(3), torque(3)
+      logical, intent(out) :: bad
+      real(wp) :: lack, momentum(3)
+      bad = .true.
+      if (number < 1 .or. number > size(classes)) return
+      if (.not. is_within(q, l, torque)) return
+      lack = 1 - (q(1)*q(1) + q(2)*q(2) + q(3)*q(3) + q(4)*q(4))
+      if (abs(lack) > manifold_tolerance) return
+      if (what%frame == SPACE_MOMENTUM) then
+         momentum = l + what%dt*torque
+      else
+         momentum = to_principal(classes(number), what%frame, l, what%dt*torque)
+      end if
+      if (max(abs(momentum(1)), abs(momentum(2)), abs(momentum(3))) > greatest_number) return
+      if (desk%held(lane) /= number) then
+         call put_class(desk%lanes, lane, classes(number), what%dt)
+         desk%held(lane) = number
+      end if
+      desk%lanes%q(lane, :) = q
+      desk%lanes%shortfall(lane) = 0.5_wp*lack
+      desk%lanes%momentum(lane, :) = momentum
+      bad = .false.
+   end subroutine load
+
+   !> Writes the momentum of a lane back.
+   pure subroutine store(made, frame, desk, lane, l)
+      type(body_class_t), intent(in) :: made
+      integer, intent(in) :: frame, lane
+      type(desk_t), intent(in) :: desk
+      real(wp), intent(out) :: l(3)
+      l = desk%lanes%momentum(lane, :)
+      if (frame == SPACE_MOMENTUM) return
+      if (frame == BODY_RATE) l = l/made%moments
+      l = matmul(made%axes, l)
+   end subroutine store
+
+   !> Moves a body along its exact motion: attitude and, in the lane, momentum.
+   subroutine move_exactly(made, what, desk, lane, q, bad)
+      type(body_class_t), intent(in) :: made
+      type(movement_t), intent(in) :: what
+      type(desk_t), intent(inout) :: desk
+      integer, intent(in) :: lane
+      real(wp), intent(inout) :: q(4)
+      logical, intent(out) :: bad
+      type(free_body_t) :: motion
+      type(status_t) :: status
+      real(wp) :: momentum(3), moved(4)
+      momentum = desk%lanes%momentum(lane, :)
+      if (what%frame == SPACE_MOMENTUM) then
+         momentum = rotate_to_body(q, momentum)
+      else
+         momentum = matmul(made%axes, momentum)
+      end if
+      bad = norm2(matmul(momentum, made%axes)/made%moments)*abs(what%dt) > greatest_turn
+      if (bad) return
+      call motion%prepare(made%moments, q, momentum, status, made%axes)
+      bad = .not. status%ok()
+      if (bad) return
+      call motion%evaluate(what%dt, moved, momentum)
+      q = moved
+      if (what%frame /= SPACE_MOMENTUM) desk%lanes%momentum(lane, :) = matmul(momentum, made%axes)
+   end subroutine move_exactly
+
+   !> Momentum in principal axes after an impulse.
+   pure function to_principal(made, frame, l, impulse) result(momentum)
+      type(body_class_t), intent(in) :: made
+      integer, intent(in) :: frame
+      !> Momentum or angular velocity, and the impulse, body axes.
+      real(wp), intent(in) :: l(3), impulse(3)
+      real(wp) :: momentum(3)
+      if (frame == BODY_RATE) then
+         momentum = made%moments*matmul(l, made%axes) + matmul(impulse, made%axes)
+      else
+         momentum = matmul(l + impulse, made%axes)
+      end if
+   end function to_principal
+
+   !> True if all numbers are finite and at most 1e100. By their bits: comparisons with NaN set off traps.
+   pure logical function is_within(q, l, torque)
+      real(wp), intent(in) :: q(4), l(3), torque(3)
+      integer(long), parameter :: most = transfer(greatest_number, 1_long)
+      integer(long) :: worst
+      worst = max(magnitude(q(1)), magnitude(q(2)), magnitude(q(3)), magnitude(q(4)), magnitude(l(1)), &
+                  magnitude(l(2)), magnitude(l(3)), magnitude(torque(1)), magnitude(torque(2)), magnitude(torque(3)))
+      is_within = worst <= most
+   end function is_within
+
+   !> The bits of |x|, which are in the order of the numbers.
+   pure integer(long) function magnitude(x)
+      real(wp), intent(in) :: x
+      magnitude = iand(transfer(x, 1_long), huge(1_long))
+   end function magnitude
+
+end module nutate_bodies
