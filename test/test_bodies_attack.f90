@@ -78,13 +78,14 @@ contains
    subroutine random_drifts_are_exact(error)
       type(error_type), allocatable, intent(out) :: error
       type(bodies_t) :: bodies
-      type(draw_t) :: drawn
-      type(body_t) :: classes(n)
+      type(draw_t), allocatable :: drawn
+      type(body_t), allocatable :: classes(:)
       type(free_body_t) :: exact
       type(status_t) :: status
       real(wp) :: q(4, n), l(3, n), q1(4), momentum(3), rounding
       integer(int64) :: seed
       integer :: i, k
+      allocate (drawn, classes(n))
       seed = 31_int64
       do k = 1, calls()
          call draw(seed, drawn, classes)
@@ -119,12 +120,13 @@ contains
    subroutine random_steps_are_reversed(error)
       type(error_type), allocatable, intent(out) :: error
       type(bodies_t) :: bodies
-      type(draw_t) :: drawn
-      type(body_t) :: classes(n)
+      type(draw_t), allocatable :: drawn
+      type(body_t), allocatable :: classes(:)
       type(status_t) :: status
       real(wp) :: q(4, n), l(3, n)
       integer(int64) :: seed
       integer :: i, k
+      allocate (drawn, classes(n))
       seed = 32_int64
       do k = 1, calls()
          call draw(seed, drawn, classes)

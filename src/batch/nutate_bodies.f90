@@ -37,6 +37,9 @@ module nutate_bodies
 
    !> Bodies after which threads meet, to list those that failed; bodies below which one thread is faster.
    integer, parameter :: group = 16384, few = 2048
+   !> What stands for absent arguments.
+   real(wp), parameter :: no_torque(3, 0) = reshape([real(wp) ::], [3, 0])
+   integer, parameter :: one_class(0) = [integer ::]
    !> Largest ratio of the moments that the exact motion admits.
    real(wp), parameter :: widest_ratio = 1e60_wp
 
@@ -64,6 +67,8 @@ module nutate_bodies
       !> s.
       real(wp) :: dt = 0.0_wp
       logical :: kicks = .false., drifts = .false.
+      !> Each body has a class of its own, or all the first.
+      logical :: classed = .false.
       integer :: frame = SPACE_MOMENTUM, threads = 0
       !> Number of the first class: 0 in C.
       integer :: first_class = 1
@@ -148,7 +153,11 @@ contains
       type(status_t), intent(out) :: status
       !> Class of each body; default: the first; shape (n).
       integer, intent(in), contiguous, optional :: class_of(:)
-      call move(self, movement_t(dt, .true., .true.), q, l, status, torque, class_of)
+      if (present(class_of)) then
+         call move(self, movement_t(dt, .true., .true., .true.), q, l, torque, class_of, status)
+      else
+         call move(self, movement_t(dt, .true., .true.), q, l, torque, one_class, status)
+      end if
    end subroutine step
 
    !> Changes the momenta by Δt τ, or the angular velocities by Δt J⁻¹τ.
@@ -167,7 +176,11 @@ contains
       type(status_t), intent(out) :: status
       !> Class of each body; default: the first; shape (n).
       integer, intent(in), contiguous, optional :: class_of(:)
-      call move(self, movement_t(dt, .true., .false.), q, l, status, torque, class_of)
+      if (present(class_of)) then
+         call move(self, movement_t(dt, .true., .false., .true.), q, l, torque, class_of, status)
+      else
+         call move(self, movement_t(dt, .true., .false.), q, l, torque, one_class, status)
+      end if
    end subroutine kick
 
    !> Moves the bodies without torques.
@@ -184,17 +197,21 @@ contains
       type(status_t), intent(out) :: status
       !> Class of each body; default: the first; shape (n).
       integer, intent(in), contiguous, optional :: class_of(:)
-      call move(self, movement_t(dt, .false., .true.), q, l, status, class_of=class_of)
+      if (present(class_of)) then
+         call move(self, movement_t(dt, .false., .true., .true.), q, l, no_torque, class_of, status)
+      else
+         call move(self, movement_t(dt, .false., .true.), q, l, no_torque, one_class, status)
+      end if
    end subroutine drift
 
    !> Tests the shapes of a call and performs it.
-   subroutine move(self, what, q, l, status, torque, class_of)
+   subroutine move(self, what, q, l, torque, class_of, status)
       type(bodies_t), intent(inout) :: self
       type(movement_t), intent(in) :: what
       real(wp), intent(inout), contiguous :: q(:, :), l(:, :)
+      real(wp), intent(in), contiguous :: torque(:, :)
+      integer, intent(in), contiguous :: class_of(:)
       type(status_t), intent(out) :: status
-      real(wp), intent(in), contiguous, optional :: torque(:, :)
-      integer, intent(in), contiguous, optional :: class_of(:)
       type(movement_t) :: whole
       integer :: n
       n = size(q, 2)
@@ -204,15 +221,15 @@ contains
       if (.not. allocated(self%classes)) status = fail(NUTATE_BAD_ARGUMENT, 'the bodies are not set up', 'classes')
       if (size(q, 1) /= 4 .or. any(shape(l) /= [3, n])) &
          status = fail(NUTATE_BAD_ARGUMENT, 'wrong shapes (expected q(4,n) and l(3,n))', 'q')
-      if (present(torque)) then
+      if (what%kicks) then
          if (any(shape(torque) /= [3, n])) &
             status = fail(NUTATE_BAD_ARGUMENT, 'wrong shape (expected torque(3,n))', 'torque')
       end if
-      if (present(class_of)) then
+      if (what%classed) then
          if (size(class_of) /= n) status = fail(NUTATE_BAD_ARGUMENT, 'wrong shape (expected class_of(n))', 'class_of')
       end if
       if (status%ok()) then
-         call move_bodies(self%classes, whole, n, q, l, self%failed, status, torque, class_of)
+         call move_bodies(self%classes, whole, n, q, l, torque, class_of, self%failed, status)
       else
          self%failed = [integer ::]
       end if
@@ -221,19 +238,19 @@ contains
    !> Moves bodies, a group of them by all threads at a time, and lists those that failed.
    !>
    !> Errors: those of `step`.
-   subroutine move_bodies(classes, what, n, q, l, failed, status, torque, class_of)
+   subroutine move_bodies(classes, what, n, q, l, torque, class_of, failed, status)
       type(body_class_t), intent(in), contiguous :: classes(:)
       type(movement_t), intent(in) :: what
       integer, intent(in) :: n
       !> Shapes (4, n) and (3, n).
       real(wp), intent(inout) :: q(4, n), l(3, n)
+      !> Read with kicks; shape (3, n).
+      real(wp), intent(in), contiguous :: torque(:, :)
+      !> Read where each body has a class; shape (n).
+      integer, intent(in), contiguous :: class_of(:)
       !> In ascending order.
       integer, intent(inout), allocatable :: failed(:)
       type(status_t), intent(out) :: status
-      !> With kicks; shape (3, n).
-      real(wp), intent(in), optional :: torque(3, n)
-      !> Shape (n).
-      integer, intent(in), optional :: class_of(n)
       type(movement_t) :: whole
       type(desk_t) :: desk
       logical :: bad(group)
@@ -258,7 +275,7 @@ contains
          !$omp do schedule(static)
          do k = 0, (last - start)/lanes
             call move_lanes(classes, whole, desk, start + k*lanes, min(last - start - k*lanes + 1, lanes), n, q, l, &
-                            bad(k*lanes + 1:(k + 1)*lanes), torque, class_of)
+                            torque, class_of, bad(k*lanes + 1:(k + 1)*lanes))
             n_bad = n_bad + count(bad(k*lanes + 1:(k + 1)*lanes))
          end do
          !$omp end do
@@ -278,25 +295,25 @@ contains
    end function tell
 
    !> Moves some bodies, at most one for each lane.
-   subroutine move_lanes(classes, what, desk, first, several, n, q, l, bad, torque, class_of)
+   subroutine move_lanes(classes, what, desk, first, several, n, q, l, torque, class_of, bad)
       type(body_class_t), intent(in), contiguous :: classes(:)
       type(movement_t), intent(in) :: what
       type(desk_t), intent(inout) :: desk
       !> The first of them, and how many; number of all bodies.
       integer, intent(in) :: first, several, n
       real(wp), intent(inout) :: q(4, n), l(3, n)
+      real(wp), intent(in), contiguous :: torque(:, :)
+      integer, intent(in), contiguous :: class_of(:)
       !> Those that keep their state; shape (lanes).
       logical, intent(out) :: bad(lanes)
-      real(wp), intent(in), optional :: torque(3, n)
-      integer, intent(in), optional :: class_of(n)
       real(wp) :: impulse(3)
       integer :: i, j, number
       impulse = 0.0_wp
       number = 1
       do i = 1, several
          j = first + i - 1
-         if (present(class_of)) number = class_of(j) + 1 - what%first_class
-         if (present(torque)) impulse = torque(:, j)
+         if (what%classed) number = class_of(j) + 1 - what%first_class
+         if (what%kicks) impulse = torque(:, j)
          call load(classes, what, desk, i, number, q(:, j), l(:, j), impulse, bad(i))
          if (bad(i)) call rest(classes, what, desk, i)
       end do

@@ -37,8 +37,8 @@ module nutate_bodies_drift
    !> Part of the moments up to which they are corrected: steps of some half radian, whose error is then 1e-4.
    real(wp), parameter :: largest_correction = 0.1_wp
 
-   !> A class of bodies. FORTRAN 77 programs hold it in an array of their own.
-   type, bind(C) :: body_class_t
+   !> A class of bodies, all reals: FORTRAN 77 programs hold it in an array of their own.
+   type :: body_class_t
       !> Principal moments, kg m².
       real(wp) :: moments(3) = 1.0_wp
       !> Principal axes as columns, body axes.
