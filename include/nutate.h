@@ -94,6 +94,8 @@ typedef struct nutate_scene nutate_scene;
 typedef struct nutate_stepper nutate_stepper;
 /* The rows of a run. */
 typedef struct nutate_history nutate_history;
+/* Classes of many bodies that the program moves. */
+typedef struct nutate_bodies nutate_bodies;
 
 /* ---- General ---------------------------------------------------------------------------------------------------- */
 
@@ -152,5 +154,6 @@ typedef int (*nutate_torque)(double t, const double q[4], const double omega[3],
 #include "nutate_runs.h"
 #include "nutate_satellites.h"
 #include "nutate_sweep.h"
+#include "nutate_bodies.h"
 
 #endif

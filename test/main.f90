@@ -27,6 +27,7 @@ program unit
    use test_bodies_attack, only: collect_bodies_attack
    use test_body, only: collect_body
    use test_bounds, only: collect_bounds
+   use test_c_bodies, only: collect_c_bodies
    use test_c_events, only: collect_c_events
    use test_c_interface, only: collect_c_interface
    use test_c_runs, only: collect_c_runs
@@ -203,6 +204,7 @@ contains
    function interop_suites() result(suites)
       type(testsuite_type), allocatable :: suites(:)
       suites = [ &
+         new_testsuite("c_bodies", collect_c_bodies), &
          new_testsuite("c_events", collect_c_events), &
          new_testsuite("c_interface", collect_c_interface), &
          new_testsuite("c_runs", collect_c_runs), &

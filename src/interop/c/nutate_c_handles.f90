@@ -4,6 +4,8 @@
 !> is used afterwards, or that is of another kind, is recognised.
 module nutate_c_handles
    use, intrinsic :: iso_c_binding, only: c_associated, c_f_pointer, c_int, c_int64_t, c_null_ptr, c_ptr, c_size_t
+   use nutate_bodies, only: movement_t
+   use nutate_bodies_drift, only: body_class_t
    use nutate_c_effects, only: report_failures_to
    use nutate_c_found, only: found_events_t
    use nutate_c_polls, only: poll_t
@@ -23,17 +25,18 @@ module nutate_c_handles
    implicit none
    private
 
-   public :: handle_t, system_handle_t, scene_handle_t, stepper_handle_t, history_handle_t
-   public :: SYSTEM_MARK, SCENE_MARK, STEPPER_MARK, HISTORY_MARK
-   public :: find_system, find_scene, find_stepper, find_history, find_handle
+   public :: handle_t, system_handle_t, scene_handle_t, stepper_handle_t, history_handle_t, bodies_handle_t
+   public :: SYSTEM_MARK, SCENE_MARK, STEPPER_MARK, HISTORY_MARK, BODIES_MARK
+   public :: find_system, find_scene, find_stepper, find_history, find_bodies, find_handle
    public :: open_slot, erase_mark, copy_system, null_argument, report, whole_message, conclude, make_room
    public :: unprepare
 
-   !> Marks of the four kinds.
+   !> Marks of the kinds.
    integer(c_int64_t), parameter :: SYSTEM_MARK = 7811887110843601971_c_int64_t, &
                                     SCENE_MARK = 7811887110843601972_c_int64_t, &
                                     STEPPER_MARK = 7811887110843601973_c_int64_t, &
-                                    HISTORY_MARK = 7811887110843601974_c_int64_t
+                                    HISTORY_MARK = 7811887110843601974_c_int64_t, &
+                                    BODIES_MARK = 7811887110843601975_c_int64_t
 
    !> What every handle begins with.
    type :: handle_t
@@ -73,6 +76,15 @@ module nutate_c_handles
       real(wp), allocatable :: values(:, :)
       type(found_events_t) :: found
    end type history_handle_t
+
+   !> Classes of many bodies.
+   type, extends(handle_t) :: bodies_handle_t
+      type(body_class_t), allocatable :: classes(:)
+      !> Frame, threads and the number of the first class.
+      type(movement_t) :: what = movement_t()
+      !> Bodies that failed in the last call, counted from 1.
+      integer, allocatable :: failed(:)
+   end type bodies_handle_t
 
    !> A run of a system, which single steps can go on with.
    type, extends(handle_t) :: stepper_handle_t
@@ -153,6 +165,16 @@ contains
       if (handle%mark /= HISTORY_MARK) handle => null()
    end function find_history
 
+   !> The bodies behind a handle; null where it is none.
+   function find_bodies(address) result(handle)
+      type(c_ptr), intent(in) :: address
+      type(bodies_handle_t), pointer :: handle
+      handle => null()
+      if (.not. c_associated(address)) return
+      call c_f_pointer(address, handle)
+      if (handle%mark /= BODIES_MARK) handle => null()
+   end function find_bodies
+
    !> What any handle begins with; null where it is none.
    function find_handle(address) result(handle)
       type(c_ptr), intent(in) :: address
@@ -160,7 +182,7 @@ contains
       handle => null()
       if (.not. c_associated(address)) return
       call c_f_pointer(address, handle)
-      if (all(handle%mark /= [SYSTEM_MARK, SCENE_MARK, STEPPER_MARK, HISTORY_MARK])) handle => null()
+      if (all(handle%mark /= [SYSTEM_MARK, SCENE_MARK, STEPPER_MARK, HISTORY_MARK, BODIES_MARK])) handle => null()
    end function find_handle
 
    !> The place where C keeps a handle, set to null; null where there is none.
