@@ -13,13 +13,13 @@ ATTACK ?=
 CASE ?=
 # 0: without threads, which run the members of an ensemble and which the build has where the compiler has OpenMP
 OPENMP ?=
-# native: the members of an ensemble are moved by all vector instructions of this machine, with the same results
+# native: src/batch is compiled for all vector instructions of this machine, with the same results
 LANES ?=
 
 export FFLAGS OPENMP LANES
 
 .DEFAULT_GOAL := build
-.PHONY: help setup build mpi run test stress attack accuracy fuzz lanes memcheck sanitize flang bench figures paper costs lint api docs wheel install uninstall clean
+.PHONY: help setup build mpi run test stress attack accuracy fuzz memcheck sanitize flang bench figures paper costs lint api docs wheel install uninstall clean
 
 help: ## this list
 	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 11
@@ -43,9 +43,6 @@ test: setup ## run the unit tests and the command-line tests
 
 stress: setup ## run the stability cases at full length, a quarter of an hour, and write docs/results/hard-cases.md (STRESS=long selects)
 	@bash tools/tests/stress.sh $(STRESS)
-
-lanes: setup ## compare the rows of ensembles by lanes of 1, 4, 8 and 16 bodies, by SSE2, AVX2 and AVX-512 (LANES_OF=avx2 selects)
-	@bash tools/checks/check-lanes.sh $(LANES_OF)
 
 attack: setup ## look for steps on a wrong root among 100 000 and write docs/results/hard-cases.md (ATTACK='--seed 2 --case 7' repeats one)
 	@bash tools/tests/attack.sh $(ATTACK)

@@ -78,7 +78,7 @@ contains
       call add_method(page, scene, trim(run%summary%choice))
       call add_invariants(page, scene)
       call add_output(page, scene, refusal)
-      if (scene%ensemble%active()) call add_ensemble(page, scene)
+      if (scene%ensemble%active()) call add_ensemble(page, scene%ensemble)
       call add_notes(page, scene)
       call show_page(page, STANDARD_OUTPUT, exit_code)
       if (refusal == '' .or. exit_code /= EXIT_SUCCESS) return

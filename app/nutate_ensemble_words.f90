@@ -1,55 +1,18 @@
 !> What an ensemble is, in words.
 module nutate_ensemble_words
-   use nutate_columns, only: columns_t
    use nutate_console, only: count_text, page_t, plural, vector_text
    use nutate_ensemble_plan, only: ensemble_plan_t, variation_t, CASES, GRID, NORMAL, ROTATION
    use nutate_kinds, only: wp, long
-   use nutate_lane_run, only: batch_obstacle, lanes
    use nutate_printable, only: printable_path
-   use nutate_scene, only: scene_t
-   use nutate_status, only: status_t
    implicit none
    private
 
-   public :: add_ensemble, add_batches
+   public :: add_ensemble
 
 contains
 
-   !> Members, what differs between them, what is kept, and how they are run.
-   subroutine add_ensemble(page, scene)
-      type(page_t), intent(inout) :: page
-      !> With an ensemble.
-      type(scene_t), intent(in) :: scene
-      call add_members(page, scene%ensemble)
-      call add_batches(page, scene)
-   end subroutine add_ensemble
-
-   !> Whether members are run in SIMD batches, else why they are not and what that costs.
-   subroutine add_batches(page, scene)
-      type(page_t), intent(inout) :: page
-      !> With an ensemble.
-      type(scene_t), intent(in) :: scene
-      type(columns_t) :: columns
-      type(status_t) :: status
-      character(len=:), allocatable :: obstacle
-      call columns%choose(scene%output%columns, status, scene%output%degrees, scene%system%effects)
-      obstacle = batch_obstacle(scene, columns)
-      associate (settings => scene%integrator)
-         if (obstacle == '') then
-            call page%item('SIMD batches', count_text(int(lanes, long))//' members at a time')
-         else if (settings%method == 'nielsen_krenk' .and. settings%formulation /= 'reduced' .and. &
-                  settings%attitude .and. settings%projection .and. &
-                  .not. settings%inverse_auxiliary_inertia > 0.0_wp) then
-            call page%item('SIMD batches', 'none: '//obstacle//" (formulation = 'reduced' gives the same "// &
-                           'trajectory 3 times faster)')
-         else
-            call page%item('SIMD batches', 'none: '//obstacle//' (steps in batches take a third to a half of the time)')
-         end if
-      end associate
-   end subroutine add_batches
-
    !> Members, what differs between them, and what is kept.
-   subroutine add_members(page, plan)
+   subroutine add_ensemble(page, plan)
       type(page_t), intent(inout) :: page
       !> Active.
       type(ensemble_plan_t), intent(in) :: plan
@@ -67,7 +30,7 @@ contains
       else
          call page%item('mean and counts', printable_path(plan%file))
       end if
-   end subroutine add_members
+   end subroutine add_ensemble
 
    !> What is drawn together.
    pure function names_of(plan, variation) result(text)

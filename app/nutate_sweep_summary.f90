@@ -3,7 +3,6 @@ module nutate_sweep_summary
    use nutate_console, only: count_text, page_t, plural, say_error, show_page, EXIT_OUTPUT, EXIT_RUN
    use nutate_contraction, only: arithmetic_in_words
    use nutate_decimal, only: rounded_text
-   use nutate_ensemble_words, only: add_batches
    use nutate_files, only: STANDARD_ERROR
    use nutate_kinds, only: wp, long
    use nutate_member, only: member_t
@@ -58,7 +57,6 @@ contains
       if (present(watcher)) call add_time(page, members, watcher)
       call add_members(page, scene, sums, first_failed)
       call add_fields(page, layout, sums)
-      call add_batches(page, scene)
       call page%item('arithmetic', arithmetic_in_words())
       call page%item(merge('rows', 'mean', scene%ensemble%keeps_rows), &
                      plural(int(layout%width(), long), 'field')//' in '//printable_path(name))

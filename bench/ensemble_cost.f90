@@ -1,19 +1,14 @@
-!> What many bodies cost: a step of a lane over one of the scalar stepper, in the same process, how well it conserves,
-!> whole sweeps by their number of members and of threads, and files of rows.
+!> What sweeps cost, by their number of members and of threads, and files of rows.
 program bench_ensemble
    use, intrinsic :: iso_fortran_env, only: int64
    use, intrinsic :: iso_c_binding, only: c_double
-   use nutate, only: gravity_gradient_t, gravity_t, integrator_settings_t, kinetic_energy, make_body, &
-      make_shape_body, make_state, make_stepper, parse_scene, rotor_t, scene_t, space_momentum, state_t, status_t, &
-      stepper_t, system_t, total_energy, wp
+   use nutate, only: parse_scene, scene_t, status_t, wp
    use nutate_member_rows, only: fill_rows, has_threads
    use nutate_npy, only: npy_header
-   use nutate_methods, only: default_settings
    use nutate_row_layout, only: make_layout, row_layout_t
    use nutate_sweep_csv, only: write_csv
    use nutate_sweep_file, only: sweep_file_t
    use nutate_sweep_watcher, only: sweep_watcher_t
-   use nutate_taylor_lanes, only: lanes, taylor_lanes_t
    implicit none
 
    interface
@@ -26,142 +21,17 @@ program bench_ensemble
       end function bench_process_seconds
    end interface
 
-   !> Bodies: a rod and the paper's box with rotors, the box hung up, a heavy top, a satellite in the gradient of
-   !> gravity; with the steps that they are moved by, s.
-   integer, parameter :: repeats = 25, orders(3) = [12, 16, 24]
-   character(len=*), parameter :: kinds(5) = [character(len=9) :: 'rod', 'gyrostat', 'hung box', 'top', &
-                                              'satellite']
-   real(wp), parameter :: dt(5) = [0.1_wp, 0.1_wp, 0.1_wp, 0.002_wp, 100.0_wp]
-   integer :: i, k
+   integer :: i
 
-   write (*, '(a)') 'ns a body-step: alone, in a lane, and the ratio'
-   do k = 1, size(dt)
-      do i = 1, size(orders)
-         call compare(k, orders(i), 3000)
-      end do
-   end do
-   write (*, '(/,a)') 'largest error of energy and of what is conserved of momentum, in lanes, 1e6 steps of order 16'
-   do k = 1, size(dt)
-      call drift(k, 16, 1000000)
-   end do
-   write (*, '(/,a)') 'us a member of 100 steps (one thread: CPU time; two: CPU time of both, wall time)'
-   write (*, '(a)') '  members threads alone together'
-   do i = 2, 6
+   write (*, '(a)') 'us a member of 100 steps (one thread: CPU time; two: CPU time of both, wall time)'
+   write (*, '(a)') '  members threads'
+   do i = 2, 4
       call sweep(10_int64**i, 1)
       if (has_threads()) call sweep(10_int64**i, 2)
    end do
    call files()
 
 contains
-
-   !> Body k and the start of the n-th of its kind.
-   subroutine take(k, n, system, state)
-      integer, intent(in) :: k, n
-      type(system_t), intent(out) :: system
-      type(state_t), intent(out) :: state
-      type(status_t) :: status
-      real(wp), parameter :: upright(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
-      if (k == 1) then
-         call make_shape_body('cylinder', [0.5_wp, 4.0_wp], system%body, status, mass=12.0_wp)
-         call system%effects%add(rotor_t(name='rotor', momentum=[0.0_wp, 0.0_wp, 5.0_wp]))
-         state = make_state(system, upright, [0.1_wp, 0.1_wp*n, 10.0_wp])
-      else if (k == 3) then
-         call make_shape_body('box', [4.0_wp, 1.0_wp, 2.0_wp], system%body, status, mass=12.0_wp)
-         system%body%center_of_mass = [0.0_wp, 0.0_wp, 1.0_wp]
-         call system%effects%add(gravity_t(system%body, [0.0_wp, 0.0_wp, -9.81_wp]))
-         state = make_state(system, upright, [0.1_wp, 0.1_wp*n, 10.0_wp])
-      else if (k == 2) then
-         call make_shape_body('box', [4.0_wp, 1.0_wp, 2.0_wp], system%body, status, mass=12.0_wp)
-         call system%effects%add(rotor_t(name='rotor', momentum=[2.0_wp, 1.0_wp, 5.0_wp]))
-         state = make_state(system, upright, [0.1_wp, 0.1_wp*n, 10.0_wp])
-      else if (k == 5) then
-         call make_shape_body('box', [4.0_wp, 1.0_wp, 2.0_wp], system%body, status, mass=12.0_wp)
-         call system%effects%add(gravity_gradient_t(system%body, [0.0_wp, 0.0_wp, 1.0_wp], 1.2e-6_wp))
-         state = make_state(system, upright, [1e-3_wp, 2e-4_wp*n, 4e-3_wp])
-      else
-         call make_body(reshape([15.234375_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.46875_wp, 0.0_wp, 0.0_wp, 0.0_wp, &
-                                 15.234375_wp], [3, 3]), system%body, status, mass=15.0_wp, &
-                        center_of_mass=[0.0_wp, 1.0_wp, 0.0_wp])
-         call system%effects%add(gravity_t(system%body, [0.0_wp, 0.0_wp, -9.81_wp]))
-         state = make_state(system, upright, [0.0_wp, 150.0_wp, -4.6_wp - 0.01_wp*n])
-      end if
-   end subroutine take
-
-   !> Fills all lanes.
-   subroutine fill(k, order, bodies)
-      integer, intent(in) :: k, order
-      type(taylor_lanes_t), allocatable, intent(out) :: bodies
-      type(system_t) :: system
-      type(state_t) :: state
-      integer :: n
-      allocate (bodies)
-      call bodies%set_up(order, dt(k))
-      do n = 1, lanes
-         call take(k, n, system, state)
-         call bodies%put(n, system, state)
-      end do
-   end subroutine fill
-
-   !> Least times of interleaved repeats.
-   subroutine compare(k, order, steps)
-      integer, intent(in) :: k, order, steps
-      type(taylor_lanes_t), allocatable :: bodies
-      type(system_t) :: system
-      type(state_t) :: state
-      type(status_t) :: status
-      type(integrator_settings_t) :: settings
-      class(stepper_t), allocatable :: stepper
-      real(wp) :: alone, together, start
-      integer :: i, n
-      alone = huge(alone)
-      together = huge(together)
-      settings = default_settings('taylor')
-      settings%series_order = order
-      do i = 1, repeats
-         call take(k, 1, system, state)
-         call make_stepper(system, settings, stepper, status)
-         start = bench_thread_seconds()
-         do n = 1, steps
-            call stepper%advance(system, state, dt(k), state%t + 0.5_wp*dt(k), status)
-         end do
-         alone = min(alone, 1e9_wp*(bench_thread_seconds() - start)/steps)
-         call fill(k, order, bodies)
-         start = bench_thread_seconds()
-         do n = 1, steps
-            call bodies%step()
-         end do
-         together = min(together, 1e9_wp*(bench_thread_seconds() - start)/(real(steps, wp)*lanes))
-         if (.not. all(bodies%taken)) error stop 'a body of the benchmark was given up'
-      end do
-      write (*, '(3x,a,", order ",i0,3f10.2)') trim(kinds(k)), order, alone, together, together/alone
-   end subroutine compare
-
-   !> Energy over that of the rotation, momentum over its length; of tops and satellites that about the vertical.
-   subroutine drift(k, order, steps)
-      integer, intent(in) :: k, order, steps
-      type(taylor_lanes_t), allocatable :: bodies
-      type(system_t) :: system
-      type(state_t) :: first, last
-      real(wp) :: errors(2), change(3)
-      integer :: n
-      call fill(k, order, bodies)
-      do n = 1, steps
-         call bodies%step()
-      end do
-      call bodies%look()
-      errors = 0.0_wp
-      do n = 1, lanes
-         if (.not. bodies%taken(n)) error stop 'a body of the benchmark was given up'
-         call take(k, n, system, first)
-         last = first
-         call bodies%get(n, last)
-         change = space_momentum(last) - space_momentum(first)
-         if (k >= 3) change(1:2) = 0.0_wp
-         errors = max(errors, [abs(total_energy(system, last) - total_energy(system, first))/ &
-                               kinetic_energy(system, first), norm2(change)/norm2(space_momentum(first))])
-      end do
-      write (*, '(3x,a,2es9.1)') trim(kinds(k)), errors
-   end subroutine drift
 
    !> Rows a second that go into a file of NumPy, each chunk on the disk before the next, and from it into CSV.
    subroutine files()
@@ -174,7 +44,7 @@ contains
       integer(int64), allocatable :: rows(:, :)
       integer(int64) :: begun, written, ended, rate, k
       integer :: error, unit
-      call make_scene("'quaternion'", members, scene, layout)
+      call make_scene(members, scene, layout)
       allocate (rows(layout%width(), chunk))
       rows = transfer(1.0_wp/3, rows(1, 1))
       call system_clock(begun, rate)
@@ -200,8 +70,7 @@ contains
    end subroutine files
 
    !> Members of 100 steps.
-   subroutine make_scene(columns, members, scene, layout)
-      character(len=*), intent(in) :: columns
+   subroutine make_scene(members, scene, layout)
       integer(int64), intent(in) :: members
       type(scene_t), intent(out) :: scene
       type(row_layout_t), intent(out) :: layout
@@ -211,31 +80,25 @@ contains
       write (digits, '(i0)') members
       call parse_scene("&body inertia = 5, 20, 17 / &initial angular_velocity = 0.1, 0, 10 / "// &
                        "&rotor momentum = 2, 1, 5 / &integrator time_step = 0.1, end_time = 10, "// &
-                       "method = 'taylor' / &output every = 100, columns = "//columns//" / "// &
+                       "method = 'taylor' / &output every = 100, columns = 'quaternion' / "// &
                        "&ensemble members = "//digits//" / &vary key = 'initial.angular_velocity', "// &
                        "distribution = 'normal', sigma = 0.1, 0.1, 0.1 /", 'bench', scene, status, message)
       if (.not. status%ok()) error stop 'the scene of the benchmark is refused'
       call make_layout(scene, layout, status)
    end subroutine make_scene
 
-   !> A sweep in memory, with what lanes take and with a column that they do not.
+   !> A sweep in memory.
    subroutine sweep(members, threads)
       integer(int64), intent(in) :: members
       integer, intent(in) :: threads
-      real(wp) :: alone(2), together(2)
-      call cost("'quaternion', 'solver'", members, threads, alone)
-      call cost("'quaternion'", members, threads, together)
-      if (threads == 1) then
-         write (*, '(i9,i4,2f10.2)') members, threads, alone(1), together(1)
-      else
-         write (*, '(i9,i4,2(f10.2,f8.2))') members, threads, alone, together
-      end if
+      real(wp) :: spent(2)
+      call cost(members, threads, spent)
+      write (*, '(i9,i8,*(f10.2))') members, threads, spent(:threads)
    end subroutine sweep
 
    !> Time of a member, us, of processors and on the wall: the least of some sweeps, of many where they are short. Of
    !> several threads the processors' is the mean, since the clock of a process is coarse.
-   subroutine cost(columns, members, threads, spent)
-      character(len=*), intent(in) :: columns
+   subroutine cost(members, threads, spent)
       integer(int64), intent(in) :: members
       integer, intent(in) :: threads
       real(wp), intent(out) :: spent(2)
@@ -246,7 +109,7 @@ contains
       integer(int64), allocatable :: rows(:, :)
       integer(int64) :: begun, ended, rate, sweeps, k
       real(wp) :: start, all_start
-      call make_scene(columns, members, scene, layout)
+      call make_scene(members, scene, layout)
       allocate (rows(layout%width(), members))
       spent = huge(spent)
       sweeps = min(1000_int64, max(2_int64, 300000/members))

@@ -68,7 +68,6 @@ program unit
    use test_heap, only: collect_heap
    use test_history, only: collect_history
    use test_jumps, only: collect_jumps
-   use test_series_lanes, only: collect_series_lanes
    use test_limits, only: collect_limits
    use test_literature, only: collect_literature
    use test_paper, only: collect_paper
@@ -195,7 +194,6 @@ contains
    function ensemble_suites() result(suites)
       type(testsuite_type), allocatable :: suites(:)
       suites = [new_testsuite("ensemble", collect_ensemble), &
-                new_testsuite("series_lanes", collect_series_lanes), &
                 new_testsuite("random", collect_random), &
                 new_testsuite("sweep", collect_sweep)]
    end function ensemble_suites

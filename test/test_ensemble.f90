@@ -2,10 +2,8 @@
 !> on nothing but their member.
 module test_ensemble
    use nutate_kinds, only: wp, eps, long
-   use nutate_lane_width, only: lanes
    use nutate_member, only: member_t
-   use nutate_member_rows, only: run_members, run_share
-   use nutate_member_run, only: member_run_t
+   use nutate_member_rows, only: run_members
    use nutate_quaternion, only: rotation_matrix
    use nutate_row_layout, only: make_layout, real_of, row_layout_t
    use nutate_sampling, only: draw_values
@@ -41,9 +39,8 @@ contains
                   new_unittest("a member is the scene with its numbers in it, to the bit", members_by_hand), &
                   new_unittest("what a scene refuses is a row with its status", refusals), &
                   new_unittest("a member after a refused one is as if it came first", members_are_alone), &
-                  new_unittest("members run together have the rows of members run alone", together_and_alone), &
                   new_unittest("a last trial run treated as the run leaves no trace", pilots_are_runs), &
-                  new_unittest("a frame that only some members turn is theirs alone", frames_together), &
+                  new_unittest("a frame that only some members turn is theirs alone", turned_frames), &
                   new_unittest("every effect, method and event can stand in an ensemble", everything)]
    end subroutine collect_ensemble
 
@@ -285,10 +282,7 @@ contains
    subroutine members_are_alone(error)
       type(error_type), allocatable, intent(out) :: error
       type(scene_t) :: scene
-      type(row_layout_t) :: layout
-      type(status_t) :: status
-      integer(long), allocatable :: fields(:, :), alone(:, :)
-      integer(long) :: k
+      integer(long), allocatable :: fields(:, :)
       call make("&ensemble members = 12, seed = 2 /"// &
                 "&event when = 'omega3', crosses = 9.0, switch = 'push toggle' /"// &
                 "&torque name = 'push', body = 1, 2, 3 /"// &
@@ -296,56 +290,22 @@ contains
                 "&vary key = 'initial.angular_velocity', distribution = 'normal', sigma = 1.0, 1.0, 1.0 /", &
                 scene, error)
       if (allocated(error)) return
-      call make_layout(scene, layout, status)
-      call run_members(scene, layout, 1_long, 12_long, fields, status)
+      call compare_rows(scene, fields, error)
       call check(error, any(fields(2, :) /= 0) .and. any(fields(2, :) == 0), 'none refused, or all')
-      do k = 1, 12
-         call run_members(scene, layout, k, k, alone, status)
-         call check(error, all(fields(:, k) == alone(:, 1)), 'another row for a member alone')
-      end do
    end subroutine members_are_alone
 
-   !> Free bodies, tops and satellites at several orders and ways to look; some turn too fast, some the scene refuses.
-   subroutine together_and_alone(error)
+   !> Every third member turns no frame.
+   subroutine turned_frames(error)
       type(error_type), allocatable, intent(out) :: error
-      character(len=*), parameter :: tail(4) = [character(len=100) :: &
-         "end_time = 5 / &output columns = 'quaternion', 'energy', every = 7 /", &
-         "series_order = 9, end_time = 3 / &output columns = 'angular_momentum_space', 'constraints' /", &
-         "series_order = 24, end_time = 1 / &output columns = 'angular_velocity_space', every = 100 /", &
-         "end_time = 1 / &output columns = 'quaternion', every = 2 /"]
-      character(len=*), parameter :: head(5) = [character(len=200) :: "&rotor momentum = 0, 1, 2 /", &
-         "&rotor momentum = 10, 0, 3 / &vary key = 'rotor.momentum.1', distribution = 'normal', sigma = 5 /", &
-         "&dipole moment = 9, 0, 30, field = 5, 0, 2 /", &
-         "&gravity_gradient direction = 1, 2, -2, strength = 9 / &dipole moment = 9, 0, 30, field = 5, 0, 2 /", &
-         "&rotor momentum = 0, 1, 0 / &dipole moment = 9, 0, 30, field = 5, 0, 2 / &vary key = 'dipole.moment.2', "// &
-         "distribution = 'normal', sigma = 3 /"]
-      integer(long), allocatable :: status_of(:)
-      integer :: i
-      do i = 1, size(head)
-         call compare_rows("&body inertia = 5.0, 20.0, 17.0 / &initial angular_velocity = 0.1, 0.0, 10.0 / "// &
-                           trim(head(i))//line_feed//"&integrator method = 'taylor', time_step = 0.1, "// &
-                           trim(tail(1 + mod(i, 4)))//line_feed//"&ensemble members = 61, seed = 2 / &vary key = "// &
-                           "'body.inertia.2', distribution = 'uniform', low = 16.0, high = 24.0 / "//line_feed// &
-                           "&vary key = 'initial.angular_velocity.2', distribution = 'normal', sigma = 20.0 / "// &
-                           "&vary key = 'initial.quaternion', distribution = 'rotation' /", lanes/3, status_of, error)
-         if (allocated(error)) return
-         call check(error, count(status_of == 0) > 40 .and. count(status_of == NUTATE_BAD_BODY) > 3, 'statuses')
-      end do
-   end subroutine together_and_alone
-
-   !> Every third member turns no frame, and can be run in a lane.
-   subroutine frames_together(error)
-      type(error_type), allocatable, intent(out) :: error
-      integer(long), allocatable :: status_of(:)
-      call compare_rows("&body inertia = 5.0, 20.0, 17.0 / &initial angular_velocity = 0.1, 0.0, 10.0 / "// &
-                        "&rotating_frame rate = 0, 0, 0 / &rotor momentum = 0, 1, 2 / "// &
-                        "&integrator method = 'taylor', "// &
-                        "time_step = 0.1, end_time = 2.0 / &output columns = 'quaternion', 'energy' /"// &
-                        line_feed//"&ensemble members = 64 / &vary key = 'rotating_frame.rate.3', "// &
-                        "distribution = 'grid', low = -1, high = 1, points = 3 /", min(1, lanes/2), status_of, error)
+      type(scene_t) :: scene
+      integer(long), allocatable :: fields(:, :)
+      call make("&rotating_frame rate = 0, 0, 0 / &rotor momentum = 0, 1, 2 / &ensemble members = 12 /"// &
+                "&vary key = 'rotating_frame.rate.3', distribution = 'grid', low = -1, high = 1, points = 3 /", &
+                scene, error)
       if (allocated(error)) return
-      call check(error, all(status_of == 0), 'statuses')
-   end subroutine frames_together
+      call compare_rows(scene, fields, error)
+      call check(error, all(fields(2, :) == 0), 'statuses')
+   end subroutine turned_frames
 
    !> Members with an accuracy, by each method that it can choose: Euler angles, which are followed through a run, have
    !> it run once more behind its pilots. Some need more steps than they are allowed.
@@ -396,37 +356,23 @@ contains
       call run_members(scene, layout, 1_long, 8_long, fields, status)
    end subroutine run_world
 
-   !> Compares the rows of members that are run together with those of each alone.
-   subroutine compare_rows(text, fewest, status_of, error)
-      !> Of a scene with an ensemble.
-      character(len=*), intent(in) :: text
-      !> Of the first members more than so many arrive in their lanes.
-      integer, intent(in) :: fewest
-      !> Of each member; shape (members).
-      integer(long), allocatable, intent(out) :: status_of(:)
+   !> Compares the rows of members run by one runner in their order with those of each alone.
+   subroutine compare_rows(scene, fields, error)
+      !> With an ensemble.
+      type(scene_t), intent(in) :: scene
+      !> Shape (fields, members).
+      integer(long), allocatable, intent(out) :: fields(:, :)
       type(error_type), allocatable, intent(inout) :: error
-      type(scene_t) :: scene
       type(row_layout_t) :: layout
-      type(member_run_t), allocatable :: runner
       type(status_t) :: status
-      integer(long), allocatable :: fields(:, :), alone(:, :)
-      character(len=:), allocatable :: message
+      integer(long), allocatable :: alone(:, :)
       integer(long) :: k
-      integer :: i
-      call parse_scene(text, 'box.nml', scene, status, message)
-      call check(error, status%ok(), message)
-      if (allocated(error)) return
       call make_layout(scene, layout, status)
       call run_members(scene, layout, 1_long, scene%ensemble%members, fields, status)
       do k = 1, scene%ensemble%members
          call run_members(scene, layout, k, k, alone, status)
-         call check(error, all(alone(:, 1) == fields(:, k)), 'a member differs from itself alone')
+         call check(error, all(fields(:, k) == alone(:, 1)), 'another row for a member alone')
       end do
-      allocate (runner)
-      call runner%prepare(scene, layout, status)
-      call run_share(runner, scene, 1_long, int(lanes, long), fields(:, 1:lanes), status)
-      call check(error, count([(runner%together%arrived(i), i=1, lanes)]) > fewest, 'few members are run together')
-      status_of = fields(2, :)
    end subroutine compare_rows
 
    !> Each method with events and a torque, Euler angles and an accuracy: rows of runs that reach their end.

@@ -25,8 +25,8 @@ esac
 openmp=${OPENMP:-AUTO}
 if [ "$openmp" = 1 ]; then unfused="$unfused -fopenmp"; fi
 if [ "$openmp" = 0 ]; then cmake_folder=$cmake_folder-serial; fi
-# LANES=native moves the members of ensembles by all vector instructions of this machine, with the same results; avx2 and
-# avx512 name them.
+# LANES=native compiles src/batch for all vector instructions of this machine, with the same results; avx2 and avx512 name
+# them.
 lanes=${LANES-}
 if [ "$lanes" = native ]; then
    lanes=

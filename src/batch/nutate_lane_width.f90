@@ -1,9 +1,9 @@
-!> How many bodies a batch moves at once. No bit of a body depends on it: `tools/checks/check-lanes.sh` builds others.
+!> How many bodies a batch moves at once. No bit of a body depends on it.
 module nutate_lane_width
    implicit none
    private
 
-   !> Two registers of AVX-512, four of AVX2: enough that one is worked at while another waits (`bench_ensemble`).
+   !> Two registers of AVX-512, four of AVX2: enough that one is worked at while another waits.
    integer, parameter, public :: lanes = 16
 
 end module nutate_lane_width

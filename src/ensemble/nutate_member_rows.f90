@@ -2,7 +2,6 @@
 module nutate_member_rows
    use, intrinsic :: iso_c_binding, only: c_int
    use nutate_kinds, only: wp, long
-   use nutate_lane_run, only: lanes
    use nutate_member_run, only: member_run_t
    use nutate_row_layout, only: row_layout_t
    use nutate_scene, only: scene_t
@@ -18,9 +17,6 @@ module nutate_member_rows
    integer(long), parameter :: largest_share = 64
    !> Shares of each thread, at least.
    integer(long), parameter :: usual_shares = 8
-   !> Members that are worth being run together: all lanes cost, by SSE2, what a third to two thirds as many cost alone
-   !> (`bench_ensemble`).
-   integer(long), parameter :: fewest = max(1, lanes/2)
    !> Time between two questions of a thread that has no more members, s.
    real(wp), parameter :: usual_pause = 0.01_wp
 
@@ -83,8 +79,6 @@ contains
       ! A member alone is run by the thread that calls, which may be the only one that is told when it is to end.
       workers = int(max(min(int(threads, long), last - first + 1), 1_long))
       share = max(min((last - first + 1)/(usual_shares*workers), largest_share), 1_long)
-      ! Whole lanes, where there is one for each thread.
-      if ((last - first + 1)/workers >= lanes) share = (share + lanes - 1)/lanes*lanes
       next = first
       if (workers > 1) then
          at_work = 0
@@ -150,7 +144,7 @@ contains
       call unlock_texts()
    end subroutine run_shares
 
-   !> Runs members, those together that can be. Errors: `NUTATE_STOPPED` where the watcher wants the end.
+   !> Runs members to their rows. Errors: `NUTATE_STOPPED` where the watcher wants the end.
    subroutine run_share(runner, scene, first, last, fields, status)
       !> Prepared.
       type(member_run_t), intent(inout) :: runner
@@ -159,56 +153,16 @@ contains
       !> Shape (fields, members).
       integer(long), intent(inout) :: fields(:, :)
       type(status_t), intent(out) :: status
-      logical :: arrived(lanes)
-      integer(long) :: k, next
-      integer :: i
-      next = first
-      do while (next <= last)
-         arrived = .false.
-         k = min(next + lanes - 1, last)
-         if (runner%together%possible .and. k - next + 1 >= fewest) &
-            call run_together(runner, scene, next, k, fields(:, next - first + 1:k - first + 1), arrived, status)
-         do i = 1, int(k - next) + 1
-            if (.not. status%ok()) return
-            if (.not. arrived(i)) call runner%row(scene, next + i - 1, fields(:, next + i - first), status)
-            if (.not. status%ok()) return
-            if (.not. associated(runner%watcher%sweep)) cycle
-            if (runner%watcher%sweep%wants_end()) status = fail(NUTATE_STOPPED, 'the sweep was stopped')
-         end do
-         next = k + 1
+      integer(long) :: k
+      do k = first, last
+         call runner%row(scene, k, fields(:, k - first + 1), status)
+         if (.not. status%ok()) return
+         if (.not. associated(runner%watcher%sweep)) cycle
+         if (.not. runner%watcher%sweep%wants_end()) cycle
+         status = fail(NUTATE_STOPPED, 'the sweep was stopped')
+         return
       end do
    end subroutine run_share
-
-   !> Runs some members together. Errors: `NUTATE_STOPPED` where the watcher wants the end.
-   subroutine run_together(runner, scene, first, last, fields, arrived, status)
-      type(member_run_t), intent(inout) :: runner
-      type(scene_t), intent(in) :: scene
-      !> As many as there are lanes, or less.
-      integer(long), intent(in) :: first, last
-      !> Shape (fields, members).
-      integer(long), intent(inout) :: fields(:, :)
-      !> Which of them have come to their end; the others are to be run alone. Shape (lanes).
-      logical, intent(inout) :: arrived(:)
-      type(status_t), intent(out) :: status
-      type(status_t) :: outcome
-      integer :: i
-      associate (together => runner%together, member => runner%member)
-         call together%begin(scene)
-         do i = 1, int(last - first) + 1
-            call lock_texts()
-            call member%set_values(scene%ensemble, first + i - 1, outcome)
-            call unlock_texts()
-            if (outcome%ok()) call together%join(i, member%scene, member%values, runner%watcher%columns)
-         end do
-         call together%run(runner%watcher%sweep, status)
-         if (.not. status%ok()) return
-         do i = 1, int(last - first) + 1
-            arrived(i) = together%arrived(i)
-            if (arrived(i)) &
-               call together%write_row(i, first + i - 1, scene%plan%end_time, runner%layout, fields(:, i))
-         end do
-      end associate
-   end subroutine run_together
 
    !> Waits for some time, or until a signal comes, and lets other threads work.
    subroutine pause_thread(seconds)

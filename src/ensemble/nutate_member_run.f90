@@ -4,7 +4,6 @@ module nutate_member_run
    use nutate_event_history, only: event_history_t
    use nutate_history, only: history_t
    use nutate_kinds, only: wp, long
-   use nutate_lane_run, only: lane_run_t
    use nutate_member, only: member_t
    use nutate_member_watcher, only: look_stride, member_watcher_t, sweep_asker_t
    use nutate_observer, only: run_record_t
@@ -27,8 +26,6 @@ module nutate_member_run
       type(member_t) :: member
       type(row_layout_t) :: layout
       type(member_watcher_t) :: watcher
-      !> Where members can be run together.
-      type(lane_run_t) :: together
    contains
       !> Prepares for a scene with an ensemble.
       procedure :: prepare
@@ -51,7 +48,6 @@ contains
       self%layout = layout
       call self%member%prepare(scene)
       call self%watcher%columns%choose(scene%output%columns, status, scene%output%degrees, scene%system%effects)
-      call self%together%prepare(scene, self%watcher%columns)
       call unlock_texts()
       if (present(sweep)) self%watcher%sweep => sweep
    end subroutine prepare

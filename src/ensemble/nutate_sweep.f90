@@ -15,7 +15,6 @@
 module nutate_sweep
    use nutate_byte_archive, only: byte_archive_t
    use nutate_kinds, only: long
-   use nutate_lane_run, only: lanes
    use nutate_member_rows, only: has_threads, run_share
    use nutate_member_run, only: member_run_t
    use nutate_npy, only: longest_header, npy_header
@@ -174,7 +173,7 @@ contains
       call make_layout(scene, self%layout, status)
    end subroutine begin
 
-   !> Members of a chunk, of which those of long ensembles fill their lanes.
+   !> Members of a chunk.
    pure integer(long) function usual_chunk(members, workers) result(chunk)
       integer(long), intent(in) :: members
       !> As in `open`.
@@ -183,7 +182,6 @@ contains
       parts = usual_chunks
       if (present(workers)) parts = max(parts, chunks_of_each*workers)
       chunk = max(min((members + parts - 1)/parts, largest_chunk), 1_long)
-      if (2*chunk >= lanes) chunk = (chunk + lanes - 1)/lanes*lanes
    end function usual_chunk
 
    !> Starts sums, or goes on with those that another sweep has left. Errors: `NUTATE_BAD_ARGUMENT`.

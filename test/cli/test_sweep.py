@@ -165,6 +165,42 @@ class Rows(SweepTest):
         self.assertEqual(done.returncode, 3, done.stderr)
 
 
+class Looks(SweepTest):
+    """Where the scene asks for no rows, some hundred steps are looked at: seen in the largest errors alone."""
+
+    SCENE = TUMBLE.replace(", every = 10", "").replace("members = 200", "members = 20").replace("&event", "! &event").replace(
+        "&integrator", "&rotor momentum = 0.0, 1.0, 2.0 /\n&integrator")
+
+    def scene(self, steps, **changes):
+        text = self.SCENE.replace("time_step = 0.01, end_time = 0.5", f"time_step = 0.001, end_time = {steps/1000}")
+        for old, new in changes.items():
+            text = text.replace(old, new)
+        self.write("tumble.nml", text)
+
+    def test_a_member_alone_has_the_row_of_the_ensemble(self):
+        for steps in (99, 1000, 1005):
+            for method in ("method = 'taylor', ", ""):
+                self.scene(steps, **{"formulation = 'reduced', ": method})
+                self.sweep("--csv", "rows.csv")
+                lines = self.read("rows.csv").splitlines()
+                self.assertEqual(self.sweep("--set", "ensemble.chunk=1", output="alone.npy"), self.bytes_of("tumble.npy"))
+                done = self.succeed("sweep", "tumble.nml", "--member", "17")
+                self.assertEqual(done.stdout.splitlines(), [lines[0], lines[17]])
+                self.assertEqual(len(self.history("tumble.member17.csv")[1]), steps + 1)
+
+    def test_the_end_is_that_of_all_rows(self):
+        self.scene(1005)
+        names, few = read_npy(self.sweep())
+        _, many = read_npy(self.sweep("--set", "output.every=1"))
+        last = names.index("largest_energy_residual")
+        self.assertEqual([row[:last] for row in few], [row[:last] for row in many])
+        for row, whole in zip(few, many):
+            for field in (last, last + 1):
+                self.assertTrue(0 < row[field] <= whole[field] * (1 + 1e-12) < 1e-13, (row[field], whole[field]))
+        _, tenth = read_npy(self.sweep("--set", "output.every=10"))
+        self.assertEqual(few, tenth)
+
+
 class Members(SweepTest):
     def test_one_member_again_is_its_row(self):
         self.sweep("--csv", "rows.csv")

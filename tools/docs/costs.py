@@ -4,7 +4,7 @@ between their markers. What was measured stays in build/costs/.
     python3 tools/docs/costs.py PROGRAM FOLDER [PART]...
 
 FOLDER holds the benchmarks. A part is the name of a pair of markers: step, methods, frames (cost-of-a-step.md), heavy_top, box,
-choice, series, explicit (accuracy-costs.md), lanes, drift, members (sweeps.md); all of them unless some are named.
+choice, series, explicit (accuracy-costs.md), members (sweeps.md); all of them unless some are named.
 """
 
 import os
@@ -159,16 +159,10 @@ def explicit_part(bench):
     return table(["motion", "1e-4", "1e-6", "1e-8", "1e-12"], rows)
 
 
-def lanes_parts(bench):
-    """Returns steps and errors in SIMD lanes, and members of a sweep."""
-    text = bench("ensemble")
-    steps = re.findall(r"^ {3}(\S.*), order (\d+) +([\d.]+) +([\d.]+) +([\d.]+)$", text, re.MULTILINE)
-    errors = re.findall(r"^ {3}(\S.*?) +(\S+E\S+) +(\S+E\S+)$", text.split("1e6 steps of order 16")[1].split("us a member")[0],
-                        re.MULTILINE)
-    members = re.findall(r"^ +(\d+) +1 +([\d.]+) +([\d.]+)$", text, re.MULTILINE)
-    return {"lanes": table(["body", "order", "scalar, ns", "batch, ns", "ratio"], [list(row) for row in steps]),
-            "drift": table(["body", "energy", "momentum"], [list(row) for row in errors]),
-            "members": table(["members", "scalar, µs", "batch, µs"], [list(row) for row in members])}
+def members_part(bench):
+    """Returns the time of a member of a sweep by one thread."""
+    members = re.findall(r"^ +(\d+) +1 +([\d.]+)$", bench("ensemble"), re.MULTILINE)
+    return table(["members", "µs a member"], [list(row) for row in members])
 
 
 def insert(page, name, part):
@@ -198,13 +192,11 @@ def main(program, folder, *names):
              "box": ("accuracy-costs", lambda: ranking_part(program, "box")),
              "choice": ("accuracy-costs", lambda: choice_part(bench)),
              "series": ("accuracy-costs", lambda: series_part(bench)),
-             "explicit": ("accuracy-costs", lambda: explicit_part(bench))}
+             "explicit": ("accuracy-costs", lambda: explicit_part(bench)),
+             "members": ("sweeps", lambda: members_part(bench))}
     for name, (page, make) in parts.items():
         if not names or name in names:
             insert(page, name, make())
-    if not names or {"lanes", "drift", "members"} & set(names):
-        for name, part in lanes_parts(bench).items():
-            insert("sweeps", name, part)
 
 
 if __name__ == "__main__":
