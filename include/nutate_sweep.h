@@ -46,8 +46,10 @@ int nutate_sweep_table(nutate_scene *scene, const char *const *names, size_t n_n
  *   <==  rows          [last - first + 1][fields]; on failure filled in part
  *   ==>  bytes         of rows: 8 for each field
  *   <==  message       what is wrong; or NULL    ==>  size   of message, bytes
- * Status: NUTATE_BAD_ARGUMENT if first, last, threads or bytes is out of range, and for a scene with callbacks;
- * NUTATE_STOPPED if the poll callback of the scene, called by the calling thread, stops the sweep. */
+ * Callbacks of the scene act on every member, and are called by all threads at once; the row of a member in which one fails
+ * has status NUTATE_CALLBACK or NUTATE_NOT_FINITE and no values.
+ * Status: NUTATE_BAD_ARGUMENT if first, last, threads or bytes is out of range; NUTATE_STOPPED if
+ * the poll callback of the scene, called by the calling thread, stops the sweep. */
 int nutate_sweep_members(const nutate_scene *scene, int64_t first, int64_t last, int threads, void *rows, size_t bytes,
                          char *message, size_t size);
 

@@ -17,6 +17,7 @@ module test_c_sweep
    procedure(c_test), bind(C, name='test_c_sweep_rows') :: test_c_sweep_rows
    procedure(c_test), bind(C, name='test_c_sweep_table') :: test_c_sweep_table
    procedure(c_test), bind(C, name='test_c_sweep_refused') :: test_c_sweep_refused
+   procedure(c_test), bind(C, name='test_c_sweep_callbacks') :: test_c_sweep_callbacks
    procedure(c_test), bind(C, name='test_c_sweep_stopped') :: test_c_sweep_stopped
 
 contains
@@ -27,6 +28,7 @@ contains
                   new_unittest("rows are those of scenes by hand, whoever runs them", rows), &
                   new_unittest("a table makes an ensemble of a scene", table), &
                   new_unittest("members, threads and tables that are none are refused", refused), &
+                  new_unittest("callbacks act on every member, and fail in their rows", callbacks), &
                   new_unittest("the poll of a scene ends a sweep", stopped)]
    end subroutine collect_c_sweep
 
@@ -44,6 +46,11 @@ contains
       type(error_type), allocatable, intent(out) :: error
       call judge(error, test_c_sweep_refused())
    end subroutine refused
+
+   subroutine callbacks(error)
+      type(error_type), allocatable, intent(out) :: error
+      call judge(error, test_c_sweep_callbacks())
+   end subroutine callbacks
 
    subroutine stopped(error)
       type(error_type), allocatable, intent(out) :: error

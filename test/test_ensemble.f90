@@ -1,6 +1,8 @@
 !> Ensembles: the statistics of what is drawn at fixed seeds, members against scenes written by hand, rows that depend
 !> on nothing but their member.
 module test_ensemble
+   use nutate_damping, only: damping_t
+   use nutate_dipole, only: dipole_t
    use nutate_kinds, only: wp, eps, long
    use nutate_member, only: member_t
    use nutate_member_rows, only: run_members
@@ -41,6 +43,7 @@ contains
                   new_unittest("a member after a refused one is as if it came first", members_are_alone), &
                   new_unittest("a last trial run treated as the run leaves no trace", pilots_are_runs), &
                   new_unittest("a frame that only some members turn is theirs alone", turned_frames), &
+                  new_unittest("effects that a program adds act on every member", added_effects), &
                   new_unittest("every effect, method and event can stand in an ensemble", everything)]
    end subroutine collect_ensemble
 
@@ -355,6 +358,33 @@ contains
       call make_layout(scene, layout, status)
       call run_members(scene, layout, 1_long, 8_long, fields, status)
    end subroutine run_world
+
+   !> Members of scenes with effects of the program have the rows of scenes that name them, whatever is built again.
+   subroutine added_effects(error)
+      type(error_type), allocatable, intent(out) :: error
+      character(len=*), parameter :: varied(4) = [character(len=40) :: 'initial.angular_velocity.2', 'body.inertia.2', &
+                                                  'rotor.momentum.1', 'integrator.end_time']
+      character(len=*), parameter :: named = "&dipole moment = 9, 0, 30, field = 5, 0, 2 / "// &
+                                     "&damping coefficient = 0.1, 0.2, 0.3 / "
+      type(scene_t) :: scene, by_name
+      integer(long), allocatable :: fields(:, :), expected(:, :)
+      character(len=:), allocatable :: text
+      integer :: i
+      do i = 1, size(varied)
+         text = "&ensemble members = 6 / &vary key = '"//trim(varied(i))//"', distribution = 'uniform', "// &
+                merge("low = 16, high = 21 / ", "low = 0.1, high = 2 / ", i == 2)
+         if (i == 3) text = text//"&rotor momentum = 0, 1, 2 / "
+         call make(text, scene, error)
+         if (.not. allocated(error)) call make(text//named, by_name, error)
+         if (allocated(error)) return
+         call scene%system%effects%add(dipole_t([9.0_wp, 0.0_wp, 30.0_wp], [5.0_wp, 0.0_wp, 2.0_wp]))
+         call scene%system%effects%add(damping_t(name='damping', coefficient=[0.1_wp, 0.2_wp, 0.3_wp]))
+         call compare_rows(scene, fields, error)
+         call compare_rows(by_name, expected, error)
+         if (allocated(error)) return
+         call check(error, all(expected(2, :) == 0) .and. all(fields == expected), 'another row: '//trim(varied(i)))
+      end do
+   end subroutine added_effects
 
    !> Compares the rows of members run by one runner in their order with those of each alone.
    subroutine compare_rows(scene, fields, error)

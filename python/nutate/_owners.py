@@ -128,9 +128,13 @@ class Callbacks:
     def raise_again(self) -> None:
         """Raises what a callback raised since the last call, if one did."""
         error = getattr(self._raised, "error", None)
-        self._raised.error = None
+        self.discard()
         if error is not None:
             raise error
+
+    def discard(self) -> None:
+        """Forgets what a callback raised, where its failure is in a row."""
+        self._raised.error = None
 
     def _guard(self, kind: Any, evaluate: Callable[..., None]) -> Any:
         """A callback of C that returns 1 where `evaluate` raises."""

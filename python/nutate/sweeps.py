@@ -25,7 +25,7 @@ def sweep(scene: SceneOrPath, *overrides: str, table: Any = None, threads: int =
     `scene` is the path of a scene file, with `overrides` as in `run`, or a Scene. `table` has one line for each member: a
     mapping of names such as "body.inertia.1" to columns, a DataFrame, or a structured array; a scene without `&ensemble`
     gets as many members as it has lines. `threads` run at once; more than 1 need a library that was built with OpenMP.
-    The status of a member that fails is in its row. Ctrl-C ends the sweep."""
+    The status of a member that fails is in its row, also where a callback of the scene raises an exception. Ctrl-C ends the sweep."""
     made = with_table(scene, overrides, table)
     return rows_of(made, 1, made.members, threads)
 
@@ -84,5 +84,7 @@ def rows_of(scene: Scene, first: int, last: int, threads: int) -> Rows:
     message = ctypes.create_string_buffer(MESSAGE_SIZE)
     status = interruptible(library.nutate_sweep_members, scene._handle, first, last, threads, rows.ctypes.data, rows.nbytes, message,
                            MESSAGE_SIZE)
+    if not status:
+        scene._callbacks.discard()
     scene._conclude(status, message=message.value.decode("utf-8", "replace"))
     return rows

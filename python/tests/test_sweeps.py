@@ -171,11 +171,26 @@ class RefusalTest(unittest.TestCase):
         with self.assertRaisesRegex(nutate.NutateValueError, "no ensemble"):
             nutate.sweep(nutate.Scene(text=BODY))
 
-    def test_members_know_nothing_of_callbacks(self):
+    def test_callbacks_act_on_every_member(self):
         scene = nutate.Scene(text=TUMBLE)
         scene.add_user_torque(lambda t, q, omega: -0.1 * omega)
-        with self.assertRaisesRegex(nutate.NutateValueError, "callbacks"):
-            nutate.sweep(scene)
+        named = nutate.sweep(nutate.Scene(None, "damping.coefficient=0.1,0.1,0.1", text=TUMBLE))
+        for threads in (1, 2)[:1 + has_threads()]:
+            rows = nutate.sweep(scene, threads=threads)
+            self.assertEqual(list(rows["status"]), list(named["status"]))
+            np.testing.assert_allclose(rows["omega3"], named["omega3"], rtol=1e-12)
+
+    def test_a_callback_that_raises_fails_its_member_alone(self):
+        scene = nutate.Scene(text=TUMBLE)
+        limit = np.median(nutate.sweep(scene)["initial.angular_velocity.3"])
+        scene.add_user_torque(lambda t, q, omega: [0, 0, 0] if omega[2] < limit else 1 / 0)
+        rows = nutate.sweep(scene)
+        failed = rows["status"] == 11
+        self.assertTrue(0 < failed.sum() < len(rows))
+        self.assertTrue(np.all(np.isnan(rows["omega3"][failed])))
+        self.assertFalse(np.any(np.isnan(rows["omega3"][rows["status"] == 0])))
+        with self.assertRaisesRegex(nutate.NutateValueError, "direction"):
+            scene.add_potential((0, 0, 0), lambda gamma: (0.0, gamma))
 
     def test_ctrl_c_ends_a_sweep(self):
         # In the background of a script the signal may be ignored.

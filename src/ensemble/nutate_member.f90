@@ -5,7 +5,7 @@ module nutate_member
    use nutate_keys, only: setting_t, KEY_INTEGER
    use nutate_kinds, only: wp, long
    use nutate_sampling, only: draw_values
-   use nutate_scene, only: changed_part, rebuild_scene, scene_t
+   use nutate_scene, only: changed_part, keep_added, rebuild_scene, scene_t
    use nutate_scene_error, only: scene_error_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_SCENE
    implicit none
@@ -41,6 +41,7 @@ contains
       type(scene_t), intent(in) :: scene
       integer :: i
       self%scene = scene
+      call keep_added(self%scene)
       call forget(self%scene%ensemble)
       self%scene%groups = scene%ensemble%groups
       associate (targets => scene%ensemble%targets)

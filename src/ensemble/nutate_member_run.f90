@@ -70,8 +70,9 @@ contains
       !> Open for the member; not used where the scene refuses it.
       type(history_t), intent(in), target, optional :: history
       type(event_history_t), intent(in), target, optional :: events
-      type(status_t) :: outcome
+      type(status_t) :: outcome, failure
       type(run_t) :: run
+      integer(long) :: blank(size(fields))
       real(wp) :: absent
 
       nullify (self%watcher%history, self%watcher%events)
@@ -83,8 +84,17 @@ contains
       absent = ieee_value(absent, ieee_quiet_nan)
       fields = bits_of(absent)
       where (self%layout%is_whole) fields = 0
+      blank = fields
+      if (outcome%ok()) then
+         if (associated(self%watcher%sweep)) call self%watcher%sweep%prepare(self%member%scene%system%effects)
+         call go(self, run, fields, outcome)
+         if (associated(self%watcher%sweep)) call self%watcher%sweep%judge(failure)
+         if (.not. failure%ok()) then
+            outcome = failure
+            fields = blank
+         end if
+      end if
       fields(1) = number
-      if (outcome%ok()) call go(self, run, fields, outcome)
       if (outcome%code == NUTATE_STOPPED .or. outcome%code == NUTATE_IO) status = outcome
       fields(2) = outcome%code
       fields(3:self%layout%values) = bits_of(self%member%values)

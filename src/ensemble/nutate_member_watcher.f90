@@ -82,12 +82,13 @@ contains
       if (associated(self%history)) call self%history%observe(system, state, record, status)
    end subroutine watch_row
 
-   !> Ends the run with `NUTATE_STOPPED` where the sweep is to end.
+   !> Ends the run where a user-defined effect has failed, and with `NUTATE_STOPPED` where the sweep is to end.
    subroutine ask_sweep(self, fraction, status)
       class(sweep_asker_t), intent(inout) :: self
       real(wp), intent(in) :: fraction
       type(status_t), intent(out) :: status
       if (.not. associated(self%sweep)) return
+      call self%sweep%judge(status)
       if (self%sweep%wants_end()) status = fail(NUTATE_STOPPED, 'the sweep was stopped')
    end subroutine ask_sweep
 

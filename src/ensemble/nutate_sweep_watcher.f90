@@ -1,6 +1,8 @@
 !> Who looks on while the members of an ensemble run.
 module nutate_sweep_watcher
+   use nutate_effect_list, only: effect_list_t
    use nutate_kinds, only: long
+   use nutate_status, only: status_t
    implicit none
    private
 
@@ -13,6 +15,10 @@ module nutate_sweep_watcher
       procedure :: wants_end => never
       !> Told how many members are done, of how many; by one thread at a time.
       procedure :: show => ignore
+      !> Prepares the effects of a member for what `judge` looks at; called by the thread that runs the member.
+      procedure :: prepare => leave_effects
+      !> Looks whether a user-defined effect has failed in the member that the thread runs. Errors: as the program says.
+      procedure :: judge => find_no_failure
    end type sweep_watcher_t
 
 contains
@@ -26,5 +32,15 @@ contains
       class(sweep_watcher_t), intent(inout) :: self
       integer(long), intent(in) :: done, members
    end subroutine ignore
+
+   subroutine leave_effects(self, effects)
+      class(sweep_watcher_t), intent(in) :: self
+      type(effect_list_t), intent(inout) :: effects
+   end subroutine leave_effects
+
+   subroutine find_no_failure(self, status)
+      class(sweep_watcher_t), intent(in) :: self
+      type(status_t), intent(out) :: status
+   end subroutine find_no_failure
 
 end module nutate_sweep_watcher

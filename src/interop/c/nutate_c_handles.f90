@@ -58,8 +58,6 @@ module nutate_c_handles
       type(scene_t) :: scene
       !> The poll callback of its runs.
       type(poll_t) :: poll
-      !> There are callbacks in its system, which its groups do not name.
-      logical :: calls_back = .false.
    end type scene_handle_t
 
    !> The rows of a run.

@@ -155,10 +155,7 @@ contains
    integer(c_int) function end_adding(handle, status) result(code)
       type(scene_handle_t), intent(inout) :: handle
       type(status_t), intent(in) :: status
-      if (status%ok()) then
-         handle%scene%integrator%attitude = .true.
-         handle%calls_back = .true.
-      end if
+      if (status%ok()) handle%scene%integrator%attitude = .true.
       code = conclude(handle, status)
    end function end_adding
 

@@ -1,9 +1,11 @@
 !> C interface: members of an ensemble. What each function does stands in `include/nutate_sweep.h`.
 module nutate_c_sweep
-   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_int64_t, c_ptr, c_size_t
+   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_int64_t, c_loc, c_ptr, c_size_t
+   use nutate_c_effects, only: judge_failure, report_failures_to
    use nutate_c_handles, only: find_scene, null_argument, report, scene_handle_t
    use nutate_c_polls, only: poll_t
    use nutate_c_text, only: lock_texts, copy_text, text_to_c, unlock_texts
+   use nutate_effect_list, only: effect_list_t
    use nutate_member_rows, only: fill_rows, has_threads
    use nutate_row_layout, only: field_length, make_layout, row_layout_t
    use nutate_scene, only: scene_kinds, scene_t
@@ -30,15 +32,20 @@ module nutate_c_sweep
       logical :: ended = .false.
       !> No threads but the one that called.
       logical :: alone = .false.
+      !> Status and what the callback returned, of a callback that failed, by thread; shape (2, threads).
+      integer(c_int), allocatable :: failures(:, :)
    end type answer_t
 
-   !> Asks the poll of a scene: the thread that called asks the program, the others see what it was told.
+   !> Calls the poll callback of a scene in the thread that called, and shows the others what it was told. Keeps the
+   !> failures of callbacks.
    type, extends(sweep_watcher_t) :: polling_sweep_t
       type(answer_t), pointer, private :: answer => null()
    contains
       !> Sets the poll callback.
       procedure :: start
       procedure :: wants_end => ask_program
+      procedure :: prepare => prepare_callbacks
+      procedure :: judge => judge_callbacks
       final :: forget
    end type polling_sweep_t
 
@@ -164,8 +171,6 @@ contains
          status = fail(NUTATE_BAD_ARGUMENT, 'the number of threads is out of its range (expected 1 to 4096)', 'threads')
       else if (threads > 1 .and. .not. has_threads()) then
          status = fail(NUTATE_BAD_ARGUMENT, 'this library was built without threads (expected 1)', 'threads')
-      else if (handle%calls_back) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'scenes with callbacks cannot be swept', 'scene')
       end if
    end subroutine check_members
 
@@ -209,23 +214,46 @@ contains
       if (.not. associated(self%answer)) allocate (self%answer)
       self%answer%poll = poll
       self%answer%alone = threads == 1
+      allocate (self%answer%failures(2, threads), source=0_c_int)
    end subroutine start
 
    logical function ask_program(self) result(wants_end)
       class(polling_sweep_t), intent(in) :: self
       type(status_t) :: status
       integer :: thread
-      thread = 0
-      !$ thread = omp_get_thread_num()
+      thread = thread_of(self)
       !$omp atomic read
       wants_end = self%answer%ended
-      if (wants_end .or. (thread > 0 .and. .not. self%answer%alone)) return
+      if (wants_end .or. thread > 1) return
       call self%answer%poll%ask(status)
       wants_end = .not. status%ok()
       if (.not. wants_end) return
       !$omp atomic write
       self%answer%ended = .true.
    end function ask_program
+
+   !> Number of the thread that calls, from 1, the one that called the library.
+   integer function thread_of(self) result(thread)
+      class(polling_sweep_t), intent(in) :: self
+      thread = 1
+      !$ if (.not. self%answer%alone) thread = omp_get_thread_num() + 1
+   end function thread_of
+
+   !> Makes the callbacks among the effects report their failures to the thread that calls.
+   subroutine prepare_callbacks(self, effects)
+      class(polling_sweep_t), intent(in) :: self
+      type(effect_list_t), intent(inout) :: effects
+      integer :: thread
+      thread = thread_of(self)
+      self%answer%failures(:, thread) = 0
+      call report_failures_to(effects, c_loc(self%answer%failures(1, thread)))
+   end subroutine prepare_callbacks
+
+   subroutine judge_callbacks(self, status)
+      class(polling_sweep_t), intent(in) :: self
+      type(status_t), intent(out) :: status
+      status = judge_failure(self%answer%failures(:, thread_of(self)))
+   end subroutine judge_callbacks
 
    subroutine forget(self)
       type(polling_sweep_t), intent(inout) :: self

@@ -36,7 +36,7 @@ module nutate_scene
    implicit none
    private
 
-   public :: scene_t, output_settings_t, read_scene, parse_scene, changed_part, rebuild_scene, scene_kinds
+   public :: scene_t, output_settings_t, read_scene, parse_scene, changed_part, keep_added, rebuild_scene, scene_kinds
 
    !> Groups that are no effects.
    character(len=name_length), parameter :: fixed_parts(8) = [character(len=name_length) :: &
@@ -56,6 +56,10 @@ module nutate_scene
       character(len=:), allocatable :: shape
       !> Body and effects.
       type(system_t) :: system
+      !> Number of potentials and torques that its groups name.
+      integer :: named_potentials = 0, named_torques = 0
+      !> User-defined ones, which are added again where the effects are built again.
+      type(effect_list_t) :: added
       !> The body before an ensemble varies it: the gains of controllers refer to it.
       type(body_t), allocatable :: nominal
       !> The state at t = 0.
@@ -218,6 +222,11 @@ contains
       call build_effects(scene%groups, scene%system, error, scene%file(1:index(scene%file, '/', back=.true.)), &
                          scene%nominal)
       if (error%raised) return
+      associate (effects => scene%system%effects)
+         scene%named_potentials = effects%n_potentials + effects%n_off
+         scene%named_torques = effects%n_torques
+         call effects%append(scene%added)
+      end associate
       call build_initial(first_group(scene%groups, 'initial'), scene%system%effects, q, omega, error)
       if (.not. error%raised) scene%initial = make_state(scene%system, q, omega)
    end subroutine build_motion
@@ -241,7 +250,8 @@ contains
    subroutine find_need_of_attitude(scene)
       type(scene_t), intent(inout) :: scene
       scene%integrator%attitude = scene%system%effects%needs_attitude() .or. scene%plan%goal%accuracy > 0.0_wp .or. &
-                                  need_attitude(scene%output%columns) .or. events_need_attitude(scene%groups)
+                                  scene%added%n_torques > 0 .or. need_attitude(scene%output%columns) .or. &
+                                  events_need_attitude(scene%groups)
    end subroutine find_need_of_attitude
 
    !> What has to be built again where numbers of some groups change: one of `ITS_START`, ...
@@ -264,6 +274,22 @@ contains
       end do
       if (part == ITS_BODY .and. .not. is_free) part = ITS_MOTION
    end function changed_part
+
+   !> Keeps the user-defined potentials and torques of a scene, which were added after those that its groups name.
+   subroutine keep_added(scene)
+      type(scene_t), intent(inout) :: scene
+      integer :: place, i
+      associate (effects => scene%system%effects)
+         do place = scene%named_potentials + 1, effects%n_potentials + effects%n_off
+            do i = 1, effects%n_potentials + effects%n_off
+               if (effects%potentials(i)%place == place) call scene%added%add(effects%potentials(i)%item)
+            end do
+         end do
+         do i = scene%named_torques + 1, effects%n_torques
+            call scene%added%add(effects%torques(i)%item)
+         end do
+      end associate
+   end subroutine keep_added
 
    !> Builds a scene again after numbers of its groups have changed.
    subroutine rebuild_scene(scene, part, error)

@@ -114,7 +114,7 @@ contains
    end subroutine set_up
 
    !> True for the series of three rows in the axes of the body, where the space axes turn, a potential moves or works
-   !> are done. Else the sums over steps are plain, as those of lanes are.
+   !> are done. Else the sums over steps are plain.
    pure logical function is_compensated(series, system)
       type(motion_series_t), intent(in) :: series
       type(system_t), intent(in) :: system
