@@ -270,7 +270,7 @@ contains
       name = events_file(scene)
       watcher%events%file%stop_flag = signal_flag()
       if (allocated(archive)) then
-         call watcher%events%reopen(name, watcher%history, archive, status)
+         call watcher%events%reopen(name, archive, status)
       else
          call watcher%events%open(name, watcher%history, status)
       end if

@@ -158,7 +158,7 @@ contains
       type(run_record_t), intent(in) :: record
       type(status_t), intent(inout) :: status
       if (self%measures) call self%invariants%measure(system, state, record%work)
-      call self%events%write(self%history%columns, system, trim(event%name), number, state, record, status)
+      call self%events%write(self%history, system, trim(event%name), number, state, record, status)
    end subroutine write_event
 
    !> Writes a checkpoint: the rows so far to the disk, then what is needed to go on. Errors: `NUTATE_IO`; for a method

@@ -110,7 +110,7 @@ contains
       type(status_t), intent(inout) :: status
       call self%invariants%measure(system, state, record%work)
       if (.not. (associated(self%events) .and. associated(self%history))) return
-      call self%events%write(self%history%columns, system, trim(event%name), number, state, record, status)
+      call self%events%write(self%history, system, trim(event%name), number, state, record, status)
    end subroutine measure_event
 
 end module nutate_member_watcher

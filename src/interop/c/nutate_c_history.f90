@@ -2,22 +2,18 @@
 module nutate_c_history
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_int64_t, c_loc, c_null_ptr, &
       c_ptr, c_size_t
-   use nutate_c_effects, only: add_failure, judge_failure
-   use nutate_c_handles, only: copy_system, erase_mark, find_history, find_scene, history_handle_t, null_argument, &
+   use nutate_c_effects, only: add_failure
+   use nutate_c_handles, only: erase_mark, find_history, find_scene, history_handle_t, null_argument, &
       open_slot, report, scene_handle_t, stepper_handle_t, HISTORY_MARK
-   use nutate_c_polls, only: find_steps_asking, poll_t
    use nutate_c_rows, only: row_receiver_t
    use nutate_c_runs, only: travel
    use nutate_c_stepper, only: start_handle, set_scene
    use nutate_c_text, only: lock_texts, nth_name, copy_text, text_to_c, unlock_texts
-   use nutate_event, only: event_t
    use nutate_event_history, only: event_history_t, events_name
    use nutate_files, only: same_file
    use nutate_history, only: history_t
    use nutate_kinds, only: wp, long
-   use nutate_observer, only: run_record_t
-   use nutate_run, only: run_t
-   use nutate_state, only: state_t
+   use nutate_scene, only: scene_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_NO_MEMORY, &
       NUTATE_OK
    use nutate_system, only: system_t
@@ -27,16 +23,6 @@ module nutate_c_history
    public :: nutate_scene_run, nutate_scene_write, nutate_history_size, nutate_history_name, nutate_history_column, &
       nutate_history_values, nutate_history_uncertified, nutate_history_accuracy, nutate_history_destroy
 
-   !> Writes rows into a file, as long as no callback has failed.
-   type, extends(history_t) :: writer_t
-      integer(c_int), pointer :: failure(:) => null()
-      type(event_history_t) :: events
-      type(poll_t) :: whom
-   contains
-      procedure :: show_event => write_event
-      procedure :: observe => write_row
-      procedure :: poll => poll_writer
-   end type writer_t
 
 contains
 
@@ -213,9 +199,9 @@ contains
          if (status%ok()) then
             call columns%start(stepper%system, scene%initial, scene%integrator%inverse_auxiliary_inertia, &
                                backward=scene%plan%end_time < scene%initial%t)
-            stepper%poll = from%poll
             receiver%history => handle
             call receiver%open_array(columns%width, 0_long, status)
+            stepper%poll = from%poll
             call travel(stepper, scene%plan, receiver, status)
             handle%found = stepper%found
             handle%uncertified_steps = stepper%run%summary%uncertified_steps
@@ -227,94 +213,65 @@ contains
       deallocate (stepper)
    end subroutine collect
 
-   !> Runs a scene and writes its rows.
+   !> Runs a scene and writes its rows and events, in the same way.
    subroutine write_file(from, name, status)
       type(scene_handle_t), intent(in) :: from
       character(len=*), intent(in) :: name
       type(status_t), intent(out) :: status
-      type(writer_t) :: writer
-      type(system_t) :: system
-      type(run_t) :: run
+      type(stepper_handle_t), pointer :: stepper
+      type(row_receiver_t) :: receiver
+      type(history_t), target :: file
+      type(event_history_t), target :: events
       type(status_t) :: closing
-      integer(c_int), target :: failure(2)
-      failure = 0
-      call copy_system(from%scene%system, system, c_loc(failure))
-      writer%failure => failure
-      writer%whom = from%poll
-      call lock_texts()
-      call writer%open(name, from%scene%output%columns, system, from%scene%initial, &
-                       from%scene%integrator%inverse_auxiliary_inertia, status, from%scene%output%degrees, &
-                       from%scene%output%digits, backward=from%scene%plan%end_time < from%scene%initial%t)
-      if (status%ok() .and. from%scene%events%count() > 0) call open_events(writer, from, name, status)
-      call unlock_texts()
+      call start_handle(stepper, status)
       if (.not. status%ok()) return
-      call add_failure(failure, status)
-      associate (scene => from%scene)
-         if (status%ok()) call run%begin(system, scene%integrator, scene%initial, scene%plan, status)
-         if (status%ok()) call run%expect(scene%events, system, status)
-      end associate
-      if (status%ok()) call find_steps_asking(run, from%poll, failure, system, status)
-      if (status%ok()) call run%go(system, status, writer)
-      call add_failure(failure, status)
-      call lock_texts()
-      if (status%ok() .and. writer%events%wanted) call writer%events%file%finish(status)
+      call set_scene(stepper, from, status)
+      if (status%ok()) call open_files(from%scene, stepper%system, name, file, events, status)
       if (status%ok()) then
-         call writer%finish(status)
-      else
-         if (writer%events%wanted) call writer%events%file%abandon(closing)
-         call writer%abandon(closing)
+         stepper%columns = file%columns
+         stepper%poll = from%poll
+         receiver%wants_rows = .true.
+         receiver%file => file
+         receiver%events => events
+         call add_failure(stepper%failure, status)
+         if (status%ok()) call travel(stepper, from%scene%plan, receiver, status)
+         call lock_texts()
+         if (status%ok() .and. events%wanted) call events%file%finish(status)
+         if (status%ok()) then
+            call file%finish(status)
+         else
+            if (events%wanted) call events%file%abandon(closing)
+            call file%abandon(closing)
+         end if
+         call unlock_texts()
       end if
-      call unlock_texts()
+      deallocate (stepper)
    end subroutine write_file
 
-   !> Opens the file of the events beside that of the rows. Errors: those of the file; the rows are not kept then.
-   subroutine open_events(writer, from, rows, status)
-      type(writer_t), intent(inout) :: writer
-      type(scene_handle_t), intent(in) :: from
+   !> Opens the file of the rows, and beside it that of the events where there are any. Errors: those of the files; the
+   !> rows are not kept then.
+   subroutine open_files(scene, system, name, file, events, status)
+      type(scene_t), intent(in) :: scene
+      !> With callbacks that report their failures.
+      type(system_t), intent(in) :: system
       !> Path of the rows.
-      character(len=*), intent(in) :: rows
-      type(status_t), intent(inout) :: status
+      character(len=*), intent(in) :: name
+      type(history_t), intent(inout) :: file
+      type(event_history_t), intent(inout) :: events
+      type(status_t), intent(out) :: status
       type(status_t) :: closing
-      character(len=:), allocatable :: name
-      name = from%scene%output%events
-      if (name == '') name = events_name(rows)
-      if (name == '') return
-      call writer%events%open(name, writer%history_t, status)
-      if (.not. status%ok()) call writer%abandon(closing)
-   end subroutine open_events
-
-   !> Writes an event. Errors: those of callbacks and of the file.
-   subroutine write_event(self, system, event, which, number, state, record, status)
-      class(writer_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      class(event_t), intent(in) :: event
-      integer, intent(in) :: which
-      integer(long), intent(in) :: number
-      type(state_t), intent(in) :: state
-      type(run_record_t), intent(in) :: record
-      type(status_t), intent(inout) :: status
-      status = judge_failure(self%failure)
-      if (status%ok()) call self%events%write(self%columns, system, trim(event%name), number, state, record, status)
-   end subroutine write_event
-
-   !> Writes a row. Errors: those of callbacks and of the history.
-   subroutine write_row(self, system, state, record, status)
-      class(writer_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      type(state_t), intent(in) :: state
-      type(run_record_t), intent(in) :: record
-      type(status_t), intent(out) :: status
-      status = judge_failure(self%failure)
-      if (status%ok()) call self%history_t%observe(system, state, record, status)
-   end subroutine write_row
-
-   !> Ends the run where a callback has failed, or the program wants it.
-   subroutine poll_writer(self, fraction, status)
-      class(writer_t), intent(inout) :: self
-      real(wp), intent(in) :: fraction
-      type(status_t), intent(out) :: status
-      status = judge_failure(self%failure)
-      if (status%ok()) call self%whom%ask(status)
-   end subroutine poll_writer
+      character(len=:), allocatable :: beside
+      call lock_texts()
+      call file%open(name, scene%output%columns, system, scene%initial, scene%integrator%inverse_auxiliary_inertia, &
+                     status, scene%output%degrees, scene%output%digits, &
+                     backward=scene%plan%end_time < scene%initial%t)
+      beside = scene%output%events
+      if (beside == '') beside = events_name(name)
+      if (status%ok() .and. scene%events%count() > 0 .and. beside /= '') then
+         call events%open(beside, file, status)
+         if (.not. status%ok()) call file%abandon(closing)
+      end if
+      call unlock_texts()
+   end subroutine open_files
 
 end module nutate_c_history

@@ -1,10 +1,12 @@
-!> Rows of a run in an array of C, or in a history.
+!> Rows of a run in an array of C, in a history, or in a file.
 module nutate_c_rows
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use, intrinsic :: iso_c_binding, only: c_associated, c_f_pointer, c_null_ptr, c_ptr, c_size_t
    use nutate_c_effects, only: add_failure, judge_failure
    use nutate_c_handles, only: history_handle_t, make_room, stepper_handle_t
    use nutate_event, only: event_t
+   use nutate_event_history, only: event_history_t
+   use nutate_history, only: history_t
    use nutate_kinds, only: wp, long
    use nutate_observer, only: observer_t, run_record_t
    use nutate_progress, only: is_over, total_work
@@ -23,7 +25,10 @@ module nutate_c_rows
       integer(c_size_t) :: capacity = 0
       !> Receives the rows in place of an array, and has room for all.
       type(history_handle_t), pointer :: history => null()
-      !> There is an array, or a history.
+      !> Write the rows and events in place of these.
+      type(history_t), pointer :: file => null()
+      type(event_history_t), pointer :: events => null()
+      !> There is an array, a history or a file.
       logical :: wants_rows = .false.
       !> Rows so far.
       integer(c_size_t) :: rows = 0
@@ -99,7 +104,10 @@ contains
       type(state_t), intent(in) :: state
       type(run_record_t), intent(in) :: record
       type(status_t), intent(inout) :: status
-      if (associated(receiver%history)) then
+      if (associated(receiver%file)) then
+         call receiver%file%observe(system, state, record, status)
+         return
+      else if (associated(receiver%history)) then
          call make_room(receiver%history, status)
          if (status%code /= 0) return
          receiver%values => receiver%history%values
@@ -145,7 +153,11 @@ contains
       type(run_record_t), intent(in) :: record
       type(status_t), intent(inout) :: status
       status = judge_failure(self%handle%failure)
-      if (status%code == 0) call self%handle%found%put(system, event, number, state, status)
+      if (status%code == 0 .and. associated(self%file)) then
+         call self%events%write(self%file, system, trim(event%name), number, state, record, status)
+      else if (status%code == 0) then
+         call self%handle%found%put(system, event, number, state, status)
+      end if
    end subroutine receive_event
 
    !> Ends the run where the program wants it.
@@ -167,7 +179,11 @@ contains
    subroutine follow_state(self, state)
       class(row_receiver_t), intent(inout) :: self
       type(state_t), intent(in) :: state
-      call self%handle%columns%follow(state)
+      if (associated(self%file)) then
+         call self%file%watch(state)
+      else
+         call self%handle%columns%follow(state)
+      end if
    end subroutine follow_state
 
 end module nutate_c_rows

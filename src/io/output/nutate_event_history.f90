@@ -3,7 +3,7 @@ module nutate_event_history
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_archive, only: archive_t
    use nutate_columns, only: columns_t
-   use nutate_decimal, only: append_rounded, decimal_t, decimal_length
+   use nutate_decimal, only: decimal_length
    use nutate_files, only: file_mark_t, output_file_t
    use nutate_history, only: history_t
    use nutate_kinds, only: wp, long
@@ -22,9 +22,6 @@ module nutate_event_history
       logical :: wanted = .false.
       integer(long) :: rows = 0
       type(output_file_t) :: file
-      type(decimal_t), private :: decimal
-      !> Significant digits; 0: as many as read back exactly.
-      integer, private :: digits = 0
    contains
       !> Opens the file and writes the header.
       procedure :: open => open_events
@@ -54,11 +51,12 @@ contains
       class(event_history_t), intent(inout) :: self
       !> Path.
       character(len=*), intent(in) :: name
-      !> Opened: the rows of events have its columns and its digits.
+      !> Opened: the rows of events have its columns.
       class(history_t), intent(in) :: history
       type(status_t), intent(inout) :: status
       character(len=:), allocatable :: header
-      call start(self, history)
+      self%wanted = .true.
+      self%rows = 0
       call self%file%open(name, status)
       if (.not. status%ok()) return
       header = history%columns%header()
@@ -66,16 +64,14 @@ contains
    end subroutine open_events
 
    !> Goes on with a file of which an archive has been made. Errors: those of a history.
-   subroutine reopen_events(self, name, history, archive, status)
+   subroutine reopen_events(self, name, archive, status)
       class(event_history_t), intent(inout) :: self
       character(len=*), intent(in) :: name
-      !> Gone on with.
-      class(history_t), intent(in) :: history
       !> Being read.
       class(archive_t), intent(inout) :: archive
       type(status_t), intent(inout) :: status
       type(file_mark_t) :: mark
-      call start(self, history)
+      self%wanted = .true.
       call transfer_values(self, archive, mark)
       if (archive%problem() /= '') then
          status = fail(NUTATE_BAD_ARGUMENT, 'the checkpoint data cannot be resumed: '//archive%problem())
@@ -104,21 +100,11 @@ contains
       call mark%transfer(archive)
    end subroutine transfer_values
 
-   !> Prepares for rows.
-   subroutine start(self, history)
-      class(event_history_t), intent(inout) :: self
-      class(history_t), intent(in) :: history
-      self%wanted = .true.
-      self%rows = 0
-      self%digits = history%digits
-      call self%decimal%prepare()
-   end subroutine start
-
    !> Writes a row. Errors: `NUTATE_NOT_FINITE`, the row is not written then; `NUTATE_IO`.
-   subroutine write_event(self, followed, system, name, number, state, record, status)
+   subroutine write_event(self, history, system, name, number, state, record, status)
       class(event_history_t), intent(inout) :: self
-      !> Those of the history, as they are at the last state that it was shown.
-      type(columns_t), intent(in) :: followed
+      !> At the last state that it was shown; the numbers are written as in its rows.
+      class(history_t), intent(inout) :: history
       type(system_t), intent(in) :: system
       !> Of the event.
       character(len=*), intent(in) :: name
@@ -127,30 +113,20 @@ contains
       type(state_t), intent(in) :: state
       type(run_record_t), intent(in) :: record
       type(status_t), intent(inout) :: status
-      real(wp) :: values(followed%width)
-      character(len=(decimal_length + 1)*followed%width) :: line
+      real(wp) :: values(history%columns%width)
+      character(len=(decimal_length + 1)*history%columns%width) :: line
       character(len=24) :: digits
-      integer :: i, used, first
+      integer :: used, first
       if (.not. self%wanted) return
-      call evaluate_event(followed, system, state, record, values)
+      call evaluate_event(history%columns, system, state, record, values)
       if (.not. all(ieee_is_finite(values))) then
          status = fail(NUTATE_NOT_FINITE, 'a value at an event is not finite')
          return
       end if
-      used = 0
       first = 0
-      do i = 1, size(values)
-         if (i > 1) then
-            used = used + 1
-            line(used:used) = ','
-         end if
-         if (self%digits > 0) then
-            call append_rounded(line, used, values(i), self%digits)
-         else
-            call self%decimal%append(line, used, values(i))
-         end if
-         if (i == 1) first = used
-      end do
+      call history%append_values(values(:1), line, first)
+      used = first
+      call history%append_values(values(2:), line, used)
       write (digits, '(i0)') number
       call self%file%put_line(line(:first)//','//field(name)//','//trim(digits)//line(first + 1:used), status)
       if (status%ok()) self%rows = self%rows + 1

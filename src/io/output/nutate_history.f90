@@ -39,6 +39,8 @@ module nutate_history
       procedure :: transfer => transfer_history
       !> Writes a row.
       procedure :: observe => write_row
+      !> Appends numbers to a line, as they stand in the rows.
+      procedure :: append_values
       !> Follows what must be followed between rows.
       procedure :: watch => follow_state
       !> Ends a complete history: the file gets its name.
@@ -154,28 +156,39 @@ contains
       type(state_t), intent(in) :: state
       type(run_record_t), intent(in) :: record
       type(status_t), intent(out) :: status
-      integer :: i, used
-
+      integer :: used
       call self%columns%evaluate(system, state, record, self%values)
       if (.not. all(ieee_is_finite(self%values))) then
          status = fail(NUTATE_NOT_FINITE, 'a value of the history is not finite')
          return
       end if
       used = 0
-      do i = 1, size(self%values)
-         if (i > 1) then
-            used = used + 1
-            self%line(used:used) = ','
-         end if
-         if (self%digits > 0) then
-            call append_rounded(self%line, used, self%values(i), self%digits)
-         else
-            call self%decimal%append(self%line, used, self%values(i))
-         end if
-      end do
+      call self%append_values(self%values, self%line, used)
       call self%file%put_line(self%line(1:used), status)
       if (status%ok()) self%rows = self%rows + 1
    end subroutine write_row
+
+   !> Appends numbers to a line, with commas between them and behind what is there.
+   subroutine append_values(self, values, line, used)
+      class(history_t), intent(inout) :: self
+      !> Finite; shape (n).
+      real(wp), intent(in) :: values(:)
+      character(len=*), intent(inout) :: line
+      !> Characters of the line so far.
+      integer, intent(inout) :: used
+      integer :: i
+      do i = 1, size(values)
+         if (used > 0) then
+            used = used + 1
+            line(used:used) = ','
+         end if
+         if (self%digits > 0) then
+            call append_rounded(line, used, values(i), self%digits)
+         else
+            call self%decimal%append(line, used, values(i))
+         end if
+      end do
+   end subroutine append_values
 
    !> Follows angles from step to step, so that no turn is lost between rows.
    subroutine follow_state(self, state)
