@@ -28,7 +28,11 @@ module nutate_f77_names
       routine_t('NUM2Q ', 'R,Q,INFO'), &
       routine_t('NUQ2E ', 'Q,PHI,THETA,PSI,INFO'), &
       routine_t('NUE2Q ', 'PHI,THETA,PSI,Q,INFO'), &
-      routine_t('NUFREE', 'AJ,Q0,OMEGA0,N,T,Q,OMEGA,INFO')]
+      routine_t('NUFREE', 'AJ,Q0,OMEGA0,N,T,Q,OMEGA,INFO'), &
+      routine_t('NUBSET', 'NC,AJ,IFRAME,WORK,LWORK,INFO'), &
+      routine_t('NUBODY', 'N,DT,IC,Q,AL,TOR,MBAD,IBAD,NBAD,WORK,LWORK,INFO'), &
+      routine_t('NUBKIK', 'N,DT,IC,Q,AL,TOR,MBAD,IBAD,NBAD,WORK,LWORK,INFO'), &
+      routine_t('NUBDRF', 'N,DT,IC,Q,AL,MBAD,IBAD,NBAD,WORK,LWORK,INFO')]
 
 contains
 
