@@ -64,8 +64,8 @@ subroutine nubody(n, dt, ic, q, al, tor, mbad, ibad, nbad, work, lwork, info)
    integer, intent(out) :: info
    info = -find_bad_move(n, dt, mbad, work, lwork)
    if (info /= 0) return
-   call move_by_work(movement_t(dt, .true., .true.), n, ic(1:n), q(:, 1:n), al(:, 1:n), tor(:, 1:n), ibad(1:mbad), nbad, &
-                     work(1:int(work(1))), info)
+   call move_by_work(movement_t(dt, .true., .true.), n, ic(1:n), q(:, 1:n), al(:, 1:n), tor(:, 1:n), &
+                     ibad(1:mbad), nbad, work(1:int(work(1))), info)
 end subroutine nubody
 
 !> NUBKIK changes the momenta alone, by DT*TOR.
@@ -100,8 +100,8 @@ subroutine nubkik(n, dt, ic, q, al, tor, mbad, ibad, nbad, work, lwork, info)
    integer, intent(out) :: info
    info = -find_bad_move(n, dt, mbad, work, lwork)
    if (info /= 0) return
-   call move_by_work(movement_t(dt, .true., .false.), n, ic(1:n), q(:, 1:n), al(:, 1:n), tor(:, 1:n), ibad(1:mbad), nbad, &
-                     work(1:int(work(1))), info)
+   call move_by_work(movement_t(dt, .true., .false.), n, ic(1:n), q(:, 1:n), al(:, 1:n), tor(:, 1:n), &
+                     ibad(1:mbad), nbad, work(1:int(work(1))), info)
 end subroutine nubkik
 
 !> NUBDRF moves bodies without torques.
@@ -137,6 +137,6 @@ subroutine nubdrf(n, dt, ic, q, al, mbad, ibad, nbad, work, lwork, info)
    if (info > 5) info = info - 1
    info = -info
    if (info /= 0) return
-   call move_by_work(movement_t(dt, .false., .true.), n, ic(1:n), q(:, 1:n), al(:, 1:n), reshape([real(wp) ::], [3, 0]), &
-                     ibad(1:mbad), nbad, work(1:int(work(1))), info)
+   call move_by_work(movement_t(dt, .false., .true.), n, ic(1:n), q(:, 1:n), al(:, 1:n), &
+                     reshape([real(wp) ::], [3, 0]), ibad(1:mbad), nbad, work(1:int(work(1))), info)
 end subroutine nubdrf
