@@ -77,6 +77,7 @@ module nutate
    use nutate_applied_torque, only: applied_torque_t
    use nutate_bodies, only: bodies_t
    use nutate_body, only: body_t, make_body, make_shape_body
+   use nutate_column, only: attitude_column, column_t, inertia_column, rate_column
    use nutate_column_event, only: column_event_t
    use nutate_damping, only: damping_t
    use nutate_dipole, only: dipole_t
@@ -112,6 +113,7 @@ module nutate
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_system, only: system_t
    use nutate_tabulated_torque, only: make_tabulated_torque, tabulated_torque_t
+   use nutate_tangent, only: tangent_t
    use nutate_timed_force, only: timed_force_t
    use nutate_torque, only: torque_t
    use nutate_wheel, only: wheel_t

@@ -115,6 +115,8 @@ program unit
    use test_sweep, only: collect_sweep
    use test_table_torques, only: collect_table_torques
    use test_tables, only: collect_tables
+   use test_tangent, only: collect_tangent
+   use test_tangent_differences, only: collect_tangent_differences
    use test_taylor, only: collect_taylor
    use test_taylor_steps, only: collect_taylor_steps
    use test_threads, only: collect_threads
@@ -314,6 +316,8 @@ contains
          new_testsuite("orbit_reference", collect_orbit_reference), &
          new_testsuite("table_torques", collect_table_torques), &
          new_testsuite("tables", collect_tables), &
+         new_testsuite("tangent", collect_tangent), &
+         new_testsuite("tangent_differences", collect_tangent_differences), &
          new_testsuite("torque_physics", collect_torque_physics), &
          new_testsuite("controllers", collect_controllers), &
          new_testsuite("saturation", collect_saturation), &

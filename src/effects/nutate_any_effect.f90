@@ -6,7 +6,7 @@ module nutate_any_effect
    implicit none
    private
 
-   public :: effect_t, given_bounds_t, rotor_t
+   public :: effect_t, given_bounds_t, parameter_t, rotor_t
    public :: NO_SERIES, LINEAR_SERIES, GENERAL_SERIES, SPACE_SERIES
 
    !> How an effect supplies the power series in time of its torque: not at all; as a constant times the series of γ
@@ -22,6 +22,13 @@ module nutate_any_effect
       !> Of a torque: each derivative by time is bounded by this times what is differentiated, 1/s.
       real(wp) :: rate = 0.0_wp
    end type given_bounds_t
+
+   !> A number, or so many of them, by which an effect can be differentiated.
+   type :: parameter_t
+      !> That of the scene's key where there is one.
+      character(len=16) :: name = ''
+      integer :: size = 1
+   end type parameter_t
 
    !> Anything that a scene can contain apart from the body: potentials, torques, rotors, wheels, frames.
    type, abstract :: effect_t
@@ -46,6 +53,10 @@ module nutate_any_effect
       procedure :: bound => not_bounded
       !> Returns true if a body axis is exactly an axis of symmetry of the effect; default `.false.`.
       procedure :: has_axis => no_axis
+      !> What the effect can be differentiated by; nothing unless overridden. A *change* of its parameters is a vector
+      !> of all these numbers in this order. Two names have a meaning of their own: `inertia`, nine numbers, is J of the
+      !> body with its wheels locked, `mass_moment`, three, its mass times the centre of mass.
+      procedure :: parameters => no_parameters
    end type effect_t
 
    !> A rotor of constant momentum along body axes: L = JΩ + h, T = ½(L-h)ᵀJ⁻¹(L-h).
@@ -64,6 +75,12 @@ contains
       class(effect_t), intent(in) :: self
       not_judged = .true.
    end function not_judged
+
+   pure function no_parameters(self) result(list)
+      class(effect_t), intent(in) :: self
+      type(parameter_t), allocatable :: list(:)
+      allocate (list(0))
+   end function no_parameters
 
    !> Returns true if the effect is symmetric about a body axis: its torque in axes that rotate with the body is the
    !> same function of γ, Ω and t in all axes that differ from them by a rotation about that axis, and its potential the

@@ -3,7 +3,7 @@
 module nutate_applied_torque
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use nutate_body, only: body_t
-   use nutate_effect, only: effect_t, GENERAL_SERIES, torque_t, turning_of
+   use nutate_effect, only: effect_t, GENERAL_SERIES, parameter_t, torque_t, turning_of
    use nutate_effect_bounds, only: effect_bounds_t, let_change, linear_map_t
    use nutate_keys, only: group_t, key_t, KEY_TEXT
    use nutate_kinds, only: wp, pi
@@ -55,6 +55,8 @@ module nutate_applied_torque
       procedure :: series_direction => amplitude_in_space
       procedure :: series_torque => harmonic_torque
       procedure :: has_axis => torque_has_axis
+      procedure :: parameters => applied_parameters
+      procedure :: torque_change => applied_change
    end type applied_torque_t
 
 contains
@@ -228,5 +230,23 @@ contains
                            .not. (ieee_is_nan(self%start) .or. ieee_is_nan(self%stop))
       if (torque_is_moderate) torque_is_moderate = is_moderate(norm2(self%amplitude))
    end function torque_is_moderate
+
+   !> τ₀, f and phase. Those of a force in body axes are that of its torque.
+   pure function applied_parameters(self) result(list)
+      class(applied_torque_t), intent(in) :: self
+      type(parameter_t), allocatable :: list(:)
+      list = [parameter_t('body', 3), parameter_t('frequency'), parameter_t('phase')]
+      if (self%in_space) list(1)%name = 'space'
+      if (self%name == 'force') list(1)%name = 'torque'
+   end function applied_parameters
+
+   pure function applied_change(self, change, t, q, omega) result(tau)
+      class(applied_torque_t), intent(in) :: self
+      real(wp), intent(in) :: change(:), t, q(4), omega(3)
+      real(wp) :: tau(3)
+      tau = cos(phase_at(self, t))*change(1:3) &
+            - (sin(phase_at(self, t))*(2*pi*t*change(4) + change(5)))*self%amplitude
+      if (self%in_space) tau = rotate_to_body(q, tau)
+   end function applied_change
 
 end module nutate_applied_torque

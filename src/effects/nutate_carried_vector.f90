@@ -25,6 +25,8 @@ module nutate_carried_vector
       procedure :: at => vector_at
       !> v̇, in 1/s of its unit.
       procedure :: rate_at
+      !> v of another vector in the axes in which it stands still.
+      procedure :: change_at
       !> Power series of v.
       procedure :: series
       !> It can be computed with.
@@ -45,6 +47,18 @@ contains
          v = rotate_to_space(self%path%axes(t), self%vector)
       end if
    end function vector_at
+
+   !> Shape (3).
+   pure function change_at(self, vector, t) result(v)
+      class(carried_vector_t), intent(in) :: self
+      !> In the axes in which v stands still, shape (3); s.
+      real(wp), intent(in) :: vector(3), t
+      real(wp) :: v(3)
+      type(carried_vector_t) :: other
+      other = self
+      other%vector = vector
+      v = other%at(t)
+   end function change_at
 
    !> Returns v̇ at a time, in the space axes of the scene, unit of v per s; shape (3).
    pure function rate_at(self, t) result(rate)

@@ -1,7 +1,7 @@
 !> Viscous damping in body axes: τ = -diag(c) Ω.
 module nutate_damping
    use nutate_body, only: body_t
-   use nutate_effect, only: effect_t, LINEAR_SERIES, torque_t
+   use nutate_effect, only: effect_t, LINEAR_SERIES, parameter_t, torque_t
    use nutate_effect_bounds, only: bounds_of_drag, effect_bounds_t, linear_map_t
    use nutate_keys, only: group_t, key_t
    use nutate_kinds, only: wp
@@ -29,6 +29,8 @@ module nutate_damping
       procedure :: series_kind => linear_kind
       procedure :: series_drag => damping_drag
       procedure :: has_axis => damping_has_axis
+      procedure :: parameters => damping_parameters
+      procedure :: torque_change => damping_change
    end type damping_t
 
    !> Damping.
@@ -121,5 +123,18 @@ contains
       class(damping_t), intent(in) :: self
       damping_is_moderate = all(is_moderate(self%coefficient))
    end function damping_is_moderate
+
+   pure function damping_parameters(self) result(list)
+      class(damping_t), intent(in) :: self
+      type(parameter_t), allocatable :: list(:)
+      list = [parameter_t('coefficient', 3)]
+   end function damping_parameters
+
+   pure function damping_change(self, change, t, q, omega) result(tau)
+      class(damping_t), intent(in) :: self
+      real(wp), intent(in) :: change(:), t, q(4), omega(3)
+      real(wp) :: tau(3)
+      tau = -change*omega
+   end function damping_change
 
 end module nutate_damping

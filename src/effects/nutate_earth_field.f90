@@ -1,7 +1,7 @@
 !> A magnetic moment fixed in the body, in the field of the Earth along an orbit: V = -m·Rᵀb(t).
 module nutate_earth_field
    use nutate_body, only: body_t
-   use nutate_effect, only: effect_t
+   use nutate_effect, only: effect_t, parameter_t
    use nutate_geomagnetic_field, only: geomagnetic_field_t
    use nutate_keys, only: group_t, key_t, KEY_LOGICAL, KEY_TEXT
    use nutate_kinds, only: wp, pi
@@ -30,6 +30,8 @@ module nutate_earth_field
       procedure :: direction_rate => rate_of_field
       procedure :: direction_series => series_of_field
       procedure :: is_moderate => effect_is_moderate
+      procedure :: parameters => parameters_of_field
+      procedure :: direction_change => change_of_field
    end type earth_field_t
 
    !> A moment in the Earth's field.
@@ -87,6 +89,26 @@ contains
       real(wp) :: n(3)
       n = self%field%at(t)
    end function direction_of_field
+
+   !> m, G, and θ₀ in rad.
+   pure function parameters_of_field(self) result(list)
+      class(earth_field_t), intent(in) :: self
+      type(parameter_t), allocatable :: list(:)
+      list = [parameter_t('moment', 3), parameter_t('coefficients', 3), parameter_t('epoch_angle')]
+   end function parameters_of_field
+
+   !> b is linear in G, and θ₀ turns G about the north.
+   pure function change_of_field(self, change, t) result(n)
+      class(earth_field_t), intent(in) :: self
+      real(wp), intent(in) :: change(:), t
+      real(wp) :: n(3)
+      type(geomagnetic_field_t) :: field
+      field = self%field
+      associate (g => self%field%coefficients)
+         field%coefficients = change(4:6) + change(7)*[-g(2), g(1), 0.0_wp]
+      end associate
+      n = field%at(t)
+   end function change_of_field
 
    !> Returns ḃ at a time, space axes, T/s; shape (3).
    pure function rate_of_field(self, t) result(rate)

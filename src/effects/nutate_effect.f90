@@ -10,16 +10,18 @@
 !> integrate with it. All series are in `s = (t - t₀)/time_unit`; coefficient k is asked for when the coefficients 0..k
 !> of what it depends on are there, k = 0, 1, 2, ... in turn.
 !>
+!> An effect may know its derivatives by its numbers: then tangent columns (`nutate_tangent`) can belong to them.
+!>
 !> An effect may bound what it does in a step: then the root of a step can be certified to be the true one.
 module nutate_effect
-   use nutate_any_effect, only: effect_t, given_bounds_t, rotor_t, &
+   use nutate_any_effect, only: effect_t, given_bounds_t, parameter_t, rotor_t, &
       NO_SERIES, LINEAR_SERIES, GENERAL_SERIES, SPACE_SERIES
    use nutate_potential, only: potential_t
    use nutate_torque, only: torque_t, turning_of
    implicit none
    private
 
-   public :: effect_t, given_bounds_t, potential_t, torque_t, rotor_t
+   public :: effect_t, given_bounds_t, parameter_t, potential_t, torque_t, rotor_t
    public :: turning_of
    public :: NO_SERIES, LINEAR_SERIES, GENERAL_SERIES, SPACE_SERIES
 

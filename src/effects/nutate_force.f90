@@ -23,6 +23,7 @@ module nutate_force
       procedure :: direction_rate => rate_of_force
       procedure :: direction_series => series_of_force
       procedure :: is_moderate => force_is_moderate
+      procedure :: direction_change => change_of_force
    end type moving_force_t
 
    !> A force at a point.
@@ -73,6 +74,13 @@ contains
       real(wp) :: n(3)
       n = self%force%at(t)
    end function direction_of_force
+
+   pure function change_of_force(self, change, t) result(n)
+      class(moving_force_t), intent(in) :: self
+      real(wp), intent(in) :: change(:), t
+      real(wp) :: n(3)
+      n = self%force%change_at(change(4:6), t)
+   end function change_of_force
 
    !> Returns Ḟ at a time, space axes, N/s; shape (3).
    pure function rate_of_force(self, t) result(rate)

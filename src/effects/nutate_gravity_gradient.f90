@@ -2,7 +2,7 @@
 module nutate_gravity_gradient
    use nutate_admissible, only: ANY_DIRECTION
    use nutate_body, only: body_t
-   use nutate_effect, only: effect_t, GENERAL_SERIES, potential_t
+   use nutate_effect, only: effect_t, GENERAL_SERIES, parameter_t, potential_t
    use nutate_effect_bounds, only: effect_bounds_t, linear_map_t, projection_curvature, projection_part, &
       projection_slope
    use nutate_keys, only: group_t, key_t, KEY_TEXT
@@ -32,6 +32,9 @@ module nutate_gravity_gradient
       real(wp) :: stiffness(3, 3) = 0.0_wp
       !> U₀, J.
       real(wp) :: offset = 0.0_wp
+      !> What they are made of, for their derivatives: μ/r³, s⁻², the length of the direction as given, J - J_m I and
+      !> J_m, kg m², and the principal axis of J_m.
+      real(wp) :: strength = 0.0_wp, reach = 1.0_wp, deviation(3, 3) = 0.0_wp, middle = 0.0_wp, middle_axis(3) = 0.0_wp
    contains
       procedure :: energy => quadratic_energy
       procedure :: is_moderate => gradient_is_moderate
@@ -44,6 +47,10 @@ module nutate_gravity_gradient
       procedure :: auxiliary_series => quadratic_auxiliary
       procedure :: series_torque => quadratic_torque
       procedure :: has_axis => quadratic_has_axis
+      procedure :: parameters => quadratic_parameters
+      procedure :: direction_change => quadratic_direction_change
+      procedure :: gradient_change => quadratic_gradient_change
+      procedure :: energy_change => quadratic_energy_change
    end type gravity_gradient_t
 
    !> A gravity gradient on a body, along a direction or of a circular orbit.
@@ -63,7 +70,7 @@ contains
       real(wp), intent(in) :: strength
       type(gravity_gradient_t) :: gradient
       real(wp) :: scaled(3), middle
-      integer :: i
+      integer :: i, k
       gradient%name = 'gravity_gradient'
       if (.not. (is_direction(direction) .and. is_moderate(strength))) then
          gradient%offset = huge(1.0_wp)
@@ -72,11 +79,17 @@ contains
       ! Scaled first: the squares of a long or short vector would leave the range of numbers.
       scaled = direction/maxval(abs(direction))
       gradient%direction = scaled/norm2(scaled)
+      gradient%reach = maxval(abs(direction))*norm2(scaled)
       middle = max(min(body%moments(1), body%moments(2)), min(max(body%moments(1), body%moments(2)), body%moments(3)))
       gradient%stiffness = body%inertia
       do i = 1, 3
          gradient%stiffness(i, i) = gradient%stiffness(i, i) - middle
       end do
+      gradient%strength = strength
+      gradient%deviation = gradient%stiffness
+      gradient%middle = middle
+      k = minloc(abs(body%moments - middle), dim=1)
+      gradient%middle_axis = body%axes(:, k)
       gradient%stiffness = 3*strength*gradient%stiffness
       gradient%offset = 1.5_wp*strength*middle
    end function new_gravity_gradient
@@ -226,5 +239,47 @@ contains
       if (gradient_is_moderate) &
          gradient_is_moderate = is_moderate(maxval(sum(abs(self%stiffness), dim=1)) + abs(self%offset))
    end function gradient_is_moderate
+
+   !> n, μ/r³, and J.
+   pure function quadratic_parameters(self) result(list)
+      class(gravity_gradient_t), intent(in) :: self
+      type(parameter_t), allocatable :: list(:)
+      list = [parameter_t('direction', 3), parameter_t('strength'), parameter_t('inertia', 9)]
+   end function quadratic_parameters
+
+   !> The direction is given in any length.
+   pure function quadratic_direction_change(self, change, t) result(n)
+      class(gravity_gradient_t), intent(in) :: self
+      real(wp), intent(in) :: change(:), t
+      real(wp) :: n(3)
+      n = (change(1:3) - dot_product(self%direction, change(1:3))*self%direction)/self%reach
+   end function quadratic_direction_change
+
+   !> δA γ̄, δA = 3δs(J - J_m I) + 3s(δJ - δJ_m I).
+   pure function quadratic_gradient_change(self, change, gamma0, gamma1) result(gradient)
+      class(gravity_gradient_t), intent(in) :: self
+      real(wp), intent(in) :: change(:), gamma0(3), gamma1(3)
+      real(wp) :: gradient(3)
+      real(wp) :: gamma(3), inertia(3, 3)
+      gamma = 0.5_wp*(gamma0 + gamma1)
+      inertia = reshape(change(5:13), [3, 3])
+      gradient = (3*change(4))*times_vector(self%deviation, gamma) &
+                 + (3*self%strength)*(times_vector(inertia, gamma) - middle_change(self, inertia)*gamma)
+   end function quadratic_gradient_change
+
+   !> δJ_m = vᵀδJv, v the axis of J_m, kg m². Where two moments are equal J_m has a kink: one side of it.
+   pure real(wp) function middle_change(self, inertia)
+      class(gravity_gradient_t), intent(in) :: self
+      !> δJ; shape (3,3).
+      real(wp), intent(in) :: inertia(3, 3)
+      middle_change = dot_product(self%middle_axis, times_vector(inertia, self%middle_axis))
+   end function middle_change
+
+   pure real(wp) function quadratic_energy_change(self, change, gamma)
+      class(gravity_gradient_t), intent(in) :: self
+      real(wp), intent(in) :: change(:), gamma(3)
+      quadratic_energy_change = 0.5_wp*dot_product(gamma, self%gradient_change(change, gamma, gamma)) + 1.5_wp* &
+         (change(4)*self%middle + self%strength*middle_change(self, reshape(change(5:13), [3, 3])))
+   end function quadratic_energy_change
 
 end module nutate_gravity_gradient

@@ -1,6 +1,6 @@
 !> Potentials linear in a direction, U = -m·γ: what weight and a magnetic dipole have in common.
 module nutate_linear_potential
-   use nutate_effect, only: LINEAR_SERIES, potential_t
+   use nutate_effect, only: LINEAR_SERIES, parameter_t, potential_t
    use nutate_effect_bounds, only: bounds_of_linear, effect_bounds_t, linear_map_t
    use nutate_kinds, only: wp
    use nutate_limits, only: is_moderate
@@ -26,6 +26,10 @@ module nutate_linear_potential
       procedure :: series_kind => linear_kind
       procedure :: series_moment => constant_moment
       procedure :: has_axis => linear_has_axis
+      procedure :: parameters => linear_parameters
+      procedure :: direction_change => linear_direction_change
+      procedure :: gradient_change => linear_gradient_change
+      procedure :: energy_change => linear_energy_change
    end type linear_potential_t
 
 contains
@@ -103,5 +107,39 @@ contains
       linear_is_moderate = all(is_moderate([self%moment, self%direction]))
       if (linear_is_moderate) linear_is_moderate = is_moderate(norm2(self%moment)*norm2(self%direction))
    end function linear_is_moderate
+
+   !> m and n, by the names of the scene's keys.
+   pure function linear_parameters(self) result(list)
+      class(linear_potential_t), intent(in) :: self
+      type(parameter_t), allocatable :: list(:)
+      select case (self%name)
+      case ('gravity')
+         list = [parameter_t('mass_moment', 3), parameter_t('acceleration', 3)]
+      case ('force')
+         list = [parameter_t('body_point', 3), parameter_t('force', 3)]
+      case default
+         list = [parameter_t('moment', 3), parameter_t('field', 3)]
+      end select
+   end function linear_parameters
+
+   pure function linear_direction_change(self, change, t) result(n)
+      class(linear_potential_t), intent(in) :: self
+      real(wp), intent(in) :: change(:), t
+      real(wp) :: n(3)
+      n = change(4:6)
+   end function linear_direction_change
+
+   pure function linear_gradient_change(self, change, gamma0, gamma1) result(gradient)
+      class(linear_potential_t), intent(in) :: self
+      real(wp), intent(in) :: change(:), gamma0(3), gamma1(3)
+      real(wp) :: gradient(3)
+      gradient = -change(1:3)
+   end function linear_gradient_change
+
+   pure real(wp) function linear_energy_change(self, change, gamma)
+      class(linear_potential_t), intent(in) :: self
+      real(wp), intent(in) :: change(:), gamma(3)
+      linear_energy_change = -dot_product(change(1:3), gamma)
+   end function linear_energy_change
 
 end module nutate_linear_potential

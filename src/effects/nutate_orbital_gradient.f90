@@ -3,6 +3,7 @@
 module nutate_orbital_gradient
    use nutate_body, only: body_t
    use nutate_effect_bounds, only: effect_bounds_t, linear_map_t
+   use nutate_effect, only: parameter_t
    use nutate_gravity_gradient, only: gravity_gradient_t
    use nutate_kepler_orbit, only: kepler_orbit_t
    use nutate_kinds, only: wp
@@ -28,6 +29,9 @@ module nutate_orbital_gradient
       procedure :: is_moderate => moving_is_moderate
       procedure :: bound => not_bounded
       procedure :: has_axis => no_axis
+      procedure :: parameters => moving_parameters
+      procedure :: direction_change => no_direction_change
+      procedure :: energy_change => moving_energy_change
    end type orbital_gradient_t
 
    !> The gradient on a body along an orbit.
@@ -133,5 +137,30 @@ contains
       integer, intent(in) :: axis
       no_axis = .false.
    end function no_axis
+
+   !> Those of the effect in axes that stand still but for the direction, which is that of the orbit.
+   pure function moving_parameters(self) result(list)
+      class(orbital_gradient_t), intent(in) :: self
+      type(parameter_t), allocatable :: list(:)
+      list = self%gravity_gradient_t%parameters()
+      list(1)%name = ''
+   end function moving_parameters
+
+   pure function no_direction_change(self, change, t) result(n)
+      class(orbital_gradient_t), intent(in) :: self
+      real(wp), intent(in) :: change(:), t
+      real(wp) :: n(3)
+      n = 0.0_wp
+   end function no_direction_change
+
+   !> The strength is a factor of the effect; the isotropic part goes with |γ|².
+   pure real(wp) function moving_energy_change(self, change, gamma) result(energy)
+      class(orbital_gradient_t), intent(in) :: self
+      real(wp), intent(in) :: change(:), gamma(3)
+      real(wp) :: whole
+      whole = self%gravity_gradient_t%energy_change(change, gamma) - self%gravity_gradient_t%energy_change( &
+              change, [0.0_wp, 0.0_wp, 0.0_wp])
+      energy = whole + dot_product(gamma, gamma)*self%gravity_gradient_t%energy_change(change, [0.0_wp, 0.0_wp, 0.0_wp])
+   end function moving_energy_change
 
 end module nutate_orbital_gradient

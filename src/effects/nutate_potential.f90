@@ -37,6 +37,11 @@ module nutate_potential
       procedure :: series_moment => no_moment
       !> Computes a coefficient of a general series of γ×∇U.
       procedure :: series_torque => no_potential_torque
+      !> What a change of `parameters` makes of n, of ∇̄U at fixed ends (of ∇U where they are one), and of U at fixed γ;
+      !> nothing unless overridden.
+      procedure :: direction_change => no_direction_change
+      procedure :: gradient_change => no_gradient_change
+      procedure :: energy_change => no_energy_change
    end type potential_t
 
    abstract interface
@@ -184,5 +189,35 @@ contains
       real(wp), intent(out) :: tau(3)
       tau = 0.0_wp
    end subroutine no_potential_torque
+
+   !> Change of n at a time, space axes; shape (3).
+   pure function no_direction_change(self, change, t) result(n)
+      class(potential_t), intent(in) :: self
+      !> Of `parameters`; s.
+      real(wp), intent(in) :: change(:), t
+      real(wp) :: n(3)
+      n = 0.0_wp
+   end function no_direction_change
+
+   !> Change of ∇̄U; shape (3).
+   pure function no_gradient_change(self, change, gamma0, gamma1) result(gradient)
+      class(potential_t), intent(in) :: self
+      !> Of `parameters`.
+      real(wp), intent(in) :: change(:)
+      !> γ at the ends of the step, body axes; shape (3).
+      real(wp), intent(in) :: gamma0(3), gamma1(3)
+      real(wp) :: gradient(3)
+      gradient = 0.0_wp
+   end function no_gradient_change
+
+   !> Change of U, J.
+   pure real(wp) function no_energy_change(self, change, gamma)
+      class(potential_t), intent(in) :: self
+      !> Of `parameters`.
+      real(wp), intent(in) :: change(:)
+      !> γ, body axes; shape (3).
+      real(wp), intent(in) :: gamma(3)
+      no_energy_change = 0.0_wp
+   end function no_energy_change
 
 end module nutate_potential

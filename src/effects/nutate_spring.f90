@@ -2,7 +2,7 @@
 module nutate_spring
    use nutate_admissible, only: NON_NEGATIVE
    use nutate_body, only: body_t
-   use nutate_effect, only: effect_t, GENERAL_SERIES, LINEAR_SERIES, potential_t
+   use nutate_effect, only: effect_t, GENERAL_SERIES, LINEAR_SERIES, parameter_t, potential_t
    use nutate_effect_bounds, only: bounds_of_linear, effect_bounds_t, linear_map_t
    use nutate_keys, only: group_t, key_t
    use nutate_kinds, only: wp
@@ -58,6 +58,10 @@ module nutate_spring
       procedure :: series_moment => spring_moment
       procedure :: series_torque => spring_torque
       procedure :: has_axis => spring_has_axis
+      procedure :: parameters => spring_parameters
+      procedure :: direction_change => spring_direction_change
+      procedure :: gradient_change => spring_gradient_change
+      procedure :: energy_change => spring_energy_change
    end type spring_t
 
    !> Makes a spring.
@@ -297,5 +301,54 @@ contains
       integer, intent(in) :: axis
       spring_has_axis = lies_along(self%body_point, axis)
    end function spring_has_axis
+
+   !> x, a, k and l₀.
+   pure function spring_parameters(self) result(list)
+      class(spring_t), intent(in) :: self
+      type(parameter_t), allocatable :: list(:)
+      list = [parameter_t('body_point', 3), parameter_t('anchor', 3), parameter_t('stiffness'), &
+              parameter_t('rest_length')]
+   end function spring_parameters
+
+   pure function spring_direction_change(self, change, t) result(n)
+      class(spring_t), intent(in) :: self
+      real(wp), intent(in) :: change(:), t
+      real(wp) :: n(3)
+      n = change(4:6)
+   end function spring_direction_change
+
+   !> -(δkφ + kδφ)(x - cγ̄) - kφδx, φ = 1 - 2l₀/s, δφ = -2δl₀/s + 2l₀(δℓ0 + δℓ1)/s², s = ℓ0 + ℓ1.
+   pure function spring_gradient_change(self, change, gamma0, gamma1) result(gradient)
+      class(spring_t), intent(in) :: self
+      real(wp), intent(in) :: change(:), gamma0(3), gamma1(3)
+      real(wp) :: gradient(3)
+      real(wp) :: l0, l1, s, slack, slack_change
+      l0 = length(self, gamma0)
+      l1 = length(self, gamma1)
+      s = l0 + l1
+      slack = slackness(self%rest_length, 0.5_wp*s)
+      slack_change = 0.0_wp
+      if (min(l0, l1) > negligible*abs(self%rest_length)) slack_change = (-2*change(8) + 2*(self%rest_length/s)*( &
+         square_change(self, change, gamma0)/(2*l0) + square_change(self, change, gamma1)/(2*l1)))/s
+      gradient = -(change(7)*slack + self%stiffness*slack_change)*(self%body_point &
+                 - (0.5_wp*self%closeness)*(gamma0 + gamma1)) - (self%stiffness*slack)*change(1:3)
+   end function spring_gradient_change
+
+   !> Change of ℓ² at fixed γ, m².
+   pure real(wp) function square_change(self, change, gamma)
+      class(spring_t), intent(in) :: self
+      real(wp), intent(in) :: change(:), gamma(3)
+      square_change = 2*(dot_product(change(1:3), self%body_point - gamma) &
+                         + (1 - self%closeness)*dot_product(change(4:6), self%direction))
+   end function square_change
+
+   pure real(wp) function spring_energy_change(self, change, gamma)
+      class(spring_t), intent(in) :: self
+      real(wp), intent(in) :: change(:), gamma(3)
+      real(wp) :: l
+      l = length(self, gamma)
+      spring_energy_change = 0.5_wp*change(7)*(l - self%rest_length)**2 + 0.5_wp*self%stiffness*( &
+         slackness(self%rest_length, l)*square_change(self, change, gamma) - 2*(l - self%rest_length)*change(8))
+   end function spring_energy_change
 
 end module nutate_spring

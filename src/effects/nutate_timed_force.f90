@@ -2,7 +2,7 @@
 module nutate_timed_force
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use nutate_carried_vector, only: carried_vector_t
-   use nutate_effect, only: GENERAL_SERIES, torque_t
+   use nutate_effect, only: GENERAL_SERIES, parameter_t, torque_t
    use nutate_effect_bounds, only: bounds_of_torque, effect_bounds_t, linear_map_t
    use nutate_kinds, only: wp
    use nutate_limits, only: is_moderate
@@ -33,6 +33,8 @@ module nutate_timed_force
       procedure :: series_torque => terms_of_force
       procedure :: has_axis => force_has_axis
       procedure :: is_moderate => force_is_moderate
+      procedure :: parameters => parameters_of_force
+      procedure :: torque_change => change_by_parameters
    end type timed_force_t
 
 contains
@@ -146,5 +148,22 @@ contains
       if (moderate .and. self%moves) moderate = self%force%is_moderate()
       if (moderate) moderate = is_moderate(norm2(self%body_point)*norm2(self%force%vector))
    end function force_is_moderate
+
+   pure function parameters_of_force(self) result(list)
+      class(timed_force_t), intent(in) :: self
+      type(parameter_t), allocatable :: list(:)
+      list = [parameter_t('body_point', 3), parameter_t('force', 3)]
+   end function parameters_of_force
+
+   !> δx×RᵀF + x×RᵀδF.
+   pure function change_by_parameters(self, change, t, q, omega) result(tau)
+      class(timed_force_t), intent(in) :: self
+      real(wp), intent(in) :: change(:), t, q(4), omega(3)
+      real(wp) :: tau(3)
+      real(wp) :: force(3)
+      force = change(4:6)
+      if (self%moves) force = self%force%change_at(force, t)
+      tau = cross(change(1:3), rotate_to_body(q, force_at(self, t))) + cross(self%body_point, rotate_to_body(q, force))
+   end function change_by_parameters
 
 end module nutate_timed_force

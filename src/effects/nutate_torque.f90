@@ -44,6 +44,8 @@ module nutate_torque
       procedure :: direction_series => fixed_series
       !> Computes a coefficient of a general series of τ, body axes; space axes for `SPACE_SERIES`.
       procedure :: series_torque => no_torque
+      !> What a change of `parameters` makes of τ at fixed time, attitude and rate; nothing unless overridden.
+      procedure :: torque_change => no_torque_change
    end type torque_t
 
    abstract interface
@@ -237,5 +239,16 @@ contains
       real(wp), intent(out) :: tau(3)
       tau = 0.0_wp
    end subroutine no_torque
+
+   !> Change of τ, body axes, N m; shape (3).
+   pure function no_torque_change(self, change, t, q, omega) result(tau)
+      class(torque_t), intent(in) :: self
+      !> Of `parameters`; s.
+      real(wp), intent(in) :: change(:), t
+      !> Attitude, unit quaternion, body→space, shape (4); Ω, body axes, rad/s, shape (3).
+      real(wp), intent(in) :: q(4), omega(3)
+      real(wp) :: tau(3)
+      tau = 0.0_wp
+   end function no_torque_change
 
 end module nutate_torque

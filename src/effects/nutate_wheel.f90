@@ -8,7 +8,7 @@
 !> motor does not push further; it does so again once |ω| has fallen by a hundredth of it.
 module nutate_wheel
    use nutate_body, only: body_t
-   use nutate_effect, only: effect_t, LINEAR_SERIES, torque_t
+   use nutate_effect, only: effect_t, LINEAR_SERIES, parameter_t, torque_t
    use nutate_keys, only: group_t, key_t, KEY_TEXT
    use nutate_admissible, only: ANY_DIRECTION, NON_NEGATIVE, POSITIVE
    use nutate_kinds, only: wp
@@ -45,6 +45,8 @@ module nutate_wheel
    type, extends(effect_t) :: wheel_t
       !> s, unit vector, body axes; shape (3).
       real(wp) :: axis(3) = [0.0_wp, 0.0_wp, 1.0_wp]
+      !> Length of the axis as it was given.
+      real(wp) :: reach = 1.0_wp
       !> Jw about the axis, kg m².
       real(wp) :: inertia = 0.0_wp
       !> ω at the start, relative to the body, rad/s.
@@ -72,6 +74,10 @@ module nutate_wheel
       procedure :: drive_window
       !> Returns ω from the momentum.
       procedure :: speed_of
+      procedure :: parameters => wheel_parameters
+      !> Change of s and of u.
+      procedure :: axis_change
+      procedure :: drive_change
    end type wheel_t
 
 contains
@@ -88,7 +94,9 @@ contains
       wheel%name = 'wheel'
       axis = group%vector('axis', wheel%axis)
       ! Scaled first: the squares of a long or short vector would leave the range of numbers.
-      axis = axis/maxval(abs(axis))
+      wheel%reach = maxval(abs(axis))
+      axis = axis/wheel%reach
+      wheel%reach = wheel%reach*norm2(axis)
       wheel%axis = axis/norm2(axis)
       wheel%inertia = group%number('inertia', wheel%inertia)
       wheel%speed = group%number('speed', wheel%speed)
@@ -170,5 +178,37 @@ contains
       real(wp), intent(in) :: momentum, omega(3)
       speed = momentum/self%inertia - dot_product(self%axis, omega)
    end function speed_of
+
+   !> s in the length in which it was given, Jw, ω0 and c; then those of the motor.
+   pure function wheel_parameters(self) result(list)
+      class(wheel_t), intent(in) :: self
+      type(parameter_t), allocatable :: list(:)
+      list = [parameter_t('axis', 3), parameter_t('inertia'), parameter_t('speed'), parameter_t('friction')]
+      if (.not. allocated(self%motor)) return
+      if (size(self%motor%parameters()) > 0) &
+         list = [list, parameter_t('torque'), parameter_t('frequency'), parameter_t('phase')]
+   end function wheel_parameters
+
+   !> Change of the unit vector s; shape (3).
+   pure function axis_change(self, change) result(axis)
+      class(wheel_t), intent(in) :: self
+      !> Of `parameters`.
+      real(wp), intent(in) :: change(:)
+      real(wp) :: axis(3)
+      axis = (change(1:3) - dot_product(self%axis, change(1:3))*self%axis)/self%reach
+   end function axis_change
+
+   !> Change of u, N m.
+   pure real(wp) function drive_change(self, change, t) result(u)
+      class(wheel_t), intent(in) :: self
+      !> Of `parameters`; s.
+      real(wp), intent(in) :: change(:), t
+      real(wp), parameter :: unturned(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], at_rest(3) = 0.0_wp
+      real(wp) :: tau(3)
+      u = 0.0_wp
+      if (size(change) < 9) return
+      tau = self%motor%torque_change([change(7), 0.0_wp, 0.0_wp, change(8:9)], t, unturned, at_rest)
+      u = tau(1)
+   end function drive_change
 
 end module nutate_wheel

@@ -6,6 +6,7 @@ module nutate_stepper
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    use nutate_system, only: system_t
+   use nutate_tangent, only: tangent_t
    use nutate_work_share, only: step_error_t
    implicit none
    private
@@ -118,6 +119,10 @@ module nutate_stepper
       procedure :: show => leave_state
       !> Adds the noise of a trial run, for the states before their projection; a stepper without one leaves it.
       procedure :: disturb => leave_noise
+      !> Moves tangent columns over the step that `advance` took last (`nutate_tangent`); refused unless overridden.
+      procedure :: carry => refuse_tangent
+      !> Moves tangent columns from the start of the step that is kept to the state that `state_at` computed last.
+      procedure :: carry_inside
    end type stepper_t
 
    !> A method that knows the length of a step before it takes it, and the states inside of it.
@@ -349,6 +354,44 @@ contains
       !> The state that `advance` left last; another one stays as it is.
       type(state_t), intent(inout) :: state
    end subroutine leave_state
+
+   !> Errors: `NUTATE_BAD_ARGUMENT`.
+   recursive subroutine refuse_tangent(self, system, before, after, dt, window_time, tangent, status)
+      class(stepper_t), intent(inout) :: self
+      !> That of `advance`.
+      type(system_t), intent(in) :: system
+      !> The ends of the step.
+      type(state_t), intent(in) :: before, after
+      !> As they were given to `advance`, s.
+      real(wp), intent(in) :: dt, window_time
+      !> At the start; as it was on failure.
+      type(tangent_t), intent(inout) :: tangent
+      !> Success on entry.
+      type(status_t), intent(inout) :: status
+      status = fail(NUTATE_BAD_ARGUMENT, "method = '"//trim(self%prepared_with%method)//"' has no tangent columns", &
+                    'method')
+   end subroutine refuse_tangent
+
+   !> Moves tangent columns to the state inside the last step that `state_at` computed last. Errors: those of `carry`.
+   recursive subroutine carry_inside(self, system, state, tangent, status)
+      class(stepper_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      !> At the start of the step that is kept.
+      type(tangent_t), intent(inout) :: tangent
+      type(status_t), intent(inout) :: status
+      real(wp) :: since
+      since = state%t - self%last_start%t
+      if (.not. abs(since) > 0.0_wp) return
+      if (.not. allocated(self%again)) then
+         call self%carry(system, self%last_start, state, since, self%last_window, tangent, status)
+         return
+      end if
+      select type (again => self%again)
+      class is (stepper_t)
+         call again%carry(system, self%last_start, state, since, self%last_window, tangent, status)
+      end select
+   end subroutine carry_inside
 
    subroutine leave_noise(self, noise)
       class(stepper_t), intent(inout) :: self

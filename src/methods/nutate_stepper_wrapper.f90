@@ -1,8 +1,12 @@
 !> A stepper around another one, which takes the steps: what does something to the states of any method.
 module nutate_stepper_wrapper
    use nutate_archive, only: archive_t
+   use nutate_kinds, only: wp
+   use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    use nutate_stepper, only: stepper_t
+   use nutate_system, only: system_t
+   use nutate_tangent, only: tangent_t
    implicit none
    private
 
@@ -24,6 +28,8 @@ module nutate_stepper_wrapper
       procedure :: keep_steps
       procedure :: update_commands
       procedure :: transfer
+      procedure :: carry
+      procedure :: carry_inside
    end type stepper_wrapper_t
 
 contains
@@ -88,6 +94,27 @@ contains
       class(stepper_wrapper_t), intent(inout) :: self
       call self%base%update_commands()
    end subroutine update_commands
+
+   !> So does the stepper inside.
+   recursive subroutine carry(self, system, before, after, dt, window_time, tangent, status)
+      class(stepper_wrapper_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: before, after
+      real(wp), intent(in) :: dt, window_time
+      type(tangent_t), intent(inout) :: tangent
+      type(status_t), intent(inout) :: status
+      call self%base%carry(system, before, after, dt, window_time, tangent, status)
+   end subroutine carry
+
+   !> So does the stepper inside.
+   recursive subroutine carry_inside(self, system, state, tangent, status)
+      class(stepper_wrapper_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      type(tangent_t), intent(inout) :: tangent
+      type(status_t), intent(inout) :: status
+      call self%base%carry_inside(system, state, tangent, status)
+   end subroutine carry_inside
 
    !> What the stepper inside remembers.
    subroutine transfer(self, archive)

@@ -4,12 +4,14 @@
 module nutate_turned_stepper
    use nutate_axes_turn, only: axes_turn_t, turned
    use nutate_kinds, only: wp
+   use nutate_quaternion, only: cross, rotate_to_body
    use nutate_range, only: check_start
    use nutate_state, only: add_by_kahan, state_t
-   use nutate_status, only: status_t, fail, NUTATE_OFF_BRANCH
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_OFF_BRANCH
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_stepper_wrapper, only: stepper_wrapper_t
    use nutate_system, only: system_t
+   use nutate_tangent, only: tangent_t
    implicit none
    private
 
@@ -31,6 +33,8 @@ module nutate_turned_stepper
       procedure :: advance
       procedure :: mark_step
       procedure :: state_at
+      procedure :: carry
+      procedure :: carry_inside
    end type turned_stepper_t
 
 contains
@@ -143,5 +147,83 @@ contains
       end if
       state = inside
    end subroutine state_at
+
+   !> By the stepper inside, in axes that stand still; columns are in body axes, which the turn leaves as they are.
+   !> Errors: those of the stepper; `NUTATE_BAD_ARGUMENT` for a change of the axes' rate across a potential's direction,
+   !> of which the motion would know.
+   recursive subroutine carry(self, system, before, after, dt, window_time, tangent, status)
+      class(turned_stepper_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: before, after
+      real(wp), intent(in) :: dt, window_time
+      type(tangent_t), intent(inout) :: tangent
+      type(status_t), intent(inout) :: status
+      if (.not. self%turn%there) then
+         call self%base%carry(system, before, after, dt, window_time, tangent, status)
+      else
+         call self%base%carry(self%standing, before, standing_state(self, after), dt, window_time, tangent, status)
+         call turn_columns(system, after, dt, tangent, status)
+      end if
+   end subroutine carry
+
+   !> The same to a state inside of the last step.
+   recursive subroutine carry_inside(self, system, state, tangent, status)
+      class(turned_stepper_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      type(tangent_t), intent(inout) :: tangent
+      type(status_t), intent(inout) :: status
+      if (.not. self%turn%there) then
+         call self%base%carry_inside(system, state, tangent, status)
+      else
+         call self%base%carry_inside(self%standing, standing_state(self, state), tangent, status)
+         call turn_columns(system, state, state%t - self%start, tangent, status)
+      end if
+   end subroutine carry_inside
+
+   !> A state without the turn that was made last.
+   type(state_t) function standing_state(self, state) result(standing)
+      type(turned_stepper_t), intent(in) :: self
+      type(state_t), intent(in) :: state
+      real(wp) :: back(4)
+      back = [self%turn%change(1), -self%turn%change(2:4)]
+      standing = state
+      if (.not. abs(self%turn%length) > 0.0_wp) return
+      standing%q = state%q + turned(back, state%q)
+      standing%p = state%p + turned(back, state%p)
+   end function standing_state
+
+   !> θ of columns that change the rate ω of the axes: these turn by a = -ωΔt, whose change is a rotation J(a)δa,
+   !> J = 1 + (1 - cos a)/a² [a]× + (a - sin a)/a³ [a]×².
+   subroutine turn_columns(system, after, dt, tangent, status)
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: after
+      !> s.
+      real(wp), intent(in) :: dt
+      type(tangent_t), intent(inout) :: tangent
+      type(status_t), intent(inout) :: status
+      real(wp) :: a(3), change(3), across(3), angle, second, third
+      integer :: k, m
+      if (status%code /= 0) return
+      a = -dt*system%effects%frame_rate
+      angle = norm2(a)
+      second = 0.5_wp
+      if (angle > 0.0_wp) second = 2*(sin(0.5_wp*angle)/angle)**2
+      third = 1.0_wp/6 - angle**2/120 + angle**4/5040
+      if (angle > 0.03_wp) third = (angle - sin(angle))/angle**3
+      do m = 1, size(tangent%parametric)
+         k = tangent%parametric(m)
+         change = -dt*tangent%columns(k)%frame
+         if (.not. any(abs(change) > 0.0_wp)) cycle
+         across = cross(a, change)
+         if (system%effects%n_potentials > 0 .and. any(abs(across) > 0.0_wp)) then
+            status = fail(NUTATE_BAD_ARGUMENT, 'the rate of the axes has no derivative across the direction of the '// &
+                          'potentials, which it has here', 'rate')
+            return
+         end if
+         change = change + second*across + third*cross(a, across)
+         tangent%theta(k, :) = tangent%theta(k, :) + rotate_to_body(after%q, change)
+      end do
+   end subroutine turn_columns
 
 end module nutate_turned_stepper

@@ -22,6 +22,7 @@ module nutate_error_control
    use nutate_status, only: status_t, fail, NUTATE_NOT_CONVERGED
    use nutate_stepper, only: dense_stepper_t, integrator_settings_t, step_goal_t, stepper_t
    use nutate_system, only: system_t
+   use nutate_tangent, only: tangent_t
    implicit none
    private
 
@@ -55,6 +56,8 @@ module nutate_error_control
       real(wp) :: t_compensation = 0.0_wp
       !> Noise of a trial run, for the ends of steps that nothing projects.
       type(noise_t) :: noise
+      !> Tangent columns of the run, moved along with the step that is tried.
+      type(tangent_t), allocatable :: trial
    contains
       !> Prepares the steppers and the first step.
       procedure :: begin
@@ -66,6 +69,7 @@ module nutate_error_control
       procedure :: expect_events
       procedure :: look_inside
       procedure :: retake
+      procedure :: carry
       procedure :: renew
       procedure :: update_commands
       procedure :: transfer => transfer_control
@@ -168,6 +172,7 @@ contains
       self%probed = .false.
       if (allocated(progress%record%works)) self%before = progress%record
       call put_works(progress%summary, self%before)
+      if (allocated(progress%tangent)) self%trial = progress%tangent
       call try(self, system, progress, step, accepted, status)
       self%longest = merge(huge(self%longest), self%length%next, accepted)
       if (status%ok() .and. accepted .and. step >= rest) then
@@ -221,7 +226,7 @@ contains
       else
          if (self%half%keeps_steps) call self%half%mark_step(next, self%sense*step, next%t + 0.5_wp*self%sense*step)
          call perform_part(self%half, system, next, self%sense*step, next%t + 0.5_wp*self%sense*step, progress%record, &
-                        status)
+                           status, self%trial)
          self%work(:) = self%half%work
          error = self%half%error_estimate
       end if
@@ -299,24 +304,32 @@ contains
       once = state
       error = 0.0_wp
       call perform_part(self%whole, system, once, self%sense*step, middle, record, status)
-      if (status%ok()) call perform_part(self%half, system, state, 0.5_wp*self%sense*step, middle, record, status)
+      if (status%ok()) &
+         call perform_part(self%half, system, state, 0.5_wp*self%sense*step, middle, record, status, self%trial)
       self%work(:) = self%half%work
       moved = self%whole%moved_by_round_off + self%half%moved_by_round_off
-      if (status%ok()) call perform_part(self%half, system, state, 0.5_wp*self%sense*step, middle, record, status)
+      if (status%ok()) &
+         call perform_part(self%half, system, state, 0.5_wp*self%sense*step, middle, record, status, self%trial)
       self%work(:) = self%work + self%half%work
       moved = moved + self%half%moved_by_round_off
       if (status%ok()) error = estimate(self, once, state, moved)
    end subroutine go_halves
 
-   !> A step of one of the steppers, as a part of a step with the given middle.
-   subroutine perform_part(stepper, system, state, dt, middle, record, status)
+   !> A step of one of the steppers, as a part of a step with the given middle, with tangent columns where there are
+   !> any.
+   subroutine perform_part(stepper, system, state, dt, middle, record, status, tangent)
       class(stepper_t), intent(inout) :: stepper
       type(system_t), intent(in) :: system
       type(state_t), intent(inout) :: state
       real(wp), intent(in) :: dt, middle
       type(run_record_t), intent(inout) :: record
       type(status_t), intent(inout) :: status
+      type(tangent_t), intent(inout), optional :: tangent
+      type(state_t) :: before
+      if (present(tangent)) before = state
       call stepper%advance(system, state, dt, middle, status)
+      if (present(tangent) .and. status%code == 0) &
+         call stepper%carry(system, before, state, dt, middle, tangent, status)
       record%continued = record%continued + stepper%continued
       record%iterations = record%iterations + stepper%iterations
       ! A whole step says how good the halves are: its root counts like theirs.
@@ -361,7 +374,7 @@ contains
    end subroutine reject
 
    !> The state at a time inside the last step: by the method, or by two steps of a branch.
-   subroutine state_inside(self, system, progress, t, state, record, status)
+   subroutine state_inside(self, system, progress, t, state, record, status, tangent)
       class(error_control_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(progress_t), intent(in) :: progress
@@ -370,6 +383,7 @@ contains
       type(state_t), intent(out) :: state
       type(run_record_t), intent(out) :: record
       type(status_t), intent(inout) :: status
+      type(tangent_t), intent(inout), optional :: tangent
       real(wp) :: since, each(size(self%work))
       state = self%start
       record = progress%record
@@ -378,10 +392,11 @@ contains
       if (self%method%dense .or. self%equal%suit) then
          call self%half%state_at(system, t, state, since, status, each)
          if (status%ok()) record%work = record%work + since
+         if (status%ok() .and. present(tangent)) call self%half%carry_inside(system, state, tangent, status)
       else
          each = 0.0_wp
          if (abs(t - self%start%t) > 0.0_wp) &
-            call go_inside(self%branch, system, t, progress%state%t, state, record%work, status, each)
+            call go_inside(self%branch, system, t, progress%state%t, state, record%work, status, each, tangent)
       end if
       if (status%ok()) call add_works(record, each)
    end subroutine state_inside
@@ -438,11 +453,12 @@ contains
       progress%record%iterations = 0
       progress%record%uncertified = 0
       call self%half%forget_steps()
+      if (allocated(progress%tangent)) self%trial = progress%tangent
       if (allocated(self%whole)) then
          call self%whole%forget_steps()
          call go_halves(self, system, progress%record, next, abs(length), error, status)
       else
-         call perform_part(self%half, system, next, length, next%t + 0.5_wp*length, progress%record, status)
+         call perform_part(self%half, system, next, length, next%t + 0.5_wp*length, progress%record, status, self%trial)
          self%work(:) = self%half%work
       end if
       if (status%code /= 0) return
@@ -452,6 +468,16 @@ contains
       progress%summary%work(:) = progress%summary%work + self%work
       self%t_compensation = 0.0_wp
    end subroutine retake
+
+   !> The columns were moved along with the step.
+   subroutine carry(self, system, before, progress, status)
+      class(error_control_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: before
+      type(progress_t), intent(inout) :: progress
+      type(status_t), intent(inout) :: status
+      progress%tangent = self%trial
+   end subroutine carry
 
    !> Prepares again for a system that has changed.
    subroutine renew(self, system, status)

@@ -13,6 +13,7 @@ module nutate_fixed_steps
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    use nutate_stepper, only: dense_stepper_t, stepper_t
    use nutate_system, only: system_t
+   use nutate_tangent, only: tangent_t
    implicit none
    private
 
@@ -36,6 +37,7 @@ module nutate_fixed_steps
       procedure :: expect_events
       procedure :: look_inside
       procedure :: retake
+      procedure :: carry
       procedure :: renew
       procedure :: update_commands
       procedure :: transfer => transfer_stepper
@@ -214,6 +216,19 @@ contains
       progress%state%t = t_end
    end subroutine retake
 
+   !> Moves the columns over the last step of the method.
+   subroutine carry(self, system, before, progress, status)
+      class(fixed_steps_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: before
+      type(progress_t), intent(inout) :: progress
+      type(status_t), intent(inout) :: status
+      associate (length => progress%last_length)
+         call self%stepper%carry(system, before, progress%state, length, before%t + 0.5_wp*length, progress%tangent, &
+                                 status)
+      end associate
+   end subroutine carry
+
    !> Prepares again for a system that has changed.
    subroutine renew(self, system, status)
       class(fixed_steps_t), intent(inout) :: self
@@ -230,7 +245,7 @@ contains
 
    !> The state at a time inside the last step of the method, and what belongs to a row of it. Errors: those of the
    !> stepper, which must keep the starts of its steps.
-   subroutine state_inside(self, system, progress, t, state, record, status)
+   subroutine state_inside(self, system, progress, t, state, record, status, tangent)
       class(fixed_steps_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(progress_t), intent(in) :: progress
@@ -239,9 +254,11 @@ contains
       type(state_t), intent(out) :: state
       type(run_record_t), intent(out) :: record
       type(status_t), intent(inout) :: status
+      type(tangent_t), intent(inout), optional :: tangent
       real(wp) :: since, each(size(self%stepper%work))
       record = progress%record
       call self%stepper%state_at(system, t, state, since, status, each)
+      if (present(tangent) .and. status%ok()) call self%stepper%carry_inside(system, state, tangent, status)
       call put_works(progress%summary, record)
       record%work = (record%work - sum(self%stepper%work)) + since
       call add_works(record, each - self%stepper%work)

@@ -7,6 +7,7 @@ module nutate_observer
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_system, only: system_t
+   use nutate_tangent, only: tangent_t
    implicit none
    private
 
@@ -47,6 +48,9 @@ module nutate_observer
       logical :: keeps_archives = .false.
       !> Request a call of `keep` after the first output point, or after the `poll` that sets this.
       logical :: wants_archive = .false.
+      !> `tangent` is to be set for each row: the columns of the run, where it carries any.
+      logical :: wants_tangent = .false.
+      type(tangent_t), allocatable :: tangent
    contains
       !> Called with the first state, with each output point of the plan, and with the last state.
       procedure(observe_row), deferred :: observe

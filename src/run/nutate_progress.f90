@@ -11,6 +11,7 @@ module nutate_progress
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_system, only: system_t
+   use nutate_tangent, only: tangent_t
    implicit none
    private
 
@@ -90,6 +91,10 @@ module nutate_progress
       type(way_t) :: way
       !> Digits of `switch_work` that its sum cannot hold, J.
       real(wp) :: switch_compensation = 0.0_wp
+      !> Tangent columns, where the run carries any, and those at the start of the last step.
+      type(tangent_t), allocatable :: tangent, last_tangent
+      !> Length of the last step of a stepper, as that was told, s.
+      real(wp) :: last_length = 0.0_wp
    end type progress_t
 
 contains
@@ -120,6 +125,7 @@ contains
       self%keeps_starts = .true.
       self%switch_compensation = 0.0_wp
       if (allocated(self%events)) deallocate (self%events)
+      if (allocated(self%tangent)) deallocate (self%tangent, self%last_tangent)
       if (allocated(self%work_compensation)) deallocate (self%work_compensation)
       allocate (self%summary%work(effects%n_works()), self%work_compensation(effects%n_works()), source=0.0_wp)
       self%next_break = effects%next_break(state%t, sign(1.0_wp, plan%end_time - state%t))
@@ -255,6 +261,7 @@ contains
       call archive%transfer(self%way%done)
       call archive%transfer(self%way%start)
       call archive%transfer(self%way%length)
+      if (allocated(self%tangent)) call self%tangent%transfer(archive)
       if (.not. allocated(self%events)) return
       call archive%transfer(self%summary%switch_work)
       call archive%transfer(self%switch_compensation)

@@ -12,6 +12,7 @@
 module nutate_run
    use nutate_accuracy, only: find_tolerance
    use nutate_archive, only: archive_t
+   use nutate_column, only: column_t
    use nutate_control, only: beyond_accuracy, is_watched
    use nutate_error_control, only: error_control_t
    use nutate_fixed_steps, only: count_steps, fixed_steps_t
@@ -28,6 +29,7 @@ module nutate_run
    use nutate_stepper, only: integrator_settings_t, outside, stepper_t
    use nutate_step_policy, only: step_policy_t
    use nutate_system, only: system_t
+   use nutate_tangent, only: tangent_t
    implicit none
    private
 
@@ -48,6 +50,8 @@ module nutate_run
       procedure, private :: begin_by_stepper
       !> Sets events to look for; between `begin` and all else.
       procedure :: expect
+      !> Sets tangent columns to carry along; between `begin` and all else.
+      procedure :: differentiate
       !> Sets a plan for what follows, from the present state.
       procedure :: set_out
       !> Finds the error of steps that meets the accuracy of the goal, by trial runs.
@@ -280,6 +284,21 @@ contains
       call expect_events(self%progress_t, self%policy, events, system, status)
    end subroutine expect
 
+   !> Sets tangent columns to carry along from here (`nutate_tangent`): `tangent` holds them. Errors:
+   !> `NUTATE_BAD_ARGUMENT` for what has no derivative.
+   subroutine differentiate(self, columns, system, status)
+      !> Begun.
+      class(run_t), intent(inout), target :: self
+      !> Shape (n).
+      type(column_t), intent(in) :: columns(:)
+      type(system_t), intent(in) :: system
+      type(status_t), intent(out) :: status
+      if (allocated(self%tangent)) deallocate (self%tangent, self%last_tangent)
+      allocate (self%tangent, self%last_tangent)
+      call self%tangent%begin(system, self%state, columns, status)
+      if (status%ok()) self%last_tangent = self%tangent
+   end subroutine differentiate
+
    !> Sets events, and what the wheels of a system bring with them.
    subroutine expect_events(progress, policy, events, system, status)
       type(progress_t), intent(inout) :: progress
@@ -320,7 +339,7 @@ contains
    !> already, there is nothing to find. `go` does this if it has not been done.
    !>
    !> Errors: those of the trial runs, and what the observer returned.
-   subroutine find_steps(self, system, status, observer, shown)
+   recursive subroutine find_steps(self, system, status, observer, shown)
       !> Begun.
       class(run_t), intent(inout), target :: self
       type(system_t), intent(in) :: system
@@ -332,6 +351,10 @@ contains
       class(observer_t), intent(inout), optional :: shown
       type(progress_t) :: last
       if (.not. lacks_steps(self)) return
+      if (allocated(self%tangent) .and. present(shown)) then
+         call self%find_steps(system, status, observer)
+         return
+      end if
       select type (control => self%policy)
       class is (error_control_t)
          call find_tolerance(system, self%summary%settings, self%progress_t, control, status, observer, last, shown)
@@ -378,7 +401,8 @@ contains
       class(observer_t), intent(inout), optional :: observer
       call point_to_stepper(self)
       if (lacks_steps(self) .and. self%first_step == 0 .and. &
-          .not. (present(observer) .or. allocated(self%events) .or. self%is_looked_into)) then
+          .not. (allocated(self%tangent) .or. present(observer) .or. allocated(self%events) .or. &
+                 self%is_looked_into)) then
          call go_unseen(self, system, status)
       else
          call self%find_steps(system, status)
@@ -479,17 +503,24 @@ contains
    !> Returns the state at a time inside the last step (dense output), to the accuracy of the method; later steps are
    !> unaffected. Errors: `NUTATE_BAD_ARGUMENT` for a time outside of the step, or one that has not been kept
    !> (`is_looked_into`).
-   subroutine look(self, system, t, state, status)
+   subroutine look(self, system, t, state, status, tangent)
       class(run_t), intent(inout), target :: self
       type(system_t), intent(in) :: system
       !> s.
       real(wp), intent(in) :: t
       type(state_t), intent(out) :: state
       type(status_t), intent(out) :: status
+      !> The columns of the run then.
+      type(tangent_t), intent(out), optional :: tangent
       type(run_record_t) :: record
       real(wp) :: work
+      if (present(tangent) .and. allocated(self%last_tangent)) tangent = self%last_tangent
       if (allocated(self%policy)) then
          call point_to_stepper(self)
+         if (present(tangent)) then
+            call self%policy%state_inside(system, self%progress_t, t, state, record, status, tangent)
+            return
+         end if
          call self%policy%state_inside(system, self%progress_t, t, state, record, status)
       else if (allocated(self%stepper)) then
          call self%stepper%state_at(system, t, state, work, status)

@@ -12,7 +12,7 @@ module nutate_run_loop
    use nutate_progress, only: fraction_done, is_over, progress_t, put_works, transfer_progress
    use nutate_run_mark, only: go_back, mark_progress, mark_t
    use nutate_state, only: state_t
-   use nutate_status, only: status_t, fail, NUTATE_STEP_LIMIT
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_STEP_LIMIT
    use nutate_step_subdivision, only: spare_tries
    use nutate_step_policy, only: step_policy_t
    use nutate_system, only: system_t
@@ -67,6 +67,11 @@ contains
          call take_steps(progress, policy, system, status, observer)
          call policy%show(system, progress%state)
          if (status%code /= 0 .or. .not. (progress%events%n_due > 0 .or. is_sample_due(progress))) exit
+         if (progress%events%n_due > 0 .and. allocated(progress%tangent)) then
+            status = fail(NUTATE_BAD_ARGUMENT, 'tangent columns do not cross a switch by the event '// &
+                          trim(progress%events%watched(progress%events%due(1))%event%name))
+            exit
+         end if
          if (progress%events%n_due > 0) call make_switches(policy, system, progress, status)
          call sample_state(policy, system, progress)
          if (status%code /= 0 .or. progress%events%stopped .or. is_over(progress)) exit
@@ -114,6 +119,7 @@ contains
       integer(long) :: steps, next_poll
       real(wp) :: watched, sense, quiet_until
       logical :: over, looks, waits, vets
+      type(state_t) :: before
       type(mark_t) :: mark
       type(hunt_t), allocatable :: hunts(:)
 
@@ -121,8 +127,7 @@ contains
       over = is_over(progress)
       looks = .false.
       waits = .false.
-      vets = .false.
-      if (present(observer)) vets = observer%vets_steps
+      vets = is_vetted(observer)
       sense = sign(1.0_wp, progress%plan%end_time - progress%t_first)
       quiet_until = -sense*huge(1.0_wp)
       do while (status%code == 0 .and. .not. over)
@@ -137,6 +142,7 @@ contains
                call see_ahead(progress, policy, system, sense*policy%longest_step, mark, looks, waits, quiet_until)
          end if
          if (vets .and. .not. looks) call mark_progress(progress, mark)
+         if (allocated(progress%tangent)) before = progress%state
          call policy%advance(system, progress, status, observer)
          over = is_over(progress)
          if (waits .and. status%code == 0) then
@@ -149,6 +155,7 @@ contains
             end if
          end if
          if (vets) call vet_step(progress, policy, system, mark, observer, status)
+         if (allocated(progress%tangent)) call carry_columns(progress, policy, system, before, status)
          if (status%code /= 0) return
          if (present(observer)) then
             call show_step(progress, policy, system, watched, progress%summary%steps /= steps, over, observer, status)
@@ -163,6 +170,34 @@ contains
          end if
       end do
    end subroutine take_steps
+
+   !> True where an observer says whether what a step has computed can be used.
+   logical function is_vetted(observer)
+      class(observer_t), intent(in), optional :: observer
+      is_vetted = .false.
+      if (present(observer)) is_vetted = observer%vets_steps
+   end function is_vetted
+
+   !> Moves the tangent columns over the step that was accepted, if one was.
+   subroutine carry_columns(progress, policy, system, before, status)
+      type(progress_t), intent(inout) :: progress
+      class(step_policy_t), intent(inout) :: policy
+      type(system_t), intent(in) :: system
+      !> The start of the step.
+      type(state_t), intent(in) :: before
+      !> Of the step.
+      type(status_t), intent(inout) :: status
+      if (status%code /= 0 .or. .not. abs(progress%state%t - before%t) > 0.0_wp) return
+      if (progress%keeps_starts) progress%last_tangent = progress%tangent
+      call policy%carry(system, before, progress, status)
+   end subroutine carry_columns
+
+   !> Gives the columns at the last state to an observer that wants them.
+   subroutine give_columns(progress, observer)
+      type(progress_t), intent(in) :: progress
+      class(observer_t), intent(inout) :: observer
+      if (observer%wants_tangent .and. allocated(progress%tangent)) observer%tangent = progress%tangent
+   end subroutine give_columns
 
    !> Ends a run that may not take more steps.
    subroutine end_at_limit(progress, policy, observer, status)
@@ -310,6 +345,7 @@ contains
       if (observer%sees_every_step) call watch_turn(progress, policy, system, seen, watched, observer, status)
       if (status%code /= 0) return
       call put_works(progress%summary, progress%record)
+      call give_columns(progress, observer)
       call observer%observe(system, seen, progress%record, status)
    end subroutine show_end
 
@@ -342,6 +378,7 @@ contains
          call find_row(progress, t, due)
          if (due) progress%rows = progress%rows + 1
       end if
+      if (due) call give_columns(progress, observer)
       if (due) call observer%observe(system, progress%state, progress%record, status)
       if (observer%wants_archive .and. status%ok()) call offer(progress, policy, observer, status)
    end subroutine show_first
@@ -390,8 +427,14 @@ contains
             exit
          end if
          if (abs(t - progress%state%t) > 0.0_wp .or. .not. allocated(progress%plan%times)) then
-            call policy%state_inside(system, progress, t, state, record, status)
+            if (observer%wants_tangent .and. allocated(progress%tangent)) then
+               observer%tangent = progress%last_tangent
+               call policy%state_inside(system, progress, t, state, record, status, observer%tangent)
+            else
+               call policy%state_inside(system, progress, t, state, record, status)
+            end if
          else
+            call give_columns(progress, observer)
             state = progress%state
             call policy%show(system, state)
             record = progress%record

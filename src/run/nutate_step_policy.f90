@@ -8,6 +8,7 @@ module nutate_step_policy
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_system, only: system_t
+   use nutate_tangent, only: tangent_t
    implicit none
    private
 
@@ -36,6 +37,8 @@ module nutate_step_policy
       procedure(look), deferred :: look_inside
       !> Repeats that step, shorter.
       procedure(repeat_part), deferred :: retake
+      !> Moves the tangent columns of a run over the step of the method that was accepted last.
+      procedure(carry_columns), deferred :: carry
       !> Prepares again for a system that has changed.
       procedure(set_system), deferred :: renew
       !> Notes that torques and motors hold other values.
@@ -60,8 +63,8 @@ module nutate_step_policy
       end subroutine move_on
 
       !> Errors: those of the method.
-      subroutine show_state(self, system, progress, t, state, record, status)
-         import :: step_policy_t, system_t, progress_t, state_t, run_record_t, status_t, wp
+      subroutine show_state(self, system, progress, t, state, record, status, tangent)
+         import :: step_policy_t, system_t, progress_t, state_t, run_record_t, status_t, tangent_t, wp
          class(step_policy_t), intent(inout) :: self
          type(system_t), intent(in) :: system
          !> At the end of the step.
@@ -72,7 +75,22 @@ module nutate_step_policy
          !> What belongs to a row of that state.
          type(run_record_t), intent(out) :: record
          type(status_t), intent(inout) :: status
+         !> Columns at the start of the step on entry, at the time on exit.
+         type(tangent_t), intent(inout), optional :: tangent
       end subroutine show_state
+
+      !> Errors: those of the method.
+      subroutine carry_columns(self, system, before, progress, status)
+         import :: step_policy_t, system_t, state_t, progress_t, status_t
+         class(step_policy_t), intent(inout) :: self
+         type(system_t), intent(in) :: system
+         !> The start of the step.
+         type(state_t), intent(in) :: before
+         !> At its end; columns at its start on entry.
+         type(progress_t), intent(inout) :: progress
+         !> Success on entry.
+         type(status_t), intent(inout) :: status
+      end subroutine carry_columns
 
       subroutine get_ready(self, system, progress, status)
          import :: step_policy_t, system_t, progress_t, status_t

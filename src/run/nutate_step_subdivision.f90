@@ -7,6 +7,7 @@ module nutate_step_subdivision
    use nutate_status, only: status_t, fail, NUTATE_NOT_CONVERGED, NUTATE_OFF_BRANCH, NUTATE_SINGULAR
    use nutate_stepper, only: stepper_t
    use nutate_system, only: system_t
+   use nutate_tangent, only: tangent_t
    implicit none
    private
 
@@ -59,6 +60,7 @@ contains
       if (stepper%keeps_steps .and. progress%keeps_starts) &
          call stepper%mark_step(progress%state, length, progress%state%t + 0.5_wp*length)
       call stepper%advance(system, progress%state, length, progress%state%t + 0.5_wp*length, status)
+      progress%last_length = length
       progress%record%continued = progress%record%continued + stepper%continued
    end subroutine try
 
@@ -103,7 +105,7 @@ contains
    end subroutine perform_next_part
 
    !> Moves the start of the last step to a time inside of it, by two steps. Errors: those of the stepper.
-   subroutine go_inside(stepper, system, t, end_time, state, work, status, works)
+   subroutine go_inside(stepper, system, t, end_time, state, work, status, works, tangent)
       !> Used for nothing else.
       class(stepper_t), intent(inout) :: stepper
       type(system_t), intent(in) :: system
@@ -114,12 +116,18 @@ contains
       real(wp), intent(inout) :: work
       type(status_t), intent(inout) :: status
       real(wp), intent(inout), optional :: works(:)
+      !> Moved along.
+      type(tangent_t), intent(inout), optional :: tangent
+      type(state_t) :: before
       real(wp) :: length, middle
       integer :: i
       length = 0.5_wp*(t - state%t)
       middle = 0.5_wp*(state%t + end_time)
       do i = 1, 2
+         if (present(tangent)) before = state
          call stepper%advance(system, state, length, middle, status)
+         if (present(tangent) .and. status%code == 0) &
+            call stepper%carry(system, before, state, length, middle, tangent, status)
          if (status%code /= 0) return
          work = work + sum(stepper%work)
          if (present(works)) works(:) = works + stepper%work

@@ -35,9 +35,10 @@ module nutate_wheel_steps
       real(wp) :: carried(3, 3) = 0.0_wp
       !> Σ s h0 and Σ σ(h0 + ½Δtū)s, N m s, body axes; shape (3).
       real(wp) :: first(3) = 0.0_wp, rotor(3) = 0.0_wp
-      !> σ; h0, N m s; ū, N m; shape (most_wheels).
-      real(wp), private :: share(most_wheels) = 1.0_wp, start_momentum(most_wheels) = 0.0_wp, &
-         drive(most_wheels) = 0.0_wp
+      !> σ; h0, N m s; ū, N m, and when the motor was asked, s, if it was; shape (most_wheels).
+      real(wp) :: share(most_wheels) = 1.0_wp, start_momentum(most_wheels) = 0.0_wp, drive(most_wheels) = 0.0_wp, &
+         asked(most_wheels) = 0.0_wp
+      logical :: drives(most_wheels) = .false.
    contains
       !> Stores the wheels of a system.
       procedure :: prepare
@@ -113,9 +114,11 @@ contains
       do i = 1, self%n
          associate (wheel => effects%wheels(i), h => state%wheel_momentum(i))
             self%drive(i) = 0.0_wp
-            if (wheel%is_driven(moment)) then
+            self%drives(i) = wheel%is_driven(moment)
+            if (self%drives(i)) then
                window = wheel%drive_window(moment)
-               self%drive(i) = wheel%drive(min(max(middle, window(1)), window(2)), state%q, at_rest)
+               self%asked(i) = min(max(middle, window(1)), window(2))
+               self%drive(i) = wheel%drive(self%asked(i), state%q, at_rest)
             end if
             self%start_momentum(i) = h
             self%first = self%first + h*wheel%axis

@@ -9,6 +9,7 @@ module nutate_composition
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_system, only: system_t
+   use nutate_tangent, only: tangent_t
    implicit none
    private
 
@@ -60,6 +61,7 @@ module nutate_composition
       procedure :: advance
       procedure :: forget_steps
       procedure :: transfer
+      procedure :: carry
    end type composition_t
 
 contains
@@ -150,6 +152,22 @@ contains
          call self%stages(i)%stepper%forget_steps()
       end do
    end subroutine forget_steps
+
+   !> Stage by stage: each stepper still holds its own.
+   recursive subroutine carry(self, system, before, after, dt, window_time, tangent, status)
+      class(composition_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: before, after
+      real(wp), intent(in) :: dt, window_time
+      type(tangent_t), intent(inout) :: tangent
+      type(status_t), intent(inout) :: status
+      integer :: i
+      do i = 1, size(self%stages)
+         call self%stages(i)%stepper%carry(system, before, after, self%stages(i)%weight*dt, window_time, tangent, &
+                                           status)
+         if (status%code /= 0) return
+      end do
+   end subroutine carry
 
    !> What the steppers of all stages remember.
    recursive subroutine transfer(self, archive)

@@ -13,8 +13,10 @@ module nutate_nielsen_krenk
    use nutate_small_products, only: times_vector
    use nutate_state, only: state_t, add_turned
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_OFF_BRANCH
+   use nutate_step_tangent, only: conserving_step_t
    use nutate_stepper, only: integrator_settings_t
    use nutate_system, only: system_t
+   use nutate_tangent, only: tangent_t
    implicit none
    private
 
@@ -50,6 +52,8 @@ module nutate_nielsen_krenk
       real(wp) :: inverse(8, 8) = 0.0_wp
       !> a = J⁻¹(w̄ - 2h) of the root last found, rad/s.
       real(wp) :: rate(4) = 0.0_wp
+      !> The step done last: its root, and what its tangent is made of.
+      type(conserving_step_t) :: last
    contains
       procedure :: set_up
       procedure :: start
@@ -62,6 +66,7 @@ module nutate_nielsen_krenk
       procedure :: get_cayley_vector
       procedure :: finish
       procedure :: transfer_form
+      procedure :: carry
    end type nielsen_krenk_t
 
 contains
@@ -269,6 +274,7 @@ contains
       real(wp), intent(in) :: dt
       real(wp), intent(in) :: z(most_unknowns)
       real(wp) :: dq(4), dp(4), excess
+      self%last%b = (0.125_wp*dt)*self%rate(2:4)
       if (system%effects%n_torques > 0) call self%equations%forces%get_work( &
          system%effects, dt, self%equations%x0 + 0.5_wp*z(1:4), self%equations%relative_rate(z, self%rate), self%work)
       call self%equations%increments(state, z, self%rate, dq, dp, excess)
@@ -279,6 +285,31 @@ contains
          call self%equations%wheels%finish(system%effects, 0.5_wp*self%rate(2:4), state, self%work)
       state%t = state%t + dt
    end subroutine finish
+
+   !> By the root of the last step: on the constraint manifold that of the reduced form. Errors: `NUTATE_BAD_ARGUMENT`
+   !> off the manifold, and where the attitude is not integrated.
+   recursive subroutine carry(self, system, before, after, dt, window_time, tangent, status)
+      class(nielsen_krenk_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: before, after
+      real(wp), intent(in) :: dt, window_time
+      type(tangent_t), intent(inout) :: tangent
+      type(status_t), intent(inout) :: status
+      if (.not. self%settings%attitude) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'tangent columns need the attitude (expected attitude = .true.)', &
+                       'attitude')
+      else if (.not. (self%on_manifold .and. (self%settings%inverse_auxiliary_inertia <= 0.0_wp .or. &
+                                              self%equations%is_tangent()))) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'tangent columns need |q| = 1, q.p = 0 and the projection', 'projection')
+      end if
+      if (status%code /= 0) return
+      self%last%dt = self%equations%dt
+      self%last%frame = self%equations%frame
+      self%last%momentum = (0.5_wp*self%equations%momentum_unit)*self%equations%w0(2:4)
+      self%last%rotor = system%effects%rotor_momentum
+      if (self%equations%wheels%n > 0) self%last%rotor = self%last%rotor + self%equations%wheels%rotor
+      call self%last%carry(system, self%equations%forces, self%equations%turn, self%equations%wheels, tangent, status)
+   end subroutine carry
 
    !> Unit of momentum and inverse of the Jacobian.
    subroutine transfer_form(self, archive)

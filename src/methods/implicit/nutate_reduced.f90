@@ -12,8 +12,10 @@ module nutate_reduced
    use nutate_reduced_equations, only: reduced_equations_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_OFF_BRANCH, NUTATE_SINGULAR
+   use nutate_step_tangent, only: conserving_step_t
    use nutate_stepper, only: integrator_settings_t
    use nutate_system, only: system_t
+   use nutate_tangent, only: tangent_t
    implicit none
    private
 
@@ -44,6 +46,8 @@ module nutate_reduced
       real(wp) :: rows(3, 3) = 0.0_wp, raw_determinant = 0.0_wp
       !> Way that b went since the Jacobian was taken, and last.
       real(wp) :: moved = 0.0_wp, change = 0.0_wp
+      !> The step done last: its root, and what its tangent is made of.
+      type(conserving_step_t) :: last
    contains
       procedure :: set_up
       procedure :: start
@@ -56,6 +60,7 @@ module nutate_reduced
       procedure :: get_cayley_vector
       procedure :: finish
       procedure :: transfer_form
+      procedure :: carry
    end type reduced_t
 
 contains
@@ -211,6 +216,7 @@ contains
       real(wp), intent(in) :: dt
       real(wp), intent(in) :: z(most_unknowns)
       real(wp) :: f(3)
+      self%last%b = z(1:3)
       if (self%equations%forces%active) then
          if (self%change*max(1.0_wp, maxval(abs(self%equations%by_forces))) > 4*eps*maxval(abs(z(1:3)))) &
             call self%equations%residual(system, z(1:3), f)
@@ -224,6 +230,27 @@ contains
       if (self%equations%wheels%n > 0) &
          call self%equations%wheels%finish(system%effects, self%equations%mean_rate(z(1:3)), state, self%work)
    end subroutine finish
+
+   !> By the root of the last step. Errors: `NUTATE_BAD_ARGUMENT` where the attitude is not integrated.
+   recursive subroutine carry(self, system, before, after, dt, window_time, tangent, status)
+      class(reduced_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: before, after
+      real(wp), intent(in) :: dt, window_time
+      type(tangent_t), intent(inout) :: tangent
+      type(status_t), intent(inout) :: status
+      if (.not. self%settings%attitude) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'tangent columns need the attitude (expected attitude = .true.)', &
+                       'attitude')
+         return
+      end if
+      self%last%dt = self%equations%dt
+      self%last%frame = self%equations%frame
+      self%last%momentum = self%equations%half_momentum(2:4)
+      self%last%rotor = system%effects%rotor_momentum
+      if (self%equations%wheels%n > 0) self%last%rotor = self%last%rotor + self%equations%wheels%rotor
+      call self%last%carry(system, self%equations%forces, self%equations%turn, self%equations%wheels, tangent, status)
+   end subroutine carry
 
    !> The derivatives of the effects; what belongs to the length of the step is computed anew.
    subroutine transfer_form(self, archive)

@@ -1,0 +1,325 @@
+!> Tangent columns: the derivative of a motion by its start and by parameters, carried along a run.
+!>
+!> Column k is the change (θ, δL), and δh of each wheel, that a unit of `columns(k)` makes of the state, in the chart
+!>
+!>     q → q∘exp(½θ),   L → L + δL,
+!>
+!> θ and δL in body axes. It is the derivative of the map that the method computes, not a second method for the
+!> variational equations: differences of two runs converge to it, and what a step conserves its tangent conserves too
+!> (`nutate_tangent_rows`). The first index of all arrays is the column.
+!>
+!> **Who calls what.** A program describes columns (`nutate_column`) and gives them to a run, `run%differentiate`
+!> after `begin`; `begin` here makes the tangent of the first state. Wherever the run accepts a step of the method,
+!> `policy%carry` calls `stepper%carry` for each `advance` that the step is made of; rows inside steps carry a copy.
+!> States never depend on columns.
+!>
+!> **What an override of `stepper_t%carry` must do**: move `theta`, `momentum` and `wheels` from the state `before` to
+!> the state `after`, of which `advance` has just made the second from the first: what that left in the stepper may be
+!> used, and must stay as it is. Of parametric columns (`parametric` holds their numbers) add what their changes do in
+!> the step: `inertia` is that of the body without what turns freely, `columns(k)%rotor`, `%frame`, `%effects` are the
+!> others; effects know their own derivatives (`direction_change`, `gradient_change`, `torque_change`). `work` gains
+!> the change of the work of torques, motors and friction. Methods that project move the columns to the targets
+!> `energy` and `space_momentum`, the values of the rows at the start.
+module nutate_tangent
+   use nutate_archive, only: archive_t
+   use nutate_column, only: column_t, OF_POTENTIAL, OF_WHEEL
+   use nutate_controller, only: controller_t
+   use nutate_effect_list, only: effect_list_t
+   use nutate_hamiltonian, only: angular_velocity, body_direction, body_momentum, frame_rate_of, potential_torque, &
+      space_momentum
+   use nutate_kinds, only: wp
+   use nutate_quaternion, only: cross, rotate_to_body, rotate_to_space
+   use nutate_small_products, only: times_vector
+   use nutate_state, only: state_t
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
+   use nutate_system, only: system_t
+   implicit none
+   private
+
+   public :: tangent_t
+
+   !> Columns at a state of a run.
+   type :: tangent_t
+      !> Number of columns.
+      integer :: n = 0
+      !> What each one is the derivative by; shape (n).
+      type(column_t), allocatable :: columns(:)
+      !> θ, rad, and δL, N m s, body axes, a unit of the column's parameter; shape (n, 3).
+      real(wp), allocatable :: theta(:, :), momentum(:, :)
+      !> δh of each wheel, N m s; shape (n, n_wheels).
+      real(wp), allocatable :: wheels(:, :)
+      !> Change of all works since the start, J; shape (n).
+      real(wp), allocatable :: work(:)
+      !> The rows of the energy and of l, with the parameters' own part, at the start: J, N m s, space axes; shape (n),
+      !> (n, 3).
+      real(wp), allocatable :: energy(:), space_momentum(:, :)
+      !> Numbers of the columns that change a parameter; shape (n_parametric). And the change of J without what turns
+      !> freely of each, kg m²; shape (3, 3, n_parametric).
+      integer, allocatable :: parametric(:)
+      real(wp), allocatable :: inertia(:, :, :)
+      !> Work space of steps; shape (n, 3).
+      real(wp), allocatable :: mid(:, :), turn(:, :), mean(:, :), shift(:, :)
+      !> The same; shape (n, n_wheels).
+      real(wp), allocatable :: inner(:, :)
+   contains
+      !> Makes the columns of a first state.
+      procedure :: begin
+      !> Change of the rates.
+      procedure :: rates
+      !> Change of the momentum that rotors and wheels have in the body, of one column.
+      procedure :: inner_change
+      !> Change of what potentials conserve, and of l.
+      procedure :: energy_row
+      procedure :: momentum_row
+      !> Shows its values to an archive.
+      procedure :: transfer
+   end type tangent_t
+
+contains
+
+   !> Makes the columns of a first state. Errors: `NUTATE_BAD_ARGUMENT` where there are none, and for effects without a
+   !> derivative.
+   subroutine begin(self, system, state, columns, status)
+      class(tangent_t), intent(out) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      !> Shape (n).
+      type(column_t), intent(in) :: columns(:)
+      type(status_t), intent(out) :: status
+      integer :: k, m
+      call check_effects(system%effects, status)
+      if (status%ok() .and. size(columns) == 0) status = fail(NUTATE_BAD_ARGUMENT, 'there are no columns to carry')
+      if (.not. status%ok()) return
+      self%n = size(columns)
+      self%columns = columns
+      allocate (self%theta(self%n, 3), self%momentum(self%n, 3), self%wheels(self%n, system%effects%n_wheels), &
+                self%work(self%n), self%energy(self%n), self%space_momentum(self%n, 3), self%mid(self%n, 3), &
+                self%turn(self%n, 3), self%mean(self%n, 3), self%shift(self%n, 3), &
+                self%inner(self%n, system%effects%n_wheels), source=0.0_wp)
+      do k = 1, self%n
+         call self%columns(k)%follow_body(system%effects)
+      end do
+      self%parametric = pack([(k, k=1, self%n)], [(self%columns(k)%is_parametric(), k=1, self%n)])
+      allocate (self%inertia(3, 3, size(self%parametric)))
+      do m = 1, size(self%parametric)
+         self%inertia(:, :, m) = inertia_change(system%effects, self%columns(self%parametric(m)))
+      end do
+      call start_columns(self, system, state)
+      self%energy = self%energy_row(system, state)
+      self%space_momentum = self%momentum_row(state)
+   end subroutine begin
+
+   !> Sets θ, δL and δh of the start, of parameters with Ω0 and the speeds of the wheels held.
+   subroutine start_columns(self, system, state)
+      class(tangent_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      real(wp) :: omega(3), speed, change(3), inertia(3, 3)
+      integer :: i, k, m
+      omega = angular_velocity(system, state)
+      do k = 1, self%n
+         associate (column => self%columns(k))
+            self%theta(k, :) = column%attitude
+            change = times_vector(system%body%inertia, column%angular_velocity)
+            do i = 1, system%effects%n_wheels
+               associate (wheel => system%effects%wheels(i))
+                  self%wheels(k, i) = wheel%inertia*dot_product(wheel%axis, column%angular_velocity)
+               end associate
+            end do
+            self%momentum(k, :) = change
+         end associate
+      end do
+      do m = 1, size(self%parametric)
+         k = self%parametric(m)
+         inertia = self%inertia(:, :, m)
+         self%momentum(k, :) = self%momentum(k, :) + times_vector(inertia, omega)
+         associate (column => self%columns(k))
+            if (.not. allocated(column%effects)) cycle
+            do i = 1, size(column%effects)
+               associate (item => column%effects(i))
+                  if (item%kind /= OF_WHEEL) cycle
+                  associate (wheel => system%effects%wheels(item%place), c => item%change)
+                     speed = wheel%speed_of(state%wheel_momentum(item%place), omega)
+                     self%wheels(k, item%place) = self%wheels(k, item%place) &
+                        + c(4)*(speed + dot_product(wheel%axis, omega)) &
+                        + wheel%inertia*(c(5) + dot_product(wheel%axis_change(c), omega))
+                  end associate
+               end associate
+            end do
+         end associate
+      end do
+      do k = 1, self%n
+         self%momentum(k, :) = self%momentum(k, :) + self%inner_change(system%effects, state, k)
+      end do
+   end subroutine start_columns
+
+   !> Change of the momentum of rotors and wheels in the body, axes of wheels included, N m s, body axes; shape (3).
+   pure function inner_change(self, effects, state, k) result(change)
+      class(tangent_t), intent(in) :: self
+      type(effect_list_t), intent(in) :: effects
+      type(state_t), intent(in) :: state
+      !> The column.
+      integer, intent(in) :: k
+      real(wp) :: change(3)
+      integer :: i
+      change = self%columns(k)%rotor
+      do i = 1, effects%n_wheels
+         change = change + self%wheels(k, i)*effects%wheels(i)%axis
+      end do
+      if (.not. allocated(self%columns(k)%effects)) return
+      do i = 1, size(self%columns(k)%effects)
+         associate (item => self%columns(k)%effects(i))
+            if (item%kind == OF_WHEEL) change = change + &
+               state%wheel_momentum(item%place)*effects%wheels(item%place)%axis_change(item%change)
+         end associate
+      end do
+   end function inner_change
+
+   !> δJ without what turns freely, Jᵣ = J - Σ Jw ssᵀ; shape (3,3).
+   pure function inertia_change(effects, column) result(change)
+      type(effect_list_t), intent(in) :: effects
+      type(column_t), intent(in) :: column
+      real(wp) :: change(3, 3)
+      real(wp) :: axis(3)
+      integer :: i, j
+      change = column%inertia
+      if (.not. allocated(column%effects)) return
+      do i = 1, size(column%effects)
+         if (column%effects(i)%kind /= OF_WHEEL) cycle
+         associate (wheel => effects%wheels(column%effects(i)%place), c => column%effects(i)%change)
+            axis = wheel%axis_change(c)
+            do j = 1, 3
+               change(:, j) = change(:, j) - (c(4)*wheel%axis(j) + wheel%inertia*axis(j))*wheel%axis &
+                              - (wheel%inertia*wheel%axis(j))*axis
+            end do
+         end associate
+      end do
+   end function inertia_change
+
+   !> Returns δΩ = J⁻¹(δL - δh - δJΩ), body axes; shape (n, 3).
+   pure function rates(self, system, state) result(change)
+      class(tangent_t), intent(in) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      real(wp) :: change(self%n, 3)
+      real(wp) :: omega(3), own(3, self%n)
+      integer :: k, m
+      omega = angular_velocity(system, state)
+      own = 0.0_wp
+      do m = 1, size(self%parametric)
+         own(:, self%parametric(m)) = times_vector(self%inertia(:, :, m), omega)
+      end do
+      do k = 1, self%n
+         change(k, :) = times_vector(system%body%inverse_inertia, &
+                                     self%momentum(k, :) - self%inner_change(system%effects, state, k) - own(:, k))
+      end do
+   end function rates
+
+   !> Returns dH·X with what the parameters change of H at fixed q, L and h, J; of H - ω·l where the space axes turn.
+   !> Potentials keep it as it is, torques change it by `work`; shape (n).
+   pure function energy_row(self, system, state) result(change)
+      class(tangent_t), intent(in) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      real(wp) :: change(self%n)
+      real(wp), dimension(3) :: omega, momentum, torque, by_theta, by_momentum, turning
+      integer :: i, k, m
+      omega = angular_velocity(system, state)
+      momentum = body_momentum(state)
+      torque = potential_torque(system%effects, state%q, state%t)
+      turning = frame_rate_of(system%effects, state%q)
+      by_theta = -torque - cross(momentum, turning)
+      by_momentum = omega - turning
+      do k = 1, self%n
+         change(k) = dot_product(by_theta, self%theta(k, :)) + dot_product(by_momentum, self%momentum(k, :))
+         do i = 1, system%effects%n_wheels
+            change(k) = change(k) + system%effects%wheels(i)%speed_of(state%wheel_momentum(i), omega)*self%wheels(k, i)
+         end do
+      end do
+      do m = 1, size(self%parametric)
+         k = self%parametric(m)
+         change(k) = change(k) - 0.5_wp*dot_product(omega, times_vector(self%inertia(:, :, m), omega)) &
+                     - dot_product(omega, self%columns(k)%rotor) &
+                     - dot_product(space_momentum(state), self%columns(k)%frame) &
+                     + effects_energy(system%effects, state, self%columns(k), omega)
+      end do
+   end function energy_row
+
+   !> ∂H by the parameters of effects at fixed q, L and h, but for the change of the inertia, J.
+   pure real(wp) function effects_energy(effects, state, column, omega) result(change)
+      type(effect_list_t), intent(in) :: effects
+      type(state_t), intent(in) :: state
+      type(column_t), intent(in) :: column
+      !> Ω
+      real(wp), intent(in) :: omega(3)
+      real(wp) :: gamma(3)
+      integer :: i, m
+      change = 0.0_wp
+      if (.not. allocated(column%effects)) return
+      do m = 1, size(column%effects)
+         associate (item => column%effects(m), c => column%effects(m)%change)
+            if (item%kind == OF_WHEEL) then
+               associate (h => state%wheel_momentum(item%place), wheel => effects%wheels(item%place))
+                  change = change - h*dot_product(omega, wheel%axis_change(c)) - 0.5_wp*c(4)*(h/wheel%inertia)**2
+               end associate
+            end if
+            if (item%kind /= OF_POTENTIAL) cycle
+            do i = 1, effects%n_potentials
+               if (effects%potentials(i)%place /= item%place) cycle
+               gamma = body_direction(effects, i, state%q, state%t)
+               associate (potential => effects%potentials(i)%item)
+                  change = change + potential%energy_change(c, gamma) + dot_product( &
+                           potential%gradient(gamma), rotate_to_body(state%q, potential%direction_change(c, state%t)))
+               end associate
+            end do
+         end associate
+      end do
+   end function effects_energy
+
+   !> Returns δl = R(δL + θ×L), space axes, N m s: free of forces it stays, in a field along n its part along n;
+   !> shape (n, 3).
+   pure function momentum_row(self, state) result(change)
+      class(tangent_t), intent(in) :: self
+      type(state_t), intent(in) :: state
+      real(wp) :: change(self%n, 3)
+      real(wp) :: momentum(3)
+      integer :: k
+      momentum = body_momentum(state)
+      do k = 1, self%n
+         change(k, :) = rotate_to_space(state%q, self%momentum(k, :) + cross(self%theta(k, :), momentum))
+      end do
+   end function momentum_row
+
+   !> Errors: `NUTATE_BAD_ARGUMENT` for what has no derivative by the state.
+   subroutine check_effects(effects, status)
+      type(effect_list_t), intent(in) :: effects
+      type(status_t), intent(out) :: status
+      integer :: i
+      do i = 1, effects%n_torques
+         select type (torque => effects%torques(i)%item)
+         class is (controller_t)
+            if (torque%sample > 0.0_wp) status = fail(NUTATE_BAD_ARGUMENT, &
+               'a controller that samples has no derivative (expected one without sample)', torque%name)
+         end select
+      end do
+   end subroutine check_effects
+
+   !> Shows its values to an archive.
+   subroutine transfer(self, archive)
+      !> Begun with the same columns.
+      class(tangent_t), intent(inout) :: self
+      class(archive_t), intent(inout) :: archive
+      integer :: i
+      do i = 1, 3
+         call archive%transfer(self%theta(:, i))
+         call archive%transfer(self%momentum(:, i))
+         call archive%transfer(self%space_momentum(:, i))
+      end do
+      do i = 1, size(self%wheels, 2)
+         call archive%transfer(self%wheels(:, i))
+      end do
+      call archive%transfer(self%work)
+      call archive%transfer(self%energy)
+   end subroutine transfer
+
+end module nutate_tangent

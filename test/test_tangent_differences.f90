@@ -1,0 +1,408 @@
+!> Tangent columns against central differences of the program's own steps: every effect of the samples, every parameter
+!> that it can be differentiated by, named as the scene's key, and every start.
+module test_tangent_differences
+   use nutate_body, only: body_t, make_body
+   use nutate_column, only: attitude_column, column_t, inertia_column, rate_column
+   use nutate_effect, only: effect_t, parameter_t
+   use nutate_effect_catalogue, only: effect_kind_t, effect_kinds
+   use nutate_orbital_effects, only: build_on_orbit, goes_by_orbit
+   use nutate_hamiltonian, only: body_momentum, make_state
+   use nutate_keys, only: group_t
+   use nutate_kinds, only: wp
+   use nutate_methods, only: make_stepper
+   use nutate_quaternion, only: cross, quat_conjugate, quat_exp, quat_product
+   use nutate_scene, only: read_scene, scene_t
+   use nutate_state, only: state_t
+   use nutate_status, only: status_t
+   use nutate_stepper, only: integrator_settings_t, stepper_t
+   use nutate_system, only: system_t
+   use nutate_tangent, only: tangent_t
+   use nutate_wheel, only: wheel_t
+   use nutate_wheel_mounting, only: add_wheel
+   use test_support, only: check, check_below, error_type, new_unittest, test_failed, unittest_type
+   implicit none
+   private
+
+   public :: collect_tangent_differences
+
+   !> Start: attitude and rate; body; step, number of steps and first time, s.
+   real(wp), parameter :: first_attitude(4) = [0.7_wp, -0.5_wp, 0.1_wp, 0.5_wp]
+   real(wp), parameter :: first_rate(3) = [0.7_wp, -1.1_wp, 0.9_wp]
+   real(wp), parameter :: inertia(3, 3) = reshape([4.0_wp, 0.5_wp, -0.25_wp, 0.5_wp, 5.0_wp, 0.75_wp, -0.25_wp, &
+                                                   0.75_wp, 6.0_wp], [3, 3])
+   real(wp), parameter :: mass = 2.0_wp, center(3) = [0.3_wp, -0.2_wp, 0.5_wp]
+   real(wp), parameter :: time_step = 0.1_wp, first_time = 0.8_wp
+   integer, parameter :: steps = 4
+
+   !> A scene's groups of effects on a body, from a start: what is varied.
+   type :: variant_t
+      type(group_t), allocatable :: groups(:)
+      real(wp) :: inertia(3, 3) = inertia, center(3) = center
+      real(wp) :: turn(3) = 0.0_wp, rate(3) = first_rate
+   contains
+      procedure :: build
+   end type variant_t
+
+   type(integrator_settings_t), parameter :: settings(4) = [ &
+      integrator_settings_t(method='nielsen_krenk', formulation='reduced', order=2), &
+      integrator_settings_t(method='nielsen_krenk', formulation='full', order=2), &
+      integrator_settings_t(method='nielsen_krenk', formulation='reduced', order=4), &
+      integrator_settings_t(method='nielsen_krenk', formulation='full', order=8)]
+
+contains
+
+   subroutine collect_tangent_differences(testsuite)
+      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      testsuite = [ &
+                  new_unittest("every effect by itself", differ_alone), &
+                  new_unittest("all effects together", differ_together), &
+                  new_unittest("all effects on an orbit", differ_on_orbit), &
+                  new_unittest("effects that cannot be differentiated are refused", refuse_effects)]
+   end subroutine collect_tangent_differences
+
+   !> The system and its first state.
+   subroutine build(self, system, state, status)
+      class(variant_t), intent(in) :: self
+      type(system_t), intent(out) :: system
+      type(state_t), intent(out) :: state
+      type(status_t), intent(out) :: status
+      type(effect_kind_t), allocatable :: kinds(:)
+      class(effect_t), allocatable :: effect
+      type(body_t) :: nominal
+      real(wp) :: q(4)
+      integer :: i, k
+      call make_body(inertia, nominal, status)
+      call make_body(self%inertia, system%body, status, mass=mass, center_of_mass=self%center)
+      allocate (kinds, source=effect_kinds())
+      do i = 1, size(self%groups)
+         do k = 1, size(kinds)
+            if (kinds(k)%group%name /= self%groups(i)%name) cycle
+            if (system%effects%on_orbit .and. goes_by_orbit(self%groups(i))) then
+               call build_on_orbit(self%groups(i), system%effects%orbit, system%body, effect, status)
+            else if (self%groups(i)%name == 'controller') then
+               ! Controllers are designed for a body, not varied with it.
+               call kinds(k)%build(self%groups(i), nominal, effect, status)
+            else
+               call kinds(k)%build(self%groups(i), system%body, effect, status)
+            end if
+            if (.not. status%ok()) return
+            select type (effect)
+            type is (wheel_t)
+               call add_wheel(system, effect, status)
+            class default
+               call system%effects%add(effect)
+            end select
+            deallocate (effect)
+         end do
+      end do
+      q = quat_product(first_attitude, quat_exp(0.5_wp*self%turn))
+      state = make_state(system, q, self%rate, first_time)
+   end subroutine build
+
+   !> Each group of the samples by itself.
+   subroutine differ_alone(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(variant_t) :: variant
+      type(scene_t) :: scene
+      integer :: i
+      call read_samples('test/effect_samples.nml', scene, error)
+      if (allocated(error)) return
+      do i = 1, size(scene%groups)
+         if (.not. is_effect(scene%groups(i))) cycle
+         variant%groups = [scene%groups(i)]
+         call compare(error, variant, trim(scene%groups(i)%name))
+         if (allocated(error)) return
+      end do
+   end subroutine differ_alone
+
+   subroutine differ_together(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(variant_t) :: variant
+      type(scene_t) :: scene
+      call read_samples('test/effect_samples.nml', scene, error)
+      if (allocated(error)) return
+      variant%groups = pack_effects(scene)
+      call compare(error, variant, 'all effects')
+   end subroutine differ_together
+
+   subroutine differ_on_orbit(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(variant_t) :: variant
+      type(scene_t) :: scene
+      call read_samples('test/orbit_samples.nml', scene, error)
+      if (allocated(error)) return
+      variant%groups = pack_effects(scene)
+      call compare(error, variant, 'orbit')
+   end subroutine differ_on_orbit
+
+   !> The groups of a scene that are effects.
+   function pack_effects(scene) result(groups)
+      type(scene_t), intent(in) :: scene
+      type(group_t), allocatable :: groups(:)
+      integer :: i
+      allocate (groups(0))
+      do i = 1, size(scene%groups)
+         if (is_effect(scene%groups(i))) groups = [groups, scene%groups(i)]
+      end do
+   end function pack_effects
+
+   logical function is_effect(group)
+      type(group_t), intent(in) :: group
+      is_effect = all(group%name /= [character(len=12) :: 'scene', 'body', 'initial', 'integrator', 'output'])
+   end function is_effect
+
+   subroutine read_samples(file, scene, error)
+      character(len=*), intent(in) :: file
+      type(scene_t), intent(out) :: scene
+      type(error_type), allocatable, intent(inout) :: error
+      type(status_t) :: status
+      character(len=:), allocatable :: message
+      call read_scene(file, scene, status, message)
+      call check(error, status%ok(), message)
+   end subroutine read_samples
+
+   !> All columns of a variant by all settings.
+   subroutine compare(error, variant, label)
+      type(error_type), allocatable, intent(inout) :: error
+      type(variant_t), intent(in) :: variant
+      character(len=*), intent(in) :: label
+      type(column_t), allocatable :: columns(:)
+      type(variant_t), allocatable :: shifted(:, :)
+      real(wp), allocatable :: shifts(:)
+      type(system_t) :: system
+      type(state_t) :: state, before
+      type(status_t) :: status
+      type(tangent_t) :: tangent
+      class(stepper_t), allocatable :: stepper
+      integer :: i, k, m
+      call variant%build(system, state, status)
+      call check(error, status%ok(), label//': '//status%message)
+      if (allocated(error)) return
+      call list_columns(variant, system, columns, shifted, shifts, error)
+      do m = 1, size(settings)
+         if (allocated(error)) return
+         call variant%build(system, state, status)
+         call tangent%begin(system, state, columns, status)
+         if (status%ok()) call make_stepper(system, settings(m), stepper, status)
+         do i = 1, steps
+            if (.not. status%ok()) exit
+            before = state
+            call stepper%step(system, state, time_step, status)
+            if (status%ok()) &
+               call stepper%carry(system, before, state, time_step, before%t + 0.5_wp*time_step, tangent, status)
+         end do
+         call check(error, status%ok(), label//': '//status%message)
+         if (allocated(error)) return
+         do k = 1, size(columns)
+            call compare_column(error, tangent, k, shifted(:, k), shifts(k), settings(m), &
+                                label//' '//trim(settings(m)%formulation))
+         end do
+      end do
+   end subroutine compare
+
+   !> A column against differences of 1 and ½ of a shift, extrapolated.
+   subroutine compare_column(error, tangent, k, shifted, shift, how, label)
+      type(error_type), allocatable, intent(inout) :: error
+      type(tangent_t), intent(in) :: tangent
+      integer, intent(in) :: k
+      !> By +1, -1, +½, -½.
+      type(variant_t), intent(in) :: shifted(4)
+      real(wp), intent(in) :: shift
+      type(integrator_settings_t), intent(in) :: how
+      character(len=*), intent(in) :: label
+      type(state_t) :: ends(4)
+      type(system_t) :: system
+      class(stepper_t), allocatable :: stepper
+      type(status_t) :: status
+      real(wp) :: difference(14, 2), column(14), work(4), size_of
+      integer :: i, j, n
+      do i = 1, 4
+         call shifted(i)%build(system, ends(i), status)
+         if (status%ok()) call make_stepper(system, how, stepper, status)
+         work(i) = 0.0_wp
+         do j = 1, steps
+            if (.not. status%ok()) exit
+            call stepper%step(system, ends(i), time_step, status)
+            n = size(stepper%work)
+            if (system%effects%moves) n = n - 1
+            work(i) = work(i) + sum(stepper%work(:n))
+         end do
+         call check(error, status%ok(), label//': '//status%message)
+         if (allocated(error)) return
+      end do
+      difference(:, 1) = difference_of(ends(1), ends(2), work(1) - work(2), shift)
+      difference(:, 2) = difference_of(ends(3), ends(4), work(3) - work(4), 0.5_wp*shift)
+      difference(:, 2) = (4*difference(:, 2) - difference(:, 1))/3
+      column = 0.0_wp
+      column(1:6) = [tangent%theta(k, :), tangent%momentum(k, :)]
+      column(7) = tangent%work(k)
+      column(8:7 + size(tangent%wheels, 2)) = tangent%wheels(k, :)
+      size_of = max(maxval(abs(column)), 1e-3_wp/shift)
+      call check_below(error, maxval(abs(column - difference(:, 2)))/size_of, 1e-8_wp, &
+                       label//' '//trim(tangent%columns(k)%name))
+   end subroutine compare_column
+
+   !> (q1, L1, work, h1) against (q2, L2, work, h2) over twice a shift; shape (14).
+   pure function difference_of(one, other, work, shift) result(difference)
+      type(state_t), intent(in) :: one, other
+      real(wp), intent(in) :: work, shift
+      real(wp) :: difference(14), turn(4)
+      turn = quat_product(quat_conjugate(other%q), one%q)
+      difference = 0.0_wp
+      difference(1:3) = turn(2:4)/shift
+      difference(4:6) = (body_momentum(one) - body_momentum(other))/(2*shift)
+      difference(7) = work/(2*shift)
+      difference(8:10) = (one%wheel_momentum(1:3) - other%wheel_momentum(1:3))/(2*shift)
+   end function difference_of
+
+   !> Columns of the start, of the body, and of each parameter of each group; their variants by four shifts.
+   subroutine list_columns(variant, system, columns, shifted, shifts, error)
+      type(variant_t), intent(in) :: variant
+      type(system_t), intent(in) :: system
+      type(column_t), allocatable, intent(out) :: columns(:)
+      type(variant_t), allocatable, intent(out) :: shifted(:, :)
+      real(wp), allocatable, intent(out) :: shifts(:)
+      type(error_type), allocatable, intent(inout) :: error
+      real(wp), parameter :: parts(4) = [1.0_wp, -1.0_wp, 0.5_wp, -0.5_wp]
+      integer :: i, j, k, m, n, number
+      allocate (columns(100), shifts(100), shifted(4, 100))
+      shifts = 2e-3_wp
+      n = 0
+      do k = 1, 3
+         columns(n + 1) = attitude_column(k)
+         columns(n + 2) = rate_column(k)
+         columns(n + 3)%name = 'mass_moment'
+         columns(n + 3)%mass_moment(k) = mass
+         do i = 1, 4
+            shifted(i, n + 1:n + 3) = [variant, variant, variant]
+            shifted(i, n + 1)%turn(k) = parts(i)*shifts(1)
+            shifted(i, n + 2)%rate(k) = first_rate(k) + parts(i)*shifts(1)
+            shifted(i, n + 3)%center(k) = center(k) + parts(i)*shifts(1)
+         end do
+         n = n + 3
+         do m = 1, k
+            n = n + 1
+            columns(n) = inertia_column(m, k)
+            do i = 1, 4
+               shifted(i, n) = variant
+               shifted(i, n)%inertia = inertia + parts(i)*shifts(n)*columns(n)%inertia
+            end do
+         end do
+      end do
+      do j = 1, size(variant%groups)
+         number = 1
+         do i = 1, j - 1
+            if (variant%groups(i)%name == variant%groups(j)%name) number = number + 1
+         end do
+         ! Potentials come before torques: of the forces the last one.
+         if (variant%groups(j)%name == 'force') number = 1 + modulo(number, 3)
+         call list_keys(variant, system, j, number, columns, shifted, shifts, n, error)
+      end do
+      columns = columns(:n)
+      shifts = shifts(:n)
+      shifted = shifted(:, :n)
+   end subroutine list_columns
+
+   !> Those of the numbers of one group.
+   subroutine list_keys(variant, system, j, number, columns, shifted, shifts, n, error)
+      type(variant_t), intent(in) :: variant
+      type(system_t), intent(in) :: system
+      !> The group, and its number among those of its name.
+      integer, intent(in) :: j, number
+      type(column_t), intent(inout) :: columns(:)
+      type(variant_t), intent(inout) :: shifted(:, :)
+      real(wp), intent(inout) :: shifts(:)
+      integer, intent(inout) :: n
+      type(error_type), allocatable, intent(inout) :: error
+      type(status_t) :: status
+      real(wp) :: change(3)
+      real(wp), parameter :: parts(4) = [1.0_wp, -1.0_wp, 0.5_wp, -0.5_wp]
+      integer :: i, k, m, listed
+      listed = 0
+      associate (group => variant%groups(j))
+         do k = 1, size(group%settings)
+            associate (setting => group%settings(k))
+               if (.not. allocated(setting%values)) cycle
+               if (any(setting%name == [character(len=13) :: 'start', 'stop', 'table', 'axes', 'interpolation', &
+                                        'outside'])) cycle
+               do m = 1, size(setting%values)
+                  change = 0.0_wp
+                  change(m) = 1.0_wp
+                  n = n + 1
+                  columns(n) = column_t()
+                  select case (group%name)
+                  case ('rotor')
+                     columns(n)%rotor = change
+                  case ('rotating_frame')
+                     columns(n)%frame = change
+                  case ('controller', 'orbit')
+                     n = n - 1
+                     cycle
+                  case ('force')
+                     call add_force(group, setting%name, change, system, number, columns(n), status)
+                  case default
+                     call columns(n)%add(system%effects, trim(group%name), number, trim(setting%name), &
+                                         change(:size(setting%values)), status)
+                  end select
+                  if (.not. status%ok()) then
+                     call test_failed(error, trim(status%message))
+                     return
+                  end if
+                  listed = listed + 1
+                  columns(n)%name = trim(group%name)//'.'//trim(setting%name)
+                  shifts(n) = 2e-3_wp*max(maxval(abs(setting%values%number)), 1e-300_wp)
+                  if (.not. maxval(abs(setting%values%number)) > 0.0_wp) shifts(n) = 2e-3_wp
+                  do i = 1, 4
+                     shifted(i, n) = variant
+                     associate (value => shifted(i, n)%groups(j)%settings(k)%values(m))
+                        value%number = value%number + parts(i)*shifts(n)
+                     end associate
+                  end do
+               end do
+            end associate
+         end do
+      end associate
+   end subroutine list_keys
+
+   !> The force of body axes is a torque, x×F.
+   subroutine add_force(group, key, change, system, number, column, status)
+      type(group_t), intent(in) :: group
+      character(len=*), intent(in) :: key
+      real(wp), intent(in) :: change(3)
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: number
+      type(column_t), intent(inout) :: column
+      type(status_t), intent(inout) :: status
+      real(wp), parameter :: none(3) = 0.0_wp
+      if (group%text('axes', '') /= 'body') then
+         call column%add(system%effects, 'force', number, key, change, status)
+      else if (key == 'force') then
+         call column%add(system%effects, 'force', number, 'torque', cross(group%vector('body_point', none), change), &
+                         status)
+      else
+         call column%add(system%effects, 'force', number, 'torque', cross(change, group%vector('force', none)), status)
+      end if
+   end subroutine add_force
+
+   !> A controller that samples, parameters that nobody knows: refused by name.
+   subroutine refuse_effects(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(variant_t) :: variant
+      type(scene_t) :: scene
+      type(system_t) :: system
+      type(state_t) :: state
+      type(column_t) :: column
+      type(status_t) :: status
+      call read_samples('test/effect_samples.nml', scene, error)
+      if (allocated(error)) return
+      variant%groups = pack_effects(scene)
+      call variant%build(system, state, status)
+      call column%add(system%effects, 'dipole', 1, 'frequency', [1.0_wp], status)
+      call check(error, index(status%message, 'dipole has no derivative by frequency') > 0, trim(status%message))
+      call column%add(system%effects, 'dipole', 2, 'moment', [1.0_wp, 0.0_wp, 0.0_wp], status)
+      call check(error, index(status%message, 'no effect dipole') > 0, trim(status%message))
+      call column%add(system%effects, 'torque', 3, 'table', [1.0_wp], status)
+      call check(error, index(status%message, 'torque has no derivative by table') > 0, trim(status%message))
+   end subroutine refuse_effects
+
+end module test_tangent_differences
