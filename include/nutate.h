@@ -1,8 +1,9 @@
 /* nutate: rotation of rigid bodies, integrated with quaternions so that energy, momentum and the unit norm hold to
  * round-off at any step size (Nielsen & Krenk 2012).  C interface; usable from C++.
  *
- * A system is a body and what acts on it. A stepper moves the state of one system by steps. A scene is a file that
- * says all of this; it can be run as a whole, or give a system or a stepper. A history is what a run leaves in memory.
+ * A system is a rigid body with the effects that act on it. A stepper integrates the motion of one system. A scene is an
+ * input file that describes both; it can be run as a whole, or be turned into a system or a stepper. A history holds the
+ * output points of a run.
  *
  *    #include <nutate.h>
  *    #include <stdio.h>
@@ -30,9 +31,9 @@
  *    Every function returns NUTATE_OK (0) or another status; on failure nothing has changed, and outputs
  *    are untouched unless stated otherwise. No argument may be NULL unless marked "or NULL"; a NULL is reported, never
  *    dereferenced.
- *    SI units; angles in radians. Space axes are inertial, unless the system has a rotating frame or a circular orbit,
- *    whose axes they are then. Body axes are fixed in the body. Both start at the reference point of the body, which
- *    stays at rest. Quaternions are unit quaternions, scalar first, and take body components
+ *    SI units; angles in radians. Space axes are inertial, unless the system has a rotating frame or a circular orbit:
+ *    then they are the axes of that frame, or the LVLH frame. Body axes are fixed in the body. The origin of both is the
+ *    reference point of the body, which stays at rest. Quaternions are unit quaternions, scalar first, and take body components
  *    to space components. Arrays are contiguous; [3][3] is row by row.
  *    Numeric arguments obey the limits of the scene keys, and are rejected with the same messages:
  *    finite, zero or 1e-300 to 1e100 in size; positive ones at least 1e-100; steps 1e-50 to 1e50 s in size. Times and
@@ -49,8 +50,8 @@
  *    destroyed afterwards without effect on it.
  *
  * Threads
- *    The library has no state of its own. A handle that a function takes as const may be used by several threads at
- *    once; a handle that is not const by one at a time. Different handles are independent.
+ *    The library has no state of its own. Several threads may use a handle at once in functions that
+ *    take it as const; otherwise one thread at a time. Different handles are independent.
  *
  * Nothing is printed, and the program is never stopped. */
 #ifndef NUTATE_H
@@ -67,7 +68,7 @@ extern "C" {
 #define NUTATE_VERSION_MINOR 1
 #define NUTATE_VERSION_PATCH 0
 
-/* What a function returns. */
+/* Status that every function returns. */
 enum nutate_status {
     NUTATE_OK = 0,
     NUTATE_NOT_CONVERGED = 1, /* the iteration of a step did not converge */
@@ -76,7 +77,7 @@ enum nutate_status {
     NUTATE_NOT_FINITE = 4,    /* a number is not finite or exceeds 1e100, in a step or from a callback */
     NUTATE_BAD_ARGUMENT = 5,  /* an argument is out of its range */
     NUTATE_BAD_BODY = 6,      /* the inertia is not that of a rigid body */
-    NUTATE_BAD_SCENE = 7,     /* a scene says something that cannot be understood or simulated */
+    NUTATE_BAD_SCENE = 7,     /* a scene contains an error */
     NUTATE_IO = 8,            /* a file cannot be read or written */
     NUTATE_STEP_LIMIT = 9,    /* the run needs more steps than allowed */
     NUTATE_BAD_HANDLE = 10,   /* not a handle of this kind: NULL, another kind, destroyed */
@@ -90,9 +91,9 @@ enum nutate_status {
 typedef struct nutate_system nutate_system;
 /* A scene file, read and checked. */
 typedef struct nutate_scene nutate_scene;
-/* A method with its settings, its system and the present state. */
+/* A method with its settings, its system and the current state. */
 typedef struct nutate_stepper nutate_stepper;
-/* The rows of a run. */
+/* The output points of a run. */
 typedef struct nutate_history nutate_history;
 /* Classes of many bodies that the program moves. */
 typedef struct nutate_bodies nutate_bodies;
@@ -103,7 +104,7 @@ typedef struct nutate_bodies nutate_bodies;
 int nutate_get_version(char *buffer, size_t size);
 
 /* Returns a human-readable description of a status code.
- *   ==>  status   what a function returned; unknown codes have a description too */
+ *   ==>  status   of any function; unknown codes have a description too */
 int nutate_status_text(int status, char *buffer, size_t size);
 
 /* Returns why the last call with this handle (not const) failed; empty after a success.
@@ -112,29 +113,30 @@ int nutate_last_message(const void *handle, char *buffer, size_t size);
 
 /* ---- Callbacks -------------------------------------------------------------------------------------------------- */
 
-/* A callback returns 0, or another number to report a failure: the call that needed it then gives NUTATE_CALLBACK, and
- * the number stands in its message. Results that are not finite or exceed 1e100 give NUTATE_NOT_FINITE. In both cases
- * the state is the one before the step.
+/* A callback returns 0, or another number to report a failure: the calling function then returns NUTATE_CALLBACK with
+ * that number in its message. Results that are not finite or exceed 1e100 give NUTATE_NOT_FINITE. In both cases the
+ * state is the one before the step.
  *
- * Potentials are called when a state is set, in steps, and where energy is asked for; torques in steps. A callback is
- * called several times in a step, and at trial states that are not kept: what it returns must depend on
- * its arguments alone (and on data that stay the same during a step), or the step does not converge and energy is not
- * kept. It must return: no longjmp, no C++ exception may leave it; and it must not call functions with the handle that
- * called it. It needs to be safe for several threads if it is used in several. */
+ * Potentials are called when a state is set, in steps, and when energy is read; torques in steps. A callback is called
+ * several times in a step, also at trial states that are discarded. Its result must depend on its arguments alone (and on
+ * data that do not change during a step): otherwise the step does not converge, or energy is not conserved. It must
+ * return: neither longjmp nor a C++ exception may leave it. It must not call functions with the handle that called it.
+ * It must be thread-safe if several threads use it. */
 
 /* A potential V = U(gamma), gamma = R'n the body components of a vector n fixed in space. With the exact gradient,
- * energy is kept to round-off, and so is the momentum about n.
+ * energy and the angular momentum about n are conserved to round-off.
  *   ==>  gamma     [3], body axes; |gamma| = |n| at the ends of steps, a little less inside
  *   <=>  user      as given to the add function
  *   <==  energy    U, J
  *   <==  gradient  [3], dU/dgamma, body axes */
 typedef int (*nutate_potential)(const double gamma[3], void *user, double *energy, double gradient[3]);
 
-/* Its second derivatives.
+/* The second derivatives of a potential.
+ *   ==>  gamma     [3], body axes   <=>  user, as for the potential
  *   <==  hessian   d2U/dgamma2, symmetric, body axes */
 typedef int (*nutate_hessian)(const double gamma[3], void *user, double hessian[3][3]);
 
-/* A torque. Its work is accounted for to round-off.
+/* A torque. Its work enters the energy balance, which closes to round-off.
  *   ==>  t         s
  *   ==>  q         [4], attitude, body to space
  *   ==>  omega     [3], angular velocity, body axes, rad/s

@@ -1,5 +1,5 @@
 /* nutate: conversions of attitudes, and the exact motion of a torque-free body. Included by nutate.h, which explains
- * the words and arrows. */
+ * the notation. */
 #ifndef NUTATE_ATTITUDE_H
 #define NUTATE_ATTITUDE_H
 
@@ -12,7 +12,7 @@ extern "C" {
 /* ---- Attitudes -------------------------------------------------------------------------------------------------- */
 
 /* Quaternions that are read need not have unit length, and their sign does not matter. All numbers must be finite:
- * NUTATE_BAD_ARGUMENT otherwise. */
+ * NUTATE_BAD_ARGUMENT otherwise. Attitudes take body components to space components. */
 
 /* Returns the rotation matrix, body to space: v_space = r v_body.   ==>  q [4]   <==  r */
 int nutate_matrix_from_quat(const double q[4], double r[3][3]);
@@ -23,7 +23,8 @@ int nutate_euler_from_quat(const double q[4], double angles[3]);
 /* Updates Euler angles; phi and psi continue beyond +-pi if the body turns by less than pi since the earlier ones.
  *   ==>  q [4]   <=>  angles [3] */
 int nutate_follow_euler(const double q[4], double angles[3]);
-int nutate_quat_from_euler(const double angles[3], double q[4]); /* ==>  angles [3]   <==  q [4] */
+/* Returns the unit quaternion of Euler angles z-x-z, rad.   ==>  angles [3]   <==  q [4] */
+int nutate_quat_from_euler(const double angles[3], double q[4]);
 /* Returns the angular velocity, body axes, for Euler rates.   ==>  angles [3], rates [3], rad/s   <==  omega [3], rad/s */
 int nutate_omega_from_euler_rates(const double angles[3], const double rates[3], double omega[3]);
 /* Returns the quaternion of a rotation about an axis.   ==>  axis [3], of any length but zero   ==>  angle, rad   <==  q [4] */
@@ -32,7 +33,8 @@ int nutate_quat_from_axis_angle(const double axis[3], double angle, double q[4])
 int nutate_axis_angle_from_quat(const double q[4], double axis[3], double *angle);
 /* Returns the unit quaternion of a rotation vector (axis times angle).   ==>  v [3], rad   <==  q [4] */
 int nutate_quat_from_rotation_vector(const double v[3], double q[4]);
-int nutate_rotation_vector_from_quat(const double q[4], double v[3]); /* ==>  q [4]   <==  v [3], rad, |v| <= pi */
+/* Returns the rotation vector of a quaternion.   ==>  q [4]   <==  v [3], rad, |v| <= pi */
+int nutate_rotation_vector_from_quat(const double q[4], double v[3]);
 /* Returns the product a b: first the rotation b, then a.   ==>  a [4], b [4]   <==  c [4], may be a or b */
 int nutate_quat_product(const double a[4], const double b[4], double c[4]);
 /* Normalizes a quaternion.   ==>  q [4], not zero   <==  unit [4], may be q */

@@ -1,5 +1,5 @@
-/* nutate: runs of steppers into histories, runs that can be asked to stop, and copies of steppers. Included by nutate.h,
- * which explains the words and arrows. */
+/* nutate: runs of steppers into histories, poll callbacks, and copies of steppers. Included by nutate.h,
+ * which explains the notation. */
 #ifndef NUTATE_RUNS_H
 #define NUTATE_RUNS_H
 
@@ -13,8 +13,8 @@ extern "C" {
  *   <=>  stepper   on failure at the last state reached
  *   ==>  end_time  s
  *   ==>  every     steps between rows, >= 1        ==>  interval  time between rows, s, or 0: see nutate_stepper_run_to
- *   ==>  times     [n_times] times of the rows, s, in the order in which the run comes to them, and no others: rows between
- *                  steps are as good as the method; or NULL
+ *   ==>  times     [n_times], s, in the order of the run: rows at exactly these times, between steps to the accuracy of the
+ *                  method; or NULL
  *   <==  history   the new handle, also where the run fails: it then has all rows so far */
 int nutate_stepper_run_history(nutate_stepper *stepper, double end_time, int64_t every, double interval,
                                const double *times, size_t n_times, nutate_history **history);
@@ -22,7 +22,7 @@ int nutate_stepper_run_history(nutate_stepper *stepper, double end_time, int64_t
 /* Computes rows inside a step of an earlier run by repeating the step: with dense output if the method has it, else with
  * one step to each row. Torques that start or stop inside, and failures, shorten it; further steps follow its end. The
  * stepper and its runs are unaffected.
- *   ==>  t, s; q [4]; p [4]   the start of the step, as a row had them: work and energy_residual count from there
+ *   ==>  t, s; q [4]; p [4]   the start of the step, as a row had them: work and energy_residual are counted from there
  *   ==>  dt     the step, s; where local_tolerance is set, taylor and exact choose shorter ones
  *   ==>  times  [n], s, in order from t on   <==  rows  [n][width] of the columns chosen
  * Status: NUTATE_BAD_ARGUMENT, also with n = 0, if q and p are not the whole state: with wheels, and controllers that
@@ -30,22 +30,24 @@ int nutate_stepper_run_history(nutate_stepper *stepper, double end_time, int64_t
 int nutate_stepper_look(nutate_stepper *stepper, double t, const double q[4], const double p[4], double dt, size_t n,
                         const double *times, double *rows);
 
-/* Returns the error estimates of a run with accuracy; zeros for any other. Not attained: error[0] > accuracy.
- *   <==  error     [2]: an estimate of the attitude error at its end, rad, and the part of it that is round-off; or NULL
+/* Returns the error estimates of a run with accuracy; zeros for any other. The accuracy was not attained if error[0] >
+ * accuracy.
+ *   <==  error     [2]: estimated attitude error at the end of the run, rad, and the part of it due to round-off; or NULL
  *   <==  accuracy  the requested accuracy, rad; or NULL */
 int nutate_history_accuracy(const nutate_history *history, double error[2], double *accuracy);
 
 /* Returns the value in force for a setting; prepares the method.
- *   ==>  key     method, choice (why it was chosen; empty where it was named), formulation, order, series_order (0:
+ *   ==>  key     method, choice (why the method was chosen; empty if it was given), formulation, order, series_order (0:
  *                chosen by the tolerance), conserve, time_step, accuracy, or local_tolerance (with an accuracy: the value
  *                found by the trial runs of the last run)
- *   <==  buffer  the value as a scene file has it, a text without quotes   ==>  size */
+ *   <==  buffer  the value in the notation of scene files, text without quotes   ==>  size */
 int nutate_stepper_get(nutate_stepper *stepper, const char *key, char *buffer, size_t size);
 
-/* ---- Runs that can be asked to stop ------------------------------------------------------------------------------ */
+/* ---- Poll callbacks ----------------------------------------------------------------------------------------------- */
 
-/* Called some fifty times a second between two steps of a run, trial runs included. A value other than 0 ends the run with
- * NUTATE_STOPPED, at the last state reached and with the rows so far. It is called by the thread of the run and must return.
+/* A poll callback, called about fifty times a second between two steps of a run, trial runs included. A value other than 0
+ * ends the run with NUTATE_STOPPED, at the last state reached and with the rows so far. The thread of the run calls it; it
+ * must return.
  *   <=>  user, as given */
 typedef int (*nutate_poll)(void *user);
 

@@ -1,5 +1,5 @@
 /* nutate: satellites. Rotating frames, orbits, the Earth's field, forces, wheels and controllers, added to a system or
- * read from a stepper. Included by nutate.h, which explains the words and arrows; docs/reference/scenes/ has the
+ * read from a stepper. Included by nutate.h, which explains the notation; docs/reference/scenes/ has the
  * formulas, under the groups named here.
  *
  *    nutate_system_add_wheel(system, axis, 0.05, 0.0, 0.0, INFINITY, INFINITY);
@@ -24,8 +24,8 @@ extern "C" {
 
 /* ---- Systems ---------------------------------------------------------------------------------------------------- */
 
-/* Lets the space axes rotate in inertial space: &rotating_frame. A system has one frame, or one orbit.
- *   ==>  rate [3], rad/s, in these axes */
+/* Lets the space axes rotate in inertial space: &rotating_frame. A system has at most one frame or orbit.
+ *   ==>  rate [3], angular velocity of the axes, in these axes, rad/s */
 int nutate_system_add_rotating_frame(nutate_system *system, const double rate[3]);
 /* Makes the space axes east, north and up at a place on the Earth.   ==>  latitude, rad, north positive */
 int nutate_system_add_latitude(nutate_system *system, double latitude);
@@ -37,11 +37,11 @@ int nutate_system_add_latitude(nutate_system *system, double latitude);
  *   ==>  inertial  true: the space axes are inertial, as those of an eccentric orbit always are; false: the LVLH frame */
 int nutate_system_add_orbit(nutate_system *system, double semi_major_axis, double eccentricity, const double *angles,
                             double mu, int inertial);
-/* Adds the gravity gradient of that orbit.   Status: NUTATE_BAD_ARGUMENT without an orbit. */
+/* Adds the gravity gradient along the orbit.   Status: NUTATE_BAD_ARGUMENT without an orbit. */
 int nutate_system_add_orbital_gradient(nutate_system *system);
 
-/* Adds a magnetic moment in the field of the Earth along that orbit: &earth_field.
- *   ==>  moment       [3], body axes, A m2; or NULL: 0, a field for the magnetorquers of a controller alone
+/* Adds a magnetic moment in the field of the Earth along the orbit: &earth_field.
+ *   ==>  moment       [3], body axes, A m2; or NULL: 0, a field for magnetorquers only
  *   ==>  epoch_angle  of Greenwich at t = 0 from the equinox, rad
  *   ==>  coefficients [3], g11, h11, g10 of the dipole, T; or NULL: those of 2025
  * Status: NUTATE_BAD_ARGUMENT without an orbit. */
@@ -53,16 +53,16 @@ int nutate_system_add_earth_field(nutate_system *system, const double *moment, d
 int nutate_system_add_force(nutate_system *system, const double body_point[3], const double force[3], const char *axes,
                             double start, double stop);
 
-/* Adds a reaction wheel without a motor: &wheel. The body's inertia is that with its wheels locked.
+/* Adds a reaction wheel without a motor: &wheel. The inertia of the body includes its wheels, locked.
  *   ==>  axis          [3], body axes, of any length but zero
  *   ==>  inertia       about the axis, kg m2      ==>  speed        at the start, relative to the body, rad/s
  *   ==>  friction      N m s, >= 0
- *   ==>  torque_limit  of what drives it, N m     ==>  speed_limit  rad/s; INFINITY: none
+ *   ==>  torque_limit  of the motor, N m          ==>  speed_limit  rad/s; INFINITY: none
  * Status: NUTATE_BAD_BODY if the inertia of the wheels is not below that of the body with them. */
 int nutate_system_add_wheel(nutate_system *system, const double axis[3], double inertia, double speed, double friction,
                             double torque_limit, double speed_limit);
 
-/* Returns the number of wheels, which is that of the last one added.   ==>  system   <==  n */
+/* Returns the number of wheels, which is the number of the wheel added last.   ==>  system   <==  n */
 int nutate_system_wheel_count(const nutate_system *system, size_t *n);
 
 /* Adds a motor to a wheel that has none: torque cos(2 pi frequency t + phase), from start to stop.
@@ -77,13 +77,13 @@ int nutate_system_add_motor(nutate_system *system, size_t wheel, double torque, 
 int nutate_system_add_motor_table(nutate_system *system, size_t wheel, size_t n, const double *t, const double *torque,
                                   const char *keys);
 
-/* Adds a controller that points the body: &controller law = 'quaternion', after all wheels that it acts by.
+/* Adds a controller that points the body: &controller law = 'quaternion', after all wheels that it uses.
  *   ==>  by          "torque", "wheels" or "magnetorquers"
- *   ==>  target      [4], attitude, body to space; or NULL: 1
+ *   ==>  target      [4], attitude, body to space; or NULL: the identity
  *   ==>  attitude_gain, rate_gain   >= 0; with by_inertia times the inertia of the body, 1/s2 and 1/s, else as they are,
  *                                   N m and N m s; a nominal inertia, and gain matrices: nutate_system_add_groups
  *   ==>  field       [3], space axes, T, for magnetorquers; or NULL: with magnetorquers that of the Earth
- *   ==>  sample      s, from one sample to the next; 0: continuous
+ *   ==>  sample      sampling period, s; 0: continuous
  *   ==>  limit       of each component of the torque, N m, or of the moment of the magnetorquers, A m2; INFINITY: none */
 int nutate_system_add_pointing(nutate_system *system, const char *by, const double *target, double attitude_gain,
                                double rate_gain, int by_inertia, const double *field, double sample, double limit);
@@ -95,7 +95,7 @@ int nutate_system_add_detumbling(nutate_system *system, double gain, const doubl
 
 /* Returns the number of wheels.   ==>  stepper   <==  n */
 int nutate_stepper_wheel_count(const nutate_stepper *stepper, size_t *n);
-/* Returns the present state of a wheel.
+/* Returns the current state of a wheel.
  *   ==>  wheel     1, 2, ...
  *   <==  speed     relative to the body, rad/s; or NULL      <==  momentum  absolute, about the axis, N m s; or NULL
  *   <==  work      [2], of motor and friction since the state was set, J; or NULL
@@ -108,7 +108,7 @@ int nutate_stepper_wheel(const nutate_stepper *stepper, size_t wheel, double *sp
 int nutate_stepper_set_motor(nutate_stepper *stepper, size_t wheel, double torque);
 
 /* Returns the Jacobi integral T + V - omega.l, J; T + V if the space axes do not rotate. Calls user-defined potentials.
- *   <==  jacobi */
+ *   <==  jacobi  J */
 int nutate_stepper_jacobi(nutate_stepper *stepper, double *jacobi);
 /* Returns the work of time-dependent potentials since the state was set, J.   ==>  stepper   <==  work */
 int nutate_stepper_time_dependent_work(const nutate_stepper *stepper, double *work);

@@ -1,5 +1,5 @@
-/* nutate: scenes, and the histories that their runs leave. Included by nutate.h, which explains the words and
- * arrows. */
+/* nutate: scenes, and the histories of runs. Included by nutate.h, which explains the
+ * notation. */
 #ifndef NUTATE_SCENE_H
 #define NUTATE_SCENE_H
 
@@ -12,7 +12,7 @@ extern "C" {
 /* ---- Scenes ----------------------------------------------------------------------------------------------------- */
 
 /* Reads and checks a scene file.
- *   ==>  path         file
+ *   ==>  path         of the file
  *   ==>  overrides    [n_overrides] "GROUP.KEY=VALUE", or "-GROUP.KEY" to unset it; NULL with n_overrides 0
  *   ==>  n_overrides  how many
  *   <==  message      what is wrong, one line "FILE:LINE: ..."; or NULL
@@ -22,19 +22,20 @@ int nutate_scene_read(const char *path, const char *const *overrides, size_t n_o
                       char *message, size_t size);
 
 /* Reads and checks a scene from memory.
- *   ==>  text         contents of a scene file
- *   ==>  name         its name in messages and in the default name of its CSV file; or NULL: "scene" */
+ *   ==>  text         contents of the file
+ *   ==>  name         name of the scene in messages and of its default CSV file; or NULL: "scene"
+ *   Overrides, message and status as above. */
 int nutate_scene_parse(const char *text, const char *name, const char *const *overrides, size_t n_overrides,
                        nutate_scene **scene, char *message, size_t size);
 
-int nutate_scene_destroy(nutate_scene **scene); /* frees it   <=>  scene */
+int nutate_scene_destroy(nutate_scene **scene); /* Frees a scene.   <=>  scene */
 /* Returns the title of a scene.   ==>  scene   <==  buffer   ==>  size */
 int nutate_scene_get_title(const nutate_scene *scene, char *buffer, size_t size);
 
 /* Returns the times of a scene.
  *   <==  time_step  s; 0 where steps are adaptive; or NULL
  *   <==  end_time   s; or NULL
- *   <==  every      nominal steps between rows; or NULL */
+ *   <==  every      steps between rows; or NULL */
 int nutate_scene_get_plan(const nutate_scene *scene, double *time_step, double *end_time, int64_t *every);
 
 /* Returns the initial state of a scene.
@@ -56,7 +57,7 @@ int nutate_scene_system(const nutate_scene *scene, nutate_system **system, char 
 int nutate_scene_run(const nutate_scene *scene, nutate_history **history, char *message, size_t size);
 
 /* Runs a scene and writes its CSV file, as `nutate run` does.
- *   ==>  path          file to write; or NULL: the one that the scene names
+ *   ==>  path          file to write; or NULL: the file given in the scene
  * Status: NUTATE_IO, or that of a failed step; complete rows are then in PATH.partial. */
 int nutate_scene_write(const nutate_scene *scene, const char *path, char *message, size_t size);
 
@@ -77,10 +78,10 @@ int nutate_history_column(const nutate_history *history, const char *name, doubl
  *   <==  values   [rows][columns]
  *   ==>  size     numbers that fit into values, at least rows*columns */
 int nutate_history_values(const nutate_history *history, double *values, size_t size);
-/* Returns the number of uncertified steps (docs/explanation/certified-steps.md).   <==  steps */
+/* Returns the number of uncertified steps (docs/explanation/certified-steps.md).   ==>  history   <==  steps */
 int nutate_history_uncertified(const nutate_history *history, int64_t *steps);
 
-int nutate_history_destroy(nutate_history **history); /* frees it   <=>  history */
+int nutate_history_destroy(nutate_history **history); /* Frees a history.   <=>  history */
 
 #ifdef __cplusplus
 }

@@ -1,4 +1,4 @@
-/* nutate: steppers and what is read from them. Included by nutate.h, which explains the words and arrows. */
+/* nutate: steppers, and reading their state. Included by nutate.h, which explains the notation. */
 #ifndef NUTATE_STEPPER_H
 #define NUTATE_STEPPER_H
 
@@ -10,7 +10,7 @@ extern "C" {
 
 /* ---- Steppers --------------------------------------------------------------------------------------------------- */
 
-/* Creates a stepper for a system: second order, 8x8, at t = 0 with attitude 1 at rest.
+/* Creates a stepper for a system: method nielsen_krenk of order 2; state at t = 0, attitude 1, at rest.
  *   ==>  system        is copied */
 int nutate_stepper_create(const nutate_system *system, nutate_stepper **stepper, char *message, size_t size);
 
@@ -20,23 +20,24 @@ int nutate_stepper_create(const nutate_system *system, nutate_stepper **stepper,
  *   ==>  scene         is copied */
 int nutate_stepper_create_scene(const nutate_scene *scene, nutate_stepper **stepper, char *message, size_t size);
 
-int nutate_stepper_destroy(nutate_stepper **stepper); /* frees it   <=>  stepper */
+int nutate_stepper_destroy(nutate_stepper **stepper); /* Frees a stepper.   <=>  stepper */
 /* Sets a key of the group &integrator: method, order, formulation, time_step (or accuracy, or
  * local_tolerance), auxiliary_inertia, projection, conserve, series_order, tolerance, max_iterations. The method "auto"
- * needs accuracy or local_tolerance and is their default (docs/reference/scenes/integrator.md); each run to a time chooses
- * again. Settings take effect with the next step, or with nutate_stepper_prepare, which reports conflicts between settings.
+ * requires accuracy or local_tolerance, and is the default with them (docs/reference/scenes/integrator.md); each run to a
+ * time chooses anew. Settings take effect with the next step, or with nutate_stepper_prepare, which reports conflicts
+ * between settings.
  *   ==>  key      name, such as "method"         ==>  value    text, such as "dop853", "4", "1e-3", ".false." */
 int nutate_stepper_set(nutate_stepper *stepper, const char *key, const char *value);
 
-/* Sets the nominal step of nutate_stepper_run and ..._run_to.
- *   ==>  time_step  s; negative to go back in time; not 0 */
+/* Sets the fixed step of nutate_stepper_run and ..._run_to.
+ *   ==>  time_step  s; negative to integrate backward; not 0 */
 int nutate_stepper_set_time_step(nutate_stepper *stepper, double time_step);
 
 /* Prepares the method: checks the settings together and allocates memory, so that later steps do not. Without this call
  * the first step prepares.   <=>  stepper */
 int nutate_stepper_prepare(nutate_stepper *stepper);
 
-/* Sets the state; energy_residual and work count from here.
+/* Sets the state; energy_residual and work are counted from here.
  *   ==>  t, s; q [4], attitude, body to space, unit to 1e-6, is normalised; omega [3], body axes, rad/s */
 int nutate_stepper_set_state(nutate_stepper *stepper, double t, const double q[4], const double omega[3]);
 
@@ -46,7 +47,7 @@ int nutate_stepper_set_canonical(nutate_stepper *stepper, double t, const double
 
 /* Performs one step of the method, of any length, without subdividing it.
  *   <=>  stepper  on failure the state is as it was
- *   ==>  dt       s; negative to go back in time; not 0
+ *   ==>  dt       s; negative to integrate backward; not 0
  * Status: NUTATE_NOT_CONVERGED, NUTATE_OFF_BRANCH, NUTATE_SINGULAR: try a shorter step. NUTATE_NOT_FINITE,
  * NUTATE_CALLBACK, NUTATE_BAD_ARGUMENT. */
 int nutate_stepper_step(nutate_stepper *stepper, double dt);
@@ -56,40 +57,40 @@ int nutate_stepper_step(nutate_stepper *stepper, double dt);
  *   ==>  dt, s; n, number of steps, >= 0   <==  done, steps done, also on failure; or NULL */
 int nutate_stepper_steps(nutate_stepper *stepper, double dt, int64_t n, int64_t *done);
 
-/* Keeps the starts of steps from now on, for nutate_stepper_state_at.   <=>  stepper */
+/* Stores the start of each step from now on, for nutate_stepper_state_at.   <=>  stepper */
 int nutate_stepper_keep_steps(nutate_stepper *stepper);
 /* Returns the state at a time inside the last step that was kept, to the accuracy of the method; later steps are unaffected.
  *   ==>  t, s   <==  q [4], attitude; omega [3], body axes, rad/s.   Status: NUTATE_BAD_ARGUMENT for other times. */
 int nutate_stepper_state_at(nutate_stepper *stepper, double t, double q[4], double omega[3]);
 
-/* Performs nominal steps of the time_step set, as `nutate run` does. The k-th ends at t0 + k time_step; steps end where
- * torques start and stop; a step that fails is subdivided. Calls in a row, of nutate_stepper_run_to too, continue the
- * count of steps.
+/* Performs fixed steps of length time_step, as `nutate run` does. The k-th ends at t0 + k time_step; steps end where
+ * torques start and stop; a step that fails is subdivided. Consecutive calls, also of nutate_stepper_run_to,
+ * continue the count of steps.
  *   <=>  stepper   on failure at the last state reached: where a callback failed, that before the step
- *   ==>  n         number of nominal steps, >= 0
- *   ==>  every     a row after each `every` steps of this call, >= 1
+ *   ==>  n         number of steps, >= 0
+ *   ==>  every     steps of this call between rows, >= 1
  *   <==  rows      [capacity][width] of the columns chosen, n/every of them; or NULL: none
  *   ==>  capacity  rows that fit into rows, at least n/every; 0 with NULL
  *   <==  n_rows    rows written, also on failure; or NULL */
 int nutate_stepper_run(nutate_stepper *stepper, int64_t n, int64_t every, double *rows, size_t capacity,
                        size_t *n_rows);
 
-/* Runs to a time: with nominal steps, the last one shortened to end there; or, where accuracy or local_tolerance is
+/* Runs to a time: with fixed steps, the last one shortened to end there; or, where accuracy or local_tolerance is
  * set, with adaptive steps.
  *   <=>  stepper   on failure at the last state reached
  *   ==>  end_time  s
  *   ==>  every     steps between rows, >= 1; ignored if steps are adaptive and interval > 0
  *   ==>  interval  time between rows, s, where steps are adaptive; else 0
- *   <==  rows      [capacity][width] of the columns chosen: the first state, those every so often, and the last; or NULL
+ *   <==  rows      [capacity][width] of the columns chosen: first state, output points, last state; or NULL
  *   ==>  capacity  rows that fit into rows; a run that has more stops with NUTATE_STEP_LIMIT. 0 with NULL
  *   <==  n_rows    rows written, also on failure; or NULL */
 int nutate_stepper_run_to(nutate_stepper *stepper, double end_time, int64_t every, double interval, double *rows,
                           size_t capacity, size_t *n_rows);
 
-/* Returns the number of rows of nutate_stepper_run_to with nominal steps.   ==>  stepper, end_time, every   <==  n_rows */
+/* Returns the number of rows of nutate_stepper_run_to with fixed steps.   ==>  stepper, end_time, every   <==  n_rows */
 int nutate_stepper_count_rows(const nutate_stepper *stepper, double end_time, int64_t every, size_t *n_rows);
 
-/* Chooses the columns of rows, t being always the first.
+/* Chooses the columns of rows; t is always the first.
  *   ==>  sets     comma separated, names as in columns of the group &output of a scene: quaternion, angular_velocity,
  *                 euler, energy, jacobi, orbit, wheel1, ... (docs/reference/columns.md lists all) */
 int nutate_stepper_set_columns(nutate_stepper *stepper, const char *sets);
@@ -98,13 +99,13 @@ int nutate_stepper_width(const nutate_stepper *stepper, size_t *width);
 /* Returns the name of a column.   ==>  stepper   ==>  column, 0 is "t"   <==  buffer   ==>  size */
 int nutate_stepper_column(const nutate_stepper *stepper, size_t column, char *buffer, size_t size);
 
-/* Returns the present state as a row.
+/* Returns the current state as a row.
  *   <==  row      [width]
  *   ==>  size     numbers that fit into row, at least width */
 int nutate_stepper_row(nutate_stepper *stepper, double *row, size_t size);
 
 /* ---- Reading a stepper ------------------------------------------------------------------------------------------ */
-/*   ==>  stepper */
+/* These functions return the current value of a quantity.   ==>  stepper */
 
 int nutate_stepper_time(const nutate_stepper *stepper, double *t);                      /* <== s */
 int nutate_stepper_quaternion(const nutate_stepper *stepper, double q[4]);              /* <== attitude */
@@ -118,7 +119,7 @@ int nutate_stepper_euler(const nutate_stepper *stepper, double angles[3]); /* <=
 
 /* Returns energies, J; calls user-defined potentials.
  *   <==  energy [5]: kinetic, potential, total, work of all torques since the state was set, and the change of total (of the
- *                    Jacobi integral where the space axes turn) less that work and that of
+ *                    Jacobi integral where the space axes rotate) less that work and that of
  *                    time-dependent potentials
  * Status: NUTATE_CALLBACK, NUTATE_NOT_FINITE from callbacks. */
 int nutate_stepper_energy(nutate_stepper *stepper, double energy[5]);

@@ -1,4 +1,4 @@
-/* nutate: members of an ensemble. Included by nutate.h, which explains the words and arrows; docs/how-to/sweeps.md describes
+/* nutate: members of an ensemble. Included by nutate.h, which explains the notation; docs/how-to/sweeps.md describes
  * ensembles and their result rows.
  *
  *    int64_t members;
@@ -7,8 +7,8 @@
  *    double *rows = malloc(members * fields * 8);
  *    nutate_sweep_members(scene, 1, members, 1, rows, members * fields * 8, NULL, 0);
  *
- * A row has fields of 8 bytes, each an int64_t or a double, and depends on scene, seed and member alone: the bytes are
- * those of the file that `nutate sweep` writes, whichever call runs a member. */
+ * A row has fields of 8 bytes, each an int64_t or a double, and depends on scene, seed and member alone: its bytes
+ * equal those of the file that `nutate sweep` writes, whichever call runs the member. */
 #ifndef NUTATE_SWEEP_H
 #define NUTATE_SWEEP_H
 
@@ -32,7 +32,7 @@ int nutate_sweep_field(const nutate_scene *scene, size_t field, int *is_whole, c
 
 /* Sets the table of cases of an ensemble, one line per member; a scene without an ensemble gets one with that many members.
  *   <=>  scene
- *   ==>  names     [n_names] such as "initial.angular_velocity.3": of one number each   ==>  n_names   1 to 200
+ *   ==>  names     [n_names], such as "initial.angular_velocity.3", one number each   ==>  n_names   1 to 200
  *   ==>  numbers   [lines][n_names], in the units of the scene                          ==>  lines     1 or more
  *   <==  message   what is wrong; or NULL    ==>  size   of message, bytes
  * Status: NUTATE_BAD_SCENE for invalid names, for fewer lines than members, and for a second table. */
@@ -41,8 +41,8 @@ int nutate_sweep_table(nutate_scene *scene, const char *const *names, size_t n_n
 
 /* Runs members and returns their rows. The status of a member that fails is in its row.
  *   ==>  first, last   members, counted from 1
- *   ==>  threads       1: the one that calls, and no parallel region is entered, so that a process that was forked may
- *                      call; more need a library that was built with OpenMP
+ *   ==>  threads       1: the calling thread, without a parallel region, so that forked processes may call it; more than 1
+ *                      requires a library built with OpenMP
  *   <==  rows          [last - first + 1][fields]; on failure filled in part
  *   ==>  bytes         of rows: 8 for each field
  *   <==  message       what is wrong; or NULL    ==>  size   of message, bytes

@@ -2,7 +2,7 @@
 any step size (Nielsen & Krenk 2012).
 
     import nutate
-    history = nutate.run("scenes/box.nml")                  # a dictionary of arrays, one for each column
+    history = nutate.run("scenes/box.nml")                  # a dictionary of arrays, one per column
     history = nutate.run("scenes/box.nml", "integrator.order=4")
 
 or step by step:
@@ -18,14 +18,23 @@ or to an accuracy, with the motion at any time:
     solution = nutate.solve(system, omega0=(0.1, 0, 10), t_span=(0, 5), accuracy=1e-9)
     q, omega = solution.sol(2.5)
 
-or many members of a scene that differ in some of its numbers:
+or an ensemble of motions from one scene with varied values:
 
-    rows = nutate.sweep("tumble.nml", threads=8)            # a structured array, a row for each member
+    rows = nutate.sweep("tumble.nml", threads=8)            # a structured array, one row per member
 
 SI units, radians. Quaternions are scalar first and take body components to space components; a Rotation of SciPy is accepted
-for one. All errors derive from `NutateError` (some also from ValueError or OSError); exceptions raised in callbacks propagate
-unchanged. A run that misses its accuracy warns (`NutateAccuracyWarning`). Scenes, systems and steppers own memory of the
-library, which `with` or `close` frees; otherwise Python does. All of them can be copied and pickled.
+in their place. Scenes, systems and steppers own memory of the library; `with` or `close` frees it, otherwise Python does. All
+of them can be copied and pickled.
+
+All errors of the library derive from `NutateError`:
+
+    NutateError         a step or a run failed (not converged, step limit, stopped, ...)
+    NutateValueError    an argument, a body or a scene is invalid; also a ValueError
+    NutateOSError       a file cannot be read or written; also an OSError
+
+Their attributes are `status` (a code of nutate.h), `message`, and `history` (the rows so far of a run that failed). Exceptions
+raised in callbacks propagate unchanged. As usual in Python, an argument of a wrong type gives a TypeError or ValueError, and
+`import nutate` an ImportError if the C library is not found. A run that misses its accuracy gives a `NutateAccuracyWarning`.
 """
 
 from ._library import NutateAccuracyWarning, NutateError, NutateOSError, NutateValueError, version

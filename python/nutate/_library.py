@@ -161,8 +161,8 @@ NOT_CONVERGED, OFF_BRANCH, SINGULAR, NOT_FINITE, BAD_ARGUMENT, BAD_BODY, BAD_SCE
 
 
 class NutateError(Exception):
-    """Error of a failed call. `status` is its code, as NUTATE_... in nutate.h; `history` has the rows so far of a run that failed
-    half-way. Exceptions of callbacks and the KeyboardInterrupt of Ctrl-C carry `history` too."""
+    """Base class of all errors of the library. `status` is the code NUTATE_... of nutate.h, `message` the text, and `history` has
+    the rows so far of a run that failed. Exceptions of callbacks and the KeyboardInterrupt of Ctrl-C have `history` too."""
 
     def __init__(self, status: int, message: str) -> None:
         text = message or status_text(status)
@@ -187,7 +187,7 @@ class NutateOSError(NutateError, OSError):
 
 
 class NutateAccuracyWarning(UserWarning):
-    """Warning that a run reached its end, but round-off or error growth makes the requested accuracy unattainable."""
+    """Warning that a run reached its end but not the requested accuracy, because of round-off or error growth."""
 
 
 def warn(message: str) -> None:
@@ -280,6 +280,8 @@ def create(function: Any, *arguments: Any) -> ctypes.c_void_p:
 
 def encoded(text: Textual) -> bytes:
     """A text, or a path, as C has it. C ends texts at a NUL: what stands behind one would be lost."""
+    if not isinstance(text, (str, bytes, os.PathLike)):
+        raise TypeError(f"{text!r} is not a text (expected str, bytes or a path)")
     data = os.fsencode(text) if isinstance(text, (bytes, os.PathLike)) else text.encode("utf-8", "surrogateescape")
     if b"\0" in data:
         raise refusal(f"{text!r} contains a NUL character (expected text without it)")

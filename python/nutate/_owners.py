@@ -39,7 +39,7 @@ class Owner:
         return self._owned
 
     def close(self) -> None:
-        """Frees what the library holds for it; a `with` block does so at its end, and Python when nothing refers to it."""
+        """Frees the memory of the library; a `with` block does so at its end, and Python when nothing refers to the object."""
         handle = getattr(self, "_owned", None)
         if handle:
             getattr(library, self._destroy)(ctypes.byref(handle))

@@ -102,16 +102,16 @@ class Page:
 
 def view(motion: Union[Solution, Scene, Rows, Textual], system: Optional[System] = None, *overrides: str,
          title: Optional[str] = None, play: bool = False, begin: float = 0.0) -> Page:
-    """Makes a web page with the body turning in three dimensions (its shape, or the box of its inertia), the path of its symmetry
-    axis or of its centre of mass, angular velocity and momentum, the polhode on the inertia ellipsoid, and curves with a moving
-    cursor, events, reaction wheels and the LVLH frame of an orbit.
+    """Makes a web page with an animation of the body in three dimensions (its shape, or the box of its inertia), the path of its
+    symmetry axis or of its centre of mass, angular velocity and momentum, the polhode on the inertia ellipsoid, curves with a
+    moving cursor, events, reaction wheels and the LVLH frame of an orbit.
 
     motion    a Solution of nutate.solve; a Scene, or the path of one with `overrides`, which is run; or the columns of a run
               with the sets quaternion and angular_velocity, together with the System that moved
-    play      whether it moves at once; begin: where it starts, 0 to 1
+    play      True: the animation starts at once; begin: where it starts, 0 to 1
 
-    Between two frames a body turns by less than 0.3 rad, however few rows its scene writes; of a motion of more than 8000 frames
-    the first ones are animated. Columns of a run are shown as they are. page.save(path) writes the page, page.show() opens it, and
+    Between two frames the body turns by less than 0.3 rad, however few rows the scene writes; only the first 8000 frames of a
+    longer motion are animated. Columns of a run are shown as they are. page.save(path) writes the page, page.show() opens it, and
     the last line of a notebook cell shows it."""
     scene: Optional[Scene] = None
     events: Sequence[tuple[str, float]] = ()

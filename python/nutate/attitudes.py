@@ -1,7 +1,7 @@
-"""Attitudes in the forms people give and read them, and the exact motion of a free body.
+"""Conversions between representations of attitude, and the exact motion of a torque-free body.
 
-Quaternions have their scalar first and take body components to space components; wherever one is read, a Rotation of SciPy
-may stand for it. They need not have unit length, and their sign does not matter. Angles in radians.
+Quaternions have their scalar first and take body components to space components; a Rotation of SciPy is accepted in
+their place. They need not have unit length, and their sign does not matter. Angles in radians.
 """
 
 from __future__ import annotations
@@ -42,7 +42,8 @@ def euler_from_quat(q: Any) -> Array:
 
 
 def follow_euler(q: Any, angles: npt.ArrayLike) -> Array:
-    """Returns Euler angles, precession and spin continued beyond +-pi from `earlier` ones, if the body turns by less than pi."""
+    """Returns Euler angles (z-x-z), rad, with precession and spin continued beyond +-pi from the earlier `angles`, if the body
+    turned by less than pi in between; shape (3,)."""
     followed = vector(angles, 3, "angles").copy()
     check(library.nutate_follow_euler(pointer(quaternion(q)), pointer(followed)), "follow_euler: a number is not finite")
     return followed

@@ -1,4 +1,4 @@
-"""Events of runs: moments at which a quantity of the motion crosses a value, or has an extremum."""
+"""Events of runs: times at which a quantity of the motion crosses a value or has an extremum."""
 
 from __future__ import annotations
 
@@ -13,26 +13,26 @@ NAME_SIZE = 32
 
 
 class Event(NamedTuple):
-    """An event that a run has found."""
+    """An event that a run has located."""
 
     name: str
-    """Of the event."""
+    """Name of the event."""
     number: int
-    """1 for the first of the name, 2, ..."""
+    """1 for the first occurrence of this event, 2, ..."""
     t: float
-    """s"""
+    """Time, s."""
     q: Array
-    """Attitude, shape (4,)."""
+    """Attitude, body to space; shape (4,)."""
     omega: Array
-    """Angular velocity, body axes, rad/s, shape (3,)."""
+    """Angular velocity, body axes, rad/s; shape (3,)."""
 
 
 class History(dict):  # type: ignore[type-arg]
-    """The rows of a run: a dictionary of arrays, one for each column. `events` lists the events that the run found.
+    """The rows of a run: a dictionary of arrays, one per column. `events` lists the events that the run located.
 
-    After a run with an accuracy, `estimated_error` is an estimate of the attitude error at its end, rad, `round_off` the part
-    of it due to round-off, whatever the steps, and `accuracy_reached` is True if the estimate is at most the accuracy; they are
-    None after other runs."""
+    After a run with an accuracy, `estimated_error` is the estimated attitude error at its end, rad, `round_off` the part of it
+    due to round-off, whatever the steps, and `accuracy_reached` is True if the estimate is at most the accuracy; after other
+    runs they are None."""
 
     events: list[Event]
     estimated_error: Optional[float] = None

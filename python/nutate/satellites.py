@@ -1,4 +1,4 @@
-"""Reaction wheels, orbits and rotating frames: what a System accepts besides scene groups, and what a Stepper reports of them."""
+"""Reaction wheels, orbits and rotating frames: methods of a System that add them, and of a Stepper that read them."""
 
 from __future__ import annotations
 
@@ -14,28 +14,28 @@ from ._owners import Owner, Recipe
 
 
 class Wheel(NamedTuple):
-    """Present state of a reaction wheel."""
+    """Current state of a reaction wheel."""
 
     speed: float
-    """Relative to the body, rad/s."""
+    """Speed relative to the body, rad/s."""
     momentum: float
-    """Absolute, about its axis, N m s."""
+    """Absolute angular momentum about its axis, N m s."""
     motor_work: float
-    """Since the state was set, J."""
+    """Work of the motor since the state was set, J."""
     friction_work: float
-    """Likewise, J."""
+    """Work of the bearing friction since the state was set, J."""
 
 
 class WheelMounting(Recipe):
     """Methods of a System for reaction wheels, the Earth's field and forces. Frames, orbits and controllers are added as in a
     scene: system.add("orbit", altitude=500e3), system.add("gravity_gradient"), system.add("controller", law="quaternion",
     by="wheels", attitude_gain=0.01, rate_gain=0.12, sample=0.5); inertia=..., attitude_gain_matrix=...,
-    rate_gain_matrix=... as there."""
+    rate_gain_matrix=... likewise."""
 
     def add_earth_field(self, moment: Optional[npt.ArrayLike] = None, *, epoch_angle: float = 0.0,
                         coefficients: Optional[npt.ArrayLike] = None) -> None:
-        """Adds a magnetic moment, body axes, A m2, in the field of the Earth along the orbit (required); without a moment
-        the field is there for the magnetorquers of a controller. epoch_angle is that of Greenwich at t = 0 from the equinox, rad,
+        """Adds a magnetic moment, body axes, A m2, in the field of the Earth along the orbit, which is required. Without a
+        moment the field serves magnetorquers only. epoch_angle is the angle of Greenwich from the equinox at t = 0, rad;
         coefficients are g11, h11, g10 of the dipole, T; default: those of 2025."""
         self._add_earth_field(None if moment is None else vector(moment, 3, "moment").copy(), float(epoch_angle),
                               None if coefficients is None else vector(coefficients, 3, "coefficients").copy())
@@ -59,10 +59,11 @@ class WheelMounting(Recipe):
                   phase: float = 0.0, start: float = -np.inf, stop: float = np.inf,
                   table: Optional[tuple[npt.ArrayLike, npt.ArrayLike]] = None, interpolation: str = "linear",
                   outside: str = "zero") -> None:
-        """Adds a wheel: its axis in the body, of any length, inertia about it, kg m2, speed relative to the body at the start,
-        rad/s, friction, N m s. The body's inertia is that with its wheels locked. A motor of its own has a torque,
-        torque cos(2 pi frequency t + phase), N m, or a table, (t, torque), of times, s, and torques, from start to stop. Without
-        one a controller drives it, or the program: Stepper.set_motor."""
+        """Adds a reaction wheel: its axis, body axes, of any length but zero, its inertia about the axis, kg m2, its initial speed
+        relative to the body, rad/s, its bearing friction, N m s, and the limits of motor torque, N m, and speed, rad/s. The
+        inertia of the body includes its wheels, locked. A motor gives torque cos(2 pi frequency t + phase), N m (frequency in
+        Hz, phase in rad), or interpolates a table (t, torque), s and N m, from start to stop, s. A wheel without a motor is
+        driven by a controller, or by the program with Stepper.set_motor."""
         if torque is not None and table is not None:
             raise refusal("torque and table exclude each other (expected one of them)")
         window, motor, lines = (float(start), float(stop)), None, None
@@ -98,7 +99,7 @@ class SatelliteState(Owner):
 
     @property
     def wheels(self) -> list[Wheel]:
-        """Present states of all reaction wheels."""
+        """Current states of all reaction wheels."""
         count, numbers = ctypes.c_size_t(), np.empty(4)
         self._call("nutate_stepper_wheel_count", ctypes.byref(count))
         wheels = []

@@ -18,9 +18,11 @@ from .systems import add_potential, add_user_torque
 
 
 class Scene(Recipe):
-    """A scene file, read and checked; `overrides` are texts "GROUP.KEY=VALUE" as after --set, and "-GROUP.KEY" as --unset.
+    """A scene (input file), read and checked.
 
-    `with Scene(...) as scene:` frees it at the end. copy.copy and pickle make another one of the text that was read."""
+    `path` is a file, or `text` the contents of one, with a `name` for messages. `overrides` are strings "GROUP.KEY=VALUE", as
+    after --set, or "-GROUP.KEY", as after --unset. `with Scene(...) as scene:` frees it at the end. copy.copy and pickle make
+    another scene from the text that was read."""
 
     _destroy = "nutate_scene_destroy"
 
@@ -57,7 +59,7 @@ class Scene(Recipe):
 
     @property
     def plan(self) -> tuple[float, float, int]:
-        """time_step, s (0 where steps are adaptive), end_time, s, and every."""
+        """time_step, s (0 for adaptive steps), end_time, s, and every (steps between rows)."""
         numbers, every = np.empty(2), ctypes.c_int64()
         self._call("nutate_scene_get_plan", pointer(numbers[:1]), pointer(numbers[1:]), ctypes.byref(every))
         return float(numbers[0]), float(numbers[1]), every.value
@@ -71,7 +73,7 @@ class Scene(Recipe):
 
     @property
     def members(self) -> int:
-        """Number of members of its ensemble; 0 without one."""
+        """Number of members of the ensemble; 0 without one."""
         members = ctypes.c_int64()
         self._call("nutate_sweep_size", ctypes.byref(members), None)
         return members.value
@@ -91,14 +93,14 @@ class Scene(Recipe):
     def add_potential(self, direction: npt.ArrayLike, potential: Callable[..., Any],
                       hessian: Optional[Callable[..., npt.ArrayLike]] = None,
                       bounds: Optional[npt.ArrayLike] = None) -> None:
-        """As System.add_potential."""
+        """Adds a user-defined potential, as System.add_potential."""
         add_potential(self, "scene", direction, potential, hessian, bounds)
         self._add("add_potential", direction, potential, hessian, bounds)
 
     def run(self) -> History:
-        """Runs the scene. Returns a dictionary of arrays, one for each column of the scene; its attribute `events` lists the
-        events that the run found. A run that fails half-way, or is interrupted by Ctrl-C, raises; the rows so far are then the
-        attribute `history` of the exception."""
+        """Runs the scene. Returns a dictionary of arrays, one per column of the scene; its attribute `events` lists the events
+        that the run located. A run that fails, or is interrupted by Ctrl-C, raises an exception, whose attribute `history` has
+        the rows so far."""
         handle = ctypes.c_void_p()
         message = ctypes.create_string_buffer(MESSAGE_SIZE)
         status = interruptible(library.nutate_scene_run, self._handle, ctypes.byref(handle), message, MESSAGE_SIZE)
@@ -108,7 +110,7 @@ class Scene(Recipe):
         return columns
 
     def write(self, path: Optional[Textual] = None) -> None:
-        """Runs the scene and writes its CSV file, as `nutate run` does; by default the one that the scene names."""
+        """Runs the scene and writes its CSV file, as `nutate run` does; default: the file given in the scene."""
         message = ctypes.create_string_buffer(MESSAGE_SIZE)
         status = interruptible(library.nutate_scene_write, self._handle, None if path is None else encoded(path), message,
                                MESSAGE_SIZE)
@@ -136,9 +138,9 @@ def take_history(handle: Any, names: Optional[list[str]] = None) -> tuple[Histor
 
 
 def run(path: Textual, *overrides: str) -> History:
-    """Runs a scene file. Returns a dictionary of arrays, one for each column of its output, "t" the first, with the events
-    that it found as attribute `events`.
+    """Runs a scene file. Returns a dictionary of arrays, one per column of its output, the first being "t"; its attribute
+    `events` lists the events that the run located.
 
-    `overrides` are texts "GROUP.KEY=VALUE" as after --set: run("box.nml", "integrator.time_step=0.005").
+    `overrides` are strings "GROUP.KEY=VALUE", as after --set: run("box.nml", "integrator.time_step=0.005").
     """
     return Scene(path, *overrides).run()

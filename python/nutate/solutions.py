@@ -26,9 +26,9 @@ Event = Callable[[float, Array, Array], float]
 
 
 class Motion:
-    """A motion at any time from its start to its end: motion(t) gives the attitude and the angular velocity (body axes, rad/s)
-    at a time, shapes (4,) and (3,), or at n times, shapes (n, 4) and (n, 3). Inside a step it repeats the step, once for all
-    times in it, and evaluates the dense output of the method, which is as accurate as the steps themselves."""
+    """Dense output of a motion: motion(t) returns attitude and angular velocity (body axes, rad/s) at a time, shapes (4,) and
+    (3,), or at n times, shapes (n, 4) and (n, 3). It repeats the step that contains the time and evaluates the dense output of
+    the method, which is as accurate as the steps themselves."""
 
     def __init__(self, stepper: Stepper, branch: Stepper, ends: dict[str, Array]) -> None:
         """`branch` is as the stepper was before its run, which led to the ends of steps."""
@@ -115,15 +115,15 @@ class Solution(Columns):
     t           times of the rows, s, shape (n,)
     q, omega    attitudes, shape (n, 4), and angular velocities, body axes, rad/s, shape (n, 3)
     energy      energies by name, J, each of shape (n,): kinetic, potential, total, work, energy_residual
-    sol         the motion at any time in between: sol(t) returns q and omega; None without dense_output
+    sol         dense output: sol(t) returns q and omega at any time in between; None without dense_output
     status      0: the end was reached; 1: an event ended the motion; -1: a step failed
     message     description of the status; success is status >= 0
     errors      the largest errors of the invariants at the rows: "norm" (q.q - 1), "orthogonality" (q.p, kg m2/s), "energy"
-                (total - total at the start - work, J), "momentum" (of its conserved components, N m s), and "attitude", an
-                estimate of the attitude error at the end, rad, nan if no accuracy was requested
-    accuracy_reached    that estimate is at most the requested accuracy; None if none was requested, or a step failed. False
-                comes with a NutateAccuracyWarning; the motion is as accurate as possible, and success does not depend on it
-    t_events, q_events, omega_events    for each event the times when it happened and the states then
+                (total - total at the start - work, J), "momentum" (conserved components, N m s), and "attitude", the
+                estimated attitude error at the end, rad, nan if no accuracy was requested
+    accuracy_reached    True if that estimate is at most the requested accuracy; None if none was requested, or a step failed.
+                False comes with a NutateAccuracyWarning; the motion is then as accurate as possible, and success is unaffected
+    t_events, q_events, omega_events    for each event the times of its occurrences, and the states at them
     method      integration method
     n_steps     number of steps; None without dense_output
     uncertified_steps  number of steps whose root is not certified
@@ -173,18 +173,18 @@ def solve(system: Union[System, Scene], q0: Any = None, omega0: Optional[npt.Arr
           accuracy: Optional[float] = 1e-8, method: Optional[str] = "auto",
           events: Union[None, Event, Sequence[Event]] = None, *, frame: str = "body", dense_output: bool = True,
           **settings: Any) -> Solution:
-    """Computes the motion of a System from t_span[0] to t_span[1], s, forward or back, from attitude q0 (scalar first, or a
+    """Computes the motion of a System from t_span[0] to t_span[1], s, forward or backward, from attitude q0 (scalar first, or a
     Rotation of SciPy; default: the identity) and the angular velocity omega0 (rad/s, in the axes of `frame`, "body" or "space").
-    A Scene gives its body and effects, and start and end where they are not given.
+    A Scene supplies body and effects, and initial state and end time unless they are given.
 
-    accuracy   largest attitude error at the end, rad; trial runs find the steps for it. Or give
-               local_tolerance=, the error of each step, or time_step=; these and other `settings` are the keys of &integrator
-    method     "auto" chooses by the accuracy; see docs/reference/scenes/integrator.md
+    accuracy   largest attitude error at the end, rad; trial runs find the steps for it. Alternatives are
+               local_tolerance=, the error of each step, and time_step=; these and other `settings` are the keys of &integrator
+    method     "auto": chosen by the accuracy; see docs/reference/scenes/integrator.md
     t_eval     times of the rows, s, in the order of the run; otherwise the ends of the steps
-    events     event(t, q, omega), or several: smooth functions that are 0 where they happen, of their arguments alone. As in SciPy
-               they may have attributes: direction (1: only where it grows, -1: only where it falls) and terminal (True: the motion
-               ends there; n: at the n-th time). The run finds them inside its steps as those of `Stepper.add_event`
-    dense_output  False saves the memory of `sol` where t_eval is given
+    events     event(t, q, omega), or several: smooth functions of their arguments alone, whose zeros are located inside the
+               steps. As in SciPy they may have the attributes direction (1: only rising, -1: only falling) and terminal (True:
+               the first occurrence ends the motion; n: the n-th)
+    dense_output  False, with t_eval, saves the memory of `sol`
 
     Exceptions raised by callbacks and events propagate unchanged, with the rows so far as attribute `history`, and so does the
     KeyboardInterrupt of Ctrl-C. A step that fails ends the motion with the rows before it and status -1."""

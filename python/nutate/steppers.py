@@ -41,11 +41,11 @@ class Stepper(SatelliteState):
 
     Settings are the keys of the group &integrator: Stepper(system, method="nielsen_krenk", order=4,
     formulation="reduced", time_step=0.01), or accuracy=1e-8, method="auto" for `run_to`. `with Stepper(...) as stepper:`
-    frees it at the end. copy.copy makes an independent one that continues with identical results, and so does pickle,
-    as far as callbacks can be pickled.
+    frees it at the end. copy.copy makes an independent stepper that continues with identical results; so does pickle,
+    if its callbacks can be pickled.
 
-    A run that fails, in a step, in a callback or by Ctrl-C, raises; the rows so far are the attribute `history` of what is
-    raised.
+    A run that fails in a step or a callback, or is ended by Ctrl-C, raises an exception; its attribute `history` has the rows
+    so far.
     """
 
     _destroy = "nutate_stepper_destroy"
@@ -74,9 +74,9 @@ class Stepper(SatelliteState):
             self._settings[key] = value
 
     def get(self, key: str) -> str:
-        """Returns the value in force for a key of &integrator, as in a scene file: what was set, or what was chosen. One of
-        method, choice (why the method was chosen; empty where it was named), formulation, order, series_order, conserve,
-        time_step, accuracy, local_tolerance (with an accuracy: the one that the last run found)."""
+        """Returns the value in force for a key of &integrator, given or chosen, in the notation of scene files. The key is one of
+        method, choice (why the method was chosen; empty if it was given), formulation, order, series_order, conserve,
+        time_step, accuracy, local_tolerance (with an accuracy: the value found by the last run)."""
         self._call("nutate_stepper_get", encoded(key), ctypes.create_string_buffer(MESSAGE_SIZE), MESSAGE_SIZE)
         return text_of(library.nutate_stepper_get, self._handle, encoded(key))
 
@@ -99,7 +99,7 @@ class Stepper(SatelliteState):
 
     def set_state(self, q: Any = None, omega: Optional[npt.ArrayLike] = None, t: float = 0.0, *,
                   xyzw: Optional[npt.ArrayLike] = None, frame: str = "body") -> None:
-        """Sets attitude, angular velocity (rad/s, in the axes of `frame`, "body" or "space") and time (s); work counts from
+        """Sets attitude, angular velocity (rad/s, in the axes of `frame`, "body" or "space") and time (s); work is counted from
         here. The attitude is q, four numbers with the scalar first or a Rotation of SciPy, or xyzw, with the scalar last."""
         if (q is None) == (xyzw is None) or omega is None or frame not in ("body", "space"):
             raise refusal('wrong arguments of set_state (expected q or xyzw, omega, and frame="body" or "space")')
@@ -110,7 +110,7 @@ class Stepper(SatelliteState):
         self._call("nutate_stepper_set_state", float(t), pointer(attitude), pointer(rates))
 
     def set_canonical(self, q: Any, p: npt.ArrayLike, t: float = 0.0) -> None:
-        """Sets attitude and conjugate momentum, p = 2 q o [0, L] (kg m2/s), as they are, and time (s)."""
+        """Sets attitude and conjugate momentum, p = 2 q o [0, L] (kg m2/s), without normalizing, and time (s)."""
         self._call("nutate_stepper_set_canonical", float(t), pointer(quaternion(q)), pointer(vector(p, 4, "p")))
 
     def prepare(self) -> None:
@@ -127,8 +127,8 @@ class Stepper(SatelliteState):
         self._conclude(status)
 
     def run(self, n: int, every: int = 1, initial: bool = False) -> dict[str, Array]:
-        """Performs n nominal steps of the setting time_step, as `nutate run` does. Returns a dictionary of arrays, one for each
-        column, with a row after each `every` steps; with `initial`, the present state comes first, as in a history."""
+        """Performs n fixed steps of length time_step, as `nutate run` does. Returns a dictionary of arrays, one per column, with
+        a row after every `every` steps; with `initial`, the current state is the first row, as in a history."""
         n, every = operator.index(n), operator.index(every)
         if every < 1 or n < 0:
             raise refusal(f"n is {n} and every is {every} (expected at least 0 and 1)")
@@ -146,10 +146,10 @@ class Stepper(SatelliteState):
 
     def run_to(self, end_time: float, every: int = 1, interval: float = 0.0,
                times: Optional[npt.ArrayLike] = None) -> History:
-        """Runs to a time, s: with nominal steps of the setting time_step, the last one shortened to end there, or with adaptive
-        steps where accuracy or local_tolerance is set. Returns a dictionary of arrays, one for each column, as the
-        history of a scene: the first state, a row after each `every` steps, or after each `interval` of time, s, where steps
-        are adaptive, and the last state. Or rows at the `times`, s, in the order of the run, and no others."""
+        """Runs to `end_time`, s: with fixed steps of length time_step, the last one shortened to end there, or with adaptive
+        steps if accuracy or local_tolerance is set. Returns a dictionary of arrays, one per column, like the history of a
+        scene: the first state, a row after every `every` steps, or, with adaptive steps, every `interval`, s, and the last
+        state. With `times`, s, in the order of the run, it returns rows at exactly these times."""
         wanted = None if times is None else np.ascontiguousarray(np.atleast_1d(times), dtype=np.float64)
         handle = ctypes.c_void_p()
         status = interruptible(library.nutate_stepper_run_history, self._handle, float(end_time), operator.index(every),
@@ -163,10 +163,10 @@ class Stepper(SatelliteState):
                   crosses: Optional[float] = None, extremum: Optional[str] = None, direction: Optional[int] = None,
                   modulo: Optional[float] = None, weights: Optional[Sequence[float]] = None, stop: Optional[bool] = None,
                   count: Optional[int] = None, switch: Optional[str] = None) -> None:
-        """Looks for an event in every `run` from now on. `when` is a column, up to three of them, whose sum counts, or a
-        user-defined function when(t, q, omega), smooth and of its arguments alone (omega in body axes, rad/s). The other
-        arguments are the keys of the group &event. A run that an event ends (stop, count) leaves the state there, and the
-        next one continues from there."""
+        """Adds an event, which every `run` and `run_to` from now on locates. `when` is a column, up to three columns, whose
+        weighted sum counts, or a user-defined smooth function when(t, q, omega) of its arguments alone (omega in body axes,
+        rad/s). The other arguments are the keys of the group &event. A run that an event ends (stop, count) leaves the state
+        there, and the next one continues from there."""
         keys = {"crosses": None if crosses is None else float(crosses), "extremum": extremum, "direction": direction,
                 "modulo": None if modulo is None else float(modulo), "stop": stop, "count": count, "switch": switch}
         again = ((when, name), {**keys, "weights": weights})
@@ -182,16 +182,16 @@ class Stepper(SatelliteState):
 
     @property
     def events(self) -> list[Event]:
-        """The events that the last `run` found, in the order of time."""
+        """The events that the last run located, in the order of time."""
         return take_events("stepper", self._handle)
 
     def keep_steps(self) -> None:
-        """Keeps the starts of steps from now on, for `state_at`."""
+        """Stores the start of each step from now on, for `state_at`."""
         self._call("nutate_stepper_keep_steps")
 
     def state_at(self, t: float) -> tuple[Array, Array]:
-        """Returns attitude, shape (4,), and angular velocity, body axes, rad/s, shape (3,), at a time inside the last step kept:
-        to the accuracy of the method, without effect on later steps."""
+        """Returns attitude, shape (4,), and angular velocity, body axes, rad/s, shape (3,), at a time, s, inside the last stored
+        step: to the accuracy of the method, without effect on later steps."""
         q, omega = np.empty(4), np.empty(3)
         self._call("nutate_stepper_state_at", float(t), pointer(q), pointer(omega))
         return q, omega
@@ -206,13 +206,13 @@ class Stepper(SatelliteState):
         return dict(zip(names, rows.T))
 
     def set_columns(self, *sets: str) -> None:
-        """Chooses the sets of columns of `run`, as &output columns does."""
+        """Chooses the sets of columns of runs, such as "quaternion", "energy": those of the key columns of &output."""
         self._call("nutate_stepper_set_columns", encoded(",".join(sets)))
         self._sets, self._names = sets, None
 
     @property
     def column_names(self) -> list[str]:
-        """Names of the columns of `run`."""
+        """Names of the columns of runs; the first is "t"."""
         if self._names is None:
             width = ctypes.c_size_t()
             self._call("nutate_stepper_width", ctypes.byref(width))
@@ -221,7 +221,7 @@ class Stepper(SatelliteState):
 
     @property
     def row(self) -> dict[str, float]:
-        """The present state as a row of `run`."""
+        """The current state as a row: a dictionary of numbers, one per column."""
         names = self.column_names
         values = np.empty(len(names))
         self._call("nutate_stepper_row", pointer(values), values.size)
@@ -280,7 +280,8 @@ class Stepper(SatelliteState):
 
     @property
     def energy(self) -> Array:
-        """Kinetic, potential, total, work of all torques, and total less its first value less work, J; shape (5,)."""
+        """Energies, J, shape (5,): kinetic, potential, total, work of all torques, and energy residual (change of the total less
+        work)."""
         return self._read("nutate_stepper_energy", 5)
 
     @property
@@ -303,15 +304,15 @@ class Stepper(SatelliteState):
 
     @property
     def conserved(self) -> tuple[int, Array]:
-        """Number of components of the inertial angular momentum are conserved, 0, 1 or 3, and the axis of the one (a
-        unit vector, space axes; else zeros)."""
+        """Number of components of the inertial angular momentum that are conserved, 0, 1 or 3, and, if 1, the axis of that
+        component (unit vector, space axes; else zeros)."""
         components, axis = ctypes.c_int(), np.empty(3)
         self._call("nutate_stepper_conserved", ctypes.byref(components), pointer(axis))
         return components.value, axis
 
     @property
     def solver(self) -> tuple[int, float]:
-        """Newton iterations of the last step, and its last increment over that of the step."""
+        """Newton iterations of the last step, and its last increment relative to the increment of the step."""
         iterations, residual = ctypes.c_int(), np.empty(1)
         self._call("nutate_stepper_solver", ctypes.byref(iterations), pointer(residual))
         return iterations.value, float(residual[0])

@@ -1,4 +1,4 @@
-"""Ensembles: many members of one scene, which differ in some of its numbers."""
+"""Ensembles: members of one scene with varied values."""
 
 from __future__ import annotations
 
@@ -19,13 +19,14 @@ MOST_THREADS = 4096
 
 
 def sweep(scene: SceneOrPath, *overrides: str, table: Any = None, threads: int = 1) -> Rows:
-    """Runs all members of an ensemble. Returns a structured array, one row each, with the fields and the bytes of the file that
+    """Runs all members of an ensemble. Returns a structured array, one row per member, with the fields and bytes of the file that
     `nutate sweep` writes: rows["status"], rows["omega3"], rows["initial.angular_velocity.3"].
 
-    `scene` is the path of a scene file, with `overrides` as in `run`, or a Scene. `table` has one line for each member: a
+    `scene` is the path of a scene file, with `overrides` as in `run`, or a Scene. `table` has one line per member: a
     mapping of names such as "body.inertia.1" to columns, a DataFrame, or a structured array; a scene without `&ensemble`
-    gets as many members as it has lines. `threads` run at once; more than 1 need a library that was built with OpenMP.
-    The status of a member that fails is in its row, also where a callback of the scene raises an exception. Ctrl-C ends the sweep."""
+    gets one member per line. `threads` is the number of threads; more than 1 requires a library built with OpenMP.
+    The status of a member that fails is in its row, also where a callback of the scene raises an exception. Ctrl-C ends the
+    sweep."""
     made = with_table(scene, overrides, table)
     return rows_of(made, 1, made.members, threads)
 

@@ -1,4 +1,4 @@
-"""Bodies and what acts on them."""
+"""Rigid bodies and the effects that act on them."""
 
 from __future__ import annotations
 
@@ -44,14 +44,14 @@ class System(WheelMounting):
         System(tensor=(Jxx, Jyy, Jzz, Jxy, Jxz, Jyz))    the symmetric tensor in body axes, kg m2,
                                                          or all of it, 3 x 3
         System(shape="box", size=(4, 1, 2))              with mass or density; also cylinder, cone, sphere, ellipsoid
-        System(text="&body inertia = 5, 20, 17 / &gravity /")   as a scene file says it
+        System(text="&body inertia = 5, 20, 17 / &gravity /")   groups of a scene file
         System(scene=Scene("box.nml"))                   body and effects of a scene
 
     mass in kg, density in kg/m3; center_of_mass from the reference point, body axes, m; about_center: the moments or the
     tensor refer to the centre of mass.
 
-    `with System(...) as system:` frees it at the end. copy.copy and pickle make another one with the same effects; pickle needs
-    callbacks that can be pickled.
+    `with System(...) as system:` frees it at the end. copy.copy and pickle make another system with the same effects; pickle
+    requires callbacks that can be pickled.
     """
 
     _destroy = "nutate_system_destroy"
@@ -92,7 +92,7 @@ class System(WheelMounting):
 
     @property
     def mass(self) -> float:
-        """Mass, kg; 0 where it is not known."""
+        """Mass, kg; 0 if unknown."""
         mass = np.zeros(1)
         self._call("nutate_system_body", None, pointer(mass), None)
         return float(mass[0])
@@ -141,11 +141,10 @@ class System(WheelMounting):
         """Adds a user-defined torque: torque(t, q, omega) returns three numbers, N m, body axes; omega in body axes, rad/s.
         It must depend on its arguments alone.
 
-        bounds = (torque, by_rotation, second, rate), for a torque that does not depend on omega, at all attitudes and
-        times: of |tau|, of the length of its first and of its second derivative by the angle as the body turns about any
-        axis, N m, and a rate, 1/s, that times these bounds their derivatives by time (0: constant in time). With bounds
-        of every effect steps can be certified to follow the true motion; without them they count as `uncertified_steps`. The
-        bounds are not verified."""
+        bounds = (torque, by_rotation, second, rate), only for a torque that does not depend on omega, hold at all attitudes
+        and times: of |tau|, of the norms of its first and second derivatives by the angle of a rotation of the body about any
+        axis, N m; `rate`, 1/s, times these bounds their time derivatives (0: constant in time). If all effects have bounds,
+        steps can be certified; otherwise they count as `uncertified_steps`. The bounds are not verified."""
         add_user_torque(self, "system", torque, bounds)
         self._add("add_user_torque", torque, bounds)
 
@@ -155,7 +154,7 @@ class System(WheelMounting):
         """Adds a user-defined potential: potential(gamma) returns U (J) and its gradient by gamma, the body components of
         the vector `direction` fixed in space; hessian(gamma), if given, its second derivatives.
 
-        bounds = (gradient, hessian, third): of the length of the gradient, of the norm of the second derivatives and of
+        bounds = (gradient, hessian, third): of the norm of the gradient, of the norm of the second derivatives and of
         the third derivative along any unit vector, for all gamma up to the length of `direction`. For their use see
         add_user_torque."""
         add_potential(self, "system", direction, potential, hessian, bounds)

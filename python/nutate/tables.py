@@ -31,7 +31,7 @@ def unit_of(name: str) -> str:
 
 
 class Columns(Mapping[str, Array]):
-    """Columns by their names, "t" the first."""
+    """Mapping of column names to arrays; the first is "t"."""
 
     def __init__(self, columns: Mapping[str, Array]) -> None:
         self.columns = dict(columns)

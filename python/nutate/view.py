@@ -27,7 +27,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     parser.add_argument("scene", help="scene file")
     parser.add_argument("--output", metavar="FILE", help="output page (default: NAME.html for NAME.nml)")
     parser.add_argument("--set", metavar="GROUP.KEY=VALUE", action=Change, help="override a value of the scene")
-    parser.add_argument("--unset", metavar="GROUP.KEY", action=Change, help="take a key out of the scene")
+    parser.add_argument("--unset", metavar="GROUP.KEY", action=Change, help="remove a key from the scene")
     parser.set_defaults(changes=[])
     options = parser.parse_args(arguments)
     output = options.output or os.path.splitext(os.path.basename(options.scene))[0] + ".html"
