@@ -118,8 +118,8 @@ contains
       class is (controller_t)
          asked = controller%asked(state%t, quat_normalized(state%q), motion%relative)/controller%limit
          do k = 1, 3
-            if (controller%cut(k) /= 0) then
-               self%worst = max(self%worst, 1 - controller%cut(k)*asked(k))
+            if (controller%saturated(k) /= 0) then
+               self%worst = max(self%worst, 1 - controller%saturated(k)*asked(k))
             else
                self%worst = max(self%worst, abs(asked(k)) - 1)
             end if

@@ -341,7 +341,7 @@ contains
       t = 0.7_wp
       do r = 1, size(controllers)
          do c = 0, 26
-            controllers(r)%cut = [mod(c, 3), mod(c/3, 3), c/9] - 1
+            controllers(r)%saturated = [mod(c, 3), mod(c/3, 3), c/9] - 1
             q = quat_exp([0.3_wp, -0.5_wp, 0.1_wp*c])
             omega = [0.6_wp, -0.05_wp*c, 0.4_wp]
             call controllers(r)%derivatives(t, q, omega, by_rotation, by_rate)

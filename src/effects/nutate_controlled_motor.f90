@@ -19,7 +19,7 @@ module nutate_controlled_motor
       !> Limit of its torque, N m.
       real(wp) :: limit = huge(1.0_wp)
       !> 1: what the law asks for is above the limit; -1: below that under zero; 0: neither.
-      integer :: cut = 0
+      integer :: saturated = 0
       !> 1: the wheel has come to the limit of its speed; -1: to that below zero; 0: neither. The law asks to push it
       !> further, and the motor gives nothing.
       integer :: at_limit = 0
@@ -49,8 +49,8 @@ contains
       real(wp) :: tau(3)
       tau = 0.0_wp
       if (self%blocked) return
-      if (self%cut /= 0) then
-         tau(1) = self%cut*self%limit
+      if (self%saturated /= 0) then
+         tau(1) = self%saturated*self%limit
       else
          tau(1) = self%asked(t, q, omega)
       end if

@@ -58,7 +58,7 @@ module nutate_controller
       real(wp) :: limit = huge(1.0_wp)
       !> 1: a component that the law asks for at all times is above the limit; -1: below that under zero; 0: neither.
       !> Found by runs, as events; shape (3).
-      integer :: cut(3) = 0
+      integer :: saturated(3) = 0
       !> sgn(e₀) as runs that watch over limits hold it between the zeros of e₀; 0: it follows e₀.
       integer :: sense = 0
       !> s; samples are taken at whole periods behind the start, or behind t = 0 where there is none.
@@ -257,7 +257,7 @@ contains
       if (self%by == BY_WHEELS) then
          tau = 0.0_wp
       else if (.not. self%sample > 0.0_wp) then
-         if (any(self%cut /= 0)) then
+         if (any(self%saturated /= 0)) then
             tau = cut_off(self, self%asked(t, q, omega))
             if (self%by == BY_MAGNETORQUERS) tau = cross(tau, field_at(self, t, q))
          else
@@ -276,7 +276,7 @@ contains
       real(wp), intent(in) :: amount(3)
       real(wp) :: cut(3)
       cut = amount
-      where (self%cut /= 0) cut = self%cut*self%limit
+      where (self%saturated /= 0) cut = self%saturated*self%limit
    end function cut_off
 
    !> Computes ∂τ/∂θ and ∂τ/∂Ω: a small rotation θ of the body changes e_v by ½(e₀θ + e_v×θ), and B by B×θ.
@@ -294,7 +294,7 @@ contains
       do i = 1, 3
          theta = 0.0_wp
          theta(i) = 1.0_wp
-         if (any(self%cut /= 0)) then
+         if (any(self%saturated /= 0)) then
             call differentiate_cut(self, t, q, omega, b, theta, by_rotation(:, i), by_rate(:, i))
          else if (self%sample > 0.0_wp) then
             if (self%by == BY_MAGNETORQUERS) by_rotation(:, i) = cross(self%held, cross(b, theta))
@@ -363,7 +363,7 @@ contains
             by_rate = moment_for(b, by_rate)
          end if
       end if
-      where (self%cut /= 0)
+      where (self%saturated /= 0)
          by_rotation = 0.0_wp
          by_rate = 0.0_wp
       end where

@@ -276,7 +276,7 @@ contains
       if (self%torque > 0) then
          select type (controller => system%effects%torques(self%torque)%item)
          class is (controller_t)
-            side = merge(self%side, -self%side, controller%cut(self%place) == self%side)
+            side = merge(self%side, -self%side, controller%saturated(self%place) == self%side)
          end select
       else
          select type (motor => system%effects%wheels(self%place)%motor)
@@ -284,7 +284,7 @@ contains
             if (self%side == 0) then
                side = merge(motor%at_limit, -motor%at_limit, motor%blocked)
             else
-               side = merge(self%side, -self%side, motor%cut == self%side)
+               side = merge(self%side, -self%side, motor%saturated == self%side)
             end if
          end select
       end if
@@ -347,7 +347,7 @@ contains
       if (self%torque > 0) then
          select type (controller => system%effects%torques(self%torque)%item)
          class is (controller_t)
-            controller%cut(self%place) = cut_behind(self, amount, controller%limit)
+            controller%saturated(self%place) = cut_behind(self, amount, controller%limit)
          end select
       else
          select type (motor => system%effects%wheels(self%place)%motor)
@@ -355,7 +355,7 @@ contains
             if (self%side == 0) then
                motor%blocked = motor%at_limit*self%direction > 0
             else
-               motor%cut = cut_behind(self, amount, motor%limit)
+               motor%saturated = cut_behind(self, amount, motor%limit)
             end if
          end select
       end if
@@ -373,7 +373,7 @@ contains
          if (.not. limit_of_torque(effects, i) < huge(1.0_wp)) cycle
          select type (controller => effects%torques(i)%item)
          class is (controller_t)
-            call controller%saturations%note(t, controller%cut, controller%on, controller%start, controller%stop)
+            call controller%saturations%note(t, controller%saturated, controller%on, controller%start, controller%stop)
          end select
       end do
       do i = 1, effects%n_wheels
@@ -381,7 +381,7 @@ contains
          select type (motor => effects%wheels(i)%motor)
          class is (controlled_motor_t)
             call motor%window(start, stop)
-            call effects%wheels(i)%saturations%note(t, [motor%cut, 0, 0], motor%on, start, stop)
+            call effects%wheels(i)%saturations%note(t, [motor%saturated, 0, 0], motor%on, start, stop)
          end select
       end do
    end subroutine count_saturations
@@ -440,7 +440,7 @@ contains
          class is (controller_t)
             asked = controller%asked(state%t, q, motion%relative)
             do k = 1, 3
-               controller%cut(k) = side_of_limit(asked(k), controller%limit)
+               controller%saturated(k) = side_of_limit(asked(k), controller%limit)
             end do
          end select
       end do
@@ -449,7 +449,7 @@ contains
          select type (motor => system%effects%wheels(i)%motor)
          class is (controlled_motor_t)
             amount = motor%asked(state%t, q, motion%relative)
-            motor%cut = side_of_limit(amount, motor%limit)
+            motor%saturated = side_of_limit(amount, motor%limit)
             motor%blocked = motor%at_limit*amount > 0.0_wp
          end select
       end do

@@ -47,7 +47,7 @@ contains
             values(4:6) = controller%held
          else if (acts) then
             values(4:6) = values(1:3)
-            where (controller%cut /= 0) values(4:6) = controller%cut*controller%limit
+            where (controller%saturated /= 0) values(4:6) = controller%saturated*controller%limit
          end if
       end select
    end function controller_values
@@ -109,7 +109,7 @@ contains
       if (controller%by /= BY_WHEELS) then
          number = controller%saturations%number
          if (.not. controller%sample > 0.0_wp) number = controller%saturations%shown( &
-            t, controller%cut, controller%on, controller%start, controller%stop)
+            t, controller%saturated, controller%on, controller%start, controller%stop)
          return
       end if
       do i = 1, effects%n_wheels
@@ -121,7 +121,7 @@ contains
             select type (motor => wheel%motor)
             class is (controlled_motor_t)
                call motor%window(start, stop)
-               number = number + wheel%saturations%shown(t, [motor%cut, 0, 0], motor%on, start, stop)
+               number = number + wheel%saturations%shown(t, [motor%saturated, 0, 0], motor%on, start, stop)
             end select
          end associate
       end do
