@@ -116,7 +116,7 @@ contains
       call find_motion(system, state, motion)
       select type (controller => system%effects%torques(1)%item)
       class is (controller_t)
-         asked = controller%asked(state%t, quat_normalized(state%q), motion%relative)/controller%limit
+         asked = controller%command(state%t, quat_normalized(state%q), motion%relative)/controller%limit
          do k = 1, 3
             if (controller%saturated(k) /= 0) then
                self%worst = max(self%worst, 1 - controller%saturated(k)*asked(k))

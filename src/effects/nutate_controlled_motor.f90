@@ -28,20 +28,20 @@ module nutate_controlled_motor
       procedure :: torque => motor_torque
       procedure :: window => motor_window
       !> What the law asks for.
-      procedure :: asked
+      procedure :: command
    end type controlled_motor_t
 
 contains
 
    !> Returns the torque that the control law commands from this motor, before its limit, N m.
-   pure real(wp) function asked(self, t, q, omega)
+   pure real(wp) function command(self, t, q, omega)
       class(controlled_motor_t), intent(in) :: self
       !> s.
       real(wp), intent(in) :: t
       !> Attitude, unit quaternion, body→space, and Ω against the space axes, body axes, rad/s; shapes (4), (3).
       real(wp), intent(in) :: q(4), omega(3)
-      asked = dot_product(self%controller%share(:, self%wheel), self%controller%wanted(t, q, omega))
-   end function asked
+      command = dot_product(self%controller%share(:, self%wheel), self%controller%law_torque(t, q, omega))
+   end function command
 
    pure function motor_torque(self, t, q, omega) result(tau)
       class(controlled_motor_t), intent(in) :: self
@@ -52,7 +52,7 @@ contains
       if (self%saturated /= 0) then
          tau(1) = self%saturated*self%limit
       else
-         tau(1) = self%asked(t, q, omega)
+         tau(1) = self%command(t, q, omega)
       end if
    end function motor_torque
 

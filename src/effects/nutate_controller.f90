@@ -89,8 +89,8 @@ module nutate_controller
       !> Refers the target to the LVLH frame.
       procedure :: follow_orbit
       !> Return the commanded torque, and the commanded torque or moment to which the limit applies.
-      procedure :: wanted
-      procedure :: asked
+      procedure :: law_torque
+      procedure :: command
       !> Return e₀ with its sign, and the angle between attitude and target.
       procedure :: error_scalar, error_angle
       !> Returns the time of the next sample.
@@ -133,7 +133,7 @@ contains
 
    !> Returns the torque that the control law commands, before the limit, body axes, N m; shape (3): -K sgn(e₀) e_v - D
    !> Ω, or m×B with m = -k B×Ω. Source: Wie, Weiss and Arapostathis (1989) for pointing; B-dot for detumbling.
-   pure function wanted(self, t, q, omega) result(tau)
+   pure function law_torque(self, t, q, omega) result(tau)
       class(controller_t), intent(in) :: self
       !> s.
       real(wp), intent(in) :: t
@@ -147,26 +147,26 @@ contains
          tau = pointing_torque(self, t, q, omega)
          if (self%by == BY_MAGNETORQUERS) tau = across(field_at(self, t, q), tau)
       end if
-   end function wanted
+   end function law_torque
 
    !> Returns the command to which the limit applies: the torque, N m, or the moment of the magnetorquers, A m²; body
    !> axes, shape (3).
-   pure function asked(self, t, q, omega)
+   pure function command(self, t, q, omega)
       class(controller_t), intent(in) :: self
-      !> As in `wanted`.
+      !> As in `law_torque`.
       real(wp), intent(in) :: t, q(4), omega(3)
-      real(wp) :: asked(3), b(3)
+      real(wp) :: command(3), b(3)
       if (self%by /= BY_MAGNETORQUERS) then
-         asked = self%wanted(t, q, omega)
+         command = self%law_torque(t, q, omega)
          return
       end if
       b = field_at(self, t, q)
       if (self%law == DETUMBLING) then
-         asked = -self%gain*cross(b, omega)
+         command = -self%gain*cross(b, omega)
       else
-         asked = moment_for(b, self%wanted(t, q, omega))
+         command = moment_for(b, self%law_torque(t, q, omega))
       end if
-   end function asked
+   end function command
 
    !> B×τ/|B|²; nothing where there is no field.
    pure function moment_for(b, tau) result(moment)
@@ -258,10 +258,10 @@ contains
          tau = 0.0_wp
       else if (.not. self%sample > 0.0_wp) then
          if (any(self%saturated /= 0)) then
-            tau = cut_off(self, self%asked(t, q, omega))
+            tau = cut_off(self, self%command(t, q, omega))
             if (self%by == BY_MAGNETORQUERS) tau = cross(tau, field_at(self, t, q))
          else
-            tau = self%wanted(t, q, omega)
+            tau = self%law_torque(t, q, omega)
          end if
       else if (self%by == BY_MAGNETORQUERS) then
          tau = cross(self%held, field_at(self, t, q))
@@ -368,7 +368,7 @@ contains
          by_rate = 0.0_wp
       end where
       if (self%by /= BY_MAGNETORQUERS) return
-      by_rotation = cross(by_rotation, b) + cross(cut_off(self, self%asked(t, q, omega)), turned)
+      by_rotation = cross(by_rotation, b) + cross(cut_off(self, self%command(t, q, omega)), turned)
       by_rate = cross(by_rate, b)
    end subroutine differentiate_cut
 
@@ -431,7 +431,7 @@ contains
       self%held = 0.0_wp
       self%held_by_wheels = 0.0_wp
       self%commanded = 0.0_wp
-      if (self%on .and. moment >= self%start .and. moment <= self%stop) self%commanded = self%asked(t, q, omega)
+      if (self%on .and. moment >= self%start .and. moment <= self%stop) self%commanded = self%command(t, q, omega)
       if (self%by == BY_WHEELS) then
          self%held_by_wheels = matmul(self%commanded, self%share)
       else

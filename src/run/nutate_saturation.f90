@@ -245,13 +245,13 @@ contains
       if (self%torque > 0) then
          select type (controller => system%effects%torques(self%torque)%item)
          class is (controller_t)
-            amounts = controller%asked(motion%state%t, quat_normalized(motion%state%q), motion%relative)
+            amounts = controller%command(motion%state%t, quat_normalized(motion%state%q), motion%relative)
             amount = amounts(self%place)
          end select
       else
          select type (motor => system%effects%wheels(self%place)%motor)
          class is (controlled_motor_t)
-            amount = motor%asked(motion%state%t, quat_normalized(motion%state%q), motion%relative)
+            amount = motor%command(motion%state%t, quat_normalized(motion%state%q), motion%relative)
          end select
       end if
    end function asked_amount
@@ -438,7 +438,7 @@ contains
          if (.not. limit_of_torque(system%effects, i) < huge(1.0_wp)) cycle
          select type (controller => system%effects%torques(i)%item)
          class is (controller_t)
-            asked = controller%asked(state%t, q, motion%relative)
+            asked = controller%command(state%t, q, motion%relative)
             do k = 1, 3
                controller%saturated(k) = side_of_limit(asked(k), controller%limit)
             end do
@@ -448,7 +448,7 @@ contains
          if (.not. feeds_back(system%effects, i)) cycle
          select type (motor => system%effects%wheels(i)%motor)
          class is (controlled_motor_t)
-            amount = motor%asked(state%t, q, motion%relative)
+            amount = motor%command(state%t, q, motion%relative)
             motor%saturated = side_of_limit(amount, motor%limit)
             motor%blocked = motor%at_limit*amount > 0.0_wp
          end select

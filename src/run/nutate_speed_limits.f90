@@ -129,7 +129,7 @@ contains
       call find_motion(system, state, motion)
       select type (motor => system%effects%wheels(i)%motor)
       class is (controlled_motor_t)
-         motor%blocked = motor%at_limit*motor%asked(state%t, quat_normalized(state%q), motion%relative) > 0.0_wp
+         motor%blocked = motor%at_limit*motor%command(state%t, quat_normalized(state%q), motion%relative) > 0.0_wp
       end select
    end subroutine block_motor
 

@@ -38,7 +38,7 @@ contains
          if (controller%sample > 0.0_wp) then
             values(1:3) = controller%commanded
          else if (acts) then
-            values(1:3) = controller%asked(state%t, q, rate)
+            values(1:3) = controller%command(state%t, q, rate)
          end if
          values(7) = saturations_of(controller, system%effects, state%t)
          if (controller%by == BY_WHEELS) then
