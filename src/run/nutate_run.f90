@@ -40,7 +40,7 @@ module nutate_run
       !> That of nominal steps, prepared for the system.
       class(stepper_t), allocatable :: stepper
       !> The settings and the goal that were asked for: what they leave open is chosen, and found, for each end time.
-      type(integrator_settings_t) :: asked
+      type(integrator_settings_t) :: requested
       type(run_goal_t), private :: goal
       class(step_policy_t), allocatable :: policy
    contains
@@ -141,7 +141,7 @@ contains
       type(status_t), intent(out) :: status
       call start_run(self%progress_t, system%effects, state, plan, status)
       if (.not. status%ok()) return
-      self%asked = settings
+      self%requested = settings
       self%goal = plan%goal
       if (allocated(self%stepper)) deallocate (self%stepper)
       call self%leave()
@@ -256,7 +256,7 @@ contains
       class(run_t), intent(inout), target :: self
       type(system_t), intent(in) :: system
       type(status_t), intent(inout) :: status
-      self%summary%settings = self%asked
+      self%summary%settings = self%requested
       associate (plan => self%plan)
          call choose_settings(system, self%state, plan%end_time - self%state%t, plan%goal%accuracy, &
                               plan%goal%local_tolerance, self%summary%settings, self%summary%choice, status)

@@ -188,7 +188,7 @@ contains
    !> Events look at the attitude.
    subroutine need_attitude(handle)
       type(stepper_handle_t), intent(inout) :: handle
-      handle%run%asked%attitude = .true.
+      handle%run%requested%attitude = .true.
       if (handle%run%summary%settings%attitude) return
       handle%run%summary%settings%attitude = .true.
       call unprepare(handle)

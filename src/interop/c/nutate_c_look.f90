@@ -99,7 +99,7 @@ contains
       real(wp), dimension(size(handle%inside%work)) :: works, each
       integer :: i
       columns = handle%columns
-      call columns%start(handle%system, state, handle%run%asked%inverse_auxiliary_inertia, dt < 0.0_wp)
+      call columns%start(handle%system, state, handle%run%requested%inverse_auxiliary_inertia, dt < 0.0_wp)
       works = 0.0_wp
       i = 1
       do while (i <= size(times))

@@ -110,7 +110,7 @@ contains
       call look(stepper, present(energy), .false., handle, code)
       if (code /= NUTATE_OK) return
       handle%failure = 0
-      kinetic = kinetic_energy(handle%system, handle%run%state, handle%run%asked%inverse_auxiliary_inertia)
+      kinetic = kinetic_energy(handle%system, handle%run%state, handle%run%requested%inverse_auxiliary_inertia)
       potential = potential_energy(handle%system%effects, handle%run%state%q, handle%run%state%t)
       frame = dot_product(handle%system%effects%frame_rate, space_momentum(handle%run%state))
       work = total_work(handle%run%summary)
@@ -269,7 +269,7 @@ contains
       call unlock_texts()
       if (status%ok()) then
          handle%failure = 0
-         call columns%start(handle%system, handle%first, handle%run%asked%inverse_auxiliary_inertia, &
+         call columns%start(handle%system, handle%first, handle%run%requested%inverse_auxiliary_inertia, &
                             handle%plan%time_step < 0.0_wp)
          call add_failure(handle%failure, status)
       end if
@@ -278,8 +278,8 @@ contains
          handle%columns = columns
          handle%sets = sets
          handle%names = names
-         if (need_attitude(sets)) handle%run%asked%attitude = .true.
-         handle%run%summary%settings%attitude = handle%run%asked%attitude
+         if (need_attitude(sets)) handle%run%requested%attitude = .true.
+         handle%run%summary%settings%attitude = handle%run%requested%attitude
          call unprepare(handle)
       end if
       code = conclude(handle, status)

@@ -124,9 +124,9 @@ contains
       if (handle%stale) call read_settings(handle, status)
       if (.not. status%ok()) return
       associate (run => handle%run, goal => handle%plan%goal)
-         run%asked%attitude = run%asked%attitude .or. handle%system%effects%needs_attitude() .or. &
+         run%requested%attitude = run%requested%attitude .or. handle%system%effects%needs_attitude() .or. &
                               goal%accuracy > 0.0_wp .or. need_attitude(handle%sets)
-         run%summary%settings%attitude = run%asked%attitude
+         run%summary%settings%attitude = run%requested%attitude
          ! What a run has chosen stays. Otherwise how far runs will go is not known yet.
          call choose_settings(handle%system, run%state, 0.0_wp, goal%accuracy, goal%local_tolerance, &
                               run%summary%settings, choice, status)
@@ -160,21 +160,21 @@ contains
       ! What is read here must be a complete group.
       if (.not. has_length) call put_number(group, 'time_step', 1.0_wp)
       call put_number(group, 'end_time', group%number('time_step', 1.0_wp))
-      attitude = handle%run%asked%attitude
+      attitude = handle%run%requested%attitude
       call lock_texts()
-      call build_integrator(group, handle%run%asked, handle%plan, error)
+      call build_integrator(group, handle%run%requested, handle%plan, error)
       call unlock_texts()
       if (error%raised) then
          status = fail(NUTATE_BAD_ARGUMENT, error%text)
          return
       end if
       if (.not. has_length) handle%plan%time_step = 0.0_wp
-      handle%run%asked%attitude = attitude
-      handle%run%summary%settings = handle%run%asked
+      handle%run%requested%attitude = attitude
+      handle%run%summary%settings = handle%run%requested
       handle%run%summary%choice = ''
       ! The energy has a part of the auxiliary inertia.
       handle%failure = 0
-      associate (inverse_j0 => handle%run%asked%inverse_auxiliary_inertia)
+      associate (inverse_j0 => handle%run%requested%inverse_auxiliary_inertia)
          handle%first_energy = conserved_energy(handle%system, handle%first, inverse_j0)
          call handle%columns%start(handle%system, handle%first, inverse_j0, handle%plan%time_step < 0.0_wp)
       end associate

@@ -264,8 +264,8 @@ contains
       type(status_t), intent(out) :: status
       integer :: i
       call copy_system(from%scene%system, handle%system, c_loc(handle%failure))
-      handle%run%asked = from%scene%integrator
-      handle%run%summary%settings = handle%run%asked
+      handle%run%requested = from%scene%integrator
+      handle%run%summary%settings = handle%run%requested
       handle%plan = from%scene%plan
       handle%events = from%scene%events
       do i = 1, size(from%scene%groups)
@@ -326,7 +326,7 @@ contains
       real(wp) :: energy, inverse_j0
       call check_motion(handle%system, state, status)
       if (.not. status%ok()) return
-      inverse_j0 = handle%run%asked%inverse_auxiliary_inertia
+      inverse_j0 = handle%run%requested%inverse_auxiliary_inertia
       handle%failure = 0
       energy = conserved_energy(handle%system, state, inverse_j0)
       call add_failure(handle%failure, status)

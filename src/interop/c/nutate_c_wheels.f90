@@ -109,7 +109,7 @@ contains
       call look(stepper, present(jacobi), .true., handle, code)
       if (code /= NUTATE_OK) return
       handle%failure = 0
-      energy = conserved_energy(handle%system, handle%run%state, handle%run%asked%inverse_auxiliary_inertia)
+      energy = conserved_energy(handle%system, handle%run%state, handle%run%requested%inverse_auxiliary_inertia)
       call add_failure(handle%failure, status)
       if (status%ok()) jacobi = energy
       code = conclude(handle, status)
