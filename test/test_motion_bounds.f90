@@ -436,12 +436,12 @@ contains
             event%level = 0.0_wp
             ! What is conserved changes by round-off.
             if (rate*time > noise*size_of(motion, speeds)) &
-               call note(.not. event%stays_away(speeds, rate_to(rate), time), columns(i))
+               call note(.not. event%is_out_of_reach(speeds, rate_to(rate), time), columns(i))
             if (i > with_range .or. .not. value > noise*size_of(motion, speeds)) cycle
             event%level = value*margin_of_values*(1 - round_off)
             if (i == AT_THETA) event%level = value
             if (i <= LAST_Q) event%level = value*(1 - round_off)
-            call note(.not. event%stays_away(speeds, 0.0_wp, time), columns(i))
+            call note(.not. event%is_out_of_reach(speeds, 0.0_wp, time), columns(i))
          end do
       end do
       if (speeds%known) call find_distances()
@@ -478,10 +478,10 @@ contains
             call event%place()
             tally%judged(i) = tally%judged(i) + 1
             event%level = 0.0_wp
-            if (event%stays_away(speeds, near*margin_of_rates*fastest(i)*time, time)) &
+            if (event%is_out_of_reach(speeds, near*margin_of_rates*fastest(i)*time, time)) &
                tally%near_rates(i) = tally%near_rates(i) + 1
             event%level = near*margin_of_values*greatest(i)
-            if (event%stays_away(speeds, 0.0_wp, time)) tally%near_values(i) = tally%near_values(i) + 1
+            if (event%is_out_of_reach(speeds, 0.0_wp, time)) tally%near_values(i) = tally%near_values(i) + 1
          end do
       end subroutine find_distances
 

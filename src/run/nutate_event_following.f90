@@ -112,7 +112,7 @@ contains
             if (watched%event%kind == CROSSING) hunt%last%f = hunt%last%f - watched%event%level
             hunt%turn = turn
             ! Backward in time the derivative grows through zero at a maximum.
-            hunt%wanted = watched%event%wanted()
+            hunt%wanted = watched%event%counted_direction()
             if (watched%event%kind /= CROSSING .and. length < 0.0_wp) hunt%wanted = -hunt%wanted
             hunt%scale = progress%events%variation(k, hunt%last, turn)
             if (watched%event%kind /= CROSSING) &

@@ -291,7 +291,7 @@ contains
                distance = self%watched(i)%f
                if (event%period > 0.0_wp .and. event%kind == CROSSING) &
                   distance = distance - event%period*anint(distance/event%period)
-               if (.not. event%stays_away(speeds, distance, time)) return
+               if (.not. event%is_out_of_reach(speeds, distance, time)) return
             end associate
          end do
       end associate

@@ -24,7 +24,7 @@ module nutate_speed_limits
       procedure :: value => speed
       procedure :: rate => speed_rate
       procedure :: settle => settle_speed
-      procedure :: stays_away => speed_stays_away
+      procedure :: is_out_of_reach => speed_is_out_of_reach
    end type speed_event_t
 
 contains
@@ -150,12 +150,12 @@ contains
 
    !> As far as motors and the body's own acceleration can change it, with a quarter more for the errors of a computed
    !> motion.
-   pure logical function speed_stays_away(self, speeds, f, time) result(stays)
+   pure logical function speed_is_out_of_reach(self, speeds, f, time) result(stays)
       class(speed_event_t), intent(in) :: self
       type(speed_bounds_t), intent(in) :: speeds
       real(wp), intent(in) :: f, time
       real(wp), parameter :: margin = 1.25_wp
       stays = abs(f) > margin*speeds%wheel_rates(self%wheel)*time
-   end function speed_stays_away
+   end function speed_is_out_of_reach
 
 end module nutate_speed_limits

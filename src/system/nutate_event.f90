@@ -64,9 +64,9 @@ module nutate_event
       procedure :: magnitude => own_size
       !> Returns true if the quantity cannot reach its value for a time, so that no search is needed; `.false.` unless
       !> overridden.
-      procedure :: stays_away => not_known
+      procedure :: is_out_of_reach => not_known
       !> Returns the direction that counts: 1, -1 or 0, either.
-      procedure, non_overridable :: wanted
+      procedure, non_overridable :: counted_direction
    end type event_t
 
    abstract interface
@@ -169,18 +169,18 @@ contains
    end function time_scale
 
    !> Returns the direction of change that counts: of g for a crossing, of ġ for an extremum; 1, -1 or 0, either.
-   pure integer function wanted(self)
+   pure integer function counted_direction(self)
       class(event_t), intent(in) :: self
       select case (self%kind)
       case (MAXIMUM)
-         wanted = -1
+         counted_direction = -1
       case (MINIMUM)
-         wanted = 1
+         counted_direction = 1
       case (EXTREMUM)
-         wanted = 0
+         counted_direction = 0
       case default
-         wanted = self%direction
+         counted_direction = self%direction
       end select
-   end function wanted
+   end function counted_direction
 
 end module nutate_event

@@ -47,7 +47,7 @@ module nutate_column_event
       procedure :: rate => rate_of_sum
       procedure :: parts => parts_of_sum
       procedure :: magnitude => size_of_sum
-      procedure :: stays_away => sum_stays_away
+      procedure :: is_out_of_reach => sum_is_out_of_reach
    end type column_event_t
 
    !> Which Euler angle.
@@ -376,7 +376,7 @@ contains
 
    !> Returns true if the bounds of the motion keep the sum from reaching its value for a time. A margin of a quarter
    !> covers the errors of a computed motion.
-   pure logical function sum_stays_away(self, speeds, f, time) result(stays)
+   pure logical function sum_is_out_of_reach(self, speeds, f, time) result(stays)
       class(column_event_t), intent(in) :: self
       type(speed_bounds_t), intent(in) :: speeds
       real(wp), intent(in) :: f, time
@@ -401,7 +401,7 @@ contains
          range = range + abs(self%weights(i))*value
       end do
       stays = abs(self%level) > range
-   end function sum_stays_away
+   end function sum_is_out_of_reach
 
    !> No column changes faster; negative where that is not known.
    pure real(wp) function fastest_rate(column, speeds) result(rate)
