@@ -43,15 +43,15 @@ module nutate_run_watcher
    contains
       !> Stores the first state; the history must be open.
       procedure :: start
-      !> Restores what `keep` put in an archive; after `start`.
+      !> Restores what `save_checkpoint` put in an archive; after `start`.
       procedure :: resume
       !> Wall time so far, s.
       procedure :: seconds
       procedure :: observe => write_row
       procedure :: poll => look_up
-      procedure :: watch => watch_step
-      procedure :: show_event => write_event
-      procedure :: keep => write_checkpoint
+      procedure :: observe_step => watch_step
+      procedure :: observe_event => write_event
+      procedure :: save_checkpoint => write_checkpoint
    end type run_watcher_t
 
 contains
@@ -65,21 +65,21 @@ contains
       type(integrator_settings_t), intent(in) :: settings
       !> No progress bar; no invariants, unless there are checkpoints: the run that is resumed may show them.
       logical, intent(in) :: quiet
-      self%sees_every_step = self%history%sees_every_step
+      self%observes_every_step = self%history%observes_every_step
       self%wants_works = self%history%wants_works
-      self%keeps_archives = self%checkpoint%is_wanted()
+      self%saves_at_step_limit = self%checkpoint%is_wanted()
       ! At once, so that what cannot be written is known at the start.
-      self%wants_archive = self%keeps_archives
+      self%wants_checkpoint = self%saves_at_step_limit
       self%t_first = state%t
       self%duration = plan%end_time - state%t
-      self%measures = .not. quiet .or. self%keeps_archives
+      self%measures = .not. quiet .or. self%saves_at_step_limit
       if (self%measures) call self%invariants%start(system, state, settings%inverse_auxiliary_inertia, &
                                                       settings%attitude)
       call system_clock(self%started, self%rate)
       call self%progress%start(wanted=.not. quiet)
    end subroutine start
 
-   !> Restores what `keep` put in an archive; after `start`.
+   !> Restores what `save_checkpoint` put in an archive; after `start`.
    subroutine resume(self, archive)
       class(run_watcher_t), intent(inout) :: self
       !> Being read.
@@ -137,14 +137,14 @@ contains
       call system_clock(now)
       call self%progress%update(fraction, now)
       call check_signals(status)
-      self%wants_archive = self%checkpoint%is_due(now) .or. (self%keeps_archives .and. .not. status%ok())
+      self%wants_checkpoint = self%checkpoint%is_due(now) .or. (self%saves_at_step_limit .and. .not. status%ok())
    end subroutine look_up
 
    !> Lets the history follow what it must.
    subroutine watch_step(self, state)
       class(run_watcher_t), intent(inout) :: self
       type(state_t), intent(in) :: state
-      call self%history%watch(state)
+      call self%history%observe_step(state)
    end subroutine watch_step
 
    !> Writes an event. Errors: those of the file.

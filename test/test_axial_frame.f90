@@ -44,7 +44,7 @@ module test_axial_frame
       real(wp) :: least = 1.0_wp, difference = 0.0_wp
    contains
       procedure :: observe => compare_row
-      procedure :: watch => follow_state
+      procedure :: observe_step => follow_state
    end type follower_t
 
 contains
@@ -321,7 +321,7 @@ contains
       type(run_summary_t) :: summary
       type(state_t) :: state
       type(status_t) :: status
-      follower%sees_every_step = .true.
+      follower%observes_every_step = .true.
       call follower%columns%choose(['euler'], status)
       state = problem%start
       call integrate(problem%system, default_settings('taylor'), state, plan, status, follower, summary)

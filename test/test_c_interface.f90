@@ -38,7 +38,7 @@ module test_c_interface
       real(wp), allocatable :: values(:, :)
    contains
       procedure :: observe => keep_row
-      procedure :: watch => follow_state
+      procedure :: observe_step => follow_state
    end type keeper_t
 
    abstract interface
@@ -264,7 +264,7 @@ contains
       if (status%ok()) call keeper%columns%choose(scene%output%columns, status)
       steps = nint(scene%plan%end_time/scene%plan%time_step, long)
       keeper%rows = 0
-      keeper%sees_every_step = keeper%columns%follows_steps
+      keeper%observes_every_step = keeper%columns%follows_steps
       if (allocated(keeper%values)) deallocate (keeper%values)
       allocate (keeper%values(keeper%columns%width, steps/scene%plan%every + 2))
       call keeper%columns%start(scene%system, scene%initial, scene%integrator%inverse_auxiliary_inertia)

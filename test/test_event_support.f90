@@ -53,7 +53,7 @@ module test_event_support
       real(wp) :: last_work = 0.0_wp
    contains
       procedure :: observe => keep_row
-      procedure :: show_event => keep_event
+      procedure :: observe_event => keep_event
    end type keeper_t
 
 contains

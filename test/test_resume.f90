@@ -30,7 +30,7 @@ module test_resume
    contains
       procedure :: observe => record_row
       procedure :: poll => count_poll
-      procedure :: keep => keep_archive
+      procedure :: save_checkpoint => keep_archive
    end type recorder_t
 
    !> A method that does not say what it remembers.
@@ -103,7 +103,7 @@ contains
       type(status_t), intent(out) :: status
       self%polls = self%polls + 1
       if (self%polls /= self%stops_at) return
-      self%wants_archive = .true.
+      self%wants_checkpoint = .true.
       status = fail(NUTATE_STOPPED, 'asked to')
    end subroutine count_poll
 
@@ -307,7 +307,7 @@ contains
          limited = plan
          limited%max_steps = limits(i)
          begun = recorder_t()
-         begun%keeps_archives = .true.
+         begun%saves_at_step_limit = .true.
          call run(problem, settings, limited, begun, outcome, status)
          call check(error, status%code == NUTATE_STEP_LIMIT .and. allocated(begun%archive), label//": no limit reached")
          if (allocated(error)) return
@@ -441,7 +441,7 @@ contains
       type(run_plan_t) :: limited, chosen
       limited = plan
       limited%max_steps = 5
-      recorder%keeps_archives = .true.
+      recorder%saves_at_step_limit = .true.
       call run(forced_body(), integrator_settings_t(), limited, recorder, outcome, status)
       call run(forced_body(), reduced, plan, recorder, outcome, status, recorder%archive)
       call check(error, status%code == NUTATE_BAD_ARGUMENT, "another method")
@@ -478,7 +478,7 @@ contains
       call run(problem, settings, plan, whole, wanted, status)
       call make_stepper(problem%system, settings, first, status)
       call make_stepper(problem%system, settings, second, status)
-      begun%keeps_archives = .true.
+      begun%saves_at_step_limit = .true.
       plan%max_steps = 20
       call run_1%begin(problem%system, first, problem%start, plan, status)
       call run_1%go(problem%system, status, begun)

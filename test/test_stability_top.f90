@@ -45,7 +45,7 @@ module test_stability_top
       real(wp) :: t = 0.0_wp
    contains
       procedure :: note => note_tilt
-      procedure :: watch => watch_angles
+      procedure :: observe_step => watch_angles
    end type tilt_meter_t
 
 contains
@@ -187,7 +187,7 @@ contains
       if (self%above .neqv. tilt < 0.5_wp*pi) self%crossings = self%crossings + 1
       self%above = tilt < 0.5_wp*pi
       if (record%step > 0) return
-      self%sees_every_step = .true.
+      self%observes_every_step = .true.
       call self%columns%choose(['euler'], status)
       call self%columns%start(system, state, self%inverse_j0)
       call self%columns%evaluate(system, state, record, values)

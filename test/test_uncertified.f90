@@ -43,7 +43,7 @@ module test_uncertified
       character(len=:), allocatable :: archive
    contains
       procedure :: observe => ignore_row
-      procedure :: keep => keep_archive
+      procedure :: save_checkpoint => keep_archive
    end type keeper_t
 
 contains
@@ -257,7 +257,7 @@ contains
       call take(problem, plan, whole)
       limited = plan
       limited%max_steps = 7_long
-      keeper%keeps_archives = .true.
+      keeper%saves_at_step_limit = .true.
       call begun%begin(problem%system, integrator_settings_t(order=4), problem%start, limited, status)
       if (status%ok()) call begun%go(problem%system, status, keeper)
       call check(error, status%code == NUTATE_STEP_LIMIT .and. allocated(keeper%archive), 'no archive')

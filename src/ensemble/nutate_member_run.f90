@@ -122,7 +122,7 @@ contains
          watcher%wants_works = watcher%columns%needs_works
          if (allocated(watcher%last_row)) deallocate (watcher%last_row)
          if (watcher%columns%shows_commands) allocate (watcher%last_row(watcher%columns%width), source=0.0_wp)
-         watcher%sees_every_step = watcher%columns%follows_steps .or. associated(watcher%history)
+         watcher%observes_every_step = watcher%columns%follows_steps .or. associated(watcher%history)
          watcher%rows_at_steps = scene%output%by_default .and. .not. associated(watcher%history)
          call go_to_end(watcher, run, scene%system, outcome)
       end associate
@@ -137,7 +137,7 @@ contains
       type(status_t), intent(inout) :: outcome
       type(sweep_asker_t) :: asker
       asker%sweep => watcher%sweep
-      watcher%begins_anew = watcher%rows_at_steps .and. .not. (watcher%sees_every_step .or. allocated(run%events))
+      watcher%begins_anew = watcher%rows_at_steps .and. .not. (watcher%observes_every_step .or. allocated(run%events))
       if (.not. watcher%begins_anew) then
          call run%find_steps(system, outcome, asker)
       else

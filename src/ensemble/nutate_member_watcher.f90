@@ -47,8 +47,8 @@ module nutate_member_watcher
       type(event_history_t), pointer :: events => null()
    contains
       procedure :: observe => watch_row
-      procedure :: watch => follow_state
-      procedure :: show_event => measure_event
+      procedure :: observe_step => follow_state
+      procedure :: observe_event => measure_event
    end type member_watcher_t
 
 contains
@@ -96,7 +96,7 @@ contains
       class(member_watcher_t), intent(inout) :: self
       type(state_t), intent(in) :: state
       if (self%columns%follows_steps) call self%columns%follow(state)
-      if (associated(self%history)) call self%history%watch(state)
+      if (associated(self%history)) call self%history%observe_step(state)
    end subroutine follow_state
 
    subroutine measure_event(self, system, event, which, number, state, record, status)

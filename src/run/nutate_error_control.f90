@@ -201,7 +201,7 @@ contains
          goal%end_time = t_end
          goal%seen = allocated(progress%events)
          if (.not. present(observer)) return
-         goal%seen = goal%seen .or. observer%sees_every_step .or. &
+         goal%seen = goal%seen .or. observer%observes_every_step .or. &
                      (plan%interval <= 0.0_wp .and. plan%every < huge(plan%every))
          if (plan%interval > 0.0_wp) goal%longest = rows_in_a_step*plan%interval
       end associate

@@ -232,7 +232,7 @@ contains
             call hunts(k)%pass_root()
             if (abs(hunts(k)%root%slope) > 0.0_wp) watched%worst = max(watched%worst, spacing(state%t))
             if (present(observer) .and. k <= events%n_asked) &
-               call observer%show_event(system, watched%event, k, watched%number, state, record, status)
+               call observer%observe_event(system, watched%event, k, watched%number, state, record, status)
             if (status%code /= 0) return
             if (ends_run(watched%event, watched%number)) events%stopped = .true.
             if (watched%event%action == 0) return

@@ -56,7 +56,7 @@ module nutate_run
       procedure :: set_out
       !> Finds the error of steps that meets the accuracy of the goal, by trial runs.
       procedure :: find_steps
-      !> Restores what an observer's `keep` was given: the run goes on from there.
+      !> Restores what an observer's `save_checkpoint` was given: the run goes on from there.
       procedure :: resume
       !> Goes to the end of the plan.
       procedure :: go
@@ -376,7 +376,7 @@ contains
       end associate
    end function lacks_steps
 
-   !> Restores what an observer's `keep` was given: the run goes on from there. Errors: `NUTATE_BAD_ARGUMENT` for an
+   !> Restores what an observer's `save_checkpoint` was given: the run goes on from there. Errors: `NUTATE_BAD_ARGUMENT` for an
    !> archive of another run.
    subroutine resume(self, archive, status)
       !> Begun in the same way as the run in the archive.

@@ -43,9 +43,9 @@ module nutate_c_rows
       procedure :: open_array
       procedure :: observe => receive_row
       procedure :: poll => ask_program
-      procedure :: vet => judge_callbacks
-      procedure :: show_event => receive_event
-      procedure :: watch => follow_state
+      procedure :: check_step => judge_callbacks
+      procedure :: observe_event => receive_event
+      procedure :: observe_step => follow_state
    end type row_receiver_t
 
 contains

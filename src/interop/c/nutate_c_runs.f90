@@ -143,9 +143,9 @@ contains
       type(status_t), intent(inout) :: status
       logical :: is_watched
       receiver%handle => handle
-      receiver%sees_every_step = handle%columns%follows_steps
+      receiver%observes_every_step = handle%columns%follows_steps
       receiver%wants_works = handle%columns%needs_works
-      receiver%vets_steps = has_callbacks(handle%system%effects) .or. handle%events%count() > 0
+      receiver%checks_steps = has_callbacks(handle%system%effects) .or. handle%events%count() > 0
       handle%plain = .false.
       handle%failure = 0
       handle%found%n = 0

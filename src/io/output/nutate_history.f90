@@ -42,7 +42,7 @@ module nutate_history
       !> Appends numbers to a line, as they stand in the rows.
       procedure :: append_values
       !> Follows what must be followed between rows.
-      procedure :: watch => follow_state
+      procedure :: observe_step => follow_state
       !> Ends a complete history: the file gets its name.
       procedure :: finish
       !> Ends a history that is not complete: the rows written so far stay in the partial file.
@@ -139,7 +139,7 @@ contains
       if (.not. status%ok()) return
       self%digits = 0
       if (present(digits)) self%digits = digits
-      self%sees_every_step = self%columns%follows_steps
+      self%observes_every_step = self%columns%follows_steps
       self%wants_works = self%columns%needs_works
       self%rows = 0
       if (allocated(self%values)) deallocate (self%values, self%line)
