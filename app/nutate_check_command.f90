@@ -383,7 +383,7 @@ contains
       steps = known_steps(scene, run)
       rows = rows_of(scene, steps)
       if (steps < 0 .and. status%ok()) then
-         call run%go(scene%system, status, timekeeper)
+         call run%run_to_end(scene%system, status, timekeeper)
          if (status%ok()) steps = run%summary%steps
       end if
       rows = rows_of(scene, steps)

@@ -98,7 +98,7 @@ contains
 
       scene%plan%max_steps = command%max_steps
       call run%begin(scene%system, scene%integrator, scene%initial, scene%plan, status)
-      if (status%ok()) call run%expect(scene%events, scene%system, status)
+      if (status%ok()) call run%set_events(scene%events, scene%system, status)
       if (.not. status%ok()) then
          call say_error(printable_path(scene%file)//': '//trim(status%message))
          exit_code = EXIT_INPUT
@@ -313,7 +313,7 @@ contains
 
       call watcher%start(scene%system, scene%initial, scene%plan, scene%integrator, command%quiet)
       if (allocated(archive)) call resume(run, watcher, archive, status)
-      if (status%ok()) call run%go(scene%system, status, watcher)
+      if (status%ok()) call run%run_to_end(scene%system, status, watcher)
       call watcher%progress%erase()
       if (status%ok()) then
          call complete(command, scene, watcher, run, exit_code)

@@ -368,7 +368,7 @@ contains
       call run_1%begin(problem%system, of_order(4), problem%start, plan, status)
       call run_1%find_steps(problem%system, status, stopper)
       call check(error, status%code == NUTATE_STOPPED .and. stopper%polls == 3, "not stopped")
-      call run_1%go(problem%system, status)
+      call run_1%run_to_end(problem%system, status)
       state = problem%start
       if (status%ok()) call integrate(problem%system, of_order(4), state, plan, status)
       call check(error, status%ok(), trim(status%message))
@@ -392,7 +392,7 @@ contains
       if (status%ok()) call run_1%find_steps(problem%system, status)
       call check(error, status%ok() .and. recorder%rows == 18 .and. run_1%summary%estimate > 0.0_wp)
       if (allocated(error)) return
-      if (status%ok()) call run_1%go(problem%system, status)
+      if (status%ok()) call run_1%run_to_end(problem%system, status)
       call check_close(error, [run_1%state%q, run_1%state%p], [state%q, state%p], 0.0_wp, "last state")
       call check_close(error, [run_1%summary%estimate, real(run_1%summary%steps, wp)], &
                        [summary%estimate, real(summary%steps, wp)], 0.0_wp, "summary")

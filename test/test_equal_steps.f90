@@ -180,7 +180,7 @@ contains
       state = problem%start
       if (status%ok()) call integrate(problem%system, default_settings('rk8'), state, search%plan, status, &
                                       summary=summary)
-      if (status%ok()) call search%go(problem%system, status)
+      if (status%ok()) call search%run_to_end(problem%system, status)
       call check(error, status%ok(), trim(status%message))
       call check_close(error, [search%state%q, search%state%p], [state%q, state%p], 0.0_wp)
       call check(error, search%summary%steps == summary%steps, "steps")

@@ -233,7 +233,7 @@ contains
          call resumed%begin_reading(archived)
          call a_run%resume(resumed, status)
       end if
-      if (status%ok()) call a_run%go(problem%system, status, recorder)
+      if (status%ok()) call a_run%run_to_end(problem%system, status, recorder)
       outcome = outcome_of(a_run)
       recorder%subdivided_steps = a_run%summary%subdivided_steps
    end subroutine run
@@ -272,16 +272,16 @@ contains
       allocate (run_1, run_2)
       call run_1%begin(problem%system, settings, problem%start, endless, status)
       do i = 1, size(stops)
-         if (status%ok()) call run_1%go_steps(problem%system, int(stops(i), long), status)
+         if (status%ok()) call run_1%run_steps(problem%system, int(stops(i), long), status)
          if (i == size(stops)/2) run_2 = run_1
       end do
-      if (status%ok()) call run_1%go_to(problem%system, plan%end_time, status)
+      if (status%ok()) call run_1%run_to(problem%system, plan%end_time, status)
       call check(error, status%ok(), label//": "//trim(status%message))
       if (allocated(error)) return
       call check(error, outcome_of(run_1) == wanted, label//": stops leave a trace")
       ! What the copy points to is not the run that is gone.
       deallocate (run_1)
-      call run_2%go_to(problem%system, plan%end_time, status)
+      call run_2%run_to(problem%system, plan%end_time, status)
       call check(error, status%ok() .and. outcome_of(run_2) == wanted, label//": the copy goes another way")
    end subroutine check_stops
 
@@ -481,14 +481,14 @@ contains
       begun%saves_at_step_limit = .true.
       plan%max_steps = 20
       call run_1%begin(problem%system, first, problem%start, plan, status)
-      call run_1%go(problem%system, status, begun)
+      call run_1%run_to_end(problem%system, status, begun)
       call check(error, status%code, NUTATE_STEP_LIMIT)
       plan%max_steps = huge(plan%max_steps)
       resumed%rows = begun%rows
       call run_2%begin(problem%system, second, problem%start, plan, status)
       call archive%begin_reading(begun%archive)
       call run_2%resume(archive, status)
-      if (status%ok()) call run_2%go(problem%system, status, resumed)
+      if (status%ok()) call run_2%run_to_end(problem%system, status, resumed)
       call check(error, status%ok() .and. resumed%rows == whole%rows, trim(status%message))
       if (allocated(error)) return
       plan%goal%local_tolerance = 1e-8_wp

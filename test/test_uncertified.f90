@@ -259,13 +259,13 @@ contains
       limited%max_steps = 7_long
       keeper%saves_at_step_limit = .true.
       call begun%begin(problem%system, integrator_settings_t(order=4), problem%start, limited, status)
-      if (status%ok()) call begun%go(problem%system, status, keeper)
+      if (status%ok()) call begun%run_to_end(problem%system, status, keeper)
       call check(error, status%code == NUTATE_STEP_LIMIT .and. allocated(keeper%archive), 'no archive')
       if (allocated(error)) return
       call archive%begin_reading(keeper%archive)
       call resumed%begin(problem%system, integrator_settings_t(order=4), problem%start, plan, status)
       if (status%ok()) call resumed%resume(archive, status)
-      if (status%ok()) call resumed%go(problem%system, status, keeper)
+      if (status%ok()) call resumed%run_to_end(problem%system, status, keeper)
       call check(error, status%ok(), trim(status%message))
       if (allocated(error)) return
       call check(error, begun%summary%uncertified_steps > 0 .and. whole%uncertified_steps == whole%steps, &

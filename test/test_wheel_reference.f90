@@ -86,7 +86,7 @@ contains
          a_plan = plan
          a_plan%end_time = spin_up(1, i)
          call run%begin(problem%system, settings, problem%start, a_plan, status)
-         if (status%ok()) call run%go(problem%system, status)
+         if (status%ok()) call run%run_to_end(problem%system, status)
          call check(error, status%ok(), label//": "//trim(status%message))
          if (allocated(error)) return
          state = run%state

@@ -113,7 +113,7 @@ contains
          plan = scene%plan
          if (.not. associated(watcher%history)) plan%every = max(plan%every, watcher%stride)
          call run%begin(scene%system, scene%integrator, scene%initial, plan, outcome)
-         if (outcome%ok()) call run%expect(scene%events, scene%system, outcome)
+         if (outcome%ok()) call run%set_events(scene%events, scene%system, outcome)
          if (.not. outcome%ok()) return
          associate (j0 => scene%integrator%inverse_auxiliary_inertia)
             call watcher%columns%start(scene%system, scene%initial, j0, scene%plan%end_time < 0.0_wp)
@@ -145,7 +145,7 @@ contains
          call run%find_steps(system, outcome, asker, watcher)
          if (.not. outcome%ok()) watcher%invariants = watcher%at_start
       end if
-      if (outcome%ok() .and. run%summary%steps == 0) call run%go(system, outcome, watcher)
+      if (outcome%ok() .and. run%summary%steps == 0) call run%run_to_end(system, outcome, watcher)
    end subroutine go_to_end
 
    !> Puts where a run ended into the row.

@@ -215,7 +215,7 @@ contains
    subroutine unprepare(handle)
       type(stepper_handle_t), intent(inout) :: handle
       handle%plain = .false.
-      call handle%run%leave()
+      call handle%run%release()
       if (allocated(handle%run%stepper)) deallocate (handle%run%stepper)
       if (allocated(handle%inside)) deallocate (handle%inside)
    end subroutine unprepare

@@ -154,10 +154,10 @@ contains
          return
       end if
       is_watched = allocated(handle%run%events)
-      call handle%run%set_out(handle%system, plan, status)
-      if (status%ok() .and. .not. is_watched) call handle%run%expect(handle%events, handle%system, status)
+      call handle%run%set_plan(handle%system, plan, status)
+      if (status%ok() .and. .not. is_watched) call handle%run%set_events(handle%events, handle%system, status)
       if (status%ok()) call find_steps_asking(handle%run, handle%poll, handle%failure, handle%system, status)
-      if (status%ok()) call handle%run%go(handle%system, status, receiver)
+      if (status%ok()) call handle%run%run_to_end(handle%system, status, receiver)
       call add_failure(handle%failure, status)
       if (allocated(handle%run%events)) call copy_effects(handle)
       if (allocated(handle%inside)) deallocate (handle%inside)

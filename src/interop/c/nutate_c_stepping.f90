@@ -89,7 +89,7 @@ contains
                                              'support (expected nutate_stepper_run or nutate_stepper_run_to)')
       if (status%ok()) call test_step(handle, dt, status)
       if (.not. status%ok()) return
-      call handle%run%leave()
+      call handle%run%release()
       if (allocated(handle%run%events)) deallocate (handle%run%events)
       before = handle%run%state
       handle%failure = 0
@@ -156,7 +156,7 @@ contains
                                              'run at user-defined times)', 't')
       if (status%ok()) then
          handle%failure = 0
-         call handle%run%look(handle%system, t, state, status)
+         call handle%run%state_at(handle%system, t, state, status)
          if (handle%failure(1) /= 0) status = judge_failure(handle%failure)
       end if
       code = conclude(handle, status)

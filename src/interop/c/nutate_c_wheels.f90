@@ -93,7 +93,7 @@ contains
       real(wp), intent(in) :: torque
       if (.not. allocated(handle%given)) allocate (handle%given, source=handle%system%effects)
       handle%system%effects%wheels(wheel)%command = torque
-      call handle%run%leave()
+      call handle%run%release()
       call handle%run%stepper%update_commands()
       handle%run%stepper%last_length = 0.0_wp
       handle%plain = .false.
