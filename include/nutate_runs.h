@@ -27,7 +27,7 @@ int nutate_stepper_run_history(nutate_stepper *stepper, double end_time, int64_t
  *   ==>  times  [n], s, in order from t on   <==  rows  [n][width] of the columns chosen
  * Status: NUTATE_BAD_ARGUMENT, also with n = 0, if q and p are not the whole state: with wheels, and controllers that
  * have a sample or limits. */
-int nutate_stepper_look(nutate_stepper *stepper, double t, const double q[4], const double p[4], double dt, size_t n,
+int nutate_stepper_dense_output(nutate_stepper *stepper, double t, const double q[4], const double p[4], double dt, size_t n,
                         const double *times, double *rows);
 
 /* Returns the error estimates of a run with accuracy; zeros for any other. The accuracy was not attained if error[0] >

@@ -147,13 +147,13 @@ static int steps_taken_again(void)
         EXPECT(NUTATE_OK, nutate_stepper_conjugate_momentum(stepper, p));
         EXPECT(NUTATE_OK, nutate_stepper_step(stepper, 0.02));
         EXPECT(NUTATE_OK, nutate_stepper_copy(stepper, &copy, NULL, 0));
-        EXPECT(NUTATE_OK, nutate_stepper_look(stepper, 0.4, q, p, 0.02, 2, times, rows));
+        EXPECT(NUTATE_OK, nutate_stepper_dense_output(stepper, 0.4, q, p, 0.02, 2, times, rows));
         EXPECT(NUTATE_OK, nutate_stepper_row(stepper, row[0], 9));
         EXPECT(NUTATE_OK, nutate_stepper_state_at(stepper, 0.41, inside, omega));
         for (j = 0; j < 4; ++j) CHECK(fabs(rows[1 + j] - inside[j]) < 1e-13);
         for (j = 0; j < 8; ++j) CHECK(fabs(rows[8 + j] - row[0][j]) < 1e-12);
-        EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_look(stepper, 0.4, q, p, -0.02, 2, times, rows));
-        EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_look(stepper, 0.4, q, p, 0.0, 2, times, rows));
+        EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_dense_output(stepper, 0.4, q, p, -0.02, 2, times, rows));
+        EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_dense_output(stepper, 0.4, q, p, 0.0, 2, times, rows));
         EXPECT(NUTATE_OK, nutate_stepper_run(stepper, 30, 30, row[0], 1, NULL));
         EXPECT(NUTATE_OK, nutate_stepper_run(copy, 30, 30, row[1], 1, NULL));
         for (j = 0; j < 8; ++j) CHECK(row[0][j] == row[1][j]);
@@ -162,7 +162,7 @@ static int steps_taken_again(void)
     }
     EXPECT(NUTATE_OK, nutate_system_parse("&body inertia = 1, 1, 0.5 / &wheel axis = 0, 0, 1, inertia = 0.1 /", &system, NULL, 0));
     EXPECT(NUTATE_OK, nutate_stepper_create(system, &stepper, NULL, 0));
-    EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_look(stepper, 0.4, q, p, 0.02, 0, times, rows));
+    EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_dense_output(stepper, 0.4, q, p, 0.02, 0, times, rows));
     EXPECT(NUTATE_OK, nutate_stepper_destroy(&stepper));
     EXPECT(NUTATE_OK, nutate_system_destroy(&system));
     return 0;

@@ -98,7 +98,7 @@ SIGNATURES: dict[str, tuple[Any, ...]] = {
     "nutate_stepper_step": (Handle, Double),
     "nutate_stepper_keep_steps": (Handle,),
     "nutate_stepper_state_at": (Handle, Double, Doubles, Doubles),
-    "nutate_stepper_look": (Handle, Double, Doubles, Doubles, Double, Size, Doubles, Doubles),
+    "nutate_stepper_dense_output": (Handle, Double, Doubles, Doubles, Double, Size, Doubles, Doubles),
     "nutate_stepper_steps": (Handle, Double, Long, ctypes.POINTER(Long)),
     "nutate_stepper_run": (Handle, Long, Long, Doubles, Size, Sizes),
     "nutate_stepper_add_events": (Handle, Text),

@@ -41,7 +41,7 @@ class Motion:
         self._ends = ends
         self._sense = 1.0 if ends["t"][-1] >= ends["t"][0] else -1.0
         try:
-            branch._look(self._start(0), 1.0, np.empty(0))
+            branch._dense_output(self._start(0), 1.0, np.empty(0))
             self._replays = False
         except NutateValueError:
             self._replays = True
@@ -103,7 +103,7 @@ class Motion:
     def _inside(self, k: int, times: Array) -> dict[str, Array]:
         """Rows inside the step that starts at the end of another one."""
         start = self._start(k)
-        rows = self._stepper._look(start, (self._ends["t"][k + 1] - start["t"]) / self._parts, times)
+        rows = self._stepper._dense_output(start, (self._ends["t"][k + 1] - start["t"]) / self._parts, times)
         for name in ("work", "energy_residual"):
             rows[name] += start[name]
         return rows

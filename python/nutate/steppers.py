@@ -196,13 +196,13 @@ class Stepper(SatelliteState):
         self._call("nutate_stepper_state_at", float(t), pointer(q), pointer(omega))
         return q, omega
 
-    def _look(self, start: dict[str, float], dt: float, times: Array) -> dict[str, Array]:
+    def _dense_output(self, start: dict[str, float], dt: float, times: Array) -> dict[str, Array]:
         """Rows at times inside a step of an earlier run, s, from the row at its start. NutateValueError, also of no times, where a
         state has more to it than attitude and momentum: momenta of wheels, commands that a controller holds."""
         names = self.column_names
         times, rows = np.ascontiguousarray(times), np.empty((len(times), len(names)))
         q, p = (np.array([start[f"{name}{i}"] for i in range(4)]) for name in "qp")
-        self._call("nutate_stepper_look", start["t"], pointer(q), pointer(p), dt, len(times), pointer(times), pointer(rows))
+        self._call("nutate_stepper_dense_output", start["t"], pointer(q), pointer(p), dt, len(times), pointer(times), pointer(rows))
         return dict(zip(names, rows.T))
 
     def set_columns(self, *sets: str) -> None:

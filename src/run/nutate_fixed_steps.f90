@@ -68,7 +68,7 @@ contains
          else
             progress%n_steps = max(progress%summary%steps, count_steps(progress%t_first, plan) - plan%steps_before)
          end if
-         if (allocated(plan%times) .or. progress%is_looked_into) call self%stepper%keep_steps()
+         if (allocated(plan%times) .or. progress%keeps_dense_output) call self%stepper%keep_steps()
       end associate
    end subroutine begin
 

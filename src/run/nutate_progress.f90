@@ -86,8 +86,8 @@ module nutate_progress
       logical :: resumed = .false.
       !> Events, where the run looks for any.
       type(event_tracker_t), allocatable :: events
-      !> Somebody may look inside the next step; and inside the last one when the run has stopped.
-      logical :: keeps_starts = .true., is_looked_into = .false.
+      !> Keep the start of the next step, for its dense output; and that of the last step when the run has stopped.
+      logical :: keeps_starts = .true., keeps_dense_output = .false.
       type(way_t) :: way
       !> Digits of `switch_work` that its sum cannot hold, J.
       real(wp) :: switch_compensation = 0.0_wp

@@ -280,7 +280,7 @@ contains
          quiet_until = progress%events%wakes
          progress%events%switches = 0
       end if
-      progress%keeps_starts = waits .or. allocated(progress%plan%times) .or. progress%is_looked_into
+      progress%keeps_starts = waits .or. allocated(progress%plan%times) .or. progress%keeps_dense_output
    end subroutine see_ahead
 
    !> Shows what lies in the step of the method that was taken.

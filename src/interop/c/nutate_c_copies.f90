@@ -162,7 +162,7 @@ contains
       stale = handle%stale
       call archive%transfer(stale)
       call archive%transfer(ready)
-      call archive%transfer(handle%run%is_looked_into)
+      call archive%transfer(handle%run%keeps_dense_output)
       call handle%first%transfer(archive)
       call handle%first%transfer_wheels(archive)
       call archive%transfer(handle%first_energy)
@@ -204,7 +204,7 @@ contains
             settings%formulation = formulation
             run%summary%choice = choice
             call make_stepper(handle%system, settings, run%stepper, status)
-            if (status%ok() .and. run%is_looked_into) call run%stepper%keep_steps()
+            if (status%ok() .and. run%keeps_dense_output) call run%stepper%keep_steps()
          end if
          if (ready .and. status%ok()) call run%stepper%transfer(archive)
       end associate

@@ -96,7 +96,7 @@ module nutate_c_handles
       !> The present state, and all that has led to it since it was set. Its stepper is that of single steps and of
       !> nominal ones; where there is none, the settings have to be taken first.
       type(run_t) :: run
-      !> Performs steps again, for `nutate_stepper_look`; made where it is needed.
+      !> Performs steps again, for `nutate_stepper_dense_output`; made where it is needed.
       class(stepper_t), allocatable :: inside
       !> The settings are to be read from `group`: what was set, as a scene's `&integrator`.
       logical :: stale = .false.

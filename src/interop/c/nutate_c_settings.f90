@@ -132,7 +132,7 @@ contains
                               run%summary%settings, choice, status)
          if (choice /= '') run%summary%choice = choice
          if (status%ok()) call make_stepper(handle%system, run%summary%settings, run%stepper, status)
-         if (status%ok() .and. run%is_looked_into) call run%stepper%keep_steps()
+         if (status%ok() .and. run%keeps_dense_output) call run%stepper%keep_steps()
       end associate
       if (.not. status%ok()) return
       handle%stale = .false.

@@ -130,7 +130,7 @@ contains
       code = NUTATE_BAD_HANDLE
       handle => find_stepper(stepper)
       if (.not. associated(handle)) return
-      handle%run%is_looked_into = .true.
+      handle%run%keeps_dense_output = .true.
       call prepare_if_needed(handle, status)
       if (status%ok()) call handle%run%stepper%keep_steps()
       code = conclude(handle, status)

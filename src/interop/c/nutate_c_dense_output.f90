@@ -1,5 +1,5 @@
 !> C interface: states inside steps of earlier runs. What each function does stands in `include/nutate_runs.h`.
-module nutate_c_look
+module nutate_c_dense_output
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_ptr, c_size_t
    use nutate_c_effects, only: add_failure, judge_failure
    use nutate_c_handles, only: conclude, find_stepper, null_argument, stepper_handle_t
@@ -17,14 +17,14 @@ module nutate_c_look
    implicit none
    private
 
-   public :: nutate_stepper_look
+   public :: nutate_stepper_dense_output
 
    !> A step that fails is halved so often at most.
    integer, parameter :: most_halvings = 10
 
 contains
 
-   integer(c_int) function nutate_stepper_look(stepper, t, q, p, dt, n, times, rows) result(code) bind(C)
+   integer(c_int) function nutate_stepper_dense_output(stepper, t, q, p, dt, n, times, rows) result(code) bind(C)
       type(c_ptr), intent(in), value :: stepper, rows
       real(c_double), intent(in), value :: t, dt
       integer(c_size_t), intent(in), value :: n
@@ -54,7 +54,7 @@ contains
          call add_failure(handle%failure, status)
       end if
       code = conclude(handle, status)
-   end function nutate_stepper_look
+   end function nutate_stepper_dense_output
 
    !> Prepares what takes steps again. Errors: `NUTATE_BAD_ARGUMENT` where a state has more to it than attitude and
    !> momentum; those of `prepare`.
@@ -149,4 +149,4 @@ contains
       end do
    end subroutine take_step
 
-end module nutate_c_look
+end module nutate_c_dense_output
