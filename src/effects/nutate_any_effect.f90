@@ -48,7 +48,7 @@ module nutate_any_effect
       procedure :: auxiliary_series => no_auxiliary
       !> Returns true if the effect's numbers, its energy (J), torque (N m) and momentum (N m s) are finite and of a
       !> size that can be computed with, at every attitude; default `.true.`.
-      procedure :: is_moderate => not_judged
+      procedure :: is_valid => not_judged
       !> Bounds the torque in a step and its derivatives; default: the bounds from the user.
       procedure :: bound => not_bounded
       !> Returns true if a body axis is exactly an axis of symmetry of the effect; default `.false.`.
@@ -65,7 +65,7 @@ module nutate_any_effect
       real(wp) :: momentum(3) = 0.0_wp
    contains
       procedure :: series_kind => constant_series
-      procedure :: is_moderate => rotor_is_moderate
+      procedure :: is_valid => rotor_is_valid
    end type rotor_t
 
 contains
@@ -107,10 +107,10 @@ contains
    end subroutine not_bounded
 
    !> Returns true if the momentum is finite and of a size that can be computed with.
-   pure logical function rotor_is_moderate(self)
+   pure logical function rotor_is_valid(self)
       class(rotor_t), intent(in) :: self
-      rotor_is_moderate = all(is_moderate(self%momentum))
-   end function rotor_is_moderate
+      rotor_is_valid = all(is_moderate(self%momentum))
+   end function rotor_is_valid
 
    !> Returns `NO_SERIES`: the effect has no power series.
    pure integer function no_kind(self)

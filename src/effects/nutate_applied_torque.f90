@@ -44,7 +44,7 @@ module nutate_applied_torque
       real(wp) :: start = -huge(1.0_wp), stop = huge(1.0_wp)
    contains
       procedure :: torque => applied_torque
-      procedure :: is_moderate => torque_is_moderate
+      procedure :: is_valid => torque_is_valid
       procedure :: derivatives => applied_derivatives
       procedure :: window => applied_window
       procedure :: needs_attitude => attitude_in_space
@@ -224,12 +224,12 @@ contains
    end function torque_has_axis
 
    !> Returns true if amplitude, frequency and phase can be computed with; `start` and `stop` need only be comparable.
-   pure logical function torque_is_moderate(self)
+   pure logical function torque_is_valid(self)
       class(applied_torque_t), intent(in) :: self
-      torque_is_moderate = all(is_moderate([self%amplitude, self%frequency, self%phase])) .and. &
+      torque_is_valid = all(is_moderate([self%amplitude, self%frequency, self%phase])) .and. &
                            .not. (ieee_is_nan(self%start) .or. ieee_is_nan(self%stop))
-      if (torque_is_moderate) torque_is_moderate = is_moderate(norm2(self%amplitude))
-   end function torque_is_moderate
+      if (torque_is_valid) torque_is_valid = is_moderate(norm2(self%amplitude))
+   end function torque_is_valid
 
    !> τ₀, f and phase. Those of a force in body axes are that of its torque.
    pure function applied_parameters(self) result(list)

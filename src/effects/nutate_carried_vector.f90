@@ -30,7 +30,7 @@ module nutate_carried_vector
       !> Power series of v.
       procedure :: series
       !> It can be computed with.
-      procedure :: is_moderate => vector_is_moderate
+      procedure :: is_valid => vector_is_valid
    end type carried_vector_t
 
 contains
@@ -108,11 +108,11 @@ contains
    end subroutine series
 
    !> Returns true if the vector, and its rate at the periapsis, are of a size that can be computed with.
-   pure logical function vector_is_moderate(self) result(moderate)
+   pure logical function vector_is_valid(self) result(valid)
       class(carried_vector_t), intent(in) :: self
-      moderate = all(is_moderate(self%vector)) .and. is_moderate(self%path%fastest_turn())
-      if (moderate) moderate = is_moderate(norm2(self%vector))
-      if (moderate) moderate = is_moderate(norm2(self%vector)*self%path%fastest_turn())
-   end function vector_is_moderate
+      valid = all(is_moderate(self%vector)) .and. is_moderate(self%path%fastest_turn())
+      if (valid) valid = is_moderate(norm2(self%vector))
+      if (valid) valid = is_moderate(norm2(self%vector)*self%path%fastest_turn())
+   end function vector_is_valid
 
 end module nutate_carried_vector

@@ -83,7 +83,7 @@ module nutate_controller
       procedure :: series_direction => controller_direction
       procedure :: direction_series => series_of_field
       procedure :: series_torque => controller_series_torque
-      procedure :: is_moderate => controller_is_moderate
+      procedure :: is_valid => controller_is_valid
       !> Uses the field of the Earth for the magnetorquers.
       procedure :: follow
       !> Refers the target to the LVLH frame.
@@ -478,26 +478,26 @@ contains
 
    !> Returns true if gains, field, limit and period are of a size that can be computed with; `start` and `stop` need
    !> only be comparable.
-   pure logical function controller_is_moderate(self) result(moderate)
+   pure logical function controller_is_valid(self) result(valid)
       class(controller_t), intent(in) :: self
       real(wp) :: strongest
       integer :: i
-      moderate = is_unit(self%target, attitude_tolerance) .and. all(is_moderate(self%field)) .and. &
+      valid = is_unit(self%target, attitude_tolerance) .and. all(is_moderate(self%field)) .and. &
                  is_moderate(self%gain) .and. is_moderate(self%sample) .and. self%limit > 0.0_wp .and. &
                  .not. (ieee_is_nan(self%start) .or. ieee_is_nan(self%stop))
-      if (moderate) moderate = .not. self%sample < 0.0_wp
-      if (moderate .and. self%sample > 0.0_wp) moderate = self%sample >= least_step
+      if (valid) valid = .not. self%sample < 0.0_wp
+      if (valid .and. self%sample > 0.0_wp) valid = self%sample >= least_step
       do i = 1, 3
-         moderate = moderate .and. all(is_moderate(self%attitude_gain(:, i))) .and. &
+         valid = valid .and. all(is_moderate(self%attitude_gain(:, i))) .and. &
                     all(is_moderate(self%rate_gain(:, i)))
       end do
-      if (moderate .and. self%follows_earth) moderate = self%earth%is_moderate()
-      if (moderate .and. self%follows_orbit) moderate = self%orbit%is_moderate()
-      if (.not. moderate .or. self%law /= DETUMBLING) return
+      if (valid .and. self%follows_earth) valid = self%earth%is_valid()
+      if (valid .and. self%follows_orbit) valid = self%orbit%is_valid()
+      if (.not. valid .or. self%law /= DETUMBLING) return
       strongest = maxval(abs(self%field))
       if (self%follows_earth) strongest = self%earth%greatest()
-      moderate = strongest <= 1e50_wp
-      if (moderate) moderate = is_moderate(self%gain*strongest**2)
-   end function controller_is_moderate
+      valid = strongest <= 1e50_wp
+      if (valid) valid = is_moderate(self%gain*strongest**2)
+   end function controller_is_valid
 
 end module nutate_controller

@@ -22,7 +22,7 @@ module nutate_damping
       real(wp) :: coefficient(3) = 0.0_wp
    contains
       procedure :: torque => damping_torque
-      procedure :: is_moderate => damping_is_moderate
+      procedure :: is_valid => damping_is_valid
       procedure :: derivatives => damping_derivatives
       procedure :: needs_attitude => no_attitude
       procedure :: bound => damping_bound
@@ -119,10 +119,10 @@ contains
    end function damping_has_axis
 
    !> Returns true if the coefficients are of a size that can be computed with.
-   pure logical function damping_is_moderate(self)
+   pure logical function damping_is_valid(self)
       class(damping_t), intent(in) :: self
-      damping_is_moderate = all(is_moderate(self%coefficient))
-   end function damping_is_moderate
+      damping_is_valid = all(is_moderate(self%coefficient))
+   end function damping_is_valid
 
    pure function damping_parameters(self) result(list)
       class(damping_t), intent(in) :: self

@@ -46,7 +46,7 @@ module nutate_geomagnetic_field
       !> Returns a bound of |B|, T.
       procedure :: greatest
       !> Returns true if its numbers can be computed with.
-      procedure :: is_moderate => field_is_moderate
+      procedure :: is_valid => field_is_valid
    end type geomagnetic_field_t
 
 contains
@@ -209,13 +209,13 @@ contains
    end function nearest
 
    !> Returns true if the field, and its rate at periapsis, are of a size that can be computed with.
-   pure logical function field_is_moderate(self) result(moderate)
+   pure logical function field_is_valid(self) result(valid)
       class(geomagnetic_field_t), intent(in) :: self
-      moderate = all(is_moderate(self%coefficients)) .and. is_moderate(self%epoch_angle) .and. &
+      valid = all(is_moderate(self%coefficients)) .and. is_moderate(self%epoch_angle) .and. &
                  is_moderate(nearest(self))
-      if (moderate) moderate = nearest(self) >= 1e-30_wp*reference_radius .and. is_moderate(norm2(self%coefficients))
-      if (moderate) moderate = is_moderate(self%greatest()) .and. is_moderate(self%pace())
-      if (moderate) moderate = is_moderate(self%greatest()*self%pace())
-   end function field_is_moderate
+      if (valid) valid = nearest(self) >= 1e-30_wp*reference_radius .and. is_moderate(norm2(self%coefficients))
+      if (valid) valid = is_moderate(self%greatest()) .and. is_moderate(self%pace())
+      if (valid) valid = is_moderate(self%greatest()*self%pace())
+   end function field_is_valid
 
 end module nutate_geomagnetic_field

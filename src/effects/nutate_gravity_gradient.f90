@@ -37,7 +37,7 @@ module nutate_gravity_gradient
       real(wp) :: strength = 0.0_wp, reach = 1.0_wp, deviation(3, 3) = 0.0_wp, middle = 0.0_wp, middle_axis(3) = 0.0_wp
    contains
       procedure :: energy => quadratic_energy
-      procedure :: is_moderate => gradient_is_moderate
+      procedure :: is_valid => gradient_is_valid
       procedure :: gradient => quadratic_gradient
       procedure :: hessian => quadratic_hessian
       procedure :: discrete_gradient => midpoint_gradient
@@ -232,13 +232,13 @@ contains
 
    !> Returns true if its numbers, and the sums of |A| by rows and U₀, the largest torque and energy, can be computed
    !> with.
-   pure logical function gradient_is_moderate(self)
+   pure logical function gradient_is_valid(self)
       class(gravity_gradient_t), intent(in) :: self
-      gradient_is_moderate = all(is_moderate(self%direction)) .and. all(is_moderate(self%stiffness)) .and. &
+      gradient_is_valid = all(is_moderate(self%direction)) .and. all(is_moderate(self%stiffness)) .and. &
                              is_moderate(self%offset)
-      if (gradient_is_moderate) &
-         gradient_is_moderate = is_moderate(maxval(sum(abs(self%stiffness), dim=1)) + abs(self%offset))
-   end function gradient_is_moderate
+      if (gradient_is_valid) &
+         gradient_is_valid = is_moderate(maxval(sum(abs(self%stiffness), dim=1)) + abs(self%offset))
+   end function gradient_is_valid
 
    !> n, μ/r³, and J.
    pure function quadratic_parameters(self) result(list)

@@ -17,7 +17,7 @@ module nutate_linear_potential
       real(wp) :: moment(3) = 0.0_wp
    contains
       procedure :: energy => linear_energy
-      procedure :: is_moderate => linear_is_moderate
+      procedure :: is_valid => linear_is_valid
       procedure :: gradient => constant_gradient
       procedure :: hessian => no_hessian
       procedure :: discrete_gradient => constant_discrete_gradient
@@ -102,11 +102,11 @@ contains
    end function linear_has_axis
 
    !> All that it is given, and |m||n|: the largest energy and torque.
-   pure logical function linear_is_moderate(self)
+   pure logical function linear_is_valid(self)
       class(linear_potential_t), intent(in) :: self
-      linear_is_moderate = all(is_moderate([self%moment, self%direction]))
-      if (linear_is_moderate) linear_is_moderate = is_moderate(norm2(self%moment)*norm2(self%direction))
-   end function linear_is_moderate
+      linear_is_valid = all(is_moderate([self%moment, self%direction]))
+      if (linear_is_valid) linear_is_valid = is_moderate(norm2(self%moment)*norm2(self%direction))
+   end function linear_is_valid
 
    !> m and n, by the names of the scene's keys.
    pure function linear_parameters(self) result(list)

@@ -54,7 +54,7 @@ module nutate_orbit
       !> shadow, m.
       real(wp) :: sun(3) = 0.0_wp, shadow_radius = earth_radius
    contains
-      procedure :: is_moderate => orbit_is_moderate
+      procedure :: is_valid => orbit_is_valid
       !> Unit quaternion from orbital to space axes at a time.
       procedure :: axes
       !> Rate of the orbital axes at a time, space axes, rad/s.
@@ -228,19 +228,19 @@ contains
 
    !> Returns true if the elements, and the rate of rotation at periapsis, are of a size that can be computed with. On
    !> an open orbit the distance grows with the speed for as long as a run can last.
-   pure logical function orbit_is_moderate(self)
+   pure logical function orbit_is_valid(self)
       class(orbit_t), intent(in) :: self
       real(wp), parameter :: greatest_speed = 1e20_wp
       associate (path => self%path)
          if (path%is_from_periapsis()) then
-            orbit_is_moderate = is_moderate(path%fastest_turn()) .and. is_moderate(path%periapsis_time)
-            if (orbit_is_moderate) orbit_is_moderate = path%periapsis_distance*path%fastest_turn() <= greatest_speed
+            orbit_is_valid = is_moderate(path%fastest_turn()) .and. is_moderate(path%periapsis_time)
+            if (orbit_is_valid) orbit_is_valid = path%periapsis_distance*path%fastest_turn() <= greatest_speed
             return
          end if
-         orbit_is_moderate = is_moderate(path%mean_motion()) .and. path%eccentricity < 1.0_wp
-         if (orbit_is_moderate) orbit_is_moderate = &
+         orbit_is_valid = is_moderate(path%mean_motion()) .and. path%eccentricity < 1.0_wp
+         if (orbit_is_valid) orbit_is_valid = &
             is_moderate(path%mean_motion()/(1 - path%eccentricity)**2) .and. is_moderate(path%semi_major_axis)
       end associate
-   end function orbit_is_moderate
+   end function orbit_is_valid
 
 end module nutate_orbit

@@ -26,7 +26,7 @@ module nutate_orbital_gradient
       procedure :: direction_at => direction_of_orbit
       procedure :: power => power_of_motion
       procedure :: direction_series => series_along_orbit
-      procedure :: is_moderate => moving_is_moderate
+      procedure :: is_valid => moving_is_valid
       procedure :: bound => not_bounded
       procedure :: has_axis => no_axis
       procedure :: parameters => moving_parameters
@@ -107,20 +107,20 @@ contains
    end subroutine series_along_orbit
 
    !> Returns true if its numbers, and its energy at periapsis, can be computed with.
-   pure logical function moving_is_moderate(self)
+   pure logical function moving_is_valid(self)
       class(orbital_gradient_t), intent(in) :: self
       real(wp) :: nearest, strength
       associate (path => self%path)
          nearest = path%nearest()
-         moving_is_moderate = all(is_moderate([self%stiffness, self%isotropic])) .and. is_moderate(nearest) .and. &
+         moving_is_valid = all(is_moderate([self%stiffness, self%isotropic])) .and. is_moderate(nearest) .and. &
                               nearest > 0.0_wp
-         if (.not. moving_is_moderate) return
+         if (.not. moving_is_valid) return
          strength = sqrt(path%mu/nearest)/nearest
-         moving_is_moderate = is_moderate(strength)
-         if (moving_is_moderate) moving_is_moderate = is_moderate(strength**2) .and. is_moderate(strength**2* &
+         moving_is_valid = is_moderate(strength)
+         if (moving_is_valid) moving_is_valid = is_moderate(strength**2) .and. is_moderate(strength**2* &
             (maxval(sum(abs(self%stiffness), dim=1)) + abs(self%isotropic)))
       end associate
-   end function moving_is_moderate
+   end function moving_is_valid
 
    !> Returns no bounds: no step with a time-dependent potential counts as certified.
    pure subroutine not_bounded(self, map, radius, gamma, slack, bounds)

@@ -30,7 +30,7 @@ module nutate_rotating_frame
       real(wp) :: rate(3) = 0.0_wp
    contains
       procedure :: series_kind => constant_series
-      procedure :: is_moderate => frame_is_moderate
+      procedure :: is_valid => frame_is_valid
    end type rotating_frame_t
 
 contains
@@ -78,9 +78,9 @@ contains
    end function constant_series
 
    !> Returns true if the rate is of a size that can be computed with.
-   pure logical function frame_is_moderate(self)
+   pure logical function frame_is_valid(self)
       class(rotating_frame_t), intent(in) :: self
-      frame_is_moderate = all(is_moderate(self%rate))
-   end function frame_is_moderate
+      frame_is_valid = all(is_moderate(self%rate))
+   end function frame_is_valid
 
 end module nutate_rotating_frame

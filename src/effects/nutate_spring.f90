@@ -47,7 +47,7 @@ module nutate_spring
       real(wp), private :: closeness = 1.0_wp
    contains
       procedure :: energy => spring_energy
-      procedure :: is_moderate => spring_is_moderate
+      procedure :: is_valid => spring_is_valid
       procedure :: gradient => spring_gradient
       procedure :: hessian => spring_hessian
       procedure :: discrete_gradient => spring_discrete_gradient
@@ -288,12 +288,12 @@ contains
    end subroutine add_closeness
 
    !> Returns true if its numbers, and its energy at the greatest length, can be computed with.
-   pure logical function spring_is_moderate(self)
+   pure logical function spring_is_valid(self)
       class(spring_t), intent(in) :: self
-      spring_is_moderate = all(is_moderate([self%direction, self%body_point, self%stiffness, self%rest_length]))
-      if (spring_is_moderate) spring_is_moderate = is_moderate(self%stiffness*( &
+      spring_is_valid = all(is_moderate([self%direction, self%body_point, self%stiffness, self%rest_length]))
+      if (spring_is_valid) spring_is_valid = is_moderate(self%stiffness*( &
          sum(abs(self%direction)) + sum(abs(self%body_point)) + abs(self%rest_length))**2)
-   end function spring_is_moderate
+   end function spring_is_valid
 
    !> Returns true if x lies along the axis.
    pure logical function spring_has_axis(self, axis)

@@ -35,7 +35,7 @@ module nutate_tabulated_torque
       real(wp), private :: bounds(3) = 0.0_wp
    contains
       procedure :: torque => tabulated_torque
-      procedure :: is_moderate => table_is_moderate
+      procedure :: is_valid => table_is_valid
       procedure :: derivatives => tabulated_derivatives
       procedure :: window => tabulated_window
       procedure :: piece => tabulated_piece
@@ -374,10 +374,10 @@ contains
    end subroutine tabulated_series_torque
 
    !> Returns true if the values of the table can be computed with; `start` and `stop` need only be comparable.
-   pure logical function table_is_moderate(self)
+   pure logical function table_is_valid(self)
       class(tabulated_torque_t), intent(in) :: self
-      table_is_moderate = self%curve%n > 0 .and. .not. (ieee_is_nan(self%start) .or. ieee_is_nan(self%stop))
-      if (table_is_moderate) table_is_moderate = is_moderate(self%bounds(1))
-   end function table_is_moderate
+      table_is_valid = self%curve%n > 0 .and. .not. (ieee_is_nan(self%start) .or. ieee_is_nan(self%stop))
+      if (table_is_valid) table_is_valid = is_moderate(self%bounds(1))
+   end function table_is_valid
 
 end module nutate_tabulated_torque

@@ -65,7 +65,7 @@ module nutate_wheel
       integer :: at_limit = 0
    contains
       procedure :: series_kind => wheel_series
-      procedure :: is_moderate => wheel_is_moderate
+      procedure :: is_valid => wheel_is_valid
       !> Returns true if u acts at a time.
       procedure :: is_driven
       !> Returns u at a time.
@@ -119,15 +119,15 @@ contains
    end function wheel_series
 
    !> Returns true if axis, inertia, speed, friction and limits can be computed with.
-   pure logical function wheel_is_moderate(self) result(moderate)
+   pure logical function wheel_is_valid(self) result(valid)
       class(wheel_t), intent(in) :: self
-      moderate = all(is_moderate([self%axis, self%inertia, self%speed, self%friction]))
-      if (moderate) moderate = is_unit([0.0_wp, self%axis], attitude_tolerance) .and. self%inertia >= least_size .and. &
+      valid = all(is_moderate([self%axis, self%inertia, self%speed, self%friction]))
+      if (valid) valid = is_unit([0.0_wp, self%axis], attitude_tolerance) .and. self%inertia >= least_size .and. &
                                self%friction >= 0.0_wp .and. self%torque_limit > 0.0_wp .and. self%speed_limit > 0.0_wp
-      if (moderate) moderate = is_moderate(self%inertia*self%speed) .and. is_moderate(self%friction*self%speed)
-      if (moderate) moderate = is_moderate(self%inertia*self%speed*self%speed)
-      if (moderate .and. allocated(self%motor)) moderate = self%motor%is_moderate()
-   end function wheel_is_moderate
+      if (valid) valid = is_moderate(self%inertia*self%speed) .and. is_moderate(self%friction*self%speed)
+      if (valid) valid = is_moderate(self%inertia*self%speed*self%speed)
+      if (valid .and. allocated(self%motor)) valid = self%motor%is_valid()
+   end function wheel_is_valid
 
    !> Returns true if the motor acts at a time and does not push the wheel beyond the limit of its speed.
    pure logical function is_driven(self, t)

@@ -46,7 +46,7 @@ contains
          end if
          call mounted%follow_orbit(system%effects%orbit)
       end if
-      if (.not. mounted%is_moderate() .or. (controller%law == DETUMBLING .and. controller%by /= BY_MAGNETORQUERS)) then
+      if (.not. mounted%is_valid() .or. (controller%law == DETUMBLING .and. controller%by /= BY_MAGNETORQUERS)) then
          status = fail(NUTATE_BAD_ARGUMENT, 'the controller is invalid (expected a unit quaternion as its target, '// &
                        'finite gains up to 1e100 in SI units, magnetorquers to detumble)', 'controller')
          return

@@ -207,7 +207,7 @@ contains
       if (.not. effects%frame_turns .or. effects%n_torques + effects%n_wheels > 0) return
       if (.not. is_direction(effects%frame_rate)) return
       do i = 1, effects%n_potentials + effects%n_off
-         if (.not. effects%potentials(i)%item%is_moderate()) return
+         if (.not. effects%potentials(i)%item%is_valid()) return
       end do
       call conserved_momentum(effects, components, axis)
       follows = components == ALONG_AXIS

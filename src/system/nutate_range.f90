@@ -50,7 +50,7 @@ contains
    pure subroutine check_strength(effect, status)
       class(effect_t), intent(in) :: effect
       type(status_t), intent(out) :: status
-      if (.not. effect%is_moderate()) status = too_strong(effect%name)
+      if (.not. effect%is_valid()) status = too_strong(effect%name)
    end subroutine check_strength
 
    pure type(status_t) function too_strong(name)

@@ -24,7 +24,7 @@ contains
       type(wheel_t), intent(in) :: wheel
       type(status_t), intent(out) :: status
       type(system_t) :: grown
-      if (.not. wheel%is_moderate()) then
+      if (.not. wheel%is_valid()) then
          status = fail(NUTATE_BAD_ARGUMENT, 'the wheel is invalid (expected a unit vector as its axis, a positive '// &
                        'inertia and friction >= 0, all up to 1e100 in SI units)', 'wheel')
       else

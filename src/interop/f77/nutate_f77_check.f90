@@ -140,7 +140,7 @@ contains
       type(gravity_t) :: gravity
       gravity%moment = setup%moment
       gravity%direction = setup%gravity
-      is_moderate_weight = gravity%is_moderate()
+      is_moderate_weight = gravity%is_valid()
    end function is_moderate_weight
 
    !> The number of the first of N, DT, T, Q, P that is wrong, 0 if none is. What the last call left is not tested.
