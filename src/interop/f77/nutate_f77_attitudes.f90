@@ -1,6 +1,6 @@
 ! Attitudes for FORTRAN 77: external subroutines, see nutate_f77_steps.f90 for what they have in common.
 
-!> NUQ2M turns a quaternion into the rotation matrix.
+!> NUQ2M converts a quaternion to the rotation matrix.
 subroutine nuq2m(q, r, info)
    use nutate_f77_check, only: is_attitude
    use nutate_kinds, only: wp
@@ -17,7 +17,7 @@ subroutine nuq2m(q, r, info)
    if (info == 0) r = rotation_matrix(q)
 end subroutine nuq2m
 
-!> NUM2Q turns a rotation matrix into the quaternion, Q(1) >= 0.
+!> NUM2Q converts a rotation matrix to the quaternion with Q(1) >= 0.
 subroutine num2q(r, q, info)
    use nutate_attitude, only: quat_from_matrix
    use nutate_f77_check, only: is_rotation
@@ -34,8 +34,8 @@ subroutine num2q(r, q, info)
    if (info == 0) q = quat_from_matrix(r)
 end subroutine num2q
 
-!> NUQ2E turns a quaternion into the Euler angles z-x-z. Where THETA is 0 or pi only the sum or the difference of PHI
-!> and PSI is known; PSI is then 0.
+!> NUQ2E converts a quaternion to the Euler angles z-x-z. Where THETA is 0 or pi only the sum or the difference of PHI
+!> and PSI is defined; PSI is then 0.
 subroutine nuq2e(q, phi, theta, psi, info)
    use nutate_attitude, only: euler_from_quat
    use nutate_f77_check, only: is_attitude
@@ -56,7 +56,7 @@ subroutine nuq2e(q, phi, theta, psi, info)
    if (info == 0) call euler_from_quat(q, phi, theta, psi)
 end subroutine nuq2e
 
-!> NUE2Q turns Euler angles z-x-z into the quaternion.
+!> NUE2Q converts Euler angles z-x-z to the quaternion.
 subroutine nue2q(phi, theta, psi, q, info)
    use nutate_attitude, only: quat_from_euler
    use nutate_kinds, only: wp

@@ -1,6 +1,6 @@
 ! Exact solutions for FORTRAN 77: external subroutines, see nutate_f77_steps.f90 for what they have in common.
 
-!> NUFREE computes the motion of a free body at N times, exactly: elliptic functions, no steps.
+!> NUFREE computes the exact motion of a torque-free body at N times, by elliptic functions.
 subroutine nufree(aj, q0, omega0, n, t, q, omega, info)
    use nutate_exact_free, only: free_body_t
    use nutate_f77_check, only: check_setup, is_attitude, is_motion

@@ -1,6 +1,6 @@
 ! States and invariants for FORTRAN 77: external subroutines, see nutate_f77_steps.f90 for what they have in common.
 
-!> NUSETP turns an angular velocity into the conjugate momentum that NUSTEP works with.
+!> NUSETP converts an angular velocity to the conjugate momentum that NUSTEP uses.
 subroutine nusetp(q, omega, p, work, lwork, info)
    use nutate_f77_check, only: is_attitude, is_motion, is_ready
    use nutate_f77_work, only: get_setup, setup_t
@@ -45,7 +45,7 @@ subroutine nusetp(q, omega, p, work, lwork, info)
    end if
 end subroutine nusetp
 
-!> NUOMEG turns a conjugate momentum into the angular velocity.
+!> NUOMEG converts a conjugate momentum to the angular velocity.
 subroutine nuomeg(q, p, omega, work, lwork, info)
    use nutate_f77_check, only: is_attitude, is_ready
    use nutate_f77_work, only: get_setup, setup_t
@@ -84,7 +84,7 @@ subroutine nuomeg(q, p, omega, work, lwork, info)
    omega = angular_velocity(system, state_t(q=q, p=p))
 end subroutine nuomeg
 
-!> NUINV computes what the motion conserves: energy, angular momentum, and the length of the quaternion.
+!> NUINV computes energy, angular momentum and the constraints.
 subroutine nuinv(q, p, pot, iuser, ruser, e, al, c, work, lwork, info)
    use nutate_f77_callback, only: f77_potential
    use nutate_f77_check, only: is_attitude, is_ready
@@ -99,15 +99,15 @@ subroutine nuinv(q, p, pot, iuser, ruser, e, al, c, work, lwork, info)
    real(wp), intent(in) :: p(4)
    !> (input) As for NUSTEP.
    procedure(f77_potential) :: pot
-   !> (input) Your own, handed on to POT; any dimension.
+   !> (input) User data, passed to POT; any dimension.
    integer, intent(in) :: iuser(*)
-   !> (input) Your own, handed on to POT; any dimension.
+   !> (input) User data, passed to POT; any dimension.
    real(wp), intent(in) :: ruser(*)
    !> (output) Kinetic, potential and total energy, J; dimension (3).
    real(wp), intent(inout) :: e(3)
    !> (output) Angular momentum in body axes (first column) and in space axes (second), N m s; dimension (3,2).
    real(wp), intent(inout) :: al(3, 2)
-   !> (output) |Q| and Q·P, which the exact motion has as 1 and 0 kg m²/s; dimension (2).
+   !> (output) |Q| and Q·P, 1 and 0 kg m²/s in the exact motion; dimension (2).
    real(wp), intent(inout) :: c(2)
    !> (input) From NUINIT; dimension (LWORK).
    real(wp), intent(in) :: work(*)

@@ -4,10 +4,10 @@
 ! INFO = 0: success. INFO = -i: argument number i is wrong. INFO > 0: the step failed for a reason that NUTEXT tells. On
 ! failure every argument but INFO is as it was. Nothing is kept between calls but what is in WORK, and nothing printed.
 
-!> NUINIT makes WORK ready for the steps of a body, or tells how long it must be.
+!> NUINIT prepares WORK for the steps of a body, or returns the length that WORK needs.
 !>
-!> INFO = -1 also for a tensor that is not symmetric and positive definite; moments of an idealised top, that break the
-!> triangle rule, are taken.
+!> INFO = -1 also for a tensor that is not symmetric and positive definite. Moments of an idealised top, which break the
+!> triangle rule, are accepted.
 subroutine nuinit(aj, aj0, h, cm, g, d, dn, iform, iorder, icall, work, lwork, info)
    use nutate_f77_check, only: check_setup, find_bad_form
    use nutate_f77_stepping, only: needed_size, start_work
@@ -20,23 +20,23 @@ subroutine nuinit(aj, aj0, h, cm, g, d, dn, iform, iorder, icall, work, lwork, i
    real(wp), intent(in) :: aj0
    !> (input) Momentum of rotors that spin in the body, body axes, N m s; dimension (3); zero for none.
    real(wp), intent(in) :: h(3)
-   !> (input) Mass times the place of the centre of mass, from the pivot, body axes, kg m; dimension (3).
+   !> (input) Mass times the position of the centre of mass, from the pivot, body axes, kg m; dimension (3).
    real(wp), intent(in) :: cm(3)
-   !> (input) Acceleration of gravity, space axes, m/s²; dimension (3). Without weight: CM or G zero.
+   !> (input) Acceleration of gravity, space axes, m/s²; dimension (3). No gravity: CM or G zero.
    real(wp), intent(in) :: g(3)
    !> (input) Damping: the torque -D(i)*OMEGA(i) along the body axes, N m s; dimension (3); zero for none.
    real(wp), intent(in) :: d(3)
    !> (input) The direction fixed in space whose body components are GAMMA of POT, any length; dimension (3).
    real(wp), intent(in) :: dn(3)
-   !> (input) 1: three equations for the turn of a step (fast); 2: eight equations in Q and P by LAPACK.
+   !> (input) 1: reduced formulation, three equations (fast); 2: full formulation, eight equations solved by LAPACK.
    integer, intent(in) :: iform
    !> (input) Order of the method: 2, 4, 6 or 8.
    integer, intent(in) :: iorder
-   !> (input) Which subroutines of yours act: 0 none, 1 POT, 2 TOR, 3 both.
+   !> (input) User-supplied subroutines in use: 0 none, 1 POT, 2 TOR, 3 both.
    integer, intent(in) :: icall
-   !> (output) Dimension (LWORK). WORK(1): how long it must be.
+   !> (output) Dimension (LWORK). WORK(1): the length that it needs.
    real(wp), intent(inout) :: work(*)
-   !> (input) Length of WORK; -1: only WORK(1) is set, for which IFORM, IORDER and ICALL count alone.
+   !> (input) Length of WORK; -1: query, only WORK(1) is set; it depends on IFORM, IORDER and ICALL.
    integer, intent(in) :: lwork
    !> (output) 0, or -i: argument i is wrong, for LWORK: WORK is too short.
    integer, intent(out) :: info
@@ -66,19 +66,20 @@ subroutine nuinit(aj, aj0, h, cm, g, d, dn, iform, iorder, icall, work, lwork, i
    end if
 end subroutine nuinit
 
-!> NUFRAM makes the space axes turn at a constant rate W, on the Earth or on a circular orbit: after NUINIT, before
-!> steps.
+!> NUFRAM makes the space axes rotate at a constant rate W, on the Earth or on a circular orbit. Call it after NUINIT,
+!> before steps.
 !>
-!> G, DN and what else is fixed in space is then fixed in these axes, which Q leads to; P, OMEGA and AL stay absolute,
-!> in their components. TOR is given OMEGA against these axes, as damping is, and its work is that against them. In
-!> place of the energy T + V - W.AL(.,2) is kept, with E(3) = T + V of NUINV.
+!> G and DN are then fixed in these axes, and Q takes body components to components in these axes. P, OMEGA and AL are
+!> absolute quantities; AL(.,2) has components in these axes. TOR receives OMEGA relative to these axes, damping uses it
+!> too, and the work of both is relative to these axes. The Jacobi integral T + V - W.AL(.,2), with E(3) = T + V of
+!> NUINV, is conserved in place of the energy.
 subroutine nufram(w, work, lwork, info)
    use nutate_f77_check, only: is_ready
    use nutate_f77_work, only: get_place, get_setup, place_t, put_setup, setup_t
    use nutate_kinds, only: wp
    use nutate_limits, only: is_moderate
    implicit none
-   !> (input) Rate of the space axes against the stars, in these axes, rad/s; dimension (3); zero: they stand still.
+   !> (input) Angular velocity of the space axes in inertial space, in these axes, rad/s; dimension (3).
    real(wp), intent(in) :: w(3)
    !> (input/output) From NUINIT, before the first step; dimension (LWORK).
    real(wp), intent(inout) :: work(*)
@@ -101,10 +102,10 @@ subroutine nufram(w, work, lwork, info)
    call put_setup(setup, work(1:int(work(1))))
 end subroutine nufram
 
-!> NUSTEP takes N steps of length DT from T, Q, P.
+!> NUSTEP performs N steps of length DT from T, Q, P.
 !>
-!> A call that begins where the last one with this WORK ended goes on as if they were one: one step at a time gives the
-!> same digits as all at once. If T, Q or P were changed, or DT, it begins anew. A step that fails is tried in parts.
+!> A call that starts where the last call with this WORK ended continues it: single steps give the same digits as one
+!> call. A change of T, Q, P or DT starts anew. A step that fails is subdivided.
 subroutine nustep(n, dt, t, q, p, pot, tor, iuser, ruser, work, lwork, info)
    use nutate_f77_callback, only: f77_potential, f77_torque
    use nutate_f77_check, only: find_bad_step, is_ready
@@ -113,7 +114,7 @@ subroutine nustep(n, dt, t, q, p, pot, tor, iuser, ruser, work, lwork, info)
    implicit none
    !> (input) Number of steps, N >= 0.
    integer, intent(in) :: n
-   !> (input) Step, s; negative: back in time.
+   !> (input) Step, s; negative to integrate backward.
    real(wp), intent(in) :: dt
    !> (input/output) Time, s.
    real(wp), intent(inout) :: t
@@ -122,16 +123,16 @@ subroutine nustep(n, dt, t, q, p, pot, tor, iuser, ruser, work, lwork, info)
    !> (input/output) Conjugate momentum, from NUSETP, kg m²/s; dimension (4).
    real(wp), intent(inout) :: p(4)
    !> (input) SUBROUTINE POT(GAMMA, U, DU, IUSER, RUSER): from GAMMA(3), the body components of DN, the potential U (J)
-   !> and its derivatives DU(3) by GAMMA. NUNONE if there is none. It must not change what it depends on.
+   !> and its derivatives DU(3) by GAMMA. NUNONE if there is none. It must not change the data that it depends on.
    procedure(f77_potential) :: pot
    !> (input) SUBROUTINE TOR(T, Q, OMEGA, TAU, IUSER, RUSER): from T (s), Q(4) and OMEGA(3) (body axes, rad/s) the
-   !> torque TAU(3), body axes, N m. NUNONE if there is none. It must not change what it depends on.
+   !> torque TAU(3), body axes, N m. NUNONE if there is none. It must not change the data that it depends on.
    procedure(f77_torque) :: tor
-   !> (input) Your own, handed on to POT and TOR; any dimension.
+   !> (input) User data, passed to POT and TOR; any dimension.
    integer, intent(in) :: iuser(*)
-   !> (input) Your own, handed on to POT and TOR; any dimension.
+   !> (input) User data, passed to POT and TOR; any dimension.
    real(wp), intent(in) :: ruser(*)
-   !> (input/output) From NUINIT; dimension (LWORK). A copy of it goes on like the original.
+   !> (input/output) From NUINIT; dimension (LWORK). A copy of it continues like the original.
    real(wp), intent(inout) :: work(*)
    !> (input) Length of WORK.
    integer, intent(in) :: lwork
@@ -154,7 +155,7 @@ subroutine nustep(n, dt, t, q, p, pot, tor, iuser, ruser, work, lwork, info)
    p = request%p
 end subroutine nustep
 
-!> NURUN takes N steps as NUSTEP does and writes a row every K of them.
+!> NURUN performs N steps as NUSTEP does and stores a row after every K steps.
 subroutine nurun(n, dt, t, q, p, pot, tor, iuser, ruser, k, rows, mrows, nrows, work, lwork, info)
    use nutate_f77_callback, only: f77_potential, f77_torque
    use nutate_f77_check, only: find_bad_step, is_ready
@@ -163,7 +164,7 @@ subroutine nurun(n, dt, t, q, p, pot, tor, iuser, ruser, k, rows, mrows, nrows, 
    implicit none
    !> (input) Number of steps, N >= 0.
    integer, intent(in) :: n
-   !> (input) Step, s; negative: back in time.
+   !> (input) Step, s; negative to integrate backward.
    real(wp), intent(in) :: dt
    !> (input/output) Time, s.
    real(wp), intent(inout) :: t
@@ -175,9 +176,9 @@ subroutine nurun(n, dt, t, q, p, pot, tor, iuser, ruser, k, rows, mrows, nrows, 
    procedure(f77_potential) :: pot
    !> (input) As for NUSTEP.
    procedure(f77_torque) :: tor
-   !> (input) Your own, handed on to POT and TOR; any dimension.
+   !> (input) User data, passed to POT and TOR; any dimension.
    integer, intent(in) :: iuser(*)
-   !> (input) Your own, handed on to POT and TOR; any dimension.
+   !> (input) User data, passed to POT and TOR; any dimension.
    real(wp), intent(in) :: ruser(*)
    !> (input) Steps between two rows, K >= 1.
    integer, intent(in) :: k
@@ -192,7 +193,7 @@ subroutine nurun(n, dt, t, q, p, pot, tor, iuser, ruser, k, rows, mrows, nrows, 
    real(wp), intent(inout) :: work(*)
    !> (input) Length of WORK.
    integer, intent(in) :: lwork
-   !> (output) 0; -i: argument i is wrong; > 0: see NUTEXT. ROWS and NROWS then show how far the steps went.
+   !> (output) 0; -i: argument i is wrong; > 0: see NUTEXT. ROWS and NROWS then have the rows before the failure.
    integer, intent(out) :: info
    type(request_t) :: request
    integer :: bad
@@ -215,7 +216,7 @@ subroutine nurun(n, dt, t, q, p, pot, tor, iuser, ruser, k, rows, mrows, nrows, 
    p = request%p
 end subroutine nurun
 
-!> NUSTAT tells what the steps since NUINIT took.
+!> NUSTAT returns statistics of the steps since NUINIT.
 subroutine nustat(istat, w, work, lwork, info)
    use nutate_f77_check, only: is_ready
    use nutate_f77_work, only: get_place, place_t
@@ -223,7 +224,7 @@ subroutine nustat(istat, w, work, lwork, info)
    implicit none
    !> (output) Steps; Newton iterations; steps that had to be subdivided; each at most HUGE(0); dimension (3).
    integer, intent(inout) :: istat(3)
-   !> (output) Work that damping and TOR did, J: the energy changed by as much.
+   !> (output) Work of damping and TOR, J: equals the change of the energy.
    real(wp), intent(inout) :: w
    !> (input) From NUINIT; dimension (LWORK).
    real(wp), intent(in) :: work(*)
@@ -266,17 +267,17 @@ subroutine nuncer(num, work, lwork, info)
    num = int(min(place%uncertified_steps, int(huge(0), long)))
 end subroutine nuncer
 
-!> NUBPOT gives bounds to POT: with them the root of a step can be certified to be that of the true motion (see NUNCER).
+!> NUBPOT sets bounds of POT: with them the root of a step can be certified to be that of the true motion (see NUNCER).
 !>
-!> They must hold for all GAMMA up to |DN| long. They are promised, not tested; they may be generous, but wide ones
-!> prove shorter steps only. They stay in WORK; another call replaces them.
+!> The bounds must hold for all GAMMA up to |DN| long. They are not verified; the wider they are, the shorter the steps
+!> that can be certified. They are stored in WORK; another call replaces them.
 subroutine nubpot(bgrad, bhess, bthird, work, lwork, info)
    use nutate_effect, only: given_bounds_t
    use nutate_f77_check, only: find_bad_bound, is_ready
    use nutate_f77_work, only: get_setup, put_setup, setup_t
    use nutate_kinds, only: wp
    implicit none
-   !> (input) Bound of the length of DU, of zero or 1D-300 to 1D100.
+   !> (input) Bound of the length of DU; 0, or 1D-300 to 1D100.
    real(wp), intent(in) :: bgrad
    !> (input) Bound of the norm of the second derivatives of U by GAMMA: of the size of their eigenvalues.
    real(wp), intent(in) :: bhess
@@ -301,21 +302,21 @@ subroutine nubpot(bgrad, bhess, bthird, work, lwork, info)
    call put_setup(setup, work(1:int(work(1))))
 end subroutine nubpot
 
-!> NUBTOR gives bounds to TOR, as NUBPOT to POT: only to one that does not depend on OMEGA. They must hold at all
-!> attitudes and times.
+!> NUBTOR sets bounds of a TOR that does not depend on OMEGA, as NUBPOT does of POT. They must hold at all attitudes and
+!> times.
 subroutine nubtor(btor, bturn, bsec, brate, work, lwork, info)
    use nutate_effect, only: given_bounds_t
    use nutate_f77_check, only: find_bad_bound, is_ready
    use nutate_f77_work, only: get_setup, put_setup, setup_t
    use nutate_kinds, only: wp
    implicit none
-   !> (input) Bound of the length of TAU, N m; of zero or 1D-300 to 1D100, as the others.
+   !> (input) Bound of the length of TAU, N m; 0, or 1D-300 to 1D100, as the other bounds.
    real(wp), intent(in) :: btor
-   !> (input) Bound of its derivative as the body turns about any axis, by the angle in radians, N m.
+   !> (input) Bound of its derivative by the angle, rad, as the body rotates about any axis, N m.
    real(wp), intent(in) :: bturn
-   !> (input) Bound of its second derivative likewise, N m.
+   !> (input) Bound of its second derivative by that angle, N m.
    real(wp), intent(in) :: bsec
-   !> (input) Each derivative by time is bounded by this times what is differentiated, 1/s; 0: TAU is constant in time.
+   !> (input) Rate, 1/s, that times these bounds their derivatives by time; 0: TAU is constant in time.
    real(wp), intent(in) :: brate
    !> (input/output) From NUINIT, with TOR; dimension (LWORK).
    real(wp), intent(inout) :: work(*)
@@ -336,7 +337,7 @@ subroutine nubtor(btor, bturn, bsec, brate, work, lwork, info)
    call put_setup(setup, work(1:int(work(1))))
 end subroutine nubtor
 
-!> NUNONE does nothing: to be passed where a subroutine of yours is not wanted.
+!> NUNONE does nothing: pass it in place of POT or TOR where there is none.
 pure subroutine nunone()
    implicit none
 end subroutine nunone

@@ -1,6 +1,6 @@
 ! Messages for FORTRAN 77: external subroutines, see nutate_f77_steps.f90 for what the routines have in common.
 
-!> NUTEXT says in words what an INFO means.
+!> NUTEXT returns the meaning of an INFO.
 subroutine nutext(info, text)
    use nutate_status, only: NUTATE_BAD_ARGUMENT, NUTATE_BAD_BODY, NUTATE_NOT_CONVERGED, NUTATE_NOT_FINITE, &
       NUTATE_OFF_BRANCH, NUTATE_OK, NUTATE_SINGULAR, NUTATE_STEP_LIMIT
@@ -33,7 +33,7 @@ subroutine nutext(info, text)
    end select
 end subroutine nutext
 
-!> NUWHY says in words what an INFO of a routine means, with the name of the argument that is wrong.
+!> NUWHY returns the meaning of the INFO of a routine, with the name of the argument that is wrong.
 subroutine nuwhy(name, info, text)
    use nutate_f77_names, only: argument_name
    implicit none
