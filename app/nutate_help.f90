@@ -97,9 +97,9 @@ contains
       type(page_t), intent(inout) :: page
       call page%line('')
       call page%line('The scene is run with every method at a series of time steps, each half of the one before,')
-      call page%line('from about 4 rad of turn in a step down to round-off, as far as the time allows; taylor, which')
-      call page%line('chooses its steps, at a series of tolerances, each a tenth of the one before. Times are')
-      call page%line('medians of repeated runs without output; errors come from a run of their own. The attitude')
+      call page%line('from about 4 rad of rotation per step down to round-off, as far as the time allows; taylor,')
+      call page%line('which has adaptive steps, at a series of tolerances, each a tenth of the one before. Times are')
+      call page%line('medians of repeated runs without output; errors come from a separate run. The attitude')
       call page%line('error is that at end_time, from the exact motion (free bodies, tops on their axis of symmetry)')
       call page%line('or from two independent methods that agree. A table of the runs goes to standard output,')
       call page%line('followed by one of run time for given accuracies, fastest first. --plot draws six methods,')
@@ -112,7 +112,7 @@ contains
       type(page_t), intent(inout) :: page
       call page%line('')
       call page%line('Draws a panel for each quantity in the history, with its unit: all columns of nutate, or')
-      call page%line('those that --columns names, by their own name (omega3) or that of their set (energy).')
+      call page%line('those selected with --columns by column name (omega3) or set name (energy).')
       call page%line('The picture is HISTORY.svg unless --output names another .svg, .png or .pdf.')
       call add_exit_codes(page)
    end subroutine add_plot_notes
@@ -139,7 +139,7 @@ contains
       call page%line('the polhode on the inertia ellipsoid, and curves with events and a moving cursor. The body')
       call page%line('turns by less than 0.3 rad from frame to frame, however few rows the scene writes. The page is')
       call page%line('SCENE.html unless --output names another file; it needs no network. python3 writes it, with')
-      call page%line('the Python package of nutate; in Python nutate.view(result) shows one in a notebook.')
+      call page%line('the Python package of nutate; in a notebook nutate.view(result) shows it.')
       call add_exit_codes(page)
    end subroutine add_view_notes
 

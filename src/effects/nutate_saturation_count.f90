@@ -20,7 +20,7 @@ module nutate_saturation_count
       procedure :: note
       !> The number, with what would be counted now.
       procedure :: shown
-      !> Shows its values to an archive.
+      !> Writes or reads its values in checkpoint data.
       procedure :: transfer
    end type saturation_count_t
 
@@ -58,7 +58,7 @@ contains
       shown = copy%number
    end function shown
 
-   !> Shows its values to an archive.
+   !> Writes or reads its values in checkpoint data.
    subroutine transfer(self, archive)
       class(saturation_count_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive

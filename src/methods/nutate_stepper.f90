@@ -69,17 +69,17 @@ module nutate_stepper
       integer :: uncertified = 0
       !> Estimated error of the last step, rad, of attitude and relative momentum, by methods that have one.
       real(wp) :: error_estimate = 0.0_wp
-      !> The same for all that the energy and its balance depend on, where there are works; zero without an estimate.
+      !> Estimated errors of all quantities in the energy balance, if there are works; zero without an estimate.
       type(step_error_t) :: step_error = step_error_t()
-      !> How far round-off of the energy moved the end of the last step when it was projected, rad.
+      !> Change of the end of the last step by projection due to round-off of the energy, rad.
       real(wp) :: moved_by_round_off = 0.0_wp
-      !> Work that each torque did in the last step, and of each wheel motor and friction, J; shape (n_works).
+      !> Work in the last step of each torque, and of each wheel motor and bearing friction, J; shape (n_works).
       real(wp), allocatable :: work(:)
-      !> What it was prepared with.
+      !> Settings of the last `prepare`.
       type(integrator_settings_t) :: prepared_with = integrator_settings_t()
-      !> Starts of steps are kept, for `state_at`.
+      !> Starts of steps are stored, for `state_at`.
       logical :: keeps_steps = .false.
-      !> Where the last step started, its length and the time that decided which torques act, s.
+      !> Start of the last step, its length, and the time that decided which torques act, s.
       type(state_t) :: last_start = state_t()
       real(wp) :: last_length = 0.0_wp, last_window = 0.0_wp
       !> What takes parts of the last step again, a `stepper_t`, so that the steps themselves stay what they are
@@ -92,32 +92,33 @@ module nutate_stepper
       procedure, non_overridable :: prepare => prepare_stepper
       !> Prepares again for a system that has changed, with the same settings.
       procedure, non_overridable :: renew
-      !> Moves a state by one step.
+      !> Advances a state by one step.
       procedure, non_overridable :: step => take_step
-      !> Makes a stepper that goes on as this one would; one that has another inside, which keeps steps, copies that so.
+      !> Makes a stepper that continues with identical results; a stepper inside of it is copied likewise.
       procedure :: copy
-      !> Keeps the starts of steps from now on, for `state_at`; to be called after `prepare`.
+      !> Stores the starts of steps from now on, for `state_at`; to be called after `prepare`.
       procedure :: keep_steps
-      !> The state at a time inside the last step (dense output), as good as the method: the step taken again with that
-      !> fraction, from its start, unless the method knows better.
+      !> Returns the state at a time inside the last step (dense output), to the accuracy of the method: by a shorter
+      !> step from its start, unless the method overrides it.
       procedure :: state_at => state_taken_again
-      !> Sets the start of a step that `advance` is to take.
+      !> Sets the start of a step that `advance` will perform.
       procedure :: mark_step
-      !> Forgets the steps before, which only help to predict the next one.
+      !> Discards the history of steps, which only serves to predict the next one.
       procedure :: forget_steps => forget_nothing
-      !> To be called where torques and motors of the system hold other values from now on, and nothing else is new.
+      !> Notifies the stepper that values held by torques or motors have changed, and nothing else.
       procedure :: update_commands => forget_for_commands
-      !> The method's own part of `prepare`.
+      !> Sets up the method; called by `prepare`.
       procedure(set_up_method), deferred :: set_up
-      !> The step itself, which may be a part of a longer one.
+      !> Performs the step, which may be a part of a longer one.
       procedure(advance_state), deferred :: advance
-      !> Shows to an archive all that the next steps depend on, each value once, so that a stepper prepared in the same
-      !> way can go on in its place, to the last digit. A method that does not say so cannot be archived.
+      !> Writes or reads in checkpoint data all values on which later steps depend, so that a stepper prepared in the
+      !> same way continues bit for bit. A method that does not override it has no checkpoints.
       procedure :: transfer => refuse_archive
-      !> Makes the state that a step left fit to be seen: projected onto the invariants, where that is not done in every
-      !> step. The steps that follow go on from what they left, whichever of the two they are given.
+      !> Completes the state that a step left for output: projects it onto the invariants, where that is not done in
+      !> every step. Later steps continue from the unprojected state, whichever of the two they receive.
       procedure :: show => leave_state
-      !> Adds the noise of a trial run, for the states before their projection; a stepper without one leaves it.
+      !> Sets the perturbation of a trial run, for states before their projection; a stepper without projection ignores
+      !> it.
       procedure :: disturb => leave_noise
       !> Moves tangent columns over the step that `advance` took last (`nutate_tangent`); refused unless overridden.
       procedure :: carry => refuse_tangent
@@ -125,10 +126,10 @@ module nutate_stepper
       procedure :: carry_inside
    end type stepper_t
 
-   !> A method that knows the length of a step before it takes it, and the states inside of it.
+   !> A method that chooses the length of a step before the step, and has dense output.
    type, abstract, extends(stepper_t) :: dense_stepper_t
    contains
-      !> The length of a step that meets a goal; to be followed by that step.
+      !> Returns the length of a step that meets a goal; to be followed by that step.
       procedure(choose_length), deferred :: choose_step
       procedure :: keep_steps => keep_own
    end type dense_stepper_t

@@ -19,37 +19,35 @@ module nutate_progress
    public :: start_run, is_over, fraction_done, count_works, count_part, count_step, end_of_step, conclude_run, &
       total_work, put_works, add_works, transfer_progress, watch_limits
 
-   !> What a run took.
+   !> Summary of a run.
    type :: run_summary_t
-      !> Steps done: nominal ones, or those chosen by their error.
+      !> Steps done, fixed or adaptive.
       integer(long) :: steps = 0
-      !> Nominal steps that had to be subdivided because they failed; steps refused for their error.
+      !> Fixed steps that were subdivided because they failed; adaptive steps that were rejected.
       integer(long) :: subdivided_steps = 0
-      !> Steps of the method, parts included.
+      !> Steps of the method, with the parts of subdivided steps.
       integer(long) :: parts = 0
-      !> Newton iterations, all and the most in one step.
+      !> Newton iterations in total, and the largest number in one step.
       integer(long) :: iterations = 0
       integer :: most_iterations = 0
       !> Steps in which a root was accepted without certification (`nutate_continuation`).
       integer(long) :: uncertified_steps = 0
       !> Work of each torque, and of each wheel motor and friction, J; shape (n_works).
       real(wp), allocatable :: work(:)
-      !> What switching potentials on and off has changed the energy by, J.
+      !> Change of energy by switching potentials on and off, J.
       real(wp) :: switch_work = 0.0_wp
-      !> Estimate of the attitude error at the end time, rad, to which trial runs lead where the plan asks for an
-      !> accuracy; above the accuracy where that is out of reach. And the part of it that round-off makes, whatever the
-      !> steps.
+      !> Estimated attitude error at the end time of a run with an accuracy, rad, from its trial runs; above the
+      !> accuracy where that is not attainable. And the part of it due to round-off, whatever the steps.
       real(wp) :: estimate = 0.0_wp, round_off = 0.0_wp
-      !> What a run by settings was done with: those given, with what they left open. And why this method, in a few
-      !> words, where it was chosen.
+      !> Settings of the run, given or chosen. And the reason for the method, in a few words, where it was chosen.
       type(integrator_settings_t) :: settings = integrator_settings_t()
       character(len=112) :: choice = ''
    contains
-      !> Shows its values to an archive.
+      !> Writes or reads its values in checkpoint data.
       procedure :: transfer => transfer_summary
    end type run_summary_t
 
-   !> How far a nominal step is that is taken part by part.
+   !> Progress within a fixed step that is performed in parts.
    type :: way_t
       !> It has begun.
       logical :: begun = .false.
@@ -61,35 +59,35 @@ module nutate_progress
       real(wp) :: start = 0.0_wp, length = 0.0_wp
    end type way_t
 
-   !> A run under way.
+   !> Progress of a run.
    type :: progress_t
-      !> What was asked for, and the tolerance of steps that trial runs have found.
+      !> The plan, with the local tolerance that trial runs have found.
       type(run_plan_t) :: plan
-      !> Where the run is.
+      !> Current state and record.
       type(state_t) :: state
       type(run_record_t) :: record
       type(run_summary_t) :: summary
-      !> First time of the run, s: nominal steps end at whole numbers of steps after it.
+      !> First time of the run, s: fixed steps end at whole numbers of steps after it.
       real(wp) :: t_first = 0.0_wp
       !> Steps done at the end of the plan; negative where steps are adaptive. And before its first row.
       integer(long) :: n_steps = -1, first_step = 0
       !> The next time at which a step must end, since a torque starts or stops there or changes its law, s; beyond all
       !> times where there is none.
       real(wp) :: next_break = huge(1.0_wp)
-      !> Digits of these works that their sums cannot hold, J.
+      !> Compensation of the rounding of these works, J.
       real(wp), allocatable :: work_compensation(:)
-      !> Steps that the run is going to take, where trial runs have found it out; else 0.
+      !> Number of steps of the whole run, if trial runs have found it; else 0.
       integer(long) :: expected_steps = 0
-      !> Rows at intervals, or at times of the plan, so far.
+      !> Output points at intervals, or at times of the plan, so far.
       integer(long) :: rows = 0
-      !> The run goes on from an archive, behind its first row.
+      !> The run was resumed from checkpoint data, after its first output point.
       logical :: resumed = .false.
-      !> Events, where the run looks for any.
+      !> Events, if the run has any.
       type(event_tracker_t), allocatable :: events
       !> Keep the start of the next step, for its dense output; and that of the last step when the run has stopped.
       logical :: keeps_starts = .true., keeps_dense_output = .false.
       type(way_t) :: way
-      !> Digits of `switch_work` that its sum cannot hold, J.
+      !> Compensation of the rounding of `switch_work`, J.
       real(wp) :: switch_compensation = 0.0_wp
       !> Tangent columns, where the run carries any, and those at the start of the last step.
       type(tangent_t), allocatable :: tangent, last_tangent
@@ -268,7 +266,7 @@ contains
       call self%events%transfer(archive)
    end subroutine transfer_progress
 
-   !> Shows its values to an archive.
+   !> Writes or reads its values in checkpoint data.
    subroutine transfer_summary(self, archive)
       !> Its `work` allocated.
       class(run_summary_t), intent(inout) :: self

@@ -1,4 +1,4 @@
-!> What is asked of a run: how long its steps are, or what they must keep to; where it ends; when rows are due.
+!> Plan of a run: time step or accuracy goal, end time, output points.
 module nutate_run_plan
    use nutate_kinds, only: wp, long
    implicit none
@@ -6,7 +6,7 @@ module nutate_run_plan
 
    public :: run_plan_t, run_goal_t
 
-   !> What steps that are chosen by their error must keep to; one of these is set, or none for fixed steps.
+   !> Accuracy goal of adaptive steps; one of these is set, or none for fixed steps.
    type :: run_goal_t
       !> Attitude error at the end time, rad: trial runs turn it into a `local_tolerance`.
       real(wp) :: accuracy = 0.0_wp
@@ -15,37 +15,36 @@ module nutate_run_plan
       !> Error of a step over its length, rad/s.
       real(wp) :: error_rate = 0.0_wp
    contains
-      !> True if steps are adaptive.
+      !> Returns true if steps are adaptive.
       procedure :: active
    end type run_goal_t
 
-   !> How far to go, by which steps, and how often to show the state.
+   !> Steps, end time and output points of a run.
    type :: run_plan_t
-      !> Nominal step, s; of the sign of the way to go. Without meaning where the goal is active.
+      !> Fixed step, s; negative to integrate backward. Not used if the goal is active.
       real(wp) :: time_step = 0.0_wp
-      !> s; the greatest number: not known yet.
+      !> End time, s; huge: not yet set.
       real(wp) :: end_time = huge(1.0_wp)
-      !> Steps between the rows shown to the observer.
+      !> Steps between output points.
       integer(long) :: every = 1
-      !> A run that needs more steps (those of continuation in Δt counted), or more rows at intervals, ends there.
+      !> Limit of steps (those of continuation in Δt included) and of output points at intervals; the run ends there.
       integer(long) :: max_steps = huge(1_long)
-      !> Nominal steps of this length that were done before those of the run, and their first time, s: those of this run
-      !> then end where those of a single one would.
+      !> Fixed steps of this length done before the run, and their first time, s: the steps of this run then end where
+      !> those of a single run would.
       integer(long) :: steps_before = 0
       real(wp) :: first_time = 0.0_wp
-      !> Nominal steps to do; negative: as many as lead to the end time.
+      !> Number of fixed steps; negative: up to the end time.
       integer(long) :: steps = -1
-      !> Time between rows, s, where steps are adaptive; 0: a row every so many steps.
+      !> Time between output points, s, for adaptive steps; 0: every `every` steps.
       real(wp) :: interval = 0.0_wp
-      !> Times of the rows, s, in the order in which they are reached, from the first to the end time; where allocated,
-      !> they are the only ones. Shape (any).
+      !> Times of the output points, s, in the order of the run; if allocated, there are no others. Shape (any).
       real(wp), allocatable :: times(:)
       type(run_goal_t) :: goal = run_goal_t()
    end type run_plan_t
 
 contains
 
-   !> True if steps are adaptive.
+   !> Returns true if steps are adaptive.
    elemental logical function active(self)
       class(run_goal_t), intent(in) :: self
       active = self%accuracy > 0.0_wp .or. self%local_tolerance > 0.0_wp .or. self%error_rate > 0.0_wp

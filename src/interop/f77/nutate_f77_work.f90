@@ -37,7 +37,7 @@ module nutate_f77_work
       !> Of POT and of TOR.
       type(given_bounds_t) :: potential_bounds, torque_bounds
    contains
-      !> Shows its values to an archive.
+      !> Writes or reads its values in checkpoint data.
       procedure :: transfer => transfer_setup
    end type setup_t
 
@@ -55,7 +55,7 @@ module nutate_f77_work
       !> for the true one without a proof.
       integer(long) :: all_steps = 0, iterations = 0, subdivided_steps = 0, uncertified_steps = 0
    contains
-      !> Shows its values to an archive.
+      !> Writes or reads its values in checkpoint data.
       procedure :: transfer => transfer_place
       !> True if a call starts where the last one stopped.
       procedure :: continues_at
@@ -172,7 +172,7 @@ contains
       call stepper%transfer(archive)
    end subroutine put_memory
 
-   !> Shows its values to an archive.
+   !> Writes or reads its values in checkpoint data.
    subroutine transfer_setup(self, archive)
       class(setup_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive
@@ -194,7 +194,7 @@ contains
       call transfer_bounds(self%torque_bounds, archive)
    end subroutine transfer_setup
 
-   !> Shows the values of bounds to an archive.
+   !> Writes or reads the values of bounds in checkpoint data.
    subroutine transfer_bounds(bounds, archive)
       type(given_bounds_t), intent(inout) :: bounds
       class(archive_t), intent(inout) :: archive
@@ -205,7 +205,7 @@ contains
       call archive%transfer(bounds%rate)
    end subroutine transfer_bounds
 
-   !> Shows its values to an archive.
+   !> Writes or reads its values in checkpoint data.
    subroutine transfer_place(self, archive)
       class(place_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive

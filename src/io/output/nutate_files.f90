@@ -50,7 +50,7 @@ module nutate_files
       !> Checksum of the last of them.
       integer(long) :: tail = 0
    contains
-      !> Shows its values to an archive.
+      !> Writes or reads its values in checkpoint data.
       procedure :: transfer => transfer_mark
    end type file_mark_t
 
@@ -267,7 +267,7 @@ contains
       if (error == 0) tail = checksum(bytes(1:count))
    end subroutine get_tail
 
-   !> Shows its values to an archive.
+   !> Writes or reads its values in checkpoint data.
    subroutine transfer_mark(self, archive)
       class(file_mark_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive
