@@ -27,7 +27,7 @@ module nutate_check_command
    use nutate_run_summary, only: kept_momentum
    use nutate_scene, only: scene_t
    use nutate_scene_loading, only: load_scene
-   use nutate_slips, only: collect_notes
+   use nutate_scene_warnings, only: collect_notes
    use nutate_spelling, only: split_list
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_STOPPED

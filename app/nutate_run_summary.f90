@@ -12,7 +12,7 @@ module nutate_run_summary
    use nutate_run_plan, only: run_plan_t
    use nutate_run_watcher, only: run_watcher_t
    use nutate_scene, only: scene_t
-   use nutate_slips, only: collect_notes
+   use nutate_scene_warnings, only: collect_notes
    implicit none
    private
 

@@ -120,8 +120,8 @@ class Check(CommandLineTest):
         self.assertIn("the invariants are conserved, but the phase is not accurate",
                       self.succeed("run", "box.nml", "--set", "integrator.time_step=0.1").stderr)
 
-    def slips(self, scene, *settings):
-        """What check and the summary of a run note: the same slips."""
+    def warnings(self, scene, *settings):
+        """What check and the summary of a run note: the same warnings."""
         overrides = [word for setting in settings for word in ("--set", setting)]
         checked = self.succeed("check", scene, *overrides).stdout
         summary = self.succeed("run", scene, *overrides).stderr
@@ -131,21 +131,21 @@ class Check(CommandLineTest):
         return " ".join(line[22:].strip() for line in summary.splitlines() if line.startswith("  note "))
 
     def test_likely_slips_are_noted(self):
-        self.assertEqual(self.slips("top.nml"), "")
+        self.assertEqual(self.warnings("top.nml"), "")
         self.assertIn("an angle of 30 rad in angle is more than a turn: degrees = .true.",
-                      self.slips("top.nml", "initial.angle=30"))
-        self.assertEqual(self.slips("top.nml", "initial.angle=30", "initial.degrees=.true."), "")
+                      self.warnings("top.nml", "initial.angle=30"))
+        self.assertEqual(self.warnings("top.nml", "initial.angle=30", "initial.degrees=.true."), "")
         self.write("euler.nml", TOP.replace("axis = 1.0, 0.0, 0.0, angle = 0.5", "euler = 0.0, -20.0, 6.0"))
-        self.assertIn("an angle of 20 rad in euler", self.slips("euler.nml"))
-        self.assertIn("&gravity has no effect", self.slips("top.nml", "body.center_of_mass=0,0,0"))
+        self.assertIn("an angle of 20 rad in euler", self.warnings("euler.nml"))
+        self.assertIn("&gravity has no effect", self.warnings("top.nml", "body.center_of_mass=0,0,0"))
         gradient = "&gravity_gradient direction = 0.0, 0.0, 1.0, strength = 1e-2 /\n"
         self.write("satellite.nml", TOP + gradient)
         self.assertIn("fixed in space: on a circular orbit it would turn once in 62.8 s",
-                      self.slips("satellite.nml", "integrator.end_time=2"))
-        self.assertEqual(self.slips("satellite.nml", "integrator.end_time=0.5"), "")
+                      self.warnings("satellite.nml", "integrator.end_time=2"))
+        self.assertEqual(self.warnings("satellite.nml", "integrator.end_time=0.5"), "")
         self.write("twice.nml", TOP + "&torque body = 1.0, 0.0, 0.0, stop = 0.5 /\n&torque stop = 0.5, body = 1.0, 0.0, 0.0 /\n")
-        self.assertEqual(self.slips("twice.nml"), "a group &torque appears twice: its effect counts twice")
-        self.assertEqual(self.slips("twice.nml", "torque.stop=0.6"), "")
+        self.assertEqual(self.warnings("twice.nml"), "a group &torque appears twice: its effect counts twice")
+        self.assertEqual(self.warnings("twice.nml", "torque.stop=0.6"), "")
 
     def test_defaults_are_shown_as_numbers(self):
         self.write("plain.nml", TOP.replace("acceleration = 0.0, 0.0, -20.0 ", "")

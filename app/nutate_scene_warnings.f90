@@ -1,5 +1,5 @@
 !> What a scene says that it is likely not to mean. Legal all the same: it is simulated as it stands.
-module nutate_slips
+module nutate_scene_warnings
    use nutate_decimal, only: rounded_text
    use nutate_effect_catalogue, only: effect_kind_t, effect_kinds
    use nutate_keys, only: group_t, setting_t
@@ -23,11 +23,11 @@ contains
       type(scene_t), intent(in) :: scene
       type(note_t), allocatable, intent(out) :: notes(:)
       call scene_notes(scene, notes)
-      call add_slips(scene, notes)
+      call add_warnings(scene, notes)
    end subroutine collect_notes
 
    !> Adds notes on warnings to others.
-   subroutine add_slips(scene, notes)
+   subroutine add_warnings(scene, notes)
       type(scene_t), intent(in) :: scene
       type(note_t), allocatable, intent(inout) :: notes(:)
       integer :: i
@@ -48,7 +48,7 @@ contains
          end associate
       end do
       call note_twins(scene%groups, notes)
-   end subroutine add_slips
+   end subroutine add_warnings
 
    !> Angles of more than a turn that are not said to be degrees.
    subroutine note_angles(group, notes)
@@ -137,4 +137,4 @@ contains
       end do
    end function are_same
 
-end module nutate_slips
+end module nutate_scene_warnings
