@@ -61,7 +61,7 @@ module nutate_applied_torque
 
 contains
 
-   !> A torque as a scene's group describes it.
+   !> Builds a torque from its scene group.
    !>
    !> Errors: `NUTATE_BAD_ARGUMENT` where not exactly one of body and space is given, the window is empty, or a key
    !> needs a table.

@@ -35,7 +35,7 @@ module nutate_controller_group
 
 contains
 
-   !> A controller as a scene's group describes it. Magnetorquers without a field follow that of the Earth, which
+   !> Builds a controller from its scene group. Magnetorquers without a field follow that of the Earth, which
    !> `add_controller` gives them.
    !>
    !> Errors: `NUTATE_BAD_ARGUMENT` for a key that the law does not have, or misses; a target that is no unit

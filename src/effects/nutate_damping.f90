@@ -49,7 +49,7 @@ contains
       damping%coefficient = coefficient
    end function new_damping
 
-   !> Damping as a scene's group describes it. No errors of its own.
+   !> Builds damping from its scene group. Returns no errors.
    subroutine build_damping(group, body, effect, status)
       type(group_t), intent(in) :: group
       type(body_t), intent(in) :: body

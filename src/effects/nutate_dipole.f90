@@ -39,7 +39,7 @@ contains
       dipole%moment = moment
    end function new_dipole
 
-   !> A dipole as a scene's group describes it. No errors of its own.
+   !> Builds a dipole from its scene group. Returns no errors.
    subroutine build_dipole(group, body, effect, status)
       type(group_t), intent(in) :: group
       type(body_t), intent(in) :: body

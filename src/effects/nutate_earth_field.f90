@@ -67,7 +67,7 @@ contains
       status = fail(NUTATE_BAD_ARGUMENT, 'the field of the Earth needs an orbit (expected &orbit)')
    end subroutine build_earth_field
 
-   !> The field as a scene's group describes it, along the orbit of the scene.
+   !> Builds the field from its scene group, along the orbit of the scene.
    function field_on_orbit(group, orbit) result(effect)
       type(group_t), intent(in) :: group
       type(orbit_t), intent(in) :: orbit

@@ -93,7 +93,7 @@ contains
 
    end function effect_kinds
 
-   !> A torque as a scene's group describes it: harmonic in time, or tabulated.
+   !> Builds a torque from its scene group: harmonic in time, or tabulated.
    subroutine build_torque(group, body, effect, status)
       type(group_t), intent(in) :: group
       type(body_t), intent(in) :: body

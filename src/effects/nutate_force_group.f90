@@ -28,7 +28,7 @@ module nutate_force_group
 
 contains
 
-   !> A force in space or body axes, as a scene's group describes it. Errors: `NUTATE_BAD_ARGUMENT` for an empty window,
+   !> Builds a force in space or body axes from its scene group. Errors: `NUTATE_BAD_ARGUMENT` for an empty window,
    !> and for axes that need an orbit.
    subroutine build_force(group, body, effect, status)
       type(group_t), intent(in) :: group

@@ -41,7 +41,7 @@ contains
       gravity%moment = body%mass*body%center_of_mass
    end function new_gravity
 
-   !> Gravity as a scene's group describes it. Errors: `NUTATE_BAD_BODY` where the body has no mass.
+   !> Builds gravity from its scene group. Errors: `NUTATE_BAD_BODY` where the body has no mass.
    subroutine build_gravity(group, body, effect, status)
       type(group_t), intent(in) :: group
       type(body_t), intent(in) :: body

@@ -104,7 +104,7 @@ contains
       gradient = new_gravity_gradient(body, [0.0_wp, 0.0_wp, 1.0_wp], orbit%path%mean_motion()**2)
    end function gradient_on_orbit
 
-   !> A gravity gradient as a scene's group describes it. Errors: `NUTATE_BAD_ARGUMENT` where it lacks its direction or
+   !> Builds a gravity gradient from its scene group. Errors: `NUTATE_BAD_ARGUMENT` where it lacks its direction or
    !> strength.
    subroutine build_gravity_gradient(group, body, effect, status)
       type(group_t), intent(in) :: group

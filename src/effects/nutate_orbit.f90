@@ -87,7 +87,7 @@ contains
       if (orbit%is_frame) orbit%rate = [0.0_wp, -path%mean_motion(), 0.0_wp]
    end function new_orbit
 
-   !> An orbit as a scene's group describes it. Errors: `NUTATE_BAD_ARGUMENT` unless it gives one of semi-major axis,
+   !> Builds an orbit from its scene group. Errors: `NUTATE_BAD_ARGUMENT` unless it gives one of semi-major axis,
    !> altitude and periapsis distance, for an ellipse that is none, and for the axes, or an altitude, of an eccentric
    !> one.
    subroutine build_orbit(group, body, effect, status)

@@ -44,7 +44,7 @@ contains
       frame%rate = earth_rate*[0.0_wp, cos(latitude), sin(latitude)]
    end function frame_at_latitude
 
-   !> A frame as a scene's group describes it. Errors: `NUTATE_BAD_ARGUMENT` unless it gives a rate or a latitude, or
+   !> Builds a frame from its scene group. Errors: `NUTATE_BAD_ARGUMENT` unless it gives a rate or a latitude, or
    !> for a latitude that is none.
    subroutine build_rotating_frame(group, body, effect, status)
       type(group_t), intent(in) :: group

@@ -15,7 +15,7 @@ module nutate_rotor
 
 contains
 
-   !> A rotor as a scene's group describes it. No errors of its own.
+   !> Builds a rotor from its scene group. Returns no errors.
    subroutine build_rotor(group, body, effect, status)
       type(group_t), intent(in) :: group
       type(body_t), intent(in) :: body

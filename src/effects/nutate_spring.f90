@@ -92,7 +92,7 @@ contains
       if (abs(norm2(body_point) - norm2(anchor)) <= nearly*norm2(anchor)) spring%closeness = 1.0_wp
    end function new_spring
 
-   !> A spring as a scene's group describes it. No errors of its own.
+   !> Builds a spring from its scene group. Returns no errors.
    subroutine build_spring(group, body, effect, status)
       type(group_t), intent(in) :: group
       type(body_t), intent(in) :: body

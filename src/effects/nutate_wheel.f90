@@ -82,7 +82,7 @@ module nutate_wheel
 
 contains
 
-   !> A wheel as a scene's group describes it. Errors: those of `build_motor`; `NUTATE_BAD_ARGUMENT` for a speed above
+   !> Builds a wheel from its scene group. Errors: those of `build_motor`; `NUTATE_BAD_ARGUMENT` for a speed above
    !> its limit.
    subroutine build_wheel(group, body, effect, status)
       type(group_t), intent(in) :: group
