@@ -1,5 +1,5 @@
 /* nutate: many bodies in the hands of the program, which computes their torques. Included by nutate.h, which explains the
- * words and arrows; docs/how-to/many-bodies.md describes the steps, and what comes first and last.
+ * notation; docs/how-to/many-bodies.md describes the steps, and what comes first and last.
  *
  *    nutate_bodies_create((const nutate_system *const *)&rod, 1, NUTATE_SPACE_MOMENTUM, &bodies, NULL, 0);
  *    find_torques(q, torque);

@@ -180,7 +180,7 @@ contains
       class(row_receiver_t), intent(inout) :: self
       type(state_t), intent(in) :: state
       if (associated(self%file)) then
-         call self%file%watch(state)
+         call self%file%observe_step(state)
       else
          call self%handle%columns%follow(state)
       end if
