@@ -261,7 +261,7 @@ contains
                   call runs(k)%begin(problem%system, settings_of(forms(form), order), problem%start, plan, status)
                   if (k == 2 .and. status%ok()) &
                      call runs(k)%differentiate([attitude_column(1), rate_column(2)], problem%system, status)
-                  if (status%ok()) call runs(k)%go(problem%system, status)
+                  if (status%ok()) call runs(k)%run_to_end(problem%system, status)
                   call check(error, status%ok(), trim(scenes(i))//': '//status%message)
                   if (allocated(error)) return
                end do

@@ -29,7 +29,7 @@ module nutate_earth_field
       procedure :: direction_at => direction_of_field
       procedure :: direction_rate => rate_of_field
       procedure :: direction_series => series_of_field
-      procedure :: is_moderate => effect_is_moderate
+      procedure :: is_valid => effect_is_valid
       procedure :: parameters => parameters_of_field
       procedure :: direction_change => change_of_field
    end type earth_field_t
@@ -53,7 +53,7 @@ contains
       effect%field = field
       effect%moves = .true.
       effect%direction = 0.0_wp
-      if (.not. effect%is_moderate()) return
+      if (.not. effect%is_valid()) return
       effect%pace = field%pace()
       effect%direction = field%at(0.0_wp)
    end function new_earth_field
@@ -128,12 +128,12 @@ contains
 
    !> Returns true if |m||b|, the largest energy and torque, and this times the largest rate of the direction of b, the
    !> largest power, can be computed with.
-   pure logical function effect_is_moderate(self) result(moderate)
+   pure logical function effect_is_valid(self) result(valid)
       class(earth_field_t), intent(in) :: self
-      moderate = all(is_moderate(self%moment)) .and. self%field%is_moderate()
-      if (moderate) moderate = is_moderate(norm2(self%moment))
-      if (moderate) moderate = is_moderate(norm2(self%moment)*self%field%greatest())
-      if (moderate) moderate = is_moderate(norm2(self%moment)*self%field%greatest()*self%field%pace())
-   end function effect_is_moderate
+      valid = all(is_moderate(self%moment)) .and. self%field%is_valid()
+      if (valid) valid = is_moderate(norm2(self%moment))
+      if (valid) valid = is_moderate(norm2(self%moment)*self%field%greatest())
+      if (valid) valid = is_moderate(norm2(self%moment)*self%field%greatest()*self%field%pace())
+   end function effect_is_valid
 
 end module nutate_earth_field

@@ -22,7 +22,7 @@ module nutate_force
       procedure :: direction_at => direction_of_force
       procedure :: direction_rate => rate_of_force
       procedure :: direction_series => series_of_force
-      procedure :: is_moderate => force_is_moderate
+      procedure :: is_valid => force_is_valid
       procedure :: direction_change => change_of_force
    end type moving_force_t
 
@@ -62,7 +62,7 @@ contains
       effect%force = force
       effect%moves = .true.
       effect%direction = 0.0_wp
-      if (.not. effect%is_moderate()) return
+      if (.not. effect%is_valid()) return
       effect%pace = force%path%fastest_turn()
       effect%direction = force%at(0.0_wp)
    end function new_moving_force
@@ -100,12 +100,12 @@ contains
 
    !> Returns true if |x||F|, the largest energy and torque, and this times the rate of the orbit, the largest power,
    !> can be computed with.
-   pure logical function force_is_moderate(self) result(moderate)
+   pure logical function force_is_valid(self) result(valid)
       class(moving_force_t), intent(in) :: self
-      moderate = all(is_moderate(self%moment)) .and. self%force%is_moderate()
-      if (moderate) moderate = is_moderate(norm2(self%moment))
-      if (moderate) moderate = is_moderate(norm2(self%moment)*norm2(self%force%vector))
-      if (moderate) moderate = is_moderate(norm2(self%moment)*norm2(self%force%vector)*self%force%path%fastest_turn())
-   end function force_is_moderate
+      valid = all(is_moderate(self%moment)) .and. self%force%is_valid()
+      if (valid) valid = is_moderate(norm2(self%moment))
+      if (valid) valid = is_moderate(norm2(self%moment)*norm2(self%force%vector))
+      if (valid) valid = is_moderate(norm2(self%moment)*norm2(self%force%vector)*self%force%path%fastest_turn())
+   end function force_is_valid
 
 end module nutate_force

@@ -32,7 +32,7 @@ module nutate_timed_force
       procedure :: direction_series => series_of_force
       procedure :: series_torque => terms_of_force
       procedure :: has_axis => force_has_axis
-      procedure :: is_moderate => force_is_moderate
+      procedure :: is_valid => force_is_valid
       procedure :: parameters => parameters_of_force
       procedure :: torque_change => change_by_parameters
    end type timed_force_t
@@ -141,13 +141,13 @@ contains
    end function force_has_axis
 
    !> Returns true if |x||F| can be computed with; `start` and `stop` need only be comparable.
-   pure logical function force_is_moderate(self) result(moderate)
+   pure logical function force_is_valid(self) result(valid)
       class(timed_force_t), intent(in) :: self
-      moderate = all(is_moderate([self%body_point, self%force%vector])) .and. &
+      valid = all(is_moderate([self%body_point, self%force%vector])) .and. &
                  .not. (ieee_is_nan(self%start) .or. ieee_is_nan(self%stop))
-      if (moderate .and. self%moves) moderate = self%force%is_moderate()
-      if (moderate) moderate = is_moderate(norm2(self%body_point)*norm2(self%force%vector))
-   end function force_is_moderate
+      if (valid .and. self%moves) valid = self%force%is_valid()
+      if (valid) valid = is_moderate(norm2(self%body_point)*norm2(self%force%vector))
+   end function force_is_valid
 
    pure function parameters_of_force(self) result(list)
       class(timed_force_t), intent(in) :: self

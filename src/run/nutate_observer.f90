@@ -36,18 +36,18 @@ module nutate_observer
 
    !> Receives the output points of a run. Programs extend it.
    type, abstract :: observer_t
-      !> Request calls of `watch`.
-      logical :: sees_every_step = .false.
+      !> Request calls of `observe_step`.
+      logical :: observes_every_step = .false.
       !> Accept the ends of steps, which cost nothing, in place of output points at intervals. The steps stay the same.
       logical :: rows_at_steps = .false.
       !> Request `works` in the records.
       logical :: wants_works = .false.
-      !> Request calls of `vet`.
-      logical :: vets_steps = .false.
-      !> Request a call of `keep` where a run ends at `max_steps`.
-      logical :: keeps_archives = .false.
-      !> Request a call of `keep` after the first output point, or after the `poll` that sets this.
-      logical :: wants_archive = .false.
+      !> Request calls of `check_step`.
+      logical :: checks_steps = .false.
+      !> Request a call of `save_checkpoint` where a run ends at `max_steps`.
+      logical :: saves_at_step_limit = .false.
+      !> Request a call of `save_checkpoint` after the first output point, or after the `poll` that sets this.
+      logical :: wants_checkpoint = .false.
       !> `tangent` is to be set for each row: the columns of the run, where it carries any.
       logical :: wants_tangent = .false.
       type(tangent_t), allocatable :: tangent
@@ -56,16 +56,16 @@ module nutate_observer
       procedure(observe_row), deferred :: observe
       !> Called after every 1024 fixed steps, and after every adaptive step: for a progress bar or a request to stop.
       procedure :: poll => ignore_poll
-      !> Called after every step of the method, before it is used, if `vets_steps`: a failure takes the step back and
+      !> Called after every step of the method, before it is used, if `checks_steps`: a failure takes the step back and
       !> ends the run. For callbacks that can fail.
-      procedure :: vet => accept_all
+      procedure :: check_step => accept_all
       !> Called after every step, and after every part of one that is subdivided or turns the body far, before
-      !> `observe`, if `sees_every_step`: for what must be followed from step to step.
-      procedure :: watch => ignore_watch
+      !> `observe`, if `observes_every_step`: for what must be followed from step to step.
+      procedure :: observe_step => ignore_watch
       !> Called with each event, in the order of time, before `observe` is called at the end of its step.
-      procedure :: show_event => ignore_event
+      procedure :: observe_event => ignore_event
       !> Called with the checkpoint data from which the run can be continued, after the output points of that time.
-      procedure :: keep => ignore_archive
+      procedure :: save_checkpoint => ignore_archive
    end type observer_t
 
    abstract interface

@@ -1,14 +1,14 @@
-!> A run: from a state to an end time, by fixed steps or chosen by their error, with rows for an observer.
+!> Runs: from a state to an end time, with fixed or adaptive steps, and output points for an observer.
 !>
 !>     call integrate(system, settings, state, plan, status, observer, summary)
 !>
-!> is all that most programs need. A `run_t` is for those that do something on the way: look for the steps before the
-!> output is opened, go on from an archive, or stop at times of their own. It can go on from wherever it has stopped:
+!> is all that most programs need. A `run_t` splits a run into parts: it can find the steps before the output is opened,
+!> continue from checkpoint data, or stop at user-defined times, and it continues from wherever it has stopped:
 !>
 !>     call run%begin(system, settings, state, plan, status)
-!>     call run%go_to(system, t, status, observer)
-!>     call run%go_steps(system, n, status, observer)
-!>     call run%look(system, t, state, status)
+!>     call run%run_to(system, t, status, observer)
+!>     call run%run_steps(system, n, status, observer)
+!>     call run%state_at(system, t, state, status)
 module nutate_run
    use nutate_accuracy, only: find_tolerance
    use nutate_archive, only: archive_t
@@ -35,11 +35,11 @@ module nutate_run
 
    public :: run_t, integrate
 
-   !> A run: what it is to do, how far it is, and its way to step.
+   !> A run: its plan, its progress and its step policy.
    type, extends(progress_t) :: run_t
-      !> That of nominal steps, prepared for the system.
+      !> The stepper of fixed steps, prepared for the system.
       class(stepper_t), allocatable :: stepper
-      !> The settings and the goal that were asked for: what they leave open is chosen, and found, for each end time.
+      !> The requested settings and goal; method and steps that they leave open are chosen for each end time.
       type(integrator_settings_t) :: requested
       type(run_goal_t), private :: goal
       class(step_policy_t), allocatable :: policy
@@ -48,29 +48,29 @@ module nutate_run
       generic :: begin => begin_by_settings, begin_by_stepper
       procedure, private :: begin_by_settings
       procedure, private :: begin_by_stepper
-      !> Sets events to look for; between `begin` and all else.
-      procedure :: expect
+      !> Sets the events; to be called directly after `begin`.
+      procedure :: set_events
       !> Sets tangent columns to carry along; between `begin` and all else.
       procedure :: differentiate
-      !> Sets a plan for what follows, from the present state.
-      procedure :: set_out
-      !> Finds the error of steps that meets the accuracy of the goal, by trial runs.
+      !> Sets the plan for the next part of the run, from the current state.
+      procedure :: set_plan
+      !> Finds the local tolerance that meets the accuracy goal, by trial runs.
       procedure :: find_steps
-      !> Restores what an observer's `save_checkpoint` was given: the run goes on from there.
+      !> Restores checkpoint data; the run continues from there.
       procedure :: resume
-      !> Goes to the end of the plan.
-      procedure :: go
-      !> Goes to a time.
-      procedure :: go_to
-      !> Takes so many nominal steps.
-      procedure :: go_steps
-      !> The state at a time inside the last step.
-      procedure :: look
-      !> Number of nominal steps to a time, and the time to which they lead.
+      !> Runs to the end time of the plan.
+      procedure :: run_to_end
+      !> Runs to a time.
+      procedure :: run_to
+      !> Performs a number of fixed steps.
+      procedure :: run_steps
+      !> Returns the state at a time inside the last step (dense output).
+      procedure :: state_at
+      !> Return the number of fixed steps to a time, and the time at their end.
       procedure :: steps_to
       procedure :: end_of_steps
-      !> Lets go of the way to step: the caller moves the state by steps of his own.
-      procedure :: leave
+      !> Releases the step policy, so that the caller can perform single steps.
+      procedure :: release
    end type run_t
 
    !> Integrates from a state to the end time of a plan.
@@ -92,21 +92,21 @@ contains
       type(state_t), intent(inout) :: state
       type(run_plan_t), intent(in) :: plan
       type(status_t), intent(out) :: status
-      !> Shown the rows.
+      !> Receives the output points.
       class(observer_t), intent(inout), optional :: observer
-      !> What it took.
+      !> Steps, work and error estimate of the run.
       type(run_summary_t), intent(out), optional :: summary
-      !> Looked for, and shown to the observer.
+      !> Events to locate; the observer receives them.
       type(event_list_t), intent(in), optional :: events
       type(run_t) :: run
       call run%begin(system, settings, state, plan, status)
-      if (present(events) .and. status%ok()) call run%expect(events, system, status)
-      if (status%ok()) call run%go(system, status, observer)
+      if (present(events) .and. status%ok()) call run%set_events(events, system, status)
+      if (status%ok()) call run%run_to_end(system, status, observer)
       call conclude_run(run%progress_t, state, summary)
    end subroutine integrate_by_settings
 
-   !> The same by fixed steps with a stepper that is prepared already, perhaps of a user-defined method. It
-   !> remembers what it did before.
+   !> Integrates with fixed steps of a stepper that is already prepared, which may be a user-defined method; the stepper
+   !> continues its previous steps. Errors as for `integrate_by_settings`.
    subroutine integrate_by_stepper(system, stepper, state, plan, status, observer, summary, events)
       type(system_t), intent(in) :: system
       !> Prepared for `system`.
@@ -130,7 +130,7 @@ contains
    end subroutine integrate_by_stepper
 
    !> Sets a plan and the first state, chooses what the settings leave open, and prepares steppers; for a plan without
-   !> an end time, in `go_to`. Errors: `NUTATE_BAD_ARGUMENT` for a step that leads away from the end, and for settings
+   !> an end time, in `run_to`. Errors: `NUTATE_BAD_ARGUMENT` for a step that leads away from the end, and for settings
    !> that a method cannot honour.
    subroutine begin_by_settings(self, system, settings, state, plan, status)
       class(run_t), intent(inout), target :: self
@@ -144,7 +144,7 @@ contains
       self%requested = settings
       self%goal = plan%goal
       if (allocated(self%stepper)) deallocate (self%stepper)
-      call self%leave()
+      call self%release()
       if (plan%end_time < huge(plan%end_time)) call prepare_steps(self, system, status)
    end subroutine begin_by_settings
 
@@ -166,13 +166,13 @@ contains
       call start_run(self%progress_t, system%effects, state, plan, status)
       if (.not. status%ok()) return
       call stepper%copy(self%stepper)
-      call self%leave()
+      call self%release()
       if (plan%end_time < huge(plan%end_time)) call prepare_steps(self, system, status)
    end subroutine begin_by_stepper
 
-   !> Sets a plan for what follows, from the present state; nominal steps go on from those before. Errors: those of
-   !> `begin`.
-   subroutine set_out(self, system, plan, status)
+   !> Sets the plan for the next part of the run, from the current state; fixed steps continue the previous ones.
+   !> Errors: those of `begin`.
+   subroutine set_plan(self, system, plan, status)
       !> Begun.
       class(run_t), intent(inout), target :: self
       type(system_t), intent(in) :: system
@@ -198,7 +198,7 @@ contains
       self%summary%estimate = 0.0_wp
       self%summary%round_off = 0.0_wp
       call prepare_steps(self, system, status)
-   end subroutine set_out
+   end subroutine set_plan
 
    !> True where the next nominal step goes on from those before.
    pure logical function is_on_grid(self, time_step)
@@ -272,9 +272,9 @@ contains
       end select
    end subroutine point_to_stepper
 
-   !> Sets events to look for. Errors: `NUTATE_BAD_ARGUMENT` for a switch of an effect that does not exist, and for
-   !> switches in a run to an accuracy, whose trial runs do not look for events.
-   subroutine expect(self, events, system, status)
+   !> Sets the events that the run locates. Errors: `NUTATE_BAD_ARGUMENT` for a switch of an effect that does not exist,
+   !> and for switches in a run to an accuracy, whose trial runs do not locate events.
+   subroutine set_events(self, events, system, status)
       !> Begun.
       class(run_t), intent(inout), target :: self
       type(event_list_t), intent(in) :: events
@@ -282,7 +282,7 @@ contains
       type(status_t), intent(out) :: status
       call point_to_stepper(self)
       call expect_events(self%progress_t, self%policy, events, system, status)
-   end subroutine expect
+   end subroutine set_events
 
    !> Sets tangent columns to carry along from here (`nutate_tangent`): `tangent` holds them. Errors:
    !> `NUTATE_BAD_ARGUMENT` for what has no derivative.
@@ -335,8 +335,8 @@ contains
       if (words /= '') status = fail(NUTATE_BAD_ARGUMENT, words//' (expected time_step or local_tolerance)', 'accuracy')
    end subroutine check_promise
 
-   !> Finds the error of steps that meets the accuracy of the goal, by trial runs; where there is none, or it is known
-   !> already, there is nothing to find. `go` does this if it has not been done.
+   !> Finds the local tolerance that meets the accuracy goal, by trial runs; does nothing without such a goal, or if it
+   !> is already known. `run_to_end` calls it if necessary.
    !>
    !> Errors: those of the trial runs, and what the observer returned.
    recursive subroutine find_steps(self, system, status, observer, shown)
@@ -344,7 +344,7 @@ contains
       class(run_t), intent(inout), target :: self
       type(system_t), intent(in) :: system
       type(status_t), intent(out) :: status
-      !> Its `poll` can end the search; the rows that it is shown are the ends of trial runs.
+      !> Its `poll` can end the search; the output points that it receives are the ends of trial runs.
       class(observer_t), intent(inout), optional :: observer
       !> Of a run without events, wants the rows at steps alone, of several runs from their start to their end: where
       !> trial runs were taken, the last that it was shown is the run, which is then at its end.
@@ -376,10 +376,10 @@ contains
       end associate
    end function lacks_steps
 
-   !> Restores what an observer's `save_checkpoint` was given: the run goes on from there. Errors: `NUTATE_BAD_ARGUMENT` for an
-   !> archive of another run.
+   !> Restores the checkpoint data that `save_checkpoint` of an observer received: the run continues from there. Errors:
+   !> `NUTATE_BAD_ARGUMENT` for data of another run.
    subroutine resume(self, archive, status)
-      !> Begun in the same way as the run in the archive.
+      !> Begun in the same way as the run that was saved.
       class(run_t), intent(inout), target :: self
       !> Being read.
       class(archive_t), intent(inout) :: archive
@@ -391,9 +391,9 @@ contains
          status = fail(NUTATE_BAD_ARGUMENT, 'the checkpoint data cannot be resumed: '//archive%problem())
    end subroutine resume
 
-   !> Goes to the end, with rows, polls and archives for an observer. Errors: those of the steps and of trial runs;
-   !> `NUTATE_STEP_LIMIT`; what the observer returned. The state is then the last one reached.
-   subroutine go(self, system, status, observer)
+   !> Runs to the end time; the observer receives output points, polls and checkpoint data. Errors: those of the steps
+   !> and of trial runs; `NUTATE_STEP_LIMIT`; what the observer returned. The state is then the last one reached.
+   subroutine run_to_end(self, system, status, observer)
       !> Begun, with an end time.
       class(run_t), intent(inout), target :: self
       type(system_t), intent(in) :: system
@@ -402,13 +402,13 @@ contains
       call point_to_stepper(self)
       if (lacks_steps(self) .and. self%first_step == 0 .and. &
           .not. (allocated(self%tangent) .or. present(observer) .or. allocated(self%events) .or. &
-                 self%is_looked_into)) then
+                 self%keeps_dense_output)) then
          call go_unseen(self, system, status)
       else
          call self%find_steps(system, status)
          if (status%ok()) call drive(self%progress_t, self%policy, system, status, observer)
       end if
-   end subroutine go
+   end subroutine run_to_end
 
    !> Finds and performs the steps without an observer: the last run of the search is the run itself.
    subroutine go_unseen(self, system, status)
@@ -441,8 +441,8 @@ contains
       self%progress_t = last
    end subroutine use_last_run
 
-   !> Goes to a time, from wherever the run is. Errors: those of `begin` and `go`.
-   subroutine go_to(self, system, t, status, observer)
+   !> Runs to a time from the current state. Errors: those of `begin` and `run_to_end`.
+   subroutine run_to(self, system, t, status, observer)
       !> Begun.
       class(run_t), intent(inout), target :: self
       type(system_t), intent(in) :: system
@@ -455,12 +455,12 @@ contains
       plan%goal = self%goal
       plan%end_time = t
       plan%steps = -1
-      call self%set_out(system, plan, status)
-      if (status%ok()) call self%go(system, status, observer)
-   end subroutine go_to
+      call self%set_plan(system, plan, status)
+      if (status%ok()) call self%run_to_end(system, status, observer)
+   end subroutine run_to
 
-   !> Takes nominal steps, from wherever the run is. Errors: those of `begin` and `go`.
-   subroutine go_steps(self, system, n, status, observer)
+   !> Performs fixed steps from the current state. Errors: those of `begin` and `run_to_end`.
+   subroutine run_steps(self, system, n, status, observer)
       !> Begun, without a goal.
       class(run_t), intent(inout), target :: self
       type(system_t), intent(in) :: system
@@ -471,11 +471,11 @@ contains
       plan = self%plan
       plan%steps = n
       plan%end_time = self%end_of_steps(n, plan%time_step)
-      call self%set_out(system, plan, status)
-      if (status%ok()) call self%go(system, status, observer)
-   end subroutine go_steps
+      call self%set_plan(system, plan, status)
+      if (status%ok()) call self%run_to_end(system, status, observer)
+   end subroutine run_steps
 
-   !> Returns when so many nominal steps from here end, s.
+   !> Returns the time at the end of n fixed steps from here, s.
    pure real(wp) function end_of_steps(self, n, time_step) result(t)
       class(run_t), intent(in) :: self
       integer(long), intent(in) :: n
@@ -485,7 +485,7 @@ contains
       if (is_on_grid(self, time_step)) t = end_of_step(self%progress_t, self%summary%steps + n)
    end function end_of_steps
 
-   !> Returns the number of nominal steps from here to a time, the last one shortened if need be.
+   !> Returns the number of fixed steps from here to a time, the last one shortened if necessary.
    pure integer(long) function steps_to(self, t, time_step) result(n)
       class(run_t), intent(in) :: self
       !> s.
@@ -502,8 +502,8 @@ contains
 
    !> Returns the state at a time inside the last step (dense output), to the accuracy of the method; later steps are
    !> unaffected. Errors: `NUTATE_BAD_ARGUMENT` for a time outside of the step, or one that has not been kept
-   !> (`is_looked_into`).
-   subroutine look(self, system, t, state, status, tangent)
+   !> (`keeps_dense_output`).
+   subroutine state_at(self, system, t, state, status, tangent)
       class(run_t), intent(inout), target :: self
       type(system_t), intent(in) :: system
       !> s.
@@ -527,12 +527,12 @@ contains
       else
          status = fail(NUTATE_BAD_ARGUMENT, outside, 't')
       end if
-   end subroutine look
+   end subroutine state_at
 
-   !> Lets go of the way to step: the caller moves the state by steps of his own.
-   subroutine leave(self)
+   !> Releases the step policy, so that the caller can perform single steps.
+   subroutine release(self)
       class(run_t), intent(inout), target :: self
       if (allocated(self%policy)) deallocate (self%policy)
-   end subroutine leave
+   end subroutine release
 
 end module nutate_run

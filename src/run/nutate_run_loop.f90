@@ -162,7 +162,7 @@ contains
             if (tries_of(progress) >= next_poll .and. status%code == 0) then
                next_poll = poll_after(progress, policy)
                call observer%poll(fraction_done(progress), status)
-               if (observer%wants_archive) call offer(progress, policy, observer, status)
+               if (observer%wants_checkpoint) call offer(progress, policy, observer, status)
             end if
          end if
          if (waits) then
@@ -175,7 +175,7 @@ contains
    logical function is_vetted(observer)
       class(observer_t), intent(in), optional :: observer
       is_vetted = .false.
-      if (present(observer)) is_vetted = observer%vets_steps
+      if (present(observer)) is_vetted = observer%checks_steps
    end function is_vetted
 
    !> Moves the tangent columns over the step that was accepted, if one was.
@@ -207,7 +207,7 @@ contains
       type(status_t), intent(inout) :: status
       status = fail(NUTATE_STEP_LIMIT, 'the run needs more steps than allowed')
       if (.not. present(observer)) return
-      if (observer%keeps_archives) call offer(progress, policy, observer, status)
+      if (observer%saves_at_step_limit) call offer(progress, policy, observer, status)
    end subroutine end_at_limit
 
    !> Lets the observer say whether what a step has computed can be used; if not, the run is where it was before.
@@ -221,7 +221,7 @@ contains
       !> Of the step; what the observer returned, where that is a failure.
       type(status_t), intent(inout) :: status
       type(status_t) :: verdict, renewed
-      call observer%vet(verdict)
+      call observer%check_step(verdict)
       if (verdict%ok()) return
       status = verdict
       call go_back(mark, progress)
@@ -325,7 +325,7 @@ contains
       ! Without a copy of the state in steps that end in no output point: this runs in each of them.
       if (is_row) then
          call show_end(progress, policy, system, watched, observer, status)
-      else if (observer%sees_every_step) then
+      else if (observer%observes_every_step) then
          call watch_turn(progress, policy, system, progress%state, watched, observer, status)
       end if
    end subroutine finish_step
@@ -342,7 +342,7 @@ contains
       type(state_t) :: seen
       seen = progress%state
       call policy%show(system, seen)
-      if (observer%sees_every_step) call watch_turn(progress, policy, system, seen, watched, observer, status)
+      if (observer%observes_every_step) call watch_turn(progress, policy, system, seen, watched, observer, status)
       if (status%code /= 0) return
       call put_works(progress%summary, progress%record)
       call give_columns(progress, observer)
@@ -360,7 +360,7 @@ contains
       type(status_t), intent(inout) :: status
       if ((progress%plan%interval > 0.0_wp .and. .not. observer%rows_at_steps) .or. allocated(progress%plan%times)) &
          call show_inside(progress, policy, system, watched, observer, status)
-      if (observer%sees_every_step) &
+      if (observer%observes_every_step) &
          call watch_turn(progress, policy, system, progress%state, watched, observer, status)
    end subroutine finish_part
 
@@ -380,7 +380,7 @@ contains
       end if
       if (due) call give_columns(progress, observer)
       if (due) call observer%observe(system, progress%state, progress%record, status)
-      if (observer%wants_archive .and. status%ok()) call offer(progress, policy, observer, status)
+      if (observer%wants_checkpoint .and. status%ok()) call offer(progress, policy, observer, status)
    end subroutine show_first
 
    !> The time of the next row at intervals or at times of the plan, and whether the run has reached it.
@@ -440,7 +440,7 @@ contains
             record = progress%record
             call put_works(progress%summary, record)
          end if
-         if (observer%sees_every_step .and. status%ok()) &
+         if (observer%observes_every_step .and. status%ok()) &
             call watch_turn(progress, policy, system, state, watched, observer, status)
          if (status%ok()) call observer%observe(system, state, record, status)
          call find_row(progress, t, due)
@@ -477,7 +477,7 @@ contains
          call watch_inside(progress, policy, system, watched + (real(i, wp)/n)*(state%t - watched), observer, status)
          if (status%code /= 0) return
       end do
-      call observer%watch(state)
+      call observer%observe_step(state)
       watched = state%t
    end subroutine watch_turn
 
@@ -493,7 +493,7 @@ contains
       type(state_t) :: between
       type(run_record_t) :: record
       call policy%state_inside(system, progress, t, between, record, status)
-      call observer%watch(between)
+      call observer%observe_step(between)
    end subroutine watch_inside
 
    !> Puts the run in an archive and shows it to the observer.
@@ -507,8 +507,8 @@ contains
       type(status_t) :: kept
       call archive%begin_writing()
       call transfer_run(progress, policy, archive)
-      observer%wants_archive = .false.
-      call observer%keep(archive, kept)
+      observer%wants_checkpoint = .false.
+      call observer%save_checkpoint(archive, kept)
       if (status%ok()) status = kept
    end subroutine offer
 
