@@ -22,6 +22,11 @@ or an ensemble of motions from one scene with varied values:
 
     rows = nutate.sweep("tumble.nml", threads=8)            # a structured array, one row per member
 
+or thousands of bodies with torques that the program computes:
+
+    bodies = nutate.Bodies(nutate.System(moments=(1, 1, 0.1)))
+    bodies.step(dt, q, l, torque)                           # in place: q (n, 4), l (n, 3)
+
 SI units, radians. Quaternions are scalar first and take body components to space components; a Rotation of SciPy is accepted
 in their place. Scenes, systems and steppers own memory of the library; `with` or `close` frees it, otherwise Python does. All
 of them can be copied and pickled.
@@ -43,6 +48,7 @@ from .attitudes import (attitude_distance, axis_angle_from_quat, euler_from_quat
                         quat_from_rotation_vector, quat_normalized, quat_product, rotate_to_body, rotate_to_space,
                         rotation_vector_from_quat)
 from ._page import Page, view
+from .bodies import Bodies
 from .events import Event, History
 from .satellites import Wheel
 from .scenes import Scene, run
@@ -54,7 +60,7 @@ from .tables import to_pandas, to_xarray
 
 __version__ = version()
 
-__all__ = ["Event", "History", "Motion", "NutateAccuracyWarning", "NutateError", "NutateOSError", "NutateValueError", "Page", "Scene", "Solution", "Stepper",
+__all__ = ["Bodies", "Event", "History", "Motion", "NutateAccuracyWarning", "NutateError", "NutateOSError", "NutateValueError", "Page", "Scene", "Solution", "Stepper",
            "System", "Wheel", "attitude_distance",
            "axis_angle_from_quat", "euler_from_quat", "exact_free_body", "follow_euler", "matrix_from_quat",
            "omega_from_euler_rates", "quat_from_axis_angle", "quat_from_euler", "quat_from_matrix",

@@ -9,6 +9,7 @@ import unittest
 
 FOLDER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "examples")
 SAYS = {"accuracy_cost.py": "every accuracy was kept", "ensemble.py": "200 members turn over at 0.9775 s",
+        "many_bodies.py": "1000 dipoles, 2000 steps: energy off by",
         "intermediate_axis.py": "10 times in 20 s, the first at 0.966409483", "satellite.py": "period 3722.2087",
         "top_exact.py": "nods between 34.377 and 91.471 degrees"}
 

@@ -1,0 +1,97 @@
+"""Many bodies in the hands of a program, which computes their torques."""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+from typing import Any, Optional, Sequence, Union
+
+import numpy as np
+import numpy.typing as npt
+
+from ._library import Array, create, library, refusal
+from ._owners import Owner
+from .systems import System
+
+FRAMES = ("space", "body", "rate")
+
+
+class Bodies(Owner):
+    """Classes of bodies, and the steps of any number of them.
+
+        bodies = nutate.Bodies(nutate.System(moments=(1, 1, 0.1)))
+        bodies.kick(-dt / 2, q, l, torques(q))       # once: l goes half a step behind q
+        for _ in range(1000):
+            bodies.step(dt, q, l, torques(q))
+        bodies.kick(dt / 2, q, l, torques(q))        # l catches up with q
+
+    classes: a System without effects, or a sequence of them. frame: what `l` is: "space", the angular momentum in space axes, with
+    torques in space axes; "body", that in body axes, with torques in body axes; "rate", the angular velocity in body axes, with
+    torques in body axes. threads: 0 for as many as OpenMP gives; no bit depends on it.
+
+    Arrays `q` of shape (n, 4) and `l` of shape (n, 3) are changed in place; contiguous float64 arrays are never copied. `torque` has the
+    shape (n, 3), `class_of` has n whole numbers, 0 for the first class. A body whose numbers cannot be computed with keeps its state,
+    all others move, and the call raises NutateError; `failed` then has the indices.
+    """
+
+    _destroy = "nutate_bodies_destroy"
+
+    def __init__(self, classes: Union[System, Sequence[System]], frame: str = "space", threads: int = 0) -> None:
+        if frame not in FRAMES:
+            raise refusal(f"frame is {frame!r} (expected 'space', 'body' or 'rate')")
+        systems = [classes] if isinstance(classes, System) else list(classes)
+        handles = (ctypes.c_void_p * len(systems))(*[system._handle for system in systems])
+        super().__init__(create(library.nutate_bodies_create, handles, len(systems), FRAMES.index(frame)))
+        self._call("nutate_bodies_set_threads", threads)
+
+    def step(self, dt: float, q: Array, l: Array, torque: npt.ArrayLike, class_of: Optional[npt.ArrayLike] = None) -> None:
+        """Moves bodies by a step of dt (s): l by dt torque, then q without torque."""
+        self._move("nutate_bodies_step", dt, q, l, class_of, torque)
+
+    def kick(self, dt: float, q: Array, l: Array, torque: npt.ArrayLike, class_of: Optional[npt.ArrayLike] = None) -> None:
+        """Changes the momenta alone, by dt torque; q is only tested."""
+        self._move("nutate_bodies_kick", dt, q, l, class_of, torque)
+
+    def drift(self, dt: float, q: Array, l: Array, class_of: Optional[npt.ArrayLike] = None) -> None:
+        """Moves bodies without torques by dt (s)."""
+        self._move("nutate_bodies_drift", dt, q, l, class_of)
+
+    @property
+    def failed(self) -> npt.NDArray[np.int64]:
+        """Indices of the bodies that failed in the last call."""
+        n = ctypes.c_size_t()
+        self._call("nutate_bodies_failed", 0, None, ctypes.byref(n))
+        places = np.empty(n.value, dtype=np.uintp)
+        self._call("nutate_bodies_failed", places.size, places.ctypes.data, None)
+        return places.astype(np.int64)
+
+    def _move(self, name: str, dt: float, q: Array, l: Array, class_of: Optional[npt.ArrayLike], *torque: npt.ArrayLike) -> None:
+        n = len(q)
+        with in_place(q, (n, 4), "q") as attitudes, in_place(l, (n, 3), "l") as momenta:
+            read = [of_shape(values, (n, 3), "torque", np.float64) for values in torque]
+            numbers = None if class_of is None else of_shape(class_of, (n,), "class_of", np.intc)
+            self._call(name, n, None if numbers is None else numbers.ctypes.data, float(dt), attitudes.ctypes.data,
+                       momenta.ctypes.data, *[values.ctypes.data for values in read])
+
+
+@contextlib.contextmanager
+def in_place(array: Array, shape: tuple[int, ...], name: str) -> Any:
+    """The array itself where C can write to it, else a copy that is written back."""
+    if not isinstance(array, np.ndarray) or array.dtype != np.float64 or array.shape != shape or not array.flags.writeable:
+        raise refusal(f"{name} must be a writeable float64 array of shape {shape}")
+    whole = np.ascontiguousarray(array)
+    try:
+        yield whole
+    finally:
+        if whole is not array:
+            array[...] = whole
+
+
+def of_shape(values: npt.ArrayLike, shape: tuple[int, ...], name: str, kind: Any) -> npt.NDArray[Any]:
+    """A contiguous array of this type."""
+    array = np.asarray(values)
+    if kind is np.intc and array.dtype.kind not in "iu":
+        raise refusal(f"{name} must hold whole numbers")
+    if array.shape != shape:
+        raise refusal(f"{name} has shape {array.shape} (expected {shape})")
+    return np.ascontiguousarray(array, dtype=kind)
