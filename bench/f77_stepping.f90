@@ -1,5 +1,6 @@
 !> N steps by the library, or by NUSTEP in calls of M steps: what `f77_cost.sh` compares.
-!>    f77_stepping N M box|top|damped full|reduced ORDER      M = 0: the library's `integrate`; -1: its bare steps
+!>    f77_stepping N M box|top|damped full|reduced|METHOD ORDER
+!> M = 0: the library's `integrate`; -1: its bare steps
 program f77_stepping
    use nutate, only: damping_t, gravity_t, integrate, integrator_settings_t, long, make_body, make_state, &
       make_stepper, run_plan_t, state_t, status_t, stepper_t, system_t, wp
@@ -44,6 +45,12 @@ program f77_stepping
    call get_command_argument(3, scene)
    call get_command_argument(4, settings%formulation)
    settings%order = whole(5)
+   if (all(settings%formulation /= ['full   ', 'reduced'])) then
+      settings%method = settings%formulation
+      settings%formulation = ''
+      settings%order = 0
+      settings%conserve = settings%method == 'rk8' .or. settings%method == 'taylor'
+   end if
    g = 0.0_wp
    d = 0.0_wp
    if (scene == 'top') g(3) = -9.81_wp

@@ -64,6 +64,7 @@ program unit
    use test_f77, only: collect_f77
    use test_f77_arguments, only: collect_f77_arguments
    use test_f77_bodies, only: collect_f77_bodies
+   use test_f77_prepared, only: collect_f77_prepared
    use test_f77_helpers, only: collect_f77_helpers
    use test_hamiltonian, only: collect_hamiltonian
    use test_heap, only: collect_heap
@@ -214,6 +215,7 @@ contains
          new_testsuite("f77", collect_f77), &
          new_testsuite("f77_arguments", collect_f77_arguments), &
          new_testsuite("f77_bodies", collect_f77_bodies), &
+         new_testsuite("f77_prepared", collect_f77_prepared), &
          new_testsuite("f77_helpers", collect_f77_helpers)]
    end function interop_suites
 

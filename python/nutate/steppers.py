@@ -36,6 +36,9 @@ def setting(key: str, value: Any) -> str:
     raise TypeError(f"{key} is {value!r} (expected a number, a truth value or a text)")
 
 
+take_step = library.nutate_stepper_step
+
+
 class Stepper(SatelliteState):
     """Integrates the motion of a System, or of a Scene from its initial state.
 
@@ -119,7 +122,13 @@ class Stepper(SatelliteState):
 
     def step(self, dt: float) -> None:
         """Performs one step of length dt, s, without subdividing it."""
-        self._call("nutate_stepper_step", float(dt))
+        # Without callbacks what _call does, line by line: looking the function up would take as long as a step.
+        if self._callbacks or not self._owned:
+            self._call("nutate_stepper_step", float(dt))
+            return
+        status = take_step(self._owned, float(dt))
+        if status:
+            check(status, text_of(library.nutate_last_message, self._owned))
 
     def steps(self, dt: float, n: int) -> None:
         """Performs n steps of length dt, s."""

@@ -3,6 +3,7 @@ module nutate_stepper
    use nutate_archive, only: archive_t
    use nutate_kinds, only: wp
    use nutate_noise, only: noise_t
+   use nutate_number_archive, only: number_archive_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    use nutate_system, only: system_t
@@ -11,7 +12,7 @@ module nutate_stepper
    implicit none
    private
 
-   public :: stepper_t, dense_stepper_t, integrator_settings_t, step_goal_t, is_inside, outside
+   public :: stepper_t, dense_stepper_t, integrator_settings_t, step_goal_t, is_inside, keep_starts, outside
 
    character(len=*), parameter :: outside = 'the time is not inside a step that was kept'
 
@@ -79,8 +80,9 @@ module nutate_stepper
       type(integrator_settings_t) :: prepared_with = integrator_settings_t()
       !> Starts of steps are stored, for `state_at`.
       logical :: keeps_steps = .false.
-      !> Start of the last step, its length, and the time that decided which torques act, s.
-      type(state_t) :: last_start = state_t()
+      !> Where the last step started, allocated where starts are kept, its length and the time that decided which
+      !> torques act, s.
+      type(state_t), allocatable :: last_start
       real(wp) :: last_length = 0.0_wp, last_window = 0.0_wp
       !> What takes parts of the last step again, a `stepper_t`, so that the steps themselves stay what they are
       !> (gfortran 12 has no recursive class); it has been used since the last step.
@@ -114,6 +116,10 @@ module nutate_stepper
       !> Writes or reads in checkpoint data all values on which later steps depend, so that a stepper prepared in the
       !> same way continues bit for bit. A method that does not override it has no checkpoints.
       procedure :: transfer => refuse_archive
+      !> Writes what `transfer` shows as numbers, and reads it: the same numbers in the same order, at less cost where a
+      !> method says how.
+      procedure :: put_memory => put_by_archive
+      procedure :: take_memory => take_by_archive
       !> Completes the state that a step left for output: projects it onto the invariants, where that is not done in
       !> every step. Later steps continue from the unprojected state, whichever of the two they receive.
       procedure :: show => leave_state
@@ -250,14 +256,21 @@ contains
       if (self%keeps_steps) return
       allocate (twin, source=self)
       call move_alloc(twin, self%again)
-      self%keeps_steps = .true.
+      call keep_starts(self)
    end subroutine keep_steps
 
    !> Keeps the starts of steps: the method knows the states inside.
    subroutine keep_own(self)
       class(dense_stepper_t), intent(inout) :: self
-      self%keeps_steps = .true.
+      call keep_starts(self)
    end subroutine keep_own
+
+   !> Makes room for the start of a step, which `mark_step` sets from now on.
+   subroutine keep_starts(self)
+      class(stepper_t), intent(inout) :: self
+      if (.not. allocated(self%last_start)) allocate (self%last_start)
+      self%keeps_steps = .true.
+   end subroutine keep_starts
 
    !> Sets the start of a step that `advance` is to take, if starts are kept.
    subroutine mark_step(self, state, dt, window_time)
@@ -323,10 +336,11 @@ contains
       !> s.
       real(wp), intent(in) :: t
       real(wp) :: since, margin
+      is_inside = self%keeps_steps .and. abs(self%last_length) > 0.0_wp
+      if (.not. is_inside) return
       since = sign(1.0_wp, self%last_length)*(t - self%last_start%t)
       margin = 4*spacing(max(abs(self%last_start%t), abs(self%last_length)))
-      is_inside = self%keeps_steps .and. abs(self%last_length) > 0.0_wp .and. since >= 0.0_wp .and. &
-                  since <= abs(self%last_length) + margin
+      is_inside = since >= 0.0_wp .and. since <= abs(self%last_length) + margin
    end function is_inside
 
    subroutine forget_nothing(self)
@@ -346,6 +360,34 @@ contains
       class(archive_t), intent(inout) :: archive
       call archive%refuse('this method cannot be interrupted and go on')
    end subroutine refuse_archive
+
+   !> Writes what `transfer` shows into an array of numbers.
+   recursive subroutine put_by_archive(self, room, numbers, used)
+      !> Prepared.
+      class(stepper_t), intent(inout) :: self
+      integer, intent(in) :: room
+      real(wp), intent(inout), target :: numbers(room)
+      !> Numbers in use before and after.
+      integer, intent(inout) :: used
+      type(number_archive_t) :: archive
+      call archive%begin_writing(numbers(used + 1:))
+      call self%transfer(archive)
+      used = used + archive%count()
+   end subroutine put_by_archive
+
+   !> Reads what `transfer` shows from an array of numbers.
+   recursive subroutine take_by_archive(self, room, numbers, used)
+      !> Prepared, for the same system.
+      class(stepper_t), intent(inout) :: self
+      integer, intent(in) :: room
+      real(wp), intent(in), target :: numbers(room)
+      !> Numbers read before and after.
+      integer, intent(inout) :: used
+      type(number_archive_t) :: archive
+      call archive%begin_reading(numbers(used + 1:))
+      call self%transfer(archive)
+      used = used + archive%count()
+   end subroutine take_by_archive
 
    !> For methods whose steps leave the state as it is to be seen.
    subroutine leave_state(self, system, state)

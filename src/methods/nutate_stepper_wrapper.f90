@@ -4,7 +4,7 @@ module nutate_stepper_wrapper
    use nutate_kinds, only: wp
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
-   use nutate_stepper, only: stepper_t
+   use nutate_stepper, only: keep_starts, stepper_t
    use nutate_system, only: system_t
    use nutate_tangent, only: tangent_t
    implicit none
@@ -80,7 +80,7 @@ contains
    recursive subroutine keep_steps(self)
       class(stepper_wrapper_t), intent(inout) :: self
       call self%base%keep_steps()
-      self%keeps_steps = .true.
+      call keep_starts(self)
    end subroutine keep_steps
 
    !> So does the stepper inside.

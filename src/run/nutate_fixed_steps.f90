@@ -17,7 +17,7 @@ module nutate_fixed_steps
    implicit none
    private
 
-   public :: fixed_steps_t, count_steps
+   public :: fixed_steps_t, count_steps, step_margin
 
    !> Steps between two polls: a poll of the program takes about as long as the cheapest step (0.2 µs), so that they
    !> cost a thousandth of the time; and if each step took 1 ms, a request to stop would be heard within a second.
@@ -84,17 +84,24 @@ contains
          n = huge(n)
       else
          n = int(ratio, long)
-         if (ratio - real(n, wp) > same_time + time_noise(t, plan)/abs(plan%time_step)) n = n + 1
+         if (ratio - real(n, wp) > same_time + time_noise(t, plan%end_time, plan%time_step)/abs(plan%time_step)) &
+            n = n + 1
       end if
    end function count_steps
 
    !> What rounding makes of a time of the run, s: far from zero more than `same_time` of a step, and no step's length.
-   pure real(wp) function time_noise(t, plan)
+   pure real(wp) function time_noise(t, end_time, time_step)
       !> s
-      real(wp), intent(in) :: t
-      type(run_plan_t), intent(in) :: plan
-      time_noise = min(4*eps*max(abs(t), abs(plan%end_time)), 0.25_wp*abs(plan%time_step))
+      real(wp), intent(in) :: t, end_time, time_step
+      time_noise = min(4*eps*max(abs(t), abs(end_time)), 0.25_wp*abs(time_step))
    end function time_noise
+
+   !> A length that differs from that of a nominal step by no more, s, is that of a nominal step.
+   pure real(wp) function step_margin(t, end_time, time_step)
+      !> Where the step starts, where the run ends, and the nominal length, s.
+      real(wp), intent(in) :: t, end_time, time_step
+      step_margin = same_time*abs(time_step) + time_noise(t, end_time, time_step)
+   end function step_margin
 
    !> One step of the method towards the end of a nominal step, which is counted there, or to a time inside it on which
    !> steps must end; where that fails, the first part of it that does not.
@@ -108,7 +115,7 @@ contains
       dt = progress%plan%time_step
       t_end = end_of_step(progress, progress%summary%steps + 1)
       if (progress%summary%steps + 1 == progress%n_steps) t_end = progress%plan%end_time
-      margin = same_time*abs(dt) + time_noise(progress%state%t, progress%plan)
+      margin = step_margin(progress%state%t, progress%plan%end_time, dt)
       if (.not. progress%way%begun) call begin_way(progress)
       target = next_end(system, progress, t_end, margin)
       if (progress%way%level == 0) then

@@ -3,8 +3,9 @@ between their markers. What was measured stays in build/costs/.
 
     python3 tools/docs/costs.py PROGRAM FOLDER [PART]...
 
-FOLDER holds the benchmarks. A part is the name of a pair of markers: step, methods, frames (cost-of-a-step.md), heavy_top, box,
-choice, series, explicit (accuracy-costs.md), members (sweeps.md); all of them unless some are named.
+FOLDER holds the benchmarks. A part is the name of a pair of markers: step, methods, frames, interfaces, handles
+(cost-of-a-step.md), heavy_top, box, choice, series, explicit (accuracy-costs.md), members (sweeps.md); all of them unless some are
+named.
 """
 
 import os
@@ -110,6 +111,43 @@ def frames_part(program):
     return table(["method", "box", "top, rate along the field", "top, inclined rate"], rows)
 
 
+def counted(command):
+    """Returns the instructions that a command takes."""
+    with tempfile.TemporaryDirectory() as folder:
+        subprocess.run(["valgrind", "--tool=callgrind", f"--callgrind-out-file={folder}/counts", *command], check=True,
+                       stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        with open(f"{folder}/counts", encoding="utf-8") as file:
+            return int(re.findall(r"^(?:summary|totals): (\d+)", file.read(), re.MULTILINE)[-1])
+
+
+def interfaces_part(folder):
+    """Returns the instructions of a step by one call each of Fortran, FORTRAN 77 and C; in brackets, over Fortran."""
+    rows = []
+    solvers = (("reduced", 2), ("full", 2), ("reduced", 4), ("rk4", 0), ("rk8", 0), ("taylor", 0))
+    for scene, methods in (("box", solvers), ("top", solvers), ("damped", solvers[:1])):
+        for solver, order in methods:
+            commands = [[f"{folder}/f77_stepping", "@", "-1", scene, solver, str(order)]]
+            if order > 0:
+                commands.append([*commands[0][:2], "1", *commands[0][3:]])
+            if order != 4:
+                commands.append([f"{folder}/c_steps", "@", solver, "one", scene])
+            short, long = 1000, 2000
+            costs = [(counted([word.replace("@", str(long)) for word in command])
+                      - counted([word.replace("@", str(short)) for word in command]))/(long - short) for command in commands]
+            cells = [f"{cost:.0f} ({cost/costs[0]:.2f})" for cost in costs[1:]]
+            if order == 0:
+                cells.insert(0, "")
+            rows.append([scene, f"{solver}, order {order}" if order else solver, f"{costs[0]:.0f}", *cells, *[""]*(2 - len(cells))])
+    return table(["body", "method", "Fortran", "FORTRAN 77", "C"], rows)
+
+
+def handles_part(bench_folder):
+    """Returns the memory of C steppers, and the time of a step of one and of many in turn."""
+    text = output("handles", [f"{bench_folder}/c_handles"])
+    rows = [re.split(r"\s{2,}", line.strip()) for line in text.splitlines()[1:]]
+    return table(["stepper", "bytes", "one, ns", "10,000 in turn, ns"], rows)
+
+
 def ranking_part(program, scene):
     """Returns what `nutate cost` says about a scene, cheapest first."""
     text = output(f"cost_{scene}", [program, "cost", f"scenes/{scene}.nml"])
@@ -188,6 +226,8 @@ def main(program, folder, *names):
     parts = {"step": ("cost-of-a-step", lambda: step_part(bench)),
              "methods": ("cost-of-a-step", lambda: methods_part(program)),
              "frames": ("cost-of-a-step", lambda: frames_part(program)),
+             "interfaces": ("cost-of-a-step", lambda: interfaces_part(folder)),
+             "handles": ("cost-of-a-step", lambda: handles_part(folder)),
              "heavy_top": ("accuracy-costs", lambda: ranking_part(program, "heavy_top")),
              "box": ("accuracy-costs", lambda: ranking_part(program, "box")),
              "choice": ("accuracy-costs", lambda: choice_part(bench)),

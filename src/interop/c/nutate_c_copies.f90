@@ -155,6 +155,7 @@ contains
       type(stepper_handle_t), intent(inout) :: handle
       class(archive_t), intent(inout) :: archive
       type(status_t), intent(out) :: status
+      type(state_t) :: first
       logical :: ready, stale
       call archive%expect('stepper '//version)
       call archive%expect(handle%names)
@@ -163,8 +164,10 @@ contains
       call archive%transfer(stale)
       call archive%transfer(ready)
       call archive%transfer(handle%run%keeps_dense_output)
-      call handle%first%transfer(archive)
-      call handle%first%transfer_wheels(archive)
+      first = handle%first%state()
+      call first%transfer(archive)
+      call first%transfer_wheels(archive)
+      call handle%first%set(first)
       call archive%transfer(handle%first_energy)
       if (archive%is_reading() .and. .not. allocated(handle%given)) &
          allocate (handle%given, source=handle%system%effects)

@@ -15,6 +15,7 @@ module nutate_c_handles
    use nutate_event_tracker, only: event_list_t
    use nutate_keys, only: group_t, name_length
    use nutate_kinds, only: wp, long
+   use nutate_limits, only: most_wheels
    use nutate_run, only: run_t
    use nutate_run_plan, only: run_plan_t
    use nutate_scene, only: scene_t
@@ -84,6 +85,17 @@ module nutate_c_handles
       integer, allocatable :: failed(:)
    end type bodies_handle_t
 
+   !> A state as it was set, when nothing had been done, and rounded, since: in a fifth of the room of a state.
+   type :: start_t
+      private
+      !> s; attitude and momentum, shape (4); momenta of the wheels.
+      real(wp) :: t = 0.0_wp, q(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], p(4) = 0.0_wp
+      real(wp) :: wheel_momentum(most_wheels) = 0.0_wp
+   contains
+      procedure :: set => set_start
+      procedure :: state => state_of_start
+   end type start_t
+
    !> A run of a system, which single steps can go on with.
    type, extends(handle_t) :: stepper_handle_t
       !> A step of `tested_dt` needs nothing but the method's step: there is no callback, work or angle to follow, and
@@ -108,7 +120,7 @@ module nutate_c_handles
       !> The poll callback of runs.
       type(poll_t) :: poll
       !> The state that was set: energy and work count from there. Its total energy, J.
-      type(state_t) :: first
+      type(start_t) :: first
       real(wp) :: first_energy = 0.0_wp
       !> What runs look for, and what the last one found.
       type(event_list_t) :: events
@@ -210,6 +222,25 @@ contains
       call to%effects%append(from%effects)
       call report_failures_to(to%effects, cell)
    end subroutine copy_system
+
+   !> Sets the state that was set.
+   pure subroutine set_start(self, state)
+      class(start_t), intent(inout) :: self
+      type(state_t), intent(in) :: state
+      self%t = state%t
+      self%q = state%q
+      self%p = state%p
+      self%wheel_momentum = state%wheel_momentum
+   end subroutine set_start
+
+   !> The state that was set.
+   pure type(state_t) function state_of_start(self) result(state)
+      class(start_t), intent(in) :: self
+      state%t = self%t
+      state%q = self%q
+      state%p = self%p
+      state%wheel_momentum = self%wheel_momentum
+   end function state_of_start
 
    !> Makes a stepper forget its method: the next step or run takes its settings and state anew.
    subroutine unprepare(handle)

@@ -269,7 +269,7 @@ contains
       call unlock_texts()
       if (status%ok()) then
          handle%failure = 0
-         call columns%start(handle%system, handle%first, handle%run%requested%inverse_auxiliary_inertia, &
+         call columns%start(handle%system, handle%first%state(), handle%run%requested%inverse_auxiliary_inertia, &
                             handle%plan%time_step < 0.0_wp)
          call add_failure(handle%failure, status)
       end if

@@ -175,8 +175,8 @@ contains
       ! The energy has a part of the auxiliary inertia.
       handle%failure = 0
       associate (inverse_j0 => handle%run%requested%inverse_auxiliary_inertia)
-         handle%first_energy = conserved_energy(handle%system, handle%first, inverse_j0)
-         call handle%columns%start(handle%system, handle%first, inverse_j0, handle%plan%time_step < 0.0_wp)
+         handle%first_energy = conserved_energy(handle%system, handle%first%state(), inverse_j0)
+         call handle%columns%start(handle%system, handle%first%state(), inverse_j0, handle%plan%time_step < 0.0_wp)
       end associate
       if (handle%columns%follows_steps) call handle%columns%follow(handle%run%state)
       call add_failure(handle%failure, status)

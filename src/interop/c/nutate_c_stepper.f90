@@ -331,7 +331,7 @@ contains
       energy = conserved_energy(handle%system, state, inverse_j0)
       call add_failure(handle%failure, status)
       if (.not. status%ok()) return
-      handle%first = state
+      call handle%first%set(state)
       handle%first_energy = energy
       settings = handle%run%summary%settings
       choice = handle%run%summary%choice

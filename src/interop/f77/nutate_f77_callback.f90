@@ -1,44 +1,15 @@
 !> Potentials and torques that a FORTRAN 77 program computes in subroutines of its own.
 !>
-!> They are declared pure, since the effects of the library are: the library may call them as often as it likes, in any
-!> order. Numbers that are not finite or exceed 1e100 do not reach the equations: they count as zero, and the failure is
-!> noted.
+!> Numbers that are not finite or exceed 1e100 do not reach the equations: they count as zero, and the failure is noted.
 module nutate_f77_callback
    use nutate_effect, only: potential_t, torque_t
+   use nutate_f77_interfaces, only: f77_potential, f77_torque
    use nutate_kinds, only: wp
    use nutate_limits, only: is_moderate
    implicit none
    private
 
-   public :: f77_potential, f77_torque, failure_t, f77_potential_t, f77_torque_t
-
-   abstract interface
-      !> POT: U(γ), J, and ∇U, body axes.
-      pure subroutine f77_potential(gamma, u, du, iuser, ruser)
-         import :: wp
-         !> γ = R(q)ᵀn, body axes; shape (3).
-         real(wp), intent(in) :: gamma(3)
-         real(wp), intent(out) :: u, du(3)
-         !> The program's own; shapes are its affair.
-         integer, intent(in) :: iuser(*)
-         real(wp), intent(in) :: ruser(*)
-      end subroutine f77_potential
-
-      !> TOR: τ(t, q, Ω), body axes, N m.
-      pure subroutine f77_torque(t, q, omega, tau, iuser, ruser)
-         import :: wp
-         !> s.
-         real(wp), intent(in) :: t
-         !> Attitude, unit quaternion, body→space; shape (4).
-         real(wp), intent(in) :: q(4)
-         !> Ω, body axes, rad/s; shape (3).
-         real(wp), intent(in) :: omega(3)
-         real(wp), intent(out) :: tau(3)
-         !> The program's own; shapes are its affair.
-         integer, intent(in) :: iuser(*)
-         real(wp), intent(in) :: ruser(*)
-      end subroutine f77_torque
-   end interface
+   public :: failure_t, f77_potential_t, f77_torque_t
 
    !> What a callback that goes wrong sets to 1; the effects are constant in a step, so that it lies outside of them.
    type :: failure_t

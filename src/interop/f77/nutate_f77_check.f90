@@ -2,14 +2,14 @@
 module nutate_f77_check
    use nutate_admissible, only: admits, ANY_DIRECTION, ANY_VALUE, NON_NEGATIVE, POSITIVE_OR_INFINITE
    use nutate_body, only: diagonal, make_body
-   use nutate_damping, only: damping_keys, damping_t
-   use nutate_f77_work, only: get_place, get_setup, is_work, place_t, setup_t
+   use nutate_damping, only: damping_keys
+   use nutate_f77_prepared, only: f77_body_t
+   use nutate_f77_work, only: continues, is_work, setup_t
    use nutate_gravity, only: gravity_keys, gravity_t
    use nutate_kinds, only: wp
    use nutate_limits, only: is_moderate, is_step, is_unit, manifold_tolerance
    use nutate_quaternion, only: cross
    use nutate_range, only: check_motion, check_step
-   use nutate_rotating_frame, only: rotating_frame_t
    use nutate_rotor, only: rotor_keys
    use nutate_state, only: state_t
    use nutate_status, only: status_t
@@ -39,25 +39,13 @@ contains
    end function is_rotation
 
    !> A motion that can be computed with.
-   logical function is_motion(setup, state)
-      type(setup_t), intent(in) :: setup
+   logical function is_motion(system, state)
+      type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
-      type(system_t) :: system
       type(status_t) :: status
-      call make_system(setup, system)
       call check_motion(system, state, status)
       is_motion = status%ok()
    end function is_motion
-
-   !> What of a set-up can make a motion or a step too large: body, rotors, frame, damping.
-   subroutine make_system(setup, system)
-      type(setup_t), intent(in) :: setup
-      type(system_t), intent(inout) :: system
-      system%body = setup%body
-      system%effects%rotor_momentum = setup%rotor
-      if (any(abs(setup%frame_rate) > 0.0_wp)) call system%effects%add(rotating_frame_t(rate=setup%frame_rate))
-      if (any(setup%damping /= 0.0_wp)) call system%effects%add(damping_t(setup%damping))
-   end subroutine make_system
 
    !> The array holds what NUINIT wrote, in the length that it needs. 0, 1 if it is not that of NUINIT, 2 if too short.
    pure integer function is_ready(work, lwork)
@@ -144,22 +132,20 @@ contains
    end function is_moderate_weight
 
    !> The number of the first of N, DT, T, Q, P that is wrong, 0 if none is. What the last call left is not tested.
-   integer function find_bad_step(n, dt, t, q, p, work) result(bad)
+   integer function find_bad_step(n, dt, t, q, p, body, work) result(bad)
       integer, intent(in) :: n
       real(wp), intent(in) :: dt, t, q(4), p(4)
-      !> From NUINIT, whole.
-      real(wp), intent(in), target, contiguous :: work(:)
-      type(setup_t) :: setup
-      type(place_t) :: place
-      type(system_t) :: system
+      !> Of `work`.
+      type(f77_body_t), intent(in) :: body
+      !> From NUINIT.
+      real(wp), intent(in) :: work(*)
       type(status_t) :: status
       bad = 0
-      call get_place(work, place)
       if (n < 0) then
          bad = 1
       else if (.not. is_step(dt)) then
          bad = 2
-      else if (place%continues_at(t, q, p)) then
+      else if (continues(work, t, q, p)) then
          bad = 0
       else if (.not. is_moderate(t)) then
          bad = 3
@@ -168,13 +154,10 @@ contains
       else if (.not. all(is_moderate(p))) then
          bad = 5
       else
-         call get_setup(work, setup)
          ! The reduced form has no q·p.
-         if (setup%solver == 1 .and. abs(dot_product(q, p)) > manifold_tolerance*norm2(p)) bad = 5
-         call make_system(setup, system)
-         call check_motion(system, state_t(t=t, q=q, p=p), status)
-         if (.not. status%ok()) bad = 5
-         if (bad == 0) call check_step(system, state_t(t=t, q=q, p=p), dt, status)
+         if (body%setup%solver == 1 .and. abs(dot_product(q, p)) > manifold_tolerance*norm2(p)) bad = 5
+         if (.not. is_motion(body%system, state_t(t=t, q=q, p=p))) bad = 5
+         if (bad == 0) call check_step(body%system, state_t(t=t, q=q, p=p), dt, status)
          if (bad == 0 .and. .not. status%ok()) bad = 2
       end if
    end function find_bad_step

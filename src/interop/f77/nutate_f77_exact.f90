@@ -41,7 +41,7 @@ subroutine nufree(aj, q0, omega0, n, t, q, omega, info)
       info = -2
    else if (.not. all(is_moderate(omega0))) then
       info = -3
-   else if (.not. is_motion(setup, make_state(system, q0, omega0))) then
+   else if (.not. is_motion(system, make_state(system, q0, omega0))) then
       info = -3
    else if (n < 0) then
       info = -4

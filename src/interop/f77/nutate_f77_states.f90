@@ -2,13 +2,12 @@
 
 !> NUSETP converts an angular velocity to the conjugate momentum that NUSTEP uses.
 subroutine nusetp(q, omega, p, work, lwork, info)
+   use nutate_f77_prepared, only: f77_body_t, find_body, let_go
    use nutate_f77_check, only: is_attitude, is_motion, is_ready
-   use nutate_f77_work, only: get_setup, setup_t
    use nutate_hamiltonian, only: make_state
    use nutate_kinds, only: wp
    use nutate_limits, only: is_moderate
    use nutate_state, only: state_t
-   use nutate_system, only: system_t
    implicit none
    !> (input) Attitude, unit quaternion to 1D-9, body to space; dimension (4).
    real(wp), intent(in) :: q(4)
@@ -22,8 +21,7 @@ subroutine nusetp(q, omega, p, work, lwork, info)
    integer, intent(in) :: lwork
    !> (output) 0; -i: argument i is wrong.
    integer, intent(out) :: info
-   type(setup_t) :: setup
-   type(system_t) :: system
+   type(f77_body_t), pointer :: body
    type(state_t) :: state
    info = 0
    if (.not. is_attitude(q)) then
@@ -34,26 +32,24 @@ subroutine nusetp(q, omega, p, work, lwork, info)
       info = -3 - is_ready(work, lwork)
    end if
    if (info /= 0) return
-   call get_setup(work(1:int(work(1))), setup)
-   system%body = setup%body
-   system%effects%rotor_momentum = setup%rotor
-   state = make_state(system, q, omega)
-   if (is_motion(setup, state)) then
+   body => find_body(work)
+   state = make_state(body%system, q, omega)
+   if (is_motion(body%system, state)) then
       p = state%p
    else
       info = -2
    end if
+   call let_go(body)
 end subroutine nusetp
 
 !> NUOMEG converts a conjugate momentum to the angular velocity.
 subroutine nuomeg(q, p, omega, work, lwork, info)
+   use nutate_f77_prepared, only: f77_body_t, find_body, let_go
    use nutate_f77_check, only: is_attitude, is_ready
-   use nutate_f77_work, only: get_setup, setup_t
    use nutate_hamiltonian, only: angular_velocity
    use nutate_kinds, only: wp
    use nutate_limits, only: is_moderate
    use nutate_state, only: state_t
-   use nutate_system, only: system_t
    implicit none
    !> (input) Attitude, unit quaternion to 1D-9, body to space; dimension (4).
    real(wp), intent(in) :: q(4)
@@ -67,8 +63,7 @@ subroutine nuomeg(q, p, omega, work, lwork, info)
    integer, intent(in) :: lwork
    !> (output) 0; -i: argument i is wrong.
    integer, intent(out) :: info
-   type(setup_t) :: setup
-   type(system_t) :: system
+   type(f77_body_t), pointer :: body
    info = 0
    if (.not. is_attitude(q)) then
       info = -1
@@ -78,15 +73,15 @@ subroutine nuomeg(q, p, omega, work, lwork, info)
       info = -3 - is_ready(work, lwork)
    end if
    if (info /= 0) return
-   call get_setup(work(1:int(work(1))), setup)
-   system%body = setup%body
-   system%effects%rotor_momentum = setup%rotor
-   omega = angular_velocity(system, state_t(q=q, p=p))
+   body => find_body(work)
+   omega = angular_velocity(body%system, state_t(q=q, p=p))
+   call let_go(body)
 end subroutine nuomeg
 
 !> NUINV computes energy, angular momentum and the constraints.
 subroutine nuinv(q, p, pot, iuser, ruser, e, al, c, work, lwork, info)
-   use nutate_f77_callback, only: f77_potential
+   use nutate_f77_interfaces, only: f77_potential
+   use nutate_f77_prepared, only: f77_body_t, find_body, let_go
    use nutate_f77_check, only: is_attitude, is_ready
    use nutate_f77_stepping, only: f77_invariants_t, find_invariants
    use nutate_kinds, only: wp
@@ -115,6 +110,7 @@ subroutine nuinv(q, p, pot, iuser, ruser, e, al, c, work, lwork, info)
    integer, intent(in) :: lwork
    !> (output) 0; -i: argument i is wrong; 4: POT returned a number that is not finite.
    integer, intent(out) :: info
+   type(f77_body_t), pointer :: body
    type(f77_invariants_t) :: found
    info = 0
    if (.not. is_attitude(q)) then
@@ -124,7 +120,11 @@ subroutine nuinv(q, p, pot, iuser, ruser, e, al, c, work, lwork, info)
    else if (is_ready(work, lwork) /= 0) then
       info = -8 - is_ready(work, lwork)
    end if
-   if (info == 0) call find_invariants(work(1:int(work(1))), state_t(q=q, p=p), pot, iuser, ruser, found, info)
+   if (info /= 0) return
+   body => find_body(work)
+   call body%set_potential(pot, iuser, ruser)
+   call find_invariants(body, state_t(q=q, p=p), found, info)
+   call let_go(body)
    if (info /= 0) return
    e = found%energy
    al = found%momentum

@@ -1,33 +1,32 @@
 !> Steps for FORTRAN 77: what NUINIT, NUSTEP and NURUN do once their arguments have been tested.
 module nutate_f77_stepping
    use nutate_body, only: diagonal, make_body
-   use nutate_damping, only: damping_t
-   use nutate_effect_list, only: effect_list_t
-   use nutate_f77_callback, only: f77_potential, f77_potential_t, f77_torque, f77_torque_t
-   use nutate_f77_work, only: count_work, fill_work, get_memory, get_place, get_setup, place_t, put_memory, put_place, &
-      setup_t
-   use nutate_gravity, only: gravity_t
+   use nutate_f77_prepared, only: f77_body_t
+   use nutate_f77_work, only: AT_ALL_STEPS, AT_BEGUN, AT_CALL, AT_DT, AT_FIRST_TIME, AT_ITERATIONS, AT_MARK, AT_P, &
+      AT_P_COMPENSATION, AT_Q, AT_Q_COMPENSATION, AT_STEPS, AT_T, AT_UNCERTIFIED, AT_WORK, AT_WORK_COMPENSATION, &
+      count_work, fill_work, get_place, place_at, place_t, put_memory, put_place, settings_of, setup_t
+   use nutate_fixed_steps, only: step_margin
    use nutate_hamiltonian, only: angular_velocity, body_momentum, kinetic_energy, potential_energy, space_momentum, &
       total_energy
    use nutate_kinds, only: wp, long
    use nutate_limits, only: greatest_number, in_words
    use nutate_methods, only: make_stepper
-   use nutate_nielsen_krenk, only: nielsen_krenk_t
    use nutate_observer, only: observer_t, run_record_t
    use nutate_progress, only: run_summary_t
    use nutate_quaternion, only: quat_norm
-   use nutate_reduced, only: reduced_t
-   use nutate_rotating_frame, only: rotating_frame_t
    use nutate_run, only: integrate
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t, add_increment
    use nutate_status, only: status_t, fail, NUTATE_NOT_FINITE
-   use nutate_stepper, only: integrator_settings_t, stepper_t
+   use nutate_stepper, only: stepper_t
    use nutate_system, only: system_t
    implicit none
    private
 
-   public :: request_t, f77_invariants_t, needed_size, start_work, take_steps, find_invariants
+   public :: request_t, f77_invariants_t, needed_size, start_work, go_on, take_steps, find_invariants
+
+   !> Effects that do work: damping and TOR.
+   integer, parameter :: most_works = 2
 
    !> Writes rows into an array of the program, or none.
    type, extends(observer_t) :: row_store_t
@@ -36,7 +35,7 @@ module nutate_f77_stepping
       !> Rows written.
       integer :: n = 0
       !> 1: a callback has returned a number that is not finite or exceeds 1e100.
-      integer :: failed = 0
+      integer, pointer :: failed => null()
    contains
       procedure :: observe => store_row
       procedure :: poll => stop_on_failure
@@ -65,50 +64,6 @@ module nutate_f77_stepping
 
 contains
 
-   !> The effects that a set-up asks for: gravity, POT, damping, TOR, in this order; absent what is zero.
-   subroutine build_effects(setup, pot, tor, iuser, ruser, failed, effects)
-      type(setup_t), intent(in) :: setup
-      procedure(f77_potential) :: pot
-      procedure(f77_torque) :: tor
-      !> The program's own, for the callbacks.
-      integer, intent(in), target :: iuser(*)
-      real(wp), intent(in), target :: ruser(*)
-      !> Set to 1 when a callback returns a number that is not finite or exceeds 1e100.
-      integer, pointer, intent(in) :: failed
-      type(effect_list_t), intent(inout) :: effects
-      type(gravity_t) :: gravity
-      type(damping_t) :: damping
-      type(f77_potential_t) :: potential
-      type(f77_torque_t) :: torque
-      effects%rotor_momentum = setup%rotor
-      if (any(abs(setup%frame_rate) > 0.0_wp)) call effects%add(rotating_frame_t(rate=setup%frame_rate))
-      if (any(setup%gravity /= 0.0_wp) .and. any(setup%moment /= 0.0_wp)) then
-         gravity%direction = setup%gravity
-         gravity%moment = setup%moment
-         call effects%add(gravity)
-      end if
-      if (mod(setup%callbacks, 2) == 1) then
-         potential%direction = setup%direction
-         potential%ask => pot
-         potential%iuser => iuser(1:1)
-         potential%ruser => ruser(1:1)
-         potential%failure%noted => failed
-         potential%given = setup%potential_bounds
-         call effects%add(potential)
-      end if
-      if (any(setup%damping /= 0.0_wp)) then
-         damping%coefficient = setup%damping
-         call effects%add(damping)
-      end if
-      if (setup%callbacks < 2) return
-      torque%ask => tor
-      torque%iuser => iuser(1:1)
-      torque%ruser => ruser(1:1)
-      torque%failure%noted => failed
-      torque%given = setup%torque_bounds
-      call effects%add(torque)
-   end subroutine build_effects
-
    !> Numbers that WORK must hold.
    integer function needed_size(setup) result(n)
       !> Solver and order count: the size is that for any body.
@@ -134,166 +89,146 @@ contains
       call fill_work(setup, stepper, work)
    end subroutine start_work
 
-   !> The settings of a stepper.
-   pure type(integrator_settings_t) function settings_of(setup) result(settings)
-      type(setup_t), intent(in) :: setup
-      settings%order = setup%order
-      settings%formulation = merge('reduced', 'full   ', setup%solver == 1)
-      settings%inverse_auxiliary_inertia = setup%inverse_j0
-   end function settings_of
+   !> Performs steps as `integrate` does where each succeeds at the first attempt, without what a run has around its
+   !> steps: that costs more than a step. Where one does not, WORK is as it was.
+   subroutine go_on(n, body, work, done)
+      integer, intent(in) :: n
+      !> Of `work`, with the state and the callbacks of this call.
+      type(f77_body_t), intent(inout) :: body
+      real(wp), intent(inout), target :: work(*)
+      !> If not, a step has failed.
+      logical, intent(out) :: done
+      real(wp) :: end_time, dt, t, length, sums(most_works), compensation(most_works)
+      integer :: i, k, n_works, iterations, uncertified
+      done = .false.
+      body%call = body%call + 1
+      n_works = size(body%stepper%work)
+      do k = 1, n_works
+         sums(k) = 0.0_wp
+         compensation(k) = 0.0_wp
+      end do
+      iterations = 0
+      uncertified = 0
+      dt = body%dt
+      end_time = body%first_time + (body%steps + n)*dt
+      associate (state => body%state, stepper => body%stepper)
+         do i = 1, n
+            t = body%first_time + (body%steps + i)*dt
+            length = t - state%t
+            if (abs(length - dt) <= step_margin(state%t, end_time, dt)) length = dt
+            if (.not. abs(length) > 0.0_wp) return
+            call stepper%advance(body%system, state, length, state%t + 0.5_wp*length, body%status)
+            if (body%status%code /= 0 .or. body%failed /= 0) return
+            state%t = t
+            iterations = iterations + stepper%iterations
+            if (stepper%uncertified > 0) uncertified = uncertified + 1
+            do k = 1, n_works
+               call add_increment(sums(k), compensation(k), stepper%work(k))
+            end do
+         end do
+      end associate
+      body%steps = body%steps + n
+      k = place_at(work)
+      do i = 1, n_works
+         call add_increment(work(k + AT_WORK), work(k + AT_WORK_COMPENSATION), sums(i))
+      end do
+      work(k + AT_ALL_STEPS) = work(k + AT_ALL_STEPS) + n
+      work(k + AT_ITERATIONS) = work(k + AT_ITERATIONS) + iterations
+      if (uncertified > 0) work(k + AT_UNCERTIFIED) = work(k + AT_UNCERTIFIED) + uncertified
+      call store(body, work)
+      done = .true.
+   end subroutine go_on
 
-   !> Performs steps. Errors, `info` > 0, with state and WORK as they were: a code of `nutate_status`.
-   subroutine take_steps(request, pot, tor, iuser, ruser, work, info)
-      type(request_t), intent(inout), target :: request
-      procedure(f77_potential) :: pot
-      procedure(f77_torque) :: tor
-      !> The program's own, for the callbacks.
-      integer, intent(in), target :: iuser(*)
-      real(wp), intent(in), target :: ruser(*)
-      real(wp), intent(inout), target, contiguous :: work(:)
-      integer, intent(out) :: info
-      type(setup_t) :: setup
-      type(system_t) :: system
+   !> Stores in WORK where a call stopped, what its steps took apart.
+   subroutine store(body, work)
+      type(f77_body_t), intent(inout) :: body
+      real(wp), intent(inout), target :: work(*)
+      integer :: k
+      k = place_at(work)
+      work(k + AT_BEGUN) = 1.0_wp
+      work(k + AT_STEPS) = body%steps
+      work(k + AT_DT) = body%dt
+      work(k + AT_FIRST_TIME) = body%first_time
+      associate (state => body%state)
+         work(k + AT_T) = state%t
+         work(k + AT_Q:k + AT_Q + 3) = state%q
+         work(k + AT_P:k + AT_P + 3) = state%p
+         work(k + AT_Q_COMPENSATION:k + AT_Q_COMPENSATION + 3) = state%q_compensation
+         work(k + AT_P_COMPENSATION:k + AT_P_COMPENSATION + 3) = state%p_compensation
+      end associate
+      work(k + AT_MARK) = body%mark
+      work(k + AT_CALL) = body%call
+      call put_memory(body%stepper, work)
+   end subroutine store
 
-      call get_setup(work, setup)
-      system%body = setup%body
-      call build_effects(setup, pot, tor, iuser, ruser, request%store%failed, system%effects)
-      if (setup%order > 2) then
-         call with_composition(request, setup, system, work, info)
-      else if (setup%solver == 1) then
-         call with_reduced(request, setup, system, work, info)
-      else
-         call with_eight(request, setup, system, work, info)
-      end if
-   end subroutine take_steps
-
-   !> `advance` with the reduced form, which then needs no room but the stack's: a single step notices.
-   subroutine with_reduced(request, setup, system, work, info)
+   !> Performs steps as a run. Errors, `info` > 0, with WORK as it was: a code of `nutate_status`.
+   subroutine take_steps(request, body, work, info)
       type(request_t), intent(inout) :: request
-      type(setup_t), intent(in) :: setup
-      type(system_t), intent(in) :: system
-      real(wp), intent(inout), target, contiguous :: work(:)
-      integer, intent(out) :: info
-      type(reduced_t) :: stepper
-      call advance(request, setup, system, stepper, work, info)
-   end subroutine with_reduced
-
-   !> `advance` with the eight equations.
-   subroutine with_eight(request, setup, system, work, info)
-      type(request_t), intent(inout) :: request
-      type(setup_t), intent(in) :: setup
-      type(system_t), intent(in) :: system
-      real(wp), intent(inout), target, contiguous :: work(:)
-      integer, intent(out) :: info
-      type(nielsen_krenk_t) :: stepper
-      call advance(request, setup, system, stepper, work, info)
-   end subroutine with_eight
-
-   !> `advance` with a composition of either.
-   subroutine with_composition(request, setup, system, work, info)
-      type(request_t), intent(inout) :: request
-      type(setup_t), intent(in) :: setup
-      type(system_t), intent(in) :: system
-      real(wp), intent(inout), target, contiguous :: work(:)
-      integer, intent(out) :: info
-      class(stepper_t), allocatable :: stepper
-      type(status_t) :: status
-      call make_stepper(system, settings_of(setup), stepper, status)
-      call advance(request, setup, system, stepper, work, info)
-   end subroutine with_composition
-
-   !> Performs steps with a stepper that is not prepared yet. Errors as for `take_steps`.
-   subroutine advance(request, setup, system, stepper, work, info)
-      type(request_t), intent(inout) :: request
-      type(setup_t), intent(in) :: setup
-      type(system_t), intent(in) :: system
-      class(stepper_t), intent(inout) :: stepper
-      real(wp), intent(inout), target, contiguous :: work(:)
+      !> Of `work`, with the callbacks of this call.
+      type(f77_body_t), intent(inout), target :: body
+      real(wp), intent(inout), target :: work(*)
       integer, intent(out) :: info
       type(place_t) :: place
+      call body%start_again()
+      body%call = body%call + 1
+      call body%recall(work, request%dt, request%t, request%q, request%p)
+      call get_place(work, place)
+      call run_steps(request, body, place, info)
+      if (info /= 0) return
+      body%steps = body%steps + request%n
+      place%all_steps = place%all_steps + request%n
+      call put_place(place, work)
+      call store(body, work)
+      request%t = body%state%t
+      request%q = body%state%q
+      request%p = body%state%p
+   end subroutine take_steps
+
+   !> Performs steps as a run, with rows, and with those that fail subdivided. Errors as for `take_steps`.
+   subroutine run_steps(request, body, place, info)
+      type(request_t), intent(inout) :: request
+      type(f77_body_t), intent(inout), target :: body
+      type(place_t), intent(inout) :: place
+      integer, intent(out) :: info
       type(run_plan_t) :: plan
       type(run_summary_t) :: summary
       type(status_t) :: status
-
-      call get_place(work, place)
-      call stepper%prepare(system, settings_of(setup), status)
-      if (place%continues_at(request%t, request%q, request%p)) then
-         call get_memory(work, stepper)
-         if (request%dt /= place%dt) place%steps = 0
-      else
-         place%steps = 0
-         place%state = state_t(t=request%t, q=request%q, p=request%p)
-      end if
-      if (place%steps == 0) place%first_time = request%t
-      place%dt = request%dt
-      plan = run_plan_t(time_step=place%dt, end_time=place%first_time + real(place%steps + request%n, wp)*place%dt, &
-                        every=int(request%every, long), steps_before=place%steps, first_time=place%first_time, &
-                        steps=int(request%n, long))
-      call integrate(system, stepper, place%state, plan, status, request%store, summary)
-      info = status%code
-      if (request%store%failed /= 0) info = NUTATE_NOT_FINITE
-      if (info /= 0) return
-      request%t = place%state%t
-      request%q = place%state%q
-      request%p = place%state%p
-      call account(place, summary)
-      call put_place(place, work)
-      call put_memory(stepper, work)
-   end subroutine advance
-
-   !> Adds what a run took to what is known of the runs before.
-   pure subroutine account(place, summary)
-      type(place_t), intent(inout) :: place
-      type(run_summary_t), intent(in) :: summary
       integer :: i
-      place%begun = .true.
-      place%steps = place%steps + summary%steps
-      place%all_steps = place%all_steps + summary%steps
+      plan = run_plan_t(time_step=body%dt, end_time=body%first_time + (body%steps + request%n)*body%dt, &
+                        every=int(request%every, long), steps_before=int(body%steps, long), &
+                        first_time=body%first_time, steps=int(request%n, long))
+      request%store%failed => body%failed
+      call integrate(body%system, body%stepper, body%state, plan, status, request%store, summary)
+      info = status%code
+      if (body%failed /= 0) info = NUTATE_NOT_FINITE
+      if (info /= 0) return
       place%iterations = place%iterations + summary%iterations
       place%subdivided_steps = place%subdivided_steps + summary%subdivided_steps
       place%uncertified_steps = place%uncertified_steps + summary%uncertified_steps
       do i = 1, size(summary%work)
          call add_increment(place%work, place%work_compensation, summary%work(i))
       end do
-   end subroutine account
+   end subroutine run_steps
 
    !> What NUINV computes. Error, `info` > 0: `NUTATE_NOT_FINITE`.
-   subroutine find_invariants(work, state, pot, iuser, ruser, found, info)
-      real(wp), intent(in), target, contiguous :: work(:)
+   subroutine find_invariants(body, state, found, info)
+      !> With POT of this call.
+      type(f77_body_t), intent(inout), target :: body
       type(state_t), intent(in) :: state
-      procedure(f77_potential) :: pot
-      !> The program's own, for POT.
-      integer, intent(in) :: iuser(*)
-      real(wp), intent(in) :: ruser(*)
       type(f77_invariants_t), intent(out) :: found
       integer, intent(out) :: info
-      type(setup_t) :: setup
-      type(system_t) :: system
       ! Volatile: what a pure procedure does to it goes unnoticed otherwise.
-      integer, target, volatile :: failed
-      failed = 0
-      call get_setup(work, setup)
-      setup%callbacks = mod(setup%callbacks, 2)
-      system%body = setup%body
-      call build_effects(setup, pot, no_torque, iuser, ruser, failed, system%effects)
-      found%energy(2) = potential_energy(system%effects, state%q)
+      integer, pointer, volatile :: failed
+      failed => body%failed
+      found%energy(2) = potential_energy(body%system%effects, state%q)
       info = merge(NUTATE_NOT_FINITE, 0, failed /= 0)
       if (info /= 0) return
-      found%energy(1) = kinetic_energy(system, state, setup%inverse_j0)
+      found%energy(1) = kinetic_energy(body%system, state, body%setup%inverse_j0)
       found%energy(3) = found%energy(1) + found%energy(2)
       found%momentum(:, 1) = body_momentum(state)
       found%momentum(:, 2) = space_momentum(state)
       found%constraints = [quat_norm(state%q), dot_product(state%q, state%p)]
    end subroutine find_invariants
-
-   !> Stands for TOR where it cannot act.
-   pure subroutine no_torque(t, q, omega, tau, iuser, ruser)
-      real(wp), intent(in) :: t, q(4), omega(3)
-      real(wp), intent(out) :: tau(3)
-      integer, intent(in) :: iuser(*)
-      real(wp), intent(in) :: ruser(*)
-      tau = 0.0_wp
-   end subroutine no_torque
 
    subroutine store_row(self, system, state, record, status)
       class(row_store_t), intent(inout) :: self

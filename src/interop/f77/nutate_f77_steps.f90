@@ -2,7 +2,8 @@
 ! arguments are DOUBLE PRECISION, quaternions have their scalar first and take body to space components.
 !
 ! INFO = 0: success. INFO = -i: argument number i is wrong. INFO > 0: the step failed for a reason that NUTEXT tells. On
-! failure every argument but INFO is as it was. Nothing is kept between calls but what is in WORK, and nothing printed.
+! failure every argument but INFO is as it was. All that counts is in WORK; what has been prepared for it is kept beside
+! (`nutate_f77_prepared`), and nothing printed.
 
 !> NUINIT prepares WORK for the steps of a body, or returns the length that WORK needs.
 !>
@@ -92,14 +93,14 @@ subroutine nufram(w, work, lwork, info)
    info = merge(0, -1, all(is_moderate(w)))
    if (info == 0 .and. is_ready(work, lwork) /= 0) info = -1 - is_ready(work, lwork)
    if (info /= 0) return
-   call get_place(work(1:int(work(1))), place)
+   call get_place(work, place)
    if (place%begun) then
       info = -2
       return
    end if
-   call get_setup(work(1:int(work(1))), setup)
+   call get_setup(work, setup)
    setup%frame_rate = w
-   call put_setup(setup, work(1:int(work(1))))
+   call put_setup(setup, work)
 end subroutine nufram
 
 !> NUSTEP performs N steps of length DT from T, Q, P.
@@ -107,9 +108,8 @@ end subroutine nufram
 !> A call that starts where the last call with this WORK ended continues it: single steps give the same digits as one
 !> call. A change of T, Q, P or DT starts anew. A step that fails is subdivided.
 subroutine nustep(n, dt, t, q, p, pot, tor, iuser, ruser, work, lwork, info)
-   use nutate_f77_callback, only: f77_potential, f77_torque
-   use nutate_f77_check, only: find_bad_step, is_ready
-   use nutate_f77_stepping, only: request_t, take_steps
+   use, intrinsic :: iso_c_binding, only: c_double, c_funloc, c_funptr, c_int
+   use nutate_f77_interfaces, only: f77_potential, f77_torque
    use nutate_kinds, only: wp
    implicit none
    !> (input) Number of steps, N >= 0.
@@ -138,28 +138,25 @@ subroutine nustep(n, dt, t, q, p, pot, tor, iuser, ruser, work, lwork, info)
    integer, intent(in) :: lwork
    !> (output) 0; -i: argument i is wrong; > 0: see NUTEXT.
    integer, intent(out) :: info
-   type(request_t) :: request
-   integer :: bad
-   bad = is_ready(work, lwork)
-   if (bad /= 0) then
-      info = -9 - bad
-      return
-   end if
-   info = -find_bad_step(n, dt, t, q, p, work(1:int(work(1))))
-   if (info /= 0 .or. n == 0) return
-   request = request_t(n=n, every=n, dt=dt, t=t, q=q, p=p)
-   call take_steps(request, pot, tor, iuser, ruser, work(1:int(work(1))), info)
-   if (info /= 0) return
-   t = request%t
-   q = request%q
-   p = request%p
+   interface
+      subroutine perform_steps(n, dt, t, q, p, pot, tor, iuser, ruser, work, lwork, info) &
+         bind(C, name='nutate_f77_perform')
+         import :: c_double, c_funptr, c_int
+         integer(c_int), intent(in) :: n, iuser(*), lwork
+         real(c_double), intent(in) :: dt, ruser(*)
+         real(c_double), intent(inout) :: t, q(4), p(4), work(*)
+         type(c_funptr), intent(in), value :: pot, tor
+         integer(c_int), intent(out) :: info
+      end subroutine perform_steps
+   end interface
+   call perform_steps(n, dt, t, q, p, c_funloc(pot), c_funloc(tor), iuser, ruser, work, lwork, info)
 end subroutine nustep
 
 !> NURUN performs N steps as NUSTEP does and stores a row after every K steps.
 subroutine nurun(n, dt, t, q, p, pot, tor, iuser, ruser, k, rows, mrows, nrows, work, lwork, info)
-   use nutate_f77_callback, only: f77_potential, f77_torque
-   use nutate_f77_check, only: find_bad_step, is_ready
-   use nutate_f77_stepping, only: request_t, take_steps
+   use nutate_f77_calls, only: perform_rows
+   use nutate_f77_interfaces, only: f77_potential, f77_torque
+   use nutate_f77_stepping, only: request_t
    use nutate_kinds, only: wp
    implicit none
    !> (input) Number of steps, N >= 0.
@@ -196,20 +193,10 @@ subroutine nurun(n, dt, t, q, p, pot, tor, iuser, ruser, k, rows, mrows, nrows, 
    !> (output) 0; -i: argument i is wrong; > 0: see NUTEXT. ROWS and NROWS then have the rows before the failure.
    integer, intent(out) :: info
    type(request_t) :: request
-   integer :: bad
-   bad = is_ready(work, lwork)
-   if (bad /= 0) then
-      info = -13 - bad
-      return
-   end if
-   info = -find_bad_step(n, dt, t, q, p, work(1:int(work(1))))
-   if (info == 0 .and. k < 1) info = -10
-   if (info == 0) info = merge(-12, 0, mrows < 1 + n/k + min(1, mod(n, k)))
-   if (info /= 0) return
    request = request_t(n=n, every=k, dt=dt, t=t, q=q, p=p)
    request%store%rows => rows(:, 1:mrows)
-   call take_steps(request, pot, tor, iuser, ruser, work(1:int(work(1))), info)
-   nrows = request%store%n
+   call perform_rows(request, pot, tor, iuser, ruser, work, lwork, info)
+   if (info >= 0) nrows = request%store%n
    if (info /= 0) return
    t = request%t
    q = request%q
@@ -238,7 +225,7 @@ subroutine nustat(istat, w, work, lwork, info)
       info = -2 - info
       return
    end if
-   call get_place(work(1:int(work(1))), place)
+   call get_place(work, place)
    istat = int(min([place%all_steps, place%iterations, place%subdivided_steps], int(huge(0), long)))
    w = place%work
 end subroutine nustat
@@ -263,7 +250,7 @@ subroutine nuncer(num, work, lwork, info)
       info = -1 - info
       return
    end if
-   call get_place(work(1:int(work(1))), place)
+   call get_place(work, place)
    num = int(min(place%uncertified_steps, int(huge(0), long)))
 end subroutine nuncer
 
@@ -293,13 +280,13 @@ subroutine nubpot(bgrad, bhess, bthird, work, lwork, info)
    info = -find_bad_bound([bgrad, bhess, bthird])
    if (info == 0 .and. is_ready(work, lwork) /= 0) info = -3 - is_ready(work, lwork)
    if (info /= 0) return
-   call get_setup(work(1:int(work(1))), setup)
+   call get_setup(work, setup)
    if (mod(setup%callbacks, 2) == 0) then
       info = -4
       return
    end if
    setup%potential_bounds = given_bounds_t(known=.true., first=bgrad, second=bhess, third=bthird)
-   call put_setup(setup, work(1:int(work(1))))
+   call put_setup(setup, work)
 end subroutine nubpot
 
 !> NUBTOR sets bounds of a TOR that does not depend on OMEGA, as NUBPOT does of POT. They must hold at all attitudes and
@@ -328,13 +315,13 @@ subroutine nubtor(btor, bturn, bsec, brate, work, lwork, info)
    info = -find_bad_bound([btor, bturn, bsec, brate])
    if (info == 0 .and. is_ready(work, lwork) /= 0) info = -4 - is_ready(work, lwork)
    if (info /= 0) return
-   call get_setup(work(1:int(work(1))), setup)
+   call get_setup(work, setup)
    if (setup%callbacks < 2) then
       info = -5
       return
    end if
    setup%torque_bounds = given_bounds_t(known=.true., first=btor, second=bturn, third=bsec, rate=brate)
-   call put_setup(setup, work(1:int(work(1))))
+   call put_setup(setup, work)
 end subroutine nubtor
 
 !> NUNONE does nothing: pass it in place of POT or TOR where there is none.

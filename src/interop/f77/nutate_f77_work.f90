@@ -1,7 +1,8 @@
 !> The work array of the FORTRAN 77 routines: what NUINIT was told, where the last call stopped, and what the method
 !> remembers of its steps. Plain numbers, no addresses: a copy is as good as the original.
 !>
-!> WORK(1): its length; (2): a mark; (3), (4): the first numbers of the second and of the third part.
+!> WORK(1): its length; (2): a mark; (3), (4): the first numbers of the second and of the third part; (5), (6): hashes
+!> of the first part.
 module nutate_f77_work
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_archive, only: archive_t
@@ -9,13 +10,14 @@ module nutate_f77_work
    use nutate_effect, only: given_bounds_t
    use nutate_kinds, only: wp, long
    use nutate_number_archive, only: number_archive_t
-   use nutate_state, only: state_t
-   use nutate_stepper, only: stepper_t
+   use nutate_stepper, only: integrator_settings_t, stepper_t
    implicit none
    private
 
-   public :: setup_t, place_t, count_work, is_work, fill_work, get_setup, put_setup, get_place, put_place, &
-      get_memory, put_memory
+   public :: AT_BEGUN, AT_STEPS, AT_DT, AT_FIRST_TIME, AT_T, AT_Q, AT_P, AT_Q_COMPENSATION, AT_P_COMPENSATION, &
+      AT_WORK, AT_WORK_COMPENSATION, AT_ALL_STEPS, AT_ITERATIONS, AT_UNCERTIFIED, AT_MARK, AT_CALL
+   public :: setup_t, place_t, place_at, continues, count_work, is_work, fill_work, get_setup, put_setup, &
+      get_place, put_place, get_memory, put_memory, count_memory, settings_of
 
    !> What NUINIT was told, and NUFRAM, NUBPOT and NUBTOR after it.
    type :: setup_t
@@ -48,23 +50,24 @@ module nutate_f77_work
       !> Fixed steps since a first time; that length and time, s.
       integer(long) :: steps = 0
       real(wp) :: dt = 0.0_wp, first_time = 0.0_wp
-      type(state_t) :: state
+      !> Of the state: s; attitude and momentum, and what rounding took from them; shape (4).
+      real(wp) :: t = 0.0_wp, q(4) = 0.0_wp, p(4) = 0.0_wp, q_compensation(4) = 0.0_wp, p_compensation(4) = 0.0_wp
       !> Work of damping and TOR since NUINIT, J, and the digits that this sum cannot hold.
       real(wp) :: work = 0.0_wp, work_compensation = 0.0_wp
       !> Since NUINIT: steps, Newton iterations, steps that had to be subdivided, steps with a root that is taken
       !> for the true one without a proof.
       integer(long) :: all_steps = 0, iterations = 0, subdivided_steps = 0, uncertified_steps = 0
-   contains
-      !> Writes or reads its values in checkpoint data.
-      procedure :: transfer => transfer_place
-      !> True if a call starts where the last one stopped.
-      procedure :: continues_at
    end type place_t
 
-   !> Bits of the second number of an array that NUINIT has filled: `NUTATE 2` in ASCII.
-   integer(int64), parameter :: mark = int(z'4E55544154452032', int64)
-   !> First number of the first part.
-   integer, parameter :: setup_at = 5
+   !> Bits of the second number of an array that NUINIT has filled: `NUTATE 3` in ASCII.
+   integer(int64), parameter :: mark = int(z'4E55544154452033', int64)
+   !> First number of the first part, and numbers of the second one.
+   integer, parameter :: setup_at = 7, place_size = 29
+   !> Where the values of a `place_t` are, counted from the first one.
+   integer, parameter :: AT_BEGUN = 0, AT_STEPS = 1, AT_DT = 2, AT_FIRST_TIME = 3, AT_T = 4, AT_Q = 5, AT_P = 9, &
+                         AT_Q_COMPENSATION = 13, AT_P_COMPENSATION = 17, AT_WORK = 21, AT_WORK_COMPENSATION = 22, &
+                         AT_ALL_STEPS = 23, AT_ITERATIONS = 24, AT_SUBDIVIDED = 25, AT_UNCERTIFIED = 26, AT_MARK = 27, &
+                         AT_CALL = 28
 
 contains
 
@@ -81,14 +84,13 @@ contains
       integer, intent(out) :: place_at, memory_at, n
       type(number_archive_t) :: archive
       type(setup_t) :: setup
-      type(place_t) :: place
       call archive%begin_counting()
       call setup%transfer(archive)
       place_at = setup_at + archive%count()
-      call place%transfer(archive)
-      memory_at = setup_at + archive%count()
+      memory_at = place_at + place_size
+      call archive%begin_counting()
       call stepper%transfer(archive)
-      n = setup_at - 1 + archive%count()
+      n = memory_at - 1 + archive%count()
    end subroutine find_parts
 
    !> Makes the array ready for the first step.
@@ -97,14 +99,12 @@ contains
       class(stepper_t), intent(inout) :: stepper
       !> Shape (as `count_work` says).
       real(wp), intent(inout), target, contiguous :: work(:)
-      type(number_archive_t) :: archive
       type(place_t) :: place
       integer :: place_at, memory_at, n
       call find_parts(stepper, place_at, memory_at, n)
       work = 0.0_wp
       work(1:4) = [real(n, wp), transfer(mark, 0.0_wp), real(place_at, wp), real(memory_at, wp)]
-      call archive%begin_writing(work(setup_at:place_at - 1))
-      call setup%transfer(archive)
+      call put_setup(setup, work)
       call put_place(place, work)
    end subroutine fill_work
 
@@ -119,57 +119,146 @@ contains
 
    !> Reads what NUINIT was told.
    subroutine get_setup(work, setup)
-      real(wp), intent(in), target, contiguous :: work(:)
+      real(wp), intent(in), target :: work(*)
       type(setup_t), intent(inout) :: setup
       type(number_archive_t) :: archive
-      call archive%begin_reading(work(setup_at:))
+      call archive%begin_reading(setup_of(work))
       call setup%transfer(archive)
    end subroutine get_setup
 
    !> Writes what was added to it.
    subroutine put_setup(setup, work)
       type(setup_t), intent(inout) :: setup
-      real(wp), intent(inout), target, contiguous :: work(:)
+      real(wp), intent(inout), target :: work(*)
       type(number_archive_t) :: archive
-      call archive%begin_writing(work(setup_at:nint(work(3)) - 1))
+      call archive%begin_writing(setup_of(work))
       call setup%transfer(archive)
+      call find_hashes(setup_of(work), work(5), work(6))
    end subroutine put_setup
 
+   !> The set-up as it is in an array.
+   function setup_of(work) result(numbers)
+      real(wp), intent(in), target :: work(*)
+      real(wp), pointer, contiguous :: numbers(:)
+      numbers => work(setup_at:int(work(3)) - 1)
+   end function setup_of
+
+   !> Two hashes of numbers, whole numbers below 2**32: Fowler, Noll and Vo's FNV-1a of their halves with two primes,
+   !> the high digits folded onto the low ones. Numbers of which both are the same count as the same numbers: others
+   !> have them in one of 1e19 pairs.
+   pure subroutine find_hashes(numbers, first, second)
+      real(wp), intent(in) :: numbers(:)
+      real(wp), intent(out) :: first, second
+      integer(int64), parameter :: primes(2) = [16777619_int64, 709607_int64], low = int(z'FFFFFFFF', int64)
+      integer, parameter :: folds(2) = [15, 13]
+      integer(int64) :: hashes(2), bits
+      integer :: i, k
+      hashes = [2166136261_int64, 3735928559_int64]
+      do i = 1, size(numbers)
+         bits = transfer(numbers(i), 0_int64)
+         do k = 0, 1
+            hashes = iand(ieor(hashes, iand(shiftr(bits, 32*k), low))*primes, low)
+            hashes = ieor(hashes, shiftr(hashes, folds))
+         end do
+      end do
+      first = real(hashes(1), wp)
+      second = real(hashes(2), wp)
+   end subroutine find_hashes
+
+   !> Numbers of the third part.
+   pure integer function count_memory(work) result(n)
+      real(wp), intent(in) :: work(*)
+      n = int(work(1)) - int(work(4)) + 1
+   end function count_memory
+
+   !> The settings of a stepper.
+   pure type(integrator_settings_t) function settings_of(setup) result(settings)
+      type(setup_t), intent(in) :: setup
+      settings%order = setup%order
+      settings%formulation = merge('reduced', 'full   ', setup%solver == 1)
+      settings%inverse_auxiliary_inertia = setup%inverse_j0
+   end function settings_of
+
+   !> The first number of the second part.
+   pure integer function place_at(work)
+      real(wp), intent(in) :: work(*)
+      place_at = int(work(3))
+   end function place_at
+
+   !> True if a call starts where the last one stopped.
+   pure logical function continues(work, t, q, p)
+      real(wp), intent(in) :: work(*)
+      !> s; attitude and conjugate momentum, shape (4).
+      real(wp), intent(in) :: t, q(4), p(4)
+      integer :: k
+      k = place_at(work)
+      continues = work(k + AT_BEGUN) > 0.5_wp .and. t == work(k + AT_T) .and. &
+                  all(q == work(k + AT_Q:k + AT_Q + 3)) .and. all(p == work(k + AT_P:k + AT_P + 3))
+   end function continues
+
    !> Reads where the last call stopped.
-   subroutine get_place(work, place)
-      real(wp), intent(in), target, contiguous :: work(:)
+   pure subroutine get_place(work, place)
+      real(wp), intent(in) :: work(*)
       type(place_t), intent(inout) :: place
-      type(number_archive_t) :: archive
-      call archive%begin_reading(work(nint(work(3)):))
-      call place%transfer(archive)
+      integer :: k
+      k = place_at(work)
+      place%begun = work(k + AT_BEGUN) > 0.5_wp
+      place%steps = int(work(k + AT_STEPS), long)
+      place%dt = work(k + AT_DT)
+      place%first_time = work(k + AT_FIRST_TIME)
+      place%t = work(k + AT_T)
+      place%q = work(k + AT_Q:k + AT_Q + 3)
+      place%p = work(k + AT_P:k + AT_P + 3)
+      place%q_compensation = work(k + AT_Q_COMPENSATION:k + AT_Q_COMPENSATION + 3)
+      place%p_compensation = work(k + AT_P_COMPENSATION:k + AT_P_COMPENSATION + 3)
+      place%work = work(k + AT_WORK)
+      place%work_compensation = work(k + AT_WORK_COMPENSATION)
+      place%all_steps = int(work(k + AT_ALL_STEPS), long)
+      place%iterations = int(work(k + AT_ITERATIONS), long)
+      place%subdivided_steps = int(work(k + AT_SUBDIVIDED), long)
+      place%uncertified_steps = int(work(k + AT_UNCERTIFIED), long)
    end subroutine get_place
 
    !> Writes where a call stopped.
-   subroutine put_place(place, work)
-      type(place_t), intent(inout) :: place
-      real(wp), intent(inout), target, contiguous :: work(:)
-      type(number_archive_t) :: archive
-      call archive%begin_writing(work(nint(work(3)):))
-      call place%transfer(archive)
+   pure subroutine put_place(place, work)
+      type(place_t), intent(in) :: place
+      real(wp), intent(inout) :: work(*)
+      integer :: k
+      k = place_at(work)
+      work(k + AT_BEGUN) = merge(1.0_wp, 0.0_wp, place%begun)
+      work(k + AT_STEPS) = real(place%steps, wp)
+      work(k + AT_DT) = place%dt
+      work(k + AT_FIRST_TIME) = place%first_time
+      work(k + AT_T) = place%t
+      work(k + AT_Q:k + AT_Q + 3) = place%q
+      work(k + AT_P:k + AT_P + 3) = place%p
+      work(k + AT_Q_COMPENSATION:k + AT_Q_COMPENSATION + 3) = place%q_compensation
+      work(k + AT_P_COMPENSATION:k + AT_P_COMPENSATION + 3) = place%p_compensation
+      work(k + AT_WORK) = place%work
+      work(k + AT_WORK_COMPENSATION) = place%work_compensation
+      work(k + AT_ALL_STEPS) = real(place%all_steps, wp)
+      work(k + AT_ITERATIONS) = real(place%iterations, wp)
+      work(k + AT_SUBDIVIDED) = real(place%subdivided_steps, wp)
+      work(k + AT_UNCERTIFIED) = real(place%uncertified_steps, wp)
    end subroutine put_place
 
    !> Gives a stepper what it remembers of the steps of the last call.
    subroutine get_memory(work, stepper)
-      real(wp), intent(in), target, contiguous :: work(:)
+      real(wp), intent(in), target :: work(*)
       !> Prepared.
       class(stepper_t), intent(inout) :: stepper
-      type(number_archive_t) :: archive
-      call archive%begin_reading(work(nint(work(4)):))
-      call stepper%transfer(archive)
+      integer :: used
+      used = int(work(4)) - 1
+      call stepper%take_memory(int(work(1)), work, used)
    end subroutine get_memory
 
    !> Keeps what a stepper remembers of its steps.
    subroutine put_memory(stepper, work)
       class(stepper_t), intent(inout) :: stepper
-      real(wp), intent(inout), target, contiguous :: work(:)
-      type(number_archive_t) :: archive
-      call archive%begin_writing(work(nint(work(4)):))
-      call stepper%transfer(archive)
+      real(wp), intent(inout), target :: work(*)
+      integer :: used
+      used = int(work(4)) - 1
+      call stepper%put_memory(int(work(1)), work, used)
    end subroutine put_memory
 
    !> Writes or reads its values in checkpoint data.
@@ -204,30 +293,5 @@ contains
       call archive%transfer(bounds%third)
       call archive%transfer(bounds%rate)
    end subroutine transfer_bounds
-
-   !> Writes or reads its values in checkpoint data.
-   subroutine transfer_place(self, archive)
-      class(place_t), intent(inout) :: self
-      class(archive_t), intent(inout) :: archive
-      call archive%transfer(self%begun)
-      call archive%transfer(self%steps)
-      call archive%transfer(self%dt)
-      call archive%transfer(self%first_time)
-      call self%state%transfer(archive)
-      call archive%transfer(self%work)
-      call archive%transfer(self%work_compensation)
-      call archive%transfer(self%all_steps)
-      call archive%transfer(self%iterations)
-      call archive%transfer(self%subdivided_steps)
-      call archive%transfer(self%uncertified_steps)
-   end subroutine transfer_place
-
-   !> True if a call starts where the last one stopped.
-   pure logical function continues_at(self, t, q, p)
-      class(place_t), intent(in) :: self
-      !> s; attitude and conjugate momentum, shape (4).
-      real(wp), intent(in) :: t, q(4), p(4)
-      continues_at = self%begun .and. t == self%state%t .and. all(q == self%state%q) .and. all(p == self%state%p)
-   end function continues_at
 
 end module nutate_f77_work

@@ -51,6 +51,18 @@ module nutate_root_certificate
    !> δ of space axes that turn, up to which the balls of b and r are ones in which effects are bounded.
    real(wp), parameter :: largest_frame_turn = 0.25_wp
 
+   !> Of the bounds of all effects in a ball, those that decide whether it can be certified.
+   type :: ball_bounds_t
+      !> Of J⁻¹T and its derivative by b, what resists the rotation apart.
+      real(wp) :: force = 0.0_wp, slope = 0.0_wp, drag = 0.0_wp, drag_slope = 0.0_wp
+   end type ball_bounds_t
+
+   !> The same for each radius: those that are known, the smallest radii.
+   type :: all_bounds_t
+      integer :: known = 0
+      type(ball_bounds_t) :: balls(size(radii)) = ball_bounds_t()
+   end type all_bounds_t
+
    !> What a system admits to be certified of its steps.
    type :: root_certificate_t
       !> Each effect that acts has bounds, and they do not dominate the step.
@@ -63,12 +75,14 @@ module nutate_root_certificate
       real(wp) :: gyration = 0.0_wp, rotor_rate = 0.0_wp
       !> The torques that act in the step; shape (number of torques).
       logical, allocatable :: acts(:)
-      !> J⁻¹; the map that leaves all as it is.
-      type(linear_map_t), private :: inverse, identity
+      !> J⁻¹; the map that leaves all as it is, where the space axes turn.
+      type(linear_map_t), private :: inverse
+      type(linear_map_t), allocatable, private :: identity
       !> |ω| of space axes that turn, rad/s.
       real(wp), private :: frame_rate = 0.0_wp
-      !> Bounds of all effects for each radius: at any attitude, and in a stage from the state last asked for.
-      type(effect_bounds_t), private :: everywhere(size(radii)), here(size(radii))
+      !> Bounds of all effects for each radius: at any attitude, and in a stage from the state last asked for. Not
+      !> allocated where there are neither effects nor space axes that turn.
+      type(all_bounds_t), allocatable, private :: everywhere, here
       !> γ of each potential at the start of that stage; shape (3, number of potentials).
       real(wp), allocatable, private :: gamma(:, :)
       !> Largest |b0| and largest |b| of a root that is the true one.
@@ -94,14 +108,19 @@ contains
       type(system_t), intent(in) :: system
       associate (effects => system%effects, inverse => system%body%inverse_inertia)
          self%inverse = map_of(inverse, system%body%axes)
-         self%identity = map_of(diagonal([1.0_wp, 1.0_wp, 1.0_wp]), system%body%axes)
          self%frame_rate = vector_length(effects%frame_rate)
+         if (allocated(self%identity)) deallocate (self%identity)
+         if (self%frame_rate > 0.0_wp) &
+            allocate (self%identity, source=map_of(diagonal([1.0_wp, 1.0_wp, 1.0_wp]), system%body%axes))
          self%gyration = gyration_of(system%body%moments)
          self%rotor_rate = spectral_norm(times_cross(inverse, effects%rotor_momentum))
          if (allocated(self%acts)) deallocate (self%acts)
          allocate (self%acts(effects%n_torques), source=.true.)
          if (allocated(self%gamma)) deallocate (self%gamma)
          allocate (self%gamma(3, effects%n_potentials), source=0.0_wp)
+         if (allocated(self%everywhere)) deallocate (self%everywhere, self%here)
+         if (effects%n_potentials + effects%n_torques > 0 .or. self%frame_rate > 0.0_wp) &
+            allocate (self%everywhere, self%here)
       end associate
       ! Which torques act is known in a step only.
       self%steady_from = huge(1.0_wp)
@@ -122,7 +141,7 @@ contains
       if (dt /= self%length) then
          if (self%frame_rate > 0.0_wp) call bound_everywhere(self, system, dt)
          self%length = dt
-         call find_ball(self, self%everywhere, dt, self%reach, self%radius, near)
+         call find_ball(self, dt, self%reach, self%radius, near, self%everywhere)
          self%near = max(near, 0.0_wp)**2
       end if
       holds = start <= self%reach .and. root <= self%radius
@@ -144,14 +163,13 @@ contains
       do i = 1, system%effects%n_potentials
          self%gamma(:, i) = rotate_to_body(state%q, system%effects%potentials(i)%item%direction)
       end do
-      do i = 1, size(radii)
-         call bound_stage(self, system, radii(i), 0.0_wp, dt, self%here(i))
-      end do
-      call find_ball(self, self%here, dt, reach, radius, near)
+      if (allocated(self%here)) call bound_balls(self, system, 0.0_wp, dt, self%here)
+      call find_ball(self, dt, reach, radius, near, self%here)
       certified = start <= reach .and. root <= radius
       ! Tubes are derived for space axes that stand still.
-      self%followable = self%here(1)%known .and. strength_of(self%here(1), dt) <= dominating .and. &
-                        .not. self%frame_rate > 0.0_wp
+      self%followable = .not. self%frame_rate > 0.0_wp
+      if (self%followable .and. allocated(self%here)) &
+         self%followable = self%here%known > 0 .and. strength_of(self%here%balls(1), dt) <= dominating
    end subroutine holds_here
 
    !> The longest part of a stage from the state last taken, among the powers of 0.8, whose root lies in a ball that
@@ -167,7 +185,7 @@ contains
       integer :: i
       part = 1.0_wp
       do i = 1, most_parts
-         call find_ball(self, self%here, part*dt, reach, radius, near)
+         call find_ball(self, part*dt, reach, radius, near, self%here)
          if (part*start <= reach) return
          part = shorter*part
       end do
@@ -176,27 +194,28 @@ contains
 
    !> Largest |b0| and |b| for which the root of a stage is certified, and the |b| up to which it is whatever b0; the
    !> first and the last negative where none is.
-   pure subroutine find_ball(self, bounds, dt, reach, radius, near)
+   pure subroutine find_ball(self, dt, reach, radius, near, bounds)
       class(root_certificate_t), intent(in) :: self
-      !> For each radius.
-      type(effect_bounds_t), intent(in) :: bounds(:)
       !> s.
       real(wp), intent(in) :: dt
       real(wp), intent(out) :: reach, radius, near
+      !> Absent where nothing acts.
+      type(all_bounds_t), intent(in), optional :: bounds
+      type(ball_bounds_t) :: ball
       real(wp) :: rotor, rest, excess, contraction
-      integer :: k
+      integer :: k, known
       reach = -1.0_wp
       near = -1.0_wp
       radius = 0.0_wp
       rotor = 0.5_wp*abs(dt)*self%rotor_rate
-      do k = 1, size(radii)
-         if (.not. bounds(k)%known) exit
+      known = size(radii)
+      if (present(bounds)) known = bounds%known
+      do k = 1, known
+         if (present(bounds)) ball = bounds%balls(k)
          associate (rho => radii(k))
             rest = 1/(1 - rho*rho)
-            excess = (rho*(self%gyration*rho + rotor) &
-                      + weighted(bounds(k)%force, bounds(k)%drag, dt))*rest
-            contraction = (2*self%gyration*rho + rotor &
-                           + weighted(bounds(k)%slope, bounds(k)%drag_slope, dt) + 2*rho*excess)*rest
+            excess = (rho*(self%gyration*rho + rotor) + weighted(ball%force, ball%drag, dt))*rest
+            contraction = (2*self%gyration*rho + rotor + weighted(ball%slope, ball%drag_slope, dt) + 2*rho*excess)*rest
             if (.not. contraction < 1.0_wp) exit
             radius = rho
             reach = max(reach, rho - excess)
@@ -213,7 +232,7 @@ contains
 
    !> Norm of the effects' part of the Jacobian.
    elemental real(wp) function strength_of(bounds, dt) result(strength)
-      type(effect_bounds_t), intent(in) :: bounds
+      type(ball_bounds_t), intent(in) :: bounds
       real(wp), intent(in) :: dt
       strength = weighted(bounds%slope, bounds%drag_slope, dt)
    end function strength_of
@@ -228,11 +247,27 @@ contains
       do i = 1, system%effects%n_potentials
          self%gamma(:, i) = system%effects%potentials(i)%item%direction
       end do
-      do i = 1, size(radii)
-         call bound_stage(self, system, radii(i), anywhere, dt, self%everywhere(i))
-      end do
+      if (allocated(self%everywhere)) call bound_balls(self, system, anywhere, dt, self%everywhere)
       self%length = 0.0_wp
    end subroutine bound_everywhere
+
+   !> Bounds of all effects for each radius, up to the first for which there are none.
+   pure subroutine bound_balls(self, system, slack, dt, bounds)
+      class(root_certificate_t), intent(in) :: self
+      type(system_t), intent(in) :: system
+      !> How far γ at the start can be off, over |n|; s.
+      real(wp), intent(in) :: slack, dt
+      type(all_bounds_t), intent(inout) :: bounds
+      type(effect_bounds_t) :: ball
+      integer :: i
+      bounds%known = 0
+      do i = 1, size(radii)
+         call bound_stage(self, system, radii(i), slack, dt, ball)
+         if (.not. ball%known) exit
+         bounds%known = i
+         bounds%balls(i) = ball_bounds_t(force=ball%force, slope=ball%slope, drag=ball%drag, drag_slope=ball%drag_slope)
+      end do
+   end subroutine bound_balls
 
    !> Bounds of all effects that act, of their J⁻¹T in a stage of a length from the state last taken.
    pure subroutine bound_stage(self, system, radius, slack, dt, bounds)

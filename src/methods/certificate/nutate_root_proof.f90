@@ -39,7 +39,8 @@ module nutate_root_proof
       !> Neither effects nor rotors, and moments of a rigid body.
       logical, private :: is_free = .true.
       type(root_certificate_t), private :: certificate
-      type(reduced_equations_t), private :: equations
+      !> Of parts of a stage; not allocated where there are no effects, which need the room.
+      type(reduced_equations_t), allocatable, private :: equations
    contains
       !> Sets a system.
       procedure :: set_up
@@ -61,8 +62,11 @@ contains
                      .not. (system%body%breaks_triangle .or. system%effects%frame_turns)
       self%applies = system%effects%n_wheels == 0
       call self%certificate%set_up(system)
-      call self%equations%forces%prepare(system%effects, .true.)
-      self%equations%dt = 0.0_wp
+      if (allocated(self%equations)) deallocate (self%equations)
+      if (system%effects%n_potentials + system%effects%n_torques > 0) then
+         allocate (self%equations)
+         call self%equations%forces%prepare(system%effects, .true.)
+      end if
       self%length = 0.0_wp
    end subroutine set_up
 
@@ -99,6 +103,7 @@ contains
       real(wp), intent(in) :: start(3), root(3)
       integer, intent(out) :: verdict
       type(branch_t) :: branch
+      type(reduced_equations_t) :: free
       logical :: proved_here
       self%tried = 0
       self%b = root
@@ -107,7 +112,11 @@ contains
       if (proved_here) return
       verdict = BEYOND_PROOF
       if (.not. self%certificate%followable) return
-      call branch%follow(self%certificate, self%equations, system, state, dt, window_time)
+      if (allocated(self%equations)) then
+         call branch%follow(self%certificate, self%equations, system, state, dt, window_time)
+      else
+         call branch%follow(self%certificate, free, system, state, dt, window_time)
+      end if
       self%tried = branch%tried
       self%b = branch%b
       if (branch%is_unbounded) return

@@ -62,6 +62,8 @@ module nutate_composition
       procedure :: forget_steps
       procedure :: transfer
       procedure :: carry
+      procedure :: put_memory
+      procedure :: take_memory
    end type composition_t
 
 contains
@@ -178,5 +180,29 @@ contains
          call self%stages(i)%stepper%transfer(archive)
       end do
    end subroutine transfer
+
+   !> Writes the same as numbers.
+   recursive subroutine put_memory(self, room, numbers, used)
+      class(composition_t), intent(inout) :: self
+      integer, intent(in) :: room
+      real(wp), intent(inout), target :: numbers(room)
+      integer, intent(inout) :: used
+      integer :: i
+      do i = 1, size(self%stages)
+         call self%stages(i)%stepper%put_memory(room, numbers, used)
+      end do
+   end subroutine put_memory
+
+   !> Reads the same from numbers.
+   recursive subroutine take_memory(self, room, numbers, used)
+      class(composition_t), intent(inout) :: self
+      integer, intent(in) :: room
+      real(wp), intent(in), target :: numbers(room)
+      integer, intent(inout) :: used
+      integer :: i
+      do i = 1, size(self%stages)
+         call self%stages(i)%stepper%take_memory(room, numbers, used)
+      end do
+   end subroutine take_memory
 
 end module nutate_composition

@@ -5,6 +5,7 @@ module nutate_implicit_equations
    use nutate_continuation, only: root_judge_t
    use nutate_kinds, only: wp
    use nutate_newton_increment, only: increment_t, usual_cancellation
+   use nutate_number_archive, only: number_archive_t
    use nutate_predictor, only: most_unknowns, predictor_t
    use nutate_root_proof, only: root_proof_t
    use nutate_state, only: state_t
@@ -53,6 +54,9 @@ module nutate_implicit_equations
       procedure(move_state), deferred :: finish
       !> Shows to an archive what the form remembers beside unknowns.
       procedure(transfer_more), deferred :: transfer_form
+      !> Writes the same as numbers, and reads it.
+      procedure :: put_form
+      procedure :: take_form
    end type implicit_equations_t
 
    abstract interface
@@ -149,5 +153,33 @@ module nutate_implicit_equations
          class(archive_t), intent(inout) :: archive
       end subroutine transfer_more
    end interface
+
+contains
+
+   !> Writes what `transfer_form` shows as numbers.
+   subroutine put_form(self, room, numbers, used)
+      class(implicit_equations_t), intent(inout) :: self
+      integer, intent(in) :: room
+      real(wp), intent(inout), target :: numbers(room)
+      !> Numbers in use before and after.
+      integer, intent(inout) :: used
+      type(number_archive_t) :: archive
+      call archive%begin_writing(numbers(used + 1:))
+      call self%transfer_form(archive)
+      used = used + archive%count()
+   end subroutine put_form
+
+   !> Reads what `transfer_form` shows from numbers.
+   subroutine take_form(self, room, numbers, used)
+      class(implicit_equations_t), intent(inout) :: self
+      integer, intent(in) :: room
+      real(wp), intent(in), target :: numbers(room)
+      !> Numbers read before and after.
+      integer, intent(inout) :: used
+      type(number_archive_t) :: archive
+      call archive%begin_reading(numbers(used + 1:))
+      call self%transfer_form(archive)
+      used = used + archive%count()
+   end subroutine take_form
 
 end module nutate_implicit_equations

@@ -54,6 +54,8 @@ module nutate_implicit_step
       procedure, non_overridable :: begin
       procedure :: advance
       procedure :: transfer
+      procedure :: put_memory
+      procedure :: take_memory
       procedure :: forget_steps
    end type implicit_stepper_t
 
@@ -370,5 +372,33 @@ contains
       call self%predictor%transfer(archive)
       call self%transfer_form(archive)
    end subroutine transfer
+
+   !> Writes the same as numbers.
+   recursive subroutine put_memory(self, room, numbers, used)
+      class(implicit_stepper_t), intent(inout) :: self
+      integer, intent(in) :: room
+      real(wp), intent(inout), target :: numbers(room)
+      integer, intent(inout) :: used
+      numbers(used + 1) = merge(1.0_wp, 0.0_wp, self%untested)
+      numbers(used + 2) = self%determinant
+      numbers(used + 3) = self%kept_dt
+      used = used + 3
+      call self%predictor%put(room, numbers, used)
+      call self%put_form(room, numbers, used)
+   end subroutine put_memory
+
+   !> Reads the same from numbers.
+   recursive subroutine take_memory(self, room, numbers, used)
+      class(implicit_stepper_t), intent(inout) :: self
+      integer, intent(in) :: room
+      real(wp), intent(in), target :: numbers(room)
+      integer, intent(inout) :: used
+      self%untested = numbers(used + 1) > 0.5_wp
+      self%determinant = numbers(used + 2)
+      self%kept_dt = numbers(used + 3)
+      used = used + 3
+      call self%predictor%take(room, numbers, used)
+      call self%take_form(room, numbers, used)
+   end subroutine take_memory
 
 end module nutate_implicit_step

@@ -67,6 +67,8 @@ module nutate_nielsen_krenk
       procedure :: finish
       procedure :: transfer_form
       procedure :: carry
+      procedure :: put_form
+      procedure :: take_form
    end type nielsen_krenk_t
 
 contains
@@ -318,5 +320,34 @@ contains
       call self%equations%transfer(archive)
       call archive%transfer(self%inverse)
    end subroutine transfer_form
+
+   !> Writes the same as numbers.
+   subroutine put_form(self, room, numbers, used)
+      class(nielsen_krenk_t), intent(inout) :: self
+      integer, intent(in) :: room
+      real(wp), intent(inout), target :: numbers(room)
+      integer, intent(inout) :: used
+      integer :: j
+      numbers(used + 1) = self%equations%momentum_unit
+      do j = 1, 8
+         numbers(used + 8*j - 6:used + 8*j + 1) = self%inverse(:, j)
+      end do
+      used = used + 65
+   end subroutine put_form
+
+   !> Reads the same from numbers. What is measured in the unit of momentum is to be set again.
+   subroutine take_form(self, room, numbers, used)
+      class(nielsen_krenk_t), intent(inout) :: self
+      integer, intent(in) :: room
+      real(wp), intent(in), target :: numbers(room)
+      integer, intent(inout) :: used
+      integer :: j
+      self%equations%momentum_unit = numbers(used + 1)
+      self%equations%scaled = .false.
+      do j = 1, 8
+         self%inverse(:, j) = numbers(used + 8*j - 6:used + 8*j + 1)
+      end do
+      used = used + 65
+   end subroutine take_form
 
 end module nutate_nielsen_krenk

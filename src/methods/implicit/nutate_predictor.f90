@@ -44,6 +44,9 @@ module nutate_predictor
       procedure :: change_unit
       !> Shows its values to an archive.
       procedure :: transfer
+      !> Writes the same values as numbers, and reads them.
+      procedure :: put
+      procedure :: take
    end type predictor_t
 
 contains
@@ -125,5 +128,39 @@ contains
       call archive%transfer(self%dt)
       call archive%transfer(self%past(:, 1:self%unknowns))
    end subroutine transfer
+
+   !> Writes its values as numbers.
+   pure subroutine put(self, room, numbers, used)
+      class(predictor_t), intent(in) :: self
+      integer, intent(in) :: room
+      real(wp), intent(inout) :: numbers(room)
+      !> Numbers in use before and after.
+      integer, intent(inout) :: used
+      integer :: i
+      numbers(used + 1) = real(self%known, wp)
+      numbers(used + 2) = self%dt
+      used = used + 2
+      do i = 1, self%unknowns
+         numbers(used + 1:used + most_steps) = self%past(:, i)
+         used = used + most_steps
+      end do
+   end subroutine put
+
+   !> Reads its values from numbers.
+   pure subroutine take(self, room, numbers, used)
+      class(predictor_t), intent(inout) :: self
+      integer, intent(in) :: room
+      real(wp), intent(in) :: numbers(room)
+      !> Numbers read before and after.
+      integer, intent(inout) :: used
+      integer :: i
+      self%known = int(numbers(used + 1))
+      self%dt = numbers(used + 2)
+      used = used + 2
+      do i = 1, self%unknowns
+         self%past(:, i) = numbers(used + 1:used + most_steps)
+         used = used + most_steps
+      end do
+   end subroutine take
 
 end module nutate_predictor

@@ -61,6 +61,8 @@ module nutate_reduced
       procedure :: finish
       procedure :: transfer_form
       procedure :: carry
+      procedure :: put_form
+      procedure :: take_form
    end type reduced_t
 
 contains
@@ -259,5 +261,25 @@ contains
       call archive%transfer(self%equations%by_forces)
       if (archive%is_reading()) self%equations%dt = 0.0_wp
    end subroutine transfer_form
+
+   !> Writes the same as numbers, where there are forces: the derivatives are zero otherwise, and stay.
+   subroutine put_form(self, room, numbers, used)
+      class(reduced_t), intent(inout) :: self
+      integer, intent(in) :: room
+      real(wp), intent(inout), target :: numbers(room)
+      integer, intent(inout) :: used
+      if (self%equations%forces%active) numbers(used + 1:used + 9) = reshape(self%equations%by_forces, [9])
+      used = used + 9
+   end subroutine put_form
+
+   !> Reads the same from numbers. What belongs to the length of the step stays: it is that of the same system.
+   subroutine take_form(self, room, numbers, used)
+      class(reduced_t), intent(inout) :: self
+      integer, intent(in) :: room
+      real(wp), intent(in), target :: numbers(room)
+      integer, intent(inout) :: used
+      if (self%equations%forces%active) self%equations%by_forces = reshape(numbers(used + 1:used + 9), [3, 3])
+      used = used + 9
+   end subroutine take_form
 
 end module nutate_reduced

@@ -136,8 +136,10 @@ contains
       real(wp) :: given, done, each(size(self%work))
       call self%base%state_at(system, t, inside, work, status, each)
       given = 0.0_wp
-      call self%projection%begin_step(system, self%last_start)
-      inside%balance = self%last_start%balance
+      if (allocated(self%last_start)) then
+         call self%projection%begin_step(system, self%last_start)
+         inside%balance = self%last_start%balance
+      end if
       if (status%ok()) call self%projection%project_inside(system, inside, work, status, self%base%step_error, given)
       done = sum(abs(each))
       if (abs(given) > 0.0_wp .and. done > 0.0_wp) call book_share(system%effects, given, done, each, inside)

@@ -1,0 +1,355 @@
+!> Bodies of FORTRAN 77 programs, prepared for their steps.
+!>
+!> All that a body is and was stays in WORK, as plain numbers. What has been made of the set-up in it, system and
+!> stepper, is kept on a shelf of the thread, so that it is made once and not in every call: a call finds it by
+!> hashes of the set-up. Work arrays with the same set-up share it, copies included; each call gives the stepper the
+!> memory that is in its own WORK. Nothing that is on the shelf changes a result, so that bodies may leave it.
+module nutate_f77_prepared
+   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_loc, c_ptr
+   use, intrinsic :: iso_fortran_env, only: int64
+   use nutate_damping, only: damping_t
+   use nutate_effect_list, only: effect_list_t
+   use nutate_f77_callback, only: f77_potential_t, f77_torque_t
+   use nutate_f77_interfaces, only: f77_potential, f77_torque
+   use nutate_f77_work, only: AT_CALL, AT_DT, AT_FIRST_TIME, AT_MARK, AT_P_COMPENSATION, &
+      AT_Q_COMPENSATION, AT_STEPS, continues, count_memory, get_memory, get_setup, place_at, settings_of, setup_t
+   use nutate_gravity, only: gravity_t
+   use nutate_kinds, only: wp
+   use nutate_methods, only: make_stepper
+   use nutate_rotating_frame, only: rotating_frame_t
+   use nutate_state, only: state_t
+   use nutate_status, only: status_t
+   use nutate_stepper, only: stepper_t
+   use nutate_system, only: system_t
+   implicit none
+   private
+
+   public :: f77_body_t, find_body, let_go
+
+   !> Bodies that a shelf has room for at first, and at most: some 100 MB at order 2.
+   integer, parameter :: first_room = 64, most_room = 16384
+   !> Places in which a body is looked for: were there more, a body that is not there would cost more than it saves.
+   integer, parameter :: most_places = 8
+
+   !> A body as NUINIT was told it, ready for steps.
+   type :: f77_body_t
+      type(setup_t) :: setup
+      !> Hashes of the set-up, as in WORK.
+      real(wp), private :: hashes(2) = 0.0_wp
+      type(system_t) :: system
+      class(stepper_t), allocatable :: stepper
+      !> What the stepper remembers before its first step.
+      real(wp), allocatable :: fresh(:)
+      !> The state that is moved; its wheels and its balance stay empty.
+      type(state_t) :: state
+      !> Time from which steps count, their length, s, and how many there were.
+      real(wp) :: first_time = 0.0_wp, dt = 0.0_wp, steps = 0.0_wp
+      !> What no other body has, and the number of the call: a WORK with both holds what the body has left there.
+      real(wp) :: mark = 0.0_wp, call = 0.0_wp
+      !> Of its steps: success between two calls.
+      type(status_t) :: status
+      !> 1: a callback has returned a number that is not finite or exceeds 1e100.
+      integer :: failed = 0
+      !> A call works with it: another one, from inside a callback, needs one of its own, which is on no shelf.
+      logical, private :: is_busy = .false., is_alone = .false.
+   contains
+      !> True if a call goes on from the last one of the body, with its step: nothing is to be tested, or recalled.
+      procedure :: is_next
+      !> Gives a body the state of any other call, and what WORK remembers of the steps to it.
+      procedure :: recall
+      !> Forgets that a step has failed.
+      procedure :: start_again
+      !> Sets the callbacks of a call.
+      procedure :: set_potential
+      procedure :: set_torque
+   end type f77_body_t
+
+   !> Holds one body, or none.
+   type :: slot_t
+      type(f77_body_t), pointer :: body => null()
+   end type slot_t
+
+   !> The bodies of a thread: a table in which a body is near the place that its hash gives it.
+   type :: shelf_t
+      !> Shape (0:room - 1), the room a power of two.
+      type(slot_t), allocatable :: places(:)
+   end type shelf_t
+
+   interface
+      type(c_ptr) function shelf_of_thread() bind(C, name='nutate_f77_shelf')
+         import :: c_ptr
+      end function shelf_of_thread
+
+      real(c_double) function new_mark() bind(C, name='nutate_f77_mark')
+         import :: c_double
+      end function new_mark
+
+      subroutine keep_shelf(shelf) bind(C, name='nutate_f77_keep_shelf')
+         import :: c_ptr
+         type(c_ptr), intent(in), value :: shelf
+      end subroutine keep_shelf
+   end interface
+
+contains
+
+   !> The body of a work array: from the shelf, or made. To be given back by `let_go`.
+   function find_body(work) result(body)
+      !> From NUINIT.
+      real(wp), intent(in), target :: work(*)
+      type(f77_body_t), pointer :: body
+      type(shelf_t), pointer :: shelf
+      type(c_ptr) :: address
+      address = shelf_of_thread()
+      if (c_associated(address)) then
+         call c_f_pointer(address, shelf)
+         body => shelf%places(home(work(5), size(shelf%places)))%body
+         if (associated(body)) then
+            if (body%hashes(1) == work(5) .and. body%hashes(2) == work(6) .and. .not. body%is_busy) then
+               body%is_busy = .true.
+               body%failed = 0
+               return
+            end if
+         end if
+      end if
+      body => search_body(work)
+   end function find_body
+
+   !> The same where the body is not in its first place.
+   function search_body(work) result(body)
+      real(wp), intent(in), target :: work(*)
+      type(f77_body_t), pointer :: body
+      type(shelf_t), pointer :: shelf
+      integer :: i, place, room
+      if (c_associated(shelf_of_thread())) then
+         call c_f_pointer(shelf_of_thread(), shelf)
+      else
+         allocate (shelf)
+         allocate (shelf%places(0:first_room - 1))
+         call keep_shelf(c_loc(shelf))
+      end if
+      room = size(shelf%places)
+      do i = 0, most_places - 1
+         place = iand(home(work(5), room) + i, room - 1)
+         body => shelf%places(place)%body
+         if (.not. associated(body)) exit
+         if (body%hashes(1) == work(5) .and. body%hashes(2) == work(6)) exit
+         body => null()
+      end do
+      if (.not. associated(body)) then
+         body => new_body(work)
+         call put(shelf, body)
+      else if (body%is_busy) then
+         body => new_body(work)
+         body%is_alone = .true.
+      end if
+      body%is_busy = .true.
+      body%failed = 0
+   end function search_body
+
+   !> The first place of a body.
+   pure integer function home(hash, room)
+      !> Not below 0 unless WORK is broken.
+      real(wp), intent(in) :: hash
+      integer, intent(in) :: room
+      home = 0
+      if (hash >= 0.0_wp .and. hash < 2.0_wp**32) home = int(iand(int(hash, int64), int(room - 1, int64)))
+   end function home
+
+   !> Gives a body back.
+   subroutine let_go(body)
+      type(f77_body_t), pointer, intent(inout) :: body
+      body%is_busy = .false.
+      if (body%is_alone) deallocate (body)
+   end subroutine let_go
+
+   !> True if a call goes on from the last one of the body, with its step.
+   pure logical function is_next(self, work, dt, t, q, p)
+      class(f77_body_t), intent(in) :: self
+      real(wp), intent(in) :: work(*)
+      !> s; attitude and conjugate momentum, shape (4).
+      real(wp), intent(in) :: dt, t, q(4), p(4)
+      integer :: k
+      k = place_at(work)
+      is_next = work(k + AT_MARK) == self%mark .and. work(k + AT_CALL) == self%call .and. dt == self%dt .and. &
+                t == self%state%t
+      if (is_next) is_next = q(1) == self%state%q(1) .and. q(2) == self%state%q(2) .and. q(3) == self%state%q(3) .and. &
+                             q(4) == self%state%q(4) .and. p(1) == self%state%p(1) .and. p(2) == self%state%p(2) .and. &
+                             p(3) == self%state%p(3) .and. p(4) == self%state%p(4)
+   end function is_next
+
+   !> Gives a body the state of any other call, and what WORK remembers of the steps to it.
+   subroutine recall(self, work, dt, t, q, p)
+      class(f77_body_t), intent(inout) :: self
+      real(wp), intent(in), target :: work(*)
+      !> s; attitude and conjugate momentum, shape (4).
+      real(wp), intent(in) :: dt, t, q(4), p(4)
+      integer :: k, used
+      k = place_at(work)
+      self%state%t = t
+      self%state%q = q
+      self%state%p = p
+      self%first_time = t
+      self%steps = 0.0_wp
+      self%dt = dt
+      if (continues(work, t, q, p)) then
+         if (dt == work(k + AT_DT)) then
+            self%first_time = work(k + AT_FIRST_TIME)
+            self%steps = work(k + AT_STEPS)
+         end if
+         self%state%q_compensation = work(k + AT_Q_COMPENSATION:k + AT_Q_COMPENSATION + 3)
+         self%state%p_compensation = work(k + AT_P_COMPENSATION:k + AT_P_COMPENSATION + 3)
+         call get_memory(work, self%stepper)
+      else
+         self%state%q_compensation = 0.0_wp
+         self%state%p_compensation = 0.0_wp
+         used = 0
+         call self%stepper%take_memory(size(self%fresh), self%fresh, used)
+      end if
+   end subroutine recall
+
+   !> Puts a body on a shelf that does not have it: in a free place near its own, or, on a full shelf, in place of
+   !> another one; if all of these are busy, it is alone.
+   recursive subroutine put(shelf, body)
+      type(shelf_t), intent(inout) :: shelf
+      type(f77_body_t), pointer, intent(in) :: body
+      integer :: i, place, idle, room
+      logical :: is_full
+      room = size(shelf%places)
+      is_full = room >= most_room
+      idle = -1
+      do i = most_places - 1, 0, -1
+         place = iand(home(body%hashes(1), room) + i, room - 1)
+         if (.not. associated(shelf%places(place)%body)) then
+            idle = place
+         else if (is_full .and. idle < 0) then
+            if (.not. shelf%places(place)%body%is_busy) idle = place
+         end if
+      end do
+      if (idle >= 0) then
+         if (associated(shelf%places(idle)%body)) deallocate (shelf%places(idle)%body)
+         shelf%places(idle)%body => body
+      else if (is_full) then
+         body%is_alone = .true.
+      else
+         call grow(shelf)
+         call put(shelf, body)
+      end if
+   end subroutine put
+
+   !> Makes a shelf twice as large.
+   recursive subroutine grow(shelf)
+      type(shelf_t), intent(inout) :: shelf
+      type(slot_t), allocatable :: old(:)
+      integer :: i
+      call move_alloc(shelf%places, old)
+      allocate (shelf%places(0:2*size(old) - 1))
+      do i = lbound(old, 1), ubound(old, 1)
+         if (associated(old(i)%body)) call put(shelf, old(i)%body)
+      end do
+   end subroutine grow
+
+   !> Frees the shelf of a thread that ends.
+   subroutine free_shelf(address) bind(C, name='nutate_f77_free_shelf')
+      type(c_ptr), intent(in), value :: address
+      type(shelf_t), pointer :: shelf
+      integer :: i
+      call c_f_pointer(address, shelf)
+      do i = lbound(shelf%places, 1), ubound(shelf%places, 1)
+         if (associated(shelf%places(i)%body)) deallocate (shelf%places(i)%body)
+      end do
+      deallocate (shelf)
+   end subroutine free_shelf
+
+   !> Makes the body of a work array.
+   function new_body(work) result(body)
+      real(wp), intent(in), target :: work(*)
+      type(f77_body_t), pointer :: body
+      type(status_t) :: status
+      integer, pointer :: failed
+      integer :: used
+      allocate (body)
+      call get_setup(work, body%setup)
+      body%hashes = work(5:6)
+      body%mark = new_mark()
+      body%system%body = body%setup%body
+      failed => body%failed
+      call build_effects(body%setup, failed, body%system%effects)
+      call make_stepper(body%system, settings_of(body%setup), body%stepper, status)
+      allocate (body%fresh(count_memory(work)))
+      used = 0
+      call body%stepper%put_memory(size(body%fresh), body%fresh, used)
+   end function new_body
+
+   !> The effects that a set-up asks for: gravity, POT, damping, TOR, in this order; absent what is zero.
+   subroutine build_effects(setup, failed, effects)
+      type(setup_t), intent(in) :: setup
+      !> Set to 1 when a callback returns a number that is not finite or exceeds 1e100.
+      integer, pointer, intent(in) :: failed
+      type(effect_list_t), intent(inout) :: effects
+      type(gravity_t) :: gravity
+      type(damping_t) :: damping
+      type(f77_potential_t) :: potential
+      type(f77_torque_t) :: torque
+      effects%rotor_momentum = setup%rotor
+      if (any(abs(setup%frame_rate) > 0.0_wp)) call effects%add(rotating_frame_t(rate=setup%frame_rate))
+      if (any(setup%gravity /= 0.0_wp) .and. any(setup%moment /= 0.0_wp)) then
+         gravity%direction = setup%gravity
+         gravity%moment = setup%moment
+         call effects%add(gravity)
+      end if
+      if (mod(setup%callbacks, 2) == 1) then
+         potential%direction = setup%direction
+         potential%failure%noted => failed
+         potential%given = setup%potential_bounds
+         call effects%add(potential)
+      end if
+      if (any(setup%damping /= 0.0_wp)) then
+         damping%coefficient = setup%damping
+         call effects%add(damping)
+      end if
+      if (setup%callbacks < 2) return
+      torque%failure%noted => failed
+      torque%given = setup%torque_bounds
+      call effects%add(torque)
+   end subroutine build_effects
+
+   !> Forgets that a step has failed.
+   subroutine start_again(self)
+      class(f77_body_t), intent(inout) :: self
+      self%status = status_t()
+      self%failed = 0
+   end subroutine start_again
+
+   !> Sets POT of a call, where there is one: the last potential.
+   subroutine set_potential(self, pot, iuser, ruser)
+      class(f77_body_t), intent(inout) :: self
+      procedure(f77_potential) :: pot
+      !> The program's own.
+      integer, intent(in), target :: iuser(*)
+      real(wp), intent(in), target :: ruser(*)
+      if (mod(self%setup%callbacks, 2) == 0) return
+      select type (item => self%system%effects%potentials(self%system%effects%n_potentials)%item)
+      type is (f77_potential_t)
+         item%ask => pot
+         item%iuser => iuser(1:1)
+         item%ruser => ruser(1:1)
+      end select
+   end subroutine set_potential
+
+   !> Sets TOR of a call, where there is one: the last torque.
+   subroutine set_torque(self, tor, iuser, ruser)
+      class(f77_body_t), intent(inout) :: self
+      procedure(f77_torque) :: tor
+      !> The program's own.
+      integer, intent(in), target :: iuser(*)
+      real(wp), intent(in), target :: ruser(*)
+      if (self%setup%callbacks < 2) return
+      select type (item => self%system%effects%torques(self%system%effects%n_torques)%item)
+      type is (f77_torque_t)
+         item%ask => tor
+         item%iuser => iuser(1:1)
+         item%ruser => ruser(1:1)
+      end select
+   end subroutine set_torque
+
+end module nutate_f77_prepared
