@@ -5,6 +5,7 @@ program main
    use nutate_contraction, only: arithmetic_in_words
    use nutate_console, only: page_t, say_error, show_page, EXIT_INPUT, EXIT_SIGNAL
    use nutate_cost_command, only: cost_command
+   use nutate_export_command, only: export_command
    use nutate_files, only: STANDARD_ERROR, STANDARD_OUTPUT, prepare_process
    use nutate_help, only: help_page
    use nutate_plot_command, only: plot_command
@@ -51,6 +52,8 @@ contains
          call plot_command(command, exit_code)
       case ('sweep')
          call sweep_command(command, crew, exit_code)
+      case ('export')
+         call export_command(command, exit_code)
       case ('view')
          call view_command(command, exit_code)
       case ('help')

@@ -10,6 +10,7 @@ module nutate_check_command
    use nutate_effect_catalogue, only: effect_kind_t, effect_kinds
    use nutate_effect_list, only: effect_list_t
    use nutate_ensemble_words, only: add_ensemble
+   use nutate_epoch, only: epoch_t
    use nutate_event, only: CROSSING, event_t, MAXIMUM, MINIMUM, SWITCH_OFF, SWITCH_ON
    use nutate_expectation, only: history_bytes, known_steps, most_rows, rows_of, size_text, too_many_rows
    use nutate_files, only: STANDARD_OUTPUT
@@ -109,6 +110,7 @@ contains
       type(scene_t), intent(in) :: scene
       real(wp) :: axis(3), angle, omega(3), kinetic, potential
       call page%line('start')
+      call add_labels(page, scene)
       associate (system => scene%system, state => scene%initial)
          call axis_angle_from_quat(state%q, axis, angle)
          call page%item('attitude', 'q = '//vector_text(state%q))
@@ -123,6 +125,24 @@ contains
                         ', potential '//rounded_text(potential))
       end associate
    end subroutine add_start
+
+   !> When the run is, and the names of body and axes.
+   subroutine add_labels(page, scene)
+      type(page_t), intent(inout) :: page
+      type(scene_t), intent(in) :: scene
+      type(epoch_t) :: last
+      associate (labels => scene%labels)
+         if (labels%epoch%is_set()) then
+            last = labels%epoch%after(scene%plan%end_time)
+            call page%item('epoch', 't = 0 at '//labels%epoch%text()//' '//trim(labels%epoch%system)// &
+                           ', end at '//last%text())
+         end if
+         if (labels%object//labels%object_id /= '') call page%item('object', labels%object// &
+            merge(', ', '  ', min(len(labels%object), len(labels%object_id)) > 0)//labels%object_id)
+         if (labels%space_frame /= '') call page%item('space axes', labels%space_frame)
+         if (labels%body_frame /= '') call page%item('body axes', labels%body_frame)
+      end associate
+   end subroutine add_labels
 
    !> Every event.
    subroutine add_events(page, scene)
@@ -341,10 +361,13 @@ contains
       character(len=:), allocatable, intent(out) :: refusal
       type(columns_t) :: columns
       type(status_t) :: status
+      character(len=:), allocatable :: header
       integer(long) :: n, rows
       call page%line('output')
       call columns%choose(scene%output%columns, status, scene%output%degrees, scene%system%effects)
-      if (status%ok()) call page%item('columns', columns%header())
+      header = columns%header()
+      if (scene%output%epoch%is_set()) header = 't,date'//header(2:)
+      if (status%ok()) call page%item('columns', header)
       refusal = ''
       if (scene%plan%goal%active()) then
          call add_expected_rows(page, scene)

@@ -1,11 +1,12 @@
 !> The command line: which commands and options there are, and what the arguments ask for.
 module nutate_cli
+   use nutate_aem_writing, only: aem_versions
    use nutate_file_hint, only: did_you_mean
    use nutate_gnuplot, only: is_picture
    use nutate_kinds, only: wp, long
    use nutate_number_text, only: read_real
    use nutate_printable, only: quoted
-   use nutate_spelling, only: is_listed, nearest_name
+   use nutate_spelling, only: comma_list, is_listed, nearest_name, split_list
    implicit none
    private
 
@@ -32,6 +33,7 @@ module nutate_cli
       verb_t('cost', 'work-precision study: run time against error for every method'), &
       verb_t('sweep', 'run an ensemble (Monte Carlo or parameter sweep); one result row per member'), &
       verb_t('plot', 'plot a time history with gnuplot', 'HISTORY.csv'), &
+      verb_t('export', 'write a time history for other programs: AEM (CCSDS), glTF', 'HISTORY.csv'), &
       verb_t('view', 'run a scene and write a web page with a 3-D animation (needs Python)')]
 
    !> One option.
@@ -53,9 +55,9 @@ module nutate_cli
       'run member K only, with its history; its result row goes to standard output'), &
       option_t('--threads', 'N', 'sweep', 'number of members to run in parallel (default: 1)'), &
       option_t('--merge', '', 'sweep', 'merge the files written with --members'), &
-      option_t('--set', 'GROUP.KEY=VALUE', 'run,check,cost,view,sweep', &
+      option_t('--set', 'GROUP.KEY=VALUE', 'run,check,cost,view,sweep,export', &
                'override a value of the scene; may be repeated'), &
-      option_t('--unset', 'GROUP.KEY', 'run,check,cost,view,sweep', &
+      option_t('--unset', 'GROUP.KEY', 'run,check,cost,view,sweep,export', &
                'remove a key from the scene; may be repeated'), &
       option_t('--plot', 'FILE.svg|png|pdf', 'run,cost', &
                'plot with gnuplot: the history (run), or error against run time (cost)'), &
@@ -72,7 +74,14 @@ module nutate_cli
       option_t('--every-seconds', 'N', 'run', 'interval between checkpoints in seconds (default: 60)'), &
       option_t('--resume', 'FILE', 'run', 'resume the interrupted run of a checkpoint'), &
       option_t('--resume', '', 'sweep', 'resume an interrupted sweep, if there is one'), &
-      option_t('--help', '', 'run,check,cost,plot,view,sweep', 'show this help'), &
+      option_t('--scene', 'SCENE', 'export', 'scene of the history: its epoch, names, frame and body'), &
+      option_t('--aem', 'FILE', 'export', 'write an Attitude Ephemeris Message (CCSDS 504.0-B)'), &
+      option_t('--aem-version', '2.0|1.0', 'export', 'version of the message (default: 2.0)'), &
+      option_t('--gltf', 'FILE', 'export', 'write an animated body as glTF 2.0'), &
+      option_t('--speed', 'X', 'export', 'seconds of the motion in a second of the animation (default: 1)'), &
+      option_t('--error', 'RAD', 'export', &
+               'choose the rows so that a constant rate between them keeps to this error'), &
+      option_t('--help', '', 'run,check,cost,plot,view,sweep,export', 'show this help'), &
       option_t('--version', '', '', 'show the version')]
 
    !> What the arguments ask for.
@@ -105,6 +114,11 @@ module nutate_cli
       logical :: draws_all = .false.
       !> Time for a work-precision study, s.
       real(wp) :: seconds = 20.0_wp
+      !> Scene of a history, and what it is exported to; not allocated where not wanted.
+      character(len=:), allocatable :: of_scene, aem, gltf
+      character(len=3) :: aem_version = '2.0'
+      !> Attitude error between exported rows, rad; 0: the rows of the history. Times faster than the motion.
+      real(wp) :: error_between = 0.0_wp, speed = 1.0_wp
       !> What is wrong with the arguments; not allocated if nothing is.
       character(len=:), allocatable :: error
    end type command_t
@@ -244,6 +258,8 @@ contains
          if (value == '') command%error = '--csv needs the name of a file, or - for standard output'
       case ('--plot', '--columns', '--title')
          call set_drawing(name, value, command)
+      case ('--scene', '--aem', '--aem-version', '--gltf', '--speed', '--error')
+         call set_export(name, value, command)
       case ('--seconds')
          call set_seconds(name, value, 0.1_wp, '0.1', command%seconds, command%error)
       case ('--checkpoint')
@@ -297,6 +313,45 @@ contains
          command%title = value
       end select
    end subroutine set_drawing
+
+   !> Notes what is exported, and how.
+   subroutine set_export(name, value, command)
+      !> The option and its value.
+      character(len=*), intent(in) :: name, value
+      type(command_t), intent(inout) :: command
+      select case (name)
+      case ('--scene')
+         command%of_scene = value
+      case ('--aem')
+         command%aem = value
+      case ('--gltf')
+         command%gltf = value
+      case ('--aem-version')
+         command%aem_version = value
+         if (.not. is_listed(value, aem_versions)) command%error = name//' '//quoted(value)// &
+            ' is not available (expected '//comma_list(split_list(aem_versions))//')'
+      case ('--speed')
+         call set_positive(name, value, 1e-9_wp, 1e12_wp, '1e-9 to 1e12', command%speed, command%error)
+      case default
+         call set_positive(name, value, 1e-12_wp, 1.0_wp, '1e-12 to 1 rad', command%error_between, command%error)
+      end select
+      if (value == '') command%error = name//' needs the name of a file'
+   end subroutine set_export
+
+   !> Notes a number between two others.
+   subroutine set_positive(name, value, least, most, range, number, error)
+      !> The option and its value.
+      character(len=*), intent(in) :: name, value
+      real(wp), intent(in) :: least, most
+      !> Both in words.
+      character(len=*), intent(in) :: range
+      real(wp), intent(inout) :: number
+      character(len=:), allocatable, intent(inout) :: error
+      character(len=:), allocatable :: problem
+      call read_real(value, number, problem)
+      if (problem == '' .and. number >= least .and. number <= most) return
+      error = name//' '//quoted(value)//' is out of its range (expected '//range//')'
+   end subroutine set_positive
 
    !> Notes a number of something.
    subroutine set_count(name, value, meaning, count, error)
@@ -383,6 +438,8 @@ contains
                          trim(verbs(verb)%object)//')'
       else if (size(words) > first) then
          command%error = 'unexpected argument '//quoted(words(first + 1)%text)//' (expected one '//object//')'
+      else if (command%verb == 'export' .and. .not. (allocated(command%aem) .or. allocated(command%gltf))) then
+         command%error = 'nutate export has no file to write (expected --aem FILE or --gltf FILE)'
       else
          command%scene = words(first)%text
       end if

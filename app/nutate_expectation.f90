@@ -19,6 +19,8 @@ module nutate_expectation
    real(wp), parameter :: greatest_size = 1e8_wp
    !> Characters that a number takes in a history, its comma included.
    real(wp), parameter :: usual_field = 19.0_wp
+   !> Characters of a date, its comma included.
+   real(wp), parameter :: date_field = 27.0_wp
 
 contains
 
@@ -60,6 +62,7 @@ contains
       type(status_t) :: status
       call columns%choose(scene%output%columns, status, effects=scene%system%effects)
       history_bytes = usual_field*real(rows, wp)*real(columns%width, wp)
+      if (scene%output%epoch%is_set()) history_bytes = history_bytes + date_field*real(rows, wp)
    end function history_bytes
 
    !> Rows that may be written: any number that `every`, `interval` or times ask for.

@@ -36,6 +36,7 @@ contains
       if (topic == 'run') call add_run_notes(page)
       if (topic == 'cost') call add_cost_notes(page)
       if (topic == 'plot') call add_plot_notes(page)
+      if (topic == 'export') call add_export_notes(page)
       if (topic == 'sweep') call add_sweep_notes(page)
       if (topic == 'view') call add_view_notes(page)
    end function help_page
@@ -116,6 +117,19 @@ contains
       call page%line('The picture is HISTORY.svg unless --output names another .svg, .png or .pdf.')
       call add_exit_codes(page)
    end subroutine add_plot_notes
+
+   !> What is exported, and what it needs.
+   subroutine add_export_notes(page)
+      type(page_t), intent(inout) :: page
+      call page%line('')
+      call page%line('The history needs the columns q0 to q3; omega1 to omega3 give the angular velocities. Epoch of')
+      call page%line('t = 0, time system, names of body and axes, and the body come from --scene SCENE, or from')
+      call page%line('--set scene.epoch=DATE, scene.time_system=TDB|TT|TAI|UTC, scene.object=NAME,')
+      call page%line('scene.space_frame=NAME, scene.body_frame=NAME, body.inertia=J1,J2,J3. The quaternion of an')
+      call page%line('AEM is (q1, q2, q3, q0): from the space axes, REF_FRAME_A, to the body axes, REF_FRAME_B,')
+      call page%line('scalar last. - is standard output.')
+      call add_exit_codes(page)
+   end subroutine add_export_notes
 
    !> What a sweep is.
    subroutine add_sweep_notes(page)

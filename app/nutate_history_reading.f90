@@ -86,7 +86,9 @@ contains
          rows = rows + 1
       end do
       rewind (unit)
-      read (unit, '(a)')
+      ! The header may end with the file.
+      read (unit, '(a)', iostat=iostat) line
+      if (iostat /= 0) rows = 0
       allocate (history%values(rows, size(places)))
       call read_rows(unit, path, places, fields, history%values, problem)
       close (unit)

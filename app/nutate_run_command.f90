@@ -223,11 +223,11 @@ contains
          if (allocated(archive)) then
             call watcher%history%reopen(scene%output%file, columns, scene%system, scene%initial, j0, archive, status, &
                                         scene%output%degrees, scene%output%digits, &
-                                        scene%plan%end_time < scene%initial%t)
+                                        scene%plan%end_time < scene%initial%t, scene%output%epoch)
          else
             call watcher%history%open(scene%output%file, columns, scene%system, scene%initial, j0, status, &
                                       scene%output%degrees, scene%output%digits, &
-                                        scene%plan%end_time < scene%initial%t)
+                                        scene%plan%end_time < scene%initial%t, scene%output%epoch)
          end if
       end associate
       if (status%ok()) return

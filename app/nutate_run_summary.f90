@@ -3,6 +3,7 @@ module nutate_run_summary
    use nutate_console, only: count_text, page_t, plural, vector_text
    use nutate_decimal, only: rounded_text
    use nutate_effect_list, only: effect_list_t
+   use nutate_epoch, only: epoch_t
    use nutate_invariants, only: invariants_t, ALL_COMPONENTS, ALONG_AXIS, ONLY_LENGTH
    use nutate_kinds, only: wp, long
    use nutate_notes, only: note_t
@@ -27,9 +28,14 @@ contains
       type(run_t), intent(in) :: run
       type(page_t) :: page
       type(note_t), allocatable :: notes(:)
+      type(epoch_t) :: last
       integer :: i
 
       call page%line(printable_path(scene%file)//': '//scene%title)
+      if (scene%labels%epoch%is_set()) then
+         last = scene%labels%epoch%after(run%state%t)
+         call page%item('calendar time', scene%labels%epoch%text()//' to '//last%text()//' '//trim(last%system))
+      end if
       if (run%summary%choice /= '') call page%item('method', trim(run%summary%settings%method)// &
                                                    ', chosen by auto: '//trim(run%summary%choice))
       call add_effort(page, scene, run, watcher%seconds(), real(watcher%row_counts, wp)/real(watcher%rate, wp))

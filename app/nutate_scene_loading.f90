@@ -11,7 +11,7 @@ module nutate_scene_loading
    implicit none
    private
 
-   public :: load_scene, read_scene_of
+   public :: load_scene, naming_options, read_scene_of
 
 contains
 
@@ -25,9 +25,17 @@ contains
       call read_scene(command%scene, scene, status, message, command%overrides)
       if (status%code == NUTATE_IO .and. did_you_mean(command%scene, '.nml') /= '') &
          message = message(:len(message) - 1)//'; '//did_you_mean(command%scene, '.nml')//')'
-      if (index(message, PLACE_OF_SET) == 1) message = '--set: '//message(len(PLACE_OF_SET) + 1:)
-      if (index(message, PLACE_OF_UNSET) == 1) message = '--unset: '//message(len(PLACE_OF_UNSET) + 1:)
+      message = naming_options(message)
    end subroutine read_scene_of
+
+   !> Returns a message about an override that names the option of the command line; any other as it is.
+   pure function naming_options(message) result(text)
+      character(len=*), intent(in) :: message
+      character(len=:), allocatable :: text
+      text = message
+      if (index(message, PLACE_OF_SET) == 1) text = '--set: '//message(len(PLACE_OF_SET) + 1:)
+      if (index(message, PLACE_OF_UNSET) == 1) text = '--unset: '//message(len(PLACE_OF_UNSET) + 1:)
+   end function naming_options
 
    !> Reads the scene; what is wrong with it is reported in one line.
    subroutine load_scene(command, scene, exit_code)

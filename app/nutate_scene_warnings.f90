@@ -2,6 +2,7 @@
 module nutate_scene_warnings
    use nutate_decimal, only: rounded_text
    use nutate_effect_catalogue, only: effect_kind_t, effect_kinds
+   use nutate_epoch, only: epoch_t
    use nutate_keys, only: group_t, setting_t
    use nutate_kinds, only: wp, pi
    use nutate_notes, only: add_note, note_t, scene_notes
@@ -30,6 +31,7 @@ contains
    subroutine add_warnings(scene, notes)
       type(scene_t), intent(in) :: scene
       type(note_t), allocatable, intent(inout) :: notes(:)
+      type(epoch_t) :: last
       integer :: i
       do i = 1, size(scene%groups)
          associate (group => scene%groups(i))
@@ -48,6 +50,9 @@ contains
          end associate
       end do
       call note_twins(scene%groups, notes)
+      last = scene%labels%epoch%after(scene%plan%end_time)
+      if (scene%labels%epoch%is_uncertain() .or. last%is_uncertain()) call add_note(notes, &
+         'dates in UTC after 2026-06-28 assume that no leap second is added (TDB, TT and TAI have none)')
    end subroutine add_warnings
 
    !> Angles of more than a turn that are not said to be degrees.

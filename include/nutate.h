@@ -157,5 +157,6 @@ typedef int (*nutate_torque)(double t, const double q[4], const double omega[3],
 #include "nutate_satellites.h"
 #include "nutate_sweep.h"
 #include "nutate_bodies.h"
+#include "nutate_exchange.h"
 
 #endif

@@ -62,6 +62,13 @@
 !>     use nutate_wheel_mounting, only: mount_wheels
 !>     use nutate_wheel_motor, only: make_motor_table
 !>
+!> Calendar time, and attitudes for other programs:
+!>
+!>     use nutate_aem_reading, only: parse_aem, read_aem
+!>     use nutate_aem_writing, only: write_aem
+!>     use nutate_attitude_rows, only: attitude_rows_t
+!>     use nutate_epoch, only: epoch_t, read_epoch
+!>
 !> Invariants, exact solutions, runs that are interrupted, and members of ensembles:
 !>
 !>     use nutate_archive, only: archive_t

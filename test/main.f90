@@ -31,6 +31,7 @@ program unit
    use test_c_events, only: collect_c_events
    use test_c_interface, only: collect_c_interface
    use test_c_runs, only: collect_c_runs
+   use test_c_exchange, only: collect_c_exchange
    use test_c_satellites, only: collect_c_satellites
    use test_c_sweep, only: collect_c_sweep
    use test_changed_states, only: collect_changed_states
@@ -53,6 +54,7 @@ program unit
    use test_effects, only: collect_effects
    use test_ensemble, only: collect_ensemble
    use test_euler, only: collect_euler
+   use test_exchange, only: collect_exchange
    use test_event_switches, only: collect_event_switches
    use test_events, only: collect_events
    use test_exact_elliptic, only: collect_exact_elliptic
@@ -202,7 +204,7 @@ contains
                 new_testsuite("sweep", collect_sweep)]
    end function ensemble_suites
 
-   !> The suites of what C and FORTRAN 77 call.
+   !> The suites of what C and FORTRAN 77 call, and of exchange with other programs.
    function interop_suites() result(suites)
       type(testsuite_type), allocatable :: suites(:)
       suites = [ &
@@ -210,6 +212,8 @@ contains
          new_testsuite("c_events", collect_c_events), &
          new_testsuite("c_interface", collect_c_interface), &
          new_testsuite("c_runs", collect_c_runs), &
+         new_testsuite("exchange", collect_exchange), &
+         new_testsuite("c_exchange", collect_c_exchange), &
          new_testsuite("c_satellites", collect_c_satellites), &
          new_testsuite("c_sweep", collect_c_sweep), &
          new_testsuite("f77", collect_f77), &

@@ -17,6 +17,10 @@ from .events import History, take_events
 from .systems import add_potential, add_user_torque
 
 
+# Keys of &scene beside the title.
+LABELS = ("epoch", "time_system", "object", "object_id", "space_frame", "body_frame")
+
+
 class Scene(Recipe):
     """A scene (input file), read and checked.
 
@@ -56,6 +60,11 @@ class Scene(Recipe):
     def title(self) -> str:
         """The title of the scene."""
         return text_of(library.nutate_scene_get_title, self._handle)
+
+    @property
+    def labels(self) -> dict[str, str]:
+        """Epoch of t = 0, its time system, and the names of body and axes, as &scene gives them; empty texts for others."""
+        return {key: text_of(library.nutate_scene_get, self._handle, encoded(key)) for key in LABELS}
 
     @property
     def plan(self) -> tuple[float, float, int]:

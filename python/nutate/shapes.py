@@ -106,15 +106,23 @@ def inertia_box(system: System) -> Surface:
 
 def surface_of(system: System, scene: Optional[Scene] = None) -> Surface:
     """What a body looks like: the shape that it was given, else the box of its inertia."""
+    found = shape_of(system, scene)
+    if found is None:
+        return inertia_box(system)
+    return of_shape(*found).moved(np.eye(3), system.center_of_mass)
+
+
+def shape_of(system: System, scene: Optional[Scene] = None) -> Optional[tuple[str, Array]]:
+    """The shape that a body was given, and its lengths; None where it has none."""
     for shape, size in candidates(system, scene):
         # Overrides, or a text that says it in another way: what is drawn must have the inertia.
         try:
             with System(shape=shape, size=size, mass=system.mass, center_of_mass=system.center_of_mass) as twin:
                 if np.allclose(twin.inertia, system.inertia, rtol=1e-9, atol=0):
-                    return of_shape(shape, np.atleast_1d(np.asarray(size, dtype=np.float64))).moved(np.eye(3), system.center_of_mass)
+                    return shape, np.atleast_1d(np.asarray(size, dtype=np.float64))
         except NutateError:
             continue
-    return inertia_box(system)
+    return None
 
 
 def plain_text(system: System, scene: Optional[Scene]) -> str:

@@ -11,10 +11,10 @@ import numpy.typing as npt
 from ._library import (Array, NOT_CONVERGED, NOT_FINITE, NutateError, NutateValueError, OFF_BRANCH, SINGULAR, STEP_LIMIT, quaternion,
                        refusal, vector)
 from .events import History
+from .exchange import Exchange
 from .scenes import Scene
 from .steppers import Stepper
 from .systems import System
-from .tables import Columns
 
 SETS = ("quaternion", "conjugate_momentum", "angular_velocity", "angular_momentum_space", "energy", "constraints")
 # Failures of a step, which leave the rows so far.
@@ -109,7 +109,7 @@ class Motion:
         return rows
 
 
-class Solution(Columns):
+class Solution(Exchange):
     """Result of `solve`.
 
     t           times of the rows, s, shape (n,)
@@ -147,6 +147,7 @@ class Solution(Columns):
         self.q_events: list[Array] = facts["q_events"]
         self.omega_events: list[Array] = facts["omega_events"]
         self.system: System = facts["system"]
+        self._labels = facts["labels"]
         self.q = stacked(columns, "q", range(4))
         self.omega = stacked(columns, "omega", range(1, 4))
         self.energy = {name: columns[name] for name in ("kinetic", "potential", "total", "work", "energy_residual")}
@@ -188,6 +189,7 @@ def solve(system: Union[System, Scene], q0: Any = None, omega0: Optional[npt.Arr
 
     Exceptions raised by callbacks and events propagate unchanged, with the rows so far as attribute `history`, and so does the
     KeyboardInterrupt of Ctrl-C. A step that fails ends the motion with the rows before it and status -1."""
+    labels = system.labels if isinstance(system, Scene) else {}
     body, q0, omega0, span = start_of(system, q0, omega0, t_span)
     if "time_step" in settings or "local_tolerance" in settings:
         accuracy = None
@@ -207,7 +209,7 @@ def solve(system: Union[System, Scene], q0: Any = None, omega0: Optional[npt.Arr
         ends, failed = run_of(stepper, span[1], times if rows_only else None)
         sol = Motion(stepper, branch, ends) if dense_output and len(ends["t"]) else None
         columns = ends if sol is None or times is None else sol.rows(times[(times >= sol.t_min) & (times <= sol.t_max)])
-        return Solution(columns, sol, system=copy.copy(body), method=stepper.get("method"),
+        return Solution(columns, sol, system=copy.copy(body), labels=labels, method=stepper.get("method"),
                         n_steps=None if rows_only else max(len(ends["t"]) - 1, 0), uncertified_steps=stepper.uncertified_steps,
                         errors=errors_of(stepper, columns, failed), accuracy_reached=ends.accuracy_reached,
                         **outcome(stepper, looked_for, failed, ends.accuracy_reached))

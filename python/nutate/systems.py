@@ -111,6 +111,14 @@ class System(WheelMounting):
         self._call("nutate_system_body", pointer(tensor), None, None)
         return tensor
 
+    @property
+    def frame_rate(self) -> Array:
+        """Rate at which the space axes turn, in these, rad/s; shape (3,). It is zero unless there is a rotating frame or a circular
+        orbit."""
+        rate = np.empty(3)
+        self._call("nutate_system_frame_rate", pointer(rate))
+        return rate
+
     def add(self, name: str, **keys: Any) -> None:
         """Adds a built-in effect with the keys of its group in a scene file:
         system.add("spring", body_point=(0, 0, 1), anchor=(0, 0, 2), stiffness=3)."""

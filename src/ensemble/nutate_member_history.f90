@@ -66,7 +66,7 @@ contains
       type(status_t), intent(inout) :: status
       associate (j0 => scene%integrator%inverse_auxiliary_inertia)
          call history%open(name, scene%output%columns, scene%system, scene%initial, j0, status, scene%output%degrees, &
-                           scene%output%digits, scene%plan%end_time < 0.0_wp)
+                           scene%output%digits, scene%plan%end_time < 0.0_wp, scene%output%epoch)
          events%wanted = scene%events%count() > 0 .and. events_name(name) /= '' .and. status%ok()
          if (events%wanted) call events%open(events_name(name), history, status)
       end associate

@@ -72,6 +72,11 @@ def write_scene(dice):
         parts += [event(dice, scales) for _ in range(dice.choice((1, 1, 2, 4)))]
     if dice.random() < 0.2:
         parts += [ensemble(dice), *dict.fromkeys(vary(dice, scales) for _ in range(dice.choice((1, 1, 2))))]
+    # Most runs of such scenes leave the calendar.
+    if dice.random() < 0.08:
+        parts.append(labels(dice))
+        if dice.random() < 0.5:
+            parts[3] = parts[3].rstrip()[:-1] + " calendar = .true. /\n"
     dice.shuffle(parts)
     return "".join(parts).encode()
 
@@ -182,6 +187,16 @@ def output(dice, scales, axes):
     if dice.random() < 0.1:
         lines.append("degrees = .true.")
     return group("output", lines)
+
+
+def labels(dice):
+    """Title, epoch and names."""
+    system = dice.choice(("TDB", "TT", "TAI", "UTC"))
+    date = dice.choice(("2029-04-13T21:46:12.7", "2016-12-31T23:59:59.5", "1999-365", "1972-01-01", "9999-12-31T23:59:59.999999999999999"))
+    lines = [f"epoch = '{date}'", f"time_system = '{system}'"] if dice.random() < 0.8 else []
+    lines += [f"{key} = '{dice.choice(('APOPHIS', 'a b', 'ICRF'))}'" for key in ("title", "object", "object_id", "space_frame", "body_frame")
+              if dice.random() < 0.3]
+    return group("scene", lines)
 
 
 def event(dice, scales):

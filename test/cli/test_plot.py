@@ -140,6 +140,7 @@ class Pictures(CommandLineTest):
                "word.csv": ("t,L1,L2,L3\n0,1,x,3\n", "word.csv:2: 'x' is not a number"),
                "short.csv": ("t,L1,L2,L3\n0,1,2,3\n1,2\n", "short.csv:3: 2 fields (expected 4)"),
                "wide.csv": ("t,L1,L2,L3\n0,1,2,3\n1,2,3,4,5\n", "wide.csv:3: more than 4 fields"),
+               "head.csv": ("t,L1,L2,L3", "head.csv: no rows to plot"),
                "row.csv": ("t,L1,L2,L3\n0,1,2,3\n", "no rows to plot"),
                "else.csv": ("t,depth\n0,1\n1,1\n", "else.csv: none of its columns is a column of nutate (expected --columns NAME")}
         for name, (text, says) in bad.items():

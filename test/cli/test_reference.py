@@ -10,7 +10,7 @@ import header_text  # noqa: E402
 
 REFERENCE = ROOT / "docs" / "reference"
 # Where the keys of the groups stand that are no effects.
-PARTS = {"scene": "nutate_scene", "body": "nutate_scene_body", "initial": "nutate_scene_initial",
+PARTS = {"scene": "nutate_scene_labels", "body": "nutate_scene_body", "initial": "nutate_scene_initial",
          "integrator": "nutate_scene_integrator", "output": "nutate_scene_output", "event": "nutate_scene_events",
          "ensemble": "nutate_scene_ensemble", "vary": "nutate_scene_vary"}
 # What every effect has.

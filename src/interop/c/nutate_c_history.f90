@@ -264,7 +264,7 @@ contains
       call lock_texts()
       call file%open(name, scene%output%columns, system, scene%initial, scene%integrator%inverse_auxiliary_inertia, &
                      status, scene%output%degrees, scene%output%digits, &
-                     backward=scene%plan%end_time < scene%initial%t)
+                     backward=scene%plan%end_time < scene%initial%t, epoch=scene%output%epoch)
       beside = scene%output%events
       if (beside == '') beside = events_name(name)
       if (status%ok() .and. scene%events%count() > 0 .and. beside /= '') then

@@ -5,7 +5,7 @@ module nutate_event_history
    use nutate_columns, only: columns_t
    use nutate_decimal, only: decimal_length
    use nutate_files, only: file_mark_t, output_file_t
-   use nutate_history, only: history_t
+   use nutate_history, only: append_date, history_t
    use nutate_kinds, only: wp, long
    use nutate_observer, only: run_record_t
    use nutate_state, only: state_t
@@ -59,7 +59,7 @@ contains
       self%rows = 0
       call self%file%open(name, status)
       if (.not. status%ok()) return
-      header = history%columns%header()
+      header = history%header()
       call self%file%put_line('t,event,number'//header(2:), status)
    end subroutine open_events
 
@@ -114,7 +114,7 @@ contains
       type(run_record_t), intent(in) :: record
       type(status_t), intent(inout) :: status
       real(wp) :: values(history%columns%width)
-      character(len=(decimal_length + 1)*history%columns%width) :: line
+      character(len=(decimal_length + 1)*(history%columns%width + 2)) :: line
       character(len=24) :: digits
       integer :: used, first
       if (.not. self%wanted) return
@@ -126,6 +126,7 @@ contains
       first = 0
       call history%append_values(values(:1), line, first)
       used = first
+      if (history%epoch%is_set()) call append_date(history%epoch%after(state%t), line, used)
       call history%append_values(values(2:), line, used)
       write (digits, '(i0)') number
       call self%file%put_line(line(:first)//','//field(name)//','//trim(digits)//line(first + 1:used), status)

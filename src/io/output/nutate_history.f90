@@ -7,6 +7,7 @@ module nutate_history
    use nutate_archive, only: archive_t
    use nutate_columns, only: columns_t
    use nutate_decimal, only: append_rounded, decimal_t, decimal_length
+   use nutate_epoch, only: epoch_t
    use nutate_files, only: file_mark_t, output_file_t
    use nutate_kinds, only: wp, long
    use nutate_observer, only: observer_t, run_record_t
@@ -16,7 +17,7 @@ module nutate_history
    implicit none
    private
 
-   public :: history_t
+   public :: history_t, append_date
 
    !> A history being written: show it to `integrate`, or call `observe` for each row.
    type, extends(observer_t) :: history_t
@@ -27,6 +28,8 @@ module nutate_history
       type(decimal_t), private :: decimal
       !> Significant digits; 0: as many as read back exactly.
       integer :: digits = 0
+      !> When t = 0 is, for the column of dates; not set: there is none.
+      type(epoch_t) :: epoch
       !> One row; shape (number of columns).
       real(wp), allocatable, private :: values(:)
       character(len=:), allocatable, private :: line
@@ -41,6 +44,8 @@ module nutate_history
       procedure :: observe => write_row
       !> Appends numbers to a line, as they stand in the rows.
       procedure :: append_values
+      !> The names of its columns, comma separated, that of the dates included.
+      procedure :: header
       !> Follows what must be followed between rows.
       procedure :: observe_step => follow_state
       !> Ends a complete history: the file gets its name.
@@ -52,7 +57,7 @@ module nutate_history
 contains
 
    !> Opens the file and writes the header. Errors: `NUTATE_BAD_ARGUMENT` for an unknown set of columns; `NUTATE_IO`.
-   subroutine open_history(self, name, columns, system, state, inverse_j0, status, degrees, digits, backward)
+   subroutine open_history(self, name, columns, system, state, inverse_j0, status, degrees, digits, backward, epoch)
       class(history_t), intent(inout) :: self
       !> Path, or `-` for standard output.
       character(len=*), intent(in) :: name
@@ -70,16 +75,19 @@ contains
       integer, intent(in), optional :: digits
       !> The run goes backward in time; default `.false.`.
       logical, intent(in), optional :: backward
+      !> When t = 0 is, for a column of dates.
+      type(epoch_t), intent(in), optional :: epoch
 
-      call start(self, columns, system, state, inverse_j0, status, degrees, digits, backward)
+      call start(self, columns, system, state, inverse_j0, status, degrees, digits, backward, epoch)
       if (.not. status%ok()) return
       call self%file%open(name, status)
-      if (status%ok()) call self%file%put_line(self%columns%header(), status)
+      if (status%ok()) call self%file%put_line(self%header(), status)
    end subroutine open_history
 
    !> Continues a history from checkpoint data, instead of `open`. Errors: those of `open`, and `NUTATE_IO` where the
    !> partial file differs from what was recorded; then nothing has been changed.
-   subroutine reopen_history(self, name, columns, system, state, inverse_j0, archive, status, degrees, digits, backward)
+   subroutine reopen_history(self, name, columns, system, state, inverse_j0, archive, status, degrees, digits, &
+                             backward, epoch)
       class(history_t), intent(inout) :: self
       !> As given to `open`.
       character(len=*), intent(in) :: name, columns(:)
@@ -92,8 +100,9 @@ contains
       logical, intent(in), optional :: degrees
       integer, intent(in), optional :: digits
       logical, intent(in), optional :: backward
+      type(epoch_t), intent(in), optional :: epoch
       type(file_mark_t) :: mark
-      call start(self, columns, system, state, inverse_j0, status, degrees, digits, backward)
+      call start(self, columns, system, state, inverse_j0, status, degrees, digits, backward, epoch)
       if (.not. status%ok()) return
       call transfer_values(self, archive, mark)
       if (archive%problem() /= '') then
@@ -125,7 +134,7 @@ contains
    end subroutine transfer_values
 
    !> Prepares for rows of the columns asked for.
-   subroutine start(self, columns, system, state, inverse_j0, status, degrees, digits, backward)
+   subroutine start(self, columns, system, state, inverse_j0, status, degrees, digits, backward, epoch)
       class(history_t), intent(inout) :: self
       character(len=*), intent(in) :: columns(:)
       type(system_t), intent(in) :: system
@@ -135,19 +144,41 @@ contains
       logical, intent(in), optional :: degrees
       integer, intent(in), optional :: digits
       logical, intent(in), optional :: backward
+      type(epoch_t), intent(in), optional :: epoch
       call self%columns%choose(columns, status, degrees, system%effects)
       if (.not. status%ok()) return
       self%digits = 0
       if (present(digits)) self%digits = digits
+      if (present(epoch)) self%epoch = epoch
       self%observes_every_step = self%columns%follows_steps
       self%wants_works = self%columns%needs_works
       self%rows = 0
       if (allocated(self%values)) deallocate (self%values, self%line)
       allocate (self%values(self%columns%width))
-      allocate (character(len=(decimal_length + 1)*self%columns%width) :: self%line)
+      allocate (character(len=(decimal_length + 1)*(self%columns%width + 2)) :: self%line)
       call self%decimal%prepare()
       call self%columns%start(system, state, inverse_j0, backward)
    end subroutine start
+
+   !> Returns the names of the columns, comma separated, that of the dates included.
+   pure function header(self) result(line)
+      class(history_t), intent(in) :: self
+      character(len=:), allocatable :: line
+      line = self%columns%header()
+      if (self%epoch%is_set()) line = 't,date'//line(2:)
+   end function header
+
+   !> Appends a date as a field of its own.
+   pure subroutine append_date(date, line, used)
+      type(epoch_t), intent(in) :: date
+      character(len=*), intent(inout) :: line
+      !> Characters of the line in use; 40 more must be free.
+      integer, intent(inout) :: used
+      character(len=:), allocatable :: text
+      text = ','//date%text()
+      line(used + 1:used + len(text)) = text
+      used = used + len(text)
+   end subroutine append_date
 
    !> Writes a row. Errors: `NUTATE_NOT_FINITE`, and the row is not written; `NUTATE_IO`.
    subroutine write_row(self, system, state, record, status)
@@ -163,7 +194,9 @@ contains
          return
       end if
       used = 0
-      call self%append_values(self%values, self%line, used)
+      call self%append_values(self%values(:1), self%line, used)
+      if (self%epoch%is_set()) call append_date(self%epoch%after(state%t), self%line, used)
+      call self%append_values(self%values(2:), self%line, used)
       call self%file%put_line(self%line(1:used), status)
       if (status%ok()) self%rows = self%rows + 1
    end subroutine write_row

@@ -11,7 +11,7 @@ module nutate_scene
    use nutate_ensemble_plan, only: ensemble_plan_t
    use nutate_event_tracker, only: event_list_t
    use nutate_hamiltonian, only: make_state
-   use nutate_keys, only: group_t, group_kind_t, name_length, key_t, KEY_TEXT
+   use nutate_keys, only: group_t, group_kind_t, name_length
    use nutate_kinds, only: wp
    use nutate_printable, only: printable_path
    use nutate_run_plan, only: run_plan_t
@@ -23,6 +23,7 @@ module nutate_scene
    use nutate_scene_events, only: build_events, event_keys, events_need_attitude
    use nutate_scene_initial, only: initial_keys, build_initial, rebuild_initial, check_initial
    use nutate_scene_integrator, only: integrator_keys, build_integrator
+   use nutate_scene_labels, only: build_labels, check_calendar, label_keys, labels_t
    use nutate_scene_output, only: output_keys, output_settings_t, build_output
    use nutate_scene_override, only: apply_override
    use nutate_scene_table, only: read_table, time_units
@@ -52,6 +53,8 @@ module nutate_scene
       character(len=:), allocatable :: file
       !> Title; the name where the scene gives none.
       character(len=:), allocatable :: title
+      !> When t = 0 is, and names for other programs.
+      type(labels_t) :: labels
       !> Name of the body's shape; blank where it is given by its inertia.
       character(len=:), allocatable :: shape
       !> Body and effects.
@@ -76,9 +79,6 @@ module nutate_scene
       !> The groups as given, in the order of the file, overrides applied; shape (number of groups).
       type(group_t), allocatable :: groups(:)
    end type scene_t
-
-   !> Keys of the scene group `&scene`.
-   type(key_t), parameter :: title_keys(1) = [key_t(name='title', kind=KEY_TEXT)]
 
 contains
 
@@ -150,7 +150,7 @@ contains
 
       call add_effect_kinds(parts, kinds)
       kinds(1:parts)%name = fixed_parts
-      kinds(1)%keys = title_keys
+      kinds(1)%keys = label_keys
       kinds(2)%keys = body_keys()
       kinds(3)%keys = initial_keys
       kinds(4)%keys = integrator_keys()
@@ -197,19 +197,36 @@ contains
       scene%name = scene_name(path)
       group = first_group(scene%groups, 'scene')
       scene%title = group%text('title', scene%name)
+      call build_labels(group, scene%labels, error)
+      if (error%raised) return
       call build_motion(scene, error)
       if (error%raised) return
       call build_integrator(first_group(scene%groups, 'integrator'), scene%integrator, scene%plan, error)
+      if (.not. error%raised) call check_calendar(scene%labels, group, scene%plan%end_time, error)
       if (error%raised) return
       call check_motion_with_steps(scene, error)
       if (error%raised) return
       call read_times(scene%groups, path, error)
       call build_output(first_group(scene%groups, 'output'), scene%name, path, scene%plan, scene%output, error)
       if (error%raised) return
+      if (.not. error%raised) call give_calendar(first_group(scene%groups, 'output'), scene, error)
+      if (error%raised) return
       call check_columns(first_group(scene%groups, 'output'), scene%output%columns, scene%system%effects, error)
       call build_events(scene%groups, scene%system%effects, scene%plan%goal%accuracy, scene%events, error)
       if (.not. error%raised) call find_need_of_attitude(scene)
    end subroutine build_scene
+
+   !> Gives the output its epoch where it has dates. Raises an error where there is no epoch.
+   subroutine give_calendar(group, scene, error)
+      !> The group `&output`.
+      type(group_t), intent(in) :: group
+      type(scene_t), intent(inout) :: scene
+      type(scene_error_t), intent(inout) :: error
+      if (.not. group%flag('calendar', .false.)) return
+      scene%output%epoch = scene%labels%epoch
+      if (.not. scene%labels%epoch%is_set()) &
+         call error%raise(group%line_of('calendar'), 'calendar needs the date of t = 0', expected='epoch in &scene')
+   end subroutine give_calendar
 
    !> What moves, and how it starts.
    subroutine build_motion(scene, error)

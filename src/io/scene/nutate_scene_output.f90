@@ -2,6 +2,7 @@
 module nutate_scene_output
    use nutate_admissible, only: POSITIVE
    use nutate_columns, only: column_sets
+   use nutate_epoch, only: epoch_t
    use nutate_keys, only: group_t, key_t, name_length, KEY_INTEGER, KEY_LOGICAL, KEY_TEXT
    use nutate_kinds, only: wp, long
    use nutate_limits, only: is_countable, whole_tolerance
@@ -34,6 +35,8 @@ module nutate_scene_output
       integer :: digits = 0
       !> Angles in degrees, rates in degrees per second.
       logical :: degrees = .false.
+      !> Files have a column of dates, counted from here; not set: they have none.
+      type(epoch_t) :: epoch
    end type output_settings_t
 
    !> Times of rows in a scene; more are for a file. Digits that decide every number.
@@ -46,7 +49,7 @@ contains
 
    !> Keys of the scene group `&output`.
    pure function output_keys() result(keys)
-      type(key_t) :: keys(9)
+      type(key_t) :: keys(10)
       character(len=*), parameter :: sets(*) = column_sets%name
 
       keys = [key_t(name='file', kind=KEY_TEXT), &
@@ -57,7 +60,8 @@ contains
               key_t(name='times', most=most_times, instead_of='every,interval,times_file'), &
               key_t(name='times_file', kind=KEY_TEXT, instead_of='every,interval,times'), &
               key_t(name='precision', kind=KEY_INTEGER, range=POSITIVE), &
-              key_t(name='degrees', kind=KEY_LOGICAL)]
+              key_t(name='degrees', kind=KEY_LOGICAL), &
+              key_t(name='calendar', kind=KEY_LOGICAL)]
    end function output_keys
 
    !> Output settings, and when rows are due.

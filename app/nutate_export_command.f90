@@ -1,0 +1,213 @@
+!> `nutate export HISTORY.csv`: writes a history for other programs, as AEM or glTF.
+module nutate_export_command
+   use nutate_aem_writing, only: aem_fault, write_aem
+   use nutate_attitude_rows, only: attitude_rows_t, put_in_order, turn_rates
+   use nutate_cli, only: command_t
+   use nutate_console, only: say_error, count_text, EXIT_INPUT, EXIT_OUTPUT, EXIT_SUCCESS
+   use nutate_export_facts, only: export_facts_t, facts_of_scene, parse_facts
+   use nutate_gltf_writing, only: gltf_fault, write_gltf
+   use nutate_history_reading, only: name_length, read_history, read_names, recorded_t
+   use nutate_kinds, only: wp, long, pi
+   use nutate_outputs, only: outputs_t, AEM, GLTF
+   use nutate_printable, only: printable_path
+   use nutate_quaternion, only: quat_norm, quat_normalized
+   use nutate_resampling, only: resample
+   use nutate_scene, only: scene_t, read_scene
+   use nutate_scene_loading, only: naming_options
+   use nutate_status, only: status_t
+   implicit none
+   private
+
+   public :: export_command
+
+   !> Columns that are exported, and names of the rates in degrees per second.
+   character(len=name_length), parameter :: quaternion(4) = [character(len=name_length) :: 'q0', 'q1', 'q2', 'q3']
+   character(len=name_length), parameter :: rates(3) = [character(len=name_length) :: 'omega1', 'omega2', 'omega3']
+   !> Norms of quaternions whose digits were rounded.
+   real(wp), parameter :: norm_tolerance = 1e-2_wp
+
+contains
+
+   !> Writes a history for other programs.
+   subroutine export_command(command, exit_code)
+      type(command_t), intent(in) :: command
+      integer, intent(out) :: exit_code
+      type(export_facts_t) :: facts
+      type(attitude_rows_t) :: rows, chosen
+      character(len=:), allocatable :: problem
+
+      exit_code = EXIT_SUCCESS
+      call read_facts(command, facts, problem)
+      if (problem == '') call check_names(command, exit_code)
+      if (exit_code /= EXIT_SUCCESS) return
+      if (problem == '') call read_rows(command%scene, rows, problem)
+      if (problem == '') then
+         call turn_rates(rows, facts%frame_rate)
+         call put_in_order(rows)
+         rows%labels = facts%labels
+         if (rows%labels%object == '') rows%labels%object = stem(command%scene)
+         facts%labels = rows%labels
+         if (command%error_between > 0.0_wp) then
+            call resample(rows, command%error_between, chosen, problem)
+            if (problem == '') rows = chosen
+         end if
+         if (problem == '' .and. allocated(command%aem)) problem = aem_fault(rows)
+         if (problem == '' .and. allocated(command%gltf)) problem = gltf_fault(rows, facts)
+         if (problem /= '') problem = 'nutate: '//printable_path(command%scene)//': '//problem
+      end if
+      if (problem /= '') then
+         call say_error(problem)
+         exit_code = EXIT_INPUT
+         return
+      end if
+      call write_files(command, rows, facts, exit_code)
+   end subroutine export_command
+
+   !> Writes what is wanted.
+   subroutine write_files(command, rows, facts, exit_code)
+      type(command_t), intent(in) :: command
+      type(attitude_rows_t), intent(in) :: rows
+      type(export_facts_t), intent(in) :: facts
+      integer, intent(inout) :: exit_code
+      type(status_t) :: status
+      if (allocated(command%aem)) then
+         call write_aem(command%aem, rows, command%aem_version, status, command%error_between)
+         call report(command%aem, status, exit_code)
+      end if
+      if (allocated(command%gltf) .and. exit_code == EXIT_SUCCESS) then
+         call write_gltf(command%gltf, rows, facts, command%speed, status)
+         call report(command%gltf, status, exit_code)
+      end if
+   end subroutine write_files
+
+   !> Reports that a file cannot be written, if so.
+   subroutine report(name, status, exit_code)
+      character(len=*), intent(in) :: name
+      type(status_t), intent(in) :: status
+      integer, intent(inout) :: exit_code
+      if (status%ok()) return
+      call say_error('nutate: cannot write '//printable_path(name)//': '//trim(status%message))
+      exit_code = EXIT_OUTPUT
+   end subroutine report
+
+   !> Reads the facts that the history lacks: from a scene, with the overrides, or from these alone.
+   subroutine read_facts(command, facts, problem)
+      type(command_t), intent(in) :: command
+      type(export_facts_t), intent(out) :: facts
+      !> What is wrong, one printable line; empty on success.
+      character(len=:), allocatable, intent(out) :: problem
+      type(scene_t) :: scene
+      type(status_t) :: status
+      if (allocated(command%of_scene)) then
+         call read_scene(command%of_scene, scene, status, problem, command%overrides)
+         if (status%ok()) facts = facts_of_scene(scene)
+      else
+         call parse_facts('', command%scene, command%overrides, facts, status, problem)
+      end if
+      problem = naming_options(problem)
+   end subroutine read_facts
+
+   !> Refuses names by which the files would destroy what is there.
+   subroutine check_names(command, exit_code)
+      type(command_t), intent(in) :: command
+      integer, intent(inout) :: exit_code
+      type(outputs_t) :: files
+      call files%read_file(command%scene, 'the history itself')
+      if (allocated(command%of_scene)) call files%read_file(command%of_scene, 'the scene itself')
+      if (allocated(command%aem)) call files%add(command%aem, AEM)
+      if (allocated(command%gltf)) call files%add(command%gltf, GLTF)
+      call files%report(exit_code)
+   end subroutine check_names
+
+   !> Reads attitudes and angular velocities of a history.
+   subroutine read_rows(path, rows, problem)
+      character(len=*), intent(in) :: path
+      type(attitude_rows_t), intent(inout) :: rows
+      !> What is wrong, one printable line; empty on success.
+      character(len=:), allocatable, intent(out) :: problem
+      type(recorded_t) :: history
+      character(len=name_length), allocatable :: names(:), wanted(:)
+      real(wp) :: unit
+      integer :: i
+      call read_names(path, names, problem)
+      if (problem /= '') return
+      do i = 1, 4
+         if (problem == '' .and. count(names == quaternion(i)) /= 1) &
+            problem = printable_path(path)//':1: there is no column '//trim(quaternion(i))// &
+                      " (expected output.columns with 'quaternion')"
+      end do
+      if (problem /= '') return
+      wanted = rates
+      unit = 1.0_wp
+      if (any(names == 'omega1_deg')) then
+         wanted = [character(len=name_length) :: 'omega1_deg', 'omega2_deg', 'omega3_deg']
+         unit = pi/180
+      end if
+      call read_history(path, [character(len=name_length) :: quaternion, wanted], history, problem)
+      if (problem /= '') return
+      rows%t = history%values(:, 1)
+      rows%q = columns_of(history, quaternion)
+      if (all([(count(history%names == wanted(i)), i=1, 3)] == 1)) rows%omega = unit*columns_of(history, wanted)
+      call check_rows(path, rows, problem)
+      if (problem /= '') return
+      do i = 1, rows%count()
+         rows%q(:, i) = quat_normalized(rows%q(:, i))
+      end do
+   end subroutine read_rows
+
+   !> Columns as rows of a matrix.
+   pure function columns_of(history, names) result(values)
+      type(recorded_t), intent(in) :: history
+      !> Of columns that are there.
+      character(len=*), intent(in) :: names(:)
+      real(wp), allocatable :: values(:, :)
+      integer :: i
+      allocate (values(size(names), size(history%values, 1)))
+      do i = 1, size(names)
+         values(i, :) = history%values(:, findloc(history%names == names(i), .true., dim=1))
+      end do
+   end function columns_of
+
+   !> Finds the first row that is not in the order of the run, or no attitude.
+   subroutine check_rows(path, rows, problem)
+      character(len=*), intent(in) :: path
+      type(attitude_rows_t), intent(in) :: rows
+      character(len=:), allocatable, intent(inout) :: problem
+      real(wp), parameter :: greatest = 1e100_wp
+      real(wp) :: sense
+      integer :: i
+      sense = 1.0_wp
+      if (rows%count() > 1) sense = sign(1.0_wp, rows%t(rows%count()) - rows%t(1))
+      do i = 1, rows%count()
+         if (.not. abs(quat_norm(rows%q(:, i)) - 1) <= norm_tolerance) then
+            problem = 'the quaternion is not of unit norm (expected q0, q1, q2, q3 of a run)'
+         else if (.not. abs(rows%t(i)) < greatest) then
+            problem = 't is too large (expected up to 1e100 s)'
+         else if (allocated(rows%omega)) then
+            if (.not. all(abs(rows%omega(:, i)) < greatest)) &
+               problem = 'an angular velocity is too large (expected up to 1e100 rad/s)'
+         end if
+         if (i > 1 .and. problem == '') then
+            if (sense*(rows%t(i) - rows%t(i - 1)) <= 0.0_wp) &
+               problem = 't is out of order (expected rows in the order of the run)'
+         end if
+         if (problem == '') cycle
+         problem = printable_path(path)//':'//count_text(i + 1_long)//': '//problem
+         return
+      end do
+   end subroutine check_rows
+
+   !> A file name without folder and ending.
+   pure function stem(path) result(name)
+      character(len=*), intent(in) :: path
+      character(len=:), allocatable :: name
+      integer :: dot, i
+      name = path(index(path, '/', back=.true.) + 1:)
+      dot = index(name, '.', back=.true.)
+      if (dot > 1) name = name(:dot - 1)
+      do i = 1, len(name)
+         if (iachar(name(i:i)) < 33 .or. iachar(name(i:i)) > 126) name(i:i) = '_'
+      end do
+   end function stem
+
+end module nutate_export_command

@@ -1,0 +1,285 @@
+"""Attitudes for other programs: AEM (CCSDS 504.0-B), glTF 2.0, SPICE CK; calendar time."""
+
+from __future__ import annotations
+
+import ctypes
+import importlib
+import os
+import re
+from typing import Any, Optional
+
+import numpy as np
+import numpy.typing as npt
+
+from ._library import (Array, MESSAGE_SIZE, Textual, check, encoded, library, pointer, refusal, text_of)
+from .attitudes import matrix_from_quat
+from .scenes import LABELS, take_history
+from .shapes import shape_of
+from .systems import System, group
+from .tables import Columns
+
+# Largest turn between two chosen rows, rad; part of the error that is used at the quarters; more rows are a mistake.
+LARGEST_TURN, MARGIN, MOST_ROWS = 1.0, 0.9, 20_000_000
+
+
+def date(epoch: str, time_system: str, t: float) -> str:
+    """Returns the date of a time t, s, such as "2029-04-13T21:46:12.7", where t = 0 is at `epoch`. Both dates are in `time_system`:
+    "TDB", "TT", "TAI", or "UTC" with its leap seconds."""
+    try:
+        return text_of(library.nutate_date, encoded(epoch), encoded(time_system), float(t))
+    except ValueError:
+        raise wrong_epoch(epoch, time_system) from None
+
+
+def tdb(epoch: str, time_system: str, t: npt.ArrayLike) -> Array:
+    """Returns barycentric dynamical time past J2000, s, of a time or times t, s, where t = 0 is at `epoch`: SPICE's ephemeris time."""
+    times = np.ascontiguousarray(t, dtype=np.float64)
+    result = np.empty_like(times)
+    try:
+        check(library.nutate_tdb(encoded(epoch), encoded(time_system), times.size, pointer(times), pointer(result)))
+    except ValueError:
+        raise wrong_epoch(epoch, time_system) from None
+    return result if np.ndim(t) else result[0]
+
+
+def wrong_epoch(epoch: str, time_system: str) -> Exception:
+    """The error of a date that is none."""
+    return refusal(f"{epoch!r} in {time_system!r} is not a date, or leaves the calendar (expected one such as "
+                   "'2029-04-13T21:46:12.7' in TDB, TT, TAI or UTC, and times within the years 1583 to 9999, of UTC from 1972)")
+
+
+class AttitudeRows(Columns):
+    """Attitudes that `read_aem` has read.
+
+    t           times since the first record, s, shape (n,)
+    q           attitudes, body to space, scalar first, shape (n, 4); REF_FRAME_A has the space axes, REF_FRAME_B the body axes
+    omega       angular velocities, body axes, rad/s, shape (n, 3); None where the message has none
+    epoch, time_system, object, object_id, space_frame, body_frame    texts; the epoch is the date of the first record
+    """
+
+    def __init__(self, columns: dict[str, Array], labels: dict[str, str]) -> None:
+        super().__init__(columns)
+        self.q = np.stack([columns[f"q{i}"] for i in range(4)], axis=-1)
+        self.omega: Optional[Array] = None
+        if "omega1" in columns:
+            self.omega = np.stack([columns[f"omega{i}"] for i in (1, 2, 3)], axis=-1)
+        self.epoch, self.time_system, self.object, self.object_id, self.space_frame, self.body_frame = (
+            labels.get(key, "") for key in LABELS)
+
+    def __repr__(self) -> str:
+        return f"<AttitudeRows of {self.object!r}: {len(self.t)} rows from {self.epoch} {self.time_system}>"
+
+
+def read_aem(path: Textual) -> AttitudeRows:
+    """Reads an Attitude Ephemeris Message (CCSDS 504.0-B, version 1.0 or 2.0, KVN) with quaternions, and angular velocities where it
+    has some. Raises NutateOSError, or NutateValueError with "FILE:LINE: ..."."""
+    handle, facts = ctypes.c_void_p(), ctypes.create_string_buffer(MESSAGE_SIZE)
+    message = ctypes.create_string_buffer(MESSAGE_SIZE)
+    status = library.nutate_read_aem(encoded(path), ctypes.byref(handle), facts, MESSAGE_SIZE, message, MESSAGE_SIZE)
+    check(status, message.value.decode("utf-8", "replace"))
+    columns, _ = take_history(handle)
+    found = re.findall(r"(\w+) = '((?:[^']|'')*)'", facts.value.decode("utf-8", "replace"))
+    return AttitudeRows(dict(columns), {key: value.replace("''", "'") for key, value in found})
+
+
+def body_text(system: System) -> str:
+    """A body as a group &body: its shape, if it is known to have one, else its inertia."""
+    shape = shape_of(system)
+    if shape is not None:
+        return group("body", shape=shape[0], size=shape[1], mass=system.mass, center_of_mass=system.center_of_mass)
+    inertia = system.inertia
+    entries = [inertia[0, 0], inertia[1, 1], inertia[2, 2], inertia[0, 1], inertia[0, 2], inertia[1, 2]]
+    return group("body", inertia_tensor=entries, mass=system.mass or None, center_of_mass=system.center_of_mass, check_triangle=False)
+
+
+def constant_rate(q1: Array, q2: Array, s: Array) -> Array:
+    """Attitudes between those of two sets, of shape (n, 4), at fractions s of the times between them, at a constant rate."""
+    cosine = np.sum(q1 * q2, axis=-1, keepdims=True)
+    q2 = np.where(cosine < 0, -q2, q2)
+    half = 2 * np.arcsin(np.minimum(np.linalg.norm(q2 - q1, axis=-1, keepdims=True) / 2, 1))
+    safe = np.where(half > 1e-9, half, 1.0)
+    first, second = (np.where(half > 1e-9, np.sin(part * half) / np.sin(safe), part) for part in (1 - s[:, None], s[:, None]))
+    return first * q1 + second * q2
+
+
+def resampled(sol: Any, error: float) -> Array:
+    """Times such that a rotation at a constant rate between them keeps to an attitude error, rad. From the whole motion on, an
+    interval is halved as long as it turns the body by more than a radian, or that rotation departs from the motion by more than 0.9 of
+    the error at one of its quarters or at an end of a step inside it. That departure is h^2 |dOmega/dt|/8 at its largest."""
+    if not 1e-12 <= error <= 1:
+        raise refusal(f"error is {error!r} (expected 1e-12 to 1 rad)")
+    starts, ends = np.array([sol.t_min]), np.array([sol.t_max])
+    marks = np.sort(sol._ends["t"])
+    kept: list[Array] = []
+    while len(starts):
+        quarters = starts[:, None] + (ends - starts)[:, None] * np.arange(5) / 4
+        quarters[:, 4] = ends
+        q, omega = sol(quarters.ravel())
+        q, omega = q.reshape(-1, 5, 4), omega.reshape(-1, 5, 3)
+        good = np.max(np.linalg.norm(omega, axis=2), axis=1) * (ends - starts) <= LARGEST_TURN
+        for k in (1, 2, 3):
+            between = constant_rate(q[:, 0], q[:, 4], np.full(len(starts), k / 4))
+            good &= distances(q[:, k], between) <= MARGIN * error
+        first, last = np.searchsorted(marks, starts, side="right"), np.searchsorted(marks, ends, side="left")
+        for i in np.flatnonzero(good & (first < last)):
+            inside = marks[first[i]:last[i]]
+            between = constant_rate(np.repeat(q[i:i + 1, 0], len(inside), 0), np.repeat(q[i:i + 1, 4], len(inside), 0),
+                                    (inside - starts[i]) / (ends[i] - starts[i]))
+            good[i] = np.all(distances(sol(inside)[0], between) <= MARGIN * error)
+        kept.append(starts[good])
+        middles = (starts + (ends - starts) / 2)[~good]
+        starts, ends = np.concatenate([starts[~good], middles]), np.concatenate([middles, ends[~good]])
+        if len(starts) > MOST_ROWS:
+            raise refusal(f"an error of {error!r} rad needs more than 2e7 rows (expected a larger error)")
+    return np.append(np.sort(np.concatenate(kept)), sol.t_max)
+
+
+def distances(q1: Array, q2: Array) -> Array:
+    """Angles between attitudes, rad; shape (n,)."""
+    chord = np.minimum(np.linalg.norm(q1 - q2, axis=-1), np.linalg.norm(q1 + q2, axis=-1))
+    return np.asarray(4 * np.arcsin(np.minimum(chord / 2, 1)))
+
+
+class Exchange(Columns):
+    """What a Solution can be written as. Its rows are written, or, with `error`, rows of its dense output that are chosen so that a
+    rotation at a constant rate between them, which readers assume, keeps to this attitude error, rad."""
+
+    sol: Any
+    system: System
+    _labels: dict[str, str]
+
+    def to_aem(self, path: Textual, *, epoch: Optional[str] = None, time_system: Optional[str] = None, object: Optional[str] = None,
+               object_id: Optional[str] = None, space_frame: Optional[str] = None, body_frame: Optional[str] = None,
+               version: str = "2.0", error: float = 0.0) -> None:
+        """Writes an Attitude Ephemeris Message (CCSDS 504.0-B), version "2.0", or "1.0" without angular velocities. The quaternion
+        is (q1, q2, q3, q0), from the space axes (REF_FRAME_A) to the body axes (REF_FRAME_B).
+
+        `epoch` is the date of t = 0 in `time_system` ("TDB", "TT", "TAI", "UTC"). A Scene that was solved gives what is not given."""
+        labels = self._named(epoch=epoch, time_system=time_system, object=object, object_id=object_id, space_frame=space_frame,
+                             body_frame=body_frame)
+        labels.setdefault("object", "BODY")
+        t, q, omega = self._attitudes(error)
+        message = ctypes.create_string_buffer(MESSAGE_SIZE)
+        status = library.nutate_write_aem(encoded(path), encoded(group("scene", **labels)), len(t), pointer(t), pointer(q),
+                                          pointer(omega), encoded(version), float(error), message, MESSAGE_SIZE)
+        check(status, message.value.decode("utf-8", "replace"))
+
+    def to_gltf(self, path: Textual, *, object: Optional[str] = None, speed: float = 1.0, error: float = 0.0) -> None:
+        """Writes the moving body as glTF 2.0, for Blender and browsers: its shape, or the box of its inertia, with one animation of
+        its rotation in single precision. `speed` is the number of seconds of the motion in a second of the animation."""
+        facts = group("scene", object=self._named(object=object).get("object", "BODY")) + body_text(self.system)
+        t, q, _ = self._attitudes(error)
+        message = ctypes.create_string_buffer(MESSAGE_SIZE)
+        status = library.nutate_write_gltf(encoded(path), encoded(facts), len(t), pointer(t), pointer(q), float(speed), message,
+                                           MESSAGE_SIZE)
+        check(status, message.value.decode("utf-8", "replace"))
+
+    def to_spice_ck(self, path: Textual, *, epoch: Optional[str] = None, time_system: Optional[str] = None,
+                    object: Optional[str] = None, space_frame: Optional[str] = None, body_frame: Optional[str] = None,
+                    spacecraft: int = -999, error: float = 0.0) -> list[str]:
+        """Writes a SPICE CK of type 3 with angular velocities, and beside it the text kernels that it needs: a clock (.tsc) and the
+        body's frame (.tf). Returns the three paths, to be loaded with `spiceypy.furnsh`. spiceypy must be installed.
+
+        `space_frame` is a frame that SPICE knows, such as "J2000" or "ECLIPJ2000"; "ICRF" stands for "J2000". `body_frame` is the name
+        of the body's frame in SPICE, by default NUTATE_BODY. `spacecraft` is the negative number of the clock."""
+        spice = spiceypy()
+        labels = self._named(epoch=epoch, time_system=time_system, object=object, space_frame=space_frame, body_frame=body_frame)
+        for key in ("epoch", "time_system", "space_frame"):
+            if key not in labels:
+                raise refusal(f"a CK needs {key} (expected epoch='2029-04-13T21:46:12.7', time_system='TDB', space_frame='J2000')")
+        if spacecraft > -1 or spacecraft < -2_000_000:
+            raise refusal(f"spacecraft is {spacecraft!r} (expected a number below 0)")
+        t, q, omega = self._attitudes(error)
+        return write_ck(spice, os.fsdecode(path), labels, spacecraft, tdb(labels["epoch"], labels["time_system"], t), q, omega)
+
+    def _named(self, **given: Optional[str]) -> dict[str, str]:
+        """Epoch and names: those given, else those of the scene."""
+        return {key: value for key in LABELS if (value := given.get(key) or self._labels.get(key, ""))}
+
+    def _attitudes(self, error: float) -> tuple[Array, Array, Array]:
+        """Times, attitudes and angular velocities relative to the space axes, in ascending order."""
+        if error:
+            if self.sol is None:
+                raise refusal("error needs the dense output of the solution (expected dense_output=True, and a step or more)")
+            t = resampled(self.sol, error)
+            q, omega = self.sol(t)
+        else:
+            t = self.t
+            q = np.stack([self[f"q{i}"] for i in range(4)], axis=-1)
+            omega = np.stack([self[f"omega{i}"] for i in (1, 2, 3)], axis=-1)
+        # Angular velocities are absolute; space axes of a rotating frame or of a circular orbit turn.
+        if np.any(rate := self.system.frame_rate):
+            omega = omega - np.array([matrix_from_quat(attitude).T @ rate for attitude in q])
+        order = np.argsort(t, kind="stable")
+        t, q, omega = (np.ascontiguousarray(values[order], dtype=np.float64) for values in (t, q, omega))
+        return t, q, omega
+
+
+def spiceypy() -> Any:
+    """The package spiceypy, where it is installed."""
+    try:
+        return importlib.import_module("spiceypy")
+    except ImportError:
+        raise ImportError("to_spice_ck needs the package spiceypy, which is not installed (expected pip install spiceypy)") from None
+
+
+def write_ck(spice: Any, path: str, labels: dict[str, str], spacecraft: int, times: Array, q: Array, omega: Array) -> list[str]:
+    """Writes a CK of type 3 and its text kernels; `times` are TDB past J2000, s. Returns their paths."""
+    frame = {"ICRF": "J2000"}.get(labels["space_frame"].upper(), labels["space_frame"].upper())
+    body = labels.get("body_frame", "NUTATE_BODY").upper()
+    if spice.namfrm(frame) == 0:
+        raise refusal(f"SPICE has no frame {frame!r} (expected space_frame='J2000', or 'ECLIPJ2000')")
+    if not re.fullmatch(r"[A-Z0-9_]{1,26}", body):
+        raise refusal(f"body_frame {body!r} is no name of SPICE (expected up to 26 letters, digits and _)")
+    if np.any(np.diff(times) <= 0):
+        raise refusal("two rows are closer than TDB can tell apart (expected rows at longer intervals)")
+    stem = path[:-3] if path.lower().endswith(".bc") else path
+    paths = [path, stem + ".tsc", stem + ".tf"]
+    for name, start in zip(paths, (b"DAF/CK", b"KPL/SCLK", b"KPL/FK")):
+        check_replaced(name, start)
+    # Ticks of a microsecond from the second before the first row: small numbers, which keep their digits.
+    origin = np.floor(times[0]) - 1
+    ticks = (times - origin) * 1e6
+    texts = (clock_text(spacecraft, origin), frame_text(spacecraft, body))
+    rates = np.array([matrix_from_quat(attitude) @ rate for attitude, rate in zip(q, omega)])
+    partial = path + ".partial"
+    if os.path.exists(partial):
+        os.remove(partial)
+    handle = spice.ckopn(partial, "nutate", 0)
+    try:
+        # The C-matrix takes components from space to body: the conjugate quaternion.
+        spice.ckw03(handle, ticks[0], ticks[-1], 1000 * spacecraft, frame, True, labels.get("object", "BODY")[:40], len(ticks), ticks,
+                    q * np.array([1.0, -1.0, -1.0, -1.0]), rates, 1, ticks[:1])
+    finally:
+        spice.ckcls(handle)
+    for name, text in zip(paths[1:], texts):
+        with open(name, "w", encoding="ascii") as file:
+            file.write(text)
+    os.replace(partial, path)
+    return paths
+
+
+def check_replaced(path: str, start: bytes) -> None:
+    """Raises an error for a file of another kind than the one that is to take its place."""
+    if os.path.exists(path) and os.path.getsize(path):
+        with open(path, "rb") as file:
+            if not file.read(len(start)) == start:
+                raise refusal(f"{path} exists and is not a kernel of this kind (expected another name, or remove it)")
+
+
+def clock_text(spacecraft: int, origin: float) -> str:
+    """A clock kernel: ticks of a microsecond of TDB from an origin, s past J2000."""
+    number = -spacecraft
+    lines = {"SCLK_KERNEL_ID": "@2026-01-01", f"SCLK_DATA_TYPE_{number}": "1", f"SCLK01_TIME_SYSTEM_{number}": "1",
+             f"SCLK01_N_FIELDS_{number}": "2", f"SCLK01_MODULI_{number}": "10000000000 1000000", f"SCLK01_OFFSETS_{number}": "0 0",
+             f"SCLK01_OUTPUT_DELIM_{number}": "1", f"SCLK_PARTITION_START_{number}": "0.0", f"SCLK_PARTITION_END_{number}": "1.0E+16",
+             f"SCLK01_COEFFICIENTS_{number}": f"0 {float(origin)!r} 1"}
+    return "KPL/SCLK\n\n\\begindata\n" + "".join(f"{key} = ( {value} )\n" for key, value in lines.items()) + "\\begintext\n"
+
+
+def frame_text(spacecraft: int, body: str) -> str:
+    """A frame kernel: the body's axes by its CK."""
+    code = 1000 * spacecraft
+    lines = {f"FRAME_{body}": str(code), f"FRAME_{code}_NAME": f"'{body}'", f"FRAME_{code}_CLASS": "3", f"FRAME_{code}_CLASS_ID": str(code),
+             f"FRAME_{code}_CENTER": str(spacecraft), f"CK_{code}_SCLK": str(spacecraft), f"CK_{code}_SPK": str(spacecraft)}
+    return "KPL/FK\n\n\\begindata\n" + "".join(f"{key} = {value}\n" for key, value in lines.items()) + "\\begintext\n"

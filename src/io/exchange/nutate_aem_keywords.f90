@@ -1,0 +1,41 @@
+!> Keywords of the Attitude Ephemeris Message (CCSDS 504.0-B-2, and 504.0-B-1 for version 1.0), in KVN.
+!>
+!> The quaternion of version 2.0 turns coordinates of REF_FRAME_A into those of REF_FRAME_B, scalar last: with the space
+!> axes as A and the body axes as B it is (q1, q2, q3, q0), without conjugation. Rates are in deg/s.
+module nutate_aem_keywords
+   implicit none
+   private
+
+   public :: known_keywords, keyword_length, attitude_types, attitude_type_t, ecliptic, equatorial, obliquity
+
+   integer, parameter :: keyword_length = 24
+
+   !> Keywords with a value.
+   character(len=keyword_length), parameter :: known_keywords(*) = [character(len=keyword_length) :: &
+      'CCSDS_AEM_VERS', 'CLASSIFICATION', 'CREATION_DATE', 'ORIGINATOR', 'MESSAGE_ID', 'OBJECT_NAME', 'OBJECT_ID', &
+      'CENTER_NAME', 'REF_FRAME_A', 'REF_FRAME_B', 'ATTITUDE_DIR', 'TIME_SYSTEM', 'START_TIME', 'USEABLE_START_TIME', &
+      'USEABLE_STOP_TIME', 'STOP_TIME', 'ATTITUDE_TYPE', 'QUATERNION_TYPE', 'EULER_ROT_SEQ', 'ANGVEL_FRAME', &
+      'RATE_FRAME', 'INTERPOLATION_METHOD', 'INTERPOLATION_DEGREE']
+
+   !> A type of records that is read.
+   type :: attitude_type_t
+      character(len=keyword_length) :: name
+      !> Numbers behind the date.
+      integer :: numbers
+      !> The last three are the angular velocity.
+      logical :: has_rates
+   end type attitude_type_t
+
+   !> Types with a quaternion; of the rates of quaternions, and of the others of version 1.0, nothing is used.
+   type(attitude_type_t), parameter :: attitude_types(4) = [ &
+      attitude_type_t('QUATERNION', 4, .false.), &
+      attitude_type_t('QUATERNION/ANGVEL', 7, .true.), &
+      attitude_type_t('QUATERNION/DERIVATIVE', 8, .false.), &
+      attitude_type_t('QUATERNION/RATE', 7, .false.)]
+
+   !> Ecliptic axes as SPICE calls them, which CCSDS does not know; the axes that they are turned to, and the angle
+   !> about their x axis, arcseconds.
+   character(len=*), parameter :: ecliptic = 'ECLIPJ2000', equatorial = 'EME2000'
+   double precision, parameter :: obliquity = 84381.448d0
+
+end module nutate_aem_keywords

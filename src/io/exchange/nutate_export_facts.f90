@@ -1,0 +1,103 @@
+!> What a history does not say and files for other programs need: labels, body, and how the space axes turn.
+module nutate_export_facts
+   use nutate_body, only: body_t
+   use nutate_keys, only: group_t, group_kind_t
+   use nutate_kinds, only: wp
+   use nutate_scene, only: scene_t, scene_kinds
+   use nutate_scene_body, only: build_body
+   use nutate_scene_check, only: read_groups
+   use nutate_scene_error, only: scene_error_t, error_line
+   use nutate_scene_labels, only: build_labels, labels_t
+   use nutate_scene_override, only: apply_override
+   use nutate_status, only: status_t, fail, NUTATE_BAD_SCENE
+   implicit none
+   private
+
+   public :: export_facts_t, facts_of_scene, parse_facts
+
+   !> Facts about a history.
+   type :: export_facts_t
+      type(labels_t) :: labels
+      logical :: has_body = .false.
+      type(body_t) :: body
+      !> Name of its shape, and its lengths, m; blank where the inertia is given.
+      character(len=:), allocatable :: shape
+      real(wp), allocatable :: size(:)
+      !> Rate of the space axes, in these, rad/s; shape (3).
+      real(wp) :: frame_rate(3) = 0.0_wp
+   end type export_facts_t
+
+contains
+
+   !> Returns the facts that a scene has.
+   function facts_of_scene(scene) result(facts)
+      type(scene_t), intent(in) :: scene
+      type(export_facts_t) :: facts
+      facts%labels = scene%labels
+      call take_body(scene%groups, scene%system%body, scene%shape, facts)
+      if (scene%system%effects%frame_turns) facts%frame_rate = scene%system%effects%frame_rate
+   end function facts_of_scene
+
+   !> Reads facts from groups `&scene` and `&body`, as those of scenes, neither of which need be there.
+   subroutine parse_facts(text, name, overrides, facts, status, message)
+      !> The groups; may be empty.
+      character(len=*), intent(in) :: text
+      !> What to call the text in messages.
+      character(len=*), intent(in) :: name
+      !> `GROUP.KEY=VALUE` or `-GROUP.KEY`, applied in order after the text.
+      character(len=*), intent(in) :: overrides(:)
+      type(export_facts_t), intent(out) :: facts
+      type(status_t), intent(out) :: status
+      !> What is wrong, one printable line; empty on success.
+      character(len=:), allocatable, intent(out) :: message
+      type(group_kind_t), allocatable :: all_kinds(:), kinds(:)
+      type(group_t), allocatable :: groups(:)
+      type(scene_error_t) :: error
+      type(body_t) :: body
+      character(len=:), allocatable :: shape
+      integer :: i, last_line
+
+      all_kinds = scene_kinds()
+      allocate (kinds(2))
+      kinds(1) = all_kinds(findloc(all_kinds%name == 'scene', .true., dim=1))
+      kinds(2) = all_kinds(findloc(all_kinds%name == 'body', .true., dim=1))
+      call read_groups(text, kinds, groups, last_line, error)
+      do i = 1, size(overrides)
+         call apply_override(trim(overrides(i)), kinds, groups, error)
+      end do
+      if (.not. error%raised) call build_labels(named(groups, 'scene'), facts%labels, error)
+      if (.not. error%raised .and. any(groups%name == 'body')) then
+         call build_body(named(groups, 'body'), body, shape, error)
+         if (.not. error%raised) call take_body(groups, body, shape, facts)
+      end if
+      message = ''
+      if (.not. error%raised) return
+      message = error_line(name, error)
+      status = fail(NUTATE_BAD_SCENE, message)
+   end subroutine parse_facts
+
+   !> The group of a name; one without keys where there is none.
+   pure function named(groups, name) result(group)
+      type(group_t), intent(in) :: groups(:)
+      character(len=*), intent(in) :: name
+      type(group_t) :: group
+      integer :: i
+      i = findloc(groups%name == name, .true., dim=1)
+      if (i > 0) group = groups(i)
+   end function named
+
+   !> Takes a body with the lengths of its shape.
+   subroutine take_body(groups, body, shape, facts)
+      type(group_t), intent(in) :: groups(:)
+      type(body_t), intent(in) :: body
+      character(len=*), intent(in) :: shape
+      type(export_facts_t), intent(inout) :: facts
+      type(group_t) :: group
+      facts%has_body = .true.
+      facts%body = body
+      facts%shape = shape
+      group = named(groups, 'body')
+      facts%size = group%vector('size', spread(0.0_wp, 1, group%count_of('size')))
+   end subroutine take_body
+
+end module nutate_export_facts
