@@ -15,7 +15,7 @@ module nutate_check_command
    use nutate_expectation, only: history_bytes, known_steps, most_rows, rows_of, size_text, too_many_rows
    use nutate_files, only: STANDARD_OUTPUT
    use nutate_fixed_steps, only: count_steps
-   use nutate_hamiltonian, only: angular_velocity, kinetic_energy, potential_energy, space_momentum
+   use nutate_hamiltonian, only: angular_velocity, body_momentum, kinetic_energy, potential_energy, space_momentum
    use nutate_invariants, only: invariants_t
    use nutate_keys, only: group_t, key_t, KEY_LOGICAL, KEY_TEXT
    use nutate_kinds, only: wp, long
@@ -34,6 +34,7 @@ module nutate_check_command
    use nutate_status, only: status_t, fail, NUTATE_STOPPED
    use nutate_stepper, only: integrator_settings_t
    use nutate_system, only: system_t
+   use nutate_tumbling, only: tumbling_elements, tumbling_t
    implicit none
    private
 
@@ -119,6 +120,7 @@ contains
          call page%item('angular velocity', vector_text(omega)//' rad/s in body axes, '// &
                         rounded_text(norm2(omega))//' rad/s in all')
          call page%item('angular momentum', vector_text(space_momentum(state))//' N m s in space axes')
+         call add_tumbling(page, system, state)
          kinetic = kinetic_energy(system, state, scene%integrator%inverse_auxiliary_inertia)
          potential = potential_energy(system%effects, state%q, state%t)
          call page%item('energy', rounded_text(kinetic + potential)//' J: kinetic '//rounded_text(kinetic)// &
@@ -143,6 +145,30 @@ contains
          if (labels%body_frame /= '') call page%item('body axes', labels%body_frame)
       end associate
    end subroutine add_labels
+
+   !> The tumbling elements of a free triaxial body.
+   subroutine add_tumbling(page, system, state)
+      type(page_t), intent(inout) :: page
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      type(tumbling_t) :: elements
+      real(wp) :: l(3)
+      associate (effects => system%effects, moments => system%body%moments)
+         if (effects%n_potentials + effects%n_off + effects%n_torques + effects%n_rotors > 0 .or. effects%frame_turns) &
+            return
+         l = space_momentum(state)
+         if (.not. (norm2(l) > 0.0_wp .and. abs(moments(1) - moments(2)) > 0.0_wp .and. &
+                    abs(moments(2) - moments(3)) > 0.0_wp .and. abs(moments(3) - moments(1)) > 0.0_wp)) return
+         elements = tumbling_elements(moments, matmul(body_momentum(state), system%body%axes))
+      end associate
+      call page%item('tumbling', trim(merge('short-axis mode', 'long-axis mode ', elements%is_short_axis))// &
+                     ', E/E0 = '//rounded_text(elements%energy_ratio))
+      call page%item('  rotation', 'period '//rounded_text(elements%rotation)//' s')
+      call page%item('  precession', 'period '//rounded_text(elements%precession_short)//' s of the short axis, '// &
+                     rounded_text(elements%precession_long)//' s of the long axis')
+      call page%item('  pole', 'longitude '//rounded_text(atan2(l(2), l(1)))//' rad, latitude '// &
+                     rounded_text(atan2(l(3), hypot(l(1), l(2))))//' rad in space axes')
+   end subroutine add_tumbling
 
    !> Every event.
    subroutine add_events(page, scene)

@@ -61,6 +61,13 @@ module nutate_plot_panels
       rule_t('true_anomaly', 'true anomaly (%)', component_colours(3)), &
       rule_t('eclipse', 'eclipse', component_colours(3)), &
       rule_t('shadow_depth', 'depth in the shadow (m)', component_colours(3)), &
+      rule_t('energy_ratio', 'E/E₀', component_colours(3)), &
+      rule_t('short_axis_mode', 'short-axis mode', component_colours(3)), &
+      rule_t('precession_period_short', 'periods (s)', component_colours(1)), &
+      rule_t('precession_period_long', 'periods (s)', component_colours(2)), &
+      rule_t('rotation_period', 'periods (s)', component_colours(3)), &
+      rule_t('pole_longitude', 'pole (%)', component_colours(1)), &
+      rule_t('pole_latitude', 'pole (%)', component_colours(3)), &
       rule_t('kinetic', 'energy (J)', '#56b4e9'), &
       rule_t('potential', 'energy (J)', '#e69f00'), &
       rule_t('total', 'energy (J)', '#000000'), &

@@ -328,6 +328,8 @@ contains
             end do
             ! Differences are as good as h times the rates, which are greater next to an orbit.
             bound = merge(1e-9_wp, 1e-10_wp, k > 2)*max(1.0_wp, abs(rate))
+            ! Next to the separatrix, where periods are infinite, h is long.
+            if (index(event%columns(1), 'period') > 0) bound = 1e5_wp*bound
             call check_close(error, event%rate(problem%system, here), rate, bound, &
                              trim(event%columns(1)))
             if (allocated(error)) return

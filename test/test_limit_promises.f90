@@ -217,7 +217,7 @@ contains
    end function of_controllers
 
    pure function of_starts() result(promises)
-      type(promise_t) :: promises(8)
+      type(promise_t) :: promises(14)
       real(wp), parameter :: zero(3) = 0.0_wp
       promises(1) = any_number('initial', 'quaternion', [1.0_wp, zero], 1)
       promises(1)%least = 1.0_wp - 1e-6_wp
@@ -239,6 +239,15 @@ contains
       ! |p||Ω| = 2JΩ² is at the limit of energies; steps are short enough to follow.
       promises(7:8)%greatest = sqrt(5.0_wp)*1e50_wp
       promises(7:8)%setting%time_step = 1e-45_wp
+      promises(9) = positive('initial', 'precession_period', [1.0_wp], least=1e-40_wp)
+      promises(9)%setting%time_step = 1e-45_wp
+      ! Of a body whose short-axis mode has E/E0 from 1 to 1.25, and P_psi from 0.263 on where P_phi is 0.1.
+      promises(10) = positive('initial', 'rotation_period', [1.0_wp], least=0.5_wp, greatest=2.0_wp)
+      promises(11) = positive('initial', 'energy_ratio', [1.1_wp], least=1.0_wp, greatest=1.2_wp)
+      promises(12) = any_number('initial', 'pole', zero(1:2), 2)
+      promises(13) = any_number('initial', 'precession_angle', zero(1:1))
+      promises(14) = any_number('initial', 'rotation_phase', zero(1:1))
+      promises(9:14)%text_only = .true.
    end function of_starts
 
    pure function of_settings() result(promises)

@@ -92,15 +92,47 @@ contains
       case ('inertia_tensor')
          text = text//entry(setting, 'body', 'inertia_tensor', usual_tensor)
       case default
+         if (is_tumbling(setting)) then
+            text = text//' inertia = 1, 2, 2.5 /'//new_line('a')
+            return
+         end if
          text = text//entry(setting, 'body', 'inertia', spread(setting%inertia, 1, 3))// &
                 entry(setting, 'body', 'mass', [setting%mass])//entry(setting, 'body', 'center_of_mass', top)
       end select
       text = text//' /'//new_line('a')
    end function body_text
 
+   !> A key that goes with tumbling elements.
+   pure logical function is_tumbling(setting)
+      type(setting_t), intent(in) :: setting
+      is_tumbling = setting%group == 'initial' .and. any(setting%key == [character(len=24) :: 'precession_period', &
+         'rotation_period', 'energy_ratio', 'pole', 'precession_angle', 'rotation_phase'])
+   end function is_tumbling
+
+   !> The start by tumbling elements, with the key of the setting.
+   function tumbling_text(setting) result(text)
+      type(setting_t), intent(in) :: setting
+      character(len=:), allocatable :: text
+      text = "&initial tumbling = 'sam', period_axis = 'short'"//entry(setting, 'initial', 'precession_period', &
+           [0.1_wp])// &
+             entry(setting, 'initial', 'pole', [0.0_wp, 0.0_wp])
+      if (setting%key == 'rotation_period') then
+         text = text//entry(setting, 'initial', 'rotation_period', [1.0_wp])
+      else
+         text = text//entry(setting, 'initial', 'energy_ratio', [1.1_wp])
+      end if
+      if (setting%key == 'precession_angle' .or. setting%key == 'rotation_phase') &
+         text = text//entry(setting, 'initial', trim(setting%key), [0.0_wp])
+      text = text//' /'//new_line('a')
+   end function tumbling_text
+
    function initial_text(setting) result(text)
       type(setting_t), intent(in) :: setting
       character(len=:), allocatable :: text
+      if (is_tumbling(setting)) then
+         text = tumbling_text(setting)
+         return
+      end if
       text = '&initial'
       select case (merge(setting%key, repeat(' ', 24), setting%group == 'initial'))
       case ('quaternion')

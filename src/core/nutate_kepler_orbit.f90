@@ -6,12 +6,14 @@
 !>
 !>     ν = E + 2 atan(β sin E/(1 - β cos E)),   r = a(1 - e cos E),   ν̇ = h/r²,   h = √(μ a (1-e²)).
 !>
-!> An orbit that is given by its periapsis may have any e >= 0 (`nutate_conic`).
+!> An orbit that is given by its periapsis may have any e >= 0 (`nutate_conic`); a table of positions takes the place of
+!> all elements (`nutate_track`).
 module nutate_kepler_orbit
    use nutate_conic, only: place_on_conic
    use nutate_kinds, only: wp, eps, pi
    use nutate_power_series, only: inverses, power_term, product_term
-   use nutate_quaternion, only: quat_product, rotate_to_space
+   use nutate_quaternion, only: quat_product, rotate_to_body, rotate_to_space
+   use nutate_track, only: track_t
    implicit none
    private
 
@@ -29,8 +31,10 @@ module nutate_kepler_orbit
       real(wp) :: inclination = 0.0_wp, raan = 0.0_wp, argument_of_periapsis = 0.0_wp, mean_anomaly = 0.0_wp
       !> q, m, and the time of the passage, s: in the place of a and the mean anomaly where q > 0, with any e >= 0.
       real(wp) :: periapsis_distance = 0.0_wp, periapsis_time = 0.0_wp
+      !> Positions by time, in the place of all elements.
+      type(track_t), allocatable :: track
    contains
-      !> Returns n = √(μ/a³), rad/s; 0 of an open orbit.
+      !> Returns n = √(μ/a³), rad/s; 0 of an open orbit and of a table.
       procedure :: mean_motion
       !> Return true if the orbit is given by its periapsis, and the distance of the periapsis, m.
       procedure :: is_from_periapsis
@@ -54,10 +58,12 @@ module nutate_kepler_orbit
 
 contains
 
-   !> Returns the mean motion n = √(μ/a³), rad/s; 0 of an open orbit.
+   !> Returns the mean motion n = √(μ/a³), rad/s; 0 of an open orbit and of a table.
    pure real(wp) function mean_motion(self)
       class(kepler_orbit_t), intent(in) :: self
-      if (self%is_from_periapsis()) then
+      if (allocated(self%track)) then
+         mean_motion = 0.0_wp
+      else if (self%is_from_periapsis()) then
          mean_motion = 0.0_wp
          if (self%eccentricity < 1.0_wp) mean_motion = periapsis_rate(self)*(1 - self%eccentricity)**1.5_wp
       else
@@ -74,7 +80,9 @@ contains
    !> Returns the distance of the periapsis, m.
    pure real(wp) function nearest(self)
       class(kepler_orbit_t), intent(in) :: self
-      if (self%is_from_periapsis()) then
+      if (allocated(self%track)) then
+         nearest = self%track%nearest
+      else if (self%is_from_periapsis()) then
          nearest = self%periapsis_distance
       else
          nearest = self%semi_major_axis*(1 - self%eccentricity)
@@ -141,6 +149,9 @@ contains
       if (self%is_from_periapsis()) then
          call find_from_periapsis(self, t, place, velocity, radius, nu)
          return
+      else if (allocated(self%track)) then
+         nu = self%track%true_anomaly(t, self%mu)
+         return
       end if
       anomaly = anomaly_at(self, t)
       beta = self%eccentricity/(1 + flatness(self))
@@ -160,6 +171,8 @@ contains
       real(wp), intent(in) :: t
       if (self%is_from_periapsis()) then
          turn_rate = self%fastest_turn()*(self%periapsis_distance/self%radius(t))**2
+      else if (allocated(self%track)) then
+         turn_rate = dot_product(rotate_to_body(self%track%axes(t), self%track%axes_rate(t)), [0.0_wp, -1.0_wp, 0.0_wp])
       else
          turn_rate = self%mean_motion()*flatness(self)*(self%semi_major_axis/self%radius(t))**2
       end if
@@ -170,6 +183,9 @@ contains
       class(kepler_orbit_t), intent(in) :: self
       if (self%is_from_periapsis()) then
          fastest_turn = periapsis_rate(self)*sqrt(1 + self%eccentricity)
+         return
+      else if (allocated(self%track)) then
+         fastest_turn = self%track%fastest
          return
       end if
       fastest_turn = self%mean_motion()*sqrt((1 + self%eccentricity)/(1 - self%eccentricity))/(1 - self%eccentricity)
@@ -183,6 +199,9 @@ contains
       real(wp) :: place(2), velocity(2), nu
       if (self%is_from_periapsis()) then
          call find_from_periapsis(self, t, place, velocity, radius, nu)
+         return
+      else if (allocated(self%track)) then
+         radius = norm2(self%track%position(t))
          return
       end if
       radius = self%semi_major_axis*(1 - self%eccentricity*cos(anomaly_at(self, t)))
@@ -198,6 +217,9 @@ contains
          position(3) = 0.0_wp
          call find_from_periapsis(self, t, position(1:2), velocity, radius, anomaly)
          position = rotate_to_space(plane(self, 0.0_wp), position)
+         return
+      else if (allocated(self%track)) then
+         position = self%track%position(t)
          return
       end if
       anomaly = anomaly_at(self, t)
@@ -216,6 +238,9 @@ contains
          call find_from_periapsis(self, t, place, velocity(1:2), radius, anomaly)
          velocity = rotate_to_space(plane(self, 0.0_wp), velocity)
          return
+      else if (allocated(self%track)) then
+         velocity = self%track%velocity(t)
+         return
       end if
       anomaly = anomaly_at(self, t)
       velocity = (self%semi_major_axis*self%mean_motion()/(1 - self%eccentricity*cos(anomaly)))* &
@@ -229,7 +254,11 @@ contains
       !> s.
       real(wp), intent(in) :: t
       real(wp) :: q(4)
-      q = quat_product(plane(self, self%true_anomaly(t)), from_radial)
+      if (allocated(self%track)) then
+         q = self%track%axes(t)
+      else
+         q = quat_product(plane(self, self%true_anomaly(t)), from_radial)
+      end if
    end function axes
 
    !> Computes the coefficients of the power series of x = r/r₀, r₀ = |r| at the start, from ẍ = -(μ/r₀³) x w, w =
@@ -245,8 +274,12 @@ contains
       real(wp) :: start, pull
       integer :: i, k
       start = self%radius(t)
-      x(0, :) = self%position(t)/start
-      if (ubound(x, 1) > 0) x(1, :) = (time_unit/start)*self%velocity(t)
+      if (allocated(self%track)) then
+         call self%track%position_series(t, time_unit, start, x)
+      else
+         x(0, :) = self%position(t)/start
+         if (ubound(x, 1) > 0) x(1, :) = (time_unit/start)*self%velocity(t)
+      end if
       pull = self%mu/start/start/start
       do k = 0, ubound(x, 1)
          square(k) = product_term(k, x(0:k, 1), x(0:k, 1)) + product_term(k, x(0:k, 2), x(0:k, 2)) &
@@ -256,7 +289,7 @@ contains
          else
             w(k) = power_term(k, -1.5_wp, square(0:k), w(0:k - 1))
          end if
-         if (k + 2 > ubound(x, 1)) cycle
+         if (k + 2 > ubound(x, 1) .or. allocated(self%track)) cycle
          do i = 1, 3
             x(k + 2, i) = -(pull*time_unit*time_unit)*product_term(k, x(0:k, i), w(0:k))*inverses(k + 1)*inverses(k + 2)
          end do

@@ -1,8 +1,8 @@
 !> Vectors given at points of time, and what lies between them: polynomials, one for each interval. Linear ones may jump
 !> where two points have the same time; cubic ones are a spline (C. de Boor, A Practical Guide to Splines, 1978, IV),
-!> natural at its ends or periodic.
+!> natural at its ends or periodic, or, with derivatives, Hermite's; those of degree 5 have second derivatives too.
 !>
-!> In the interval k, from x(k-1) to x(k), the vector is c₀ + c₁s + c₂s² + c₃s³, s = (x - x(k-1))/h, h its length: so
+!> In the interval k, from x(k-1) to x(k), the vector is c₀ + c₁s + c₂s² + ..., s = (x - x(k-1))/h, h its length: so
 !> the size of the coefficients does not depend on the unit of time.
 module nutate_piecewise
    use nutate_kinds, only: wp
@@ -11,7 +11,7 @@ module nutate_piecewise
    implicit none
    private
 
-   public :: piecewise_t, new_linear, new_spline
+   public :: piecewise_t, new_hermite, new_linear, new_spline
 
    !> Points of a periodic spline at least, the last, which is the first again, counted.
    integer, parameter, public :: least_periodic = 4
@@ -99,6 +99,43 @@ contains
       end do
       call curve%prepare_search()
    end function new_spline
+
+   !> Computes Hermite's polynomials between points: of degree 3 from values and rates, of degree 5 from second
+   !> derivatives too.
+   pure function new_hermite(times, values, rates, second) result(curve)
+      !> s, increasing; two at least. Shape (n).
+      real(wp), intent(in) :: times(:)
+      !> Values, and their first and second derivatives by time; shape (3, n).
+      real(wp), intent(in) :: values(:, :), rates(:, :)
+      real(wp), intent(in), optional :: second(:, :)
+      type(piecewise_t) :: curve
+      real(wp) :: h, d(3), m0(3), m1(3), a0(3), a1(3)
+      integer :: k
+      curve%n = size(times) - 1
+      curve%degree = merge(5, 3, present(second))
+      allocate (curve%x(0:curve%n), curve%c(3, 0:curve%degree, curve%n))
+      curve%x(:) = times
+      do k = 1, curve%n
+         h = times(k + 1) - times(k)
+         d = values(:, k + 1) - values(:, k)
+         m0 = h*rates(:, k)
+         m1 = h*rates(:, k + 1)
+         curve%c(:, 0, k) = values(:, k)
+         curve%c(:, 1, k) = m0
+         if (present(second)) then
+            a0 = 0.5_wp*(h*second(:, k))*h
+            a1 = 0.5_wp*(h*second(:, k + 1))*h
+            curve%c(:, 2, k) = a0
+            curve%c(:, 3, k) = 10*d - 6*m0 - 4*m1 - 3*a0 + a1
+            curve%c(:, 4, k) = -15*d + 8*m0 + 7*m1 + 3*a0 - 2*a1
+            curve%c(:, 5, k) = 6*d - 3*(m0 + m1) - a0 + a1
+         else
+            curve%c(:, 2, k) = 3*d - 2*m0 - m1
+            curve%c(:, 3, k) = m0 + m1 - 2*d
+         end if
+      end do
+      call curve%prepare_search()
+   end function new_hermite
 
    !> Second derivatives of a natural spline at its points, from the continuity of the first: a definite tridiagonal
    !> system.
@@ -211,6 +248,8 @@ contains
       s = (time - self%x(k - 1))/(self%x(k) - self%x(k - 1))
       if (self%degree == 1) then
          value = self%c(:, 0, k) + s*self%c(:, 1, k)
+      else if (self%degree > 3) then
+         value = self%taylor_term(k, 0, time, 1.0_wp)
       else
          value = self%c(:, 0, k) + s*(self%c(:, 1, k) + s*(self%c(:, 2, k) + s*self%c(:, 3, k)))
       end if
@@ -225,7 +264,8 @@ contains
       real(wp), intent(in) :: time, unit
       real(wp) :: term(3)
       !> Binomial coefficients: of sⁱ by sʲ; column i.
-      integer, parameter :: choose(0:3, 0:3) = reshape([1, 0, 0, 0, 1, 1, 0, 0, 1, 2, 1, 0, 1, 3, 3, 1], [4, 4])
+      integer, parameter :: choose(0:5, 0:5) = reshape([1, 0, 0, 0, 0, 0, 1, 1, 0, 0, 0, 0, 1, 2, 1, 0, 0, 0, &
+                                                        1, 3, 3, 1, 0, 0, 1, 4, 6, 4, 1, 0, 1, 5, 10, 10, 5, 1], [6, 6])
       real(wp) :: h, s
       integer :: i
       term = 0.0_wp
@@ -238,8 +278,8 @@ contains
       term = term*(unit/h)**j
    end function taylor_term
 
-   !> Bounds of the length of the vector, of its first and of its second derivative, over all intervals: the corners of
-   !> the polynomials and of their derivatives in Bernstein's basis.
+   !> Bounds of the length of the vector, of its first and of its second derivative, over all intervals, where
+   !> their degree is 3 at most: the corners of the polynomials and of their derivatives in Bernstein's basis.
    pure subroutine find_bounds(self, bounds)
       class(piecewise_t), intent(in) :: self
       !> Units of the values over powers of s; shape (0:2).

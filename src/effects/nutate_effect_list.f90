@@ -464,6 +464,12 @@ contains
          one = self%wheels(i)%motor%next_break(t, sense)
          if (sense*one < sense*next) next = one
       end do
+      if (.not. self%on_orbit) return
+      do i = 1, size(self%orbits)
+         if (.not. allocated(self%orbits(i)%path%track)) cycle
+         one = self%orbits(i)%path%track%next_break(t, sense)
+         if (sense*one < sense*next) next = one
+      end do
    end function next_break
 
    subroutine add_potential(self, effect)

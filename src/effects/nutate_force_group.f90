@@ -60,6 +60,9 @@ contains
       type(status_t), intent(out) :: status
       type(carried_vector_t) :: force
       call check_window(group, status)
+      if (allocated(orbit%path%track) .and. group%text('axes', '') == 'lvlh') &
+         status = fail(NUTATE_BAD_ARGUMENT, "axes = 'lvlh' with a table of &orbit (expected elements of the orbit)", &
+                       'axes')
       if (.not. status%ok()) return
       force%vector = group%vector('force', none)
       force%path = orbit%path

@@ -13,6 +13,7 @@ module nutate_orbit
    use nutate_quaternion, only: rotate_to_space
    use nutate_rotating_frame, only: rotating_frame_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
+   use nutate_track, only: make_track
    implicit none
    private
 
@@ -22,7 +23,7 @@ module nutate_orbit
    real(wp), parameter :: earth_mu = 3.986004418e14_wp, earth_radius = 6378137.0_wp
 
    !> Keys of the scene group `&orbit`.
-   type(key_t), parameter :: orbit_keys(15) = [ &
+   type(key_t), parameter :: orbit_keys(17) = [ &
                              key_t(name='semi_major_axis', range=SHAPE_LENGTH, &
                                    instead_of='altitude,periapsis_distance'), &
                              key_t(name='altitude', range=SHAPE_LENGTH, &
@@ -37,6 +38,9 @@ module nutate_orbit
                              key_t(name='periapsis_time', default='0', beside='periapsis_distance', &
                                    instead_of='mean_anomaly'), &
                              key_t(name='mu', range=POSITIVE, default='3.986004418e14'), &
+                             key_t(name='table', kind=KEY_TEXT), &
+                             key_t(name='interpolation', kind=KEY_TEXT, choices='cubic,quintic', default='cubic', &
+                                   beside='table'), &
                              key_t(name='sun', least=3, most=3, range=ANY_DIRECTION), &
                              key_t(name='shadow_radius', range=SHAPE_LENGTH, default='6378137', beside='sun'), &
                              key_t(name='frame', kind=KEY_TEXT, choices='lvlh,inertial'), &
@@ -82,14 +86,14 @@ contains
       type(orbit_t) :: orbit
       orbit%name = 'orbit'
       orbit%path = path
-      orbit%is_frame = .not. path%eccentricity > 0.0_wp
+      orbit%is_frame = .not. (path%eccentricity > 0.0_wp .or. allocated(path%track))
       if (present(inertial)) orbit%is_frame = orbit%is_frame .and. .not. inertial
       if (orbit%is_frame) orbit%rate = [0.0_wp, -path%mean_motion(), 0.0_wp]
    end function new_orbit
 
    !> Builds an orbit from its scene group. Errors: `NUTATE_BAD_ARGUMENT` unless it gives one of semi-major axis,
-   !> altitude and periapsis distance, for an ellipse that is none, and for the axes, or an altitude, of an eccentric
-   !> one.
+   !> altitude, periapsis distance and table, for an ellipse that is none, and for the axes, or an altitude, of an
+   !> eccentric one.
    subroutine build_orbit(group, body, effect, status)
       type(group_t), intent(in) :: group
       type(body_t), intent(in) :: body
@@ -98,7 +102,11 @@ contains
       type(kepler_orbit_t) :: path
       type(orbit_t) :: orbit
       real(wp) :: unit, sun(3)
-      call check_shape(group, status)
+      if (group%has('table')) then
+         call read_track(group, path, status)
+      else
+         call check_shape(group, status)
+      end if
       if (.not. status%ok()) return
       unit = 1.0_wp
       if (group%flag('degrees', .false.)) unit = pi/180
@@ -122,6 +130,43 @@ contains
       end if
       allocate (effect, source=orbit)
    end subroutine build_orbit
+
+   !> Makes the path of a group with a table. Errors: those of `make_track`; `NUTATE_BAD_ARGUMENT` for elements beside
+   !> it, and for a table that has not been read.
+   subroutine read_track(group, path, status)
+      type(group_t), intent(in) :: group
+      type(kepler_orbit_t), intent(inout) :: path
+      type(status_t), intent(out) :: status
+      character(len=21), parameter :: others(9) = [character(len=21) :: &
+         'semi_major_axis', 'altitude', 'periapsis_distance', 'eccentricity', 'inclination', 'raan', &
+         'argument_of_periapsis', 'mean_anomaly', 'periapsis_time']
+      integer :: i, at
+      do i = 1, size(others)
+         if (group%has(trim(others(i)))) status = fail(NUTATE_BAD_ARGUMENT, 'table and '//trim(others(i))// &
+            ' exclude each other (expected a table or elements)', others(i))
+      end do
+      if (.not. status%ok()) return
+      if (.not. allocated(group%table)) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the table has not been read', 'table')
+      else if (group%text('frame', 'inertial') == 'lvlh') then
+         status = fail(NUTATE_BAD_ARGUMENT, "the LVLH frame of a table does not turn at a constant rate (expected "// &
+                       "frame = 'inertial')", 'frame')
+      else if (group%text('interpolation', 'cubic') == 'quintic' .and. size(group%table%numbers, 1) < 7) then
+         status = fail(NUTATE_BAD_ARGUMENT, "interpolation = 'quintic' needs velocities (expected them in the table)", &
+                       'interpolation')
+      end if
+      if (.not. status%ok()) return
+      allocate (path%track)
+      associate (x => group%table%numbers)
+         if (size(x, 1) < 7) then
+            call make_track(x(1, :), x(2:4, :), path%track, status, at)
+         else if (group%text('interpolation', 'cubic') == 'quintic') then
+            call make_track(x(1, :), x(2:4, :), path%track, status, at, x(5:7, :), group%number('mu', earth_mu))
+         else
+            call make_track(x(1, :), x(2:4, :), path%track, status, at, x(5:7, :))
+         end if
+      end associate
+   end subroutine read_track
 
    !> Errors: those of `build_orbit`.
    subroutine check_shape(group, status)
@@ -192,6 +237,10 @@ contains
       real(wp), intent(in) :: t
       real(wp) :: rate(3)
       rate = self%rate
+      if (allocated(self%path%track)) then
+         rate = self%path%track%axes_rate(t)
+         return
+      end if
       if (.not. self%is_frame) rate = rotate_to_space(self%axes(t), [0.0_wp, -self%path%turn_rate(t), 0.0_wp])
    end function axes_rate
 
@@ -232,6 +281,10 @@ contains
       class(orbit_t), intent(in) :: self
       real(wp), parameter :: greatest_speed = 1e20_wp
       associate (path => self%path)
+         if (allocated(path%track)) then
+            orbit_is_valid = is_moderate(path%fastest_turn())
+            return
+         end if
          if (path%is_from_periapsis()) then
             orbit_is_valid = is_moderate(path%fastest_turn()) .and. is_moderate(path%periapsis_time)
             if (orbit_is_valid) orbit_is_valid = path%periapsis_distance*path%fastest_turn() <= greatest_speed

@@ -2,7 +2,7 @@
 
 import re
 
-from support import (COLUMNS, CONTROL_COLUMNS, FIELD_COLUMNS, METHODS, ORBIT_COLUMNS, POINTING_COLUMNS, ROOT, SUN_COLUMNS,
+from support import (COLUMNS, CONTROL_COLUMNS, FIELD_COLUMNS, METHODS, ORBIT_COLUMNS, POINTING_COLUMNS, ROOT, SUN_COLUMNS, TUMBLING_COLUMNS,
                      WHEEL_COLUMNS)
 
 
@@ -112,7 +112,17 @@ def moments(dice, scales):
     return ", ".join(number_text(moment) for moment in j)
 
 
+def tumbling(dice, scales):
+    lines = [f"tumbling = '{dice.choice(('sam', 'lam'))}'", f"period_axis = '{dice.choice(('short', 'long'))}'",
+             f"precession_period = {scales.text(time=1, signed=False)}", f"pole = {scales.text(2)}"]
+    lines.append(dice.choice((f"rotation_period = {scales.text(time=1, signed=False)}", f"energy_ratio = {1 + 10.0 ** -dice.uniform(0, 17)}")))
+    lines += [f"{key} = {scales.text()}" for key in ("precession_angle", "rotation_phase") if dice.random() < 0.3]
+    return group("initial", lines)
+
+
 def initial(dice, scales, axes):
+    if dice.random() < 0.1:
+        return tumbling(dice, scales)
     lines = []
     if axes and dice.random() < 0.5:
         lines.append(f"rate_from = '{dice.choice(('inertial', 'frame', 'lvlh'))}'")
@@ -172,7 +182,7 @@ def output(dice, scales, axes):
         sets = list(COLUMNS) + (list(WHEEL_COLUMNS)[:2] if dice.random() < 0.1 else [])
         sets += list(ORBIT_COLUMNS) if "orbit" in axes or dice.random() < 0.05 else []
         sets += list(SUN_COLUMNS) if "sun" in axes or dice.random() < 0.02 else []
-        sets += [*list(CONTROL_COLUMNS)[:1], *list(POINTING_COLUMNS)[:1], *FIELD_COLUMNS] if dice.random() < 0.1 else []
+        sets += [*list(CONTROL_COLUMNS)[:1], *list(POINTING_COLUMNS)[:1], *FIELD_COLUMNS, *TUMBLING_COLUMNS] if dice.random() < 0.1 else []
         chosen = dice.choice((sets, dice.sample(sets, dice.randrange(1, 4)), ["angular_velocity"]))
         lines.append("columns = " + ", ".join(f"'{name}'" for name in chosen))
     if dice.random() < 0.3:
@@ -272,6 +282,14 @@ TABLE = b"""t (s),x (N m),y (N m),z (N m)
 """
 
 
+TRACK = b"""t (s),x (m),y (m),z (m),vx (m/s),vy (m/s),vz (m/s)
+-2,1,0,0.5,0.1,0.4,0
+0.5,1.2,1,0.5,0,0.5,0.1
+2,1,2,0.7,-0.2,0.6,0
+1e3,1e3,600,0.7,1,0.6,0
+"""
+
+
 MOTOR = b"""t (s),u (N m)
 -0.5,0.1
 0.25,2
@@ -313,6 +331,9 @@ def rotating_frame(dice, scales):
 
 
 def orbit(dice, scales):
+    if dice.random() < 0.1:
+        return group("orbit", [f"table = '{dice.choice(('track.csv', 'track.csv', 'table.csv'))}'", f"mu = {scales.text(signed=False)}",
+                               f"interpolation = '{dice.choice(('cubic', 'quintic'))}'"])
     lines = [f"semi_major_axis = {scales.text(length=1, signed=False)}", f"mu = {scales.text(length=3, time=-2, signed=False)}"]
     if dice.random() < 0.2:
         lines = [f"altitude = {10.0 ** dice.uniform(0, 8)}"]
@@ -404,7 +425,7 @@ def from_samples(name, keys):
 EVENT_COLUMNS = [*(f"q{i}" for i in range(4)), *(f"omega{i}" for i in (1, 2, 3)), "omega_x", "L1", "l_z", "p0", "phi", "theta",
                  "psi", "kinetic", "potential", "total", "jacobi", "wheel1_speed",
                  "wheel2_momentum", "roll", "pitch", "yaw", "orbit_radius", "true_anomaly",
-                 "shadow_depth"]
+                 "shadow_depth", "energy_ratio", "rotation_period", "pole_longitude", "pole_latitude"]
 
 # In the units of a scene, and then those that have no function of their own.
 EFFECTS = [gravity, dipole, gravity_gradient, spring, damping, torque, rotor, rotating_frame, orbit, earth_field, force, wheel,

@@ -14,7 +14,7 @@ import subprocess
 import tempfile
 
 from fuzz_mutations import BASES, MUTATIONS, make_overrides, stretch
-from fuzz_scenes import MOTOR, TABLE, write_scene
+from fuzz_scenes import MOTOR, TABLE, TRACK, write_scene
 
 LONGEST_RUN = 1000
 
@@ -162,6 +162,7 @@ def put_scene(folder, text):
     (folder / "scene.nml").write_bytes(text)
     (folder / "table.csv").write_bytes(TABLE)
     (folder / "motor.csv").write_bytes(MOTOR)
+    (folder / "track.csv").write_bytes(TRACK)
 
 
 def call(program, arguments, folder, patience=PATIENCE):

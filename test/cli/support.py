@@ -58,6 +58,8 @@ CONTROL_COLUMNS = {f"controller{i}": [f"controller{i}_{kind}{k}" for kind in ("c
                    + [f"controller{i}_saturations"] for i in range(1, 7)}
 POINTING_COLUMNS = {f"pointing_error{i}": [f"pointing_error{i}"] for i in range(1, 7)}
 FIELD_COLUMNS = {"magnetic_field": ["B1", "B2", "B3"]}
+TUMBLING_COLUMNS = {"tumbling": ["energy_ratio", "short_axis_mode", "precession_period_short", "precession_period_long",
+                                 "rotation_period", "pole_longitude", "pole_latitude"]}
 
 
 def read_methods():

@@ -2,7 +2,7 @@
 import math
 import unittest
 
-from support import ORBIT_COLUMNS, CommandLineTest
+from support import ORBIT_COLUMNS, TUMBLING_COLUMNS, CommandLineTest
 
 BODY = "&body inertia = 90.0, 100.0, 40.0 /\n"
 SCENE = BODY + """&orbit altitude = 500e3, inclination = 97.4, raan = 40, mean_anomaly = 10, degrees = .true. /
@@ -169,6 +169,80 @@ class Orbits(CommandLineTest):
             self.succeed("run", *arguments, "--output", name + ".csv", "--resume", "p.ck")
             self.assertEqual(self.read(name + ".whole.csv"), self.read(name + ".csv"))
 
+    def track(self, name, lines=41, velocities=True):
+        """The path of FLYBY by the Earth as a table, from the columns of a run; its velocities are none."""
+        self.write("track.nml", FLYBY.replace("every = 5", "every = 1").replace("&gravity_gradient /", "").replace("'energies', ", ""))
+        self.succeed("run", "track.nml", "--quiet", "--set", f"integrator.time_step={40000 / (lines - 1)}")
+        header, rows = self.history("track.csv")
+        at = header.index("orbit_x")
+        text = "t (s),x (m),y (m),z (m)" + (",vx (m/s),vy (m/s),vz (m/s)" if velocities else "") + "\n"
+        for row in rows:
+            text += ",".join(repr(x) for x in [row[0], *row[at:at + 3]])
+            if velocities:
+                text += ",1,2,3"
+            text += "\n"
+        self.write(name, text)
+        return text
+
+    def test_a_table_takes_the_place_of_elements(self):
+        self.track("positions.csv", 401, False)
+        self.write("flyby.nml", FLYBY)
+        self.succeed("run", "flyby.nml", "--quiet")
+        header, expected = self.history("flyby.csv")
+        start = FLYBY.index("&orbit name = 'earth'")
+        table = FLYBY[:start] + "&orbit name = 'earth', table = 'positions.csv' /\n" + FLYBY[FLYBY.index("&orbit name = 'sun'"):]
+        self.write("table.nml", table)
+        for method in ("nielsen_krenk", "taylor", "dop853"):
+            self.succeed("run", "table.nml", "--quiet", "--set", f"integrator.method={method}")
+            names, rows = self.history("table.csv")
+            self.assertEqual(names, header)
+            for row, other in zip(rows, expected):
+                self.assertLess(abs(row[header.index("energy_residual")]), 1.5e-14 * row[header.index("kinetic")])
+                # Natural splines through lines every 100 s are worst at the ends.
+                if method == "nielsen_krenk":
+                    self.assertAlmostEqual(row[header.index("q1")], other[header.index("q1")], delta=1e-6)
+                    self.assertAlmostEqual(row[header.index("roll")], other[header.index("roll")], delta=1e-4)
+                self.assertAlmostEqual(row[header.index("true_anomaly")], other[header.index("true_anomaly")], delta=1e-4)
+
+    def test_runs_on_a_table_go_on(self):
+        self.track("positions.csv", 41, False)
+        self.write("table.nml", BODY + "&orbit table = 'positions.csv' /\n&gravity_gradient /\n&initial angular_velocity = 1e-5, 0, 6e-5 /\n"
+                   "&integrator time_step = 300, end_time = 40000 /\n")
+        for method in ("nielsen_krenk", "taylor", "dop853"):
+            arguments = ["table.nml", "--quiet", "--set", f"integrator.method={method}"]
+            self.succeed("run", *arguments, "--output", "whole.csv")
+            self.fail_with(3, "run", *arguments, "--output", "part.csv", "--checkpoint", "p.ck", "--max-steps", "60")
+            self.succeed("run", *arguments, "--output", "part.csv", "--resume", "p.ck")
+            self.assertEqual(self.read("whole.csv"), self.read("part.csv"))
+        self.write("positions.csv", self.read("positions.csv").replace("\n20000.0,", "\n20000.5,"))
+        self.fail_with(2, "run", *arguments, "--output", "part.csv", "--resume", "p.ck")
+
+    def test_what_is_wrong_with_a_table_has_its_line(self):
+        text = self.track("good.csv")
+        scene = BODY + "&orbit table = 'track.csv' /\n&gravity_gradient /\n&initial angular_velocity = 1e-5, 0, 6e-5 /\n" \
+            "&integrator time_step = 300, end_time = 40000 /\n"
+        self.write("table.nml", scene)
+        lines = text.splitlines()
+        for number, line, says in ((1, "t (s),x (m),y (m)", "wrong number of columns"), (1, lines[0].replace("(m)", "(km)"), "lacks the unit (m)"),
+                                   (4, lines[2], "the time does not increase"), (5, lines[4].replace(",1,2,3", ",1,2"), "wrong number of values"),
+                                   (6, lines[5].split(",")[0] + ",0,0,0,1,2,3", "a position is out of range"),
+                                   (7, lines[6].replace(",1,2,3", ",1e30,0,0"), "a velocity is out of range"),
+                                   (8, ",".join([lines[7].split(",")[0], *(str(-float(x)) for x in lines[6].split(",")[1:4]), "1,2,3"]), "too close to the centre")):
+            self.write("track.csv", "\n".join(lines[:number - 1] + [line] + lines[number:]) + "\n")
+            self.fail_with(2, "run", "table.nml", says=(f"track.csv:{number}: ", says))
+        self.write("track.csv", text)
+        self.fail_with(2, "run", "table.nml", "--set", "integrator.end_time=50000", says=("end_time is outside of the table of &orbit",))
+        self.write("track.csv", text.replace("\n0.0,", "\n-1.0,").replace("\n0,", "\n-1,"))
+        for old, new, says in (("track.csv' ", "track.csv', raan = 1 ", "table and raan exclude each other"),
+                               ("track.csv' ", "absent.csv' ", "cannot be read"),
+                               ("track.csv' ", "track.csv', frame = 'lvlh' ", "the LVLH frame of a table")):
+            self.write("other.nml", scene.replace(old, new))
+            self.fail_with(2, "run", "other.nml", says=("other.nml:2: ", says))
+        self.write("force.nml", scene + "&force body_point = 1, 0, 0, force = 0, 1, 0, axes = 'lvlh' /\n")
+        self.fail_with(2, "run", "force.nml", says=("axes = 'lvlh' with a table",))
+        self.write("event.nml", scene + "&event when = 'true_anomaly', crosses = 0 /\n")
+        self.fail_with(2, "run", "event.nml", says=("an event of 'true_anomaly' with a table",))
+
     def test_members_have_orbits_of_their_own(self):
         self.write("many.nml", FLYBY + "&ensemble members = 3, file = 'many.npy' /\n&vary key = 'orbit.1.periapsis_distance', "
                    "distribution = 'grid', low = 30e6, high = 50e6, points = 3 /\n")
@@ -180,6 +254,37 @@ class Orbits(CommandLineTest):
         for name in ("q0", "q1", "orbit_radius"):
             self.assertEqual(rows[2][header.index(name)], last[-1][names.index(name)])
         self.assertNotEqual(rows[0][header.index("q1")], rows[2][header.index("q1")])
+
+    def test_tumbling_elements_are_shown(self):
+        self.write("tumbling.nml", "&body inertia = 0.64, 0.97, 1.0 /\n&initial tumbling = 'sam', precession_period = 98587.692, "
+                   "period_axis = 'short', rotation_period = 951040.8, pole = 275, -85, degrees = .true. /\n"
+                   "&integrator accuracy = 1e-10, end_time = 172800 /\n&output columns = 'tumbling', times = 0, 86400, 172800 /\n")
+        text = self.succeed("check", "tumbling.nml").stdout
+        self.assertIn("short-axis mode, E/E0 = 1.01203", text)
+        self.assertIn("period 98587.7 s of the short axis, 109990 s of the long axis", text)
+        self.succeed("run", "tumbling.nml", "--quiet")
+        header, rows = self.history("tumbling.csv")
+        self.assertEqual(header[1:], TUMBLING_COLUMNS["tumbling"])
+        for row in rows:
+            for value, expected in zip(row[1:], (1.0120273690693611, 1.0, 98587.692, 109989.53090782045, 951040.8, math.radians(-85),
+                                                 math.radians(-85))):
+                self.assertAlmostEqual(value / expected, 1.0, delta=1e-12)
+        # The Earth changes them; the mode changes where E/E0 is Js/Ji.
+        flyby = FLYBY[:FLYBY.index("&initial")] + "&initial tumbling = 'lam', precession_period = 98587.692, period_axis = 'long', " \
+            "energy_ratio = 1.045, pole = 275, -85, degrees = .true. /\n&integrator method = 'taylor', local_tolerance = 1e-12, " \
+            "end_time = 40000 /\n&output columns = 'tumbling' /\n&event name = 'mode', when = 'energy_ratio', crosses = " \
+            "1.0309278350515463 /\n&event name = 'slowest', when = 'precession_period_short', extremum = 'maximum' /\n"
+        self.write("flyby.nml", flyby)
+        self.succeed("run", "flyby.nml", "--quiet")
+        header, rows = self.history("flyby.csv")
+        modes = sum(a[2] != b[2] for a, b in zip(rows, rows[1:]))
+        events = [line.split(",") for line in self.read("flyby.events.csv").splitlines()[1:]]
+        crossings = [event for event in events if event[1] == "mode"]
+        self.assertGreater(modes, 0)
+        self.assertEqual(len(crossings), modes)
+        for event in crossings:
+            self.assertAlmostEqual(float(event[3]), 1.0309278350515463, delta=1e-13)
+        self.fail_with(2, "run", "flyby.nml", "--set", "rotor.momentum=0,0,1", says=("tumbling elements of a body with a rotor",))
 
     def test_auto_takes_the_series(self):
         self.write("auto.nml", MOVING.replace("time_step = 40.0", "accuracy = 1e-9"))

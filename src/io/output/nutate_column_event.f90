@@ -11,10 +11,12 @@ module nutate_column_event
       rotate_to_space
    use nutate_small_products, only: vector_length
    use nutate_system, only: system_t
+   use nutate_tumbling_columns, only: tumbling_rate, tumbling_value
    implicit none
    private
 
-   public :: column_event_t, event_columns, natural_period, needs_attitude, shows_orbit, shows_sun, wheel_of
+   public :: column_event_t, event_columns, natural_period, needs_attitude, shows_orbit, shows_sun, &
+      shows_tumbling, wheel_of
 
    !> Most columns of an event.
    integer, parameter, public :: most_columns = most_parts
@@ -24,18 +26,20 @@ module nutate_column_event
       'q0,q1,q2,q3,p0,p1,p2,p3,omega1,omega2,omega3,omega_x,omega_y,omega_z,'// &
       'L1,L2,L3,l_x,l_y,l_z,phi,theta,psi,kinetic,potential,total,jacobi,'// &
       'roll,pitch,yaw,orbit_radius,true_anomaly,shadow_depth,'// &
+      'energy_ratio,precession_period_short,precession_period_long,rotation_period,pole_longitude,pole_latitude,'// &
       'wheel1_speed,wheel1_momentum,wheel2_speed,wheel2_momentum,wheel3_speed,wheel3_momentum,'// &
       'wheel4_speed,wheel4_momentum,wheel5_speed,wheel5_momentum,wheel6_speed,wheel6_momentum'
 
    !> Places in it.
    integer, parameter :: AT_Q0 = 1, AT_P0 = 5, AT_OMEGA1 = 9, AT_OMEGA_X = 12, AT_L1 = 15, AT_L_X = 18, AT_PHI = 21, &
       AT_THETA = 22, AT_PSI = 23, AT_KINETIC = 24, AT_POTENTIAL = 25, AT_TOTAL = 26, AT_JACOBI = 27, &
-      AT_ROLL = 28, AT_PITCH = 29, AT_YAW = 30, AT_RADIUS = 31, AT_TRUE_ANOMALY = 32, AT_SHADOW = 33, AT_WHEEL = 34
+      AT_ROLL = 28, AT_PITCH = 29, AT_YAW = 30, AT_RADIUS = 31, AT_TRUE_ANOMALY = 32, AT_SHADOW = 33, &
+      AT_ENERGY_RATIO = 34, AT_LONGITUDE = 38, AT_LATITUDE = 39, AT_WHEEL = 40
 
    !> A sum of columns with weights.
    type, extends(event_t) :: column_event_t
       !> Their names; blank: no more.
-      character(len=16) :: columns(most_columns) = ''
+      character(len=24) :: columns(most_columns) = ''
       real(wp) :: weights(most_columns) = 1.0_wp
       !> How many of them there are, and their places in the list, once `place` has been called.
       integer, private :: n = 0
@@ -59,7 +63,7 @@ contains
    pure real(wp) function natural_period(column) result(period)
       character(len=*), intent(in) :: column
       period = merge(2*pi, 0.0_wp, any(column == ['phi         ', 'psi         ', 'roll        ', 'yaw         ', &
-                                                  'true_anomaly']))
+                                                  'true_anomaly']) .or. column == 'pole_longitude')
    end function natural_period
 
    !> Returns true for a column that depends on the attitude.
@@ -122,7 +126,7 @@ contains
          associate (weight => self%weights(i), column => self%places(i))
             parts(i)%value = weight*column_value(column, system, motion)
             parts(i)%rate = weight*column_rate(column, system, motion)
-            if (any(column == [AT_PHI, AT_PSI, AT_ROLL, AT_YAW])) parts(i)%wrap = 2*pi*abs(weight)
+            if (any(column == [AT_PHI, AT_PSI, AT_ROLL, AT_YAW, AT_LONGITUDE])) parts(i)%wrap = 2*pi*abs(weight)
          end associate
       end do
    end subroutine parts_of_sum
@@ -146,7 +150,7 @@ contains
       type(system_t), intent(in) :: system
       type(motion_t), intent(in) :: motion
       select case (column)
-      case (AT_Q0:AT_Q0 + 3, AT_PHI:AT_PSI, AT_ROLL:AT_YAW, AT_TRUE_ANOMALY)
+      case (AT_Q0:AT_Q0 + 3, AT_PHI:AT_PSI, AT_ROLL:AT_YAW, AT_TRUE_ANOMALY, AT_LONGITUDE, AT_LATITUDE)
          x = 1.0_wp
       case (AT_P0:AT_P0 + 3)
          x = quat_norm(motion%state%p)
@@ -189,6 +193,8 @@ contains
             x = euler_angle(1 + column - AT_PHI, unit(q))
          case (AT_ROLL:AT_SHADOW)
             x = orbit_value(column, system, motion)
+         case (AT_ENERGY_RATIO:AT_LATITUDE)
+            x = tumbling_value(element(column), system, motion)
          case (AT_WHEEL:)
             x = wheel_value(column - AT_WHEEL, system, motion)
          case default
@@ -268,6 +274,25 @@ contains
             shows = shows .or. column_sets(k)%orbit
       end do
    end function shows_orbit
+
+   !> Which of the columns of tumbling elements: all but the mode are smooth.
+   pure integer function element(column)
+      !> Place in the list.
+      integer, intent(in) :: column
+      element = column - AT_ENERGY_RATIO + 1
+      if (element > 1) element = element + 1
+   end function element
+
+   !> True for a column that shows tumbling elements.
+   pure logical function shows_tumbling(column) result(shows)
+      character(len=*), intent(in) :: column
+      integer :: k
+      shows = .false.
+      do k = 1, size(column_sets)
+         if (index(','//trim(column_sets(k)%headers)//',', ','//trim(column)//',') > 0) &
+            shows = shows .or. column_sets(k)%tumbling
+      end do
+   end function shows_tumbling
 
    !> True for a column that shows the sun of an orbit.
    pure logical function shows_sun(column) result(shows)
@@ -360,6 +385,8 @@ contains
                 motion%inner_power + time_dependent_power_of(system, motion)
          case (AT_ROLL:AT_SHADOW)
             x = orbit_rate(column, system, motion)
+         case (AT_ENERGY_RATIO:AT_LATITUDE)
+            x = tumbling_rate(element(column), system, motion)
          case default
             x = wheel_rate(column - AT_WHEEL, system, motion)
          end select

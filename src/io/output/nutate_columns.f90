@@ -16,6 +16,7 @@ module nutate_columns
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    use nutate_system, only: system_t
+   use nutate_tumbling_columns, only: tumbling_values, tumbling_width
    implicit none
    private
 
@@ -42,6 +43,8 @@ module nutate_columns
       logical :: field = .false.
       !> It shows an orbit; the sun of an orbit.
       logical :: orbit = .false., sun = .false.
+      !> It shows tumbling elements.
+      logical :: tumbling = .false.
       !> Its columns are the Euler angles of this sequence of axes.
       character(len=3) :: sequence = ''
    end type column_set_t
@@ -121,7 +124,10 @@ module nutate_columns
       column_set_t('pointing_error4', 1, 'pointing_error4', last_angle=1, controller=4, points=.true.), &
       column_set_t('pointing_error5', 1, 'pointing_error5', last_angle=1, controller=5, points=.true.), &
       column_set_t('pointing_error6', 1, 'pointing_error6', last_angle=1, controller=6, points=.true.), &
-      column_set_t('magnetic_field', 3, 'B1,B2,B3', field=.true.)]
+      column_set_t('magnetic_field', 3, 'B1,B2,B3', field=.true.), &
+      column_set_t('tumbling', tumbling_width, 'energy_ratio,short_axis_mode,precession_period_short,'// &
+                   'precession_period_long,rotation_period,pole_longitude,pole_latitude', first_angle=6, last_angle=7, &
+                   tumbling=.true.)]
 
    !> A radian.
    real(wp), parameter :: degree = 180.0_wp/pi
@@ -259,6 +265,9 @@ contains
       else if (set%orbit .and. .not. effects%on_orbit) then
          status = fail(NUTATE_BAD_ARGUMENT, "columns '"//trim(set%name)//"' refer to an orbit that does not exist "// &
                        '(expected &orbit)', 'columns')
+      else if (set%tumbling .and. effects%n_rotors > 0) then
+         status = fail(NUTATE_BAD_ARGUMENT, "columns 'tumbling' need a body without rotors and wheels "// &
+                       '(expected no &rotor and no &wheel)', 'columns')
       else if (set%sun .and. .not. effects%orbit%has_sun()) then
          status = fail(NUTATE_BAD_ARGUMENT, "columns '"//trim(set%name)//"' refer to a sun that does not exist "// &
                        '(expected sun in &orbit)', 'columns')
@@ -437,7 +446,7 @@ contains
       end select
    end subroutine write_set
 
-   !> The values of a set of a wheel, of a controller or of the field.
+   !> The values of a set of a wheel, of a controller, of the field or of tumbling elements.
    pure subroutine write_part(set, system, state, values)
       type(column_set_t), intent(in) :: set
       type(system_t), intent(in) :: system
@@ -446,6 +455,8 @@ contains
       real(wp), intent(out) :: values(:)
       if (set%wheel > 0) then
          values = of_wheel(set%wheel, system, state)
+      else if (set%tumbling) then
+         values = tumbling_values(system, state)
       else if (set%field) then
          values = field_in_body(system%effects, state)
       else if (set%points) then

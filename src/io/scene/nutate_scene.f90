@@ -244,7 +244,7 @@ contains
          scene%named_torques = effects%n_torques
          call effects%append(scene%added)
       end associate
-      call build_initial(first_group(scene%groups, 'initial'), scene%system%effects, q, omega, error)
+      call build_initial(first_group(scene%groups, 'initial'), scene%system%body, scene%system%effects, q, omega, error)
       if (.not. error%raised) scene%initial = make_state(scene%system, q, omega)
    end subroutine build_motion
 
@@ -256,12 +256,51 @@ contains
          associate (integrator => groups(place_of(groups, 'integrator')))
             call check_control(effects, scene%plan, integrator, error)
             if (error%raised) return
+            call check_tables(groups, effects, scene%plan, integrator, error)
             if (scene%integrator%method == 'exact') call check_free(effects, integrator, error)
             call check_initial(scene%system, scene%initial, scene%plan, groups(place_of(groups, 'initial')), &
                                integrator, error)
          end associate
       end associate
    end subroutine check_motion_with_steps
+
+   !> Raises an error for a run that goes beyond the table of an orbit.
+   subroutine check_tables(groups, effects, plan, integrator, error)
+      type(group_t), intent(in) :: groups(:)
+      type(effect_list_t), intent(in) :: effects
+      type(run_plan_t), intent(in) :: plan
+      !> The group `&integrator`.
+      type(group_t), intent(in) :: integrator
+      type(scene_error_t), intent(inout) :: error
+      character(len=60) :: range
+      integer :: i
+      if (.not. effects%on_orbit) return
+      do i = 1, size(effects%orbits)
+         if (.not. allocated(effects%orbits(i)%path%track)) cycle
+         associate (track => effects%orbits(i)%path%track)
+            write (range, '(g0.6, " to ", g0.6, " s")') track%curve%x(0), track%curve%x(track%curve%n)
+            if (.not. track%contains_time(0.0_wp)) call error%raise( &
+               line_of_table(effects%orbits(i)%label), 'the table of &orbit goes from '//trim(range), &
+               expected='one that contains t = 0')
+            if (.not. track%contains_time(plan%end_time)) call error%raise(integrator%line_of('end_time'), &
+               'end_time is outside of the table of &orbit', expected=trim(range))
+         end associate
+      end do
+
+   contains
+
+      !> Line of the key `table` of an orbit.
+      pure integer function line_of_table(label) result(line)
+         character(len=*), intent(in) :: label
+         integer :: k
+         line = 0
+         do k = 1, size(groups)
+            if (groups(k)%name == 'orbit' .and. groups(k)%has('table') .and. groups(k)%text('name', '') == label) &
+               line = groups(k)%line_of('table')
+         end do
+      end function line_of_table
+
+   end subroutine check_tables
 
    !> Whether the attitude is to be integrated. An accuracy is one of the attitude.
    subroutine find_need_of_attitude(scene)
@@ -344,7 +383,7 @@ contains
             call rebuild_body(groups(place_of(groups, 'body')), scene%shape, scene%system%body, error)
          if (error%raised) return
          associate (initial => groups(place_of(groups, 'initial')))
-            call rebuild_initial(initial, scene%system%effects, q, omega, error)
+            call rebuild_initial(initial, scene%system%body, scene%system%effects, q, omega, error)
             if (error%raised) return
             scene%initial = make_state(scene%system, q, omega)
             call check_initial(scene%system, scene%initial, scene%plan, initial, &

@@ -13,7 +13,7 @@ module nutate_scene_effects
    use nutate_controller, only: controller_t
    use nutate_controller_mounting, only: add_controller
    use nutate_rotating_frame, only: rotating_frame_t
-   use nutate_scene_table, only: read_torque_table
+   use nutate_scene_table, only: read_effect_table
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    use nutate_system, only: system_t
    use nutate_wheel, only: wheel_t
@@ -69,9 +69,9 @@ contains
             do k = 1, size(kinds)
                if (kinds(k)%group%name /= groups(i)%name) cycle
                if (present(folder)) then
-                  call read_torque_table(groups(i), folder, error)
+                  call read_effect_table(groups(i), folder, error)
                else
-                  call read_torque_table(groups(i), '', error)
+                  call read_effect_table(groups(i), '', error)
                end if
                if (.not. error%raised) call build_one(groups(i), kinds(k), body, system, error)
                if (error%raised) return

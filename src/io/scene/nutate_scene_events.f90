@@ -2,7 +2,7 @@
 module nutate_scene_events
    use nutate_admissible, only: POSITIVE
    use nutate_column_event, only: column_event_t, event_columns, most_columns, natural_period, needs_attitude, &
-      shows_orbit, shows_sun, wheel_of
+      shows_orbit, shows_sun, shows_tumbling, wheel_of
    use nutate_control, only: beyond_accuracy
    use nutate_effect_list, only: effect_list_t
    use nutate_event, only: CROSSING, EXTREMUM, MAXIMUM, MINIMUM, SWITCH_OFF, SWITCH_ON, SWITCH_TOGGLE
@@ -139,9 +139,16 @@ contains
             group%line_of('when'), "'"//trim(event%columns(i))//"' refers to an orbit that does not exist", &
             expected='&orbit')
          if (error%raised) return
+         if (event%columns(i) == 'true_anomaly' .and. allocated(effects%orbit%path%track)) call error%raise( &
+            group%line_of('when'), "an event of 'true_anomaly' with a table of &orbit", expected='orbit_radius')
+         if (error%raised) return
          if (shows_sun(event%columns(i)) .and. .not. effects%orbit%has_sun()) call error%raise( &
             group%line_of('when'), "'"//trim(event%columns(i))//"' refers to a sun that does not exist", &
             expected='sun in &orbit')
+         if (error%raised) return
+         if (shows_tumbling(event%columns(i)) .and. effects%n_rotors > 0) call error%raise( &
+            group%line_of('when'), "'"//trim(event%columns(i))//"' of a body with a rotor or wheel", &
+            expected='a body without them')
          if (error%raised) return
          if (wheel_of(event%columns(i)) <= effects%n_wheels) cycle
          call error%raise(group%line_of('when'), "'"// &

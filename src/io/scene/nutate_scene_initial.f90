@@ -1,8 +1,9 @@
 !> `&initial`: attitude and angular velocity at t = 0.
 module nutate_scene_initial
-   use nutate_admissible, only: ANY_DIRECTION
+   use nutate_admissible, only: ANY_DIRECTION, POSITIVE
    use nutate_attitude, only: angular_velocity_from_euler_rates, quat_from_axis_angle, quat_from_euler, &
       quat_from_roll_pitch_yaw
+   use nutate_body, only: body_t
    use nutate_effect_list, only: effect_list_t
    use nutate_hamiltonian, only: frame_rate_of
    use nutate_keys, only: group_t, key_t, name_length, KEY_LOGICAL, KEY_TEXT
@@ -14,13 +15,14 @@ module nutate_scene_initial
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_system, only: system_t
+   use nutate_tumbling, only: tumbling_start_t, tumbling_state
    implicit none
    private
 
    public :: initial_keys, build_initial, rebuild_initial, check_initial
 
    !> Keys of the scene group `&initial`.
-   type(key_t), parameter :: initial_keys(11) = [ &
+   type(key_t), parameter :: initial_keys(19) = [ &
       key_t(name='quaternion', least=4, most=4, range=ANY_DIRECTION), &
       key_t(name='axis', least=3, most=3, range=ANY_DIRECTION), &
       key_t(name='angle'), &
@@ -31,13 +33,27 @@ module nutate_scene_initial
       key_t(name='euler_rates', least=3, most=3), &
       key_t(name='frame', kind=KEY_TEXT, choices='body,space'), &
       key_t(name='rate_from', kind=KEY_TEXT, choices='inertial,frame,lvlh'), &
+      key_t(name='tumbling', kind=KEY_TEXT, choices='sam,lam'), &
+      key_t(name='precession_period', range=POSITIVE), &
+      key_t(name='period_axis', kind=KEY_TEXT, choices='short,long'), &
+      key_t(name='rotation_period', range=POSITIVE, instead_of='energy_ratio'), &
+      key_t(name='energy_ratio', range=POSITIVE, instead_of='rotation_period'), &
+      key_t(name='pole', least=2, most=2), &
+      key_t(name='precession_angle', default='0', beside='tumbling'), &
+      key_t(name='rotation_phase', default='0', beside='tumbling'), &
       key_t(name='degrees', kind=KEY_LOGICAL)]
+
+   !> Keys that go with `tumbling`, those that it needs first.
+   character(len=name_length), parameter :: elements(7) = [character(len=name_length) :: &
+      'precession_period', 'period_axis', 'pole', 'rotation_period', 'energy_ratio', 'precession_angle', &
+      'rotation_phase']
 
 contains
 
    !> Attitude and angular velocity at the start.
-   subroutine build_initial(group, effects, q, omega, error)
+   subroutine build_initial(group, body, effects, q, omega, error)
       type(group_t), intent(in) :: group
+      type(body_t), intent(in) :: body
       !> The orbit, and the rate of the space axes, against which they may be given.
       type(effect_list_t), intent(in) :: effects
       !> Unit quaternion, body→space; shape (4).
@@ -47,14 +63,19 @@ contains
       type(scene_error_t), intent(inout) :: error
       q = 0.0_wp
       omega = 0.0_wp
-      call check_keys(group, error)
-      call check_references(group, effects, error)
-      if (.not. error%raised) call rebuild_initial(group, effects, q, omega, error)
+      if (group%has('tumbling')) then
+         call check_tumbling(group, effects, error)
+      else
+         call check_keys(group, error)
+         call check_references(group, effects, error)
+      end if
+      if (.not. error%raised) call rebuild_initial(group, body, effects, q, omega, error)
    end subroutine build_initial
 
    !> The same of a group whose keys have been checked.
-   subroutine rebuild_initial(group, effects, q, omega, error)
+   subroutine rebuild_initial(group, body, effects, q, omega, error)
       type(group_t), intent(in) :: group
+      type(body_t), intent(in) :: body
       type(effect_list_t), intent(in) :: effects
       real(wp), intent(out) :: q(4), omega(3)
       type(scene_error_t), intent(inout) :: error
@@ -63,6 +84,10 @@ contains
       omega = 0.0_wp
       unit = 1.0_wp
       if (group%flag('degrees', .false.)) unit = pi/180
+      if (group%has('tumbling')) then
+         call build_tumbling(group, body, unit, q, omega, error)
+         return
+      end if
       call build_attitude(group, unit, q, error)
       if (error%raised) return
       if (group%text('attitude_from', 'space') == 'lvlh') q = quat_product(effects%orbit%axes(0.0_wp), q)
@@ -96,6 +121,7 @@ contains
    subroutine check_keys(group, error)
       type(group_t), intent(in) :: group
       type(scene_error_t), intent(inout) :: error
+      integer :: i
 
       call allow_one_of(group, [character(len=name_length) :: 'quaternion', 'axis', 'euler', 'roll_pitch_yaw'], error)
       call allow_one_of(group, [character(len=name_length) :: 'quaternion', 'angle', 'euler', 'roll_pitch_yaw'], error)
@@ -104,6 +130,9 @@ contains
       call demand_with(group, 'angle', 'axis', error)
       call demand_with(group, 'euler_rates', 'euler', error)
       call demand_one_of(group, [character(len=name_length) :: 'angular_velocity', 'euler_rates'], error)
+      do i = 1, size(elements)
+         call demand_with(group, trim(elements(i)), 'tumbling', error)
+      end do
       if (group%has('euler_rates') .and. group%has('frame')) &
          call error%raise(group%line_of('frame'), 'frame has no meaning with euler_rates', &
                           expected='frame with angular_velocity only')
@@ -111,6 +140,50 @@ contains
          call error%raise(group%line_of('attitude_from'), 'Euler rates are those of the space axes', &
                           expected='angular_velocity with it')
    end subroutine check_keys
+
+   !> The keys of tumbling elements: all that a motion needs, and no other form of a start.
+   subroutine check_tumbling(group, effects, error)
+      type(group_t), intent(in) :: group
+      type(effect_list_t), intent(in) :: effects
+      type(scene_error_t), intent(inout) :: error
+      character(len=name_length), parameter :: others(10) = [character(len=name_length) :: &
+         'quaternion', 'axis', 'angle', 'euler', 'roll_pitch_yaw', 'attitude_from', 'angular_velocity', 'euler_rates', &
+         'frame', 'rate_from']
+      integer :: i
+      do i = 1, size(others)
+         call allow_one_of(group, [character(len=name_length) :: 'tumbling', others(i)], error)
+      end do
+      call allow_one_of(group, [character(len=name_length) :: 'rotation_period', 'energy_ratio'], error)
+      do i = 1, 3
+         call demand_with(group, 'tumbling', trim(elements(i)), error)
+      end do
+      call demand_one_of(group, [character(len=name_length) :: 'rotation_period', 'energy_ratio'], error)
+      if (effects%n_rotors > 0) call error%raise(group%line_of('tumbling'), &
+           'tumbling elements of a body with a rotor '// &
+                                                 'or wheel', expected='a body without them')
+   end subroutine check_tumbling
+
+   !> Attitude and angular velocity of tumbling elements.
+   subroutine build_tumbling(group, body, unit, q, omega, error)
+      type(group_t), intent(in) :: group
+      type(body_t), intent(in) :: body
+      !> Unit of angles, rad.
+      real(wp), intent(in) :: unit
+      real(wp), intent(inout) :: q(4), omega(3)
+      type(scene_error_t), intent(inout) :: error
+      type(tumbling_start_t) :: start
+      type(status_t) :: status
+      start%is_short_axis = group%text('tumbling', 'sam') == 'sam'
+      start%period_of_short = group%text('period_axis', 'short') == 'short'
+      start%precession_period = group%number('precession_period', 0.0_wp)
+      start%rotation_period = group%number('rotation_period', 0.0_wp)
+      start%energy_ratio = group%number('energy_ratio', 0.0_wp)
+      start%pole = unit*group%vector('pole', start%pole)
+      start%angle = unit*group%number('precession_angle', 0.0_wp)
+      start%phase = group%number('rotation_phase', 0.0_wp)
+      call tumbling_state(body%moments, body%axes, start, q, omega, status)
+      if (.not. status%ok()) call error%raise_status(group%line_of(trim(status%subject)), status)
+   end subroutine build_tumbling
 
    !> The attitude, from whichever form is given; unchanged where none is.
    subroutine build_attitude(group, unit, q, error)
@@ -171,12 +244,20 @@ contains
 
       call check_motion(system, state, status)
       if (.not. status%ok()) then
-         call error%raise_status(initial%line_of(trim(merge('euler_rates     ', 'angular_velocity', &
-                                                    initial%has('euler_rates')))), status)
+         call error%raise_status(initial%line_of(rate_key(initial)), status)
       else if (abs(plan%time_step) > 0.0_wp) then
          call check_step(system, state, plan%time_step, status)
          if (.not. status%ok()) call error%raise_status(integrator%line_of('time_step'), status)
       end if
    end subroutine check_initial
+
+   !> The key that gives the angular velocity.
+   pure function rate_key(initial) result(key)
+      type(group_t), intent(in) :: initial
+      character(len=:), allocatable :: key
+      key = 'angular_velocity'
+      if (initial%has('euler_rates')) key = 'euler_rates'
+      if (initial%has('tumbling')) key = 'precession_period'
+   end function rate_key
 
 end module nutate_scene_initial

@@ -9,14 +9,17 @@ module nutate_scene_table
    use nutate_scene_error, only: scene_error_t
    use nutate_status, only: status_t
    use nutate_tabulated_torque, only: check_table
+   use nutate_track, only: make_track, track_t
    use nutate_text_file, only: read_text_file
    implicit none
    private
 
-   public :: read_table, read_torque_table, parse_table, path_beside, begin_of, count_lines, next_field, read_row
+   public :: read_table, read_effect_table, parse_table, path_beside, begin_of, count_lines, next_field, read_row
 
    !> Units of the columns: a time and the components of a torque.
    character(len=3), parameter, public :: torque_units(4) = ['s  ', 'N m', 'N m', 'N m'], time_units(1) = ['s  ']
+   !> The same of positions, and of velocities, which need not be there.
+   character(len=3), parameter :: path_units(7) = ['s  ', 'm  ', 'm  ', 'm  ', 'm/s', 'm/s', 'm/s']
    character, parameter :: quote = '"', line_feed = achar(10), carriage_return = achar(13), tab = achar(9)
    !> What some programs put in front of a text in UTF-8.
    character(len=*), parameter :: mark = char(239)//char(187)//char(191)
@@ -24,9 +27,9 @@ module nutate_scene_table
 contains
 
    !> Reads the table that a group names by its key `table`; a group without one, or with one that has been read, stays
-   !> as it is. Raises an error, with
-   !> file and line, for one that is no table of times and torques.
-   subroutine read_torque_table(group, folder, error)
+   !> as it is. Raises an error, with file and line, for one that is no table of times and torques, or of an orbit's
+   !> times and positions.
+   subroutine read_effect_table(group, folder, error)
       type(group_t), intent(inout) :: group
       !> Folder of the scene, `/` at its end: where names of tables begin; empty: the working directory.
       character(len=*), intent(in) :: folder
@@ -35,27 +38,56 @@ contains
       integer :: at
 
       if (.not. group%has('table') .or. allocated(group%table)) return
-      ! A wheel has one torque, about its axis.
-      call read_table(group, 'table', torque_units(:merge(2, 4, group%name == 'wheel')), folder, error)
+      select case (group%name)
+      case ('orbit')
+         call read_table(group, 'table', path_units, folder, error, least=4)
+      case ('wheel')
+         ! A wheel has one torque, about its axis.
+         call read_table(group, 'table', torque_units(:2), folder, error)
+      case default
+         call read_table(group, 'table', torque_units, folder, error)
+      end select
       if (error%raised) return
       associate (numbers => group%table%numbers)
-         call check_table(numbers(1, :), numbers(2:, :), group%text('interpolation', 'linear') == 'cubic', &
-                          group%text('outside', 'zero') == 'periodic', at, status)
+         if (group%name == 'orbit') then
+            call check_path(numbers, at, status)
+         else
+            call check_table(numbers(1, :), numbers(2:, :), group%text('interpolation', 'linear') == 'cubic', &
+                             group%text('outside', 'zero') == 'periodic', at, status)
+         end if
       end associate
       if (.not. status%ok()) call error%raise_in(path_beside(folder, group%text('table', '')), at + 1, &
                                                  trim(status%message))
-   end subroutine read_torque_table
+   end subroutine read_effect_table
+
+   !> Checks a table of an orbit, and the path that it gives. Errors: those of `make_track`.
+   subroutine check_path(numbers, at, status)
+      !> Shape (4 or 7, lines).
+      real(wp), intent(in) :: numbers(:, :)
+      !> The line with the error, 0 for none.
+      integer, intent(out) :: at
+      type(status_t), intent(out) :: status
+      type(track_t) :: track
+      if (size(numbers, 1) == 4) then
+         call make_track(numbers(1, :), numbers(2:4, :), track, status, at)
+      else
+         call make_track(numbers(1, :), numbers(2:4, :), track, status, at, numbers(5:7, :))
+      end if
+   end subroutine check_path
 
    !> Reads the table that a group names by a key that is there. Raises an error, with file and line, for one that
    !> cannot be read or has other columns.
-   subroutine read_table(group, key, units, folder, error)
+   subroutine read_table(group, key, units, folder, error, least)
       type(group_t), intent(inout) :: group
       character(len=*), intent(in) :: key
       !> Of the columns; shape (columns).
       character(len=*), intent(in) :: units(:)
       character(len=*), intent(in) :: folder
       type(scene_error_t), intent(inout) :: error
+      !> A table may have the first of the columns alone, so many; default: it has all of them.
+      integer, intent(in), optional :: least
       character(len=:), allocatable :: path, text, reason
+      integer :: columns
 
       if (error%raised) return
       if (group%text(key, '') == '') then
@@ -71,7 +103,11 @@ contains
       end if
       if (allocated(group%table)) deallocate (group%table)
       allocate (group%table)
-      call parse_table(text, path, units, group%table, error)
+      columns = size(units)
+      if (present(least)) then
+         if (count_columns(text) == least) columns = least
+      end if
+      call parse_table(text, path, units(:columns), group%table, error)
       if (.not. error%raised) group%table%checksum = checksum(text)
    end subroutine read_table
 
@@ -131,6 +167,22 @@ contains
       end if
    end function count_lines
 
+   !> How many columns the first line of a text has.
+   pure integer function count_columns(text) result(n)
+      character(len=*), intent(in) :: text
+      character(len=:), allocatable :: problem
+      integer :: position, first, last
+      logical :: ends
+      problem = ''
+      position = begin_of(text)
+      n = 0
+      ends = .false.
+      do while (.not. ends .and. problem == '')
+         call next_field(text, position, first, last, ends, problem)
+         n = n + 1
+      end do
+   end function count_columns
+
    !> The header row: names, each with its unit in brackets at the end.
    subroutine read_header(text, position, units, problem)
       character(len=*), intent(in) :: text
@@ -155,13 +207,15 @@ contains
       end do
    end subroutine read_header
 
-   !> What a header must be, in words: of times, of a torque about an axis, of the components of one.
+   !> What a header must be, in words: of times, of a torque about an axis, of the components of one, of a path.
    pure function header_of(units) result(words)
       character(len=*), intent(in) :: units(:)
       character(len=:), allocatable :: words
       words = 't (s)'
       if (size(units) == 2) words = words//' and a torque with its unit (N m)'
-      if (size(units) > 2) words = words//' and three components, each with its unit (N m)'
+      if (size(units) < 3) return
+      words = words//' and three components, each with its unit ('//trim(units(2))//')'
+      if (units(2) == 'm') words = words//', then, if known, those of the velocity with the unit (m/s)'
    end function header_of
 
    !> A name ends with its unit in brackets.

@@ -1,0 +1,366 @@
+!> The path of a body relative to one that attracts it, by a table of positions, or of positions and velocities. Steps
+!> end on the times of the table, so that each has one polynomial and every method keeps its order.
+!>
+!> LVLH frame: z to the centre of attraction, y against r×v, x = y×z. With h = r×v and a the acceleration it turns at
+!> ω = h/|r|² + (|r| a·h/|h|²) r̂.
+module nutate_track
+   use nutate_attitude, only: quat_from_matrix
+   use nutate_kinds, only: wp, eps
+   use nutate_limits, only: greatest_length, in_words, is_moderate, least_length, least_step
+   use nutate_piecewise, only: new_hermite, new_spline, piecewise_t
+   use nutate_quaternion, only: cross
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
+   implicit none
+   private
+
+   public :: track_t, make_track, check_track
+
+   !> How far from its end a time counts as that end, over the size of the times: beyond their rounding.
+   real(wp), parameter :: at_end = 4*eps
+   !> m/s: the square of a time that a run can last, times that of a speed, is a number.
+   real(wp), parameter :: greatest_speed = 1e20_wp
+   !> Least distance from the centre between two lines, over that of these lines: closer lines are needed below it.
+   real(wp), parameter :: nearest_share = 0.1_wp
+
+   !> Positions and velocities as functions of time; `make_track` makes one.
+   type :: track_t
+      type(piecewise_t) :: curve = piecewise_t()
+      !> Lower bound of the distance, m, and largest rate of the direction on the lines and between them, rad/s.
+      real(wp) :: nearest = 0.0_wp, fastest = 0.0_wp
+      !> Attitudes of the LVLH frame at the times of the table, LVLH→inertial, without jumps; shape (4, 0:n).
+      real(wp), allocatable, private :: knots(:, :)
+   contains
+      !> Return position, velocity and acceleration at a time, m, m/s, m/s².
+      procedure :: position
+      procedure :: velocity
+      procedure :: acceleration
+      !> Return the attitude of the LVLH frame at a time, LVLH→inertial, and its rate, inertial axes, rad/s.
+      procedure :: axes
+      procedure :: axes_rate
+      !> Returns the osculating true anomaly at a time, rad.
+      procedure :: true_anomaly
+      !> Computes the power series of the position about a time.
+      procedure :: position_series
+      !> Returns the next time of the table.
+      procedure :: next_break
+      !> Returns true if the table contains a time.
+      procedure :: contains_time
+   end type track_t
+
+contains
+
+   !> Makes a track: a natural cubic spline of positions, or Hermite's polynomials of degree 3 with velocities, of
+   !> degree 5 with accelerations too.
+   !>
+   !> Errors: those of `check_track`; `NUTATE_BAD_ARGUMENT` where the path comes too close to the centre between lines.
+   subroutine make_track(times, positions, track, status, at, velocities, mu)
+      !> s; shape (n).
+      real(wp), intent(in) :: times(:)
+      !> Inertial axes, m; shape (3, n).
+      real(wp), intent(in) :: positions(:, :)
+      type(track_t), intent(out) :: track
+      type(status_t), intent(out) :: status
+      !> The line with the error, 1 to n; 0 for none of them.
+      integer, intent(out) :: at
+      !> m/s; shape (3, n).
+      real(wp), intent(in), optional :: velocities(:, :)
+      !> m³/s²: accelerations are -μr/|r|³; default: there are none.
+      real(wp), intent(in), optional :: mu
+      real(wp), allocatable :: accelerations(:, :)
+      integer :: i
+      call check_track(times, positions, at, status, velocities)
+      if (.not. status%ok()) return
+      if (.not. present(velocities)) then
+         track%curve = new_spline(times, positions, .false.)
+      else if (present(mu)) then
+         allocate (accelerations, mold=positions)
+         do i = 1, size(times)
+            accelerations(:, i) = -(mu/norm2(positions(:, i))/norm2(positions(:, i)))* &
+                                  (positions(:, i)/norm2(positions(:, i)))
+         end do
+         track%curve = new_hermite(times, positions, velocities, accelerations)
+      else
+         track%curve = new_hermite(times, positions, velocities)
+      end if
+      call find_nearest(track, at, status)
+      if (status%ok()) call prepare(track)
+   end subroutine make_track
+
+   !> Checks a table of positions.
+   !>
+   !> Errors: `NUTATE_BAD_ARGUMENT` with the first line that has an error: a number that is not finite or too large, a
+   !> time that does not increase, a distance out of range; too few lines.
+   subroutine check_track(times, positions, at, status, velocities)
+      real(wp), intent(in) :: times(:), positions(:, :)
+      integer, intent(out) :: at
+      type(status_t), intent(out) :: status
+      real(wp), intent(in), optional :: velocities(:, :)
+      integer :: i
+      logical :: good
+      do i = 1, size(times)
+         at = i
+         good = is_moderate(times(i)) .and. all(is_moderate(positions(:, i)))
+         if (good .and. present(velocities)) good = all(is_moderate(velocities(:, i)))
+         if (good) good = maxval(abs(positions(:, i))) <= greatest_length .and. &
+                          maxval(abs(positions(:, i))) >= least_length
+         if (.not. good) then
+            status = fail(NUTATE_BAD_ARGUMENT, 'a position is out of range (expected a distance of '// &
+                          in_words(least_length, greatest_length)//' m)', 'table')
+            return
+         end if
+         if (present(velocities)) good = maxval(abs(velocities(:, i))) <= greatest_speed
+         if (.not. good) status = fail(NUTATE_BAD_ARGUMENT, 'a velocity is out of range (expected up to '// &
+                                       in_words(greatest_speed)//' m/s)', 'table')
+         if (.not. good) return
+         if (i == 1) cycle
+         if (times(i) - times(i - 1) < least_step) then
+            status = fail(NUTATE_BAD_ARGUMENT, 'the time does not increase (expected increasing times, '// &
+                          in_words(least_step)//' s apart or more)', 'table')
+            return
+         end if
+         if (maxval(abs(positions(:, i) - positions(:, i - 1)))/greatest_speed > times(i) - times(i - 1)) then
+            status = fail(NUTATE_BAD_ARGUMENT, 'the body moves too fast from the line before (expected up to '// &
+                          in_words(greatest_speed)//' m/s)', 'table')
+            return
+         end if
+      end do
+      at = size(times)
+      if (size(times) < 2) status = fail(NUTATE_BAD_ARGUMENT, 'the table is too short (expected two lines of '// &
+                                         'numbers, or more)', 'table')
+      if (status%ok()) at = 0
+   end subroutine check_track
+
+   !> Bounds the distance from below, by the corners of each polynomial in Bernstein's basis along the mean direction of
+   !> its ends. Errors: `NUTATE_BAD_ARGUMENT` for a polynomial that comes too close to the centre.
+   subroutine find_nearest(track, at, status)
+      type(track_t), intent(inout) :: track
+      integer, intent(out) :: at
+      type(status_t), intent(out) :: status
+      real(wp) :: along(0:5), direction(3), ends(2), least
+      integer :: k
+      track%nearest = huge(1.0_wp)
+      do k = 1, track%curve%n
+         associate (curve => track%curve)
+            ends = [norm2(curve%value_at(k, curve%x(k - 1))), norm2(curve%value_at(k, curve%x(k)))]
+            direction = curve%value_at(k, curve%x(k - 1))/ends(1) + curve%value_at(k, curve%x(k))/ends(2)
+            direction = direction/max(norm2(direction), eps)
+            along(:curve%degree) = matmul(direction, curve%c(:, :, k))
+            least = minval(corners_of(along(:curve%degree)))
+         end associate
+         track%nearest = min(track%nearest, least)
+         at = k + 1
+         if (.not. least >= nearest_share*minval(ends)) then
+            status = fail(NUTATE_BAD_ARGUMENT, 'the path may come too close to the centre after the line before '// &
+                          '(expected lines closer together)', 'table')
+            return
+         end if
+      end do
+      at = 0
+   end subroutine find_nearest
+
+   !> The corners of a polynomial in Bernstein's basis: b_j = Σ_{i<=j} (j over i)/(n over i) c_i; shape (0:n).
+   pure function corners_of(c) result(b)
+      !> Coefficients of s⁰ to sⁿ, 0 <= s <= 1; shape (0:n).
+      real(wp), intent(in) :: c(0:)
+      real(wp) :: b(0:ubound(c, 1)), ratio
+      integer :: i, j
+      do j = 0, ubound(c, 1)
+         b(j) = 0.0_wp
+         ratio = 1.0_wp
+         do i = 0, j
+            b(j) = b(j) + ratio*c(i)
+            ratio = ratio*real(j - i, wp)/(ubound(c, 1) - i)
+         end do
+      end do
+   end function corners_of
+
+   !> Finds the attitudes at the times of the table, and the largest rate.
+   subroutine prepare(track)
+      type(track_t), intent(inout) :: track
+      real(wp) :: r(3), v(3), q(4), t
+      integer :: k
+      allocate (track%knots(4, 0:track%curve%n))
+      do k = 0, track%curve%n
+         q = attitude_at(track, track%curve%x(k))
+         if (k > 0) q = sign(1.0_wp, dot_product(q, track%knots(:, k - 1)))*q
+         track%knots(:, k) = q
+      end do
+      do k = 0, 2*track%curve%n
+         t = track%curve%x(k/2)
+         if (mod(k, 2) == 1) t = 0.5_wp*(t + track%curve%x(k/2 + 1))
+         r = track%position(t)
+         v = track%velocity(t)/norm2(r)
+         r = r/norm2(r)
+         track%fastest = max(track%fastest, norm2(v - dot_product(r, v)*r))
+      end do
+   end subroutine prepare
+
+   !> The interval of a time, and the time inside the table that is nearest to it.
+   pure subroutine locate(self, t, k, time, sense)
+      class(track_t), intent(in) :: self
+      !> s.
+      real(wp), intent(in) :: t
+      integer, intent(out) :: k
+      real(wp), intent(out) :: time
+      !> Which way time goes from there, where it matters on the times of the table: 1 or -1.
+      real(wp), intent(in), optional :: sense
+      real(wp) :: edge
+      time = min(max(t, self%curve%x(0)), self%curve%x(self%curve%n))
+      k = self%curve%find(time)
+      if (.not. present(sense)) return
+      edge = at_end*max(abs(time), abs(self%curve%x(k)))
+      if (sense > 0.0_wp .and. self%curve%x(k) - time <= edge) k = min(k + 1, self%curve%n)
+      edge = at_end*max(abs(time), abs(self%curve%x(k - 1)))
+      if (sense < 0.0_wp .and. time - self%curve%x(k - 1) <= edge) k = max(k - 1, 1)
+   end subroutine locate
+
+   !> Returns true if the table contains a time, to a rounding of it.
+   pure logical function contains_time(self, t)
+      class(track_t), intent(in) :: self
+      !> s.
+      real(wp), intent(in) :: t
+      associate (x => self%curve%x, n => self%curve%n)
+         contains_time = t >= x(0) - at_end*max(abs(x(0)), abs(t)) .and. t <= x(n) + at_end*max(abs(x(n)), abs(t))
+      end associate
+   end function contains_time
+
+   !> Returns the position from the centre of attraction at a time, inertial axes, m; shape (3). Outside of the table it
+   !> is that of the nearest end.
+   pure function position(self, t)
+      class(track_t), intent(in) :: self
+      !> s.
+      real(wp), intent(in) :: t
+      real(wp) :: position(3), time
+      integer :: k
+      call locate(self, t, k, time)
+      position = self%curve%value_at(k, time)
+   end function position
+
+   !> Returns the velocity at a time, inertial axes, m/s; shape (3). Outside of the table it is zero.
+   pure function velocity(self, t)
+      class(track_t), intent(in) :: self
+      !> s.
+      real(wp), intent(in) :: t
+      real(wp) :: velocity(3), time
+      integer :: k
+      call locate(self, t, k, time)
+      velocity = 0.0_wp
+      if (self%contains_time(t)) velocity = self%curve%taylor_term(k, 1, time, 1.0_wp)
+   end function velocity
+
+   !> Returns the acceleration at a time, inertial axes, m/s²; shape (3). Outside of the table it is zero.
+   pure function acceleration(self, t)
+      class(track_t), intent(in) :: self
+      !> s.
+      real(wp), intent(in) :: t
+      real(wp) :: acceleration(3), time
+      integer :: k
+      call locate(self, t, k, time)
+      acceleration = 0.0_wp
+      if (self%contains_time(t)) acceleration = 2*self%curve%taylor_term(k, 2, time, 1.0_wp)
+   end function acceleration
+
+   !> Returns the attitude of the LVLH frame at a time, unit quaternion, LVLH→inertial, without jumps; shape (4).
+   pure function axes(self, t) result(q)
+      class(track_t), intent(in) :: self
+      !> s.
+      real(wp), intent(in) :: t
+      real(wp) :: q(4), time
+      integer :: k
+      call locate(self, t, k, time)
+      q = attitude_at(self, t)
+      q = sign(1.0_wp, dot_product(q, self%knots(:, k - 1)))*q
+   end function axes
+
+   !> The attitude with q0 >= 0. Where the body moves along the radius y is any direction across it.
+   pure function attitude_at(self, t) result(q)
+      class(track_t), intent(in) :: self
+      real(wp), intent(in) :: t
+      real(wp) :: q(4), x(3), y(3), z(3), v(3)
+      z = -self%position(t)
+      z = z/norm2(z)
+      v = self%velocity(t)
+      if (norm2(v) > 0.0_wp) v = v/norm2(v)
+      y = cross(z, v)
+      if (norm2(y) <= 100*eps) then
+         v = 0.0_wp
+         v(minloc(abs(z), dim=1)) = 1.0_wp
+         y = cross(z, v)
+      end if
+      y = y/norm2(y)
+      x = cross(y, z)
+      q = quat_from_matrix(reshape([x, y, z], [3, 3]))
+   end function attitude_at
+
+   !> Returns the rate of the LVLH frame at a time, inertial axes, rad/s; shape (3).
+   pure function axes_rate(self, t) result(rate)
+      class(track_t), intent(in) :: self
+      !> s.
+      real(wp), intent(in) :: t
+      real(wp) :: rate(3), r(3), v(3), h(3), distance
+      r = self%position(t)
+      distance = norm2(r)
+      r = r/distance
+      v = self%velocity(t)
+      h = cross(r, v)
+      rate = h/distance
+      if (norm2(h) > 100*eps*norm2(v)) rate = rate + (dot_product(self%acceleration(t), h/norm2(h))/norm2(h))*r
+   end function axes_rate
+
+   !> Returns the osculating true anomaly at a time, rad, from -π to π.
+   pure real(wp) function true_anomaly(self, t, mu) result(nu)
+      class(track_t), intent(in) :: self
+      !> s; m³/s².
+      real(wp), intent(in) :: t, mu
+      real(wp) :: r(3), v(3), h(3), e(3)
+      r = self%position(t)
+      v = self%velocity(t)
+      h = cross(r, v)
+      r = r/norm2(r)
+      e = cross(v, h/mu) - r
+      nu = 0.0_wp
+      if (norm2(h) > 0.0_wp) nu = atan2(dot_product(h/norm2(h), cross(e, r)), dot_product(e, r))
+   end function true_anomaly
+
+   !> Computes the coefficients of the power series of the position about a time, over a length.
+   pure subroutine position_series(self, t, time_unit, length, x)
+      class(track_t), intent(in) :: self
+      !> s, the latter negative backwards in time; m.
+      real(wp), intent(in) :: t, time_unit, length
+      !> Inertial axes; shape (0:order, 3).
+      real(wp), intent(out) :: x(0:, :)
+      real(wp) :: time
+      integer :: k, interval
+      call locate(self, t, interval, time, sense=time_unit)
+      x = 0.0_wp
+      do k = 0, merge(min(self%curve%degree, ubound(x, 1)), 0, self%contains_time(t))
+         x(k, :) = self%curve%taylor_term(interval, k, time, time_unit)/length
+      end do
+   end subroutine position_series
+
+   !> Returns the next time of the table, s; beyond all times where there is none.
+   pure real(wp) function next_break(self, t, sense) result(next)
+      class(track_t), intent(in) :: self
+      !> s, and which way time goes: 1 or -1.
+      real(wp), intent(in) :: t, sense
+      integer :: k
+      next = sense*huge(next)
+      associate (x => self%curve%x, n => self%curve%n)
+         if (sense > 0.0_wp .and. t < x(0)) then
+            next = x(0)
+         else if (sense < 0.0_wp .and. t > x(n)) then
+            next = x(n)
+         else if (t >= x(0) .and. t <= x(n)) then
+            k = self%curve%find(t)
+            if (sense > 0.0_wp) then
+               if (t < x(k)) next = x(k)
+            else
+               k = k - 1
+               if (.not. t > x(k)) k = k - 1
+               if (k >= 0) next = x(k)
+            end if
+         end if
+      end associate
+   end function next_break
+
+end module nutate_track

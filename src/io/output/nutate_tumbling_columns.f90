@@ -1,0 +1,90 @@
+!> The tumbling elements that a motion would keep if it were free from now on, as columns and quantities of events.
+module nutate_tumbling_columns
+   use nutate_hamiltonian, only: body_momentum, space_momentum
+   use nutate_kinds, only: wp
+   use nutate_motion, only: motion_t
+   use nutate_quaternion, only: cross, rotate_to_space
+   use nutate_small_products, only: vector_length
+   use nutate_state, only: state_t
+   use nutate_system, only: system_t
+   use nutate_tumbling, only: tumbling_elements, tumbling_t
+   implicit none
+   private
+
+   public :: tumbling_values, tumbling_value, tumbling_rate
+
+   !> Number of columns, and the places of the pole's longitude and latitude among them.
+   integer, parameter, public :: tumbling_width = 7
+   integer, parameter :: LONGITUDE = 6, LATITUDE = 7
+
+contains
+
+   !> Returns E/E₀, 1 in the short-axis mode or 0, P_φ of the short and the long axis and P_ψ, s, longitude and latitude
+   !> of the angular momentum in space axes, rad; shape (7).
+   pure function tumbling_values(system, state) result(values)
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      real(wp) :: values(tumbling_width), l(3)
+      values(:LONGITUDE - 1) = elements_of(system, body_momentum(state))
+      l = space_momentum(state)
+      values(LONGITUDE:) = [atan2(l(2), l(1)), atan2(l(3), hypot(l(1), l(2)))]
+   end function tumbling_values
+
+   !> The elements of a body momentum; shape (5).
+   pure function elements_of(system, momentum) result(values)
+      type(system_t), intent(in) :: system
+      !> Body axes, N m s; shape (3).
+      real(wp), intent(in) :: momentum(3)
+      real(wp) :: values(LONGITUDE - 1)
+      type(tumbling_t) :: elements
+      associate (body => system%body)
+         elements = tumbling_elements(body%moments, matmul(momentum, body%axes))
+      end associate
+      values = [elements%energy_ratio, merge(1.0_wp, 0.0_wp, elements%is_short_axis), elements%precession_short, &
+                elements%precession_long, elements%rotation]
+   end function elements_of
+
+   !> Returns one of the columns.
+   pure real(wp) function tumbling_value(column, system, motion) result(x)
+      !> 1 to 7.
+      integer, intent(in) :: column
+      type(system_t), intent(in) :: system
+      type(motion_t), intent(in) :: motion
+      real(wp) :: values(tumbling_width)
+      values = tumbling_values(system, motion%state)
+      x = values(column)
+   end function tumbling_value
+
+   !> Returns the rate of one of the columns along the motion: of the pole in closed form, of the others by central
+   !> differences of sixth order along the change of the momentum that changes them: by the torque, and, where there are
+   !> rotors, by the rotation too.
+   pure real(wp) function tumbling_rate(column, system, motion) result(rate)
+      integer, intent(in) :: column
+      type(system_t), intent(in) :: system
+      type(motion_t), intent(in) :: motion
+      real(wp), parameter :: part = 1e-3_wp, weights(3) = [45.0_wp/60, -9.0_wp/60, 1.0_wp/60]
+      real(wp) :: torque(3), l(3), l_rate(3), before(LONGITUDE - 1), after(LONGITUDE - 1), span, across
+      integer :: i
+      torque = motion%potential_torque + motion%torque
+      rate = 0.0_wp
+      if (column >= LONGITUDE) then
+         l = rotate_to_space(motion%state%q, motion%momentum)
+         l_rate = rotate_to_space(motion%state%q, torque + cross(motion%momentum, motion%omega - motion%relative))
+         across = l(1)**2 + l(2)**2
+         if (.not. across > 0.0_wp) return
+         rate = (l(1)*l_rate(2) - l(2)*l_rate(1))/across
+         if (column == LATITUDE) &
+            rate = (l_rate(3)*sqrt(across) - l(3)*(l(1)*l_rate(1) + l(2)*l_rate(2))/sqrt(across))/(across + l(3)**2)
+         return
+      end if
+      if (system%effects%n_rotors > 0) torque = torque + cross(motion%momentum, motion%omega)
+      if (.not. vector_length(torque) > 0.0_wp) return
+      span = part*vector_length(motion%momentum)/vector_length(torque)
+      do i = 1, size(weights)
+         before = elements_of(system, motion%momentum - i*span*torque)
+         after = elements_of(system, motion%momentum + i*span*torque)
+         rate = rate + weights(i)*(after(column) - before(column))/span
+      end do
+   end function tumbling_rate
+
+end module nutate_tumbling_columns
