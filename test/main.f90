@@ -89,6 +89,8 @@ program unit
    use test_near_rest, only: collect_near_rest
    use test_flyby, only: collect_flyby
    use test_orbit, only: collect_orbit
+   use test_check_cases, only: collect_check_cases
+   use test_third_degree, only: collect_third_degree
    use test_tumbling, only: collect_tumbling
    use test_orbit_table, only: collect_orbit_table
    use test_orbit_reference, only: collect_orbit_reference
@@ -321,6 +323,8 @@ contains
          new_testsuite("near_rest", collect_near_rest), &
          new_testsuite("flyby", collect_flyby), &
         new_testsuite("orbit", collect_orbit), &
+        new_testsuite("check_cases", collect_check_cases), &
+        new_testsuite("third_degree", collect_third_degree), &
         new_testsuite("tumbling", collect_tumbling), &
         new_testsuite("orbit_table", collect_orbit_table), &
          new_testsuite("orbit_reference", collect_orbit_reference), &

@@ -152,7 +152,7 @@ contains
 
    !> The field of the Earth, far away from it, and forces.
    pure function of_fields() result(promises)
-      type(promise_t) :: promises(7)
+      type(promise_t) :: promises(9)
       real(wp), parameter :: zero(3) = 0.0_wp
       promises(1) = any_number('earth_field', 'moment', zero, 2)
       promises(2) = any_number('earth_field', 'epoch_angle', zero(1:1))
@@ -161,6 +161,10 @@ contains
       promises(5) = any_number('force', 'force', zero, 2)
       promises(6) = any_number('force', 'start', zero(1:1))
       promises(7) = any_number('force', 'stop', zero(1:1))
+      promises(8) = any_number('third_degree', 'third_moments', spread(0.0_wp, 1, 10), 2)
+      ! Two points, whose third powers count.
+      promises(9) = any_number('third_degree', 'points', [1.0_wp, zero, 3.0_wp, zero], 2)
+      promises(9)%greatest = 1e10_wp
       promises%text_only = .true.
    end function of_fields
 

@@ -15,7 +15,7 @@ module test_limit_text
    !> A key with its numbers, and what the numbers of the others are where they differ from the usual.
    type :: setting_t
       character(len=24) :: group = '', key = ''
-      real(wp) :: values(6) = 0.0_wp
+      real(wp) :: values(10) = 0.0_wp
       integer :: n = 1
       !> J of a sphere, kg m²; mass, kg; Ω, body axes, rad/s; time step, s.
       real(wp) :: inertia = 0.1_wp, mass = 1.0_wp, omega(3) = [0.0_wp, 0.0_wp, 0.5_wp], time_step = 0.01_wp
@@ -244,7 +244,7 @@ contains
          text = controller_text(setting)
       case ('orbit')
          text = orbit_text(setting)
-      case ('earth_field')
+      case ('earth_field', 'third_degree')
          text = entry(setting, group, trim(setting%key), [0.0_wp])
       case ('force')
          text = entry(setting, group, 'body_point', top)//entry(setting, group, 'force', up)//" axes = 'space'"
@@ -261,7 +261,7 @@ contains
          if (is_effect(group)) text = sample_text(setting, group)
       end select
       if (text /= '') text = '&'//group//text//' /'//new_line('a')
-      if (group == 'earth_field') text = '&orbit semi_major_axis = 1e9 / '//text
+      if (group == 'earth_field' .or. group == 'third_degree') text = '&orbit semi_major_axis = 1e9 / '//text
       if (group == 'vary') text = '&ensemble members = 2 / '//text
    end function effect_text
 

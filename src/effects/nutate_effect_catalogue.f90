@@ -17,6 +17,7 @@ module nutate_effect_catalogue
    use nutate_spring, only: build_spring, spring_keys
    use nutate_status, only: status_t
    use nutate_tabulated_torque, only: build_tabulated_torque
+   use nutate_third_degree, only: build_third_degree, third_degree_keys
    use nutate_wheel, only: build_wheel, wheel_keys
    implicit none
    private
@@ -56,6 +57,7 @@ contains
       call add_kind(kinds, 'gravity', gravity_keys, build_gravity, repeatable=.false.)
       call add_kind(kinds, 'dipole', dipole_keys, build_dipole)
       call add_kind(kinds, 'gravity_gradient', gravity_gradient_keys, build_gravity_gradient)
+      call add_kind(kinds, 'third_degree', third_degree_keys, build_third_degree)
       call add_kind(kinds, 'spring', spring_keys, build_spring)
       call add_kind(kinds, 'damping', damping_keys, build_damping)
       call add_kind(kinds, 'torque', applied_torque_keys, build_torque)

@@ -9,6 +9,7 @@ module nutate_orbital_effects
    use nutate_orbit, only: orbit_t
    use nutate_orbital_gradient, only: orbital_gradient_t
    use nutate_status, only: status_t
+   use nutate_third_degree, only: third_degree_on_orbit
    implicit none
    private
 
@@ -23,7 +24,7 @@ contains
       select case (group%name)
       case ('gravity_gradient')
          goes_by_orbit = .not. (group%has('direction') .or. group%has('strength'))
-      case ('earth_field')
+      case ('earth_field', 'third_degree')
          goes_by_orbit = .true.
       case ('force')
          goes_by_orbit = any(group%text('axes', '') == ['lvlh    ', 'inertial'])
@@ -45,6 +46,8 @@ contains
          allocate (effect, source=field_on_orbit(group, orbit))
       case ('force')
          call build_force_on_orbit(group, orbit, effect, status)
+      case ('third_degree')
+         call third_degree_on_orbit(group, orbit, effect, status)
       case default
          if (orbit%is_frame) then
             allocate (effect, source=gravity_gradient_t(body, orbit))

@@ -2,8 +2,8 @@
 
 import re
 
-from support import (COLUMNS, CONTROL_COLUMNS, FIELD_COLUMNS, METHODS, ORBIT_COLUMNS, POINTING_COLUMNS, ROOT, SUN_COLUMNS, TUMBLING_COLUMNS,
-                     WHEEL_COLUMNS)
+from support import (COLUMNS, CONTROL_COLUMNS, FIELD_COLUMNS, METHODS, ORBIT_COLUMNS, POINTING_COLUMNS, ROOT, SUN_COLUMNS,
+                     TUMBLING_COLUMNS, WHEEL_COLUMNS)
 
 
 def read_effects():
@@ -62,7 +62,7 @@ def write_scene(dice):
     scales = Scales(dice)
     effects = [dice.choice(EFFECTS)(dice, scales) for _ in range(dice.choice((0, 0, 1, 1, 2, 5)))]
     # What only an orbit has is refused without one, but for a few.
-    if any("&earth_field" in effect or "'lvlh'" in effect for effect in effects) and dice.random() < 0.9:
+    if any(word in effect for effect in effects for word in ("&earth_field", "&third_degree", "'lvlh'")) and dice.random() < 0.9:
         effects.append(orbit(dice, scales))
     axes = [name for name in ("rotating_frame", "orbit") if any("&" + name in effect for effect in effects)]
     axes += ["sun"] if any("sun = " in effect for effect in effects) else []
@@ -115,7 +115,8 @@ def moments(dice, scales):
 def tumbling(dice, scales):
     lines = [f"tumbling = '{dice.choice(('sam', 'lam'))}'", f"period_axis = '{dice.choice(('short', 'long'))}'",
              f"precession_period = {scales.text(time=1, signed=False)}", f"pole = {scales.text(2)}"]
-    lines.append(dice.choice((f"rotation_period = {scales.text(time=1, signed=False)}", f"energy_ratio = {1 + 10.0 ** -dice.uniform(0, 17)}")))
+    lines.append(dice.choice((f"rotation_period = {scales.text(time=1, signed=False)}",
+                              f"energy_ratio = {1 + 10.0 ** -dice.uniform(0, 17)}")))
     lines += [f"{key} = {scales.text()}" for key in ("precession_angle", "rotation_phase") if dice.random() < 0.3]
     return group("initial", lines)
 
@@ -182,7 +183,8 @@ def output(dice, scales, axes):
         sets = list(COLUMNS) + (list(WHEEL_COLUMNS)[:2] if dice.random() < 0.1 else [])
         sets += list(ORBIT_COLUMNS) if "orbit" in axes or dice.random() < 0.05 else []
         sets += list(SUN_COLUMNS) if "sun" in axes or dice.random() < 0.02 else []
-        sets += [*list(CONTROL_COLUMNS)[:1], *list(POINTING_COLUMNS)[:1], *FIELD_COLUMNS, *TUMBLING_COLUMNS] if dice.random() < 0.1 else []
+        sets += [*list(CONTROL_COLUMNS)[:1], *list(POINTING_COLUMNS)[:1], *FIELD_COLUMNS] if dice.random() < 0.1 else []
+        sets += TUMBLING_COLUMNS if dice.random() < 0.2 else []
         chosen = dice.choice((sets, dice.sample(sets, dice.randrange(1, 4)), ["angular_velocity"]))
         lines.append("columns = " + ", ".join(f"'{name}'" for name in chosen))
     if dice.random() < 0.3:
@@ -282,6 +284,13 @@ TABLE = b"""t (s),x (N m),y (N m),z (N m)
 """
 
 
+POINTS = b"""mass (kg),x (m),y (m),z (m)
+1,0.12,0,0
+2,0,0.09,0
+3,-0.02,-0.03,0.08
+"""
+
+
 TRACK = b"""t (s),x (m),y (m),z (m),vx (m/s),vy (m/s),vz (m/s)
 -2,1,0,0.5,0.1,0.4,0
 0.5,1.2,1,0.5,0,0.5,0.1
@@ -332,8 +341,8 @@ def rotating_frame(dice, scales):
 
 def orbit(dice, scales):
     if dice.random() < 0.1:
-        return group("orbit", [f"table = '{dice.choice(('track.csv', 'track.csv', 'table.csv'))}'", f"mu = {scales.text(signed=False)}",
-                               f"interpolation = '{dice.choice(('cubic', 'quintic'))}'"])
+        return group("orbit", [f"table = '{dice.choice(('track.csv', 'track.csv', 'table.csv'))}'",
+                               f"mu = {scales.text(signed=False)}", f"interpolation = '{dice.choice(('cubic', 'quintic'))}'"])
     lines = [f"semi_major_axis = {scales.text(length=1, signed=False)}", f"mu = {scales.text(length=3, time=-2, signed=False)}"]
     if dice.random() < 0.2:
         lines = [f"altitude = {10.0 ** dice.uniform(0, 8)}"]
@@ -353,6 +362,18 @@ def orbit(dice, scales):
         lines.append(f"sun = {scales.text(3)}")
         lines += dice.choice(([], [f"shadow_radius = {scales.text(length=1, signed=False)}"]))
     return group("orbit", lines)
+
+
+def third_degree(dice, scales):
+    way = dice.random()
+    if way < 0.5:
+        lines = [f"third_moments = {scales.text(10, mass=1, length=3)}"]
+    elif way < 0.9:
+        points = [f"{scales.text(mass=1, signed=False)}, {scales.text(3, length=1)}" for _ in range(dice.choice((1, 2, 5)))]
+        lines = ["points = " + ", ".join(points)]
+    else:
+        lines = [f"table = '{dice.choice(('points.csv', 'table.csv'))}'"]
+    return group("third_degree", lines)
 
 
 def earth_field(dice, scales):
@@ -428,8 +449,8 @@ EVENT_COLUMNS = [*(f"q{i}" for i in range(4)), *(f"omega{i}" for i in (1, 2, 3))
                  "shadow_depth", "energy_ratio", "rotation_period", "pole_longitude", "pole_latitude"]
 
 # In the units of a scene, and then those that have no function of their own.
-EFFECTS = [gravity, dipole, gravity_gradient, spring, damping, torque, rotor, rotating_frame, orbit, earth_field, force, wheel,
-           controller]
+EFFECTS = [gravity, dipole, gravity_gradient, spring, damping, torque, rotor, rotating_frame, orbit, earth_field, third_degree,
+           force, wheel, controller]
 EFFECTS += [from_samples(name, keys) for name, keys in read_effects().items()
             if name not in [effect.__name__ for effect in EFFECTS]]
 

@@ -286,6 +286,34 @@ class Orbits(CommandLineTest):
             self.assertAlmostEqual(float(event[3]), 1.0309278350515463, delta=1e-13)
         self.fail_with(2, "run", "flyby.nml", "--set", "rotor.momentum=0,0,1", says=("tumbling elements of a body with a rotor",))
 
+    def test_gravity_of_third_degree_reads_points(self):
+        points = ((1, 0.12, 0, 0), (2, 0, 0.09, 0), (3, -0.02, -0.03, 0.08), (4, -0.015, -0.0225, -0.06))
+        scene = BODY.replace("90.0, 100.0, 40.0", "0.05, 0.06, 0.075") + "&orbit mu = 1, periapsis_distance = 1, eccentricity = 1.5, " \
+            "periapsis_time = 4 /\n&gravity_gradient /\n&third_degree {} /\n&initial angular_velocity = 0.2, -0.1, 0.5 /\n" \
+            "&integrator time_step = 0.1, end_time = 8 /\n&output columns = 'quaternion', 'energy', 'energies' /\n"
+        self.write("inline.nml", scene.format("points = " + ", ".join(str(x) for point in points for x in point)))
+        lines = ["mass (kg),x (m),y (m),z (m)", *(",".join(str(x) for x in point) for point in points)]
+        self.write("points.csv", "\n".join(lines) + "\n")
+        self.write("file.nml", scene.format("table = 'points.csv'"))
+        for method in ("nielsen_krenk", "taylor", "dop853"):
+            for name in ("inline", "file"):
+                self.succeed("run", name + ".nml", "--quiet", "--set", f"integrator.method={method}")
+            self.assertEqual(self.read("inline.csv"), self.read("file.csv"))
+            header, rows = self.history("file.csv")
+            self.assertIn("energy_third_degree", header)
+            for row in rows:
+                self.assertLess(abs(row[header.index("energy_residual")]), 2e-15)
+        self.succeed("run", "file.nml", "--quiet", "--output", "whole.csv")
+        self.fail_with(3, "run", "file.nml", "--quiet", "--output", "part.csv", "--checkpoint", "p.ck", "--max-steps", "30")
+        self.succeed("run", "file.nml", "--quiet", "--output", "part.csv", "--resume", "p.ck")
+        self.assertEqual(self.read("whole.csv"), self.read("part.csv"))
+        for number, line, says in ((1, lines[0].replace("kg", "g"), "lacks the unit (kg)"), (3, "0,0,0.09,0", "the mass of a point"),
+                                   (4, "3,1e30,0,0", "the position of a point"), (5, "4,0,0", "wrong number of values")):
+            self.write("points.csv", "\n".join(lines[:number - 1] + [line] + lines[number:]) + "\n")
+            self.fail_with(2, "run", "file.nml", says=(f"points.csv:{number}: ", says))
+        self.write("points.csv", lines[0] + "\n")
+        self.fail_with(2, "run", "file.nml", says=("points.csv:1: there is no point",))
+
     def test_auto_takes_the_series(self):
         self.write("auto.nml", MOVING.replace("time_step = 40.0", "accuracy = 1e-9"))
         self.assertIn("taylor", self.succeed("check", "auto.nml").stdout)

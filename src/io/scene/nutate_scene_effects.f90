@@ -136,8 +136,8 @@ contains
       if (.not. status%ok()) call error%raise_status(group%line_of(trim(status%subject)), status)
    end subroutine finish_one
 
-   !> The orbits by which an effect goes: the one that its group names; else of a gravity gradient all, of others the
-   !> main one. Raises an error for a name that no orbit has.
+   !> The orbits by which an effect goes: the one that its group names; else of gravity all, of others the main one.
+   !> Raises an error for a name that no orbit has.
    subroutine choose_orbits(group, effects, chosen, error)
       type(group_t), intent(in) :: group
       !> On an orbit.
@@ -146,7 +146,8 @@ contains
       logical, allocatable, intent(out) :: chosen(:)
       type(scene_error_t), intent(inout) :: error
       allocate (chosen(size(effects%orbits)))
-      chosen = group%name == 'gravity_gradient' .or. effects%orbits%label == effects%orbit%label
+      chosen = any(group%name == ['gravity_gradient', 'third_degree    ']) .or. &
+               effects%orbits%label == effects%orbit%label
       if (.not. group%has('orbit')) return
       chosen = effects%orbits%label == group%text('orbit', '')
       if (.not. any(chosen)) call error%raise(group%line_of('orbit'), 'no orbit is called '// &

@@ -9,6 +9,7 @@ module nutate_scene_table
    use nutate_scene_error, only: scene_error_t
    use nutate_status, only: status_t
    use nutate_tabulated_torque, only: check_table
+   use nutate_third_degree, only: check_points
    use nutate_track, only: make_track, track_t
    use nutate_text_file, only: read_text_file
    implicit none
@@ -18,7 +19,8 @@ module nutate_scene_table
 
    !> Units of the columns: a time and the components of a torque.
    character(len=3), parameter, public :: torque_units(4) = ['s  ', 'N m', 'N m', 'N m'], time_units(1) = ['s  ']
-   !> The same of positions, and of velocities, which need not be there.
+   !> The same of point masses; of positions, and of velocities, which need not be there.
+   character(len=3), parameter :: point_units(4) = ['kg ', 'm  ', 'm  ', 'm  ']
    character(len=3), parameter :: path_units(7) = ['s  ', 'm  ', 'm  ', 'm  ', 'm/s', 'm/s', 'm/s']
    character, parameter :: quote = '"', line_feed = achar(10), carriage_return = achar(13), tab = achar(9)
    !> What some programs put in front of a text in UTF-8.
@@ -41,6 +43,8 @@ contains
       select case (group%name)
       case ('orbit')
          call read_table(group, 'table', path_units, folder, error, least=4)
+      case ('third_degree')
+         call read_table(group, 'table', point_units, folder, error)
       case ('wheel')
          ! A wheel has one torque, about its axis.
          call read_table(group, 'table', torque_units(:2), folder, error)
@@ -51,6 +55,8 @@ contains
       associate (numbers => group%table%numbers)
          if (group%name == 'orbit') then
             call check_path(numbers, at, status)
+         else if (group%name == 'third_degree') then
+            call check_points(numbers, at, status)
          else
             call check_table(numbers(1, :), numbers(2:, :), group%text('interpolation', 'linear') == 'cubic', &
                              group%text('outside', 'zero') == 'periodic', at, status)
@@ -207,11 +213,13 @@ contains
       end do
    end subroutine read_header
 
-   !> What a header must be, in words: of times, of a torque about an axis, of the components of one, of a path.
+   !> What a header must be, in words: of times, of a torque about an axis, of the components of one, of a path, of
+   !> point masses.
    pure function header_of(units) result(words)
       character(len=*), intent(in) :: units(:)
       character(len=:), allocatable :: words
       words = 't (s)'
+      if (units(1) == 'kg') words = 'a mass with the unit (kg)'
       if (size(units) == 2) words = words//' and a torque with its unit (N m)'
       if (size(units) < 3) return
       words = words//' and three components, each with its unit ('//trim(units(2))//')'

@@ -1,0 +1,397 @@
+!> The third degree of the gravity of an attracting body over a body on an orbit, from third moments of its mass:
+!>
+!>     V = -(5μ/2d⁴) S_ijk γ_iγ_jγ_k,   S = T - ⅕(δ_ij s_k + δ_ik s_j + δ_jk s_i),
+!>     T_ijk = ∫ρ_iρ_jρ_k dm,   s_i = T_ikk,
+!>
+!> γ = R(q)ᵀn(t) with n from the body to the attracting one, of the length (μ/d⁴)^⅓, which takes the place of the
+!> factor. The traces of T turn nothing, but would be felt at finite steps.
+module nutate_third_degree
+   use nutate_body, only: body_t
+   use nutate_effect, only: effect_t, GENERAL_SERIES, potential_t
+   use nutate_effect_bounds, only: bounds_of_potential, effect_bounds_t, linear_map_t
+   use nutate_kepler_orbit, only: kepler_orbit_t
+   use nutate_keys, only: group_t, key_t, KEY_TEXT
+   use nutate_kinds, only: wp
+   use nutate_limits, only: in_words, is_moderate
+   use nutate_orbit, only: orbit_t
+   use nutate_power_series, only: power_term, product_term
+   use nutate_quaternion, only: rotate_to_body
+   use nutate_small_products, only: vector_length
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
+   implicit none
+   private
+
+   public :: third_degree_t, third_degree_keys, build_third_degree, third_degree_on_orbit, third_moments_of, &
+      check_points
+
+   !> Most points in a scene, as mass, x, y, z; a file may have any number.
+   integer, parameter :: most_points = 64
+   !> Which components the ten third moments are, in the order of the key.
+   integer, parameter :: components(3, 10) = reshape([1, 1, 1, 2, 2, 2, 3, 3, 3, 1, 1, 2, 1, 1, 3, 1, 2, 2, 2, 2, 3, &
+                                                      1, 3, 3, 2, 3, 3, 1, 2, 3], [3, 10])
+
+   !> Keys of the scene group `&third_degree`.
+   type(key_t), parameter :: third_degree_keys(4) = [ &
+      key_t(name='third_moments', least=10, most=10, instead_of='points,table'), &
+      key_t(name='points', least=4, most=4*most_points, instead_of='third_moments,table'), &
+      key_t(name='table', kind=KEY_TEXT, instead_of='third_moments,points'), &
+      key_t(name='orbit', kind=KEY_TEXT)]
+
+   !> U(γ) = -(5/2) S_ijk γ_iγ_jγ_k. ∇̄U = -(15/2) S_ijk (γ̄_jγ̄_k + Δγ_jΔγ_k/12): the mean of ∇U on the way from one
+   !> γ to the other.
+   type, extends(potential_t) :: third_degree_t
+      !> S, body axes, kg m³; symmetric and without traces; shape (3,3,3).
+      real(wp) :: moments(3, 3, 3) = 0.0_wp
+      !> Of a body whose n moves.
+      type(kepler_orbit_t) :: path = kepler_orbit_t()
+   contains
+      procedure :: energy => cubic_energy
+      procedure :: gradient => cubic_gradient
+      procedure :: hessian => cubic_hessian
+      procedure :: discrete_gradient => mean_gradient
+      procedure :: discrete_hessian => mean_hessian
+      procedure :: direction_at => direction_to_body
+      procedure :: power => power_of_motion
+      procedure :: direction_series => series_to_body
+      procedure :: bound => cubic_bound
+      procedure :: series_kind => cubic_series
+      procedure :: auxiliary_series => cubic_auxiliary
+      procedure :: series_torque => cubic_torque
+      procedure :: is_valid => cubic_is_valid
+   end type third_degree_t
+
+   !> The third degree from third moments.
+   interface third_degree_t
+      module procedure new_third_degree
+   end interface third_degree_t
+
+contains
+
+   !> Returns the third degree on a body on an orbit.
+   pure function new_third_degree(moments, orbit) result(effect)
+      !> T: xxx, yyy, zzz, xxy, xxz, xyy, yyz, xzz, yzz, xyz, body axes, about the centre of mass, kg m³; shape (10).
+      real(wp), intent(in) :: moments(10)
+      type(orbit_t), intent(in) :: orbit
+      type(third_degree_t) :: effect
+      effect%name = 'third_degree'
+      effect%moments = without_traces(moments)
+      effect%path = orbit%path
+      effect%moves = .not. orbit%is_frame
+      effect%direction = 0.0_wp
+      if (.not. effect%is_valid()) return
+      if (effect%moves) then
+         effect%pace = orbit%path%fastest_turn()
+         effect%direction = effect%direction_at(0.0_wp)
+      else
+         ! In the LVLH frame the attracting body is along z.
+         effect%direction = [0.0_wp, 0.0_wp, strength_of(orbit%path%mu, orbit%path%radius(0.0_wp))]
+      end if
+   end function new_third_degree
+
+   !> (μ/d⁴)^⅓.
+   pure real(wp) function strength_of(mu, distance) result(strength)
+      real(wp), intent(in) :: mu, distance
+      strength = (mu/distance)**(1.0_wp/3)/distance
+   end function strength_of
+
+   !> S of T; shape (3,3,3).
+   pure function without_traces(moments) result(s)
+      real(wp), intent(in) :: moments(10)
+      real(wp) :: s(3, 3, 3), trace(3)
+      integer :: i, j, k, n
+      do n = 1, 10
+         i = components(1, n)
+         j = components(2, n)
+         k = components(3, n)
+         s(i, j, k) = moments(n)
+         s(i, k, j) = moments(n)
+         s(j, i, k) = moments(n)
+         s(j, k, i) = moments(n)
+         s(k, i, j) = moments(n)
+         s(k, j, i) = moments(n)
+      end do
+      do i = 1, 3
+         trace(i) = s(i, 1, 1)/5 + s(i, 2, 2)/5 + s(i, 3, 3)/5
+      end do
+      do i = 1, 3
+         do j = 1, 3
+            s(i, j, j) = s(i, j, j) - trace(i)
+            s(j, i, j) = s(j, i, j) - trace(i)
+            s(j, j, i) = s(j, j, i) - trace(i)
+         end do
+      end do
+   end function without_traces
+
+   !> Returns the third moments of point masses about their centre, in the order of the key, kg m³; shape (10).
+   pure function third_moments_of(points) result(moments)
+      !> Mass, kg, and position, body axes, m, of each; shape (4, n).
+      real(wp), intent(in) :: points(:, :)
+      real(wp) :: moments(10), centre(3), mass, rho(3)
+      integer :: a, n
+      mass = sum(points(1, :))
+      centre = 0.0_wp
+      do a = 1, size(points, 2)
+         centre = centre + (points(1, a)/mass)*points(2:4, a)
+      end do
+      moments = 0.0_wp
+      do a = 1, size(points, 2)
+         rho = points(2:4, a) - centre
+         do n = 1, 10
+            moments(n) = moments(n) + points(1, a)*rho(components(1, n))*rho(components(2, n))*rho(components(3, n))
+         end do
+      end do
+   end function third_moments_of
+
+   !> A group that stands without an orbit. Errors: `NUTATE_BAD_ARGUMENT`.
+   subroutine build_third_degree(group, body, effect, status)
+      type(group_t), intent(in) :: group
+      type(body_t), intent(in) :: body
+      class(effect_t), allocatable, intent(out) :: effect
+      type(status_t), intent(out) :: status
+      status = fail(NUTATE_BAD_ARGUMENT, 'gravity of third degree needs an orbit (expected &orbit)')
+   end subroutine build_third_degree
+
+   !> Makes the effect as a scene's group describes it, on an orbit. Errors: `NUTATE_BAD_ARGUMENT` unless it gives one
+   !> of third moments, points and table, and for points that are none.
+   subroutine third_degree_on_orbit(group, orbit, effect, status)
+      type(group_t), intent(in) :: group
+      type(orbit_t), intent(in) :: orbit
+      class(effect_t), allocatable, intent(out) :: effect
+      type(status_t), intent(out) :: status
+      real(wp), parameter :: none(10) = 0.0_wp
+      real(wp), allocatable :: points(:, :)
+      integer :: n
+      n = group%count_of('points')
+      if (count([group%has('third_moments'), group%has('points'), group%has('table')]) /= 1) then
+         status = fail(NUTATE_BAD_ARGUMENT, &
+              'gravity of third degree needs third_moments, points or a table (expected '// &
+                       'one of them)', merge('points', 'table ', group%has('points')))
+      else if (group%has('third_moments')) then
+         allocate (effect, source=third_degree_t(group%vector('third_moments', none), orbit))
+      else if (group%has('points')) then
+         if (mod(n, 4) /= 0) then
+            status = fail(NUTATE_BAD_ARGUMENT, &
+                 'the number of values of points is no multiple of 4 (expected mass, x, '// &
+                          'y, z of each)', 'points')
+            return
+         end if
+         points = reshape(group%vector('points', spread(0.0_wp, 1, n)), [4, n/4])
+         call build_from(points)
+      else if (allocated(group%table)) then
+         points = group%table%numbers
+         call build_from(points)
+      else
+         status = fail(NUTATE_BAD_ARGUMENT, 'the table has not been read', 'table')
+      end if
+
+   contains
+
+      subroutine build_from(points)
+         real(wp), intent(in) :: points(:, :)
+         integer :: at
+         call check_points(points, at, status)
+         if (status%ok()) allocate (effect, source=third_degree_t(third_moments_of(points), orbit))
+      end subroutine build_from
+
+   end subroutine third_degree_on_orbit
+
+   !> Checks point masses.
+   !>
+   !> Errors: `NUTATE_BAD_ARGUMENT` with the first point that has an error: a mass that is not positive, or a length
+   !> whose third power times the mass is too large.
+   subroutine check_points(points, at, status)
+      !> Mass, kg, and position, m, of each; shape (4, n).
+      real(wp), intent(in) :: points(:, :)
+      !> 1 to n; 0 for none.
+      integer, intent(out) :: at
+      type(status_t), intent(out) :: status
+      real(wp), parameter :: longest = 1e20_wp, least = 1e-40_wp, heaviest = 1e40_wp
+      do at = 1, size(points, 2)
+         if (.not. (points(1, at) >= least .and. points(1, at) <= heaviest)) then
+            status = fail(NUTATE_BAD_ARGUMENT, 'the mass of a point is out of range (expected '// &
+                          in_words(least, heaviest)//' kg)', 'points')
+         else if (.not. all(abs(points(2:4, at)) <= longest)) then
+            status = fail(NUTATE_BAD_ARGUMENT, 'the position of a point is out of range (expected up to '// &
+                          in_words(longest)//' m)', 'points')
+         end if
+         if (.not. status%ok()) return
+      end do
+      at = 0
+      if (size(points, 2) == 0) status = fail(NUTATE_BAD_ARGUMENT, 'there is no point (expected one line for each)', &
+                                              'points')
+   end subroutine check_points
+
+   !> S_ijk γ_k; shape (3,3).
+   pure function contracted(self, gamma) result(matrix)
+      class(third_degree_t), intent(in) :: self
+      real(wp), intent(in) :: gamma(3)
+      real(wp) :: matrix(3, 3)
+      matrix = gamma(1)*self%moments(:, :, 1) + gamma(2)*self%moments(:, :, 2) + gamma(3)*self%moments(:, :, 3)
+   end function contracted
+
+   !> S_ijk γ_jγ_k; shape (3).
+   pure function contracted_twice(self, gamma) result(vector)
+      class(third_degree_t), intent(in) :: self
+      real(wp), intent(in) :: gamma(3)
+      real(wp) :: vector(3)
+      vector = matmul(contracted(self, gamma), gamma)
+   end function contracted_twice
+
+   !> Returns U(γ), J.
+   pure real(wp) function cubic_energy(self, gamma)
+      class(third_degree_t), intent(in) :: self
+      real(wp), intent(in) :: gamma(3)
+      cubic_energy = -2.5_wp*dot_product(contracted_twice(self, gamma), gamma)
+   end function cubic_energy
+
+   !> Returns ∇U(γ).
+   pure function cubic_gradient(self, gamma) result(gradient)
+      class(third_degree_t), intent(in) :: self
+      real(wp), intent(in) :: gamma(3)
+      real(wp) :: gradient(3)
+      gradient = -7.5_wp*contracted_twice(self, gamma)
+   end function cubic_gradient
+
+   !> Returns the second derivatives -15 S_ijk γ_k.
+   pure function cubic_hessian(self, gamma) result(hessian)
+      class(third_degree_t), intent(in) :: self
+      real(wp), intent(in) :: gamma(3)
+      real(wp) :: hessian(3, 3)
+      hessian = -15*contracted(self, gamma)
+   end function cubic_hessian
+
+   !> Returns ∇̄U, with ∇̄U·Δγ = ΔU exactly.
+   pure function mean_gradient(self, gamma0, gamma1) result(gradient)
+      class(third_degree_t), intent(in) :: self
+      real(wp), intent(in) :: gamma0(3), gamma1(3)
+      real(wp) :: gradient(3)
+      gradient = -7.5_wp*(contracted_twice(self, 0.5_wp*(gamma0 + gamma1)) + contracted_twice(self, gamma1 - gamma0)/12)
+   end function mean_gradient
+
+   !> Returns ∂∇̄U/∂γ1 = -(15/2) S_ijk (γ̄_k + Δγ_k/6).
+   pure function mean_hessian(self, gamma0, gamma1) result(hessian)
+      class(third_degree_t), intent(in) :: self
+      real(wp), intent(in) :: gamma0(3), gamma1(3)
+      real(wp) :: hessian(3, 3)
+      hessian = -7.5_wp*contracted(self, 0.5_wp*(gamma0 + gamma1) + (gamma1 - gamma0)/6)
+   end function mean_hessian
+
+   !> Returns n at a time, (kg m³)^(-1/3) J^(1/3); shape (3).
+   pure function direction_to_body(self, t) result(n)
+      class(third_degree_t), intent(in) :: self
+      real(wp), intent(in) :: t
+      real(wp) :: n(3), r(3), distance
+      n = self%direction
+      if (.not. self%moves) return
+      r = self%path%position(t)
+      distance = norm2(r)
+      n = -strength_of(self%path%mu, distance)*(r/distance)
+   end function direction_to_body
+
+   !> Returns ∂V/∂t = ∇U·R(q)ᵀṅ, ṅ = -(μ/d⁴)^⅓ (v - (7/3) r (r·v)/d²)/d, W.
+   pure real(wp) function power_of_motion(self, q, t) result(power)
+      class(third_degree_t), intent(in) :: self
+      real(wp), intent(in) :: q(4), t
+      real(wp) :: r(3), v(3), distance
+      power = 0.0_wp
+      if (.not. self%moves) return
+      r = self%path%position(t)
+      distance = norm2(r)
+      r = r/distance
+      v = self%path%velocity(t)/distance
+      v = -strength_of(self%path%mu, distance)*(v - (7*dot_product(r, v)/3)*r)
+      power = dot_product(self%gradient(rotate_to_body(q, self%direction_at(t))), rotate_to_body(q, v))
+   end function power_of_motion
+
+   !> Computes the coefficients of n about a time: with x = r/r₀, r₀ = |r| at the start, n = -(μ/r₀⁴)^⅓ x (x·x)^(-7/6).
+   pure subroutine series_to_body(self, t, time_unit, n)
+      class(third_degree_t), intent(in) :: self
+      real(wp), intent(in) :: t, time_unit
+      real(wp), intent(out) :: n(:, 0:)
+      real(wp), dimension(0:ubound(n, 2)) :: square, w, u
+      real(wp) :: x(0:ubound(n, 2), 3), strength
+      integer :: i, k
+      if (.not. self%moves) then
+         n = 0.0_wp
+         n(:, 0) = self%direction
+         return
+      end if
+      call self%path%position_series(t, time_unit, x, square, w)
+      strength = -strength_of(self%path%mu, self%path%radius(t))
+      do k = 0, ubound(n, 2)
+         if (k == 0) u(0) = square(0)**(-7.0_wp/6)
+         if (k > 0) u(k) = power_term(k, -7.0_wp/6, square(0:k), u(0:k - 1))
+         do i = 1, 3
+            n(i, k) = strength*product_term(k, x(0:k, i), u(0:k))
+         end do
+      end do
+   end subroutine series_to_body
+
+   !> Bounds torque and derivatives in a step where n stands still, by Frobenius' norm of S; what moves is not bounded.
+   pure subroutine cubic_bound(self, map, radius, gamma, slack, bounds)
+      class(third_degree_t), intent(in) :: self
+      type(linear_map_t), intent(in) :: map
+      real(wp), intent(in) :: radius, gamma(3), slack
+      type(effect_bounds_t), intent(out) :: bounds
+      real(wp) :: size, length
+      bounds%known = .false.
+      if (self%moves) return
+      size = sqrt(sum(self%moments**2))
+      length = vector_length(self%direction)
+      bounds = bounds_of_potential(map, radius, length, 7.5_wp*size*length**2, 15*size*length, 15*size)
+   end subroutine cubic_bound
+
+   !> Returns `GENERAL_SERIES`.
+   pure integer function cubic_series(self)
+      class(third_degree_t), intent(in) :: self
+      cubic_series = GENERAL_SERIES
+   end function cubic_series
+
+   !> Returns 3: the components of ∇U.
+   pure integer function cubic_auxiliary(self)
+      class(third_degree_t), intent(in) :: self
+      cubic_auxiliary = 3
+   end function cubic_auxiliary
+
+   !> Computes coefficient k of γ×∇U.
+   pure subroutine cubic_torque(self, k, gamma, auxiliary, tau)
+      class(third_degree_t), intent(in) :: self
+      integer, intent(in) :: k
+      real(wp), intent(in) :: gamma(3, 0:k)
+      !> ∇U; shape (0:highest_order, 3).
+      real(wp), intent(inout) :: auxiliary(0:, :)
+      real(wp), intent(out) :: tau(3)
+      real(wp) :: gradient(3)
+      integer :: j
+      gradient = 0.0_wp
+      do j = 0, k
+         gradient = gradient + matmul(contracted(self, gamma(:, j)), gamma(:, k - j))
+      end do
+      auxiliary(k, :) = -7.5_wp*gradient
+      tau = 0.0_wp
+      do j = 0, k
+         tau(1) = tau(1) + (gamma(2, j)*auxiliary(k - j, 3) - gamma(3, j)*auxiliary(k - j, 2))
+         tau(2) = tau(2) + (gamma(3, j)*auxiliary(k - j, 1) - gamma(1, j)*auxiliary(k - j, 3))
+         tau(3) = tau(3) + (gamma(1, j)*auxiliary(k - j, 2) - gamma(2, j)*auxiliary(k - j, 1))
+      end do
+   end subroutine cubic_torque
+
+   !> Returns true if the moments, and energy and power next to the attracting body, can be computed with.
+   pure logical function cubic_is_valid(self) result(moderate)
+      class(third_degree_t), intent(in) :: self
+      real(wp) :: nearest, strength, size
+      moderate = all(is_moderate(self%moments))
+      if (.not. moderate) return
+      nearest = self%path%nearest()
+      size = maxval(sum(sum(abs(self%moments), dim=1), dim=1))
+      moderate = is_moderate(size) .and. is_moderate(nearest) .and. is_moderate(self%path%mu) .and. nearest > 0.0_wp
+      if (.not. moderate) return
+      strength = strength_of(self%path%mu, nearest)
+      moderate = is_moderate(strength) .and. strength > 0.0_wp
+      if (moderate) moderate = is_moderate(strength**2)
+      if (moderate) moderate = is_moderate(strength**2*strength)
+      if (moderate) moderate = is_moderate(7.5_wp*size*strength**2*strength) .and. is_moderate(self%path%fastest_turn())
+      if (moderate) moderate = is_moderate(7.5_wp*size*strength**2*strength*self%path%fastest_turn())
+   end function cubic_is_valid
+
+end module nutate_third_degree
