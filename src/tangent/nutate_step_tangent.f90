@@ -5,14 +5,19 @@
 !> turn (`nutate_frame_turn`; r = b where they stand still). A change of b, at the root with A = ∂G/∂b, β = |b|²,
 !> ρ = |r|², d = |δ|², δ̄ = b - r, δL̄ and δτ̄ at fixed b, φ = Rhθ0:
 !>
-!>     δb  = A⁻¹((1-β+d)(δL0 - δL̄) - 2b×δL̄ - Be - Cδτ̄)
+!>     Aδb = (1-β+d)(δL0 - δL̄) - 2b×δL̄ - Be - Cδτ̄
 !>     δr  = Dδb + e,   D = (1 + [δ̄]×N)⁻¹,   e = -Dδ̄×φ
 !>     θ1  = Rh(φ + 4δr/(1+ρ)),   δL1 = 2((4/Δt)Jδb + δL̄) - δL0
 !>     C   = -½Δt((1+ρ)1 - 2rbᵀ),   B = -½Δt(2τ̄rᵀ - 2(b·τ̄)1) + C ∂τ̄/∂r
 !>     A   = (1-β+d)(4/Δt)J + 2[b]×(4/Δt)J - 2(L̄-L0)bᵀ - 2[L̄]× + Δt rτ̄ᵀ + BD
 !>
 !> Every part of A is taken at the root: what Newton keeps from earlier steps is not good enough. δL1 is L̄ = ½(L0 + L1)
-!> = (4/Δt)Jb + h differentiated. Equations are multiplied by Δt/4s as those of the step are, s a size of J.
+!> = (4/Δt)Jb + h differentiated. Solved is for y, half of what δL gains, so that only the gain is rounded: with M =
+!> (Δt/4)AJ⁻¹ = 1-β+d + R,
+!>
+!>     My = -R(δL0 - δL̄) - 2b×δL̄ - Be - Cδτ̄,   δb = (Δt/4)J⁻¹(δL0 + y - δL̄),   δL1 = δL0 + 2y
+!>
+!> Equations are multiplied by Δt/4s as those of the step are, s a size of J.
 module nutate_step_tangent
    use nutate_column, only: column_t, OF_WHEEL
    use nutate_discrete_forces, only: discrete_forces_t
@@ -44,12 +49,14 @@ module nutate_step_tangent
       real(wp) :: b(3) = 0.0_wp, momentum(3) = 0.0_wp
       !> h of rotors, and of wheels at fixed b, N m s; shape (3).
       real(wp) :: rotor(3) = 0.0_wp
-      !> s, kg m², Δt/4s, J/s with what wheels carry; shape (3,3).
-      real(wp) :: size = 1.0_wp, scale = 0.0_wp, inertia(3, 3) = 0.0_wp
       type(forces_tangent_t), private :: forces
-      !> 1-β+d; A⁻¹ and C times s/4 and 4s/Δt; D and ∂e/∂φ; shape (3,3).
-      real(wp), private :: rest = 1.0_wp, inverse(3, 3) = 0.0_wp, by_torque(3, 3) = 0.0_wp
-      real(wp), private :: by_absolute(3, 3) = 0.0_wp, by_turn(3, 3) = 0.0_wp, by_relative(3, 3) = 0.0_wp
+      !> Δt/4s; J/s with what wheels carry, and its inverse; shape (3,3).
+      real(wp), private :: scale = 0.0_wp, inertia(3, 3) = 0.0_wp, inverse_inertia(3, 3) = 0.0_wp
+      !> M⁻¹; B and C times Δt/4s; D and ∂e/∂φ; shape (3,3).
+      real(wp), private :: inverse(3, 3) = 0.0_wp, by_relative(3, 3) = 0.0_wp, by_torque(3, 3) = 0.0_wp
+      real(wp), private :: by_absolute(3, 3) = 0.0_wp, by_turn(3, 3) = 0.0_wp
+      !> y by δL0, by φ, and δb by δL̄; shape (3,3).
+      real(wp), private :: by_momentum(3, 3) = 0.0_wp, by_mid(3, 3) = 0.0_wp, turn_by_mean(3, 3) = 0.0_wp
    contains
       !> Moves tangent columns over the step.
       procedure :: carry
@@ -67,30 +74,48 @@ contains
       type(wheel_steps_t), intent(in) :: wheels
       type(tangent_t), intent(inout) :: tangent
       type(status_t), intent(inout) :: status
-      real(wp) :: largest, r(3), by_mid(3, 3)
-      logical :: extended
-      integer :: i
+      real(wp) :: largest, r(3)
+      logical :: plain
       largest = max(system%body%inertia(1, 1), system%body%inertia(2, 2), system%body%inertia(3, 3))
-      self%size = largest
       self%scale = 0.25_wp*self%dt/largest
       self%inertia = system%body%inertia/largest
-      if (wheels%n > 0) self%inertia = self%inertia + wheels%carried/largest
+      self%inverse_inertia = system%body%inverse_inertia
+      if (wheels%n > 0) then
+         self%inertia = self%inertia + wheels%carried/largest
+         call wheels%add_to_inverse(system%effects, self%inverse_inertia)
+      end if
+      self%inverse_inertia = largest*self%inverse_inertia
       r = self%b
       if (turn%there) r = turn%to_relative(self%b)
       call self%forces%set(system%effects, forces, r, 4/self%dt)
-      call set_inverse(self, forces%active, turn, status)
+      call set_matrices(self, forces%active, turn, status)
       if (status%code /= 0) return
-      by_mid = 0.0_wp
-      if (forces%active) by_mid = -times_columns(self%by_torque, self%forces%by_mid)
-      if (turn%there) by_mid = by_mid - times_columns(self%by_relative, self%by_turn)
-      do i = 1, 3
-         by_mid(:, i) = times_vector(self%inverse, by_mid(:, i))
-      end do
-      call turn_columns(self, tangent%n, by_mid, tangent%theta, tangent%momentum, tangent%mid, tangent%turn)
+      plain = .not. (turn%there .or. wheels%n > 0 .or. size(tangent%parametric) > 0 .or. system%effects%n_torques > 0)
+      if (plain .and. .not. forces%active) then
+         call move_free(self, tangent%n, tangent%theta, tangent%momentum)
+      else if (plain) then
+         call move_plain(self, tangent%n, tangent%theta, tangent%momentum)
+      else
+         call move_extended(self, system, forces, turn, wheels, tangent)
+      end if
+   end subroutine carry
+
+   !> Moves columns with all that parameters, wheels, torques and axes that turn bring with them.
+   subroutine move_extended(self, system, forces, turn, wheels, tangent)
+      type(conserving_step_t), intent(in) :: self
+      type(system_t), intent(in) :: system
+      type(discrete_forces_t), intent(in) :: forces
+      type(frame_turn_t), intent(in) :: turn
+      type(wheel_steps_t), intent(in) :: wheels
+      type(tangent_t), intent(inout) :: tangent
+      logical :: extended
+      integer :: i
+      call find_changes(self, tangent%n, forces%active .or. turn%there, tangent%theta, tangent%momentum, tangent%mid, &
+                        tangent%change)
       extended = wheels%n > 0 .or. size(tangent%parametric) > 0
+      if (extended .or. turn%there) tangent%shift = 0.0_wp
       if (extended) then
          tangent%mean = 0.0_wp
-         tangent%shift = 0.0_wp
          do i = 1, wheels%n
             call begin_wheel(system%effects%wheels(i)%axis, wheels%share(i), tangent%wheels(:, i), &
                              tangent%inner(:, i), tangent%mean)
@@ -98,146 +123,261 @@ contains
          do i = 1, size(tangent%parametric)
             call add_parameters(self, system, forces, turn, wheels, tangent, i)
          end do
-         call turn_by_mean(self, tangent%n, tangent%mean, tangent%turn)
-         do i = 1, wheels%n
-            call finish_wheel(self, system%effects%wheels(i), wheels, i, tangent)
-         end do
-      end if
-      if (turn%there) then
-         if (.not. extended) tangent%shift = 0.0_wp
-         call shift_columns(self, tangent%n, tangent%mid, tangent%turn, tangent%shift)
-         if (system%effects%n_torques > 0) &
-            call add_work(self%forces, tangent%n, tangent%mid, tangent%shift, tangent%work)
-         call finish_columns(self, tangent%n, tangent%mid, tangent%turn, tangent%shift, tangent%theta, &
-                             tangent%momentum)
+         call change_by_mean(self, tangent%n, tangent%mean, tangent%change)
+         tangent%turn = tangent%momentum + tangent%change - tangent%mean
       else
-         if (system%effects%n_torques > 0) &
-            call add_work(self%forces, tangent%n, tangent%mid, tangent%turn, tangent%work)
-         call finish_columns(self, tangent%n, tangent%mid, tangent%turn, tangent%turn, tangent%theta, &
-                             tangent%momentum)
+         tangent%turn = tangent%momentum + tangent%change
       end if
-      if (extended) tangent%momentum = tangent%momentum + 2*tangent%mean
-   end subroutine carry
+      call turn_columns(self%turn_by_mean, tangent%n, tangent%turn)
+      do i = 1, wheels%n
+         call finish_wheel(self, system%effects%wheels(i), wheels, i, tangent)
+      end do
+      tangent%momentum = tangent%momentum + 2*tangent%change
+      if (turn%there) then
+         call shift_columns(self, tangent%n, tangent%mid, tangent%turn, tangent%shift)
+         tangent%turn = tangent%shift
+      end if
+      if (system%effects%n_torques > 0) call add_work(self%forces, tangent%n, tangent%mid, tangent%turn, tangent%work)
+      tangent%theta = tangent%mid + (4*self%forces%shrink)*tangent%turn
+      tangent%turn = tangent%theta
+      call turn_columns(self%forces%swing, tangent%n, tangent%turn)
+      tangent%theta = tangent%theta + tangent%turn
+   end subroutine move_extended
 
-   !> A⁻¹ with all that it is made of.
-   pure subroutine set_inverse(self, active, turn, status)
+   !> M⁻¹ with all that it is made of, and the matrices of the columns.
+   pure subroutine set_matrices(self, active, turn, status)
       type(conserving_step_t), intent(inout) :: self
       !> There are effects with a force.
       logical, intent(in) :: active
       type(frame_turn_t), intent(in) :: turn
       type(status_t), intent(inout) :: status
-      real(wp) :: m(3, 3), mean(3), change(3), n(3), rows(3, 3), determinant
+      real(wp) :: s(3, 3), m(3, 3), mean(3), change(3), twice(3), rest, factor
       integer :: j
-      associate (b => self%b, r => self%forces%r)
-         self%rest = 1 - (b(1)*b(1) + b(2)*b(2) + b(3)*b(3))
-         if (turn%there) self%rest = self%rest + turn%square
+      associate (b => self%b)
+         rest = 1 - (b(1)*b(1) + b(2)*b(2) + b(3)*b(3))
+         if (turn%there) rest = rest + turn%square
          mean = times_vector(self%inertia, b) + self%scale*self%rotor
-         change = mean - self%scale*self%momentum
-         mean = 2*mean
+         change = 2*(self%scale*self%momentum - mean)
          do j = 1, 3
-            n = self%inertia(:, j)
-            m(:, j) = self%rest*n + 2*(across(b, n) - b(j)*change)
+            s(:, j) = b(j)*change
          end do
-         m(2, 1) = m(2, 1) - mean(3)
-         m(3, 1) = m(3, 1) + mean(2)
-         m(1, 2) = m(1, 2) + mean(3)
-         m(3, 2) = m(3, 2) - mean(1)
-         m(1, 3) = m(1, 3) - mean(2)
-         m(2, 3) = m(2, 3) + mean(1)
+         call add_cross(-2*mean, s)
          if (turn%there) call set_frame(self, turn)
-         if (active) call add_forces(self, turn%there, m)
+         if (active) call add_forces(self, turn%there, s)
+         s = times_columns(s, self%inverse_inertia)
+         twice = 2*b
+         call add_cross(twice, s)
       end associate
+      m = s
+      do j = 1, 3
+         m(j, j) = m(j, j) + rest
+      end do
+      call invert(m, self%inverse, status)
+      if (status%code /= 0) return
+      self%by_momentum = -times_columns(self%inverse, s)
+      self%turn_by_mean = self%scale*self%inverse_inertia
+      if (.not. (active .or. turn%there)) return
+      m = 0.0_wp
+      if (active) call times_force_factor(self, self%forces%by_mid, m)
+      if (turn%there) m = m + times_columns(self%by_relative, self%by_turn)
+      factor = -1/self%scale
+      m = factor*m
+      self%by_mid = times_columns(self%inverse, m)
+   end subroutine set_matrices
+
+   !> Adds [v]× to a matrix.
+   pure subroutine add_cross(v, matrix)
+      real(wp), intent(in) :: v(3)
+      real(wp), intent(inout) :: matrix(3, 3)
+      matrix(2, 1) = matrix(2, 1) + v(3)
+      matrix(3, 1) = matrix(3, 1) - v(2)
+      matrix(1, 2) = matrix(1, 2) - v(3)
+      matrix(3, 2) = matrix(3, 2) + v(1)
+      matrix(1, 3) = matrix(1, 3) + v(2)
+      matrix(2, 3) = matrix(2, 3) - v(1)
+   end subroutine add_cross
+
+   !> The inverse from the adjugate. Errors: `NUTATE_SINGULAR`.
+   pure subroutine invert(m, inverse, status)
+      real(wp), intent(in) :: m(3, 3)
+      real(wp), intent(out) :: inverse(3, 3)
+      type(status_t), intent(inout) :: status
+      real(wp) :: rows(3, 3), determinant
       rows(:, 1) = across(m(:, 2), m(:, 3))
       rows(:, 2) = across(m(:, 3), m(:, 1))
       rows(:, 3) = across(m(:, 1), m(:, 2))
       determinant = rows(1, 1)*m(1, 1) + rows(2, 1)*m(2, 1) + rows(3, 1)*m(3, 1)
       if (.not. abs(determinant) > least_determinant) then
          status = fail(NUTATE_SINGULAR, 'the linear system of the step is singular')
-         return
+      else
+         inverse = (1/determinant)*transpose(rows)
       end if
-      do j = 1, 3
-         self%inverse(j, 1) = rows(1, j)/determinant
-         self%inverse(j, 2) = rows(2, j)/determinant
-         self%inverse(j, 3) = rows(3, j)/determinant
-      end do
-   end subroutine set_inverse
+   end subroutine invert
 
    !> D and ∂e/∂φ = -D[δ̄]×.
    pure subroutine set_frame(self, turn)
       type(conserving_step_t), intent(inout) :: self
       type(frame_turn_t), intent(in) :: turn
-      real(wp) :: axis(3)
-      integer :: j
       self%by_absolute = turn%relative_by_absolute(self%b, self%forces%r)
-      axis = self%forces%r - self%b
-      self%by_turn(:, 1) = [0.0_wp, axis(3), -axis(2)]
-      self%by_turn(:, 2) = [-axis(3), 0.0_wp, axis(1)]
-      self%by_turn(:, 3) = [axis(2), -axis(1), 0.0_wp]
-      do j = 1, 3
-         self%by_turn(:, j) = times_vector(self%by_absolute, self%by_turn(:, j))
-      end do
+      self%by_turn = 0.0_wp
+      call add_cross(self%forces%r - self%b, self%by_turn)
+      self%by_turn = times_columns(self%by_absolute, self%by_turn)
       self%by_relative = 0.0_wp
    end subroutine set_frame
 
-   !> Adds Δt rτ̄ᵀ + BD, and sets B and C; in units of the step.
-   pure subroutine add_forces(self, relative, m)
+   !> Adds Δt rτ̄ᵀ + BD to S, and sets B; in units of the step.
+   pure subroutine add_forces(self, relative, s)
       type(conserving_step_t), intent(inout) :: self
       !> D is not 1.
       logical, intent(in) :: relative
-      real(wp), intent(inout) :: m(3, 3)
-      real(wp) :: weight, along, tau(3), by_relative(3, 3)
+      real(wp), intent(inout) :: s(3, 3)
+      real(wp) :: along, tau(3), by_relative(3, 3)
       integer :: j
-      weight = 0.5_wp*self%dt*self%scale
       associate (b => self%b, r => self%forces%r)
-         tau = (2*weight)*self%forces%torque
+         tau = (self%dt*self%scale)*self%forces%torque
          along = b(1)*tau(1) + b(2)*tau(2) + b(3)*tau(3)
-         do j = 1, 3
-            self%by_torque(:, j) = (2*weight*b(j))*r
-            self%by_torque(j, j) = self%by_torque(j, j) - weight/self%forces%shrink
-         end do
-         by_relative = times_columns(self%by_torque, self%forces%by_r)
+         call times_force_factor(self, self%forces%by_r, by_relative)
          do j = 1, 3
             by_relative(:, j) = by_relative(:, j) - r(j)*tau
             by_relative(j, j) = by_relative(j, j) + along
-            m(:, j) = m(:, j) + tau(j)*r
+            s(:, j) = s(:, j) + tau(j)*r
          end do
       end associate
       self%by_relative = by_relative
       if (relative) by_relative = times_columns(by_relative, self%by_absolute)
-      m = m + by_relative
+      s = s + by_relative
    end subroutine add_forces
 
-   !> φ and δb of columns without parameters of their own.
-   pure subroutine turn_columns(self, n, by_mid, theta, momentum, mid, turn)
+   !> C times a matrix, in units of the step: -½Δt((1+ρ)X - 2r(bᵀX)).
+   pure subroutine times_force_factor(self, x, product)
+      type(conserving_step_t), intent(in) :: self
+      real(wp), intent(in) :: x(3, 3)
+      real(wp), intent(out) :: product(3, 3)
+      real(wp) :: weight, straight, along
+      integer :: j
+      weight = self%dt*self%scale
+      straight = -0.5_wp*weight/self%forces%shrink
+      do j = 1, 3
+         along = weight*(self%b(1)*x(1, j) + self%b(2)*x(2, j) + self%b(3)*x(3, j))
+         product(1, j) = straight*x(1, j) + along*self%forces%r(1)
+         product(2, j) = straight*x(2, j) + along*self%forces%r(2)
+         product(3, j) = straight*x(3, j) + along*self%forces%r(3)
+      end do
+   end subroutine times_force_factor
+
+   !> Columns of a free body, all at once: φ, y, δL̄, θ1 and δL1.
+   pure subroutine move_free(self, n, theta, momentum)
       type(conserving_step_t), intent(in) :: self
       integer, intent(in) :: n
-      !> ∂b/∂φ; shape (3,3).
-      real(wp), intent(in) :: by_mid(3, 3)
+      !> Shape (n,3).
+      real(wp), intent(inout) :: theta(n, 3), momentum(n, 3)
+      real(wp) :: h(3, 3), w(3, 3), g(3, 3), x, y, z, a, b, c
+      integer :: i
+      w = self%by_momentum
+      ! θ1 = Rh²θ0 + 4Rh δb/(1+ρ), of the turn what it adds: then only that is rounded.
+      h = 2*self%forces%swing + times_columns(self%forces%swing, self%forces%swing)
+      g = (4*self%forces%shrink)*times_columns(self%forces%half, self%turn_by_mean)
+      do i = 1, n
+         x = w(1, 1)*momentum(i, 1) + w(1, 2)*momentum(i, 2) + w(1, 3)*momentum(i, 3)
+         y = w(2, 1)*momentum(i, 1) + w(2, 2)*momentum(i, 2) + w(2, 3)*momentum(i, 3)
+         z = w(3, 1)*momentum(i, 1) + w(3, 2)*momentum(i, 2) + w(3, 3)*momentum(i, 3)
+         a = momentum(i, 1) + x
+         b = momentum(i, 2) + y
+         c = momentum(i, 3) + z
+         momentum(i, 1) = a + x
+         momentum(i, 2) = b + y
+         momentum(i, 3) = c + z
+         x = theta(i, 1)
+         y = theta(i, 2)
+         z = theta(i, 3)
+         theta(i, 1) = x + ((h(1, 1)*x + h(1, 2)*y + h(1, 3)*z) + (g(1, 1)*a + g(1, 2)*b + g(1, 3)*c))
+         theta(i, 2) = y + ((h(2, 1)*x + h(2, 2)*y + h(2, 3)*z) + (g(2, 1)*a + g(2, 2)*b + g(2, 3)*c))
+         theta(i, 3) = z + ((h(3, 1)*x + h(3, 2)*y + h(3, 3)*z) + (g(3, 1)*a + g(3, 2)*b + g(3, 3)*c))
+      end do
+   end subroutine move_free
+
+   !> The same under potentials.
+   pure subroutine move_plain(self, n, theta, momentum)
+      type(conserving_step_t), intent(in) :: self
+      integer, intent(in) :: n
+      !> Shape (n,3).
+      real(wp), intent(inout) :: theta(n, 3), momentum(n, 3)
+      real(wp) :: h(3, 3), w(3, 3), p(3, 3), g(3, 3), x, y, z, a, b, c, u, v, t
+      integer :: i
+      h = self%forces%swing
+      w = self%by_momentum
+      p = self%by_mid
+      g = (4*self%forces%shrink)*self%turn_by_mean
+      do i = 1, n
+         a = theta(i, 1)
+         b = theta(i, 2)
+         c = theta(i, 3)
+         x = a + (h(1, 1)*a + h(1, 2)*b + h(1, 3)*c)
+         y = b + (h(2, 1)*a + h(2, 2)*b + h(2, 3)*c)
+         z = c + (h(3, 1)*a + h(3, 2)*b + h(3, 3)*c)
+         a = momentum(i, 1)
+         b = momentum(i, 2)
+         c = momentum(i, 3)
+         u = (p(1, 1)*x + p(1, 2)*y + p(1, 3)*z) + (w(1, 1)*a + w(1, 2)*b + w(1, 3)*c)
+         v = (p(2, 1)*x + p(2, 2)*y + p(2, 3)*z) + (w(2, 1)*a + w(2, 2)*b + w(2, 3)*c)
+         t = (p(3, 1)*x + p(3, 2)*y + p(3, 3)*z) + (w(3, 1)*a + w(3, 2)*b + w(3, 3)*c)
+         a = a + u
+         b = b + v
+         c = c + t
+         momentum(i, 1) = a + u
+         momentum(i, 2) = b + v
+         momentum(i, 3) = c + t
+         u = x + (g(1, 1)*a + g(1, 2)*b + g(1, 3)*c)
+         v = y + (g(2, 1)*a + g(2, 2)*b + g(2, 3)*c)
+         t = z + (g(3, 1)*a + g(3, 2)*b + g(3, 3)*c)
+         theta(i, 1) = u + (h(1, 1)*u + h(1, 2)*v + h(1, 3)*t)
+         theta(i, 2) = v + (h(2, 1)*u + h(2, 2)*v + h(2, 3)*t)
+         theta(i, 3) = t + (h(3, 1)*u + h(3, 2)*v + h(3, 3)*t)
+      end do
+   end subroutine move_plain
+
+   !> φ and y of columns without parameters of their own.
+   pure subroutine find_changes(self, n, turned, theta, momentum, mid, change)
+      type(conserving_step_t), intent(in) :: self
+      integer, intent(in) :: n
+      !> y depends on φ.
+      logical, intent(in) :: turned
       !> Shape (n,3).
       real(wp), intent(in) :: theta(n, 3), momentum(n, 3)
-      real(wp), intent(out) :: mid(n, 3), turn(n, 3)
-      real(wp) :: q(3, 3), x, y, z, u, v, w
-      integer :: i
-      q = (self%rest*self%scale)*self%inverse
-      associate (h => self%forces%half, p => by_mid)
-         do i = 1, n
-            u = theta(i, 1)
-            v = theta(i, 2)
-            w = theta(i, 3)
-            x = h(1, 1)*u + h(1, 2)*v + h(1, 3)*w
-            y = h(2, 1)*u + h(2, 2)*v + h(2, 3)*w
-            z = h(3, 1)*u + h(3, 2)*v + h(3, 3)*w
-            mid(i, 1) = x
-            mid(i, 2) = y
-            mid(i, 3) = z
-            u = momentum(i, 1)
-            v = momentum(i, 2)
-            w = momentum(i, 3)
-            turn(i, 1) = (p(1, 1)*x + p(1, 2)*y + p(1, 3)*z) + (q(1, 1)*u + q(1, 2)*v + q(1, 3)*w)
-            turn(i, 2) = (p(2, 1)*x + p(2, 2)*y + p(2, 3)*z) + (q(2, 1)*u + q(2, 2)*v + q(2, 3)*w)
-            turn(i, 3) = (p(3, 1)*x + p(3, 2)*y + p(3, 3)*z) + (q(3, 1)*u + q(3, 2)*v + q(3, 3)*w)
+      real(wp), intent(out) :: mid(n, 3), change(n, 3)
+      integer :: i, j
+      associate (h => self%forces%swing, w => self%by_momentum, p => self%by_mid)
+         do j = 1, 3
+            do i = 1, n
+               mid(i, j) = theta(i, j) + (h(j, 1)*theta(i, 1) + h(j, 2)*theta(i, 2) + h(j, 3)*theta(i, 3))
+               change(i, j) = w(j, 1)*momentum(i, 1) + w(j, 2)*momentum(i, 2) + w(j, 3)*momentum(i, 3)
+            end do
+         end do
+         if (.not. turned) return
+         do j = 1, 3
+            do i = 1, n
+               change(i, j) = change(i, j) + (p(j, 1)*mid(i, 1) + p(j, 2)*mid(i, 2) + p(j, 3)*mid(i, 3))
+            end do
          end do
       end associate
+   end subroutine find_changes
+
+   !> A matrix times each column, in place.
+   pure subroutine turn_columns(m, n, columns)
+      real(wp), intent(in) :: m(3, 3)
+      integer, intent(in) :: n
+      !> Shape (n,3).
+      real(wp), intent(inout) :: columns(n, 3)
+      real(wp) :: x, y, z
+      integer :: i
+      do i = 1, n
+         x = columns(i, 1)
+         y = columns(i, 2)
+         z = columns(i, 3)
+         columns(i, 1) = m(1, 1)*x + m(1, 2)*y + m(1, 3)*z
+         columns(i, 2) = m(2, 1)*x + m(2, 2)*y + m(2, 3)*z
+         columns(i, 3) = m(3, 1)*x + m(3, 2)*y + m(3, 3)*z
+      end do
    end subroutine turn_columns
 
    !> δL̄ of a wheel at fixed b, from its momentum at the start alone.
@@ -256,7 +396,7 @@ contains
       end do
    end subroutine begin_wheel
 
-   !> What a column's parameters do in the step: δL̄, δb and δr at fixed start, and what they change of the works.
+   !> What a column's parameters do in the step: δL̄ at fixed b, y and δr, and what they change of the works.
    subroutine add_parameters(self, system, forces, turn, wheels, tangent, m)
       class(conserving_step_t), intent(in) :: self
       type(system_t), intent(in) :: system
@@ -276,7 +416,7 @@ contains
          rhs = 0.0_wp
          if (forces%active) then
             call self%forces%own_change(system%effects, forces, column, torque, working)
-            rhs = -times_vector(self%by_torque, torque)
+            rhs = (0.5_wp*self%dt*self%scale)*(torque/self%forces%shrink - (2*dot_product(b, torque))*self%forces%r)
             tangent%work(k) = tangent%work(k) + 4*dot_product(self%forces%r, working)
          end if
          if (turn%there) then
@@ -287,7 +427,7 @@ contains
                   - (2*(0.25_wp*self%dt)**2*dot_product(turn%rate, column%frame))* &
                   (times_vector(self%inertia, b) + self%scale*(self%rotor - self%momentum))
          end if
-         tangent%turn(k, :) = tangent%turn(k, :) + times_vector(self%inverse, rhs)
+         tangent%change(k, :) = tangent%change(k, :) + times_vector(self%inverse, rhs)/self%scale
          tangent%mean(k, :) = tangent%mean(k, :) + mean
       end associate
    end subroutine add_parameters
@@ -328,26 +468,24 @@ contains
       end do
    end subroutine add_wheel_parameters
 
-   !> Adds to δb what δL̄ at fixed b makes of it.
-   pure subroutine turn_by_mean(self, n, mean, turn)
+   !> Adds to y what δL̄ at fixed b makes of it: M⁻¹(R δL̄ - 2b×δL̄).
+   pure subroutine change_by_mean(self, n, mean, change)
       type(conserving_step_t), intent(in) :: self
       integer, intent(in) :: n
       !> Shape (n,3).
       real(wp), intent(in) :: mean(n, 3)
-      real(wp), intent(inout) :: turn(n, 3)
-      real(wp) :: m(3, 3), unit(3)
+      real(wp), intent(inout) :: change(n, 3)
+      real(wp) :: m(3, 3)
       integer :: i, j
-      do j = 1, 3
-         unit = 0.0_wp
-         unit(j) = self%scale
-         m(:, j) = times_vector(self%inverse, -self%rest*unit - 2*across(self%b, unit))
-      end do
+      m = 0.0_wp
+      call add_cross(-2*self%b, m)
+      m = times_columns(self%inverse, m) - self%by_momentum
       do j = 1, 3
          do i = 1, n
-            turn(i, j) = turn(i, j) + (m(j, 1)*mean(i, 1) + m(j, 2)*mean(i, 2) + m(j, 3)*mean(i, 3))
+            change(i, j) = change(i, j) + (m(j, 1)*mean(i, 1) + m(j, 2)*mean(i, 2) + m(j, 3)*mean(i, 3))
          end do
       end do
-   end subroutine turn_by_mean
+   end subroutine change_by_mean
 
    !> δh1 of a wheel, and what it changes of the works of motor and friction.
    pure subroutine finish_wheel(self, wheel, steps, i, tangent)
@@ -408,34 +546,5 @@ contains
                    + (c(1)*shift(i, 1) + c(2)*shift(i, 2) + c(3)*shift(i, 3))
       end do
    end subroutine add_work
-
-   !> θ1 and δL1 from φ, δb and δr, without δL̄.
-   pure subroutine finish_columns(self, n, mid, turn, shift, theta, momentum)
-      type(conserving_step_t), intent(in) :: self
-      integer, intent(in) :: n
-      !> Shape (n,3).
-      real(wp), intent(in) :: mid(n, 3), turn(n, 3), shift(n, 3)
-      real(wp), intent(inout) :: theta(n, 3), momentum(n, 3)
-      real(wp) :: k(3, 3), grow, x, y, z, u, v, w
-      integer :: i
-      k = (2/self%scale)*self%inertia
-      grow = 4*self%forces%shrink
-      associate (h => self%forces%half)
-         do i = 1, n
-            u = turn(i, 1)
-            v = turn(i, 2)
-            w = turn(i, 3)
-            x = mid(i, 1) + grow*shift(i, 1)
-            y = mid(i, 2) + grow*shift(i, 2)
-            z = mid(i, 3) + grow*shift(i, 3)
-            theta(i, 1) = h(1, 1)*x + h(1, 2)*y + h(1, 3)*z
-            theta(i, 2) = h(2, 1)*x + h(2, 2)*y + h(2, 3)*z
-            theta(i, 3) = h(3, 1)*x + h(3, 2)*y + h(3, 3)*z
-            momentum(i, 1) = (k(1, 1)*u + k(1, 2)*v + k(1, 3)*w) - momentum(i, 1)
-            momentum(i, 2) = (k(2, 1)*u + k(2, 2)*v + k(2, 3)*w) - momentum(i, 2)
-            momentum(i, 3) = (k(3, 1)*u + k(3, 2)*v + k(3, 3)*w) - momentum(i, 3)
-         end do
-      end associate
-   end subroutine finish_columns
 
 end module nutate_step_tangent

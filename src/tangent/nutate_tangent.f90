@@ -58,7 +58,7 @@ module nutate_tangent
       integer, allocatable :: parametric(:)
       real(wp), allocatable :: inertia(:, :, :)
       !> Work space of steps; shape (n, 3).
-      real(wp), allocatable :: mid(:, :), turn(:, :), mean(:, :), shift(:, :)
+      real(wp), allocatable :: mid(:, :), turn(:, :), change(:, :), mean(:, :), shift(:, :)
       !> The same; shape (n, n_wheels).
       real(wp), allocatable :: inner(:, :)
    contains
@@ -94,7 +94,7 @@ contains
       self%columns = columns
       allocate (self%theta(self%n, 3), self%momentum(self%n, 3), self%wheels(self%n, system%effects%n_wheels), &
                 self%work(self%n), self%energy(self%n), self%space_momentum(self%n, 3), self%mid(self%n, 3), &
-                self%turn(self%n, 3), self%mean(self%n, 3), self%shift(self%n, 3), &
+                self%turn(self%n, 3), self%change(self%n, 3), self%mean(self%n, 3), self%shift(self%n, 3), &
                 self%inner(self%n, system%effects%n_wheels), source=0.0_wp)
       do k = 1, self%n
          call self%columns(k)%follow_body(system%effects)

@@ -20,8 +20,8 @@ module nutate_tangent_forces
    type :: forces_tangent_t
       !> r and 4/Δt.
       real(wp) :: r(3) = 0.0_wp, rate = 0.0_wp
-      !> 1/(1+ρ), Rh and N; shape (3,3).
-      real(wp) :: shrink = 1.0_wp, half(3, 3) = 0.0_wp, turns(3, 3) = 0.0_wp
+      !> 1/(1+ρ), Rh and Rh - 1; shape (3,3).
+      real(wp) :: shrink = 1.0_wp, half(3, 3) = 0.0_wp, swing(3, 3) = 0.0_wp
       !> τ̄ and its derivatives by φ and r; the same of the torques alone; shapes (3), (3,3).
       real(wp) :: torque(3) = 0.0_wp, by_mid(3, 3) = 0.0_wp, by_r(3, 3) = 0.0_wp
       real(wp) :: working(3) = 0.0_wp, working_by_mid(3, 3) = 0.0_wp, working_by_r(3, 3) = 0.0_wp
@@ -42,118 +42,129 @@ contains
       type(discrete_forces_t), intent(in) :: forces
       !> Shape (3), and 4/Δt, 1/s.
       real(wp), intent(in) :: r(3), rate
-      integer :: i
+      real(wp) :: own(3), rest
+      integer :: i, j
       self%r = r
       self%rate = rate
       self%shrink = 1/(1 + (r(1)*r(1) + r(2)*r(2) + r(3)*r(3)))
-      call half_turn_back(r, self%shrink, self%half)
+      call half_turn_back(r, self%shrink, self%half, self%swing)
       if (.not. forces%active) return
       self%torque = 0.0_wp
       self%by_mid = 0.0_wp
-      self%by_r = 0.0_wp
-      call set_turns(self)
       do i = 1, effects%n_potentials
          call add_potential(self, effects, forces, i)
       end do
-      if (effects%n_torques == 0) return
-      call set_torques(self, effects, forces)
-      self%torque = self%torque + self%working
-      self%by_mid = self%by_mid + self%working_by_mid
-      self%by_r = self%by_r + self%working_by_r
+      own = (-2*self%shrink)*self%torque
+      if (effects%n_torques > 0) then
+         call set_torques(self, effects, forces)
+         self%torque = self%torque + self%working
+         self%by_mid = self%by_mid + self%working_by_mid
+      end if
+      self%by_r = turned_columns(self%by_mid, r, 2*self%shrink)
+      do j = 1, 3
+         self%by_r(:, j) = self%by_r(:, j) + r(j)*own
+      end do
+      if (effects%n_torques > 0) then
+         self%by_r = self%by_r + self%working_by_r
+         self%working_by_r = self%working_by_r + turned_columns(self%working_by_mid, r, 2*self%shrink)
+      end if
+      do i = 1, effects%n_potentials
+         if (.not. forces%is_linear(i)) call add_curvature(self, effects, i, forces%gamma0(:, i))
+      end do
    end subroutine set
 
-   !> Rh = [(1-ρ)1 + 2rrᵀ - 2[r]×]/(1+ρ); shape (3,3).
-   pure subroutine half_turn_back(r, shrink, half)
+   !> A matrix times N; shape (3,3).
+   pure function turned_columns(a, r, factor) result(product)
+      real(wp), intent(in) :: a(3, 3), r(3)
+      !> 2/(1+ρ).
+      real(wp), intent(in) :: factor
+      real(wp) :: product(3, 3), v(3)
+      integer :: i
+      v = factor*r
+      do i = 1, 3
+         product(i, 1) = factor*a(i, 1) + (v(2)*a(i, 3) - v(3)*a(i, 2))
+         product(i, 2) = factor*a(i, 2) + (v(3)*a(i, 1) - v(1)*a(i, 3))
+         product(i, 3) = factor*a(i, 3) + (v(1)*a(i, 2) - v(2)*a(i, 1))
+      end do
+   end function turned_columns
+
+   !> Rh = 1 + 2(rrᵀ - ρ1 - [r]×)/(1+ρ), and Rh - 1, to its own digits; shape (3,3).
+   pure subroutine half_turn_back(r, shrink, half, swing)
       !> Shape (3), and 1/(1+ρ).
       real(wp), intent(in) :: r(3), shrink
-      real(wp), intent(out) :: half(3, 3)
-      real(wp) :: s(3), v(3), rest
+      real(wp), intent(out) :: half(3, 3), swing(3, 3)
+      real(wp) :: v(3)
+      integer :: i
       v = (2*shrink)*r
-      s = v
-      rest = 2*shrink - 1
-      half(1, 1) = rest + v(1)*r(1)
-      half(2, 2) = rest + v(2)*r(2)
-      half(3, 3) = rest + v(3)*r(3)
-      half(1, 2) = v(1)*r(2) + s(3)
-      half(2, 1) = v(1)*r(2) - s(3)
-      half(1, 3) = v(1)*r(3) - s(2)
-      half(3, 1) = v(1)*r(3) + s(2)
-      half(2, 3) = v(2)*r(3) + s(1)
-      half(3, 2) = v(2)*r(3) - s(1)
+      swing(1, 1) = -(v(2)*r(2) + v(3)*r(3))
+      swing(2, 2) = -(v(3)*r(3) + v(1)*r(1))
+      swing(3, 3) = -(v(1)*r(1) + v(2)*r(2))
+      swing(1, 2) = v(1)*r(2) + v(3)
+      swing(2, 1) = v(1)*r(2) - v(3)
+      swing(1, 3) = v(1)*r(3) - v(2)
+      swing(3, 1) = v(1)*r(3) + v(2)
+      swing(2, 3) = v(2)*r(3) + v(1)
+      swing(3, 2) = v(2)*r(3) - v(1)
+      half = swing
+      do i = 1, 3
+         half(i, i) = 1 + swing(i, i)
+      end do
    end subroutine half_turn_back
 
-   !> N
-   pure subroutine set_turns(self)
-      type(forces_tangent_t), intent(inout) :: self
-      real(wp) :: v(3), g
-      g = 2*self%shrink
-      v = g*self%r
-      self%turns(:, 1) = [g, -v(3), v(2)]
-      self%turns(:, 2) = [v(3), g, -v(1)]
-      self%turns(:, 3) = [-v(2), v(1), g]
-   end subroutine set_turns
-
-   !> Adds one potential.
+   !> Adds one potential, without what the change of its discrete gradient makes.
    pure subroutine add_potential(self, effects, forces, i)
       type(forces_tangent_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
       type(discrete_forces_t), intent(in) :: forces
       integer, intent(in) :: i
-      real(wp) :: middle(3), mean(3), end(3), gradient(3), own(3), along, by_mid(3, 3)
+      real(wp) :: mean(3), gradient(3), along
       integer :: j
-      middle = times_vector(self%half, forces%gamma0(:, i))
-      mean = self%shrink*middle
+      mean = times_vector(self%half, forces%gamma0(:, i))
       if (forces%is_linear(i)) then
          gradient = forces%slope(:, i)
       else
-         end = times_vector(self%half, middle)
-         gradient = effects%potentials(i)%item%discrete_gradient(forces%gamma0(:, i), end)
+         gradient = effects%potentials(i)%item%discrete_gradient(forces%gamma0(:, i), times_vector(self%half, mean))
       end if
-      own = across(mean, gradient)
-      self%torque = self%torque + own
+      mean = self%shrink*mean
+      self%torque = self%torque + across(mean, gradient)
       along = mean(1)*gradient(1) + mean(2)*gradient(2) + mean(3)*gradient(3)
       do j = 1, 3
-         by_mid(:, j) = -gradient(j)*mean
-         by_mid(j, j) = by_mid(j, j) + along
+         self%by_mid(:, j) = self%by_mid(:, j) - gradient(j)*mean
+         self%by_mid(j, j) = self%by_mid(j, j) + along
       end do
-      self%by_r = self%by_r + times_columns(by_mid, self%turns)
-      do j = 1, 3
-         self%by_r(:, j) = self%by_r(:, j) - (2*self%shrink*self%r(j))*own
-      end do
-      if (.not. forces%is_linear(i)) call add_curvature(self, effects, i, forces%gamma0(:, i), middle, end, by_mid)
-      self%by_mid = self%by_mid + by_mid
    end subroutine add_potential
 
    !> Adds what the change of the discrete gradient makes.
-   pure subroutine add_curvature(self, effects, i, start, middle, end, by_mid)
+   pure subroutine add_curvature(self, effects, i, start)
       type(forces_tangent_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
       integer, intent(in) :: i
-      !> γ0, γm and γ1; shape (3).
-      real(wp), intent(in) :: start(3), middle(3), end(3)
-      real(wp), intent(inout) :: by_mid(3, 3)
-      real(wp) :: mean(3), by_start(3, 3), by_end(3, 3), turned(3, 3), part(3)
-      integer :: j
+      !> γ0; shape (3).
+      real(wp), intent(in) :: start(3)
+      real(wp) :: middle(3), end(3), mean(3), by_start(3, 3), by_end(3, 3), part(3, 3)
+      middle = times_vector(self%half, start)
+      end = times_vector(self%half, middle)
       mean = self%shrink*middle
       associate (potential => effects%potentials(i)%item)
          ! Discrete gradients are symmetric in their ends.
          by_start = potential%discrete_hessian(end, start)
          by_end = potential%discrete_hessian(start, end)
       end associate
-      by_end = times_columns(by_end, self%half)
-      by_start = times_columns(by_start, transpose(self%half))
-      ! [γm]×
-      turned(:, 1) = [0.0_wp, middle(3), -middle(2)]
-      turned(:, 2) = [-middle(3), 0.0_wp, middle(1)]
-      turned(:, 3) = [middle(2), -middle(1), 0.0_wp]
-      do j = 1, 3
-         part = across(mean, times_vector(by_end, turned(:, j)))
-         self%by_r(:, j) = self%by_r(:, j) + (4*self%shrink)*part
-         by_mid(:, j) = by_mid(:, j) + part + across(mean, times_vector(by_start, turned(:, j)))
-      end do
+      part = between(mean, times_columns(by_end, self%half), middle)
+      self%by_r = self%by_r + (4*self%shrink)*part
+      self%by_mid = self%by_mid + part + between(mean, times_columns(by_start, transpose(self%half)), middle)
    end subroutine add_curvature
 
-   !> Sets the torques.
+   !> [a]× K [b]×; shape (3,3).
+   pure function between(a, k, b) result(product)
+      real(wp), intent(in) :: a(3), k(3, 3), b(3)
+      real(wp) :: product(3, 3)
+      product(:, 1) = across(a, b(3)*k(:, 2) - b(2)*k(:, 3))
+      product(:, 2) = across(a, b(1)*k(:, 3) - b(3)*k(:, 1))
+      product(:, 3) = across(a, b(2)*k(:, 1) - b(1)*k(:, 2))
+   end function between
+
+   !> Sets the torques; of their derivative by r the part of the rate alone.
    pure subroutine set_torques(self, effects, forces)
       type(forces_tangent_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
@@ -171,7 +182,7 @@ contains
             call torque%derivatives(forces%t, attitude, self%rate*self%r, rotation, by_rate)
          end associate
          self%working_by_mid = self%working_by_mid + rotation
-         self%working_by_r = self%working_by_r + times_columns(rotation, self%turns) + self%rate*by_rate
+         self%working_by_r = self%working_by_r + self%rate*by_rate
       end do
    end subroutine set_torques
 

@@ -1,0 +1,110 @@
+!> Cost of tangent columns as a ratio to the plain step of the reduced formulation: 6 columns of the start, and 12, the
+!> others of parameters or of the same start. In each round all cases take their turns; figures are medians.
+!>
+!>     bench_tangent                           table
+!>     bench_tangent CASE COLUMNS STEPS        takes the steps of a case alone, for a count of instructions
+program bench_tangent
+   use nutate, only: attitude_column, column_t, damping_t, dipole_t, gravity_gradient_t, integrator_settings_t, &
+      inertia_column, make_body, make_state, make_stepper, rate_column, spring_t, state_t, status_t, stepper_t, &
+      system_t, tangent_t, wp
+   use nutate_body, only: diagonal
+   use nutate_quaternion, only: quat_normalized
+   use nutate_stopwatch, only: stopwatch_t
+   use nutate_work_point, only: median
+   implicit none
+
+   integer, parameter :: rounds = 41, repeats = 4000, n_cases = 5
+   character(len=8), parameter :: names(n_cases) = [character(len=8) :: 'box', 'top', 'gradient', 'spring', 'damped']
+   !> Columns: none, those of the start, the same twice, with six of J.
+   integer, parameter :: choices(4) = [0, 6, 12, -12]
+   real(wp) :: samples(rounds, 4, n_cases)
+   character(len=16) :: text(3)
+   integer :: i, k, m, case, columns, steps
+   do i = 1, 3
+      call get_command_argument(i, text(i))
+   end do
+   if (text(1) /= '') then
+      read (text(1), *) case
+      read (text(2), *) columns
+      read (text(3), *) steps
+      samples(1, 1, 1) = time_steps(case, columns, steps)
+      stop
+   end if
+   do k = 1, rounds
+      do i = 1, n_cases
+         do m = 1, size(choices)
+            samples(k, m, i) = time_steps(i, choices(m), repeats)
+         end do
+      end do
+   end do
+   write (*, '(a)') 'scene      ns a step   6 columns  12 columns  6 and 6 of J  (over the plain step)'
+   do i = 1, n_cases
+      write (*, '(a,t12,f7.0,3f12.2)') names(i), median(samples(:, 1, i)), &
+         (median(samples(:, m, i)/samples(:, 1, i)), m=2, 4)
+   end do
+
+contains
+
+   !> ns that a step takes, with so many columns; negative: half of them of J.
+   real(wp) function time_steps(case, columns, steps) result(nanoseconds)
+      integer, intent(in) :: case, columns, steps
+      type(system_t) :: system
+      type(state_t) :: state, before
+      type(tangent_t) :: tangent
+      type(status_t) :: status
+      type(stopwatch_t) :: clock
+      class(stepper_t), allocatable :: stepper
+      real(wp) :: dt
+      integer :: i
+      call define(case, system, state, dt)
+      call make_stepper(system, integrator_settings_t(method='nielsen_krenk', formulation='reduced'), stepper, status)
+      if (columns /= 0) call tangent%begin(system, state, columns_of(columns), status)
+      call clock%start()
+      do i = 1, steps
+         if (columns /= 0) before = state
+         call stepper%step(system, state, dt, status)
+         if (columns /= 0) call stepper%carry(system, before, state, dt, before%t + 0.5_wp*dt, tangent, status)
+         if (.not. status%ok()) error stop 'a step of a benchmark failed'
+      end do
+      nanoseconds = 1e9_wp*clock%seconds()/steps
+   end function time_steps
+
+   !> Those of the start, twice or with those of J.
+   function columns_of(columns) result(list)
+      integer, intent(in) :: columns
+      type(column_t), allocatable :: list(:)
+      integer :: i
+      list = [(attitude_column(i), i=1, 3), (rate_column(i), i=1, 3)]
+      if (columns == 12) list = [list, list]
+      if (columns < 0) list = [list, inertia_column(1, 1), inertia_column(2, 2), inertia_column(3, 3), &
+                               inertia_column(1, 2), inertia_column(1, 3), inertia_column(2, 3)]
+   end function columns_of
+
+   !> The scenes of the reference.
+   subroutine define(case, system, start, dt)
+      integer, intent(in) :: case
+      type(system_t), intent(out) :: system
+      type(state_t), intent(out) :: start
+      !> s.
+      real(wp), intent(out) :: dt
+      type(status_t) :: status
+      dt = 0.02_wp
+      select case (case)
+      case (1)
+         call make_body(diagonal([5.0_wp, 20.0_wp, 17.0_wp]), system%body, status)
+         start = make_state(system, [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], [0.1_wp, 0.0_wp, 10.0_wp])
+      case (3)
+         call make_body(diagonal([90.0_wp, 100.0_wp, 40.0_wp]), system%body, status)
+         call system%effects%add(gravity_gradient_t(system%body, [0.0_wp, 0.0_wp, 1.0_wp], 1.0_wp))
+         start = make_state(system, quat_normalized([0.9_wp, 0.3_wp, -0.1_wp, 0.3_wp]), [0.2_wp, -1.1_wp, 0.1_wp])
+      case default
+         call make_body(diagonal([2.0_wp, 1.5_wp, 1.0_wp]), system%body, status)
+         if (case /= 4) call system%effects%add(dipole_t([0.3_wp, 0.1_wp, 1.0_wp], [0.0_wp, 0.0_wp, -1.0_wp]))
+         if (case == 4) call system%effects%add(spring_t([0.1_wp, 0.2_wp, 0.5_wp], [0.3_wp, -0.4_wp, 0.9_wp], 5.0_wp, &
+                                                         0.4_wp))
+         if (case == 5) call system%effects%add(damping_t([0.02_wp, 0.01_wp, 0.005_wp]))
+         start = make_state(system, quat_normalized([0.8_wp, 0.4_wp, -0.4_wp, 0.2_wp]), [0.4_wp, -0.3_wp, 2.0_wp])
+      end select
+   end subroutine define
+
+end program bench_tangent
