@@ -53,7 +53,7 @@ module test_f77_bodies
       end subroutine nubdrf
    end interface
 
-   integer, parameter :: n = 100, lwork = 48
+   integer, parameter :: n = 100, lwork = 50
 
 contains
 
@@ -147,7 +147,7 @@ contains
       call nubody(n, 0.0_wp, ic, q, al, tor, 1, ibad, nbad, work, lwork, info(2))
       call nubody(n, 0.1_wp, ic, q, al, tor, -1, ibad, nbad, work, lwork, info(3))
       call nubody(n, 0.1_wp, ic, q, al, tor, 1, ibad, nbad, blank, lwork, info(4))
-      call nubody(n, 0.1_wp, ic, q, al, tor, 1, ibad, nbad, work, 47, info(5))
+      call nubody(n, 0.1_wp, ic, q, al, tor, 1, ibad, nbad, work, 49, info(5))
       call check(error, all(info == [-1, -2, -7, -10, -11]), 'NUBODY')
       call nubkik(n, 0.1_wp, ic, q, al, tor, -1, ibad, nbad, work, lwork, info(1))
       call check(error, info(1), -7)

@@ -306,6 +306,87 @@ contains
       integer, intent(in), contiguous :: class_of(:)
       !> Those that keep their state; shape (lanes).
       logical, intent(out) :: bad(lanes)
+      logical :: plain
+      bad = .false.
+      plain = several == lanes .and. what%frame == SPACE_MOMENTUM .and. what%drifts
+      if (plain) then
+         call load_all(classes, what, desk, first, n, q, l, torque, class_of, plain)
+      end if
+      if (.not. plain) call load_each(classes, what, desk, first, several, n, q, l, torque, class_of, bad)
+      if (what%drifts) then
+         call drift_lanes(desk%lanes, what%frame == SPACE_MOMENTUM, what%turned)
+         if (sum(desk%lanes%certified) < lanes - 0.5_wp) plain = .false.
+      end if
+      if (plain) then
+         call store_all(desk%lanes, first, n, q, l)
+      else
+         call store_each(classes, what, desk, first, several, n, q, l, bad)
+      end if
+   end subroutine move_lanes
+
+   !> Fills all lanes with bodies in space axes. Not `fine` if one of them cannot be computed with.
+   pure subroutine load_all(classes, what, desk, first, n, q, l, torque, class_of, fine)
+      type(body_class_t), intent(in), contiguous :: classes(:)
+      type(movement_t), intent(in) :: what
+      type(desk_t), intent(inout) :: desk
+      integer, intent(in) :: first, n
+      real(wp), intent(in) :: q(4, n), l(3, n)
+      real(wp), intent(in), contiguous :: torque(:, :)
+      integer, intent(in), contiguous :: class_of(:)
+      logical, intent(out) :: fine
+      real(wp) :: lack
+      integer :: i, j, number
+      fine = are_within(4*lanes, q(:, first:first + lanes - 1), 2.0_wp) .and. &
+             are_within(3*lanes, l(:, first:first + lanes - 1), greatest_number)
+      if (fine .and. what%kicks) fine = are_within(3*lanes, torque(:, first:first + lanes - 1), greatest_number)
+      if (.not. fine) return
+      number = 1
+      do i = 1, lanes
+         if (what%classed) then
+            number = class_of(first + i - 1) + 1 - what%first_class
+            fine = number >= 1 .and. number <= size(classes)
+            if (.not. fine) return
+         end if
+         if (desk%held(i) == number) cycle
+         call put_class(desk%lanes, i, classes(number), what%dt)
+         desk%held(i) = number
+      end do
+      do i = 1, lanes
+         j = first + i - 1
+         lack = 1 - (q(1, j)*q(1, j) + q(2, j)*q(2, j) + q(3, j)*q(3, j) + q(4, j)*q(4, j))
+         if (abs(lack) > manifold_tolerance) fine = .false.
+         desk%lanes%q(i, :) = q(:, j)
+         desk%lanes%momentum(i, :) = l(:, j)
+      end do
+      if (.not. what%kicks) return
+      do i = 1, lanes
+         desk%lanes%momentum(i, :) = desk%lanes%momentum(i, :) + what%dt*torque(:, first + i - 1)
+      end do
+      if (any(abs(desk%lanes%momentum) > greatest_number)) fine = .false.
+   end subroutine load_all
+
+   !> Writes all lanes back.
+   pure subroutine store_all(block, first, n, q, l)
+      type(drift_lanes_t), intent(in) :: block
+      integer, intent(in) :: first, n
+      real(wp), intent(inout) :: q(4, n), l(3, n)
+      integer :: i
+      do i = 1, lanes
+         q(:, first + i - 1) = block%q(i, :)
+         l(:, first + i - 1) = block%momentum(i, :)
+      end do
+   end subroutine store_all
+
+   !> Fills lanes one by one, with a body at rest where one cannot be computed with.
+   pure subroutine load_each(classes, what, desk, first, several, n, q, l, torque, class_of, bad)
+      type(body_class_t), intent(in), contiguous :: classes(:)
+      type(movement_t), intent(in) :: what
+      type(desk_t), intent(inout) :: desk
+      integer, intent(in) :: first, several, n
+      real(wp), intent(in) :: q(4, n), l(3, n)
+      real(wp), intent(in), contiguous :: torque(:, :)
+      integer, intent(in), contiguous :: class_of(:)
+      logical, intent(inout) :: bad(lanes)
       real(wp) :: impulse(3)
       integer :: i, j, number
       impulse = 0.0_wp
@@ -319,9 +400,18 @@ contains
       end do
       do i = several + 1, lanes
          call rest(classes, what, desk, i)
-         bad(i) = .false.
       end do
-      if (what%drifts) call drift_lanes(desk%lanes, what%frame == SPACE_MOMENTUM, what%turned)
+   end subroutine load_each
+
+   !> Writes lanes back one by one; bodies whose drift is not certified are moved along their exact motion.
+   subroutine store_each(classes, what, desk, first, several, n, q, l, bad)
+      type(body_class_t), intent(in), contiguous :: classes(:)
+      type(movement_t), intent(in) :: what
+      type(desk_t), intent(inout) :: desk
+      integer, intent(in) :: first, several, n
+      real(wp), intent(inout) :: q(4, n), l(3, n)
+      logical, intent(inout) :: bad(lanes)
+      integer :: i, j
       do i = 1, several
          if (bad(i)) cycle
          j = first + i - 1
@@ -335,7 +425,7 @@ contains
          end if
          call store(classes(desk%held(i)), what%frame, desk, i, l(:, j))
       end do
-   end subroutine move_lanes
+   end subroutine store_each
 
    !> Fills a lane with a body at rest.
    pure subroutine rest(classes, what, desk, lane)
@@ -373,7 +463,6 @@ contains
          desk%held(lane) = number
       end if
       desk%lanes%q(lane, :) = q
-      desk%lanes%shortfall(lane) = 0.5_wp*lack
       desk%lanes%momentum(lane, :) = momentum
       bad = .false.
    end subroutine load
@@ -440,6 +529,20 @@ contains
                   magnitude(l(2)), magnitude(l(3)), magnitude(torque(1)), magnitude(torque(2)), magnitude(torque(3)))
       is_within = worst <= most
    end function is_within
+
+   !> The same for many numbers and a limit, in a loop of vector instructions: the sign of a difference tells.
+   pure logical function are_within(n, numbers, limit)
+      integer, intent(in) :: n
+      real(wp), intent(in) :: numbers(n), limit
+      integer(long) :: most, signs
+      integer :: i
+      most = transfer(limit, 1_long)
+      signs = 0_long
+      do i = 1, n
+         signs = ior(signs, most - iand(transfer(numbers(i), 1_long), huge(1_long)))
+      end do
+      are_within = signs >= 0_long
+   end function are_within
 
    !> The bits of |x|, which are in the order of the numbers.
    pure integer(long) function magnitude(x)

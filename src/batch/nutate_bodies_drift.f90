@@ -30,8 +30,10 @@ module nutate_bodies_drift
 
    public :: drift_lanes_t, body_class_t, make_class, put_class, drift_lanes
 
-   !> Chord iterations after two of Newton: some seven are needed where the certificate ends.
-   integer, parameter :: most_chords = 12
+   !> Chord iterations after one of Newton: some ten are needed where the certificate ends.
+   integer, parameter :: most_chords = 16
+   !> 1/√3: Σ x_i²x_j² ≤ |x|⁴/3.
+   real(wp), parameter :: share = 0.57735026918962577_wp
    !> Second derivatives of certified lanes are below this: |x0| < ½, g < 1 for bodies; others are tested at the end.
    real(wp), parameter :: curvature = 3.0_wp
    !> Part of the moments up to which they are corrected: steps of some half radian, whose error is then 1e-4.
@@ -45,16 +47,18 @@ module nutate_bodies_drift
       real(wp) :: axes(3, 3) = 0.0_wp
       !> Power of two next to the largest moment, kg m²; in that unit 1/J, 4σ and 4δ; shape (3).
       real(wp) :: unit = 1.0_wp, inverse(3) = 1.0_wp, stretch(3) = 0.0_wp, shift(3) = 0.0_wp
+      !> |½ΔtΩ|² below which a drift is certified whatever its direction.
+      real(wp) :: mild = 0.0_wp
    end type body_class_t
 
    !> Bodies under way. No component has a first value: they would be set at every call.
    type :: drift_lanes_t
       !> Of the body's class: 1/J, 4σ, 4δ; shape (lanes, 3). Principal axes; shape (lanes, row, column).
       real(wp) :: inverse(lanes, 3), stretch(lanes, 3), shift(lanes, 3), axes(lanes, 3, 3)
-      !> ½Δt over the unit of the moments, and its inverse.
-      real(wp) :: scale(lanes), unscale(lanes)
-      !> Attitude, and ½(1 - |q|²); shape (lanes, 4).
-      real(wp) :: q(lanes, 4), shortfall(lanes)
+      !> ½Δt over the unit of the moments, and its inverse; `mild` of the class.
+      real(wp) :: scale(lanes), unscale(lanes), mild(lanes)
+      !> Attitude; shape (lanes, 4).
+      real(wp) :: q(lanes, 4)
       !> Momentum: space axes, or principal axes; shape (lanes, 3).
       real(wp) :: momentum(lanes, 3)
       !> 1 where the step is certified, else 0.
@@ -65,18 +69,24 @@ module nutate_bodies_drift
       real(wp), private :: start(lanes, 3), x(lanes, 3), rows(lanes, 3, 3)
       !> |last increment|², that when the Jacobian was computed; bound on 1/(2|x0|); 1 where x still changes.
       real(wp), private :: change(lanes), moved(lanes), bound(lanes), moving(lanes)
+      !> 1 where the certificate has to be computed.
+      real(wp), private :: doubtful(lanes)
    end type drift_lanes_t
 
 contains
 
    !> Makes a class.
+   !>
+   !> `mild`: s + d ≤ 0.02 changes moments by 5 % at most, and their differences over moments by 11 %. Then |x0| ≤ μ,
+   !> the root |x| ≤ 2μ, and |x0| at the end is ≤ μ(1 + 8gμ): it is certified where 2μ(1 + 8gμ)(1 + g + ½g²) < 1.
    pure type(body_class_t) function make_class(moments, axes) result(made)
       !> Principal moments, kg m²; shape (3).
       real(wp), intent(in) :: moments(3)
       !> Principal axes as columns, body axes.
       real(wp), intent(in) :: axes(3, 3)
-      real(wp) :: j(3)
+      real(wp) :: j(3), g, bound
       integer :: i, k, l
+      g = 0.0_wp
       made%moments = moments
       made%unit = 2.0_wp**exponent(maxval(moments))
       j = moments/made%unit
@@ -87,7 +97,12 @@ contains
          l = 1 + modulo(i + 1, 3)
          made%stretch(i) = ((j(i)/j(k))*((j(i) - j(k) - j(l))/j(l)) - 2)/3
          made%shift(i) = ((j(k) - j(i)) + j(l))/j(k)/j(l)/3
+         g = max(g, abs(j(k) - j(l))/j(i))
       end do
+      g = 1.11_wp*share*g
+      bound = 1 + g*(1 + 0.5_wp*g)
+      made%mild = min((0.98_wp/(bound + sqrt(bound*(bound + 16*g)))/1.05_wp)**2, &
+                      0.02_wp/(maxval(abs(made%stretch)) + maxval(abs(made%shift))))
    end function make_class
 
    !> Fills a lane with the numbers of a class.
@@ -103,6 +118,7 @@ contains
       self%axes(lane, :, :) = made%axes
       self%scale(lane) = (0.5_wp*dt)/made%unit
       self%unscale(lane) = made%unit/(0.5_wp*dt)
+      self%mild(lane) = made%mild
    end subroutine put_class
 
    !> Moves attitude and momentum of all lanes. A lane that is not certified keeps its momentum; its attitude is
@@ -113,6 +129,7 @@ contains
       logical, intent(in) :: in_space
       !> The principal axes of a class are not its body axes.
       logical, intent(in) :: turned
+      logical :: doubtful
       integer :: k
       if (in_space) then
          call find_momenta(self, turned)
@@ -120,17 +137,17 @@ contains
          call scale_momenta(self)
       end if
       call correct_moments(self)
-      call certify(self)
+      ! What is certified does not depend on the shortcut: it follows from the certificate.
+      doubtful = sum(self%doubtful) > 0.5_wp
+      if (doubtful) call certify(self)
       call predict(self)
-      do k = 1, 2
-         call iterate_by_newton(self)
-      end do
+      call iterate_by_newton(self)
       do k = 1, most_chords
          call find_moving(self)
          if (sum(self%moving) < 0.5_wp) exit
          call iterate_by_chords(self)
       end do
-      call judge(self)
+      if (doubtful .or. k > most_chords) call judge(self)
       if (.not. in_space) call move_momenta(self)
       if (turned) call turn_increments(self)
       call turn(self)
@@ -211,14 +228,13 @@ contains
          self%start(i, 2) = a2*l2
          self%start(i, 3) = a3*l3
          self%certified(i) = slow
+         self%doubtful(i) = 1 - slow*(0.5_wp + sign(0.5_wp, self%mild(i) - (w1*w1 + w2*w2 + w3*w3)))
       end do
    end subroutine correct_moments
 
    !> Certifies the root by |x0|: 4|x0|(|x0| + g) < 1 where 2|x0| < 1/(1 + g + ½g²), since √(1 + g²) ≤ 1 + ½g².
    pure subroutine certify(self)
       type(drift_lanes_t), intent(inout) :: self
-      !> 1/√3: Σ x_i²x_j² ≤ |x|⁴/3.
-      real(wp), parameter :: share = 0.57735026918962577_wp
       real(wp) :: g, other, square, keep
       integer :: i
       do i = 1, lanes
@@ -237,10 +253,10 @@ contains
       end do
    end subroutine certify
 
-   !> Predicts x by two iterations of x = (1 + |x|²)x0 - J⁻¹(x×Jx) from x0.
+   !> Predicts x by three iterations of x = (1 + |x|²)x0 - J⁻¹(x×Jx) from x0.
    pure subroutine predict(self)
       type(drift_lanes_t), intent(inout) :: self
-      real(wp) :: x1, x2, x3, y1, y2, y3, square
+      real(wp) :: x1, x2, x3, y1, y2, y3, z1, z2, z3, square
       integer :: i
       do i = 1, lanes
          x1 = self%start(i, 1)
@@ -251,9 +267,13 @@ contains
          y2 = square*x2 - self%twist(i, 2)*(x3*x1)
          y3 = square*x3 - self%twist(i, 3)*(x1*x2)
          square = 1 + (y1*y1 + y2*y2 + y3*y3)
-         self%x(i, 1) = square*x1 - self%twist(i, 1)*(y2*y3)
-         self%x(i, 2) = square*x2 - self%twist(i, 2)*(y3*y1)
-         self%x(i, 3) = square*x3 - self%twist(i, 3)*(y1*y2)
+         z1 = square*x1 - self%twist(i, 1)*(y2*y3)
+         z2 = square*x2 - self%twist(i, 2)*(y3*y1)
+         z3 = square*x3 - self%twist(i, 3)*(y1*y2)
+         square = 1 + (z1*z1 + z2*z2 + z3*z3)
+         self%x(i, 1) = square*x1 - self%twist(i, 1)*(z2*z3)
+         self%x(i, 2) = square*x2 - self%twist(i, 2)*(z3*z1)
+         self%x(i, 3) = square*x3 - self%twist(i, 3)*(z1*z2)
       end do
    end subroutine predict
 
@@ -410,7 +430,7 @@ contains
          square = x1*x1 + x2*x2 + x3*x3
          root = sqrt(1 + square)
          inverse = 1/(root*(1 + root))
-         c = self%shortfall(i) - square*inverse
+         c = 0.5_wp*(1 - (w*w + x*x + y*y + z*z)) - square*inverse
          inverse = inverse*(1 + root)
          x1 = inverse*x1
          x2 = inverse*x2

@@ -14,7 +14,7 @@ subroutine nubset(nc, aj, iframe, work, lwork, info)
    integer, intent(in) :: iframe
    !> (output) Dimension (LWORK).
    real(wp), intent(inout) :: work(*)
-   !> (input) Length of WORK, at least 4 + 22*NC.
+   !> (input) Length of WORK, at least 4 + 23*NC.
    integer, intent(in) :: lwork
    !> (output) 0, or -i: argument i is wrong, for LWORK: WORK is too short.
    integer, intent(out) :: info

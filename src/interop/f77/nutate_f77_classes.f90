@@ -19,7 +19,7 @@ module nutate_f77_classes
    !> Bits of the second number of an array that NUBSET has filled: `NUBODY 1` in ASCII.
    integer(int64), parameter :: mark = int(z'4E55424F44592031', int64)
    !> Numbers before the classes, and of a class.
-   integer, parameter :: head = 4, class_size = 22
+   integer, parameter :: head = 4, class_size = 23
 
 contains
 
