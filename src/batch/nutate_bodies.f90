@@ -335,32 +335,32 @@ contains
       integer, intent(in), contiguous :: class_of(:)
       logical, intent(out) :: fine
       real(wp) :: lack
-      integer :: i, j, number
+      integer :: lane, j, number
       fine = are_within(4*lanes, q(:, first:first + lanes - 1), 2.0_wp) .and. &
              are_within(3*lanes, l(:, first:first + lanes - 1), greatest_number)
       if (fine .and. what%kicks) fine = are_within(3*lanes, torque(:, first:first + lanes - 1), greatest_number)
       if (.not. fine) return
       number = 1
-      do i = 1, lanes
+      do lane = 1, lanes
          if (what%classed) then
-            number = class_of(first + i - 1) + 1 - what%first_class
+            number = class_of(first + lane - 1) + 1 - what%first_class
             fine = number >= 1 .and. number <= size(classes)
             if (.not. fine) return
          end if
-         if (desk%held(i) == number) cycle
-         call put_class(desk%lanes, i, classes(number), what%dt)
-         desk%held(i) = number
+         if (desk%held(lane) == number) cycle
+         call put_class(desk%lanes, lane, classes(number), what%dt)
+         desk%held(lane) = number
       end do
-      do i = 1, lanes
-         j = first + i - 1
+      do lane = 1, lanes
+         j = first + lane - 1
          lack = 1 - (q(1, j)*q(1, j) + q(2, j)*q(2, j) + q(3, j)*q(3, j) + q(4, j)*q(4, j))
          if (abs(lack) > manifold_tolerance) fine = .false.
-         desk%lanes%q(i, :) = q(:, j)
-         desk%lanes%momentum(i, :) = l(:, j)
+         desk%lanes%q(lane, :) = q(:, j)
+         desk%lanes%momentum(lane, :) = l(:, j)
       end do
       if (.not. what%kicks) return
-      do i = 1, lanes
-         desk%lanes%momentum(i, :) = desk%lanes%momentum(i, :) + what%dt*torque(:, first + i - 1)
+      do lane = 1, lanes
+         desk%lanes%momentum(lane, :) = desk%lanes%momentum(lane, :) + what%dt*torque(:, first + lane - 1)
       end do
       if (any(abs(desk%lanes%momentum) > greatest_number)) fine = .false.
    end subroutine load_all
@@ -370,10 +370,10 @@ contains
       type(drift_lanes_t), intent(in) :: block
       integer, intent(in) :: first, n
       real(wp), intent(inout) :: q(4, n), l(3, n)
-      integer :: i
-      do i = 1, lanes
-         q(:, first + i - 1) = block%q(i, :)
-         l(:, first + i - 1) = block%momentum(i, :)
+      integer :: lane
+      do lane = 1, lanes
+         q(:, first + lane - 1) = block%q(lane, :)
+         l(:, first + lane - 1) = block%momentum(lane, :)
       end do
    end subroutine store_all
 
