@@ -1,0 +1,220 @@
+!> Tangent columns of runs: at rows inside of steps, by adaptive steps, from checkpoints on; and what is refused.
+module test_tangent_runs
+   use nutate_byte_archive, only: byte_archive_t
+   use nutate_column, only: attitude_column, column_t, inertia_column, rate_column
+   use nutate_controller, only: controller_t
+   use nutate_kinds, only: wp
+   use nutate_methods, only: make_stepper
+   use nutate_observer, only: observer_t, run_record_t
+   use nutate_run, only: run_t
+   use nutate_run_plan, only: run_plan_t
+   use nutate_state, only: state_t
+   use nutate_status, only: status_t, fail, NUTATE_STOPPED
+   use nutate_stepper, only: integrator_settings_t, stepper_t
+   use nutate_system, only: system_t
+   use nutate_tangent, only: tangent_t
+   use test_problems, only: forced_body, problem_t
+   use test_support, only: check, check_below, check_close, error_type, new_unittest, unittest_type
+   implicit none
+   private
+
+   public :: collect_tangent_runs
+
+   !> Keeps the columns of rows, and the checkpoint of one poll, at which it ends the run.
+   type, extends(observer_t) :: column_recorder_t
+      integer :: n = 0, polls = 0, stops_at = 0
+      real(wp) :: t(100) = 0.0_wp, theta(100) = 0.0_wp, momentum(100) = 0.0_wp
+      character(len=:), allocatable :: archive
+   contains
+      procedure :: observe => record_columns
+      procedure :: poll => count_poll
+      procedure :: save_checkpoint => keep_archive
+   end type column_recorder_t
+
+   type(integrator_settings_t), parameter :: of_order_four = &
+      integrator_settings_t(method='nielsen_krenk', formulation='reduced', order=4)
+
+contains
+
+   subroutine collect_tangent_runs(testsuite)
+      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      testsuite = [ &
+                  new_unittest("rows inside steps have columns of their own", columns_inside), &
+                  new_unittest("adaptive steps carry columns too", carry_adaptive), &
+                  new_unittest("checkpoints hold columns", resume_columns), &
+                  new_unittest("what has no derivative is refused by name", refuse)]
+   end subroutine collect_tangent_runs
+
+   !> The columns of these tests: two of the start, one of the body.
+   function columns_of() result(columns)
+      type(column_t) :: columns(3)
+      columns = [attitude_column(1), rate_column(2), inertia_column(1, 3)]
+   end function columns_of
+
+   subroutine record_columns(self, system, state, record, status)
+      class(column_recorder_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      type(run_record_t), intent(in) :: record
+      type(status_t), intent(out) :: status
+      if (self%n == size(self%t)) return
+      self%n = self%n + 1
+      self%t(self%n) = state%t
+      self%theta(self%n) = self%tangent%theta(1, 2)
+      self%momentum(self%n) = self%tangent%momentum(3, 1)
+   end subroutine record_columns
+
+   subroutine count_poll(self, fraction, status)
+      class(column_recorder_t), intent(inout) :: self
+      real(wp), intent(in) :: fraction
+      type(status_t), intent(out) :: status
+      self%polls = self%polls + 1
+      if (self%polls /= self%stops_at) return
+      self%wants_checkpoint = .true.
+      status = fail(NUTATE_STOPPED, 'asked to')
+   end subroutine count_poll
+
+   subroutine keep_archive(self, archive, status)
+      class(column_recorder_t), intent(inout) :: self
+      type(byte_archive_t), intent(inout) :: archive
+      type(status_t), intent(out) :: status
+      self%archive = archive%content()
+   end subroutine keep_archive
+
+   !> A row inside of the third step: two whole steps and a part of one.
+   subroutine columns_inside(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      type(run_plan_t) :: plan
+      type(run_t) :: run
+      type(column_recorder_t) :: recorder
+      type(status_t) :: status
+      type(tangent_t) :: tangent
+      type(state_t) :: state, before
+      class(stepper_t), allocatable :: stepper
+      real(wp), parameter :: lengths(3) = [0.1_wp, 0.1_wp, 0.037_wp]
+      integer :: i
+      problem = forced_body()
+      plan%time_step = 0.1_wp
+      plan%end_time = 0.5_wp
+      plan%times = [0.0_wp, 0.03_wp, 0.237_wp, 0.3_wp, 0.5_wp]
+      recorder%wants_tangent = .true.
+      call run%begin(problem%system, of_order_four, problem%start, plan, status)
+      call run%differentiate(columns_of(), problem%system, status)
+      if (status%ok()) call run%run_to_end(problem%system, status, recorder)
+      call check(error, status%ok(), trim(status%message))
+      call check(error, recorder%n, 5, 'rows')
+      if (allocated(error)) return
+      state = problem%start
+      call make_stepper(problem%system, of_order_four, stepper, status)
+      call tangent%begin(problem%system, state, columns_of(), status)
+      do i = 1, 3
+         before = state
+         ! The middle of the whole step decides which torques act.
+         call stepper%advance(problem%system, state, lengths(i), before%t + 0.05_wp, status)
+         call stepper%carry(problem%system, before, state, lengths(i), before%t + 0.05_wp, tangent, status)
+         call check(error, status%ok(), trim(status%message))
+      end do
+      call check_close(error, recorder%theta(3), tangent%theta(1, 2), 1e-13_wp, 'theta inside')
+      call check_close(error, recorder%momentum(3), tangent%momentum(3, 1), 1e-12_wp, 'momentum inside')
+      call check_close(error, recorder%theta(5), run%tangent%theta(1, 2), 1e-15_wp, 'theta at the end')
+      call check(error, abs(recorder%theta(1)) <= 0.0_wp, 'theta at the start')
+   end subroutine columns_inside
+
+   !> Steps of an error: columns agree with those of short steps of order 8, rows inside included.
+   subroutine carry_adaptive(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      type(run_plan_t) :: plan
+      type(run_t) :: run, reference
+      type(column_recorder_t) :: recorder, expected
+      type(integrator_settings_t) :: best
+      type(status_t) :: status
+      integer :: i
+      problem = forced_body()
+      plan%end_time = 1.0_wp
+      plan%times = [0.1_wp, 0.33_wp, 0.77_wp, 1.0_wp]
+      plan%goal%local_tolerance = 1e-9_wp
+      recorder%wants_tangent = .true.
+      call run%begin(problem%system, of_order_four, problem%start, plan, status)
+      if (status%ok()) call run%differentiate(columns_of(), problem%system, status)
+      if (status%ok()) call run%run_to_end(problem%system, status, recorder)
+      call check(error, status%ok(), trim(status%message))
+      if (allocated(error)) return
+      plan%goal%local_tolerance = 0.0_wp
+      plan%time_step = 0.01_wp
+      expected%wants_tangent = .true.
+      best = of_order_four
+      best%order = 8
+      call reference%begin(problem%system, best, problem%start, plan, status)
+      if (status%ok()) call reference%differentiate(columns_of(), problem%system, status)
+      if (status%ok()) call reference%run_to_end(problem%system, status, expected)
+      call check(error, status%ok(), trim(status%message))
+      call check(error, recorder%n, 4, 'rows')
+      do i = 1, 4
+         call check_close(error, recorder%theta(i), expected%theta(i), 1e-6_wp, 'theta')
+         call check_close(error, recorder%momentum(i), expected%momentum(i), 1e-5_wp, 'momentum')
+      end do
+   end subroutine carry_adaptive
+
+   !> A run from its checkpoint on ends with the columns of one that was not interrupted, bit by bit.
+   subroutine resume_columns(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      type(run_plan_t) :: plan
+      type(run_t) :: whole, broken, resumed
+      type(column_recorder_t) :: recorder
+      type(byte_archive_t) :: archive
+      type(status_t) :: status
+      problem = forced_body()
+      plan%end_time = 1.0_wp
+      plan%goal%local_tolerance = 1e-8_wp
+      call whole%begin(problem%system, of_order_four, problem%start, plan, status)
+      if (status%ok()) call whole%differentiate(columns_of(), problem%system, status)
+      if (status%ok()) call whole%run_to_end(problem%system, status)
+      call check(error, status%ok(), trim(status%message))
+      recorder%wants_tangent = .true.
+      recorder%stops_at = 4
+      call broken%begin(problem%system, of_order_four, problem%start, plan, status)
+      if (status%ok()) call broken%differentiate(columns_of(), problem%system, status)
+      if (status%ok()) call broken%run_to_end(problem%system, status, recorder)
+      call check(error, status%code, NUTATE_STOPPED, 'the run is stopped')
+      call check(error, allocated(recorder%archive), 'a checkpoint is kept')
+      if (allocated(error)) return
+      call archive%begin_reading(recorder%archive)
+      call resumed%begin(problem%system, of_order_four, problem%start, plan, status)
+      if (status%ok()) call resumed%differentiate(columns_of(), problem%system, status)
+      if (status%ok()) call resumed%resume(archive, status)
+      if (status%ok()) call resumed%run_to_end(problem%system, status)
+      call check(error, status%ok(), trim(status%message))
+      if (allocated(error)) return
+      call check(error, maxval(abs(resumed%tangent%theta - whole%tangent%theta)) <= 0.0_wp, 'theta')
+      call check(error, maxval(abs(resumed%tangent%momentum - whole%tangent%momentum)) <= 0.0_wp, 'momentum')
+   end subroutine resume_columns
+
+   !> A controller that samples; the attitude left out.
+   subroutine refuse(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      type(tangent_t) :: tangent
+      type(run_t) :: run
+      type(run_plan_t) :: plan
+      type(integrator_settings_t) :: settings
+      type(status_t) :: status
+      type(system_t) :: sampled
+      problem = forced_body()
+      sampled = problem%system
+      call sampled%effects%add(controller_t(name='controller', sample=0.1_wp))
+      call tangent%begin(sampled, problem%start, columns_of(), status)
+      call check(error, index(status%message, 'a controller that samples') > 0, trim(status%message))
+      plan%time_step = 0.1_wp
+      plan%end_time = 0.5_wp
+      settings = integrator_settings_t(method='nielsen_krenk', formulation='full', projection=.false., &
+                                       inverse_auxiliary_inertia=1.0_wp)
+      call run%begin(problem%system, settings, problem%start, plan, status)
+      if (status%ok()) call run%differentiate(columns_of(), problem%system, status)
+      if (status%ok()) call run%run_to_end(problem%system, status)
+      call check(error, index(status%message, 'the projection') > 0, trim(status%message))
+   end subroutine refuse
+
+end module test_tangent_runs
