@@ -38,7 +38,7 @@ module nutate_kepler_orbit
       procedure :: mean_motion
       !> Return true if the orbit is given by its periapsis, and the distance of the periapsis, m.
       procedure :: is_from_periapsis
-      procedure :: nearest
+      procedure :: nearest => nearest_distance
       !> Returns ν at a time, rad, without jumps: on an ellipse it grows by 2π with each revolution.
       procedure :: true_anomaly
       !> Return ν̇ at a time, and its largest value, at periapsis, rad/s.
@@ -78,7 +78,7 @@ contains
    end function is_from_periapsis
 
    !> Returns the distance of the periapsis, m.
-   pure real(wp) function nearest(self)
+   pure real(wp) function nearest_distance(self) result(nearest)
       class(kepler_orbit_t), intent(in) :: self
       if (allocated(self%track)) then
          nearest = self%track%nearest
@@ -87,7 +87,7 @@ contains
       else
          nearest = self%semi_major_axis*(1 - self%eccentricity)
       end if
-   end function nearest
+   end function nearest_distance
 
    !> √(μ/q³), rad/s.
    pure real(wp) function periapsis_rate(self) result(rate)

@@ -95,7 +95,7 @@ contains
       integer, intent(out) :: at
       type(status_t), intent(out) :: status
       real(wp), intent(in), optional :: velocities(:, :)
-      integer :: i
+      integer :: i, last
       logical :: good
       do i = 1, size(times)
          at = i
@@ -113,12 +113,13 @@ contains
                                        in_words(greatest_speed)//' m/s)', 'table')
          if (.not. good) return
          if (i == 1) cycle
-         if (times(i) - times(i - 1) < least_step) then
+         last = max(i - 1, 1)
+         if (times(i) - times(last) < least_step) then
             status = fail(NUTATE_BAD_ARGUMENT, 'the time does not increase (expected increasing times, '// &
                           in_words(least_step)//' s apart or more)', 'table')
             return
          end if
-         if (maxval(abs(positions(:, i) - positions(:, i - 1)))/greatest_speed > times(i) - times(i - 1)) then
+         if (maxval(abs(positions(:, i) - positions(:, last)))/greatest_speed > times(i) - times(last)) then
             status = fail(NUTATE_BAD_ARGUMENT, 'the body moves too fast from the line before (expected up to '// &
                           in_words(greatest_speed)//' m/s)', 'table')
             return

@@ -160,6 +160,11 @@ class Orbits(CommandLineTest):
             self.assertEqual(len(events), 1)
             self.assertAlmostEqual(float(events[0].split(",")[0]), 20000.0, delta=1e-4)
 
+    def test_check_shows_the_default_of_the_passage_where_it_counts(self):
+        self.write("flyby.nml", FLYBY.replace("periapsis_time = 20000,", ""))
+        self.assertEqual(self.succeed("check", "flyby.nml").stdout.count("periapsis_time = 0 (default)"), 1)
+        self.assertNotIn("periapsis_time", self.succeed("check", "orbit.nml").stdout)
+
     def test_flybys_go_on(self):
         self.write("flyby.nml", FLYBY)
         for name, method in (("step", "nielsen_krenk"), ("series", "taylor")):
