@@ -1,7 +1,7 @@
 !> `nutate export HISTORY.csv`: writes a history for other programs, as AEM or glTF.
 module nutate_export_command
    use nutate_aem_writing, only: aem_fault, write_aem
-   use nutate_attitude_rows, only: attitude_rows_t, put_in_order, turn_rates
+   use nutate_attitude_rows, only: attitude_rows_t, is_unit, put_in_order, turn_rates
    use nutate_cli, only: command_t
    use nutate_console, only: say_error, count_text, EXIT_INPUT, EXIT_OUTPUT, EXIT_SUCCESS
    use nutate_export_facts, only: export_facts_t, facts_of_scene, parse_facts
@@ -10,7 +10,7 @@ module nutate_export_command
    use nutate_kinds, only: wp, long, pi
    use nutate_outputs, only: outputs_t, AEM, GLTF
    use nutate_printable, only: printable_path
-   use nutate_quaternion, only: quat_norm, quat_normalized
+   use nutate_quaternion, only: quat_normalized
    use nutate_resampling, only: resample
    use nutate_scene, only: scene_t, read_scene
    use nutate_scene_loading, only: naming_options
@@ -177,9 +177,9 @@ contains
       real(wp) :: sense
       integer :: i
       sense = 1.0_wp
-      if (rows%count() > 1) sense = sign(1.0_wp, rows%t(rows%count()) - rows%t(1))
+      if (rows%count() > 1) sense = merge(1.0_wp, -1.0_wp, rows%t(rows%count()) >= rows%t(1))
       do i = 1, rows%count()
-         if (.not. abs(quat_norm(rows%q(:, i)) - 1) <= norm_tolerance) then
+         if (.not. is_unit(rows%q(:, i), norm_tolerance)) then
             problem = 'the quaternion is not of unit norm (expected q0, q1, q2, q3 of a run)'
          else if (.not. abs(rows%t(i)) < greatest) then
             problem = 't is too large (expected up to 1e100 s)'

@@ -1,10 +1,11 @@
 !> C interface: calendar time, and attitudes for other programs. What each function does stands in
 !> `include/nutate_exchange.h`.
 module nutate_c_exchange
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_int, c_loc, c_ptr, c_size_t
    use nutate_aem_reading, only: read_aem
    use nutate_aem_writing, only: aem_versions, write_aem
-   use nutate_attitude_rows, only: attitude_rows_t
+   use nutate_attitude_rows, only: attitude_rows_t, is_unit
    use nutate_c_handles, only: find_scene, find_system, history_handle_t, null_argument, open_slot, report, &
       scene_handle_t, system_handle_t, HISTORY_MARK
    use nutate_c_text, only: copy_text, lock_texts, message_to_c, text_to_c, unlock_texts
@@ -12,8 +13,7 @@ module nutate_c_exchange
    use nutate_export_facts, only: export_facts_t, parse_facts
    use nutate_gltf_writing, only: write_gltf
    use nutate_kinds, only: wp
-   use nutate_limits, only: attitude_tolerance, greatest_number
-   use nutate_quaternion, only: quat_norm
+   use nutate_limits, only: attitude_tolerance, is_moderate
    use nutate_scene_labels, only: label_of
    use nutate_spelling, only: is_listed
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_BAD_SCENE, NUTATE_IO, &
@@ -23,6 +23,9 @@ module nutate_c_exchange
 
    public :: nutate_scene_get, nutate_date, nutate_tdb, nutate_system_frame_rate, nutate_write_aem, &
       nutate_write_gltf, nutate_read_aem
+
+   !> More rows are a mistake.
+   integer, parameter :: most_rows = 2**28
 
 contains
 
@@ -107,7 +110,7 @@ contains
       if (status%ok()) call take_rows(n, t, q, omega, rows, status)
       if (status%ok() .and. .not. is_listed(text, aem_versions)) &
          status = fail(NUTATE_BAD_ARGUMENT, 'this version of AEM is not available (expected 2.0 or 1.0)', 'version')
-      if (status%ok() .and. .not. (error >= 0.0_wp .and. error <= 1e100_wp)) &
+      if (status%ok() .and. .not. (is_moderate(error) .and. .not. is_below(error, 0.0_wp))) &
          status = fail(NUTATE_BAD_ARGUMENT, 'error is out of its range (expected 0 or more)', 'error')
       if (status%ok()) then
          rows%labels = known%labels
@@ -129,7 +132,7 @@ contains
       character(len=:), allocatable :: name, problem
       call take_facts(path, facts, name, known, problem, status)
       if (status%ok()) call take_rows(n, t, q, rows=rows, status=status)
-      if (status%ok() .and. .not. (speed >= 1e-9_wp .and. speed <= 1e12_wp)) &
+      if (status%ok() .and. (.not. is_moderate(speed) .or. is_below(speed, 1e-9_wp) .or. is_below(1e12_wp, speed))) &
          status = fail(NUTATE_BAD_ARGUMENT, 'speed is out of its range (expected 1e-9 to 1e12)', 'speed')
       if (status%ok()) then
          call lock_texts()
@@ -214,7 +217,7 @@ contains
       type(attitude_rows_t), intent(out) :: rows
       type(status_t), intent(inout) :: status
       integer :: i
-      if (n < 1 .or. n > huge(1)/8) then
+      if (n < 1 .or. n > most_rows) then
          status = fail(NUTATE_BAD_ARGUMENT, 'the number of rows is out of its range (expected 1 or more)', 'n')
       else if (.not. present(t)) then
          status = null_argument('t')
@@ -225,12 +228,12 @@ contains
       rows%t = t(:n)
       rows%q = reshape(q(:4*n), [4, int(n)])
       if (present(omega)) rows%omega = reshape(omega(:3*n), [3, int(n)])
-      if (.not. (all(abs(rows%t) <= greatest_number) .and. all(abs(rows%q) <= greatest_number))) then
+      if (.not. (all(is_moderate(rows%t)) .and. all(is_moderate(rows%q)))) then
          status = fail(NUTATE_BAD_ARGUMENT, 'a time or an attitude is not finite', 't')
          return
       end if
       do i = 1, int(n)
-         if (abs(quat_norm(rows%q(:, i)) - 1) > attitude_tolerance) then
+         if (.not. is_unit(rows%q(:, i), attitude_tolerance)) then
             status = fail(NUTATE_BAD_ARGUMENT, 'an attitude is not a unit quaternion', 'q')
             return
          end if
@@ -238,10 +241,17 @@ contains
       if (any(rows%t(2:) <= rows%t(:int(n) - 1))) &
          status = fail(NUTATE_BAD_ARGUMENT, 'the times do not ascend (expected each after the one before)', 't')
       if (present(omega)) then
-         if (.not. all(abs(rows%omega) <= greatest_number)) &
+         if (.not. all(is_moderate(rows%omega))) &
             status = fail(NUTATE_BAD_ARGUMENT, 'an angular velocity is not finite', 'omega')
       end if
    end subroutine take_rows
+
+   !> x < limit, false for what is no number.
+   pure logical function is_below(x, limit)
+      real(wp), intent(in) :: x, limit
+      is_below = .false.
+      if (ieee_is_finite(x)) is_below = x < limit
+   end function is_below
 
    !> Keeps rows as columns of a history.
    subroutine keep_rows(rows, handle)

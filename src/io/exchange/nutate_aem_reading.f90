@@ -1,12 +1,12 @@
 !> Reads Attitude Ephemeris Messages (CCSDS 504.0-B, versions 1.0 and 2.0) in KVN.
 module nutate_aem_reading
    use nutate_aem_keywords, only: attitude_types, attitude_type_t, keyword_length, known_keywords
-   use nutate_attitude_rows, only: attitude_rows_t
+   use nutate_attitude_rows, only: attitude_rows_t, is_unit
    use nutate_epoch, only: epoch_t, read_epoch, time_systems
    use nutate_kinds, only: wp, pi
    use nutate_number_text, only: read_real
    use nutate_printable, only: printable_path, quoted
-   use nutate_quaternion, only: quat_conjugate, quat_norm, rotate_to_body
+   use nutate_quaternion, only: quat_conjugate, rotate_to_body
    use nutate_scene_table, only: begin_of, count_lines
    use nutate_spelling, only: comma_list, is_listed, lower_case, nearest_name, split_list
    use nutate_text_file, only: read_text_file
@@ -319,7 +319,7 @@ contains
       if (reader%problem /= '') return
       q = [values(4), values(1:3)]
       if (lower_case(reader%segment%value('QUATERNION_TYPE')) == 'first') q = values(1:4)
-      if (.not. abs(quat_norm(q) - 1) <= norm_tolerance) then
+      if (.not. is_unit(q, norm_tolerance)) then
          reader%problem = 'the quaternion is not of unit norm (expected Q1 Q2 Q3 QC with a sum of squares of 1)'
          return
       end if

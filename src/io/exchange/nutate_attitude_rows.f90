@@ -1,13 +1,14 @@
 !> Attitudes by time, as other programs exchange them, and what lies between them.
 module nutate_attitude_rows
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_kinds, only: wp, pi
-   use nutate_quaternion, only: cross, quat_conjugate, quat_exp, quat_log, quat_normalized, quat_product, &
+   use nutate_quaternion, only: cross, quat_conjugate, quat_exp, quat_log, quat_norm, quat_normalized, quat_product, &
       rotate_to_body
    use nutate_scene_labels, only: labels_t
    implicit none
    private
 
-   public :: attitude_rows_t, between_rows, constant_rate, put_in_order, turn_rates
+   public :: attitude_rows_t, between_rows, constant_rate, is_unit, put_in_order, turn_rates
 
    !> Attitudes by time.
    type :: attitude_rows_t
@@ -32,6 +33,15 @@ contains
       count_rows = 0
       if (allocated(self%t)) count_rows = size(self%t)
    end function count_rows
+
+   !> Returns true for a quaternion whose norm is 1 up to a tolerance. No number of it traps.
+   pure logical function is_unit(q, tolerance)
+      real(wp), intent(in) :: q(4), tolerance
+      is_unit = .false.
+      if (.not. all(ieee_is_finite(q))) return
+      if (maxval(abs(q)) > 1 + tolerance) return
+      is_unit = abs(quat_norm(q) - 1) <= tolerance
+   end function is_unit
 
    !> Brings the rows of a run back in time into ascending order.
    pure subroutine put_in_order(rows)

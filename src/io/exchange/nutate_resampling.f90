@@ -17,6 +17,8 @@ module nutate_resampling
    !> Largest turn between two rows, rad; part of the error that is used at the quarters, and that which the motion
    !> between the given rows may have.
    real(wp), parameter :: largest_turn = 1.0_wp, margin = 0.9_wp, share = 0.1_wp
+   !> Largest turn between two of the given rows, rad.
+   real(wp), parameter :: too_far = 6000.0_wp
    !> More rows are a mistake.
    integer, parameter :: most_rows = 20000000
 
@@ -43,6 +45,10 @@ contains
          problem = 'there are too few rows to judge what lies between them (expected 3 or more)'
       end if
       if (problem /= '') return
+      if (maxval(norm2(rows%omega, dim=1))*maxval(rows%t(2:) - rows%t(:n - 1)) > too_far) then
+         problem = 'the rows are too far apart: the body makes more than a thousand turns between two of them'
+         return
+      end if
       own = error_between(rows)
       if (own > share*error) then
          problem = 'the rows are too far apart for an error of '//rounded_text(error, 3)// &
@@ -78,7 +84,9 @@ contains
    !> after it says about it. Rates that are not those of the attitudes show there too.
    pure real(wp) function error_between(rows) result(largest)
       type(attitude_rows_t), intent(in) :: rows
-      real(wp) :: q(4), omega(3), longest, x, whole
+      real(wp) :: q(4), omega(3), longest, x, whole, least
+      !> Of the longest interval: two rows that are closer say nothing.
+      real(wp), parameter :: closest = 1e-6_wp
       integer :: i, k
       largest = 0.0_wp
       do i = 2, rows%count() - 1
@@ -88,7 +96,9 @@ contains
          x = rows%t(i) - rows%t(i - 1)
          whole = rows%t(k) - rows%t(i - 1)
          ! x²(h-x)²/24 of the fourth derivative there, h⁴/384 in the longest of the intervals.
-         largest = max(largest, (longest/x)**2*(longest/(whole - x))**2/16*attitude_distance(q, rows%q(:, i)))
+         least = closest*longest
+         largest = max(largest, (longest/max(x, least))**2*(longest/max(whole - x, least))**2/16* &
+                       attitude_distance(q, rows%q(:, i)))
       end do
    end function error_between
 

@@ -3,6 +3,7 @@
 !> Seconds of t are counted in the time system of the epoch; those of UTC, TAI and TT have one length. Dates are those
 !> of CCSDS 301.0-B, format A (`2029-04-13T21:46:12.7`) and B (`2029-103T21:46:12.7`).
 module nutate_epoch
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_calendar, only: date_of, day_of, days_in_month, first_utc_day, first_year, is_leap_year, last_known_day, &
       last_year, seconds_of_day, tai_minus_utc
    use nutate_decimal, only: exact_text
@@ -162,7 +163,8 @@ contains
       real(wp), intent(in) :: t
       type(epoch_t) :: uniform
       integer(long) :: seconds, part
-      if (.not. self%is_set() .or. .not. abs(t) < longest_time) return
+      if (.not. self%is_set() .or. .not. ieee_is_finite(t)) return
+      if (abs(t) > longest_time) return
       uniform = uniform_time(self)
       call split_time(t, seconds, part)
       call normalize(uniform%day, uniform%second + seconds, uniform%part + part, later)
