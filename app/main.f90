@@ -6,6 +6,7 @@ program main
    use nutate_console, only: page_t, say_error, show_page, EXIT_INPUT, EXIT_SIGNAL
    use nutate_cost_command, only: cost_command
    use nutate_export_command, only: export_command
+   use nutate_fit_command, only: fit_command
    use nutate_files, only: STANDARD_ERROR, STANDARD_OUTPUT, prepare_process
    use nutate_help, only: help_page
    use nutate_plot_command, only: plot_command
@@ -48,6 +49,8 @@ contains
          call check_command(command, exit_code)
       case ('cost')
          call cost_command(command, exit_code)
+      case ('fit')
+         call fit_command(command, exit_code)
       case ('plot')
          call plot_command(command, exit_code)
       case ('sweep')

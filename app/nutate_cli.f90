@@ -32,6 +32,7 @@ module nutate_cli
       verb_t('check', 'validate a scene and print a summary (dry run)'), &
       verb_t('cost', 'work-precision study: run time against error for every method'), &
       verb_t('sweep', 'run an ensemble (Monte Carlo or parameter sweep); one result row per member'), &
+      verb_t('fit', 'fit a scene to measurements; standard errors, residuals, fitted scene'), &
       verb_t('plot', 'plot a time history with gnuplot', 'HISTORY.csv'), &
       verb_t('export', 'write a time history for other programs: AEM (CCSDS), glTF', 'HISTORY.csv'), &
       verb_t('view', 'run a scene and write a web page with a 3-D animation (needs Python)')]
@@ -42,33 +43,34 @@ module nutate_cli
       !> What its value stands for; blank for an option without value.
       character(len=16) :: value
       !> Commands that know it, comma separated; blank for one that stands for itself.
-      character(len=40) :: verbs
+      character(len=48) :: verbs
       character(len=80) :: purpose
    end type option_t
 
    !> All options.
    type(option_t), parameter :: options(*) = [ &
-      option_t('--output', 'FILE', 'run,plot,view,sweep', &
-               'or -o: output file: history (- is standard output), plot, page or result rows'), &
+      option_t('--output', 'FILE', 'run,plot,view,sweep,fit', &
+               'or -o: output file: history (- is standard output), plot, page, rows or scene'), &
       option_t('--members', 'A:B', 'sweep', 'run members A to B only and write them to a separate file'), &
       option_t('--member', 'K', 'sweep', &
       'run member K only, with its history; its result row goes to standard output'), &
       option_t('--threads', 'N', 'sweep', 'number of members to run in parallel (default: 1)'), &
       option_t('--merge', '', 'sweep', 'merge the files written with --members'), &
-      option_t('--set', 'GROUP.KEY=VALUE', 'run,check,cost,view,sweep,export', &
+      option_t('--set', 'GROUP.KEY=VALUE', 'run,check,cost,view,sweep,export,fit', &
                'override a value of the scene; may be repeated'), &
-      option_t('--unset', 'GROUP.KEY', 'run,check,cost,view,sweep,export', &
+      option_t('--unset', 'GROUP.KEY', 'run,check,cost,view,sweep,export,fit', &
                'remove a key from the scene; may be repeated'), &
-      option_t('--plot', 'FILE.svg|png|pdf', 'run,cost', &
-               'plot with gnuplot: the history (run), or error against run time (cost)'), &
+      option_t('--plot', 'FILE.svg|png|pdf', 'run,cost,fit', &
+               'plot with gnuplot: history (run), error against run time (cost), data (fit)'), &
       option_t('--columns', 'NAME,...', 'plot', &
                'columns or column sets to plot, such as energy,omega3 (default: all)'), &
       option_t('--title', 'TEXT', 'plot', &
       'title of the plot (default: the title of the scene or the name of the history)'), &
       option_t('--all', '', 'cost', 'plot all methods with --plot (default: six)'), &
-      option_t('--csv', 'FILE', 'cost,sweep', 'write one CSV row per run or member; - is standard output'), &
+      option_t('--csv', 'FILE', 'cost,sweep,fit', &
+         'write one CSV row per run, member or residual; - is standard output'), &
       option_t('--seconds', 'N', 'cost', 'time budget in seconds (default: 20)'), &
-      option_t('--quiet', '', 'run,sweep', 'no progress bar and no summary; errors are still printed'), &
+      option_t('--quiet', '', 'run,sweep,fit', 'no progress bar and no summary; errors are still printed'), &
       option_t('--max-steps', 'N', 'run', 'stop with exit status 3 after N steps or rows'), &
       option_t('--checkpoint', 'FILE', 'run', 'write checkpoints to FILE, so that an interrupted run can be resumed'), &
       option_t('--every-seconds', 'N', 'run', 'interval between checkpoints in seconds (default: 60)'), &
@@ -81,7 +83,7 @@ module nutate_cli
       option_t('--speed', 'X', 'export', 'seconds of the motion in a second of the animation (default: 1)'), &
       option_t('--error', 'RAD', 'export', &
                'choose the rows so that a constant rate between them keeps to this error'), &
-      option_t('--help', '', 'run,check,cost,plot,view,sweep,export', 'show this help'), &
+      option_t('--help', '', 'run,check,cost,plot,view,sweep,export,fit', 'show this help'), &
       option_t('--version', '', '', 'show the version')]
 
    !> What the arguments ask for.

@@ -38,6 +38,7 @@ contains
       if (topic == 'plot') call add_plot_notes(page)
       if (topic == 'export') call add_export_notes(page)
       if (topic == 'sweep') call add_sweep_notes(page)
+      if (topic == 'fit') call add_fit_notes(page)
       if (topic == 'view') call add_view_notes(page)
    end function help_page
 
@@ -143,6 +144,18 @@ contains
       call page%line('with its history in FILE.memberK.csv.')
       call add_exit_codes(page)
    end subroutine add_sweep_notes
+
+   !> What a fit is.
+   subroutine add_fit_notes(page)
+      type(page_t), intent(inout) :: page
+      call page%line('')
+      call page%line('The numbers that &free names are changed until the motion agrees with the CSV files that')
+      call page%line('&measurement names. They are printed with standard errors, chi-squared, correlations above')
+      call page%line('0.95, and what the data do not determine, by name. NAME.fit.nml is the scene with the fitted')
+      call page%line('numbers, unless --output names another file; NAME.residuals.csv has the residuals, unless --csv')
+      call page%line('does. --plot draws data, model and residuals.')
+      call add_exit_codes(page)
+   end subroutine add_fit_notes
 
    !> What the page shows and what is needed.
    subroutine add_view_notes(page)

@@ -10,7 +10,7 @@ module nutate_history_plot
    implicit none
    private
 
-   public :: draw_history
+   public :: draw_history, tick
 
    !> Histories of more rows than this are drawn by the least and the greatest value in each of half as many intervals.
    integer, parameter :: most_points = 1200

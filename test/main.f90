@@ -69,9 +69,11 @@ program unit
    use test_f77_prepared, only: collect_f77_prepared
    use test_f77_helpers, only: collect_f77_helpers
    use test_hamiltonian, only: collect_hamiltonian
+   use test_fit, only: collect_fit
    use test_heap, only: collect_heap
    use test_history, only: collect_history
    use test_jumps, only: collect_jumps
+   use test_least_squares, only: collect_least_squares
    use test_limits, only: collect_limits
    use test_literature, only: collect_literature
    use test_paper, only: collect_paper
@@ -304,10 +306,12 @@ contains
          ]
    end function other_suites
 
-   !> The suites about what lies inside of steps.
+   !> The suites about what lies inside of steps, and about fits.
    function inside_suites() result(suites)
       type(testsuite_type), allocatable :: suites(:)
       suites = [ &
+         new_testsuite("fit", collect_fit), &
+         new_testsuite("least_squares", collect_least_squares), &
          new_testsuite("dense_output", collect_dense_output), &
          new_testsuite("event_switches", collect_event_switches), &
          new_testsuite("events", collect_events) &

@@ -6,7 +6,7 @@ module test_limit_promises
    private
 
    public :: promise_t, of_bodies, of_potentials, of_torques, of_orbits, of_fields, of_wheels, of_controllers, &
-      of_starts, of_settings, of_events
+      of_starts, of_settings, of_events, of_fits
 
    !> What a key admits in one of its numbers while the others stay: sizes from least to greatest, and what else.
    type :: promise_t
@@ -296,5 +296,16 @@ contains
       ! Only scenes have them.
       promises%text_only = .true.
    end function of_events
+
+   pure function of_fits() result(promises)
+      type(promise_t) :: promises(5)
+      promises(1) = positive('free', 'sigma', [1.0_wp])
+      promises(2) = any_number('free', 'low', [0.0_wp])
+      promises(3) = any_number('free', 'high', [0.0_wp])
+      promises(4) = positive('measurement', 'sigma', [1.0_wp])
+      promises(5) = any_number('measurement', 'direction', [0.0_wp, 0.0_wp, 1.0_wp])
+      ! Only scenes have them.
+      promises%text_only = .true.
+   end function of_fits
 
 end module test_limit_promises

@@ -254,6 +254,10 @@ contains
          if (setting%key /= 'crosses') text = text//entry(setting, group, trim(setting%key), [1.0_wp])
       case ('vary')
          text = variation_text(setting)
+      case ('free')
+         text = " key = 'initial.angular_velocity.1'"//entry(setting, group, trim(setting%key), [0.0_wp])
+      case ('measurement')
+         text = measurement_text(setting)
       case ('output')
          text = entry(setting, group, merge('times   ', 'interval', setting%key == 'times'), [0.5_wp])
       case default
@@ -323,6 +327,20 @@ contains
          text = text//" 'normal'"//entry(setting, 'vary', trim(setting%key), [0.0_wp])
       end select
    end function variation_text
+
+   !> The keys of a group `&measurement`, and a file that it names.
+   function measurement_text(setting) result(text)
+      type(setting_t), intent(in) :: setting
+      character(len=:), allocatable :: text
+      character(len=*), parameter :: file = 'build/limit_rows.csv'
+      integer :: unit
+      open (newunit=unit, file=file, status='replace')
+      write (unit, '(a)') 't,x,y,z', '0,0,0,1'
+      close (unit)
+      text = " file = '"//file//"', columns = 'x', 'y', 'z'"//entry(setting, 'measurement', 'direction', &
+                                                                      [0.0_wp, 0.0_wp, 1.0_wp])
+      if (setting%key == 'sigma') text = text//entry(setting, 'measurement', 'sigma', [1.0_wp])
+   end function measurement_text
 
    !> True if a scene takes so many steps between rows.
    logical function text_takes_every(every)

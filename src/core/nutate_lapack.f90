@@ -5,7 +5,7 @@ module nutate_lapack
    implicit none
    private
 
-   public :: dgetrf, dgetrs, dgesv, dptsv, symmetric_eigen, handle_info
+   public :: dgetrf, dgetrs, dgesv, dgeqrf, dormqr, dgesvd, dptsv, symmetric_eigen, handle_info
 
    interface
       !> LU factors of a general matrix, partial pivoting.
@@ -42,6 +42,36 @@ module nutate_lapack
          real(wp), intent(inout) :: d(*), e(*), b(ldb, *)
          integer, intent(out) :: info
       end subroutine dptsv
+
+      !> QR factors of a general matrix.
+      pure subroutine dgeqrf(m, n, a, lda, tau, work, lwork, info)
+         import :: wp
+         integer, intent(in) :: m, n, lda, lwork
+         real(wp), intent(inout) :: a(lda, *)
+         real(wp), intent(out) :: tau(*), work(*)
+         integer, intent(out) :: info
+      end subroutine dgeqrf
+
+      !> Multiplies C by the Q of `dgeqrf` or by its transpose.
+      pure subroutine dormqr(side, trans, m, n, k, a, lda, tau, c, ldc, work, lwork, info)
+         import :: wp
+         character(len=1), intent(in) :: side, trans
+         integer, intent(in) :: m, n, k, lda, ldc, lwork
+         real(wp), intent(in) :: a(lda, *), tau(*)
+         real(wp), intent(inout) :: c(ldc, *)
+         real(wp), intent(out) :: work(*)
+         integer, intent(out) :: info
+      end subroutine dormqr
+
+      !> Singular values (descending) and vectors of a general matrix.
+      pure subroutine dgesvd(jobu, jobvt, m, n, a, lda, s, u, ldu, vt, ldvt, work, lwork, info)
+         import :: wp
+         character(len=1), intent(in) :: jobu, jobvt
+         integer, intent(in) :: m, n, lda, ldu, ldvt, lwork
+         real(wp), intent(inout) :: a(lda, *)
+         real(wp), intent(out) :: s(*), u(ldu, *), vt(ldvt, *), work(*)
+         integer, intent(out) :: info
+      end subroutine dgesvd
 
       !> Eigenvalues and eigenvectors of a symmetric matrix.
       pure subroutine dsyev(jobz, uplo, n, a, lda, w, work, lwork, info)
@@ -80,6 +110,8 @@ contains
          status = fail(NUTATE_BAD_ARGUMENT, routine//': an argument is out of range')
       else if (info > 0 .and. routine == 'dsyev') then
          status = fail(NUTATE_NOT_CONVERGED, 'the principal axes of the inertia tensor could not be found')
+      else if (info > 0 .and. routine == 'dgesvd') then
+         status = fail(NUTATE_NOT_CONVERGED, 'the singular values of the Jacobian could not be found')
       else if (info > 0) then
          status = fail(NUTATE_SINGULAR, 'the linear system of the step is singular')
       end if

@@ -77,6 +77,8 @@ def write_scene(dice):
         parts.append(labels(dice))
         if dice.random() < 0.5:
             parts[3] = parts[3].rstrip()[:-1] + " calendar = .true. /\n"
+    if dice.random() < 0.2:
+        parts += [*dict.fromkeys(free(dice, scales) for _ in range(dice.choice((1, 1, 2)))), measurement(dice, scales), fit(dice)]
     dice.shuffle(parts)
     return "".join(parts).encode()
 
@@ -247,6 +249,37 @@ def vary(dice, scales):
                        f"'normal', covariance = {scales.text(signed=False)}",
                        f"'grid', low = -{scales.text(signed=False)}, high = {scales.text(signed=False)}, points = 3"))
     return group("vary", [f"key = '{key}', distribution = {way}"])
+
+
+def free(dice, scales):
+    key = dice.choice(("body.inertia.1", "body.mass", "initial.angular_velocity.3", "initial.attitude", "torque.1.body.3",
+                       "Body.Mass"))
+    lines = [f"key = '{key}'"]
+    if key != "initial.attitude" and dice.random() < 0.5:
+        lines += [f"sigma = {scales.text(signed=False)}", f"low = -{scales.text(signed=False)}",
+                  f"high = {scales.text(signed=False)}"]
+    return group("free", lines)
+
+
+# Stands beside every scene; at the start, which every run has.
+MEASURED = b"""t,omega1,omega2,omega3,q0,q1,q2,q3
+0,1,-0.5,0.25,1,0,0,0
+"""
+
+
+def measurement(dice, scales):
+    columns = dice.choice(("'omega1', 'omega2', 'omega3'", "'q0', 'q1', 'q2', 'q3'", "'omega2'"))
+    lines = [f"file = '{dice.choice(('measured.csv', 'measured.csv', 'measured.csv', 'absent.csv'))}'", f"columns = {columns}"]
+    lines += [f"loss = '{dice.choice(('linear', 'huber', 'soft_l1', 'cauchy'))}'"] if dice.random() < 0.3 else []
+    lines += [f"sigma = {scales.text(signed=False)}"] if dice.random() < 0.7 else []
+    if "q0" not in columns and dice.random() < 0.3:
+        lines.append("bias = 'constant'")
+    return group("measurement", lines)
+
+
+def fit(dice):
+    return group("fit", [f"starts = {dice.choice((0, 3))}", f"arcs = '{dice.choice(('growing', 'whole'))}'",
+                         f"start = '{dice.choice(('data', 'scene'))}'", "seed = 7"])
 
 
 def gravity(_, scales):

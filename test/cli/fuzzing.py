@@ -14,7 +14,7 @@ import subprocess
 import tempfile
 
 from fuzz_mutations import BASES, MUTATIONS, make_overrides, stretch
-from fuzz_scenes import MOTOR, POINTS, TABLE, TRACK, write_scene
+from fuzz_scenes import MEASURED, MOTOR, POINTS, TABLE, TRACK, write_scene
 
 LONGEST_RUN = 1000
 
@@ -164,6 +164,7 @@ def put_scene(folder, text):
     (folder / "motor.csv").write_bytes(MOTOR)
     (folder / "track.csv").write_bytes(TRACK)
     (folder / "points.csv").write_bytes(POINTS)
+    (folder / "measured.csv").write_bytes(MEASURED)
 
 
 def call(program, arguments, folder, patience=PATIENCE):
@@ -210,7 +211,7 @@ def fault_of(command, case, done, folder):
 
 def fault_of_files(folder, expected):
     events = {name.replace("history.", "history.events.") for name in expected}
-    found = sorted(set(os.listdir(folder)) - {"scene.nml", "table.csv", "motor.csv", "track.csv", "points.csv"} - events)
+    found = sorted(set(os.listdir(folder)) - {"scene.nml", "table.csv", "motor.csv", "track.csv", "points.csv", "measured.csv"} - events)
     return "" if found == expected else f"left {found} instead of {expected}"
 
 

@@ -86,6 +86,11 @@ for start in 0,0.55 0,0.6 0,0.72 0,2.31 0,2.33 0,2.66 0,2.75 0,2.9 0,3.2 0,3.35 
 done
 draw hyperion
 
+# Attitudes by radar, and the motion that is fitted to them.
+quietly figure-fit "$program" fit scenes/toutatis.nml --quiet --plot docs/figures/toutatis_fit.svg --output "$data/toutatis.fit.nml" \
+   --csv "$data/toutatis.residuals.csv" || exit 1
+say "Drawn: docs/figures/toutatis_fit.svg"
+
 # A page of nutate view, and the bodies of the gallery, in a browser without a window, if there is one.
 if bash tools/setup/setup.sh view; then
    page=$top/$data/box.html

@@ -36,10 +36,10 @@ def settings_of(name):
     return SCENES[name].get("settings", "").split()
 
 
-def has_ensemble(name):
-    """True for a scene that is made for a sweep."""
+def has_group(name, group):
+    """True for a scene with a group, by which one that is made for a sweep or a fit is known."""
     with open(os.path.join(TOP, "scenes", f"{name}.nml"), encoding="utf-8") as file:
-        return re.search(r"^&ensemble", file.read(), re.MULTILINE) is not None
+        return re.search(rf"^&{group}\b", file.read(), re.MULTILINE) is not None
 
 
 def page_of(name):
@@ -50,8 +50,10 @@ def page_of(name):
     command = f"nutate run scenes/{name}.nml"
     if not picture.endswith(".svg"):
         command += f"\nnutate plot {name}.csv --columns {picture}"
-    if has_ensemble(name):
+    if has_group(name, "ensemble"):
         command = f"nutate sweep scenes/{name}.nml"
+    if has_group(name, "measurement"):
+        command = f"nutate fit scenes/{name}.nml --plot {name}.svg"
     text = textwrap.fill(f"**{scene['question']}** " + " ".join(scene["answer"].split()), 140, break_on_hyphens=False)
     return f"""# {title_of(name)}
 

@@ -10,6 +10,7 @@ module nutate_scene
    use nutate_effect_list, only: effect_list_t
    use nutate_ensemble_plan, only: ensemble_plan_t
    use nutate_event_tracker, only: event_list_t
+   use nutate_fit_plan, only: fit_plan_t
    use nutate_hamiltonian, only: make_state
    use nutate_keys, only: group_t, group_kind_t, name_length
    use nutate_kinds, only: wp
@@ -21,9 +22,12 @@ module nutate_scene
    use nutate_scene_ensemble, only: build_ensemble, ensemble_keys
    use nutate_scene_error, only: scene_error_t, error_line
    use nutate_scene_events, only: build_events, event_keys, events_need_attitude
+   use nutate_scene_fit, only: build_fit, fit_keys
+   use nutate_scene_free, only: free_keys
    use nutate_scene_initial, only: initial_keys, build_initial, rebuild_initial, check_initial
    use nutate_scene_integrator, only: integrator_keys, build_integrator
    use nutate_scene_labels, only: build_labels, check_calendar, label_keys, labels_t
+   use nutate_scene_measurement, only: measurement_keys
    use nutate_scene_output, only: output_keys, output_settings_t, build_output
    use nutate_scene_override, only: apply_override
    use nutate_scene_table, only: read_table, time_units
@@ -40,8 +44,8 @@ module nutate_scene
    public :: scene_t, output_settings_t, read_scene, parse_scene, changed_part, keep_added, rebuild_scene, scene_kinds
 
    !> Groups that are no effects.
-   character(len=name_length), parameter :: fixed_parts(8) = [character(len=name_length) :: &
-      'scene', 'body', 'initial', 'integrator', 'output', 'event', 'ensemble', 'vary']
+   character(len=name_length), parameter :: fixed_parts(11) = [character(len=name_length) :: &
+      'scene', 'body', 'initial', 'integrator', 'output', 'event', 'ensemble', 'vary', 'free', 'measurement', 'fit']
    !> Parts of a scene, each with those before it: its start, its body without effects, body and effects, the whole.
    integer, parameter :: ITS_START = 1, ITS_BODY = 2, ITS_MOTION = 3, ALL_OF_IT = 4
 
@@ -76,6 +80,8 @@ module nutate_scene
       type(event_list_t) :: events
       !> The ensemble that the scene describes, if any.
       type(ensemble_plan_t) :: ensemble
+      !> What is free, and what was measured, where it stands for a fit.
+      type(fit_plan_t) :: fit
       !> The groups as given, in the order of the file, overrides applied; shape (number of groups).
       type(group_t), allocatable :: groups(:)
    end type scene_t
@@ -137,6 +143,8 @@ contains
       if (.not. error%raised) call build_scene(path, scene, error)
       if (.not. error%raised) &
          call build_ensemble(scene%groups, kinds, scene%name, path, scene%ensemble, error)
+      if (.not. error%raised) &
+         call build_fit(scene%groups, kinds, path, scene%system, scene%initial, scene%plan%end_time, scene%fit, error)
       message = ''
       if (.not. error%raised) return
       message = error_line(path, error)
@@ -160,6 +168,11 @@ contains
       kinds(7)%keys = ensemble_keys()
       kinds(8)%keys = vary_keys()
       kinds(8)%repeatable = .true.
+      kinds(9)%keys = free_keys()
+      kinds(9)%repeatable = .true.
+      kinds(10)%keys = measurement_keys()
+      kinds(10)%repeatable = .true.
+      kinds(11)%keys = fit_keys()
       kinds(2:4)%required = .true.
    end function scene_kinds
 

@@ -1,0 +1,102 @@
+!> `nutate fit SCENE`: fits free numbers of a scene to measurements.
+module nutate_fit_command
+   use nutate_cli, only: command_t
+   use nutate_console, only: page_t, say_error, show_page, EXIT_INPUT, EXIT_RUN, EXIT_SUCCESS
+   use nutate_files, only: STANDARD_ERROR, STANDARD_OUTPUT
+   use nutate_fit, only: fit_scene, fit_t
+   use nutate_fit_files, only: write_fitted_scene, write_residuals
+   use nutate_fit_plot, only: draw_fit
+   use nutate_fit_report, only: add_fit
+   use nutate_gnuplot, only: picture_t
+   use nutate_outputs, only: outputs_t, picture_kind, FITTED, RESIDUALS
+   use nutate_picture_opening, only: open_picture, report_file
+   use nutate_printable, only: printable_path
+   use nutate_scene, only: scene_t
+   use nutate_scene_loading, only: load_scene
+   use nutate_status, only: status_t, NUTATE_BAD_ARGUMENT
+   implicit none
+   private
+
+   public :: fit_command
+
+contains
+
+   !> Fits a scene, shows what came of it, and writes the files.
+   subroutine fit_command(command, exit_code)
+      type(command_t), intent(in) :: command
+      integer, intent(out) :: exit_code
+      type(scene_t) :: scene
+      type(fit_t) :: fit
+      type(picture_t) :: picture
+      type(status_t) :: status
+      character(len=:), allocatable :: fitted, csv
+
+      call load_scene(command, scene, exit_code)
+      if (exit_code /= EXIT_SUCCESS) return
+      fitted = scene%name//'.fit.nml'
+      if (allocated(command%output)) fitted = command%output
+      csv = scene%name//'.residuals.csv'
+      if (allocated(command%csv)) csv = command%csv
+      call check_names(command, scene, fitted, csv, exit_code)
+      if (exit_code == EXIT_SUCCESS .and. allocated(command%plot)) call open_picture(command%plot, picture, exit_code)
+      if (exit_code /= EXIT_SUCCESS) return
+      call fit_scene(scene, fit, status)
+      if (fit%best == 0) then
+         call say_error('nutate: '//printable_path(scene%file)//': '//trim(status%message))
+         exit_code = merge(EXIT_INPUT, EXIT_RUN, status%code == NUTATE_BAD_ARGUMENT)
+         if (allocated(command%plot)) call picture%discard()
+         return
+      end if
+      if (.not. command%quiet) call show(scene, fit, csv, exit_code)
+      if (.not. status%ok()) then
+         call say_error('nutate: '//printable_path(scene%file)//': the fit did not converge: '//trim(status%message))
+         exit_code = EXIT_RUN
+      end if
+      call write_files(command, scene, fit, fitted, csv, picture, exit_code)
+   end subroutine fit_command
+
+   !> Refuses names by which the fit would destroy what is there, or what it writes itself.
+   subroutine check_names(command, scene, fitted_name, csv, exit_code)
+      type(command_t), intent(in) :: command
+      type(scene_t), intent(in) :: scene
+      character(len=*), intent(in) :: fitted_name, csv
+      integer, intent(inout) :: exit_code
+      type(outputs_t) :: files
+      call files%read_scene(scene)
+      call files%add(fitted_name, FITTED)
+      call files%add(csv, RESIDUALS)
+      if (allocated(command%plot)) call files%add(command%plot, picture_kind(command%plot))
+      call files%report(exit_code)
+   end subroutine check_names
+
+   !> Shows the result on standard output, or on standard error where the residuals are there.
+   subroutine show(scene, fit, csv, exit_code)
+      type(scene_t), intent(in) :: scene
+      type(fit_t), intent(in) :: fit
+      character(len=*), intent(in) :: csv
+      integer, intent(out) :: exit_code
+      type(page_t) :: page
+      call page%line(printable_path(scene%file)//': '//scene%title)
+      call add_fit(page, fit)
+      call show_page(page, merge(STANDARD_ERROR, STANDARD_OUTPUT, csv == '-'), exit_code)
+   end subroutine show
+
+   !> Writes the fitted scene, the residuals, and the picture.
+   subroutine write_files(command, scene, fit, fitted_name, csv, picture, exit_code)
+      type(command_t), intent(in) :: command
+      type(scene_t), intent(in) :: scene
+      type(fit_t), intent(inout) :: fit
+      character(len=*), intent(in) :: fitted_name, csv
+      type(picture_t), intent(inout) :: picture
+      integer, intent(inout) :: exit_code
+      type(status_t) :: status
+      call write_fitted_scene(fit, scene, fitted_name, status)
+      call report_file(fitted_name, status, exit_code)
+      call write_residuals(fit, csv, status)
+      call report_file(csv, status, exit_code)
+      if (.not. allocated(command%plot)) return
+      call draw_fit(picture, scene, fit, status)
+      call report_file(command%plot, status, exit_code)
+   end subroutine write_files
+
+end module nutate_fit_command

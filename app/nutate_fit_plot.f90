@@ -1,0 +1,220 @@
+!> The picture of a fit, drawn by gnuplot: of each measurement data and model, and below the residuals.
+module nutate_fit_plot
+   use nutate_console, only: count_text
+   use nutate_decimal, only: rounded_text
+   use nutate_fit, only: fit_t
+   use nutate_fit_plan, only: measurement_t, ATTITUDES
+   use nutate_gnuplot, only: colours, gnuplot_quoted, picture_t
+   use nutate_history_plot, only: tick
+   use nutate_kinds, only: wp, long
+   use nutate_printable, only: printable_path
+   use nutate_scene, only: scene_t
+   use nutate_state, only: state_t
+   use nutate_status, only: status_t
+   implicit none
+   private
+
+   public :: draw_fit
+
+   !> Times at which the model is drawn; columns of a measurement that are drawn.
+   integer, parameter :: curve_points = 800, most_columns = 6
+   !> Height of a panel of data, and of one of residuals; of the title, of the time axis, and between panels.
+   integer, parameter :: data_height = 190, residual_height = 110, top = 50, bottom = 60, gap = 40
+
+contains
+
+   !> Draws data, model and residuals. Errors: `NUTATE_IO`, and those of the run; nothing is left then.
+   subroutine draw_fit(picture, scene, fit, status)
+      !> Open.
+      type(picture_t), intent(inout) :: picture
+      type(scene_t), intent(in) :: scene
+      type(fit_t), intent(inout) :: fit
+      type(status_t), intent(out) :: status
+      type(state_t), allocatable :: states(:)
+      real(wp) :: times(curve_points), height, upper
+      integer :: i, first
+      associate (last => fit%problem%times(size(fit%problem%times)))
+         times = [(last*i/curve_points, i=1, curve_points)]
+      end associate
+      call fit%problem%model%states_at(times, states, status)
+      if (.not. status%ok()) then
+         call picture%discard()
+         return
+      end if
+      height = real(top + bottom + (data_height + residual_height)*size(fit%problem%residuals), wp)
+      call picture%begin(900, nint(height))
+      call picture%put('set lmargin at screen 0.11; set rmargin at screen 0.77; set tics font '',12''')
+      call picture%put('set key at graph 1.02, 1 left top Left reverse samplen 1.5 font '',12'' noenhanced')
+      call picture%put('set format y ''%.6g''; set xrange ['//range_text(times(curve_points))//']')
+      call picture%put('set multiplot title '//gnuplot_quoted(scene%title)//' noenhanced')
+      upper = 1 - (top + 20)/height
+      first = 1
+      do i = 1, size(fit%problem%residuals)
+         call draw_data(picture, fit, i, first, times, states, upper, height)
+         upper = upper - data_height/height
+         if (i == size(fit%problem%residuals)) call picture%put('set xlabel ''t (s)''; set format x ''%g''')
+         call draw_residuals(picture, fit%problem%residuals(i)%measurement, fit%result%residuals(first:), upper, height)
+         upper = upper - residual_height/height
+         first = first + size(fit%problem%residuals(i)%measurement%times)*fit%problem%residuals(i)%measurement%width()
+      end do
+      call picture%put('unset multiplot')
+      call picture%draw(status)
+   end subroutine draw_fit
+
+   !> The extent of the time axis.
+   pure function range_text(last) result(text)
+      real(wp), intent(in) :: last
+      character(len=:), allocatable :: text
+      text = rounded_text(min(0.0_wp, last), 9)//':'//rounded_text(max(0.0_wp, last), 9)
+   end function range_text
+
+   !> Begins a panel.
+   subroutine begin_panel(picture, label, values, upper, panel, height)
+      type(picture_t), intent(inout) :: picture
+      character(len=*), intent(in) :: label
+      !> What it shows.
+      real(wp), intent(in) :: values(:, :)
+      !> Its upper end, from 0 to 1; its height and that of the picture.
+      real(wp), intent(in) :: upper
+      integer, intent(in) :: panel
+      real(wp), intent(in) :: height
+      call picture%put('set tmargin at screen '//rounded_text(upper, 4)//'; set bmargin at screen '// &
+                       rounded_text(upper - (panel - gap)/height, 4))
+      call picture%put('set ytics '//rounded_text(tick(values), 2))
+      call picture%put('set label 1 '//gnuplot_quoted(label)//' at graph 0, 1 left offset 0, 0.7 noenhanced')
+   end subroutine begin_panel
+
+   !> Data as points, the model as lines.
+   subroutine draw_data(picture, fit, i, first, times, states, upper, height)
+      type(picture_t), intent(inout) :: picture
+      type(fit_t), intent(inout) :: fit
+      !> Which measurement; the first of its residuals.
+      integer, intent(in) :: i, first
+      real(wp), intent(in) :: times(:), upper, height
+      type(state_t), intent(in) :: states(:)
+      real(wp), allocatable :: curves(:, :), points(:, :)
+      character(len=:), allocatable :: plot
+      integer :: c, n
+      associate (problem => fit%problem)
+         associate (measurement => problem%residuals(i)%measurement)
+            n = min(size(measurement%columns), most_columns)
+            call find_curves(fit, i, states, curves)
+            points = measurement%rows
+            if (measurement%kind == ATTITUDES) call choose_signs(times, curves, measurement%times, points)
+            do c = 1, n
+               call add_block(picture, 'm', c, times, curves(c, :), turn_of(measurement, c))
+               call add_block(picture, 'd', c, measurement%times, points(c, :), 0.0_wp)
+            end do
+            call begin_panel(picture, printable_path(measurement%file)//', and the model', points(:n, :), upper, &
+                             data_height, height)
+            call picture%put('set format x ''''')
+            plot = ''
+            do c = 1, n
+               if (c > 1) plot = plot//', '
+               plot = plot//'$d'//digit(c)//' using 1:2 with points pointtype 7 pointsize '//point_size(measurement)// &
+                      ' linecolor rgb '''//colours(c)//''' notitle, $m'//digit(c)// &
+                      ' using 1:2 with lines linewidth 1.2 linecolor rgb '''//colours(c)//''' title '// &
+                      gnuplot_quoted(trim(measurement%columns(c)))
+            end do
+            call picture%put('plot '//plot)
+         end associate
+      end associate
+   end subroutine draw_data
+
+   !> The columns of the model at the times of the curve, their biases added; shape (columns, times).
+   subroutine find_curves(fit, i, states, curves)
+      type(fit_t), intent(inout) :: fit
+      integer, intent(in) :: i
+      type(state_t), intent(in) :: states(:)
+      real(wp), allocatable, intent(out) :: curves(:, :)
+      integer :: k, bias
+      bias = fit%problem%n_free
+      do k = 1, i - 1
+         if (fit%problem%residuals(k)%measurement%has_bias) bias = bias + fit%problem%residuals(k)%measurement%width()
+      end do
+      associate (residuals => fit%problem%residuals(i))
+         allocate (curves(size(residuals%measurement%columns), size(states)))
+         do k = 1, size(states)
+            curves(:, k) = residuals%model(fit%problem%model%scene%system, states(k))
+            if (residuals%measurement%has_bias) curves(:, k) = curves(:, k) + fit%result%x(bias + 1:bias + &
+               size(curves, 1))
+         end do
+      end associate
+   end subroutine find_curves
+
+   !> Of the two quaternions of each attitude, that which is near to the curve.
+   pure subroutine choose_signs(times, curves, measured_times, points)
+      real(wp), intent(in) :: times(:), curves(:, :), measured_times(:)
+      real(wp), intent(inout) :: points(:, :)
+      integer :: k, near
+      do k = 1, size(points, 2)
+         near = minloc(abs(times - measured_times(k)), dim=1)
+         if (dot_product(points(:, k), curves(:, near)) < 0.0_wp) points(:, k) = -points(:, k)
+      end do
+   end subroutine choose_signs
+
+   !> A whole turn of a column that is known but for such; else 0.
+   pure real(wp) function turn_of(measurement, c)
+      type(measurement_t), intent(in) :: measurement
+      integer, intent(in) :: c
+      turn_of = 0.0_wp
+      if (allocated(measurement%turns)) turn_of = measurement%turns(c)
+   end function turn_of
+
+   !> Size of the points: small where there are many.
+   pure function point_size(measurement) result(text)
+      type(measurement_t), intent(in) :: measurement
+      character(len=:), allocatable :: text
+      text = trim(merge('0.2', '0.8', size(measurement%times) > 150))
+   end function point_size
+
+   pure function digit(c)
+      integer, intent(in) :: c
+      character(len=:), allocatable :: digit
+      digit = count_text(int(c, long))
+   end function digit
+
+   !> Residuals as points.
+   subroutine draw_residuals(picture, measurement, residuals, upper, height)
+      type(picture_t), intent(inout) :: picture
+      type(measurement_t), intent(in) :: measurement
+      !> From the first of the measurement on.
+      real(wp), intent(in) :: residuals(:)
+      real(wp), intent(in) :: upper, height
+      character(len=:), allocatable :: plot, name
+      integer :: c, width
+      width = measurement%width()
+      plot = ''
+      do c = 1, min(width, most_columns)
+         call add_block(picture, 'r', c, measurement%times, residuals(c:width*size(measurement%times):width), 0.0_wp)
+         name = trim(measurement%columns(c))
+         if (measurement%kind == ATTITUDES) name = 'rotation '//digit(c)
+         if (c > 1) plot = plot//', '
+         plot = plot//'$r'//digit(c)//' using 1:2 with points pointtype 7 pointsize '//point_size(measurement)// &
+                ' linecolor rgb '''//colours(c)//''' title '//gnuplot_quoted(name)
+      end do
+      call begin_panel(picture, 'residuals (standard deviations)', reshape(residuals(:width*size(measurement%times)), &
+                       [width, size(measurement%times)]), upper, residual_height, height)
+      call picture%put('plot '//plot)
+   end subroutine draw_residuals
+
+   !> Adds a block of data. A line is broken where an angle goes over to the other end of its range.
+   subroutine add_block(picture, name, c, times, values, turn)
+      type(picture_t), intent(inout) :: picture
+      !> Its name, with the number of the column behind it.
+      character(len=*), intent(in) :: name
+      integer, intent(in) :: c
+      real(wp), intent(in) :: times(:), values(:)
+      real(wp), intent(in) :: turn
+      integer :: k
+      call picture%put('$'//name//digit(c)//' << EOD')
+      do k = 1, size(times)
+         if (k > 1 .and. turn > 0.0_wp) then
+            if (abs(values(k) - values(max(k - 1, 1))) > 0.5_wp*turn) call picture%put('')
+         end if
+         call picture%put(rounded_text(times(k), 9)//' '//rounded_text(values(k), 7))
+      end do
+      call picture%put('EOD')
+   end subroutine add_block
+
+end module nutate_fit_plot

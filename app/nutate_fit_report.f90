@@ -1,0 +1,187 @@
+!> What a fit came to, for people.
+module nutate_fit_report
+   use nutate_attitude, only: rotation_vector_from_quat
+   use nutate_console, only: count_text, page_t, plural, vector_text
+   use nutate_decimal, only: rounded_text
+   use nutate_fit, only: fit_t
+   use nutate_kinds, only: wp, long
+   use nutate_least_squares, only: UNKNOWN_BELOW, WEAK_BELOW
+   use nutate_quaternion, only: quat_conjugate, quat_product
+   use nutate_table, only: table_t
+   implicit none
+   private
+
+   public :: add_fit, value_with_error
+
+   !> Correlations that are told; shares of a direction that are left out.
+   real(wp), parameter :: strong = 0.95_wp, negligible = 1e-3_wp
+
+contains
+
+   !> Adds values with standard errors, the quality of the fit, and what the data do not determine.
+   subroutine add_fit(page, fit)
+      type(page_t), intent(inout) :: page
+      type(fit_t), intent(in) :: fit
+      type(table_t) :: table
+      associate (result => fit%result)
+         call page%item('data', plural(int(fit%problem%measured_in_arc(), long), 'residual')//' in '// &
+                        plural(size(fit%problem%residuals, kind=long), 'measurement')//', '// &
+                        plural(size(fit%problem%names, kind=long), 'parameter'))
+         call page%item('fit', plural(int(result%iterations, long), 'iteration')//' from start '// &
+                        count_text(int(fit%best, long))//' of '//count_text(int(fit%starts, long)))
+         call page%item('chi-squared', chi_text(fit))
+         call add_values(fit, table)
+         call page%line('')
+         call page%line(table%text())
+         call page%line('')
+         if (fit%problem%model%plan%has_attitude) call page%item('attitude', 'quaternion '// &
+                                                                vector_text(fit%problem%model%plan%attitude, 9))
+         if (fit%problem%model%scene%system%body%breaks_triangle) &
+            call page%item('body', 'a moment exceeds the sum of the other two: no rigid body has these')
+         call add_correlations(page, fit)
+         call add_directions(page, fit)
+      end associate
+   end subroutine add_fit
+
+   !> χ², and what it says about the standard deviations.
+   function chi_text(fit) result(text)
+      type(fit_t), intent(in) :: fit
+      character(len=:), allocatable :: text
+      associate (result => fit%result)
+         text = rounded_text(result%chi_squared, 8)//' for '// &
+                plural(int(result%degrees_of_freedom, long), 'degree')//' of freedom'
+         if (result%degrees_of_freedom < 1) return
+         if (fit%sigma_is_known) then
+            text = text//': '//rounded_text(result%chi_squared/result%degrees_of_freedom, 3)//' per degree'
+         else
+            text = text//': sigma '//rounded_text(sqrt(result%chi_squared/result%degrees_of_freedom), 3)// &
+               ' from the residuals'
+         end if
+      end associate
+   end function chi_text
+
+   !> Adds a row for each parameter. The attitude is the rotation vector from that of the scene.
+   subroutine add_values(fit, table)
+      type(fit_t), intent(in) :: fit
+      type(table_t), intent(inout) :: table
+      real(wp) :: errors(size(fit%problem%names)), values(size(fit%problem%names)), turn(3)
+      integer :: i
+      associate (problem => fit%problem, result => fit%result, plan => fit%problem%model%plan)
+         errors = result%standard_errors()
+         values = result%x
+         turn = rotation_vector_from_quat(quat_product(quat_conjugate(problem%known_attitude), &
+            plan%attitude))/plan%angle_unit
+         do i = 1, problem%n_free
+            if (plan%free(i)%component > 0) values(i) = turn(plan%free(i)%component)
+         end do
+         table%indent = 2
+         call table%add_column('parameter')
+         call table%add_column('value')
+         call table%add_column('')
+         do i = 1, size(values)
+            call table%add_row()
+            call table%put(problem%names(i))
+            if (result%at_bound(i)) then
+               call table%put(rounded_text(values(i)))
+               call table%put('at its bound')
+            else if (result%unidentified(i)) then
+               call table%put(rounded_text(values(i)))
+               call table%put('not identifiable')
+            else
+               call table%put(value_with_error(values(i), errors(i)))
+               call table%put('')
+            end if
+         end do
+      end associate
+   end subroutine add_values
+
+   !> Returns a number and its standard error, both to two digits of the error: `2.978 ± 0.214` has three.
+   pure function value_with_error(value, error) result(text)
+      real(wp), intent(in) :: value
+      !> Above 0.
+      real(wp), intent(in) :: error
+      character(len=:), allocatable :: text
+      character(len=8) :: power
+      integer :: exponent, decimals
+      exponent = floor(log10(max(abs(value), error)))
+      decimals = max(0, exponent + 1 - floor(log10(error)))
+      if (exponent >= -3 .and. exponent < 6) then
+         decimals = max(0, decimals - exponent)
+         text = fixed(value, decimals)//' ± '//fixed(error, decimals)
+      else
+         write (power, '(i0)') exponent
+         text = '('//fixed(value*10.0_wp**(-exponent), decimals)//' ± '//fixed(error*10.0_wp**(-exponent), decimals)// &
+                ')E'//trim(power)
+      end if
+   end function value_with_error
+
+   !> A number with so many decimals.
+   pure function fixed(number, decimals) result(text)
+      real(wp), intent(in) :: number
+      integer, intent(in) :: decimals
+      character(len=:), allocatable :: text
+      character(len=48) :: digits
+      character(len=12) :: form
+      write (form, '("(f48.",i0,")")') min(decimals, 17)
+      write (digits, form) number
+      text = trim(adjustl(digits))
+      if (decimals == 0) text = text(:len(text) - 1)
+   end function fixed
+
+   !> Adds pairs of parameters with a strong correlation.
+   subroutine add_correlations(page, fit)
+      type(page_t), intent(inout) :: page
+      type(fit_t), intent(in) :: fit
+      real(wp) :: errors(size(fit%problem%names)), correlation
+      character(len=:), allocatable :: label
+      integer :: i, k
+      errors = fit%result%standard_errors()
+      label = 'correlation'
+      do i = 1, size(errors)
+         do k = i + 1, size(errors)
+            if (.not. (errors(i) > 0.0_wp .and. errors(k) > 0.0_wp)) cycle
+            correlation = fit%result%covariance(i, k)/(errors(i)*errors(k))
+            if (abs(correlation) <= strong) cycle
+            call page%item(label, trim(fit%problem%names(i))//', '//trim(fit%problem%names(k))//': '// &
+                           rounded_text(correlation, 4))
+            label = ''
+         end do
+      end do
+   end subroutine add_correlations
+
+   !> Adds the directions that the data do not determine, or only weakly.
+   subroutine add_directions(page, fit)
+      type(page_t), intent(inout) :: page
+      type(fit_t), intent(in) :: fit
+      integer :: i
+      do i = size(fit%result%singular_values), 1, -1
+         if (fit%result%singular_values(i) <= UNKNOWN_BELOW) then
+            call page%item('not identifiable', direction_text(fit, i))
+         else if (fit%result%singular_values(i) <= WEAK_BELOW) then
+            call page%item('weak', direction_text(fit, i))
+         end if
+      end do
+   end subroutine add_directions
+
+   !> A direction by the names of what changes: relative changes of numbers, absolute ones where a number is zero.
+   function direction_text(fit, i) result(text)
+      type(fit_t), intent(in) :: fit
+      integer, intent(in) :: i
+      character(len=:), allocatable :: text
+      real(wp) :: change(size(fit%problem%names))
+      integer :: k
+      change = fit%result%directions(:, i)
+      do k = 1, size(change)
+         if (abs(fit%result%x(k)) > 0.0_wp) change(k) = change(k)/abs(fit%result%x(k))
+      end do
+      change = change/change(maxloc(abs(change), dim=1))
+      text = ''
+      do k = 1, size(change)
+         if (abs(change(k)) < negligible) cycle
+         if (text /= '') text = text//', '
+         text = text//trim(fit%problem%names(k))//' '//rounded_text(change(k), 3)
+      end do
+      text = text//' (changes together, relative to the values)'
+   end function direction_text
+
+end module nutate_fit_report

@@ -1,0 +1,205 @@
+!> Fits a scene to measurements: from several starts, along arcs of the data that grow, to the least sum of squares.
+module nutate_fit
+   use nutate_fit_problem, only: fit_problem_t
+   use nutate_fit_starts, only: collect_starts, start_t
+   use nutate_hamiltonian, only: angular_velocity
+   use nutate_kinds, only: wp
+   use nutate_least_squares, only: least_squares_result_t, least_squares_settings_t, minimize
+   use nutate_scene, only: scene_t
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_IO, NUTATE_STOPPED
+   implicit none
+   private
+
+   public :: fit_t, fit_scene
+
+   !> A fitted scene.
+   type :: fit_t
+      !> At the solution.
+      type(fit_problem_t) :: problem
+      type(least_squares_result_t) :: result
+      !> Starts that were tried, and of these the one that led to the solution.
+      integer :: starts = 0, best = 0
+      logical :: sigma_is_known = .true.
+   end type fit_t
+
+   !> Turn of the body in the first arc, rad; residuals in it for each parameter.
+   real(wp), parameter :: first_turn = 1.5_wp
+   integer, parameter :: residuals_per_parameter = 2
+   !> Weak knowledge of moments on short arcs, beside their values at the start of the arc.
+   real(wp), parameter :: weak_share = 0.5_wp
+   !> Arcs beside the whole from which on biases are free: on short ones they take the place of any motion.
+   real(wp), parameter :: free_biases = 0.1_wp
+   !> Standard deviations of χ² that noise may explain.
+   real(wp), parameter :: deviations = 5.0_wp
+   !> Starts that go on from the first arc.
+   integer, parameter :: most_kept = 4
+   !> Iterations on an arc that is not the last, and how near to the minimum they go, in standard errors.
+   integer, parameter :: iterations_of_arc = 30
+   real(wp), parameter :: tolerance_of_arc = 1e-3_wp
+
+contains
+
+   !> Fits the free numbers of a scene to its measurements.
+   !>
+   !> Errors: `NUTATE_BAD_ARGUMENT` for a scene that has nothing to fit or whose motion has no derivative, and for fewer
+   !> measurements than parameters; `NUTATE_NOT_CONVERGED`: the fit is then the best found; those of the runs.
+   subroutine fit_scene(scene, fit, status)
+      type(scene_t), intent(in) :: scene
+      type(fit_t), intent(out) :: fit
+      type(status_t), intent(out) :: status
+      type(start_t), allocatable :: starts(:)
+      type(status_t) :: outcome
+      type(least_squares_result_t) :: result
+      real(wp) :: attitude(4)
+      integer, allocatable :: kept(:)
+      integer :: i
+      if (.not. scene%fit%active()) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'there is nothing to fit (expected &free and &measurement)')
+         return
+      end if
+      call fit%problem%prepare(scene, status)
+      if (.not. status%ok()) return
+      fit%sigma_is_known = all(scene%fit%measurements%sigma_is_known)
+      if (fit%problem%measured_in_arc() < size(fit%problem%names)) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'there are fewer measurements than free numbers')
+         return
+      end if
+      call collect_starts(fit%problem, scene, starts)
+      fit%starts = size(starts)
+      call choose_starts(fit, starts, kept, status)
+      if (.not. status%ok()) return
+      do i = 1, size(kept)
+         call grow(fit, starts(kept(i)), result, outcome)
+         if (outcome%code == NUTATE_STOPPED .or. outcome%code == NUTATE_IO .or. i == 1) status = outcome
+         if (.not. allocated(result%x)) cycle
+         if (fit%best > 0) then
+            if (result%chi_squared >= fit%result%chi_squared) cycle
+         end if
+         fit%best = kept(i)
+         fit%result = result
+         attitude = starts(kept(i))%attitude
+         status = outcome
+         if (fit%sigma_is_known .and. is_noise(result)) exit
+      end do
+      if (fit%best == 0) return
+      ! The system of the solution.
+      fit%problem%model%plan%attitude = attitude
+      call fit%problem%model%set_values(fit%result%x(:fit%problem%n_free), outcome)
+   end subroutine fit_scene
+
+   !> True where the residuals are what noise alone gives.
+   pure logical function is_noise(result)
+      type(least_squares_result_t), intent(in) :: result
+      real(wp) :: freedom
+      freedom = real(max(1, result%degrees_of_freedom), wp)
+      is_noise = result%converged .and. result%chi_squared <= freedom + deviations*sqrt(2*freedom)
+   end function is_noise
+
+   !> The starts that are worth going on with: of many the best on the first arc.
+   subroutine choose_starts(fit, starts, kept, status)
+      type(fit_t), intent(inout) :: fit
+      type(start_t), intent(inout) :: starts(:)
+      integer, allocatable, intent(out) :: kept(:)
+      type(status_t), intent(out) :: status
+      type(least_squares_result_t) :: result
+      logical :: waits(size(starts))
+      integer :: i
+      kept = [(i, i=1, size(starts))]
+      if (size(starts) <= most_kept) return
+      do i = 1, size(starts)
+         call fit_arc(fit, starts(i), first_arc(fit, starts(i)), .false., .true., result, status)
+         if (status%code == NUTATE_STOPPED .or. status%code == NUTATE_IO) return
+      end do
+      status = status_t()
+      waits = .true.
+      kept = [integer ::]
+      do while (size(kept) < most_kept)
+         i = minloc(starts%chi_squared, dim=1, mask=waits)
+         waits(i) = .false.
+         kept = [kept, i]
+      end do
+   end subroutine choose_starts
+
+   !> Fits arcs that grow, up to the whole of the data. Errors: those of `minimize`.
+   subroutine grow(fit, start, result, status)
+      type(fit_t), intent(inout) :: fit
+      type(start_t), intent(inout) :: start
+      type(least_squares_result_t), intent(out) :: result
+      type(status_t), intent(out) :: status
+      real(wp) :: length, whole
+      call fit%problem%set_arc(huge(1.0_wp))
+      whole = abs(fit%problem%times(size(fit%problem%times)))
+      length = first_arc(fit, start)
+      do while (length < whole)
+         call fit_arc(fit, start, length, .false., length < free_biases*whole, result, status)
+         if (status%code == NUTATE_STOPPED .or. status%code == NUTATE_IO) return
+         length = 2*length
+      end do
+      call fit_arc(fit, start, huge(1.0_wp), .true., .false., result, status)
+   end subroutine grow
+
+   !> Length of the first arc, s.
+   real(wp) function first_arc(fit, start) result(length)
+      type(fit_t), intent(inout) :: fit
+      type(start_t), intent(in) :: start
+      type(status_t) :: status
+      real(wp) :: rate
+      integer :: i
+      length = huge(length)
+      if (.not. fit%problem%model%plan%grows) return
+      associate (problem => fit%problem)
+         call problem%set_arc(huge(1.0_wp))
+         problem%model%plan%attitude = start%attitude
+         call problem%model%set_values(start%x(:problem%n_free), status)
+         if (.not. status%ok()) return
+         rate = norm2(angular_velocity(problem%model%scene%system, problem%model%scene%initial))
+         if (rate*abs(problem%times(size(problem%times))) > first_turn) length = first_turn/rate
+         associate (times => abs(problem%times))
+            do i = 1, size(times)
+               if (times(i) < length) cycle
+               call problem%set_arc(times(i))
+               if (problem%measured_in_arc() >= residuals_per_parameter*size(problem%names)) exit
+            end do
+            length = times(min(i, size(times)))
+         end associate
+      end associate
+   end function first_arc
+
+   !> Fits one arc from a start, which moves to what comes of it. Errors: those of `minimize`.
+   subroutine fit_arc(fit, start, length, is_last, holds_biases, result, status)
+      type(fit_t), intent(inout) :: fit
+      type(start_t), intent(inout) :: start
+      !> s.
+      real(wp), intent(in) :: length
+      !> The whole of the data, to the minimum.
+      logical, intent(in) :: is_last
+      !> Biases stay 0.
+      logical, intent(in) :: holds_biases
+      type(least_squares_result_t), intent(out) :: result
+      type(status_t), intent(out) :: status
+      type(least_squares_settings_t) :: settings
+      integer :: i
+      settings%sigma_is_known = fit%sigma_is_known
+      associate (problem => fit%problem)
+         problem%weak_sigma = 0.0_wp
+         problem%low(problem%n_free + 1:) = merge(0.0_wp, -huge(1.0_wp), holds_biases)
+         problem%high(problem%n_free + 1:) = merge(0.0_wp, huge(1.0_wp), holds_biases)
+         if (.not. is_last) then
+            settings%most_iterations = iterations_of_arc
+            settings%tolerance = tolerance_of_arc
+            problem%weak_values = start%x
+            do i = 1, problem%n_free
+               if (index(problem%names(i), 'body.inertia.') == 1) problem%weak_sigma(i) = weak_share*abs(start%x(i))
+            end do
+         end if
+         call problem%set_arc(length)
+         problem%model%plan%attitude = start%attitude
+         call minimize(problem, start%x, result, status, settings)
+         if (.not. allocated(result%x)) return
+         start%x = result%x
+         start%attitude = problem%model%plan%attitude
+         start%chi_squared = result%chi_squared
+      end associate
+   end subroutine fit_arc
+
+end module nutate_fit

@@ -1,0 +1,440 @@
+!> A scene as a function of its free numbers: the motion at given times, and its derivative by each of them.
+module nutate_fit_model
+   use nutate_attitude, only: quat_from_rotation_vector
+   use nutate_column, only: column_t
+   use nutate_control, only: needs_control
+   use nutate_fit_columns, only: add_key, add_scene, places, weights
+   use nutate_fit_plan, only: fit_plan_t
+   use nutate_hamiltonian, only: body_momentum
+   use nutate_keys, only: group_t, setting_t, KEY_LOGICAL
+   use nutate_kinds, only: wp
+   use nutate_observer, only: observer_t, run_record_t
+   use nutate_quaternion, only: quat_normalized, quat_product
+   use nutate_run, only: run_t
+   use nutate_run_plan, only: run_plan_t
+   use nutate_scene, only: changed_part, rebuild_scene, scene_t
+   use nutate_scene_error, only: scene_error_t
+   use nutate_state, only: state_t
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_SCENE, NUTATE_STOPPED
+   use nutate_system, only: system_t
+   implicit none
+   private
+
+   public :: fit_model_t, motion_at_t, moved_state
+
+   !> The motion at given times.
+   type :: motion_at_t
+      !> Shape (times).
+      type(state_t), allocatable :: states(:)
+      !> The derivative of each state by each free number: rotation vector and momentum in body axes, and the momenta of
+      !> wheels. Shape (6 + wheels, free numbers, times).
+      real(wp), allocatable :: columns(:, :, :)
+   end type motion_at_t
+
+   !> A scene with free numbers.
+   type :: fit_model_t
+      !> That of the present numbers; without its fit.
+      type(scene_t) :: scene
+      type(fit_plan_t) :: plan
+      !> Present value of each free number; components of an attitude are 0. Shape (free numbers).
+      real(wp), allocatable :: values(:)
+      !> The system depends on it; shape (free numbers).
+      logical, allocatable :: changes_system(:)
+      !> For each free number by which the system depends on it, the system at the places of the stencil.
+      type(system_t), allocatable :: systems(:, :)
+      !> Steps of the stencil; shape (free numbers).
+      real(wp), allocatable :: steps(:)
+      !> What is built again for each change of the numbers.
+      integer, private :: part = 0
+   contains
+      !> Prepares for a scene with a fit.
+      procedure :: prepare
+      !> Sets the free numbers, and builds the scene with them.
+      procedure :: set_values
+      !> Makes the present attitude that from which rotation vectors count.
+      procedure :: turn_attitude
+      !> The groups of the scene with the present numbers.
+      procedure :: present_groups
+      !> The attitude that a rotation vector leads to.
+      procedure :: attitude_at
+      !> Builds the systems at the places of the stencil.
+      procedure :: build_systems
+      !> Runs the scene with its derivatives.
+      procedure :: run
+      !> The states at given times, without derivatives.
+      procedure :: states_at
+   end type fit_model_t
+
+   !> Keeps the states of a run at given times.
+   type, extends(observer_t) :: keeper_t
+      real(wp), allocatable :: times(:)
+      type(state_t), allocatable :: states(:)
+      !> Where they are wanted; shape (6 + wheels, columns, times).
+      real(wp), allocatable :: derivatives(:, :, :)
+      integer :: n = 0
+   contains
+      procedure :: observe => keep_state
+   end type keeper_t
+
+   !> Step beside the number, or beside 1 for what has no size of its own.
+   real(wp), parameter :: relative_step = 1e-3_wp
+   !> Beside the largest of several differences: rounding.
+   real(wp), parameter :: negligible = 1e-11_wp
+   character(len=*), parameter :: triangle_key = 'check_triangle'
+   !> Groups of which start and body are differentiated; effects know their own derivatives.
+   character(len=*), parameter :: differentiated(4) = [character(len=24) :: 'initial', 'body', 'rotor', &
+      'rotating_frame']
+
+contains
+
+   !> Prepares for a scene with a fit. Errors: `NUTATE_BAD_ARGUMENT` for a motion that has no derivative.
+   subroutine prepare(self, scene, status)
+      class(fit_model_t), intent(out) :: self
+      type(scene_t), intent(in) :: scene
+      type(status_t), intent(out) :: status
+      integer :: i
+      call check_smooth(scene, status)
+      if (.not. status%ok()) return
+      self%scene = scene
+      call forget(self%scene%fit)
+      self%plan = scene%fit
+      self%scene%groups = scene%fit%numbers%groups
+      self%scene%integrator%attitude = .true.
+      call choose_method(self%scene)
+      call lift_triangle(self%scene)
+      associate (numbers => scene%fit%numbers, free => scene%fit%free)
+         self%part = changed_part(numbers%groups, [(any(numbers%targets%group == i) .or. &
+                                                    (scene%fit%has_attitude .and. &
+                                                       numbers%groups(i)%name == 'initial'), &
+                                                    i=1, size(numbers%groups))])
+         allocate (self%values(size(free)), source=0.0_wp)
+         allocate (self%changes_system(size(free)), source=.false.)
+         do i = 1, size(free)
+            if (free(i)%target == 0) cycle
+            associate (target => numbers%targets(free(i)%target))
+               self%changes_system(i) = numbers%groups(target%group)%name /= 'initial'
+               self%values(i) = numbers%groups(target%group)%settings(target%setting)%values(target%value)%number
+            end associate
+         end do
+         self%steps = [(step_of(self, i), i=1, size(free))]
+      end associate
+   end subroutine prepare
+
+   !> Leaves nothing of a fit.
+   subroutine forget(plan)
+      type(fit_plan_t), intent(out) :: plan
+   end subroutine forget
+
+   !> Errors: `NUTATE_BAD_ARGUMENT` for events that switch effects, and for controllers that sample or have limits: what
+   !> they do has no derivative here.
+   subroutine check_smooth(scene, status)
+      type(scene_t), intent(in) :: scene
+      type(status_t), intent(out) :: status
+      integer :: i
+      do i = 1, scene%events%count()
+         if (scene%events%slots(i)%item%action == 0) cycle
+         status = fail(NUTATE_BAD_ARGUMENT, 'a fit does not support events that switch effects (expected no switch)')
+         return
+      end do
+      if (needs_control(scene%system%effects)) &
+         status = fail(NUTATE_BAD_ARGUMENT, 'a fit supports neither limits nor samples (expected no speed_limit in '// &
+                       '&wheel, no sample and no limits in &controller)')
+   end subroutine check_smooth
+
+   !> Where the scene leaves the method open, takes one that has tangent columns.
+   subroutine choose_method(scene)
+      type(scene_t), intent(inout) :: scene
+      associate (settings => scene%integrator)
+         if (all(settings%method /= [character(len=24) :: '', 'auto'])) return
+         settings%method = 'nielsen_krenk'
+         if (settings%order == 0 .and. scene%plan%goal%active()) settings%order = 8
+         if (settings%formulation == '') settings%formulation = 'reduced'
+      end associate
+   end subroutine choose_method
+
+   !> The step by which a number is changed where the scene is differentiated.
+   pure real(wp) function step_of(self, i) result(step)
+      class(fit_model_t), intent(in) :: self
+      integer, intent(in) :: i
+      step = relative_step/self%plan%angle_unit
+      if (self%plan%free(i)%target == 0) return
+      associate (target => self%plan%numbers%targets(self%plan%free(i)%target))
+         associate (values => self%plan%numbers%groups(target%group)%settings(target%setting)%values)
+            step = relative_step*maxval(abs(values%number))
+         end associate
+      end associate
+      if (step <= 0.0_wp) step = relative_step
+   end function step_of
+
+   !> Sets the free numbers, and builds the scene with them. Errors: what the scene rejects, `NUTATE_BAD_SCENE` or the
+   !> code that says more.
+   subroutine set_values(self, values, status)
+      class(fit_model_t), intent(inout) :: self
+      !> Rotation vectors count from the present attitude; shape (free numbers).
+      real(wp), intent(in) :: values(:)
+      type(status_t), intent(out) :: status
+      self%values = values
+      call put_values(self, self%attitude_at(turn_of(self, values)), values, self%scene, status)
+   end subroutine set_values
+
+   !> Builds a scene with given numbers.
+   subroutine put_values(self, attitude, values, scene, status)
+      class(fit_model_t), intent(in) :: self
+      !> Where it is free.
+      real(wp), intent(in) :: attitude(4)
+      !> Those of the attitude do not count; shape (free numbers).
+      real(wp), intent(in) :: values(:)
+      type(scene_t), intent(inout) :: scene
+      type(status_t), intent(out) :: status
+      type(scene_error_t) :: error
+      character(len=:), allocatable :: fault
+      integer :: i, k
+      do i = 1, size(values)
+         if (self%plan%free(i)%component > 0) cycle
+         associate (target => self%plan%numbers%targets(self%plan%free(i)%target))
+            scene%groups(target%group)%settings(target%setting)%values(target%value)%number = values(i)
+            fault = target%key%fault(values(i))
+            if (fault /= '') call error%raise(0, trim(target%name)//' '//fault)
+         end associate
+      end do
+      if (self%plan%has_attitude) then
+         i = findloc(scene%groups%name == 'initial', .true., dim=1)
+         k = findloc(scene%groups(i)%settings%name == 'quaternion', .true., dim=1)
+         scene%groups(i)%settings(k)%values%number = attitude
+      end if
+      if (.not. error%raised) call rebuild_scene(scene, self%part, error)
+      scene%integrator%attitude = .true.
+      if (.not. error%raised) return
+      if (error%code == NUTATE_BAD_ARGUMENT) error%code = NUTATE_BAD_SCENE
+      status = fail(error%code, error%text)
+   end subroutine put_values
+
+   !> The rotation vector among the numbers, rad; shape (3).
+   pure function turn_of(self, values) result(turn)
+      class(fit_model_t), intent(in) :: self
+      real(wp), intent(in) :: values(:)
+      real(wp) :: turn(3)
+      integer :: i
+      turn = 0.0_wp
+      do i = 1, size(self%plan%free)
+         if (self%plan%free(i)%component > 0) turn(self%plan%free(i)%component) = self%plan%angle_unit*values(i)
+      end do
+   end function turn_of
+
+   !> The attitude that a rotation vector leads to, as the scene gives it; shape (4).
+   pure function attitude_at(self, turn) result(q)
+      class(fit_model_t), intent(in) :: self
+      !> Body axes, rad.
+      real(wp), intent(in) :: turn(3)
+      real(wp) :: q(4)
+      q = quat_normalized(quat_product(self%plan%attitude, quat_from_rotation_vector(turn)))
+   end function attitude_at
+
+   !> Makes the present attitude that from which rotation vectors count.
+   subroutine turn_attitude(self, values)
+      class(fit_model_t), intent(inout) :: self
+      !> Shape (free numbers); the components of the attitude become 0.
+      real(wp), intent(inout) :: values(:)
+      self%plan%attitude = self%attitude_at(turn_of(self, values))
+      where (self%plan%free%component > 0) values = 0.0_wp
+      self%values = values
+   end subroutine turn_attitude
+
+   !> Builds the scene at a place of the stencil of a number; a turn goes on from the present attitude. The moments of a
+   !> plate may break the triangle inequality there.
+   subroutine build_beside(self, i, place, scene, status)
+      class(fit_model_t), intent(in) :: self
+      integer, intent(in) :: i, place
+      type(scene_t), intent(inout) :: scene
+      type(status_t), intent(out) :: status
+      real(wp) :: values(size(self%values)), turn(3), q(4)
+      values = self%values
+      values(i) = values(i) + place*self%steps(i)
+      q = self%attitude_at(turn_of(self, self%values))
+      turn = 0.0_wp
+      if (self%plan%free(i)%component > 0) then
+         turn(self%plan%free(i)%component) = self%plan%angle_unit*place*self%steps(i)
+         q = quat_normalized(quat_product(q, quat_from_rotation_vector(turn)))
+      end if
+      scene = self%scene
+      call put_values(self, q, values, scene, status)
+   end subroutine build_beside
+
+   !> Lets moments break the triangle inequality.
+   subroutine lift_triangle(scene)
+      type(scene_t), intent(inout) :: scene
+      type(setting_t) :: setting
+      integer :: i
+      i = findloc(scene%groups%name == 'body', .true., dim=1)
+      setting%name = triangle_key
+      setting%kind = KEY_LOGICAL
+      allocate (setting%values(1))
+      scene%groups(i)%settings = [without_triangle(scene%groups(i)), setting]
+   end subroutine lift_triangle
+
+   !> The settings of a body but for whether it may break the triangle inequality.
+   pure function without_triangle(body) result(settings)
+      type(group_t), intent(in) :: body
+      type(setting_t), allocatable :: settings(:)
+      integer :: k
+      settings = pack(body%settings, [(body%settings(k)%name /= triangle_key, k=1, size(body%settings))])
+   end function without_triangle
+
+   !> The groups of the scene with the present numbers, checked as they were.
+   function present_groups(self) result(groups)
+      class(fit_model_t), intent(in) :: self
+      type(group_t), allocatable :: groups(:)
+      integer :: i, k
+      groups = self%scene%groups
+      i = findloc(groups%name == 'body', .true., dim=1)
+      groups(i)%settings = without_triangle(groups(i))
+      associate (given => self%plan%numbers%groups(i)%settings)
+         k = findloc(given%name == triangle_key, .true., dim=1)
+         if (k > 0) groups(i)%settings = [groups(i)%settings, given(k)]
+      end associate
+   end function present_groups
+
+   !> Builds the systems at the places of the stencil. Errors: what the scene rejects.
+   subroutine build_systems(self, status)
+      class(fit_model_t), intent(inout) :: self
+      type(status_t), intent(out) :: status
+      type(scene_t) :: scene
+      integer :: i, k
+      if (allocated(self%systems)) deallocate (self%systems)
+      allocate (self%systems(size(places), size(self%values)))
+      do i = 1, size(self%values)
+         if (.not. self%changes_system(i)) cycle
+         do k = 1, size(places)
+            call build_beside(self, i, places(k), scene, status)
+            if (.not. status%ok()) return
+            self%systems(k, i) = scene%system
+         end do
+      end do
+   end subroutine build_systems
+
+   !> Runs the scene with its derivatives. Errors: those of the run; `NUTATE_BAD_ARGUMENT` for a number by which the
+   !> motion has no derivative.
+   subroutine run(self, times, motion, status)
+      class(fit_model_t), intent(in) :: self
+      !> In the order of the run, s; shape (times).
+      real(wp), intent(in) :: times(:)
+      type(motion_at_t), intent(out) :: motion
+      type(status_t), intent(out) :: status
+      type(column_t), allocatable :: columns(:)
+      call make_columns(self, columns, status)
+      if (status%ok()) call go(self%scene, times, motion%states, status, columns, motion%columns)
+   end subroutine run
+
+   !> The states at given times, without derivatives. Errors: those of the run.
+   subroutine states_at(self, times, states, status)
+      class(fit_model_t), intent(in) :: self
+      !> In the order of the run, s; shape (times).
+      real(wp), intent(in) :: times(:)
+      type(state_t), allocatable, intent(out) :: states(:)
+      type(status_t), intent(out) :: status
+      call go(self%scene, times, states, status)
+   end subroutine states_at
+
+   !> What each free number changes. Errors: `NUTATE_BAD_ARGUMENT` for one by which the motion has no derivative.
+   subroutine make_columns(self, columns, status)
+      class(fit_model_t), intent(in) :: self
+      type(column_t), allocatable, intent(out) :: columns(:)
+      type(status_t), intent(out) :: status
+      type(scene_t) :: scene
+      character(len=24) :: group
+      integer :: i, k
+      allocate (columns(size(self%values)))
+      do i = 1, size(columns)
+         columns(i)%name = self%plan%free(i)%name
+         group = ''
+         if (self%plan%free(i)%target > 0) then
+            associate (target => self%plan%numbers%targets(self%plan%free(i)%target))
+               group = self%scene%groups(target%group)%name
+               if (all(group /= differentiated)) then
+                  call add_key(self%scene, target%group, target%key%name, target%value, &
+                               size(self%scene%groups(target%group)%settings(target%setting)%values), target%name, &
+                               columns(i), status)
+                  if (.not. status%ok()) return
+                  cycle
+               end if
+            end associate
+         end if
+         do k = 1, size(places)
+            call build_beside(self, i, places(k), scene, status)
+            if (.not. status%ok()) return
+            call add_scene(group, self%scene, scene, weights(k)/self%steps(i), columns(i))
+         end do
+         call drop_rounding(columns(i)%inertia)
+      end do
+   end subroutine make_columns
+
+   !> Sets to zero what rounding has left of zeros.
+   pure subroutine drop_rounding(matrix)
+      real(wp), intent(inout) :: matrix(:, :)
+      where (abs(matrix) < negligible*maxval(abs(matrix))) matrix = 0.0_wp
+   end subroutine drop_rounding
+
+   !> Runs a scene and keeps the states at given times, and their derivatives.
+   subroutine go(scene, times, states, status, columns, derivatives)
+      type(scene_t), intent(in) :: scene
+      real(wp), intent(in) :: times(:)
+      type(state_t), allocatable, intent(out) :: states(:)
+      type(status_t), intent(out) :: status
+      type(column_t), intent(in), optional :: columns(:)
+      !> Shape (6 + wheels, columns, times).
+      real(wp), allocatable, intent(out), optional :: derivatives(:, :, :)
+      type(keeper_t) :: keeper
+      type(run_plan_t) :: plan
+      type(run_t) :: run
+      plan = scene%plan
+      plan%times = times
+      plan%end_time = times(size(times))
+      ! Columns begin with the state.
+      if (.not. abs(plan%end_time) > 0.0_wp) plan%end_time = scene%plan%end_time
+      allocate (keeper%states(size(times)))
+      keeper%times = times
+      if (present(columns)) then
+         keeper%wants_tangent = .true.
+         allocate (keeper%derivatives(6 + scene%system%effects%n_wheels, size(columns), size(times)))
+      end if
+      call run%begin(scene%system, scene%integrator, scene%initial, plan, status)
+      if (status%ok() .and. present(columns)) call run%differentiate(columns, scene%system, status)
+      if (status%ok()) call run%run_to_end(scene%system, status, keeper)
+      if (status%ok() .and. keeper%n < size(times)) &
+         status = fail(NUTATE_STOPPED, 'the run ended before the last measurement')
+      call move_alloc(keeper%states, states)
+      if (present(derivatives)) call move_alloc(keeper%derivatives, derivatives)
+   end subroutine go
+
+   !> Keeps a state that is due.
+   subroutine keep_state(self, system, state, record, status)
+      class(keeper_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      type(run_record_t), intent(in) :: record
+      type(status_t), intent(out) :: status
+      if (self%n >= size(self%times)) return
+      if (abs(state%t - self%times(self%n + 1)) > 0.0_wp) return
+      self%n = self%n + 1
+      self%states(self%n) = state
+      if (.not. allocated(self%derivatives)) return
+      self%derivatives(1:3, :, self%n) = transpose(self%tangent%theta)
+      self%derivatives(4:6, :, self%n) = transpose(self%tangent%momentum)
+      self%derivatives(7:, :, self%n) = transpose(self%tangent%wheels)
+   end subroutine keep_state
+
+   !> The state that is reached by a change of attitude and momenta.
+   pure function moved_state(state, change) result(moved)
+      type(state_t), intent(in) :: state
+      !> Rotation vector and momentum, body axes, and momenta of wheels; shape (6 + wheels).
+      real(wp), intent(in) :: change(:)
+      type(state_t) :: moved
+      real(wp) :: momentum(3)
+      moved = state
+      momentum = body_momentum(state) + change(4:6)
+      moved%q = quat_product(state%q, quat_from_rotation_vector(change(1:3)))
+      moved%p = 2*quat_product(moved%q, [0.0_wp, momentum])
+      moved%wheel_momentum(:size(change) - 6) = moved%wheel_momentum(:size(change) - 6) + change(7:)
+   end function moved_state
+
+end module nutate_fit_model

@@ -1,0 +1,261 @@
+!> The fit of a scene as a problem of least squares: free numbers and biases against measurements and what is known
+!> beforehand.
+module nutate_fit_problem
+   use nutate_attitude, only: rotation_vector_from_quat
+   use nutate_fit_model, only: fit_model_t, motion_at_t
+   use nutate_fit_residuals, only: inverse_right_jacobian, residuals_t
+   use nutate_kinds, only: wp
+   use nutate_least_squares, only: least_squares_problem_t
+   use nutate_quaternion, only: quat_conjugate, quat_product
+   use nutate_robust_loss, only: LINEAR
+   use nutate_scene, only: scene_t
+   use nutate_status, only: status_t
+   implicit none
+   private
+
+   public :: fit_problem_t
+
+   !> A scene and its measurements up to some time.
+   type, extends(least_squares_problem_t) :: fit_problem_t
+      type(fit_model_t) :: model
+      type(residuals_t), allocatable :: residuals(:)
+      !> Free numbers of the scene, then biases; shape (parameters).
+      character(len=80), allocatable :: names(:)
+      integer :: n_free = 0
+      !> The values of the scene, and its attitude: what `sigma` of a free key refers to. Shape (free numbers).
+      real(wp), allocatable :: known_values(:)
+      real(wp) :: known_attitude(4) = 0.0_wp
+      !> Weak knowledge that keeps short arcs near their start, in use where its deviation is above 0; shape
+      !> (parameters).
+      real(wp), allocatable :: weak_values(:), weak_sigma(:)
+      !> Times of the arc, each once, s; place of each row of each measurement among them, 0 beyond the arc.
+      real(wp), allocatable :: times(:)
+      integer, allocatable :: places(:, :)
+   contains
+      !> Prepares for a scene with a fit.
+      procedure :: prepare
+      !> Uses the measurements up to a time.
+      procedure :: set_arc
+      !> Number of residuals of measurements in the arc.
+      procedure :: measured_in_arc
+      procedure :: evaluate
+      procedure :: accept => turn_attitude
+   end type fit_problem_t
+
+contains
+
+   !> Prepares for a scene with a fit. Errors: those of the model.
+   subroutine prepare(self, scene, status)
+      class(fit_problem_t), intent(out) :: self
+      type(scene_t), intent(in) :: scene
+      type(status_t), intent(out) :: status
+      integer :: i, k
+      character(len=12) :: number
+      call self%model%prepare(scene, status)
+      if (.not. status%ok()) return
+      associate (fit => scene%fit)
+         self%n_free = size(fit%free)
+         self%names = fit%free%name
+         self%known_values = self%model%values
+         self%known_attitude = fit%attitude
+         self%low = fit%free%low
+         self%high = fit%free%high
+         allocate (self%residuals(size(fit%measurements)))
+         do i = 1, size(fit%measurements)
+            call self%residuals(i)%prepare(fit%measurements(i), scene%system, &
+               scene%integrator%inverse_auxiliary_inertia, &
+                                           status)
+            if (.not. status%ok()) return
+            if (.not. fit%measurements(i)%has_bias) cycle
+            write (number, '(".",i0)') i
+            if (size(fit%measurements) == 1) number = ''
+            self%names = [self%names, [('measurement'//trim(number)//'.bias.'//fit%measurements(i)%columns(k), &
+                                        k=1, size(fit%measurements(i)%columns))]]
+         end do
+      end associate
+      self%low = [self%low, spread(-huge(1.0_wp), 1, size(self%names) - self%n_free)]
+      self%high = [self%high, spread(huge(1.0_wp), 1, size(self%names) - self%n_free)]
+      self%weak_values = spread(0.0_wp, 1, size(self%names))
+      self%weak_sigma = self%weak_values
+      call self%set_arc(huge(1.0_wp))
+   end subroutine prepare
+
+   !> Uses the measurements up to a time.
+   subroutine set_arc(self, length)
+      class(fit_problem_t), intent(inout) :: self
+      !> Time from the start of the run, s.
+      real(wp), intent(in) :: length
+      integer :: next(size(self%residuals)), i, most
+      real(wp) :: t
+      logical :: due
+      most = 0
+      do i = 1, size(self%residuals)
+         most = max(most, size(self%residuals(i)%measurement%times))
+      end do
+      if (allocated(self%places)) deallocate (self%places)
+      allocate (self%places(most, size(self%residuals)), source=0)
+      self%times = [real(wp) ::]
+      next = 1
+      do
+         t = huge(t)
+         due = .false.
+         do i = 1, size(next)
+            associate (times => self%residuals(i)%measurement%times)
+               if (next(i) > size(times)) cycle
+               if (abs(times(next(i))) < abs(t)) t = times(next(i))
+               due = .true.
+            end associate
+         end do
+         if (.not. due .or. abs(t) > length) exit
+         self%times = [self%times, t]
+         do i = 1, size(next)
+            associate (times => self%residuals(i)%measurement%times)
+               if (next(i) > size(times)) cycle
+               if (abs(times(next(i)) - t) > 0.0_wp) cycle
+               self%places(next(i), i) = size(self%times)
+               next(i) = next(i) + 1
+            end associate
+         end do
+      end do
+      call set_losses(self)
+   end subroutine set_arc
+
+   !> Losses of all residuals: linear for what is known beforehand.
+   subroutine set_losses(self)
+      class(fit_problem_t), intent(inout) :: self
+      integer :: i
+      if (allocated(self%losses)) deallocate (self%losses)
+      if (all([(self%residuals(i)%measurement%loss == LINEAR, i=1, size(self%residuals))])) return
+      allocate (self%losses(0))
+      do i = 1, size(self%residuals)
+         self%losses = [self%losses, spread(self%residuals(i)%measurement%loss, 1, rows_of(self, i))]
+      end do
+      self%losses = [self%losses, spread(LINEAR, 1, priors(self))]
+   end subroutine set_losses
+
+   !> Residuals of a measurement in the arc.
+   pure integer function rows_of(self, i)
+      class(fit_problem_t), intent(in) :: self
+      integer, intent(in) :: i
+      rows_of = self%residuals(i)%measurement%width()*count(self%places(:, i) > 0)
+   end function rows_of
+
+   pure integer function measured_in_arc(self) result(n)
+      class(fit_problem_t), intent(in) :: self
+      integer :: i
+      n = sum([(rows_of(self, i), i=1, size(self%residuals))])
+   end function measured_in_arc
+
+   !> Residuals of what is known beforehand.
+   pure integer function priors(self)
+      class(fit_problem_t), intent(in) :: self
+      priors = count(self%model%plan%free%sigma > 0.0_wp) + count(self%weak_sigma > 0.0_wp)
+   end function priors
+
+   !> Residuals and Jacobian, that of an attitude by a further turn about the body axes, as `accept` makes it. Errors:
+   !> those of the scene and of the run.
+   subroutine evaluate(self, x, residuals, jacobian, status)
+      class(fit_problem_t), intent(inout) :: self
+      real(wp), intent(in) :: x(:)
+      real(wp), allocatable, intent(inout) :: residuals(:), jacobian(:, :)
+      type(status_t), intent(out) :: status
+      type(motion_at_t) :: motion
+      real(wp) :: steps(self%n_free)
+      integer :: i, k, at, bias, width
+
+      call self%model%set_values(x(:self%n_free), status)
+      if (status%ok()) call self%model%build_systems(status)
+      if (status%ok()) call self%model%run(self%times, motion, status)
+      if (.not. status%ok()) return
+      if (allocated(residuals)) deallocate (residuals)
+      if (allocated(jacobian)) deallocate (jacobian)
+      allocate (residuals(self%measured_in_arc() + priors(self)), source=0.0_wp)
+      allocate (jacobian(size(residuals), size(x)), source=0.0_wp)
+      steps = merge(self%model%steps, 0.0_wp, self%model%changes_system)
+      at = 0
+      bias = self%n_free
+      do i = 1, size(self%residuals)
+         associate (measurement => self%residuals(i)%measurement)
+            width = measurement%width()
+            do k = 1, size(measurement%times)
+               if (self%places(k, i) == 0) exit
+               associate (t => self%places(k, i))
+                  call self%residuals(i)%evaluate(k, self%model%scene%system, self%model%systems, steps, &
+                     motion%states(t), &
+                                                  motion%columns(:, :, t), residuals(at + 1:at + width), &
+                                                  jacobian(at + 1:at + width, :self%n_free))
+               end associate
+               if (measurement%has_bias) call add_bias(x, bias, measurement%sigma, residuals(at + 1:at + width), &
+                                                       jacobian(at + 1:at + width, :))
+               at = at + width
+            end do
+            if (measurement%has_bias) bias = bias + width
+         end associate
+      end do
+      call add_knowledge(self, x, residuals(at + 1:), jacobian(at + 1:, :))
+   end subroutine evaluate
+
+   !> Adds the biases to the residuals of a row.
+   pure subroutine add_bias(x, bias, sigma, residuals, jacobian)
+      real(wp), intent(in) :: x(:)
+      !> Parameters before them.
+      integer, intent(in) :: bias
+      real(wp), intent(in) :: sigma(:)
+      real(wp), intent(inout) :: residuals(:), jacobian(:, :)
+      integer :: i
+      do i = 1, size(residuals)
+         residuals(i) = residuals(i) + x(bias + i)/sigma(i)
+         jacobian(i, bias + i) = 1/sigma(i)
+      end do
+   end subroutine add_bias
+
+   !> Residuals of what is known beforehand: of free numbers with a standard deviation, and weakly of short arcs.
+   subroutine add_knowledge(self, x, residuals, jacobian)
+      class(fit_problem_t), intent(in) :: self
+      real(wp), intent(in) :: x(:)
+      real(wp), intent(inout) :: residuals(:), jacobian(:, :)
+      real(wp) :: e(3), matrix(3, 3), unit, turn(3)
+      integer :: i, k, at
+      at = 0
+      unit = self%model%plan%angle_unit
+      associate (free => self%model%plan%free)
+         if (self%model%plan%has_attitude) then
+            turn = 0.0_wp
+            do i = 1, size(free)
+               if (free(i)%component > 0) turn(free(i)%component) = unit*x(i)
+            end do
+            e = rotation_vector_from_quat(quat_product(quat_conjugate(self%known_attitude), &
+               self%model%attitude_at(turn)))
+            matrix = inverse_right_jacobian(e)
+         end if
+         do i = 1, size(free)
+            if (.not. free(i)%sigma > 0.0_wp) cycle
+            at = at + 1
+            if (free(i)%component > 0) then
+               residuals(at) = e(free(i)%component)/(unit*free(i)%sigma)
+               do k = 1, size(free)
+                  if (free(k)%component > 0) jacobian(at, k) = matrix(free(i)%component, &
+                     free(k)%component)/free(i)%sigma
+               end do
+            else
+               residuals(at) = (x(i) - self%known_values(i))/free(i)%sigma
+               jacobian(at, i) = 1/free(i)%sigma
+            end if
+         end do
+      end associate
+      do i = 1, size(x)
+         if (.not. self%weak_sigma(i) > 0.0_wp) cycle
+         at = at + 1
+         residuals(at) = (x(i) - self%weak_values(i))/self%weak_sigma(i)
+         jacobian(at, i) = 1/self%weak_sigma(i)
+      end do
+   end subroutine add_knowledge
+
+   !> Makes the present attitude that from which rotation vectors count.
+   subroutine turn_attitude(self, x)
+      class(fit_problem_t), intent(inout) :: self
+      real(wp), intent(inout) :: x(:)
+      call self%model%turn_attitude(x(:self%n_free))
+   end subroutine turn_attitude
+
+end module nutate_fit_problem

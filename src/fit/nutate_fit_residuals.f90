@@ -1,0 +1,184 @@
+!> Residuals of measurements, model less measured over the standard deviation, and their derivatives by the motion.
+module nutate_fit_residuals
+   use nutate_attitude, only: rotation_vector_from_quat
+   use nutate_columns, only: columns_t
+   use nutate_fit_columns, only: places, weights
+   use nutate_fit_model, only: moved_state
+   use nutate_fit_plan, only: measurement_t, ATTITUDES, DIRECTIONS
+   use nutate_hamiltonian, only: body_momentum
+   use nutate_kinds, only: wp
+   use nutate_observer, only: run_record_t
+   use nutate_quaternion, only: cross, quat_conjugate, quat_normalized, quat_product, rotate_to_body
+   use nutate_state, only: state_t
+   use nutate_status, only: status_t
+   use nutate_system, only: system_t
+   implicit none
+   private
+
+   public :: residuals_t, inverse_right_jacobian
+
+   !> Change of a state, as an angle and beside its momentum, by which a column is differentiated.
+   real(wp), parameter :: small_change = 1e-3_wp
+   !> Angle below which the last term of the inverse right Jacobian is its limit, 1/12.
+   real(wp), parameter :: small_angle = 1e-4_wp
+
+   !> The residuals of one group of measurements.
+   type :: residuals_t
+      type(measurement_t) :: measurement
+      type(columns_t), private :: columns
+      real(wp), private :: inverse_j0 = 0.0_wp
+      !> Row of the columns; shape (width of the row).
+      real(wp), allocatable, private :: row(:)
+   contains
+      !> Prepares for a measurement of a system.
+      procedure :: prepare
+      !> What the model gives for a row.
+      procedure :: model
+      !> Residuals of a row, and their derivatives.
+      procedure :: evaluate
+   end type residuals_t
+
+contains
+
+   !> Prepares for a measurement of a system. Errors: those of `choose`.
+   subroutine prepare(self, measurement, system, inverse_j0, status)
+      class(residuals_t), intent(inout) :: self
+      type(measurement_t), intent(in) :: measurement
+      type(system_t), intent(in) :: system
+      !> 1/J0, kg⁻¹ m⁻².
+      real(wp), intent(in) :: inverse_j0
+      type(status_t), intent(out) :: status
+      self%measurement = measurement
+      self%inverse_j0 = inverse_j0
+      if (.not. allocated(measurement%sets)) return
+      call self%columns%choose(measurement%sets, status, measurement%degrees, system%effects)
+      allocate (self%row(self%columns%width))
+   end subroutine prepare
+
+   !> The columns of a row by the model; shape (columns).
+   function model(self, system, state) result(values)
+      class(residuals_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      real(wp) :: values(size(self%measurement%columns))
+      type(run_record_t) :: record
+      select case (self%measurement%kind)
+      case (ATTITUDES)
+         values = quat_normalized(state%q)
+      case (DIRECTIONS)
+         values = rotate_to_body(quat_normalized(state%q), self%measurement%direction)
+      case default
+         call self%columns%start(system, state, self%inverse_j0)
+         call self%columns%evaluate(system, state, record, self%row)
+         values = self%row(self%measurement%places)
+      end select
+   end function model
+
+   !> Residuals of a row, and their derivatives by numbers of which some change the system.
+   subroutine evaluate(self, i, system, systems, steps, state, columns, residuals, jacobian)
+      class(residuals_t), intent(inout) :: self
+      !> The row.
+      integer, intent(in) :: i
+      type(system_t), intent(in) :: system
+      !> At the places of the stencil of each number; shape (places, numbers).
+      type(system_t), intent(in) :: systems(:, :)
+      !> Of the stencil; 0 for a number on which the system does not depend. Shape (numbers).
+      real(wp), intent(in) :: steps(:)
+      type(state_t), intent(in) :: state
+      !> Derivative of the state; shape (6 + wheels, numbers).
+      real(wp), intent(in) :: columns(:, :)
+      !> Shape (residuals of a row) and (residuals of a row, numbers).
+      real(wp), intent(out) :: residuals(:), jacobian(:, :)
+      real(wp) :: e(3), gamma(3), values(size(self%measurement%columns))
+      integer :: k
+      associate (measured => self%measurement%rows(:, i), sigma => self%measurement%sigma)
+         select case (self%measurement%kind)
+         case (ATTITUDES)
+            e = rotation_vector_from_quat(quat_product(quat_conjugate(measured), quat_normalized(state%q)))
+            residuals = e
+            jacobian = matmul(inverse_right_jacobian(e), columns(1:3, :))
+         case (DIRECTIONS)
+            gamma = rotate_to_body(quat_normalized(state%q), self%measurement%direction)
+            residuals = gamma - measured
+            do k = 1, size(columns, 2)
+               jacobian(:, k) = cross(gamma, columns(1:3, k))
+            end do
+         case default
+            values = self%model(system, state)
+            residuals = wrapped(values - measured, self%measurement%turns)
+            do k = 1, size(columns, 2)
+               jacobian(:, k) = slope(self, system, state, values, columns(:, k))
+               if (steps(k) > 0.0_wp) &
+                  jacobian(:, k) = jacobian(:, k) + slope_of_system(self, systems(:, k), steps(k), state, values)
+            end do
+         end select
+         residuals = residuals/sigma
+         do k = 1, size(jacobian, 2)
+            jacobian(:, k) = jacobian(:, k)/sigma
+         end do
+      end associate
+   end subroutine evaluate
+
+   !> Derivative of the columns along a change of the state; shape (columns).
+   function slope(self, system, state, values, change)
+      class(residuals_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      !> The columns of the state.
+      real(wp), intent(in) :: values(:), change(:)
+      real(wp) :: slope(size(values))
+      real(wp) :: size_of_change, step
+      integer :: k
+      slope = 0.0_wp
+      size_of_change = norm2(change(1:3))
+      if (norm2(body_momentum(state)) > 0.0_wp) &
+         size_of_change = size_of_change + norm2(change(4:6))/norm2(body_momentum(state))
+      step = 1.0_wp
+      if (size_of_change > 0.0_wp) step = small_change/size_of_change
+      if (all(abs(change) <= 0.0_wp)) return
+      do k = 1, size(places)
+         slope = slope + weights(k)/step* &
+                 wrapped(self%model(system, moved_state(state, places(k)*step*change)) - values, self%measurement%turns)
+      end do
+   end function slope
+
+   !> Derivative of the columns by a number of the system, the state held; shape (columns).
+   function slope_of_system(self, systems, step, state, values) result(slope)
+      class(residuals_t), intent(inout) :: self
+      type(system_t), intent(in) :: systems(:)
+      real(wp), intent(in) :: step
+      type(state_t), intent(in) :: state
+      real(wp), intent(in) :: values(:)
+      real(wp) :: slope(size(values))
+      integer :: k
+      slope = 0.0_wp
+      do k = 1, size(places)
+         slope = slope + weights(k)/step*wrapped(self%model(systems(k), state) - values, self%measurement%turns)
+      end do
+   end function slope_of_system
+
+   !> Differences of angles without whole turns.
+   elemental real(wp) function wrapped(difference, turn)
+      real(wp), intent(in) :: difference
+      !> 0: no angle.
+      real(wp), intent(in) :: turn
+      wrapped = difference
+      if (turn > 0.0_wp) wrapped = difference - turn*anint(difference/turn)
+   end function wrapped
+
+   !> Computes J_r⁻¹(e), by which log(q_obs*∘q) changes where q turns in body axes; shape (3, 3).
+   pure function inverse_right_jacobian(e) result(matrix)
+      !> Rotation vector, rad.
+      real(wp), intent(in) :: e(3)
+      real(wp) :: matrix(3, 3), angle, factor, skew(3, 3)
+      skew = reshape([0.0_wp, e(3), -e(2), -e(3), 0.0_wp, e(1), e(2), -e(1), 0.0_wp], [3, 3])
+      angle = norm2(e)
+      factor = 1/12.0_wp
+      if (angle > small_angle) factor = (1 - 0.5_wp*angle/tan(0.5_wp*angle))/angle**2
+      matrix = 0.5_wp*skew + factor*matmul(skew, skew)
+      matrix(1, 1) = matrix(1, 1) + 1
+      matrix(2, 2) = matrix(2, 2) + 1
+      matrix(3, 3) = matrix(3, 3) + 1
+   end function inverse_right_jacobian
+
+end module nutate_fit_residuals

@@ -1,0 +1,327 @@
+!> Where fits start: at the numbers of the scene, at those that the data give without a fit, and at random ones.
+!>
+!> The order of the moments of inertia matters most: a fit that starts with it wrong does not come back.
+module nutate_fit_starts
+   use nutate_attitude, only: quat_from_rotation_vector, rotation_vector_from_quat
+   use nutate_fit_plan, only: measurement_t, ATTITUDES, VALUES
+   use nutate_fit_problem, only: fit_problem_t
+   use nutate_kinds, only: wp, long, pi
+   use nutate_lapack, only: symmetric_eigen
+   use nutate_normal_quantile, only: normal_quantile
+   use nutate_philox, only: uniform_of
+   use nutate_quaternion, only: quat_conjugate, quat_product
+   use nutate_scene, only: scene_t
+   use nutate_status, only: status_t
+   implicit none
+   private
+
+   public :: start_t, collect_starts
+
+   !> One start.
+   type :: start_t
+      !> Parameters; those of the attitude are 0. Shape (parameters).
+      real(wp), allocatable :: x(:)
+      !> As the scene gives it.
+      real(wp) :: attitude(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
+      real(wp) :: chi_squared = huge(1.0_wp)
+   end type start_t
+
+   !> Turn of the body in a window of rates, rad: long enough that noise does not hide the change of the rates, short
+   !> enough for sums in place of integrals.
+   real(wp), parameter :: window_turn = 1.0_wp
+   !> Range of the logarithm of a ratio of moments.
+   real(wp), parameter :: log_range = 2.3_wp
+   !> Draws of one start; tries until ratios obey the triangle inequality.
+   integer, parameter :: draws = 1000, most_tries = 200
+   character(len=*), parameter :: rates(3) = ['omega1', 'omega2', 'omega3']
+
+contains
+
+   !> All starts of a fit, that of the scene first.
+   subroutine collect_starts(problem, scene, starts)
+      !> Prepared.
+      type(fit_problem_t), intent(in) :: problem
+      type(scene_t), intent(in) :: scene
+      type(start_t), allocatable, intent(out) :: starts(:)
+      type(start_t) :: own, estimate, other
+      real(wp) :: beside(3)
+      integer :: i, base
+      logical :: found
+      own%x = [problem%model%values, spread(0.0_wp, 1, size(problem%names) - problem%n_free)]
+      own%attitude = problem%model%plan%attitude
+      allocate (starts(0))
+      call append(starts, own)
+      base = 1
+      if (problem%model%plan%starts_from_data) then
+         estimate = own
+         call start_at_data(problem, scene, estimate, beside, found)
+         if (found) then
+            call append(starts, estimate)
+            base = 2
+            ! Between two attitudes there may have been one turn more, forwards or backwards.
+            do i = -1, 1, 2
+               if (.not. norm2(beside) > 0.0_wp) exit
+               other = estimate
+               call put_rate(problem, scene, rate_of(problem, scene, estimate) + i*beside, other, found)
+               if (found) call append(starts, other)
+            end do
+         end if
+      end if
+      do i = 1, problem%model%plan%starts
+         other = starts(base)
+         call draw_start(problem, scene, i, other)
+         call append(starts, other)
+      end do
+   end subroutine collect_starts
+
+   !> Adds a start. An array constructor of such types would lose memory with gfortran 12.
+   subroutine append(starts, start)
+      type(start_t), allocatable, intent(inout) :: starts(:)
+      type(start_t), intent(in) :: start
+      type(start_t), allocatable :: longer(:)
+      integer :: n
+      n = size(starts)
+      allocate (longer(n + 1))
+      longer(:n) = starts
+      longer(n + 1) = start
+      call move_alloc(longer, starts)
+   end subroutine append
+
+   !> What the data give without a fit: rate and attitude at the start, and ratios of moments.
+   subroutine start_at_data(problem, scene, start, beside, found)
+      type(fit_problem_t), intent(in) :: problem
+      type(scene_t), intent(in) :: scene
+      type(start_t), intent(inout) :: start
+      !> What one turn more between the first two attitudes adds to the rate, rad/s; else 0.
+      real(wp), intent(out) :: beside(3)
+      !> The data give something.
+      logical, intent(out) :: found
+      logical :: gives
+      integer :: i
+      beside = 0.0_wp
+      found = .false.
+      do i = 1, size(problem%residuals)
+         associate (measurement => problem%residuals(i)%measurement)
+            if (measurement%kind == ATTITUDES .and. size(measurement%times) > 1) then
+               call start_at_attitudes(problem, scene, measurement, start, beside, gives)
+               found = found .or. gives
+            else if (all_rates(measurement)) then
+               call put_rate(problem, scene, measured_rates(measurement, 1), start, gives)
+               found = found .or. gives
+               if (gives) beside = 0.0_wp
+               call start_at_rates(problem, scene, measurement, start, gives)
+               found = found .or. gives
+            end if
+         end associate
+      end do
+   end subroutine start_at_data
+
+   !> The first attitude, and the mean rate between the first two.
+   subroutine start_at_attitudes(problem, scene, measurement, start, beside, found)
+      type(fit_problem_t), intent(in) :: problem
+      type(scene_t), intent(in) :: scene
+      type(measurement_t), intent(in) :: measurement
+      type(start_t), intent(inout) :: start
+      real(wp), intent(inout) :: beside(3)
+      logical, intent(out) :: found
+      real(wp) :: turn(3), interval, q(4)
+      interval = measurement%times(2) - measurement%times(1)
+      turn = rotation_vector_from_quat(quat_product(quat_conjugate(measurement%rows(:, 1)), measurement%rows(:, 2)))
+      found = problem%model%plan%has_attitude
+      if (found) then
+         q = quat_product(measurement%rows(:, 1), quat_from_rotation_vector(-measurement%times(1)/interval*turn))
+         if (scene%system%effects%on_orbit .and. gives(scene, 'attitude_from', 'lvlh')) &
+            q = quat_product(quat_conjugate(scene%system%effects%orbit%axes(0.0_wp)), q)
+         start%attitude = q
+      end if
+      call put_rate(problem, scene, turn/interval, start, found)
+      if (found .and. norm2(turn) > 0.0_wp) beside = 2*pi*turn/(norm2(turn)*interval)
+   end subroutine start_at_attitudes
+
+   !> True where a key of `&initial` has a value.
+   pure logical function gives(scene, key, value)
+      type(scene_t), intent(in) :: scene
+      character(len=*), intent(in) :: key, value
+      integer :: i
+      i = findloc(scene%groups%name == 'initial', .true., dim=1)
+      gives = scene%groups(i)%text(key, '') == value
+   end function gives
+
+   !> Parameters that are the three numbers of a key; 0 for one that is not free. Shape (3).
+   pure function parameters_of(problem, key) result(which)
+      type(fit_problem_t), intent(in) :: problem
+      character(len=*), intent(in) :: key
+      integer :: which(3), k
+      which = [(findloc(problem%names, key//'.'//achar(iachar('0') + k), dim=1), k=1, 3)]
+   end function parameters_of
+
+   !> Unit of the angles of `&initial`, rad.
+   pure real(wp) function unit_of(problem)
+      type(fit_problem_t), intent(in) :: problem
+      unit_of = problem%model%plan%angle_unit
+   end function unit_of
+
+   !> Lets a start have a rate. Nothing where the rate is not free, or not given in body axes against the stars.
+   subroutine put_rate(problem, scene, rate, start, done)
+      type(fit_problem_t), intent(in) :: problem
+      type(scene_t), intent(in) :: scene
+      !> Body axes, rad/s.
+      real(wp), intent(in) :: rate(3)
+      type(start_t), intent(inout) :: start
+      logical, intent(out) :: done
+      integer :: which(3)
+      which = parameters_of(problem, 'initial.angular_velocity')
+      done = all(which > 0) .and. .not. (gives(scene, 'frame', 'space') .or. gives(scene, 'rate_from', 'frame') .or. &
+                                         gives(scene, 'rate_from', 'lvlh'))
+      if (done) start%x(which) = rate/unit_of(problem)
+   end subroutine put_rate
+
+   !> The rate of a start that has one, rad/s.
+   pure function rate_of(problem, scene, start) result(rate)
+      type(fit_problem_t), intent(in) :: problem
+      type(scene_t), intent(in) :: scene
+      type(start_t), intent(in) :: start
+      real(wp) :: rate(3)
+      integer :: which(3)
+      rate = 0.0_wp
+      which = parameters_of(problem, 'initial.angular_velocity')
+      if (all(which > 0)) rate = start%x(which)*unit_of(problem)
+   end function rate_of
+
+   !> True where the three body components of the rate were measured.
+   pure logical function all_rates(measurement)
+      type(measurement_t), intent(in) :: measurement
+      integer :: k
+      all_rates = measurement%kind == VALUES .and. all([(place_of(measurement, k) > 0, k=1, 3)])
+   end function all_rates
+
+   !> Column of a component of the rate; 0: not measured.
+   pure integer function place_of(measurement, k)
+      type(measurement_t), intent(in) :: measurement
+      integer, intent(in) :: k
+      place_of = findloc(measurement%columns, rates(k), dim=1)
+      if (place_of == 0) place_of = findloc(measurement%columns, rates(k)//'_deg', dim=1)
+   end function place_of
+
+   !> The rates of a row, rad/s; shape (3).
+   pure function measured_rates(measurement, i) result(rate)
+      type(measurement_t), intent(in) :: measurement
+      integer, intent(in) :: i
+      real(wp) :: rate(3)
+      integer :: k
+      rate = [(measurement%rows(place_of(measurement, k), i), k=1, 3)]
+      if (measurement%degrees) rate = rate*pi/180
+   end function measured_rates
+
+   !> Moments of a free body from J ΔΩ + ∫Ω×JΩ dt = 0 over windows, which is linear in J.
+   subroutine start_at_rates(problem, scene, measurement, start, found)
+      type(fit_problem_t), intent(in) :: problem
+      type(scene_t), intent(in) :: scene
+      type(measurement_t), intent(in) :: measurement
+      type(start_t), intent(inout) :: start
+      logical, intent(out) :: found
+      real(wp) :: matrix(3, 3), values(3), vectors(3, 3), moments(3)
+      type(status_t) :: status
+      associate (effects => scene%system%effects)
+         found = any(parameters_of(problem, 'body.inertia') > 0) .and. &
+                 effects%n_potentials + effects%n_torques + effects%n_rotors + effects%n_off == 0
+      end associate
+      if (.not. found) return
+      matrix = 0.0_wp
+      call add_windows(measurement, matrix)
+      call symmetric_eigen(matrix, values, vectors, status)
+      moments = vectors(:, 1)*sign(1.0_wp, sum(vectors(:, 1)))
+      found = status%ok() .and. obeys_triangle(moments)
+      if (found) call put_ratios(problem, scene, moments, start)
+   end subroutine start_at_rates
+
+   !> Adds AᵀA of the equations A J = 0 of all windows.
+   subroutine add_windows(measurement, matrix)
+      type(measurement_t), intent(in) :: measurement
+      real(wp), intent(inout) :: matrix(3, 3)
+      real(wp) :: first(3), before(3), now(3), products(3), change(3), rows(3, 3), turn, step
+      integer :: i
+      first = measured_rates(measurement, 1)
+      before = first
+      products = 0.0_wp
+      turn = 0.0_wp
+      do i = 2, size(measurement%times)
+         now = measured_rates(measurement, i)
+         step = measurement%times(i) - measurement%times(i - 1)
+         products = products + 0.5_wp*step*(before([2, 3, 1])*before([3, 1, 2]) + now([2, 3, 1])*now([3, 1, 2]))
+         turn = turn + 0.5_wp*abs(step)*(norm2(before) + norm2(now))
+         before = now
+         if (turn < window_turn) cycle
+         change = now - first
+         rows(1, :) = [change(1), -products(1), products(1)]
+         rows(2, :) = [products(2), change(2), -products(2)]
+         rows(3, :) = [-products(3), products(3), change(3)]
+         matrix = matrix + matmul(transpose(rows), rows)
+         first = now
+         products = 0.0_wp
+         turn = 0.0_wp
+      end do
+   end subroutine add_windows
+
+   pure logical function obeys_triangle(moments)
+      real(wp), intent(in) :: moments(3)
+      obeys_triangle = all(moments > 0.0_wp) .and. 2*maxval(moments) < sum(moments)
+   end function obeys_triangle
+
+   !> Lets the moments have given ratios. Those that are not free keep their values, and where all are free their sum
+   !> does.
+   subroutine put_ratios(problem, scene, ratios, start)
+      type(fit_problem_t), intent(in) :: problem
+      type(scene_t), intent(in) :: scene
+      real(wp), intent(in) :: ratios(3)
+      type(start_t), intent(inout) :: start
+      real(wp) :: own(3), scaled(3)
+      integer :: which(3), i, held
+      which = parameters_of(problem, 'body.inertia')
+      i = findloc(scene%groups%name == 'body', .true., dim=1)
+      own = scene%groups(i)%vector('inertia', [1.0_wp, 1.0_wp, 1.0_wp])
+      held = findloc(which, 0, dim=1)
+      scaled = ratios*sum(own)/sum(ratios)
+      if (held > 0) scaled = ratios*own(held)/ratios(held)
+      do i = 1, 3
+         if (which(i) > 0) start%x(which(i)) = scaled(i)
+      end do
+   end subroutine put_ratios
+
+   !> A random start: ratios of moments log-uniform where they obey the triangle inequality, numbers with bounds uniform
+   !> between these, numbers with a standard deviation normal.
+   subroutine draw_start(problem, scene, number, start)
+      type(fit_problem_t), intent(in) :: problem
+      type(scene_t), intent(in) :: scene
+      !> Of the start.
+      integer, intent(in) :: number
+      type(start_t), intent(inout) :: start
+      real(wp) :: ratios(3), u
+      integer :: i, k
+      if (any(parameters_of(problem, 'body.inertia') > 0)) then
+         do k = 1, most_tries
+            ratios = [(exp(log_range*(2*draw(problem, number, 2*k + i) - 1)), i=0, 1), 1.0_wp]
+            if (obeys_triangle(ratios)) exit
+         end do
+         if (obeys_triangle(ratios)) call put_ratios(problem, scene, ratios, start)
+      end if
+      do i = 1, problem%n_free
+         associate (free => problem%model%plan%free(i))
+            if (free%component > 0 .or. any(parameters_of(problem, 'body.inertia') == i)) cycle
+            u = draw(problem, number, draws + i)
+            if (free%sigma > 0.0_wp) then
+               start%x(i) = problem%known_values(i) + free%sigma*normal_quantile(u)
+            else if (max(abs(free%low), abs(free%high)) < huge(u)) then
+               start%x(i) = free%low + u*(free%high - free%low)
+            end if
+         end associate
+      end do
+   end subroutine draw_start
+
+   pure real(wp) function draw(problem, number, which)
+      type(fit_problem_t), intent(in) :: problem
+      integer, intent(in) :: number, which
+      draw = uniform_of(problem%model%plan%seed, int(number, long), which)
+   end function draw
+
+end module nutate_fit_starts

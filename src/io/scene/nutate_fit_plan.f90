@@ -1,0 +1,103 @@
+!> What a fit is: which numbers of a scene are free, what was measured, and where the iteration starts.
+module nutate_fit_plan
+   use nutate_ensemble_plan, only: ensemble_plan_t
+   use nutate_kinds, only: wp, long
+   use nutate_robust_loss, only: LINEAR
+   implicit none
+   private
+
+   public :: fit_plan_t, free_number_t, measurement_t
+   public :: ATTITUDES, DIRECTIONS, VALUES
+
+   !> What a measurement gives: columns of a history; attitudes, as quaternions; body components of a direction in
+   !> space.
+   integer, parameter :: VALUES = 1, ATTITUDES = 2, DIRECTIONS = 3
+
+   !> One free number of a scene.
+   type :: free_number_t
+      !> `initial.attitude.I` or `GROUP[.N].KEY[.I]`.
+      character(len=80) :: name = ''
+      !> Its place among the targets; 0 for a component of the rotation vector of the attitude.
+      integer :: target = 0
+      !> Which component, 1 to 3; 0: it is none.
+      integer :: component = 0
+      !> Standard deviation of the value of the scene, in its unit; 0: the scene's value is only the start.
+      real(wp) :: sigma = 0.0_wp
+      !> Bounds, in its unit.
+      real(wp) :: low = -huge(1.0_wp), high = huge(1.0_wp)
+   end type free_number_t
+
+   !> The rows of a file of measurements.
+   type :: measurement_t
+      !> Its path.
+      character(len=:), allocatable :: file
+      !> `VALUES`, ...
+      integer :: kind = VALUES
+      !> Names of the columns that were measured; shape (columns).
+      character(len=48), allocatable :: columns(:)
+      !> The sets of a history that have them, each once; the place of each in a row of these. Shape (sets) and
+      !> (columns).
+      character(len=24), allocatable :: sets(:)
+      integer, allocatable :: places(:)
+      !> Angles and their rates are in degrees.
+      logical :: degrees = .false.
+      !> Of angles that are known but for whole turns, one turn; else 0. Shape (columns).
+      real(wp), allocatable :: turns(:)
+      !> In space axes, for `DIRECTIONS`: unit vector.
+      real(wp) :: direction(3) = 0.0_wp
+      !> Standard deviation of each residual of a row; 1 where it is not known. Shape (residuals of a row).
+      real(wp), allocatable :: sigma(:)
+      logical :: sigma_is_known = .false.
+      !> Each column has a constant bias, which is fitted too.
+      logical :: has_bias = .false.
+      !> `LINEAR`, ... of `nutate_robust_loss`.
+      integer :: loss = LINEAR
+      !> s, in the order of the run; shape (rows).
+      real(wp), allocatable :: times(:)
+      !> Shape (columns, rows).
+      real(wp), allocatable :: rows(:, :)
+   contains
+      !> Residuals of a row: 3 for an attitude, else as many as columns.
+      procedure :: width
+   end type measurement_t
+
+   !> A fit.
+   type :: fit_plan_t
+      !> Shape (free numbers); none where the scene has no group `&free`.
+      type(free_number_t), allocatable :: free(:)
+      type(measurement_t), allocatable :: measurements(:)
+      !> Groups of the scene with a place for each free number: the attitude, where it is free, as `quaternion`.
+      type(ensemble_plan_t) :: numbers
+      !> The attitude is free; its quaternion as the scene gives it, in the axes of `attitude_from`.
+      logical :: has_attitude = .false.
+      real(wp) :: attitude(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
+      !> Unit of the rotation vector of the attitude, rad.
+      real(wp) :: angle_unit = 1.0_wp
+      !> Random starts beside those of the scene and of the data; their seed.
+      integer :: starts = 0
+      integer(long) :: seed = 0
+      !> The fit begins with a short arc of the data, which grows.
+      logical :: grows = .true.
+      !> A start is also estimated from the data.
+      logical :: starts_from_data = .true.
+   contains
+      !> True if there is something to fit.
+      procedure :: active
+   end type fit_plan_t
+
+contains
+
+   pure integer function width(self)
+      class(measurement_t), intent(in) :: self
+      width = size(self%columns)
+      if (self%kind == ATTITUDES) width = 3
+   end function width
+
+   pure logical function active(self)
+      class(fit_plan_t), intent(in) :: self
+      active = .false.
+      if (allocated(self%free) .and. allocated(self%measurements)) &
+         active = size(self%free) > 0 .and. size(self%measurements) > 0
+   end function active
+
+end module nutate_fit_plan

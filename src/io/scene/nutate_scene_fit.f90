@@ -1,0 +1,99 @@
+!> `&fit`: where a fit starts; and what makes a fit of a scene: its free numbers and its measurements.
+module nutate_scene_fit
+   use nutate_admissible, only: NON_NEGATIVE
+   use nutate_fit_plan, only: fit_plan_t, measurement_t
+   use nutate_keys, only: group_t, group_kind_t, key_t, KEY_INTEGER, KEY_TEXT
+   use nutate_kinds, only: wp
+   use nutate_scene_error, only: scene_error_t
+   use nutate_scene_free, only: add_free, prepare_attitude
+   use nutate_scene_measurement, only: build_measurement
+   use nutate_state, only: state_t
+   use nutate_system, only: system_t
+   implicit none
+   private
+
+   public :: fit_keys, build_fit
+
+contains
+
+   !> Keys of the scene group `&fit`.
+   pure function fit_keys() result(keys)
+      type(key_t) :: keys(4)
+      keys = [key_t(name='starts', kind=KEY_INTEGER, range=NON_NEGATIVE), &
+              key_t(name='seed', kind=KEY_INTEGER, range=NON_NEGATIVE), &
+              key_t(name='arcs', kind=KEY_TEXT, choices='growing,whole'), &
+              key_t(name='start', kind=KEY_TEXT, choices='data,scene')]
+   end function fit_keys
+
+   !> The fit of a scene; nothing where there are no such groups.
+   subroutine build_fit(groups, kinds, path, system, initial, end_time, plan, error)
+      !> Checked, and built as a scene.
+      type(group_t), intent(in) :: groups(:)
+      type(group_kind_t), intent(in) :: kinds(:)
+      !> Of the scene.
+      character(len=*), intent(in) :: path
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: initial
+      !> s.
+      real(wp), intent(in) :: end_time
+      type(fit_plan_t), intent(inout) :: plan
+      type(scene_error_t), intent(inout) :: error
+      type(measurement_t) :: measurement
+      integer :: i
+
+      if (.not. any(groups%name == 'free' .or. groups%name == 'measurement')) return
+      allocate (plan%free(0), plan%measurements(0))
+      plan%numbers%groups = groups
+      allocate (plan%numbers%targets(0))
+      call prepare_attitude(groups, system, initial, plan, error)
+      do i = 1, size(groups)
+         if (error%raised) return
+         select case (groups(i)%name)
+         case ('free')
+            call add_free(groups(i), groups, kinds, plan, error)
+         case ('measurement')
+            call build_measurement(groups(i), system%effects, end_time, path, measurement, error)
+            if (.not. error%raised) call append(plan%measurements, measurement)
+         case ('fit')
+            plan%starts = groups(i)%whole('starts', 0)
+            plan%seed = groups(i)%whole('seed', 0)
+            plan%grows = groups(i)%text('arcs', 'growing') == 'growing'
+            plan%starts_from_data = groups(i)%text('start', 'data') == 'data'
+         case default
+            continue
+         end select
+      end do
+      if (.not. error%raised) call check_sigmas(groups, plan, error)
+   end subroutine build_fit
+
+   !> Adds a measurement. An array constructor of such types would lose memory with gfortran 12.
+   subroutine append(measurements, measurement)
+      type(measurement_t), allocatable, intent(inout) :: measurements(:)
+      type(measurement_t), intent(in) :: measurement
+      type(measurement_t), allocatable :: longer(:)
+      integer :: n
+      n = size(measurements)
+      allocate (longer(n + 1))
+      longer(:n) = measurements
+      longer(n + 1) = measurement
+      call move_alloc(longer, measurements)
+   end subroutine append
+
+   !> Raises an error where some standard deviations are known and others are not.
+   subroutine check_sigmas(groups, plan, error)
+      type(group_t), intent(in) :: groups(:)
+      type(fit_plan_t), intent(in) :: plan
+      type(scene_error_t), intent(inout) :: error
+      integer :: i
+      if (size(plan%measurements) == 0) return
+      associate (known => plan%measurements%sigma_is_known)
+         if (all(known) .or. .not. any(known)) return
+         i = findloc(groups%name == 'measurement' .and. .not. [(groups(i)%has('sigma'), i=1, size(groups))], &
+            .true., dim=1)
+         call error%raise(groups(i)%line, 'sigma is missing here and given in another &measurement', &
+                          expected='it in all of them, or in none')
+      end associate
+   end subroutine check_sigmas
+
+
+end module nutate_scene_fit

@@ -1,0 +1,335 @@
+!> `&measurement`: columns of a CSV file that were measured, with their standard deviations.
+module nutate_scene_measurement
+   use nutate_admissible, only: ANY_DIRECTION, POSITIVE
+   use nutate_columns, only: columns_t, column_sets
+   use nutate_effect_list, only: effect_list_t
+   use nutate_fit_plan, only: measurement_t, ATTITUDES, DIRECTIONS, VALUES
+   use nutate_keys, only: group_t, key_t, KEY_TEXT
+   use nutate_kinds, only: wp, pi
+   use nutate_number_text, only: read_real
+   use nutate_printable, only: quoted
+   use nutate_scene_error, only: scene_error_t
+   use nutate_scene_table, only: begin_of, count_lines, next_field, path_beside
+   use nutate_spelling, only: comma_list, nearest_name, split_list
+   use nutate_status, only: status_t
+   use nutate_text_file, only: read_text_file
+   implicit none
+   private
+
+   public :: measurement_keys, build_measurement
+
+   !> Columns of a group, and letters of a name.
+   integer, parameter :: most_columns = 24, longest_name = 48
+   !> Columns that are functions of attitude, momenta and time; others show what a step did, or works that add up.
+   character(len=*), parameter :: measurable = 'omega1,omega2,omega3,omega_x,omega_y,omega_z,L1,L2,L3,l_x,l_y,l_z,'// &
+      'phi,theta,psi,kinetic,potential,total,jacobi,roll,pitch,yaw,pointing_error1,pointing_error2,pointing_error3,'// &
+      'pointing_error4,pointing_error5,pointing_error6,B1,B2,B3,wheel1_speed,wheel2_speed,wheel3_speed,'// &
+      'wheel4_speed,wheel5_speed,wheel6_speed,wheel1_momentum,wheel2_momentum,wheel3_momentum,wheel4_momentum,'// &
+      'wheel5_momentum,wheel6_momentum'
+   character(len=*), parameter :: degree_mark = '_deg'
+   character(len=*), parameter :: losses(4) = [character(len=8) :: 'linear', 'huber', 'soft_l1', 'cauchy']
+   !> How far from 1 the norm of a measured quaternion may be.
+   real(wp), parameter :: norm_tolerance = 1e-3_wp
+
+contains
+
+   !> Keys of the scene group `&measurement`.
+   pure function measurement_keys() result(keys)
+      type(key_t) :: keys(6)
+      keys = [key_t(name='file', kind=KEY_TEXT, required=.true.), &
+              key_t(name='columns', kind=KEY_TEXT, most=most_columns, required=.true.), &
+              key_t(name='sigma', most=most_columns, range=POSITIVE), &
+              key_t(name='bias', kind=KEY_TEXT, choices='none,constant'), &
+              key_t(name='loss', kind=KEY_TEXT, choices='linear,huber,soft_l1,cauchy'), &
+              key_t(name='direction', least=3, most=3, range=ANY_DIRECTION)]
+   end function measurement_keys
+
+   !> Reads a group and its file. Raises an error, with file and line, for what cannot be a measurement.
+   subroutine build_measurement(group, effects, end_time, scene, measurement, error)
+      type(group_t), intent(in) :: group
+      !> Those of the scene.
+      type(effect_list_t), intent(in) :: effects
+      !> Of the run, s.
+      real(wp), intent(in) :: end_time
+      !> Path of the scene.
+      character(len=*), intent(in) :: scene
+      type(measurement_t), intent(out) :: measurement
+      type(scene_error_t), intent(inout) :: error
+      integer :: i
+      allocate (measurement%columns(group%count_of('columns')))
+      do i = 1, size(measurement%columns)
+         measurement%columns(i) = group%text_at('columns', i)
+         if (any(measurement%columns(:i - 1) == measurement%columns(i))) &
+            call error%raise(group%line_of('columns'), quoted(trim(measurement%columns(i)))//' is named twice', &
+                             expected='each column once')
+      end do
+      if (.not. error%raised) call find_kind(group, effects, measurement, error)
+      if (.not. error%raised) call read_statistics(group, measurement, error)
+      if (.not. error%raised) call read_file(group, end_time, scene, measurement, error)
+   end subroutine build_measurement
+
+   !> What the columns are.
+   subroutine find_kind(group, effects, measurement, error)
+      type(group_t), intent(in) :: group
+      type(effect_list_t), intent(in) :: effects
+      type(measurement_t), intent(inout) :: measurement
+      type(scene_error_t), intent(inout) :: error
+      character(len=*), parameter :: quaternion(4) = ['q0', 'q1', 'q2', 'q3']
+      integer :: i
+      measurement%kind = VALUES
+      if (group%has('direction')) then
+         measurement%kind = DIRECTIONS
+         measurement%direction = group%vector('direction', measurement%direction)
+         measurement%direction = measurement%direction/norm2(measurement%direction)
+         if (size(measurement%columns) /= 3) &
+            call error%raise(group%line_of('columns'), 'a direction has three components', expected='three columns')
+      else if (any([(any(measurement%columns == quaternion(i)), i=1, 4)])) then
+         measurement%kind = ATTITUDES
+         if (size(measurement%columns) /= 4) then
+            call error%raise(group%line_of('columns'), 'an attitude has four components', &
+                             expected="columns = 'q0', 'q1', 'q2', 'q3'")
+         else if (any(measurement%columns /= quaternion)) then
+            call error%raise(group%line_of('columns'), 'an attitude has other columns', &
+                             expected="columns = 'q0', 'q1', 'q2', 'q3'")
+         end if
+      else
+         call find_columns(group, effects, measurement, error)
+      end if
+   end subroutine find_kind
+
+   !> Finds the columns in the sets of a history.
+   subroutine find_columns(group, effects, measurement, error)
+      type(group_t), intent(in) :: group
+      type(effect_list_t), intent(in) :: effects
+      type(measurement_t), intent(inout) :: measurement
+      type(scene_error_t), intent(inout) :: error
+      type(columns_t) :: columns
+      type(status_t) :: status
+      character(len=longest_name), allocatable :: headers(:)
+      character(len=24), allocatable :: sets(:)
+      integer :: i, set
+      allocate (sets(0), measurement%places(size(measurement%columns)), &
+                measurement%turns(size(measurement%columns)))
+      measurement%turns = 0.0_wp
+      measurement%degrees = any([(index(measurement%columns(i), degree_mark) > 0, i=1, size(measurement%columns))])
+      do i = 1, size(measurement%columns)
+         set = set_of(measurement%columns(i))
+         if (set == 0) then
+            call refuse(group, measurement%columns(i), error)
+            return
+         end if
+         if (.not. any(sets == column_sets(set)%name)) sets = [sets, column_sets(set)%name]
+         if (is_turning(column_sets(set)%name)) &
+            measurement%turns(i) = merge(360.0_wp, 2*pi, measurement%degrees)
+      end do
+      measurement%sets = sets
+      call columns%choose(sets, status, measurement%degrees, effects)
+      if (.not. status%ok()) then
+         call error%raise_status(group%line_of('columns'), status)
+         return
+      end if
+      headers = [character(len=longest_name) :: split_list(columns%header())]
+      do i = 1, size(measurement%columns)
+         measurement%places(i) = findloc(headers, measurement%columns(i), dim=1)
+         if (measurement%places(i) > 0) cycle
+         call error%raise(group%line_of('columns'), quoted(trim(measurement%columns(i)))//' has another unit', &
+                          expected='angles and rates all in degrees, NAME_deg, or all in radians')
+         return
+      end do
+   end subroutine find_columns
+
+   !> The set whose columns are angles that are known but for whole turns.
+   pure logical function is_turning(set)
+      character(len=*), intent(in) :: set
+      is_turning = index(set, 'euler') == 1 .or. set == 'roll_pitch_yaw'
+   end function is_turning
+
+   !> Raises an error for a column that cannot be fitted.
+   subroutine refuse(group, name, error)
+      type(group_t), intent(in) :: group
+      character(len=*), intent(in) :: name
+      type(scene_error_t), intent(inout) :: error
+      associate (names => split_list(measurable))
+         call error%raise(group%line_of('columns'), quoted(trim(name))//' is not a column that can be fitted', &
+                          expected="columns of attitude and momentum, such as 'omega1', 'phi_deg' or "// &
+                          "'q0', 'q1', 'q2', 'q3'", nearest=nearest_name(trim(name), names))
+      end associate
+   end subroutine refuse
+
+   !> The set of a history that has a column, as its place in the table; 0: none that can be fitted.
+   pure integer function set_of(column) result(set)
+      character(len=*), intent(in) :: column
+      character(len=:), allocatable :: name
+      name = trim(column)
+      if (len(name) > len(degree_mark)) then
+         if (name(len(name) - 3:) == degree_mark) name = name(:len(name) - 4)
+      end if
+      set = 0
+      if (index(name, 'euler_') /= 1 .and. .not. any(split_list(measurable) == name)) return
+      do set = size(column_sets), 1, -1
+         if (column_sets(set)%name == 'lvlh_attitude') cycle
+         if (any(split_list(trim(column_sets(set)%headers)) == name)) return
+      end do
+   end function set_of
+
+   !> Standard deviations, bias and loss.
+   subroutine read_statistics(group, measurement, error)
+      type(group_t), intent(in) :: group
+      type(measurement_t), intent(inout) :: measurement
+      type(scene_error_t), intent(inout) :: error
+      integer :: n
+      n = measurement%width()
+      measurement%sigma = spread(1.0_wp, 1, n)
+      measurement%sigma_is_known = group%has('sigma')
+      select case (group%count_of('sigma'))
+      case (0)
+         continue
+      case (1)
+         measurement%sigma = spread(group%number('sigma', 1.0_wp), 1, n)
+      case default
+         if (group%count_of('sigma') == n) then
+            measurement%sigma = group%vector('sigma', measurement%sigma)
+         else
+            call error%raise(group%line_of('sigma'), 'sigma has the wrong number of values', &
+                             expected='one, or one for each column, for an attitude three about the body axes')
+         end if
+      end select
+      measurement%has_bias = group%text('bias', 'none') == 'constant'
+      if (measurement%has_bias .and. measurement%kind /= VALUES) &
+         call error%raise(group%line_of('bias'), 'attitudes and directions have no bias', &
+                          expected="bias with columns such as 'omega1'")
+      measurement%loss = findloc(losses, group%text('loss', 'linear'), dim=1)
+   end subroutine read_statistics
+
+   !> Reads the file.
+   subroutine read_file(group, end_time, scene, measurement, error)
+      type(group_t), intent(in) :: group
+      real(wp), intent(in) :: end_time
+      character(len=*), intent(in) :: scene
+      type(measurement_t), intent(inout) :: measurement
+      type(scene_error_t), intent(inout) :: error
+      character(len=:), allocatable :: text, problem
+      integer, allocatable :: fields(:)
+      integer :: position, i
+      if (group%text('file', '') == '') then
+         call error%raise(group%line_of('file'), 'file is blank', expected='the name of a CSV file')
+         return
+      end if
+      measurement%file = path_beside(scene, group%text('file', ''))
+      call read_text_file(measurement%file, text, problem)
+      if (problem /= '') then
+         call error%raise(group%line_of('file'), 'file '//quoted(measurement%file)//' cannot be read', &
+                          expected='a CSV file; '//problem)
+         return
+      end if
+      position = begin_of(text)
+      call read_header(text, position, measurement%columns, fields, problem)
+      associate (rows => count_lines(text) - 1)
+         if (problem == '' .and. rows < 1) problem = 'there are no measurements (expected one for each line)'
+         if (problem /= '') then
+            call error%raise_in(measurement%file, 1, problem)
+            return
+         end if
+         allocate (measurement%times(rows), measurement%rows(size(measurement%columns), rows))
+      end associate
+      do i = 1, size(measurement%times)
+         call read_row(text, position, fields, measurement%times(i), measurement%rows(:, i), problem)
+         if (problem == '') call check_row(measurement, i, end_time, problem)
+         if (problem == '') cycle
+         call error%raise_in(measurement%file, i + 1, problem)
+         return
+      end do
+   end subroutine read_file
+
+   !> Finds t and the columns in the header. A unit in brackets behind a name does not count.
+   subroutine read_header(text, position, columns, fields, problem)
+      character(len=*), intent(in) :: text
+      integer, intent(inout) :: position
+      character(len=*), intent(in) :: columns(:)
+      !> Which column of the fit stands in each field, t as -1; 0: none. Shape (fields).
+      integer, allocatable, intent(out) :: fields(:)
+      !> What is wrong with it; empty on success.
+      character(len=:), allocatable, intent(out) :: problem
+      character(len=longest_name) :: name
+      character(len=longest_name), allocatable :: names(:)
+      integer :: first, last, i
+      logical :: ends
+      problem = ''
+      ends = .false.
+      allocate (fields(0), names(0))
+      do while (.not. ends)
+         call next_field(text, position, first, last, ends, problem)
+         if (problem /= '') return
+         name = text(first:last)
+         if (index(name, ' (') > 0) name = name(:index(name, ' (') - 1)
+         names = [names, name]
+         fields = [fields, findloc(columns, name, dim=1)]
+         if (name == 't') fields(size(fields)) = -1
+      end do
+      if (.not. any(fields == -1)) problem = "there is no column 't' (expected the time in s)"
+      do i = 1, size(columns)
+         if (problem == '' .and. .not. any(fields == i)) &
+            problem = 'there is no column '//quoted(trim(columns(i)))//' (expected it, beside '//comma_list(names)//')'
+      end do
+   end subroutine read_header
+
+   !> Reads a line.
+   subroutine read_row(text, position, fields, t, row, problem)
+      character(len=*), intent(in) :: text
+      integer, intent(inout) :: position
+      integer, intent(in) :: fields(:)
+      real(wp), intent(out) :: t
+      !> Shape (columns).
+      real(wp), intent(out) :: row(:)
+      character(len=:), allocatable, intent(out) :: problem
+      real(wp) :: number
+      integer :: i, first, last
+      logical :: ends
+      problem = ''
+      t = 0.0_wp
+      row = 0.0_wp
+      do i = 1, size(fields)
+         call next_field(text, position, first, last, ends, problem)
+         if (problem == '' .and. (ends .neqv. i == size(fields))) &
+            problem = 'wrong number of values in this line (expected one per column)'
+         if (problem /= '') return
+         if (fields(i) == 0) cycle
+         call read_real(text(first:last), number, problem)
+         if (problem /= '') then
+            problem = problem//' (expected a number)'
+            return
+         end if
+         if (fields(i) < 0) t = number
+         if (fields(i) > 0) row(fields(i)) = number
+      end do
+   end subroutine read_row
+
+   !> Says what is wrong with a row.
+   subroutine check_row(measurement, i, end_time, problem)
+      type(measurement_t), intent(inout) :: measurement
+      !> Which row.
+      integer, intent(in) :: i
+      real(wp), intent(in) :: end_time
+      character(len=:), allocatable, intent(inout) :: problem
+      real(wp) :: sense, norm
+      sense = sign(1.0_wp, end_time)
+      if (sense*measurement%times(i) < 0.0_wp .or. sense*(measurement%times(i) - end_time) > 0.0_wp) then
+         problem = 'the time of a measurement is outside of the run (expected times from 0 to end_time)'
+         return
+      end if
+      if (i > 1) then
+         if (sense*(measurement%times(i) - measurement%times(i - 1)) <= 0.0_wp) then
+            problem = 'the times of measurements are out of order (expected the order of the run)'
+            return
+         end if
+      end if
+      if (measurement%kind == VALUES) return
+      norm = norm2(measurement%rows(:, i))
+      if (abs(norm - 1) > norm_tolerance) then
+         problem = 'the norm is not 1 (expected a unit quaternion, or the components of a unit vector)'
+      else
+         measurement%rows(:, i) = measurement%rows(:, i)/norm
+      end if
+   end subroutine check_row
+
+end module nutate_scene_measurement

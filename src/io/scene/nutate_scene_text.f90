@@ -1,0 +1,90 @@
+!> The groups of a scene as the text of a scene file.
+module nutate_scene_text
+   use nutate_decimal, only: exact_text
+   use nutate_keys, only: group_t, setting_t, KEY_INTEGER, KEY_LOGICAL, KEY_REAL
+   use nutate_kinds, only: wp
+   use nutate_scene_table, only: path_beside
+   implicit none
+   private
+
+   public :: scene_text
+
+   !> Keys that name files beside the scene, and in the group `&measurement`.
+   character(len=*), parameter :: file_keys(2) = [character(len=10) :: 'table', 'times_file']
+   character, parameter :: line_feed = achar(10)
+
+contains
+
+   !> Returns the groups as the text of a scene; numbers read back exactly.
+   function scene_text(groups, path) result(text)
+      type(group_t), intent(in) :: groups(:)
+      !> Path of the scene that they were read from: the names of its files are given as seen from the working
+      !> directory.
+      character(len=*), intent(in) :: path
+      character(len=:), allocatable :: text
+      integer :: i, k
+      text = ''
+      do i = 1, size(groups)
+         text = text//'&'//trim(groups(i)%name)//line_feed
+         do k = 1, size(groups(i)%settings)
+            text = text//'   '//setting_text(groups(i)%settings(k), groups(i)%name, path)//line_feed
+         end do
+         text = text//'/'//line_feed
+      end do
+   end function scene_text
+
+   !> `key = value, value`.
+   function setting_text(setting, group, path) result(text)
+      type(setting_t), intent(in) :: setting
+      !> Name of its group.
+      character(len=*), intent(in) :: group, path
+      character(len=:), allocatable :: text
+      character(len=12) :: whole
+      logical :: is_file
+      integer :: i
+      is_file = any(file_keys == setting%name) .or. (group == 'measurement' .and. setting%name == 'file')
+      text = trim(setting%name)//' = '
+      do i = 1, size(setting%values)
+         if (i > 1) text = text//', '
+         associate (value => setting%values(i))
+            select case (setting%kind)
+            case (KEY_REAL)
+               text = text//number_text(setting%values(i)%number)
+            case (KEY_INTEGER)
+               write (whole, '(i0)') value%whole
+               text = text//trim(whole)
+            case (KEY_LOGICAL)
+               text = text//trim(merge('.true. ', '.false.', value%flag))
+            case default
+               if (is_file) then
+                  text = text//quoted_text(path_beside(path, value%text))
+               else
+                  text = text//quoted_text(value%text)
+               end if
+            end select
+         end associate
+      end do
+   end function setting_text
+
+   !> A number as a scene has it, which may be infinite.
+   pure function number_text(number) result(text)
+      real(wp), intent(in) :: number
+      character(len=:), allocatable :: text
+      text = 'Infinity'
+      if (abs(number) <= huge(number)) text = exact_text(number)
+   end function number_text
+
+   !> Text in single quotes, those inside doubled.
+   pure function quoted_text(text) result(quoted)
+      character(len=*), intent(in) :: text
+      character(len=:), allocatable :: quoted
+      integer :: i
+      quoted = "'"
+      do i = 1, len_trim(text)
+         quoted = quoted//text(i:i)
+         if (text(i:i) == "'") quoted = quoted//"'"
+      end do
+      quoted = quoted//"'"
+   end function quoted_text
+
+end module nutate_scene_text

@@ -1,0 +1,99 @@
+"""nutate fit: what it prints and writes, and what it refuses."""
+import csv
+import math
+import os
+import shutil
+
+from support import ROOT, CommandLineTest
+
+GYRO = """&body inertia = 5.4, 19.5, 17.0 /
+&initial angular_velocity = 3.0, 1.0, 5.0 /
+&integrator local_tolerance = 1e-10, end_time = 1.0 /
+&free key = 'initial.angular_velocity' /
+&free key = 'body.inertia.1', 'body.inertia.2' /
+&measurement file = 'gyro.csv', columns = 'omega1', 'omega2', 'omega3', sigma = 0.01 /
+"""
+
+
+class Fit(CommandLineTest):
+    def setUp(self):
+        super().setUp()
+        self.write("truth.nml", "&body inertia = 5, 20, 17 /\n&initial angular_velocity = 3, 1, 5 /\n"
+                   "&integrator time_step = 0.001, end_time = 1.0 /\n&output every = 50, columns = 'angular_velocity', 'euler' /\n")
+        self.succeed("run", "truth.nml", "--quiet", "--output", "gyro.csv")
+        self.write("gyro.nml", GYRO)
+
+    def test_a_history_is_a_file_of_measurements(self):
+        page = self.succeed("fit", "gyro.nml").stdout
+        for text in ("gyro.nml: gyro", "63 residuals in 1 measurement, 5 parameters", "58 degrees of freedom", "body.inertia.1",
+                     "±"):
+            self.assertIn(text, page)
+
+    def test_the_fitted_scene_has_the_fitted_numbers_and_is_a_scene(self):
+        self.succeed("fit", "gyro.nml", "--quiet")
+        self.succeed("check", "gyro.fit.nml")
+        with open(self.path("gyro.fit.nml"), encoding="utf-8") as file:
+            line = next(line for line in file if "inertia" in line)
+        j = [float(word) for word in line.split("=")[1].split(",")]
+        self.assertAlmostEqual(j[0], 5.0, delta=1e-3)
+        self.assertAlmostEqual(j[1], 20.0, delta=1e-3)
+        self.assertEqual(j[2], 17.0)
+        again = self.succeed("fit", "gyro.fit.nml", "--set", "fit.start=scene").stdout
+        self.assertIn("fit                 0 iterations from start 1 of 1", again)
+
+    def test_residuals_are_model_less_measured_over_sigma(self):
+        self.succeed("fit", "gyro.nml", "--quiet", "--csv", "r.csv")
+        with open(self.path("r.csv"), encoding="utf-8", newline="") as file:
+            rows = list(csv.DictReader(file))
+        self.assertEqual(len(rows), 63)
+        self.assertEqual(list(rows[0]), ["measurement", "t", "column", "measured", "model", "residual"])
+        for row in rows:
+            self.assertAlmostEqual((float(row["model"]) - float(row["measured"])) / 0.01, float(row["residual"]), delta=1e-9)
+            self.assertLess(abs(float(row["residual"])), 1e-2)
+
+    def test_toutatis(self):
+        for name in ("toutatis.nml", "toutatis_radar.csv"):
+            shutil.copy(ROOT / "scenes" / name, self.path(name))
+        page = self.succeed("fit", "toutatis.nml").stdout
+        for text in ("34.247025 for 43 degrees of freedom", "2.98 ± 0.21", "3.22 ± 0.25"):
+            self.assertIn(text, page)
+
+    def test_what_cannot_be_known_is_named(self):
+        page = self.succeed("fit", "gyro.nml", "--set", "free.2.key=body.inertia").stdout
+        self.assertRegex(page, r"body\.inertia\.3 +\S+ +not identifiable")
+        self.assertRegex(page, r"not identifiable +body\.inertia\.1 1, body\.inertia\.2 1, body\.inertia\.3 1")
+
+    def test_without_sigma_the_residuals_give_it(self):
+        self.write("free.nml", GYRO.replace(", sigma = 0.01", ""))
+        self.assertIn("from the residuals", self.succeed("fit", "free.nml").stdout)
+
+    def test_directions_and_angles(self):
+        self.write("axis.csv", "t,x,y,z\n" + "".join(f"{t},{math.sin(2 * t)!r},{math.cos(2 * t)!r},0\n" for t in (0.1, 0.2, 0.5)))
+        self.write("spin.nml", "&body inertia = 1, 1, 0.5 /\n&initial angular_velocity = 0, 0, 1.8 /\n"
+                   "&integrator local_tolerance = 1e-10, end_time = 1 /\n&free key = 'initial.angular_velocity' /\n"
+                   "&measurement file = 'axis.csv', columns = 'x', 'y', 'z', direction = 0, 3, 0, sigma = 0.01 /\n")
+        self.assertRegex(self.succeed("fit", "spin.nml").stdout, r"angular_velocity\.3 +2\.000 ± 0\.01")
+        self.write("angle.nml", GYRO.replace("'omega1', 'omega2', 'omega3'", "'phi', 'theta', 'psi'"))
+        self.assertRegex(self.succeed("fit", "angle.nml", "--csv", "a.csv", "--output", "a.fit.nml").stdout,
+                         r"body\.inertia\.2 +20\.0")
+
+    def test_a_picture(self):
+        if shutil.which("gnuplot") is None:
+            self.skipTest("no gnuplot")
+        self.succeed("fit", "gyro.nml", "--quiet", "--plot", "fit.svg")
+        with open(self.path("fit.svg"), encoding="utf-8") as file:
+            picture = file.read()
+        for text in ("gyro.csv, and the model", "residuals (standard deviations)", "omega3"):
+            self.assertIn(text, picture)
+
+    def test_refusals(self):
+        self.fail_with(2, "fit", "box.nml", says=["there is nothing to fit (expected &free and &measurement)"])
+        self.fail_with(2, "fit", "gyro.nml", "--set", "integrator.method=rk4", "--unset", "integrator.local_tolerance",
+                       "--set", "integrator.time_step=0.01", says=["'rk4'"])
+        self.fail_with(2, "fit", "gyro.nml", "--output", "gyro.nml", says=["gyro.nml is the scene itself"])
+        self.fail_with(2, "fit", "gyro.nml", "--csv", "gyro.csv", says=["gyro.csv is a file of measurements"])
+        self.fail_with(2, "fit", "gyro.nml", "--member", "1", says=["nutate fit has no option --member"])
+        self.assertEqual(sorted(name for name in os.listdir(self.path(".")) if "fit" in name or "residual" in name), [])
+
+    def test_the_command_explains_itself(self):
+        self.assertIn("NAME.fit.nml", self.succeed("fit", "--help").stdout)

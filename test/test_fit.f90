@@ -1,0 +1,538 @@
+!> Fits of scenes: standard errors at the truth, the radar attitudes of Toutatis, starts, and errors of random fits.
+module test_fit
+   use, intrinsic :: iso_fortran_env, only: int64
+   use nutate_attitude, only: quat_from_rotation_vector
+   use nutate_fit, only: fit_scene, fit_t
+   use nutate_fit_model, only: fit_model_t, motion_at_t
+   use nutate_hamiltonian, only: body_momentum
+   use nutate_fit_residuals, only: inverse_right_jacobian, residuals_t
+   use nutate_attitude, only: rotation_vector_from_quat
+   use nutate_kinds, only: wp, pi
+   use nutate_least_squares, only: UNKNOWN_BELOW
+   use nutate_normal_quantile, only: normal_quantile
+   use nutate_quaternion, only: quat_conjugate, quat_normalized, quat_product
+   use nutate_scene, only: parse_scene, scene_t
+   use nutate_state, only: state_t
+   use nutate_status, only: status_t, NUTATE_BAD_ARGUMENT
+   use test_support, only: check, check_below, check_close, draws_fewer, error_type, new_unittest, random_unit, &
+      random_unit_quaternion, random_vector, test_failed, unittest_type
+   implicit none
+   private
+
+   public :: collect_fit
+
+   character, parameter :: lf = achar(10)
+   !> Files that scenes name; their rows are replaced.
+   character(len=*), parameter :: rates_file = 'build/fit_rates.csv', attitudes_file = 'build/fit_attitudes.csv', &
+                                  heading_file = 'build/fit_heading.csv'
+   character(len=*), parameter :: rates = "&measurement file = '"//rates_file// &
+      "', columns = 'omega1', 'omega2', 'omega3'"
+   character(len=*), parameter :: gyroscope = "&body inertia = 5, 20, 17 /"//lf// &
+                                  "&initial angular_velocity = 3, 1, 5 /"//lf// &
+                                  "&integrator local_tolerance = 1e-11, end_time = 10 /"//lf// &
+                                  "&free key = 'initial.angular_velocity' /"//lf
+
+contains
+
+   subroutine collect_fit(testsuite)
+      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      testsuite = [ &
+                  new_unittest("standard_errors_of_a_gyroscope", test_gyroscope), &
+                  new_unittest("standard_errors_of_a_compass", test_compass), &
+                  new_unittest("radar_attitudes_of_Toutatis", test_toutatis), &
+                  new_unittest("a_free_body_gives_ratios_of_moments_only", test_ratios), &
+                  new_unittest("a_compass_gives_ratios_only", test_compass_ratios), &
+                  new_unittest("a_steady_spin_gives_no_moment", test_steady_spin), &
+                  new_unittest("errors_of_random_fits_are_their_standard_errors", test_random_fits), &
+                  new_unittest("growing_arcs_arrive_where_the_whole_record_does_not", test_arcs), &
+                  new_unittest("rates_give_ratios_of_moments_without_a_fit", test_data_start), &
+                  new_unittest("the_same_fit_from_degrees_and_space_axes", test_units), &
+                  new_unittest("outliers_and_a_prior", test_prior_and_loss), &
+                  new_unittest("columns_of_free_numbers_are_differences_of_runs", test_columns), &
+                  new_unittest("the_derivative_of_the_logarithm", test_logarithm), &
+                  new_unittest("what_cannot_be_fitted_is_rejected", test_rejections)]
+   end subroutine collect_fit
+
+   !> Reads a scene whose files of measurements exist.
+   subroutine read(text, scene, error)
+      character(len=*), intent(in) :: text
+      type(scene_t), intent(out) :: scene
+      type(error_type), allocatable, intent(inout) :: error
+      type(status_t) :: status
+      character(len=:), allocatable :: message
+      call write_file(rates_file, 't,omega1,omega2,omega3'//lf//'0.1,0,0,0'//lf)
+      call write_file(attitudes_file, 't,q0,q1,q2,q3'//lf//'0.1,1,0,0,0'//lf)
+      call write_file(heading_file, 't,phi_deg'//lf//'0.1,0'//lf)
+      call parse_scene(text, 'fit.nml', scene, status, message)
+      if (.not. status%ok()) call test_failed(error, message)
+   end subroutine read
+
+   subroutine write_file(name, text)
+      character(len=*), intent(in) :: name, text
+      integer :: unit
+      open (newunit=unit, file=name, access='stream', form='unformatted', status='replace')
+      write (unit) text
+      close (unit)
+   end subroutine write_file
+
+   !> Gives each measurement of a scene what its motion is at given times, with noise of its sigma.
+   subroutine measure(scene, times, error, seed)
+      type(scene_t), intent(inout) :: scene
+      real(wp), intent(in) :: times(:)
+      type(error_type), allocatable, intent(inout) :: error
+      !> Of the noise; none without.
+      integer(int64), intent(inout), optional :: seed
+      type(fit_model_t) :: model
+      type(residuals_t) :: residuals
+      type(state_t), allocatable :: states(:)
+      type(status_t) :: status
+      real(wp) :: noise(4)
+      integer :: i, k, c
+      if (allocated(error)) return
+      call model%prepare(scene, status)
+      if (status%ok()) call model%states_at(times, states, status)
+      call check(error, status%ok(), trim(status%message))
+      if (allocated(error)) return
+      do i = 1, size(scene%fit%measurements)
+         residuals = residuals_t()
+         call residuals%prepare(scene%fit%measurements(i), scene%system, 0.0_wp, status)
+         associate (measurement => scene%fit%measurements(i))
+            measurement%times = times
+            measurement%rows = reshape([(residuals%model(scene%system, states(k)), k=1, size(times))], &
+                                       [size(measurement%columns), size(times)])
+            if (.not. present(seed)) cycle
+            do k = 1, size(times)
+               noise = [(normal_quantile(random_unit(seed)), c=1, 4)]
+               if (size(measurement%columns) == 4) then
+                  measurement%rows(:, k) = quat_product(measurement%rows(:, k), &
+                                                        quat_from_rotation_vector(measurement%sigma*noise(:3)))
+               else
+                  measurement%rows(:, k) = measurement%rows(:, k) + measurement%sigma*noise(:size(measurement%sigma))
+               end if
+            end do
+         end associate
+      end do
+   end subroutine measure
+
+   subroutine fit_and_check(scene, fit, error)
+      type(scene_t), intent(in) :: scene
+      type(fit_t), intent(out) :: fit
+      type(error_type), allocatable, intent(inout) :: error
+      type(status_t) :: status
+      if (allocated(error)) return
+      call fit_scene(scene, fit, status)
+      call check(error, status%ok(), trim(status%message))
+   end subroutine fit_and_check
+
+   pure function every(interval, n) result(times)
+      real(wp), intent(in) :: interval
+      integer, intent(in) :: n
+      real(wp) :: times(n)
+      integer :: i
+      times = [(interval*i, i=1, n)]
+   end function every
+
+   !> shared/reference/tangent.md, section 10.
+   subroutine test_gyroscope(error)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: errors(8) = [1.44392383273e-3_wp, 4.15230193256e-4_wp, 4.58307514772e-4_wp, &
+         4.64752292636e-3_wp, 2.47016127864e-3_wp, 1.31774121343e-3_wp, 3.17557425618e-4_wp, 3.17158611193e-4_wp]
+      type(scene_t) :: scene
+      type(fit_t) :: fit
+      call read("&body inertia = 5, 20, 17 /&initial angular_velocity = 3, 1, 5 /&integrator time_step = 0.01, "// &
+                "method = 'nielsen_krenk', order = 4, end_time = 10 /&free key = 'initial.angular_velocity' /"// &
+                "&free key = 'body.inertia.1', 'body.inertia.2' /"//rates//", sigma = 0.01, bias = 'constant' /", &
+                   scene, error)
+      call measure(scene, every(0.01_wp, 1000), error)
+      call fit_and_check(scene, fit, error)
+      if (allocated(error)) return
+      call check_close(error, fit%result%standard_errors()/errors, spread(1.0_wp, 1, 8), 2e-8_wp)
+      associate (covariance => fit%result%covariance)
+         call check_close(error, covariance(4, 1)/sqrt(covariance(1, 1)*covariance(4, 4)), 0.981588540548_wp, 2e-9_wp)
+      end associate
+      call check_below(error, maxval(abs(fit%result%x - [3.0_wp, 1.0_wp, 5.0_wp, 5.0_wp, 20.0_wp, 0.0_wp, 0.0_wp, &
+         0.0_wp])/ &
+                                     errors), 1e-6_wp)
+   end subroutine test_gyroscope
+
+   !> A compass needle, of which heading, rate, damping and moment are free.
+   subroutine read_compass(more, scene, error)
+      character(len=*), intent(in) :: more
+      type(scene_t), intent(out) :: scene
+      type(error_type), allocatable, intent(inout) :: error
+      call read("&body shape = 'box', size = 0.06, 0.005, 0.0005, density = 7800 /"//lf// &
+                "&dipole moment = 0.1, 0, 0, field = 20e-6, 0, 0 /"//lf// &
+                "&damping coefficient = 0, 0, 7e-8 /"//lf// &
+                "&initial euler = 150, 0, 0, angular_velocity = 0, 0, 0, degrees = .true. /"//lf// &
+                "&integrator local_tolerance = 1e-11, end_time = 60 /"//lf// &
+                "&free key = 'initial.euler.1', 'initial.angular_velocity.3' /"//lf// &
+                "&free key = 'damping.coefficient.3', 'dipole.moment.1' /"//lf//more// &
+                "&measurement file = '"//heading_file//"', columns = 'phi_deg', sigma = 1 /", scene, error)
+      call measure(scene, every(0.5_wp, 120), error)
+   end subroutine read_compass
+
+   !> shared/reference/tangent.md, section 10.
+   subroutine test_compass(error)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: errors(4) = [1.0946620550_wp, 2.7971862234_wp, 4.33752654384e-10_wp, 1.02842308003e-4_wp]
+      type(scene_t) :: scene
+      type(fit_t) :: fit
+      call read_compass('', scene, error)
+      call fit_and_check(scene, fit, error)
+      if (allocated(error)) return
+      call check_close(error, fit%result%standard_errors()/errors, spread(1.0_wp, 1, 4), 1e-6_wp)
+      associate (covariance => fit%result%covariance)
+         call check_close(error, covariance(3, 4)/sqrt(covariance(3, 3)*covariance(4, 4)), -0.3755934486_wp, 1e-6_wp)
+      end associate
+   end subroutine test_compass
+
+   !> shared/reference/tangent.md, section 10. Takahashi, Busch & Scheeres (2013) published 3.0836 and 3.235.
+   subroutine test_toutatis(error)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: rate = 1/86400.0_wp
+      character(len=*), parameter :: crude(2) = [character(len=72) :: &
+         'initial.angular_velocity=-4.1204E-4,8.3333E-5,-1.12269E-3', 'fit.start=scene']
+      type(scene_t) :: scene
+      type(fit_t) :: fit
+      type(status_t) :: status
+      character(len=:), allocatable :: message
+      real(wp) :: errors(8)
+      integer :: pass
+      do pass = 1, 2
+         if (pass == 1) call parse(['body.inertia=3,3,1'])
+         if (pass == 2) call parse([character(len=72) :: 'body.inertia=3,3,1', crude])
+         call check(error, status%ok(), message)
+         call fit_and_check(scene, fit, error)
+         if (allocated(error)) return
+         errors = fit%result%standard_errors()
+         associate (result => fit%result, q => fit%problem%model%plan%attitude)
+            call check_close(error, result%chi_squared, 34.247024949_wp, 1e-7_wp)
+            call check(error, result%degrees_of_freedom, 43)
+            call check_close(error, q*sign(1.0_wp, -q(1)), [-0.258689230_wp, 0.644752057_wp, 0.061284541_wp, &
+                                                            0.716672082_wp], 2e-9_wp)
+            call check_close(error, result%x(4:6)/rate, [-38.1804508_wp, -2.4014233_wp, -97.8520831_wp], 1e-6_wp)
+            call check_close(error, errors(4:6)/rate, [3.31_wp, 1.89_wp, 2.39_wp], 0.005_wp)
+            call check_close(error, result%x(7:8), [2.97785949_wp, 3.22207447_wp], 1e-7_wp)
+            call check_close(error, errors(7:8), [0.214_wp, 0.253_wp], 0.0005_wp)
+            call check_close(error, result%covariance(7, 8)/(errors(7)*errors(8)), -0.885_wp, 0.0005_wp)
+         end associate
+      end do
+   contains
+      subroutine parse(overrides)
+         use nutate_scene, only: read_scene
+         character(len=*), intent(in) :: overrides(:)
+         call read_scene('scenes/toutatis.nml', scene, status, message, overrides)
+      end subroutine parse
+   end subroutine test_toutatis
+
+   !> All three moments of a free body are free.
+   subroutine test_ratios(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(scene_t) :: scene
+      type(fit_t) :: fit
+      integer :: n
+      call read(gyroscope//"&free key = 'body.inertia' /"//rates//', sigma = 0.01 /', scene, error)
+      call measure(scene, every(0.02_wp, 200), error)
+      call fit_and_check(scene, fit, error)
+      if (allocated(error)) return
+      n = size(fit%result%x)
+      call check(error, count(fit%result%singular_values < UNKNOWN_BELOW), 1)
+      call check(error, all(fit%result%unidentified .eqv. [.false., .false., .false., .true., .true., .true.]))
+      ! The direction is J itself.
+      associate (direction => fit%result%directions(:, n))
+         call check_close(error, direction(4:6)/direction(4), fit%result%x(4:6)/fit%result%x(4), 1e-7_wp)
+      end associate
+   end subroutine test_ratios
+
+   subroutine test_compass_ratios(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(scene_t) :: scene
+      type(fit_t) :: fit
+      call read_compass("&free key = 'body.density' /"//lf, scene, error)
+      call fit_and_check(scene, fit, error)
+      if (allocated(error)) return
+      call check(error, count(fit%result%singular_values < UNKNOWN_BELOW), 1)
+      call check(error, all(fit%result%unidentified .eqv. [.false., .false., .true., .true., .true.]))
+      associate (change => fit%result%directions(3:5, 5)/fit%result%x(3:5))
+         call check_close(error, change/change(1), [1.0_wp, 1.0_wp, 1.0_wp], 1e-7_wp)
+      end associate
+   end subroutine test_compass_ratios
+
+   subroutine test_steady_spin(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(scene_t) :: scene
+      type(fit_t) :: fit
+      call read("&body inertia = 5, 20, 17 /&initial angular_velocity = 0, 0, 5 /"// &
+                "&integrator local_tolerance = 1e-11, end_time = 10 /"// &
+                "&free key = 'initial.angular_velocity', 'body.inertia' /"//rates//', sigma = 0.01 /', scene, error)
+      call measure(scene, every(0.05_wp, 20), error)
+      call fit_and_check(scene, fit, error)
+      if (allocated(error)) return
+      call check(error, all(fit%result%unidentified .eqv. [.false., .false., .false., .true., .true., .true.]))
+   end subroutine test_steady_spin
+
+   !> Random bodies, seen by a gyroscope and a star tracker with noise.
+   subroutine test_random_fits(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(scene_t) :: scene
+      type(fit_t) :: fit
+      real(wp) :: j(3), squares, omega(3), truth(8), off(8)
+      integer(int64) :: seed
+      integer :: i, fits, n
+      character(len=400) :: start
+      seed = 20261125_int64
+      fits = merge(40, 200, draws_fewer())
+      squares = 0.0_wp
+      n = 0
+      do i = 1, fits
+         do
+            j = [1 + 4*random_unit(seed), 1 + 4*random_unit(seed), 2.0_wp]
+            if (2*maxval(j) < 0.95_wp*sum(j)) exit
+         end do
+         omega = 2*random_vector(seed) + [0.5_wp, 0.5_wp, 0.5_wp]
+         write (start, &
+            '("&body inertia =",3es24.16," / &initial quaternion =",4es24.16,", angular_velocity =",3es24.16," /")') &
+            j, random_unit_quaternion(seed), omega
+         call read(trim(start)//"&integrator local_tolerance = 1e-10, end_time = 5 /"// &
+                   "&free key = 'initial.attitude', 'initial.angular_velocity', "// &
+                   "'body.inertia.1', 'body.inertia.2' /"// &
+                   rates//", sigma = 0.01 /&measurement file = '"//attitudes_file// &
+                   "', columns = 'q0', 'q1', 'q2', 'q3', sigma = 0.02 /&fit start = 'scene', arcs = 'whole' /", &
+                      scene, error)
+         call measure(scene, every(0.1_wp, 50), error, seed)
+         call fit_and_check(scene, fit, error)
+         if (allocated(error)) return
+         truth = [0.0_wp, 0.0_wp, 0.0_wp, omega, j(:2)]
+         off = fit%result%x - truth
+         off(:3) = rotation_vector_from_quat(quat_product([1.0_wp, -1.0_wp, -1.0_wp, -1.0_wp]*scene%initial%q, &
+                                                          fit%problem%model%plan%attitude))
+         squares = squares + sum((off/fit%result%standard_errors())**2)
+         n = n + size(off)
+      end do
+      call check_close(error, sqrt(squares/n), 1.0_wp, 0.1_wp)
+   end subroutine test_random_fits
+
+   !> shared/reference/tangent.md, section 10: of random moments growing arcs find the minimum, the whole record does
+   !> not.
+   subroutine test_arcs(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(scene_t) :: scene, own
+      type(fit_t) :: fit
+      type(status_t) :: status
+      real(wp) :: ratios(2)
+      integer(int64) :: seed
+      integer :: i, starts, arrived(2), way
+      seed = 40_int64
+      starts = merge(8, 40, draws_fewer())
+      arrived = 0
+      call read(gyroscope//"&free key = 'body.inertia.1', 'body.inertia.2' /"//rates//", sigma = 0.01 /"// &
+                "&fit start = 'scene' /", scene, error)
+      call measure(scene, every(0.02_wp, 500), error, seed)
+      if (allocated(error)) return
+      do i = 1, starts
+         do
+            ratios = exp([2.3_wp*(2*random_unit(seed) - 1), 2.3_wp*(2*random_unit(seed) - 1)])
+            if (abs(ratios(1) - ratios(2)) < 1.0_wp .and. sum(ratios) > 1.0_wp) exit
+         end do
+         own = scene
+         do way = 1, 2
+            own%fit%grows = way == 1
+            associate (inertia => own%fit%numbers%groups(1)%settings(1)%values)
+               inertia(:2)%number = 17*ratios
+            end associate
+            call fit_scene(own, fit, status)
+            if (fit%best == 0) cycle
+            if (fit%result%chi_squared < 1.2_wp*fit%result%degrees_of_freedom) arrived(way) = arrived(way) + 1
+         end do
+      end do
+      call check(error, arrived(1) >= (8*starts)/10, 'growing arcs arrive too rarely')
+      call check(error, arrived(2) <= starts/4, 'the whole record arrives too often')
+   end subroutine test_arcs
+
+   !> Moments of the wrong order in the scene.
+   subroutine test_data_start(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(scene_t) :: scene
+      type(fit_t) :: fit
+      real(wp) :: errors(5)
+      integer(int64) :: seed
+      seed = 7_int64
+      call read(gyroscope//"&free key = 'body.inertia.1', 'body.inertia.2' /"//rates//", sigma = 0.01 /"// &
+                "&fit arcs = 'whole' /", scene, error)
+      call measure(scene, every(0.01_wp, 1000), error, seed)
+      if (allocated(error)) return
+      scene%fit%numbers%groups(1)%settings(1)%values(:2)%number = [20.0_wp, 5.0_wp]
+      call fit_and_check(scene, fit, error)
+      if (allocated(error)) return
+      call check(error, fit%best, 2)
+      errors = fit%result%standard_errors()
+      call check_below(error, maxval(abs(fit%result%x(4:5) - [5.0_wp, 20.0_wp])/errors(4:5)), 4.0_wp)
+      call check_below(error, real(fit%result%iterations, wp), 10.0_wp)
+   end subroutine test_data_start
+
+   !> Rates of the scene in degrees and in space axes: the same motion, and the same errors.
+   subroutine test_units(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(scene_t) :: scene
+      type(fit_t) :: plain, other
+      character(len=*), parameter :: rest = "&integrator local_tolerance = 1e-11, end_time = 2 /"//lf// &
+         "&free key = 'initial.attitude', 'initial.angular_velocity' /&measurement file = '"//attitudes_file// &
+         "', columns = 'q0', 'q1', 'q2', 'q3', sigma = 0.02 /"
+      real(wp), parameter :: degree = pi/180
+      real(wp), allocatable :: a(:), b(:)
+      call read("&body inertia = 5, 20, 17 /&initial axis = 0, 0, 1, angle = 90, angular_velocity = 3, 1, 5, "// &
+                "degrees = .true. /"//rest, scene, error)
+      call measure(scene, every(0.1_wp, 20), error)
+      call fit_and_check(scene, plain, error)
+      if (allocated(error)) return
+      call read("&body inertia = 5, 20, 17 /&initial axis = 0, 0, 1, angle = 90, angular_velocity = -1, 3, 5, "// &
+                "frame = 'space', degrees = .true. /"//rest, scene, error)
+      call measure(scene, every(0.1_wp, 20), error)
+      call fit_and_check(scene, other, error)
+      if (allocated(error)) return
+      ! Components 1 and 2 in space are 2 and 1 of the body, when the attitude is held; where it is free as well, its
+      ! error adds to them.
+      a = plain%result%standard_errors()
+      b = other%result%standard_errors()
+      call check_close(error, b(1:3), a(1:3), 1e-7_wp*maxval(a))
+      associate (c => plain%result%covariance)
+         ! δω_space = R(δΩ + θ×Ω), of which component 3 is δΩ3 + θ1Ω2 - θ2Ω1.
+         call check_close(error, other%result%covariance(6, 6), c(6, 6) + degree**2*(c(1, 1) - 6*c(1, 2) + 9*c(2, &
+            2)) + &
+                          2*degree*(c(6, 1) - 3*c(6, 2)), 1e-7_wp*c(6, 6))
+      end associate
+   end subroutine test_units
+
+   subroutine test_prior_and_loss(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(scene_t) :: scene
+      type(fit_t) :: fit
+      type(status_t) :: status
+      integer(int64) :: seed
+      seed = 11_int64
+      call read(gyroscope//"&free key = 'body.inertia.1', sigma = 1e-6 /"//rates// &
+                ", sigma = 0.01, loss = 'cauchy' /&fit start = 'scene' /", scene, error)
+      call measure(scene, every(0.02_wp, 200), error, seed)
+      if (allocated(error)) return
+      scene%fit%measurements(1)%rows(2, [30, 60, 61, 150]) = 40.0_wp
+      call fit_scene(scene, fit, status)
+      call check(error, status%ok(), trim(status%message))
+      if (allocated(error)) return
+      call check_close(error, fit%result%x(:3), [3.0_wp, 1.0_wp, 5.0_wp], 0.005_wp)
+      ! The data know the moment less well than the scene says.
+      associate (errors => fit%result%standard_errors())
+         call check_close(error, errors(4), 1e-6_wp, 1e-9_wp)
+      end associate
+   end subroutine test_prior_and_loss
+
+   !> Numbers of start, body and effects, by the chain rule.
+   subroutine test_columns(error)
+      type(error_type), allocatable, intent(out) :: error
+      character(len=*), parameter :: motion = "&integrator method = 'nielsen_krenk', order = 4, time_step = 0.02, "// &
+                                     "end_time = 1 /"//lf
+      character(len=*), parameter :: rest = "&measurement file = '"//rates_file//"', columns = 'omega1' /"
+      call compare_columns(error, &
+         "&body shape = 'box', size = 1, 0.6, 0.3, density = 5, center_of_mass = 0.1, 0.2, 0.3 /"// &
+                           "&initial euler = 20, 40, 60, euler_rates = 10, -20, 90, degrees = .true. /"// &
+                           "&gravity acceleration = 0.5, 1, -9 /"//motion// &
+                           "&free key = 'body.size', 'body.density', 'body.center_of_mass', 'initial.euler', "// &
+                           "'initial.euler_rates', 'gravity.acceleration' /"//rest)
+      call compare_columns(error, "&body inertia_tensor = 2, 1.5, 1, 0.1, 0.05, -0.1 /"// &
+                           "&initial roll_pitch_yaw = 0.2, 0.4, 0.6, angular_velocity = 1, -0.5, 0.8, "// &
+                           "frame = 'space' /"// &
+                           "&dipole moment = 0.3, 0, 1, field = 0, 0.6, -0.8 /"// &
+                           "&damping coefficient = 0.2, 0.1, 0.05 /"// &
+                           "&spring body_point = 0.1, 0.2, 0.5, anchor = 0.3, -0.4, 0.9, "// &
+                           "stiffness = 5, rest_length = 0.4 /"// &
+                           "&rotor momentum = 0.1, 0.2, 0.3 /"//motion// &
+                           "&free key = 'body.inertia_tensor', 'initial.attitude', 'initial.angular_velocity' /"// &
+                           "&free key = 'dipole.moment', 'dipole.field', 'damping.coefficient', 'rotor.momentum' /"// &
+                           "&free key = 'spring.body_point', 'spring.anchor', 'spring.stiffness', "// &
+                           "'spring.rest_length' /"// &
+                           rest)
+      call compare_columns(error, "&body inertia = 2, 1.5, 1, mass = 3 /&initial axis = 1, 2, 3, angle = 0.7, "// &
+                           "angular_velocity = 1, -0.5, 0.8 /"// &
+                           "&torque body = 0.3, 0.2, 0.1, frequency = 0.4, phase = 0.3 /"// &
+                           "&gravity_gradient direction = 0, 0.6, 0.7, strength = 0.8 /"// &
+                           "&wheel axis = 0, 0.6, 0.8, inertia = 0.1, speed = 20, friction = 0.01 /"//motion// &
+                           "&free key = 'body.inertia', 'initial.angle', 'torque.body', 'torque.frequency', "// &
+                           "'torque.phase' /&free key = 'wheel.inertia', 'wheel.speed', 'wheel.friction', "// &
+                           "'gravity_gradient.strength', 'gravity_gradient.direction' /"//rest)
+   end subroutine test_columns
+
+   !> Compares the columns of a scene's free numbers with differences of its runs.
+   subroutine compare_columns(error, text)
+      type(error_type), allocatable, intent(inout) :: error
+      character(len=*), intent(in) :: text
+      integer, parameter :: places(4) = [-2, -1, 1, 2]
+      real(wp), parameter :: weights(4) = [1.0_wp, -8.0_wp, 8.0_wp, -1.0_wp]/12
+      type(scene_t) :: scene
+      type(fit_model_t) :: model, other
+      type(motion_at_t) :: motion
+      type(state_t), allocatable :: states(:)
+      type(status_t) :: status
+      real(wp), allocatable :: values(:), column(:)
+      integer :: i, k
+      call read(text, scene, error)
+      if (allocated(error)) return
+      call model%prepare(scene, status)
+      if (status%ok()) call model%set_values(model%values, status)
+      if (status%ok()) call model%run([0.7_wp], motion, status)
+      call check(error, status%ok(), trim(status%message))
+      if (allocated(error)) return
+      do i = 1, size(model%values)
+         column = 0*motion%columns(:, i, 1)
+         do k = 1, 4
+            other = model
+            values = model%values
+            values(i) = values(i) + places(k)*model%steps(i)
+            call other%set_values(values, status)
+            if (status%ok()) call other%states_at([0.7_wp], states, status)
+            call check(error, status%ok(), trim(status%message))
+            if (allocated(error)) return
+            column = column + weights(k)/model%steps(i)*[rotation_vector_from_quat(quat_product( &
+               quat_conjugate(motion%states(1)%q), states(1)%q)), body_momentum(states(1)), &
+               states(1)%wheel_momentum(:size(column) - 6)]
+         end do
+         call check_close(error, motion%columns(:, i, 1), column, 2e-9_wp*maxval(abs(column)), &
+                          trim(model%plan%free(i)%name))
+      end do
+   end subroutine compare_columns
+
+   subroutine test_logarithm(error)
+      type(error_type), allocatable, intent(out) :: error
+      integer(int64) :: seed
+      real(wp) :: e(3), q(4), step(3), slope(3)
+      integer :: i
+      seed = 3_int64
+      do i = 1, 100
+         q = random_unit_quaternion(seed)
+         if (i < 20) q = quat_normalized([1.0_wp, 10.0_wp**(-i)*random_vector(seed)])
+         e = rotation_vector_from_quat(q)
+         if (norm2(e) > 2.5_wp) cycle
+         step = 1e-3_wp*random_vector(seed)
+         slope = (8*(at(1) - at(-1)) - (at(2) - at(-2)))/12
+         call check_close(error, matmul(inverse_right_jacobian(e), step), slope, 1e-12_wp)
+      end do
+   contains
+      function at(k) result(v)
+         integer, intent(in) :: k
+         real(wp) :: v(3)
+         v = rotation_vector_from_quat(quat_product(q, quat_from_rotation_vector(k*step)))
+      end function at
+   end subroutine test_logarithm
+
+   subroutine test_rejections(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(scene_t) :: scene
+      type(fit_t) :: fit
+      type(status_t) :: status
+      call read(gyroscope, scene, error)
+      call fit_scene(scene, fit, status)
+      call check(error, status%code, NUTATE_BAD_ARGUMENT)
+      call read(gyroscope//"&free key = 'body.inertia' /"//rates//' /', scene, error)
+      call fit_scene(scene, fit, status)
+      call check(error, index(status%message, 'fewer measurements') > 0, trim(status%message))
+   end subroutine test_rejections
+
+end module test_fit
