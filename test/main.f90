@@ -125,6 +125,7 @@ program unit
    use test_table_torques, only: collect_table_torques
    use test_tables, only: collect_tables
    use test_tangent, only: collect_tangent
+   use test_tangent_attack, only: collect_tangent_attack
    use test_tangent_runs, only: collect_tangent_runs
    use test_tangent_identities, only: collect_tangent_identities
    use test_tangent_differences, only: collect_tangent_differences
@@ -340,6 +341,7 @@ contains
          new_testsuite("tangent_differences", collect_tangent_differences), &
          new_testsuite("tangent_identities", collect_tangent_identities), &
          new_testsuite("tangent_runs", collect_tangent_runs), &
+         new_testsuite("tangent_attack", collect_tangent_attack), &
          new_testsuite("torque_physics", collect_torque_physics), &
          new_testsuite("controllers", collect_controllers), &
          new_testsuite("saturation", collect_saturation), &
