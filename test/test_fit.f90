@@ -325,8 +325,11 @@ contains
       seed = 40_int64
       starts = merge(8, 40, draws_fewer())
       arrived = 0
-      call read(gyroscope//"&free key = 'body.inertia.1', 'body.inertia.2' /"//rates//", sigma = 0.01 /"// &
-                "&fit start = 'scene' /", scene, error)
+      ! Fixed steps, which cost the same however fast the motions are that the fits try.
+      call read("&body inertia = 5, 20, 17 /&initial angular_velocity = 3, 1, 5 /&integrator time_step = 0.02, "// &
+                "method = 'nielsen_krenk', formulation = 'reduced', order = 4, end_time = 10 /"// &
+                "&free key = 'initial.angular_velocity', 'body.inertia.1', 'body.inertia.2' /"//rates// &
+                ", sigma = 0.01 /&fit start = 'scene' /", scene, error)
       call measure(scene, every(0.02_wp, 500), error, seed)
       if (allocated(error)) return
       do i = 1, starts
@@ -345,6 +348,7 @@ contains
             if (fit%result%chi_squared < 1.2_wp*fit%result%degrees_of_freedom) arrived(way) = arrived(way) + 1
          end do
       end do
+      if (allocated(error)) return
       call check(error, arrived(1) >= (8*starts)/10, 'growing arcs arrive too rarely')
       call check(error, arrived(2) <= starts/4, 'the whole record arrives too often')
    end subroutine test_arcs
