@@ -53,7 +53,7 @@ contains
       end if
       seed = 20261125_int64
       done = 0
-      do number = 1, merge(300, 20000, draws_fewer())
+      do number = 1, merge(300, 3000, draws_fewer())
          call try_step(error, seed, number, done)
          if (allocated(error)) return
       end do

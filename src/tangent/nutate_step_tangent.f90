@@ -78,7 +78,7 @@ contains
       logical :: plain
       largest = max(system%body%inertia(1, 1), system%body%inertia(2, 2), system%body%inertia(3, 3))
       self%scale = 0.25_wp*self%dt/largest
-      self%inertia = system%body%inertia/largest
+      self%inertia = (1/largest)*system%body%inertia
       self%inverse_inertia = system%body%inverse_inertia
       if (wheels%n > 0) then
          self%inertia = self%inertia + wheels%carried/largest
@@ -164,7 +164,7 @@ contains
          call add_cross(-2*mean, s)
          if (turn%there) call set_frame(self, turn)
          if (active) call add_forces(self, turn%there, s)
-         s = times_columns(s, self%inverse_inertia)
+         call times_inverse_inertia(self%inverse_inertia, s)
          twice = 2*b
          call add_cross(twice, s)
       end associate
@@ -184,6 +184,20 @@ contains
       m = factor*m
       self%by_mid = times_columns(self%inverse, m)
    end subroutine set_matrices
+
+   !> A matrix times J⁻¹, which has no elements off the diagonal in principal axes.
+   pure subroutine times_inverse_inertia(inverse, matrix)
+      real(wp), intent(in) :: inverse(3, 3)
+      real(wp), intent(inout) :: matrix(3, 3)
+      integer :: j
+      if (abs(inverse(1, 2)) + abs(inverse(1, 3)) + abs(inverse(2, 3)) > 0.0_wp) then
+         matrix = times_columns(matrix, inverse)
+      else
+         do j = 1, 3
+            matrix(:, j) = inverse(j, j)*matrix(:, j)
+         end do
+      end if
+   end subroutine times_inverse_inertia
 
    !> Adds [v]× to a matrix.
    pure subroutine add_cross(v, matrix)
