@@ -129,6 +129,7 @@ program unit
    use test_tangent_runs, only: collect_tangent_runs
    use test_tangent_identities, only: collect_tangent_identities
    use test_tangent_differences, only: collect_tangent_differences
+   use test_tangent_explicit, only: collect_tangent_explicit
    use test_taylor, only: collect_taylor
    use test_taylor_steps, only: collect_taylor_steps
    use test_threads, only: collect_threads
@@ -342,6 +343,7 @@ contains
          new_testsuite("tangent_identities", collect_tangent_identities), &
          new_testsuite("tangent_runs", collect_tangent_runs), &
          new_testsuite("tangent_attack", collect_tangent_attack), &
+         new_testsuite("tangent_explicit", collect_tangent_explicit), &
          new_testsuite("torque_physics", collect_torque_physics), &
          new_testsuite("controllers", collect_controllers), &
          new_testsuite("saturation", collect_saturation), &

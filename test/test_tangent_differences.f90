@@ -43,11 +43,13 @@ module test_tangent_differences
       procedure :: build
    end type variant_t
 
-   type(integrator_settings_t), parameter :: settings(4) = [ &
+   type(integrator_settings_t), parameter :: settings(6) = [ &
       integrator_settings_t(method='nielsen_krenk', formulation='reduced', order=2), &
       integrator_settings_t(method='nielsen_krenk', formulation='full', order=2), &
       integrator_settings_t(method='nielsen_krenk', formulation='reduced', order=4), &
-      integrator_settings_t(method='nielsen_krenk', formulation='full', order=8)]
+      integrator_settings_t(method='nielsen_krenk', formulation='full', order=8), &
+      integrator_settings_t(method='rk4'), &
+      integrator_settings_t(method='rk8')]
 
 contains
 
@@ -195,7 +197,7 @@ contains
          if (allocated(error)) return
          do k = 1, size(columns)
             call compare_column(error, tangent, k, shifted(:, k), shifts(k), settings(m), &
-                                label//' '//trim(settings(m)%formulation))
+                                label//' '//trim(settings(m)%method)//' '//trim(settings(m)%formulation))
          end do
       end do
    end subroutine compare

@@ -36,7 +36,6 @@ module nutate_exact_free
 
    !> A body, its start, and the constants of its motion.
    type :: free_body_t
-      private
       !> Attitude at t = 0.
       real(wp) :: q0(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
       !> Body momentum at t = 0 and the body angular velocity that goes with it.

@@ -2,6 +2,7 @@
 module nutate_exact_stepper
    use nutate_archive, only: archive_t
    use nutate_exact_free, only: free_body_t
+   use nutate_exact_tangent, only: exact_tangent_t
    use nutate_hamiltonian, only: angular_velocity, body_momentum
    use nutate_kinds, only: wp
    use nutate_limits, only: is_same_time
@@ -11,6 +12,7 @@ module nutate_exact_stepper
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    use nutate_stepper, only: dense_stepper_t, integrator_settings_t, is_inside, outside, step_goal_t
    use nutate_system, only: system_t
+   use nutate_tangent, only: tangent_t
    implicit none
    private
 
@@ -34,6 +36,7 @@ module nutate_exact_stepper
       procedure :: advance
       procedure :: choose_step
       procedure :: state_at
+      procedure :: carry
       procedure :: transfer
    end type exact_t
 
@@ -163,6 +166,47 @@ contains
          call put_solution(self, t, state)
       end if
    end subroutine state_at
+
+   !> Moves tangent columns by the derivative of the solution. Errors: `NUTATE_BAD_ARGUMENT` for columns of anything
+   !> but start and inertia, and for those that turn principal axes of equal moments.
+   recursive subroutine carry(self, system, before, after, dt, window_time, tangent, status)
+      class(exact_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: before, after
+      real(wp), intent(in) :: dt, window_time
+      type(tangent_t), intent(inout) :: tangent
+      type(status_t), intent(inout) :: status
+      type(free_body_t) :: solution
+      type(exact_tangent_t) :: derivative
+      real(wp) :: theta(3), momentum(3), own(3, 2, size(tangent%parametric))
+      logical :: possible
+      integer :: k, m
+      call solution%prepare(system%body%moments, before%q, body_momentum(before), status, system%body%axes)
+      if (.not. status%ok()) return
+      call derivative%set(solution, dt)
+      do m = 1, size(tangent%parametric)
+         associate (column => tangent%columns(tangent%parametric(m)))
+            if (any(abs([column%rotor, column%frame]) > 0.0_wp)) &
+               status = fail(NUTATE_BAD_ARGUMENT, "method 'exact' has derivatives by start and inertia only", 'method')
+            call derivative%of_inertia(tangent%inertia(:, :, m), own(:, 1, m), own(:, 2, m), possible)
+            if (.not. possible) status = fail(NUTATE_BAD_ARGUMENT, "method 'exact' has no derivative by products "// &
+                                              'of inertia between equal moments (expected another method)', 'method')
+         end associate
+         if (.not. status%ok()) return
+      end do
+      do k = 1, tangent%n
+         theta = tangent%theta(k, :)
+         momentum = tangent%momentum(k, :)
+         call derivative%of_start(theta, momentum)
+         tangent%theta(k, :) = theta
+         tangent%momentum(k, :) = momentum
+      end do
+      do m = 1, size(tangent%parametric)
+         k = tangent%parametric(m)
+         tangent%theta(k, :) = tangent%theta(k, :) + own(:, 1, m)
+         tangent%momentum(k, :) = tangent%momentum(k, :) + own(:, 2, m)
+      end do
+   end subroutine carry
 
    !> Where the solution started and where the last step ended; the solution is found again from its start.
    subroutine transfer(self, archive)

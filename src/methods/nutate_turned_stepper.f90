@@ -15,7 +15,7 @@ module nutate_turned_stepper
    implicit none
    private
 
-   public :: turned_stepper_t
+   public :: turned_stepper_t, turn_columns
 
    !> A stepper and the turn of its states. `step` allocates nothing.
    type, extends(stepper_wrapper_t) :: turned_stepper_t

@@ -6,10 +6,12 @@ module nutate_dop853
    use nutate_order_eight, only: a, b, b3, c, e5, n_stages
    use nutate_rigid_rates, only: begin_step, end_step, end_wheels, get_error, get_rates, n_rates, prepare_rates, &
       rigid_rates_t
+   use nutate_stage_tangent, only: stage_tangent_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_system, only: system_t
+   use nutate_tangent, only: tangent_t
    implicit none
    private
 
@@ -18,9 +20,11 @@ module nutate_dop853
    !> One step of the method. `step` allocates nothing.
    type, extends(stepper_t) :: dop853_t
       type(rigid_rates_t), private :: rates
+      type(stage_tangent_t), private :: tangent
    contains
       procedure :: set_up
       procedure :: advance
+      procedure :: carry
       procedure :: transfer
    end type dop853_t
 
@@ -33,6 +37,7 @@ contains
       type(integrator_settings_t), intent(in) :: settings
       type(status_t), intent(inout) :: status
       call prepare_rates(self%rates, system, settings%attitude, settings%conserve, a)
+      call self%tangent%set(a, b, c)
    end subroutine set_up
 
    !> One step. Errors, with the state as it was: `NUTATE_OFF_BRANCH` for a step so long that its stages run away,
@@ -118,6 +123,18 @@ contains
       weighted_square = 4*(error(1)**2 + error(2)**2 + error(3)**2 + error(4)**2) &
                         + scale*(error(5)**2 + error(6)**2 + error(7)**2)
    end function weighted_square
+
+   !> Moves tangent columns over a step, by the same stages. Errors: `NUTATE_BAD_ARGUMENT` where space axes turn, for a
+   !> change of their rate that the motion would know of.
+   recursive subroutine carry(self, system, before, after, dt, window_time, tangent, status)
+      class(dop853_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: before, after
+      real(wp), intent(in) :: dt, window_time
+      type(tangent_t), intent(inout) :: tangent
+      type(status_t), intent(inout) :: status
+      call self%tangent%carry(self%rates, system, before, after, dt, window_time, tangent, status)
+   end subroutine carry
 
    !> A step remembers nothing of the ones before.
    subroutine transfer(self, archive)

@@ -48,7 +48,8 @@ module nutate_lean_motion
       !> The system is one of those above.
       logical, public :: possible = .false.
       !> There is no force; all directions are parallel; the body's frame does not spin; space axes are others.
-      logical :: free = .true., single = .true., symmetric = .false., turned = .false.
+      logical, public :: free = .true.
+      logical :: single = .true., symmetric = .false., turned = .false.
       !> The turn of a motion that does not know of it.
       type(axes_turn_t) :: turn
       !> The space axes turn, and the motion knows of it: their rate in the space axes of the equations, rad/s; shape
@@ -78,6 +79,8 @@ module nutate_lean_motion
       procedure :: move
       !> How fast a motion is in these variables.
       procedure :: pace
+      !> The axis of a symmetric top that turns in the frame of its steps.
+      procedure :: spin_axis
    end type lean_motion_t
 
 contains
@@ -235,6 +238,13 @@ contains
       ratio = fastest
       if (abs(x) < fastest*min(1.0_wp, y)) ratio = abs(x)/y
    end function bounded_ratio
+
+   !> The axis of a symmetric top that turns in the frame of its steps, 1 to 3; 0 without that.
+   pure integer function spin_axis(self) result(axis)
+      class(lean_motion_t), intent(in) :: self
+      axis = 0
+      if (self%symmetric) axis = mod(self%first + 1, 3) + 1
+   end function spin_axis
 
    !> Sets the length of a step. False for one that is so short, or long, that the general equations have to take it.
    pure subroutine fits(self, dt, yes)

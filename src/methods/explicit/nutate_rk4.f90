@@ -5,10 +5,12 @@ module nutate_rk4
    use nutate_kinds, only: wp
    use nutate_rigid_rates, only: begin_step, end_step, end_wheels, get_error, get_rates, n_rates, prepare_rates, &
       rigid_rates_t
+   use nutate_stage_tangent, only: stage_tangent_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_system, only: system_t
+   use nutate_tangent, only: tangent_t
    implicit none
    private
 
@@ -24,9 +26,11 @@ module nutate_rk4
    type, extends(stepper_t) :: rk4_t
       private
       type(rigid_rates_t) :: rates
+      type(stage_tangent_t) :: tangent
    contains
       procedure :: set_up
       procedure :: advance
+      procedure :: carry
       procedure :: transfer
    end type rk4_t
 
@@ -39,6 +43,7 @@ contains
       type(integrator_settings_t), intent(in) :: settings
       type(status_t), intent(inout) :: status
       call prepare_rates(self%rates, system, settings%attitude, settings%conserve, a)
+      call self%tangent%set(a, [outer, inner, inner, outer], [0.0_wp, 0.5_wp, 0.5_wp, 1.0_wp])
    end subroutine set_up
 
    !> One step. Errors, with the state as it was: `NUTATE_OFF_BRANCH` for a step so long that its stages run away,
@@ -64,6 +69,18 @@ contains
       if (self%rates%estimates) &
          call get_error(self%rates, y, outer*(k1 - k2 - k3 + k4), outer*[1, -1, -1, 1], self%step_error)
    end subroutine advance
+
+   !> Moves tangent columns over a step, by the same stages. Errors: `NUTATE_BAD_ARGUMENT` where space axes turn, for a
+   !> change of their rate that the motion would know of.
+   recursive subroutine carry(self, system, before, after, dt, window_time, tangent, status)
+      class(rk4_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: before, after
+      real(wp), intent(in) :: dt, window_time
+      type(tangent_t), intent(inout) :: tangent
+      type(status_t), intent(inout) :: status
+      call self%tangent%carry(self%rates, system, before, after, dt, window_time, tangent, status)
+   end subroutine carry
 
    !> A step remembers nothing of the ones before.
    subroutine transfer(self, archive)

@@ -6,15 +6,18 @@
 module nutate_rk8
    use nutate_archive, only: archive_t
    use nutate_dop853, only: estimate_of_fifth, get_stages
+   use nutate_free_tangent, only: free_tangent_t
    use nutate_kinds, only: wp
    use nutate_lean_motion, only: lean_motion_t
-   use nutate_order_eight, only: a, e5, n_stages
+   use nutate_order_eight, only: a, b, c, e5, n_stages
    use nutate_rigid_rates, only: begin_step, end_step, end_wheels, get_error, n_rates, prepare_rates, read_state, &
       rigid_rates_t
+   use nutate_stage_tangent, only: stage_tangent_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, NUTATE_OFF_BRANCH
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_system, only: system_t
+   use nutate_tangent, only: tangent_t
    use nutate_work_share, only: step_error_t
    implicit none
    private
@@ -25,10 +28,13 @@ module nutate_rk8
    type, extends(stepper_t) :: rk8_t
       private
       type(rigid_rates_t) :: rates
+      type(stage_tangent_t) :: tangent
+      type(free_tangent_t) :: free
       type(lean_motion_t) :: lean
    contains
       procedure :: set_up
       procedure :: advance
+      procedure :: carry
       procedure :: transfer
    end type rk8_t
 
@@ -41,6 +47,7 @@ contains
       type(integrator_settings_t), intent(in) :: settings
       type(status_t), intent(inout) :: status
       call prepare_rates(self%rates, system, settings%attitude, settings%conserve, a)
+      call self%tangent%set(a, b, c)
       call self%lean%prepare(system, settings%attitude)
    end subroutine set_up
 
@@ -82,6 +89,29 @@ contains
       y = y + change
       if (rates%estimates) call get_error(rates, y, estimate_of_fifth(k), e5, error)
    end subroutine evaluate_stages
+
+   !> Moves tangent columns over a step, by the same stages. Errors: `NUTATE_BAD_ARGUMENT` where space axes turn, for a
+   !> change of their rate that the motion would know of.
+   recursive subroutine carry(self, system, before, after, dt, window_time, tangent, status)
+      class(rk8_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: before, after
+      real(wp), intent(in) :: dt, window_time
+      type(tangent_t), intent(inout) :: tangent
+      type(status_t), intent(inout) :: status
+      logical :: is_lean, carried
+      call self%lean%fits(dt, is_lean)
+      carried = .false.
+      if (is_lean .and. self%lean%free) then
+         call self%free%carry(system, before, after, dt, tangent, status, carried)
+      else if (is_lean) then
+         call self%tangent%carry(self%rates, system, before, after, dt, window_time, tangent, status, &
+                                 homogeneous=.true., axis=self%lean%spin_axis())
+         carried = .true.
+      end if
+      if (carried) return
+      call self%tangent%carry(self%rates, system, before, after, dt, window_time, tangent, status)
+   end subroutine carry
 
    !> A step remembers nothing of the ones before.
    subroutine transfer(self, archive)

@@ -1,6 +1,7 @@
 !> A stepper of any method with the projection onto the invariants after its steps.
 module nutate_projected_stepper
    use nutate_archive, only: archive_t
+   use nutate_column_projection, only: project_columns
    use nutate_kinds, only: wp
    use nutate_noise, only: noise_t
    use nutate_spaced_projection, only: spaced_projection_t
@@ -9,6 +10,7 @@ module nutate_projected_stepper
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_stepper_wrapper, only: stepper_wrapper_t
    use nutate_system, only: system_t
+   use nutate_tangent, only: tangent_t
    use nutate_work_share, only: book_share
    implicit none
    private
@@ -35,6 +37,8 @@ module nutate_projected_stepper
       procedure :: show
       procedure :: mark_step
       procedure :: state_at
+      procedure :: carry
+      procedure :: carry_inside
       procedure :: transfer
    end type projected_stepper_t
 
@@ -147,6 +151,34 @@ contains
       work = work + given
       if (present(works)) works(:) = each
    end subroutine state_at
+
+   !> By the stepper, from the state that the step went on from; columns are projected where the state was. Errors:
+   !> those of the stepper.
+   recursive subroutine carry(self, system, before, after, dt, window_time, tangent, status)
+      class(projected_stepper_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: before, after
+      real(wp), intent(in) :: dt, window_time
+      type(tangent_t), intent(inout) :: tangent
+      type(status_t), intent(inout) :: status
+      type(state_t) :: origin
+      origin = before
+      call origin%restore_left()
+      call self%base%carry(system, origin, after, dt, window_time, tangent, status)
+      if (status%code == 0 .and. after%balance%count == 0 .and. self%prepared_with%attitude) &
+         call project_columns(system, after, tangent)
+   end subroutine carry
+
+   !> The same to a state inside of the last step, which is projected.
+   recursive subroutine carry_inside(self, system, state, tangent, status)
+      class(projected_stepper_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      type(tangent_t), intent(inout) :: tangent
+      type(status_t), intent(inout) :: status
+      call self%base%carry_inside(system, state, tangent, status)
+      if (status%code == 0 .and. self%prepared_with%attitude) call project_columns(system, state, tangent)
+   end subroutine carry_inside
 
    !> What the stepper and the projection remember.
    subroutine transfer(self, archive)

@@ -5,6 +5,7 @@
 !> output. The projection onto the invariants follows the steps.
 module nutate_taylor_stepper
    use nutate_archive, only: archive_t
+   use nutate_column_projection, only: project_columns
    use nutate_hamiltonian, only: body_momentum, moving_energy
    use nutate_invariants, only: follows_turning_axes
    use nutate_kinds, only: wp, eps
@@ -14,11 +15,13 @@ module nutate_taylor_stepper
    use nutate_quaternion, only: quat_exp, quat_product
    use nutate_rigid_rates, only: begin_step, end_step, end_wheels, n_rates, prepare_rates, rigid_rates_t
    use nutate_row_change, only: add_change, get_change, row_change_t
+   use nutate_series_tangent, only: has_series_tangent, series_tangent_t
    use nutate_spaced_projection, only: spaced_projection_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_OFF_BRANCH
    use nutate_stepper, only: dense_stepper_t, integrator_settings_t, is_inside, outside, step_goal_t
    use nutate_system, only: system_t
+   use nutate_tangent, only: tangent_t
    use nutate_work_share, only: book_share, step_error_t
    implicit none
    private
@@ -68,6 +71,7 @@ module nutate_taylor_stepper
       real(wp) :: turned_time = 0.0_wp, turn(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
       !> The state that the step under way leads to.
       type(state_t) :: next = state_t()
+      type(series_tangent_t) :: tangent
    contains
       procedure :: disturb
       procedure :: set_up
@@ -76,6 +80,7 @@ module nutate_taylor_stepper
       procedure :: show
       procedure :: state_at
       procedure :: update_commands
+      procedure :: carry
       procedure :: transfer
    end type taylor_t
 
@@ -489,6 +494,28 @@ contains
       type(state_t), intent(inout) :: state
       if (self%conserve) call self%projection%show(system, state)
    end subroutine show
+
+   !> Moves tangent columns over a step by their series, and projects them where the state was. Errors:
+   !> `NUTATE_BAD_ARGUMENT` for effects without such series.
+   recursive subroutine carry(self, system, before, after, dt, window_time, tangent, status)
+      class(taylor_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: before, after
+      real(wp), intent(in) :: dt, window_time
+      type(tangent_t), intent(inout) :: tangent
+      type(status_t), intent(inout) :: status
+      type(state_t) :: origin
+      if (.not. has_series_tangent(system%effects)) then
+         status = fail(NUTATE_BAD_ARGUMENT, "method = 'taylor' has tangent columns without torques and wheels "// &
+                       'only, in uniform fields that stand still (expected another method)', 'method')
+         return
+      end if
+      origin = before
+      call origin%restore_left()
+      call self%tangent%carry(system, origin, dt, self%series%order, tangent)
+      if (self%conserve .and. self%attitude .and. after%balance%count == 0) &
+         call project_columns(system, after, tangent)
+   end subroutine carry
 
    !> What the projection remembers; the series is computed anew from the state.
    subroutine transfer(self, archive)

@@ -1,0 +1,381 @@
+!> The rates of an explicit method at one stage with their derivatives: what the tangent of a step needs of them.
+!>
+!> Of the rates `k = Δt ẏ`, y = [q, L, W, h], q and L those of `nutate_rigid_rates`, W the work of torques, motors and
+!> friction and h the momenta of the wheels: with the change a = ΔtδΩ of the angle and the rotation vector
+!> θ = 2 vec(q*∘δq)/|q|² of the attitude,
+!> `δk = (∂k/∂a)a + Θθ + ...`, a = ΔtJ⁻¹(δL - Σ s δh - ...).
+module nutate_stage_rates
+   use nutate_column, only: column_t, OF_POTENTIAL, OF_TORQUE, OF_WHEEL
+   use nutate_hamiltonian, only: body_direction
+   use nutate_kinds, only: wp
+   use nutate_limits, only: most_wheels
+   use nutate_linear_potential, only: linear_potential_t
+   use nutate_potential, only: potential_t
+   use nutate_quaternion, only: cross, rotate_to_body
+   use nutate_rigid_rates, only: rigid_rates_t
+   use nutate_small_products, only: times_vector
+   use nutate_system, only: system_t
+   implicit none
+   private
+
+   public :: stage_rates_t, most_numbers
+
+   !> Components of y at most.
+   integer, parameter :: most_numbers = 8 + most_wheels
+
+   !> One stage.
+   type :: stage_rates_t
+      !> Components of y; there are works; torques are those at |q| = 1 times |q|²; the attitude is integrated.
+      integer :: n = 7
+      logical :: works = .false., homogeneous = .false., attitude = .true.
+      !> ΔtJ⁻¹; shape (3,3).
+      real(wp) :: to_angle(3, 3) = 0.0_wp
+      !> k and ∂k/∂y; shapes (n), (n, n).
+      real(wp) :: rate(most_numbers) = 0.0_wp, jacobian(most_numbers, most_numbers) = 0.0_wp
+      !> Time, s; attitude of unit length, body→space; |q|²; Ω absolute and relative to the space axes, rad/s.
+      real(wp), private :: t = 0.0_wp, q(4) = 0.0_wp, square = 1.0_wp, omega(3) = 0.0_wp, relative(3) = 0.0_wp
+      !> ∂k/∂a, its part by the relative rate, and Θ; shape (n, 3). Torque, N m; shape (3).
+      real(wp), private :: by_angle(most_numbers, 3) = 0.0_wp, by_relative(most_numbers, 3) = 0.0_wp
+      real(wp), private :: by_turn(most_numbers, 3) = 0.0_wp, torque(3) = 0.0_wp
+      !> Δt times the power of torques and wheels, J; u and ω of each wheel, N m and rad/s, and when u was asked, s.
+      real(wp), private :: drive(most_wheels) = 0.0_wp, speed(most_wheels) = 0.0_wp, asked(most_wheels) = 0.0_wp
+   contains
+      !> Evaluates a stage.
+      procedure :: evaluate
+      !> What a column's parameters change of k.
+      procedure :: own_change
+   end type stage_rates_t
+
+contains
+
+   !> Evaluates a stage.
+   subroutine evaluate(self, rates, system, fraction, y)
+      class(stage_rates_t), intent(inout) :: self
+      !> Begun with the step.
+      type(rigid_rates_t), intent(in) :: rates
+      type(system_t), intent(in) :: system
+      !> Time from the start of the step over Δt; y; shape (n).
+      real(wp), intent(in) :: fraction, y(:)
+      real(wp) :: inner(3), angle(3), turning(3)
+      integer :: i, j
+      self%t = rates%t + fraction*rates%dt
+      self%square = y(1)*y(1) + y(2)*y(2) + y(3)*y(3) + y(4)*y(4)
+      self%q = y(1:4)/sqrt(self%square)
+      inner = y(5:7) - system%effects%rotor_momentum
+      do i = 1, rates%n_wheels
+         inner = inner - y(8 + i)*system%effects%wheels(i)%axis
+      end do
+      angle = times_vector(self%to_angle, inner)
+      self%omega = times_vector(system%body%inverse_inertia, inner)
+      self%relative = self%omega
+      turning = 0.0_wp
+      if (system%effects%frame_turns) turning = rotate_to_body(self%q, system%effects%frame_rate)
+      if (system%effects%frame_turns) self%relative = self%omega - turning
+      call set_kinematics(self, rates, angle, y)
+      self%torque = 0.0_wp
+      if (rates%forced) then
+         call add_potentials(self, rates, system)
+         call add_torques(self, rates, system)
+         do i = 1, rates%n_wheels
+            call add_wheel(self, rates, system, i, y(8 + i))
+         end do
+         if (system%effects%frame_turns) then
+            do i = 5, self%n
+               self%by_turn(i, :) = self%by_turn(i, :) - rates%dt*cross(self%by_relative(i, :), turning)
+            end do
+         end if
+         self%by_angle(5:self%n, :) = self%by_angle(5:self%n, :) + self%by_relative(5:self%n, :)
+      end if
+      call fill_jacobian(self, rates, angle, y)
+      do i = 1, rates%n_wheels
+         do j = 1, self%n
+            self%jacobian(j, 8 + i) = self%jacobian(j, 8 + i) - dot_product( &
+                             self%by_angle(j, :), times_vector(self%to_angle, system%effects%wheels(i)%axis))
+         end do
+         associate (wheel => system%effects%wheels(i), m => self%jacobian)
+            m(8 + i, 8 + i) = m(8 + i, 8 + i) - rates%dt*wheel%friction/wheel%inertia
+            m(8, 8 + i) = m(8, 8 + i) + rates%dt*(self%drive(i) - 2*wheel%friction*self%speed(i))/wheel%inertia
+         end associate
+      end do
+   end subroutine evaluate
+
+   !> k of attitude and momentum without forces, and its derivatives by the angle; all others to zero.
+   pure subroutine set_kinematics(self, rates, angle, y)
+      type(stage_rates_t), intent(inout) :: self
+      type(rigid_rates_t), intent(in) :: rates
+      !> ΔtΩ; shape (3); y; shape (n).
+      real(wp), intent(in) :: angle(3), y(:)
+      real(wp) :: less(3), more(3)
+      associate (k => self%rate, b => self%by_angle)
+         less = 0.5_wp*angle
+         more = less
+         if (rates%frame_turns) then
+            less = less - rates%frame_turn
+            more = more + rates%frame_turn
+         end if
+         k(1) = -(y(2)*less(1) + y(3)*less(2) + y(4)*less(3))
+         k(2) = y(1)*less(1) + y(3)*more(3) - y(4)*more(2)
+         k(3) = y(1)*less(2) + y(4)*more(1) - y(2)*more(3)
+         k(4) = y(1)*less(3) + y(2)*more(2) - y(3)*more(1)
+         k(5) = y(6)*angle(3) - y(7)*angle(2)
+         k(6) = y(7)*angle(1) - y(5)*angle(3)
+         k(7) = y(5)*angle(2) - y(6)*angle(1)
+         if (self%n > 7) k(8:self%n) = 0.0_wp
+         b(1:4, 1) = 0.5_wp*[-y(2), y(1), y(4), -y(3)]
+         b(1:4, 2) = 0.5_wp*[-y(3), -y(4), y(1), y(2)]
+         b(1:4, 3) = 0.5_wp*[-y(4), y(3), -y(2), y(1)]
+         b(5:7, 1) = [0.0_wp, y(7), -y(6)]
+         b(5:7, 2) = [-y(7), 0.0_wp, y(5)]
+         b(5:7, 3) = [y(6), -y(5), 0.0_wp]
+         if (self%n > 7) b(8:self%n, :) = 0.0_wp
+         if (.not. self%attitude) k(1:4) = 0.0_wp
+         if (.not. self%attitude) b(1:4, :) = 0.0_wp
+      end associate
+      if (.not. rates%forced) return
+      self%by_turn(5:self%n, :) = 0.0_wp
+      self%by_relative(5:self%n, :) = 0.0_wp
+   end subroutine set_kinematics
+
+   !> Adds τ = γ×∇U of the potentials, δγ = γ×θ.
+   pure subroutine add_potentials(self, rates, system)
+      type(stage_rates_t), intent(inout) :: self
+      type(rigid_rates_t), intent(in) :: rates
+      type(system_t), intent(in) :: system
+      real(wp) :: gamma(3), slope(3), tau(3), change(3), curvature(3, 3), along
+      integer :: i, j
+      logical :: linear
+      tau = 0.0_wp
+      do i = 1, system%effects%n_potentials
+         gamma = body_direction(system%effects, i, self%q, self%t)
+         associate (potential => system%effects%potentials(i)%item, by_turn => self%by_turn)
+            linear = is_linear(potential)
+            slope = potential%gradient(gamma)
+            if (.not. linear) curvature = potential%hessian(gamma)
+            tau = tau + cross(gamma, slope)
+            along = dot_product(slope, gamma)
+            do j = 1, 3
+               by_turn(5:7, j) = by_turn(5:7, j) - (rates%dt*slope(j))*gamma
+               by_turn(4 + j, j) = by_turn(4 + j, j) + rates%dt*along
+               if (linear) cycle
+               change = 0.0_wp
+               change(modulo(j, 3) + 1) = gamma(modulo(j + 1, 3) + 1)
+               change(modulo(j + 1, 3) + 1) = -gamma(modulo(j, 3) + 1)
+               by_turn(5:7, j) = by_turn(5:7, j) + rates%dt*cross(gamma, times_vector(curvature, change))
+            end do
+         end associate
+      end do
+      self%torque = self%torque + tau
+      self%rate(5:7) = self%rate(5:7) + rates%dt*tau
+   end subroutine add_potentials
+
+   !> True for a potential without curvature.
+   pure logical function is_linear(potential)
+      class(potential_t), intent(in) :: potential
+      select type (potential)
+      class is (linear_potential_t)
+         is_linear = .true.
+      class default
+         is_linear = .false.
+      end select
+   end function is_linear
+
+   !> Adds the torques that act, and their work.
+   subroutine add_torques(self, rates, system)
+      type(stage_rates_t), intent(inout) :: self
+      type(rigid_rates_t), intent(in) :: rates
+      type(system_t), intent(in) :: system
+      real(wp) :: tau(3), rotation(3, 3), by_rate(3, 3), t
+      integer :: i
+      do i = 1, system%effects%n_torques
+         if (.not. rates%acts(i)) cycle
+         t = min(max(self%t, rates%window(1, i)), rates%window(2, i))
+         associate (torque => system%effects%torques(i)%item)
+            tau = torque%torque(t, self%q, self%relative)
+            call torque%derivatives(t, self%q, self%relative, rotation, by_rate)
+         end associate
+         self%torque = self%torque + tau
+         self%rate(5:7) = self%rate(5:7) + rates%dt*tau
+         self%rate(8) = self%rate(8) + rates%dt*dot_product(self%relative, tau)
+         self%by_turn(5:7, :) = self%by_turn(5:7, :) + rates%dt*rotation
+         self%by_turn(8, :) = self%by_turn(8, :) + rates%dt*matmul(self%relative, rotation)
+         self%by_relative(5:7, :) = self%by_relative(5:7, :) + by_rate
+         self%by_relative(8, :) = self%by_relative(8, :) + tau + matmul(self%relative, by_rate)
+      end do
+   end subroutine add_torques
+
+   !> Adds a wheel, ḣ = u - cω, ω = h/Jw - s·Ω, and its work.
+   subroutine add_wheel(self, rates, system, i, momentum)
+      type(stage_rates_t), intent(inout) :: self
+      type(rigid_rates_t), intent(in) :: rates
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: i
+      !> h, N m s.
+      real(wp), intent(in) :: momentum
+      real(wp) :: drive, speed, slope, rotation(3, 3), by_rate(3, 3)
+      associate (wheel => system%effects%wheels(i), dt => rates%dt)
+         speed = wheel%speed_of(momentum, self%omega)
+         drive = 0.0_wp
+         self%asked(i) = min(max(self%t, rates%drive_window(1, i)), rates%drive_window(2, i))
+         if (rates%driven(i)) drive = wheel%drive(self%asked(i), self%q, self%relative)
+         if (rates%driven(i) .and. allocated(wheel%motor)) then
+            call wheel%motor%derivatives(self%asked(i), self%q, self%relative, rotation, by_rate)
+            self%by_turn(8 + i, :) = dt*rotation(1, :)
+            self%by_turn(8, :) = self%by_turn(8, :) + (dt*speed)*rotation(1, :)
+            self%by_relative(8 + i, :) = by_rate(1, :)
+            self%by_relative(8, :) = self%by_relative(8, :) + speed*by_rate(1, :)
+         end if
+         slope = drive - 2*wheel%friction*speed
+         self%rate(8 + i) = dt*(drive - wheel%friction*speed)
+         self%rate(8) = self%rate(8) + self%rate(8 + i)*speed
+         self%by_angle(8 + i, :) = wheel%friction*wheel%axis
+         self%by_angle(8, :) = self%by_angle(8, :) - slope*wheel%axis
+         self%drive(i) = drive
+         self%speed(i) = speed
+      end associate
+   end subroutine add_wheel
+
+   !> ∂k/∂y without what wheels change of Ω.
+   pure subroutine fill_jacobian(self, rates, angle, y)
+      type(stage_rates_t), intent(inout) :: self
+      type(rigid_rates_t), intent(in) :: rates
+      !> ΔtΩ; shape (3); y; shape (n).
+      real(wp), intent(in) :: angle(3), y(:)
+      real(wp) :: less(3), more(3), factor, pull(3)
+      integer :: i, j
+      associate (m => self%jacobian, b => self%by_angle, a => self%to_angle, n => self%n)
+         less = 0.5_wp*angle
+         more = less
+         if (rates%frame_turns) less = less - rates%frame_turn
+         if (rates%frame_turns) more = more + rates%frame_turn
+         if (.not. self%attitude) less = 0.0_wp
+         if (.not. self%attitude) more = 0.0_wp
+         m(1:4, 1) = [0.0_wp, less(1), less(2), less(3)]
+         m(1:4, 2) = [-less(1), 0.0_wp, -more(3), more(2)]
+         m(1:4, 3) = [-less(2), more(3), 0.0_wp, -more(1)]
+         m(1:4, 4) = [-less(3), -more(2), more(1), 0.0_wp]
+         do j = 1, 3
+            do i = 1, n
+               m(i, 4 + j) = b(i, 1)*a(1, j) + b(i, 2)*a(2, j) + b(i, 3)*a(3, j)
+            end do
+         end do
+         m(5, 6) = m(5, 6) + angle(3)
+         m(5, 7) = m(5, 7) - angle(2)
+         m(6, 7) = m(6, 7) + angle(1)
+         m(6, 5) = m(6, 5) - angle(3)
+         m(7, 5) = m(7, 5) + angle(2)
+         m(7, 6) = m(7, 6) - angle(1)
+         if (n > 7) m(1:n, 8:n) = 0.0_wp
+         if (.not. rates%forced) then
+            m(5:n, 1:4) = 0.0_wp
+            return
+         end if
+         factor = 2/self%square
+         if (self%homogeneous) factor = 2.0_wp
+         associate (t => self%by_turn)
+            do i = 5, n
+               m(i, 1) = -factor*(t(i, 1)*y(2) + t(i, 2)*y(3) + t(i, 3)*y(4))
+               m(i, 2) = factor*(t(i, 1)*y(1) - t(i, 2)*y(4) + t(i, 3)*y(3))
+               m(i, 3) = factor*(t(i, 1)*y(4) + t(i, 2)*y(1) - t(i, 3)*y(2))
+               m(i, 4) = factor*(-t(i, 1)*y(3) + t(i, 2)*y(2) + t(i, 3)*y(1))
+            end do
+         end associate
+         if (.not. self%homogeneous) return
+         pull = rates%dt*self%torque
+         do j = 1, 4
+            m(5:7, j) = m(5:7, j) + (2*y(j))*pull
+         end do
+         self%rate(5:7) = self%rate(5:7) + (self%square - 1)*pull
+      end associate
+   end subroutine fill_jacobian
+
+   !> What a column's parameters change of k at fixed y; shape (n).
+   subroutine own_change(self, rates, system, column, inertia, y, change)
+      class(stage_rates_t), intent(in) :: self
+      type(rigid_rates_t), intent(in) :: rates
+      type(system_t), intent(in) :: system
+      type(column_t), intent(in) :: column
+      !> δJ without what turns freely, kg m², shape (3,3); y, shape (n).
+      real(wp), intent(in) :: inertia(3, 3), y(:)
+      real(wp), intent(out) :: change(:)
+      real(wp) :: inner(3), angle(3), turn(3), torque(3), working(3), axis(3), speed, drive
+      integer :: i, j, m
+      inner = times_vector(inertia, self%omega) + column%rotor
+      torque = 0.0_wp
+      working = 0.0_wp
+      change = 0.0_wp
+      if (allocated(column%effects)) then
+         do m = 1, size(column%effects)
+            associate (item => column%effects(m), c => column%effects(m)%change)
+               select case (item%kind)
+               case (OF_TORQUE)
+                  if (.not. rates%acts(item%place)) cycle
+                  i = item%place
+                  working = working + system%effects%torques(i)%item%torque_change( &
+                            c, min(max(self%t, rates%window(1, i)), rates%window(2, i)), self%q, self%relative)
+               case (OF_POTENTIAL)
+                  do i = 1, system%effects%n_potentials
+                     if (system%effects%potentials(i)%place == item%place) &
+                        torque = torque + potential_change(self, system, i, c)
+                  end do
+               case (OF_WHEEL)
+                  i = item%place
+                  associate (wheel => system%effects%wheels(i), h => y(8 + i))
+                     axis = wheel%axis_change(c)
+                     inner = inner + h*axis
+                     speed = -h*c(4)/wheel%inertia**2 - dot_product(axis, self%omega)
+                     drive = 0.0_wp
+                     if (rates%driven(i)) drive = wheel%drive_change(c, self%asked(i))
+                     drive = drive - c(6)*self%speed(i)
+                     change(8 + i) = change(8 + i) + rates%dt*(drive - wheel%friction*speed)
+                     change(8) = change(8) + rates%dt*(drive*self%speed(i) + (self%drive(i) - 2*wheel%friction &
+                                                                              *self%speed(i))*speed)
+                  end associate
+               case default
+                  continue
+               end select
+            end associate
+         end do
+      end if
+      torque = torque + working
+      if (self%homogeneous) torque = self%square*torque
+      change(5:7) = change(5:7) + rates%dt*torque
+      if (self%n > 7) change(8) = change(8) + rates%dt*dot_product(self%relative, working)
+      angle = -times_vector(self%to_angle, inner)
+      do j = 1, 3
+         change = change + angle(j)*self%by_angle(1:self%n, j)
+      end do
+      if (.not. any(abs(column%frame) > 0.0_wp)) return
+      turn = rates%dt*rotate_to_body(self%q, column%frame)
+      if (rates%frame_turns) call turn_frame(0.5_wp*turn, y, change)
+      if (rates%forced) change(5:) = change(5:) - matmul(self%by_relative(5:self%n, :), turn)
+   end subroutine own_change
+
+   !> Adds -φ∘q = -q∘Rᵀφ.
+   pure subroutine turn_frame(turn, y, change)
+      !> Rᵀφ, shape (3); y.
+      real(wp), intent(in) :: turn(3), y(:)
+      real(wp), intent(inout) :: change(:)
+      change(1) = change(1) + (y(2)*turn(1) + y(3)*turn(2) + y(4)*turn(3))
+      change(2:4) = change(2:4) - (y(1)*turn + cross(y(2:4), turn))
+   end subroutine turn_frame
+
+   !> What a change of its parameters makes of the torque of one potential, N m; shape (3).
+   pure function potential_change(self, system, i, change) result(torque)
+      type(stage_rates_t), intent(in) :: self
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: i
+      real(wp), intent(in) :: change(:)
+      real(wp) :: torque(3)
+      real(wp) :: gamma(3), moved(3)
+      gamma = body_direction(system%effects, i, self%q, self%t)
+      associate (potential => system%effects%potentials(i)%item)
+         torque = cross(gamma, potential%gradient_change(change, gamma, gamma))
+         moved = potential%direction_change(change, self%t)
+         if (.not. any(abs(moved) > 0.0_wp)) return
+         moved = rotate_to_body(self%q, moved)
+         torque = torque + cross(moved, potential%gradient(gamma)) &
+                  + cross(gamma, times_vector(potential%hessian(gamma), moved))
+      end associate
+   end function potential_change
+
+end module nutate_stage_rates

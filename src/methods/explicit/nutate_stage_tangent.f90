@@ -1,0 +1,330 @@
+!> The tangent of a step of an explicit Runge-Kutta method, whatever its coefficients: the variational equations with
+!> the same stages, which is the exact derivative of the step.
+!>
+!> Inside the step the attitude has the four numbers δq, since stages are not normalised: δq = ½q∘θ at the start,
+!> θ = 2 vec(q*∘δq)/|q|² at the end. What is evaluated once a stage, its rates and their derivative by all of y
+!> (`nutate_stage_rates`), serves all columns.
+module nutate_stage_tangent
+   use nutate_kinds, only: wp
+   use nutate_quaternion, only: cross, quat_conjugate, quat_exp, quat_product, rotate_to_body, rotate_to_space
+   use nutate_rigid_rates, only: begin_step, n_rates, rigid_rates_t
+   use nutate_stage_rates, only: most_numbers, stage_rates_t
+   use nutate_state, only: state_t
+   use nutate_status, only: status_t
+   use nutate_system, only: system_t
+   use nutate_tangent, only: tangent_t
+   use nutate_turned_stepper, only: turn_columns
+   implicit none
+   private
+
+   public :: stage_tangent_t
+
+   !> The coefficients of a method, and the columns inside of a step.
+   type :: stage_tangent_t
+      private
+      !> Weights of the stages before in each from the second on, and last those of the step; shape
+      !> (stages, 2:stages+1).
+      real(wp), allocatable :: weights(:, :)
+      !> Times of the stages over Δt; shape (stages).
+      real(wp), allocatable :: times(:)
+      type(stage_rates_t) :: stage
+      !> The axis about which the body turns in the frame of the step, 0: none; Δt(1/J₃ - 1/J₁), kg⁻¹ m⁻² s. y(8) is its
+      !> angle then.
+      integer :: axis = 0
+      real(wp) :: slip = 0.0_wp
+      !> k and y of the motion; shapes (numbers, stages), (numbers).
+      real(wp), allocatable :: rate(:, :)
+      real(wp) :: first(most_numbers) = 0.0_wp
+      !> The same of the columns at the start, in a stage and of the stages; shapes (n, numbers), (n, numbers, stages).
+      real(wp), allocatable :: start(:, :), point(:, :), rates(:, :, :)
+   contains
+      !> Sets the coefficients.
+      procedure :: set
+      !> Moves tangent columns over a step.
+      procedure :: carry
+   end type stage_tangent_t
+
+contains
+
+   !> Sets the coefficients of a method.
+   pure subroutine set(self, a, b, c)
+      class(stage_tangent_t), intent(inout) :: self
+      !> aᵢⱼ as a(j, i - 1), i from the second stage on; bᵢ; cᵢ.
+      real(wp), intent(in) :: a(:, :), b(:), c(:)
+      if (allocated(self%weights)) deallocate (self%weights)
+      allocate (self%weights(size(b), 2:size(b) + 1), source=0.0_wp)
+      self%weights(:size(a, 1), 2:size(b)) = a
+      self%weights(:, size(b) + 1) = b
+      self%times = c
+   end subroutine set
+
+   !> Moves tangent columns over a step in y = [q, L, W, h].
+   subroutine carry(self, rates, system, before, after, dt, window_time, tangent, status, homogeneous, axis)
+      class(stage_tangent_t), intent(inout) :: self
+      !> Prepared.
+      type(rigid_rates_t), intent(inout) :: rates
+      type(system_t), intent(in) :: system
+      !> The ends of the step, which succeeded.
+      type(state_t), intent(in) :: before, after
+      !> As they were given to the step, s.
+      real(wp), intent(in) :: dt, window_time
+      type(tangent_t), intent(inout) :: tangent
+      type(status_t), intent(inout) :: status
+      !> Torques are those at |q| = 1 times |q|²; default false.
+      logical, intent(in), optional :: homogeneous
+      !> The axis of a symmetric top whose step is taken in the frame that turns with L/J₁, 1 to 3; default 0, none.
+      integer, intent(in), optional :: axis
+      real(wp) :: y(n_rates), x(most_numbers)
+      integer :: i, j, m
+      call begin_step(rates, system, before, dt, window_time, y)
+      associate (stage => self%stage)
+         stage%works = system%effects%n_torques + rates%n_wheels > 0
+         stage%n = merge(8, 7, stage%works) + rates%n_wheels
+         stage%homogeneous = .false.
+         if (present(homogeneous)) stage%homogeneous = homogeneous
+         stage%attitude = rates%attitude
+         stage%to_angle = rates%to_angle
+         self%axis = 0
+         if (present(axis)) self%axis = axis
+      end associate
+      if (self%axis > 0) call begin_spin(self, rates)
+      m = self%stage%n
+      call make_room(self, tangent%n, m)
+      self%first(1:8) = y
+      self%first(9:m) = before%wheel_momentum(:rates%n_wheels)
+      call start_columns(self, tangent%n, y(1:4), tangent%theta, tangent%momentum, self%start)
+      if (m > 7) self%start(:, 8) = 0.0_wp
+      if (m > 8) self%start(:, 9:m) = tangent%wheels(:, :m - 8)
+      x = self%first
+      self%point(:, :) = self%start
+      do i = 1, size(self%times)
+         if (i > 1) call take_argument(self, i, tangent%n*m, self%weights(:i - 1, i), x)
+         call self%stage%evaluate(rates, system, self%times(i), x(1:m))
+         self%rate(:, i) = self%stage%rate(1:m)
+         if (self%axis > 0) self%stage%jacobian(8, 4 + self%axis) = self%slip
+         call multiply(tangent%n, m, self%stage%jacobian, self%point, self%rates(:, :, i))
+         do j = 1, size(tangent%parametric)
+            call add_own(self, rates, system, tangent, j, x(1:m), i)
+         end do
+      end do
+      i = size(self%times) + 1
+      call take_argument(self, i, tangent%n*m, self%weights(:, i), x)
+      call finish_columns(tangent%n, m, x(1:4), self%point, tangent%theta, tangent%momentum)
+      if (self%stage%works) tangent%work = tangent%work + self%point(:, 8)
+      if (self%axis > 0) call end_spin(self, x(5:7), tangent)
+      do i = 1, rates%n_wheels
+         tangent%wheels(:, i) = self%point(:, 8 + i)
+      end do
+      if (rates%attitude .and. system%effects%frame_turns .and. .not. rates%frame_turns) &
+         call turn_columns(system, after, dt, tangent, status)
+   end subroutine carry
+
+   !> Starts a step in the frame in which the body turns about its axis.
+   pure subroutine begin_spin(self, rates)
+      type(stage_tangent_t), intent(inout) :: self
+      type(rigid_rates_t), intent(in) :: rates
+      real(wp) :: across
+      integer :: i
+      across = rates%to_angle(modulo(self%axis, 3) + 1, modulo(self%axis, 3) + 1)
+      self%slip = rates%to_angle(self%axis, self%axis) - across
+      self%stage%to_angle = 0.0_wp
+      do i = 1, 3
+         self%stage%to_angle(i, i) = across
+      end do
+      self%stage%n = 8
+   end subroutine begin_spin
+
+   !> The rotation of the body in that frame until a part of the step, as a quaternion; shape (4).
+   pure function spin_until(self, part, momentum) result(s)
+      type(stage_tangent_t), intent(in) :: self
+      !> L; shape (3).
+      real(wp), intent(in) :: part, momentum(3)
+      real(wp) :: s(4), turn(3)
+      turn = 0.0_wp
+      turn(self%axis) = 0.5_wp*part*self%slip*momentum(self%axis)
+      s = quat_exp(turn)
+   end function spin_until
+
+   !> Columns in the axes of the body, which has turned.
+   pure subroutine end_spin(self, momentum, tangent)
+      type(stage_tangent_t), intent(in) :: self
+      !> L at the end, in the frame; shape (3).
+      real(wp), intent(in) :: momentum(3)
+      type(tangent_t), intent(inout) :: tangent
+      real(wp) :: s(4), turn(3), turned(3)
+      integer :: k
+      s = spin_until(self, 1.0_wp, momentum)
+      turned = rotate_to_body(s, momentum)
+      do k = 1, tangent%n
+         turn = 0.0_wp
+         turn(self%axis) = self%point(k, 8)
+         tangent%theta(k, :) = rotate_to_body(s, tangent%theta(k, :)) + turn
+         tangent%momentum(k, :) = rotate_to_body(s, tangent%momentum(k, :)) + cross(turned, turn)
+      end do
+   end subroutine end_spin
+
+   !> Makes room for columns.
+   pure subroutine make_room(self, n, m)
+      type(stage_tangent_t), intent(inout) :: self
+      !> Columns and numbers of each.
+      integer, intent(in) :: n, m
+      if (allocated(self%start)) then
+         if (size(self%start, 1) == n .and. size(self%start, 2) == m) return
+         deallocate (self%start, self%point, self%rates, self%rate)
+      end if
+      allocate (self%start(n, m), self%point(n, m), self%rates(n, m, size(self%times)), self%rate(m, size(self%times)))
+   end subroutine make_room
+
+   !> δq = ½q∘θ, |q| nearly 1, and δL.
+   pure subroutine start_columns(self, n, q, theta, momentum, start)
+      type(stage_tangent_t), intent(in) :: self
+      integer, intent(in) :: n
+      real(wp), intent(in) :: q(4)
+      !> Shape (n,3).
+      real(wp), intent(in) :: theta(n, 3), momentum(n, 3)
+      real(wp), intent(inout) :: start(n, self%stage%n)
+      real(wp) :: half(4)
+      integer :: k
+      half = 0.5_wp*q
+      do k = 1, n
+         start(k, 1) = -(half(2)*theta(k, 1) + half(3)*theta(k, 2) + half(4)*theta(k, 3))
+         start(k, 2) = half(1)*theta(k, 1) + half(3)*theta(k, 3) - half(4)*theta(k, 2)
+         start(k, 3) = half(1)*theta(k, 2) + half(4)*theta(k, 1) - half(2)*theta(k, 3)
+         start(k, 4) = half(1)*theta(k, 3) + half(2)*theta(k, 2) - half(3)*theta(k, 1)
+         start(k, 5) = momentum(k, 1)
+         start(k, 6) = momentum(k, 2)
+         start(k, 7) = momentum(k, 3)
+      end do
+   end subroutine start_columns
+
+   !> The argument of a stage, or the end of the step: of the motion and of the columns.
+   pure subroutine take_argument(self, i, length, weights, x)
+      type(stage_tangent_t), intent(inout) :: self
+      !> The stage; how many numbers all columns have.
+      integer, intent(in) :: i, length
+      !> Of the stages before; shape (i - 1).
+      real(wp), intent(in) :: weights(:)
+      real(wp), intent(inout) :: x(most_numbers)
+      real(wp) :: w(12)
+      integer :: which(12), count, j
+      count = 0
+      do j = 1, size(weights)
+         if (.not. abs(weights(j)) > 0.0_wp) cycle
+         count = count + 1
+         which(count) = j
+         w(count) = weights(j)
+      end do
+      x(1:self%stage%n) = self%first(1:self%stage%n)
+      do j = 1, count
+         x(1:self%stage%n) = x(1:self%stage%n) + w(j)*self%rate(:, which(j))
+      end do
+      call add_weighted(length, size(self%times), count, which, w, self%start, self%rates, self%point)
+   end subroutine take_argument
+
+   !> start + Σ w(j) rates(:, which(j)), four at a time.
+   pure subroutine add_weighted(length, stages, count, which, w, start, rates, point)
+      integer, intent(in) :: length, stages, count, which(12)
+      real(wp), intent(in) :: w(12), start(length), rates(length, stages)
+      real(wp), intent(out) :: point(length)
+      integer :: j, first
+      first = modulo(count, 4)
+      select case (first)
+      case (1)
+         point = start + w(1)*rates(:, which(1))
+      case (2)
+         point = start + w(1)*rates(:, which(1)) + w(2)*rates(:, which(2))
+      case (3)
+         point = start + w(1)*rates(:, which(1)) + w(2)*rates(:, which(2)) + w(3)*rates(:, which(3))
+      case default
+         point = start
+      end select
+      do j = first + 1, count, 4
+         point = point + w(j)*rates(:, which(j)) + w(j + 1)*rates(:, which(j + 1)) &
+                 + w(j + 2)*rates(:, which(j + 2)) + w(j + 3)*rates(:, which(j + 3))
+      end do
+   end subroutine add_weighted
+
+   !> δk of columns by the derivative of a stage.
+   pure subroutine multiply(n, m, a, x, rate)
+      !> Columns and numbers of each.
+      integer, intent(in) :: n, m
+      !> ∂k/∂y
+      real(wp), intent(in) :: a(most_numbers, most_numbers)
+      !> Shape (n, m).
+      real(wp), intent(in) :: x(n, m)
+      real(wp), intent(out) :: rate(n, m)
+      integer :: i, j
+      ! δq of itself has no diagonal.
+      rate(:, 1) = a(1, 2)*x(:, 2) + a(1, 3)*x(:, 3) + a(1, 4)*x(:, 4) + a(1, 5)*x(:, 5) + a(1, 6)*x(:, 6) &
+                   + a(1, 7)*x(:, 7)
+      rate(:, 2) = a(2, 1)*x(:, 1) + a(2, 3)*x(:, 3) + a(2, 4)*x(:, 4) + a(2, 5)*x(:, 5) + a(2, 6)*x(:, 6) &
+                   + a(2, 7)*x(:, 7)
+      rate(:, 3) = a(3, 1)*x(:, 1) + a(3, 2)*x(:, 2) + a(3, 4)*x(:, 4) + a(3, 5)*x(:, 5) + a(3, 6)*x(:, 6) &
+                   + a(3, 7)*x(:, 7)
+      rate(:, 4) = a(4, 1)*x(:, 1) + a(4, 2)*x(:, 2) + a(4, 3)*x(:, 3) + a(4, 5)*x(:, 5) + a(4, 6)*x(:, 6) &
+                   + a(4, 7)*x(:, 7)
+      do i = 5, m
+         rate(:, i) = a(i, 1)*x(:, 1) + a(i, 2)*x(:, 2) + a(i, 3)*x(:, 3) + a(i, 4)*x(:, 4) + a(i, 5)*x(:, 5) &
+                      + a(i, 6)*x(:, 6) + a(i, 7)*x(:, 7)
+      end do
+      do j = 9, m
+         do i = 1, m
+            rate(:, i) = rate(:, i) + a(i, j)*x(:, j)
+         end do
+      end do
+   end subroutine multiply
+
+   !> Adds what the parameters of a column do in a stage.
+   subroutine add_own(self, rates, system, tangent, m, y, i)
+      type(stage_tangent_t), intent(inout) :: self
+      type(rigid_rates_t), intent(in) :: rates
+      type(system_t), intent(in) :: system
+      type(tangent_t), intent(in) :: tangent
+      !> Which of the parametric columns; the stage.
+      integer, intent(in) :: m, i
+      real(wp), intent(in) :: y(:)
+      real(wp) :: change(size(y)), s(4), x(size(y))
+      type(stage_rates_t) :: stage
+      integer :: k
+      k = tangent%parametric(m)
+      if (self%axis == 0) then
+         call self%stage%own_change(rates, system, tangent%columns(k), tangent%inertia(:, :, m), y, change)
+      else
+         ! Parameters belong to the body, which turns in the frame.
+         s = spin_until(self, self%times(i), y(5:7))
+         x = y
+         x(1:4) = quat_product(y(1:4), s)
+         x(5:7) = rotate_to_body(s, y(5:7))
+         stage%n = 8
+         stage%homogeneous = self%stage%homogeneous
+         stage%to_angle = rates%to_angle
+         call stage%evaluate(rates, system, self%times(i), x)
+         call stage%own_change(rates, system, tangent%columns(k), tangent%inertia(:, :, m), x, change)
+         change(1:4) = quat_product(change(1:4), quat_conjugate(s))
+         change(5:7) = rotate_to_space(s, change(5:7))
+      end if
+      self%rates(k, :, i) = self%rates(k, :, i) + change
+   end subroutine add_own
+
+   !> θ = 2 vec(q*∘δq)/|q|² and δL.
+   pure subroutine finish_columns(n, m, q, point, theta, momentum)
+      !> Columns and numbers of each.
+      integer, intent(in) :: n, m
+      real(wp), intent(in) :: q(4)
+      real(wp), intent(in) :: point(n, m)
+      !> Shape (n,3).
+      real(wp), intent(out) :: theta(n, 3), momentum(n, 3)
+      real(wp) :: g(4)
+      integer :: k
+      g = (2/(q(1)*q(1) + q(2)*q(2) + q(3)*q(3) + q(4)*q(4)))*q
+      do k = 1, n
+         theta(k, 1) = g(1)*point(k, 2) - g(2)*point(k, 1) - g(3)*point(k, 4) + g(4)*point(k, 3)
+         theta(k, 2) = g(1)*point(k, 3) - g(3)*point(k, 1) - g(4)*point(k, 2) + g(2)*point(k, 4)
+         theta(k, 3) = g(1)*point(k, 4) - g(4)*point(k, 1) - g(2)*point(k, 3) + g(3)*point(k, 2)
+         momentum(k, 1) = point(k, 5)
+         momentum(k, 2) = point(k, 6)
+         momentum(k, 3) = point(k, 7)
+      end do
+   end subroutine finish_columns
+
+end module nutate_stage_tangent
