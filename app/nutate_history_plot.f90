@@ -69,7 +69,7 @@ contains
       ! As gnuplot widens a range without extent.
       if (span <= 0.0_wp) span = merge(2.0_wp, 0.02_wp*abs(maxval(values)), abs(maxval(values)) <= 0.0_wp)
       power = 10.0_wp**floor(log10(span/4))
-      tick = power*merge(merge(2, 5, span <= 8*power), 10, span <= 20*power)
+      tick = power*merge(merge(2, 5, span/power <= 8), 10, span/power <= 20)
    end function tick
 
    !> What gnuplot draws in a panel.

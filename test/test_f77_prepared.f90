@@ -91,7 +91,9 @@ contains
       type(motion_t) :: motions(4), failing
       type(twin_t) :: twins(3)
       integer :: form, i, k
-      twins = [top_twin(1, 2), top_twin(2, 2), forced_twin(1, 4)]
+      twins(1) = top_twin(1, 2)
+      twins(2) = top_twin(2, 2)
+      twins(3) = forced_twin(1, 4)
       do form = 1, size(twins)
          do k = 1, size(motions)
             call begin(twins(form), merge(1e-3_wp, 2.5e-4_wp, form == 3)*(8 + k), motions(k))

@@ -128,6 +128,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(orbit_t) :: orbits(3)
       type(orbit_t) :: still
+      type(geomagnetic_field_t) :: inner, outer
       real(wp) :: b(3)
       integer :: i
       orbits = [orbit_t(path_of(0.3_wp)), orbit_t(path_of(0.0_wp)), orbit_t(path_of(0.0_wp), inertial=.true.)]
@@ -136,10 +137,10 @@ contains
          call check_direction(error, moving_force_t(point, push_along(orbits(i))))
       end do
       still = orbit_t(path_of(0.0_wp), inertial=.true.)
-      associate (inner => field_along(orbits(2)), outer => field_along(still))
-         b = rotate_to_space(still%path%axes(700.0_wp), inner%at(700.0_wp))
-         call check_close(error, b, outer%at(700.0_wp), 8*eps*norm2(b), "both axes")
-      end associate
+      inner = field_along(orbits(2))
+      outer = field_along(still)
+      b = rotate_to_space(still%path%axes(700.0_wp), inner%at(700.0_wp))
+      call check_close(error, b, outer%at(700.0_wp), 8*eps*norm2(b), "both axes")
    end subroutine parts_belong_together
 
    !> The series against n, ∂V/∂t against differences.

@@ -170,7 +170,7 @@ contains
          ratio = 1.0_wp
          do i = 0, j
             b(j) = b(j) + ratio*c(i)
-            ratio = ratio*real(j - i, wp)/(ubound(c, 1) - i)
+            if (i < j) ratio = ratio*real(j - i, wp)/(ubound(c, 1) - i)
          end do
       end do
    end function corners_of

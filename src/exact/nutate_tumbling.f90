@@ -22,16 +22,19 @@ module nutate_tumbling
    implicit none
    private
 
-   public :: tumbling_t, tumbling_elements, tumbling_state, tumbling_start_t
+   public :: tumbling_t, tumbling_elements, tumbling_state, tumbling_start_t, infinite_period
 
-   !> Elements of a motion. Periods that are infinite are the greatest number.
+   !> What stands for an infinite period, s: a number that stays finite when it is rounded to a few digits.
+   real(wp), parameter :: infinite_period = 1e308_wp
+
+   !> Elements of a motion.
    type :: tumbling_t
       !> The short-axis mode; else the long-axis mode.
       logical :: is_short_axis = .true.
       !> E/E₀.
       real(wp) :: energy_ratio = 1.0_wp
       !> P_φ of the short and the long axis, P_ψ, s.
-      real(wp) :: precession_short = huge(1.0_wp), precession_long = huge(1.0_wp), rotation = huge(1.0_wp)
+      real(wp) :: precession_short = infinite_period, precession_long = infinite_period, rotation = infinite_period
    end type tumbling_t
 
    !> A start by elements.
@@ -98,8 +101,8 @@ contains
       real(wp), intent(in) :: first, second
       real(wp) :: rate
       rate = 1/first + 1/second
-      beat = huge(1.0_wp)
-      if (abs(rate) > 1/huge(1.0_wp)) beat = 1/rate
+      beat = infinite_period
+      if (abs(rate) > 1/infinite_period) beat = 1/rate
    end function beat
 
    !> P_ψ, and P_φ of the axis of the mode.
@@ -111,7 +114,7 @@ contains
       !> s.
       real(wp), intent(out) :: rotation, precession
       real(wp) :: m1, k, third, nu, lambda
-      rotation = huge(1.0_wp)
+      rotation = infinite_period
       precession = 2*pi*(j(3)/length)
       ! A body of two equal moments about its axis of symmetry, or of three.
       if (.not. (abs(j(3) - j(2)) > 0.0_wp .and. a > 0.0_wp)) return
@@ -120,7 +123,7 @@ contains
       nu = (j(3)/j(1))*(abs(j(2) - j(1))/abs(j(3) - j(2)))
       if (m1 > tiny(1.0_wp)) then
          k = carlson_rf(0.0_wp, m1, 1.0_wp)
-         if (lambda > 0.0_wp) rotation = 4*k/lambda
+         if (lambda > 4*k/infinite_period) rotation = 4*k/lambda
          ! Π(-ν|m) as a sum of positive terms: ν is large for nearly symmetric bodies.
          third = 1/(1 + nu) + (m1*(nu/(1 + nu))/(1 + nu)/3)*(carlson_rj(0.0_wp, m1, 1.0_wp, m1/(1 + nu))/k)
       else
@@ -303,7 +306,8 @@ contains
       type(tumbling_start_t), intent(in) :: start
       type(tumbling_t) :: elements
       elements = elements_at(j, start%is_short_axis, share)
-      ratio = elements%rotation*rate_of(j, start, share)/(2*pi)
+      ratio = infinite_period
+      if (elements%rotation < infinite_period) ratio = elements%rotation*rate_of(j, start, share)/(2*pi)
    end function ratio_of
 
    !> 2π/P_φ of the axis that is asked for, of L = 1, rad/s.

@@ -63,14 +63,13 @@ contains
          allocate (self%residuals(size(fit%measurements)))
          do i = 1, size(fit%measurements)
             call self%residuals(i)%prepare(fit%measurements(i), scene%system, &
-               scene%integrator%inverse_auxiliary_inertia, &
-                                           status)
+                                           scene%integrator%inverse_auxiliary_inertia, status)
             if (.not. status%ok()) return
             if (.not. fit%measurements(i)%has_bias) cycle
             write (number, '(".",i0)') i
             if (size(fit%measurements) == 1) number = ''
-            self%names = [self%names, [('measurement'//trim(number)//'.bias.'//fit%measurements(i)%columns(k), &
-                                        k=1, size(fit%measurements(i)%columns))]]
+            self%names = [character(len=len(self%names)) :: self%names, ('measurement'//trim(number)//'.bias.'// &
+                          fit%measurements(i)%columns(k), k=1, size(fit%measurements(i)%columns))]
          end do
       end associate
       self%low = [self%low, spread(-huge(1.0_wp), 1, size(self%names) - self%n_free)]

@@ -35,7 +35,7 @@ class Determinism(CommandLineTest):
             if not SLOW:
                 self.check(scene)
             for solver in [solvers[number % 2]] if SLOW else solvers:
-                self.check(scene, "--set", f"output.columns={all_columns()}", "--set",
+                self.check(scene, "--set", f"output.columns={all_columns()}", "--set", "integrator.method='nielsen_krenk'", "--set",
                            f"integrator.formulation='{solver}'", "--set", "integrator.order=4", "--set", "output.every=3")
 
     def test_steps_by_their_error(self):

@@ -88,8 +88,9 @@ class Fit(CommandLineTest):
 
     def test_refusals(self):
         self.fail_with(2, "fit", "box.nml", says=["there is nothing to fit (expected &free and &measurement)"])
-        self.fail_with(2, "fit", "gyro.nml", "--set", "integrator.method=rk4", "--unset", "integrator.local_tolerance",
-                       "--set", "integrator.time_step=0.01", says=["'rk4'"])
+        self.fail_with(2, "fit", "gyro.nml", "--set", "integrator.formulation=full", "--set", "integrator.projection=.false.",
+                       "--set", "integrator.auxiliary_inertia=10", "--unset", "integrator.local_tolerance",
+                       "--set", "integrator.time_step=0.01", says=["tangent columns need"])
         self.fail_with(2, "fit", "gyro.nml", "--output", "gyro.nml", says=["gyro.nml is the scene itself"])
         self.fail_with(2, "fit", "gyro.nml", "--csv", "gyro.csv", says=["gyro.csv is a file of measurements"])
         self.fail_with(2, "fit", "gyro.nml", "--member", "1", says=["nutate fit has no option --member"])
