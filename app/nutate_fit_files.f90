@@ -55,13 +55,13 @@ contains
       integer :: c
       associate (measurement => fit%problem%residuals(i)%measurement)
          associate (residuals => fit%result%residuals(before + 1:before + measurement%width()))
-            measured = measurement%rows(:, k)
-            model = measured + measurement%sigma*residuals
             if (measurement%kind == ATTITUDES) then
                ! The rotation vector from the measured attitude to that of the model.
                measured = spread(0.0_wp, 1, 3)
-               model = measurement%sigma*residuals
+            else
+               measured = measurement%rows(:, k)
             end if
+            model = measured + measurement%sigma*residuals
             write (number, '(i0)') i
             do c = 1, size(model)
                line = trim(number)//','//exact_text(measurement%times(k))//','

@@ -269,16 +269,28 @@ contains
       setting%name = triangle_key
       setting%kind = KEY_LOGICAL
       allocate (setting%values(1))
-      scene%groups(i)%settings = [without_triangle(scene%groups(i)), setting]
+      call replace_triangle(scene%groups(i), setting)
    end subroutine lift_triangle
 
-   !> The settings of a body but for whether it may break the triangle inequality.
-   pure function without_triangle(body) result(settings)
-      type(group_t), intent(in) :: body
-      type(setting_t), allocatable :: settings(:)
-      integer :: k
-      settings = pack(body%settings, [(body%settings(k)%name /= triangle_key, k=1, size(body%settings))])
-   end function without_triangle
+   !> Replaces what a body says of the triangle inequality, or removes it. One by one: gfortran 12 loses the components of
+   !> what it puts into an array constructor.
+   subroutine replace_triangle(body, setting)
+      type(group_t), intent(inout) :: body
+      type(setting_t), intent(in), optional :: setting
+      type(setting_t), allocatable :: kept(:)
+      integer :: k, n
+      n = count(body%settings%name /= triangle_key)
+      if (present(setting)) n = n + 1
+      allocate (kept(n))
+      n = 0
+      do k = 1, size(body%settings)
+         if (body%settings(k)%name == triangle_key) cycle
+         n = n + 1
+         kept(n) = body%settings(k)
+      end do
+      if (present(setting)) kept(n + 1) = setting
+      call move_alloc(kept, body%settings)
+   end subroutine replace_triangle
 
    !> The groups of the scene with the present numbers, checked as they were.
    function present_groups(self) result(groups)
@@ -287,10 +299,13 @@ contains
       integer :: i, k
       groups = self%scene%groups
       i = findloc(groups%name == 'body', .true., dim=1)
-      groups(i)%settings = without_triangle(groups(i))
       associate (given => self%plan%numbers%groups(i)%settings)
          k = findloc(given%name == triangle_key, .true., dim=1)
-         if (k > 0) groups(i)%settings = [groups(i)%settings, given(k)]
+         if (k > 0) then
+            call replace_triangle(groups(i), given(k))
+         else
+            call replace_triangle(groups(i))
+         end if
       end associate
    end function present_groups
 
