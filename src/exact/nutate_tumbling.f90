@@ -24,8 +24,8 @@ module nutate_tumbling
 
    public :: tumbling_t, tumbling_elements, tumbling_state, tumbling_start_t, infinite_period
 
-   !> What stands for an infinite period, s: a number that stays finite when it is rounded to a few digits.
-   real(wp), parameter :: infinite_period = 1e308_wp
+   !> What stands for an infinite period, s: a number whose square is finite, for those who take means of rows.
+   real(wp), parameter :: infinite_period = 1e100_wp
 
    !> Elements of a motion.
    type :: tumbling_t
