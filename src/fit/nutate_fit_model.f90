@@ -272,8 +272,8 @@ contains
       call replace_triangle(scene%groups(i), setting)
    end subroutine lift_triangle
 
-   !> Replaces what a body says of the triangle inequality, or removes it. One by one: gfortran 12 loses the components of
-   !> what it puts into an array constructor.
+   !> Replaces what a body says of the triangle inequality, or removes it. One by one: gfortran 12 loses the components
+   !> of what it puts into an array constructor.
    subroutine replace_triangle(body, setting)
       type(group_t), intent(inout) :: body
       type(setting_t), intent(in), optional :: setting
