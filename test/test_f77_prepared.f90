@@ -1,6 +1,6 @@
 !> Work arrays of FORTRAN 77 programs share what has been prepared for their set-up, and nothing else.
 module test_f77_prepared
-   use, intrinsic :: iso_c_binding, only: c_f_pointer, c_funloc, c_funptr, c_int, c_loc, c_ptr
+   use, intrinsic :: iso_c_binding, only: c_f_pointer, c_funloc, c_int, c_loc, c_ptr
    use nutate_f77_prepared, only: f77_body_t, find_body, let_go
    use nutate_kinds, only: wp
    use nutate_methods, only: make_stepper
@@ -8,6 +8,7 @@ module test_f77_prepared
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_stepper, only: integrator_settings_t, stepper_t
+   use test_c_support, only: run_threads
    use test_f77_routines, only: nuomeg, nustep, potspr, tormot
    use test_f77_twins, only: forced_twin, iuser, most, plain, row_keeper_t, run_library, start, top_twin, twin_of, &
       twin_t
@@ -31,16 +32,6 @@ module test_f77_prepared
       type(motion_t) :: motions(n_threads)
    end type job_t
 
-   interface
-      !> Calls `work` from several threads simultaneously; the number of threads that could not be started.
-      integer(c_int) function run_threads(work, context, threads) bind(c, name='test_run_threads')
-         import :: c_funptr, c_int, c_ptr
-         type(c_funptr), intent(in), value :: work
-         type(c_ptr), intent(in), value :: context
-         integer(c_int), intent(in), value :: threads
-      end function run_threads
-   end interface
-
 contains
 
    subroutine collect_f77_prepared(testsuite)
@@ -49,6 +40,7 @@ contains
                   new_unittest("F77 bodies of one set-up do not disturb each other", alike_bodies_are_alone), &
                   new_unittest("F77 WORK that is put back repeats its steps", work_put_back_repeats), &
                   new_unittest("F77 more bodies than a shelf had room for", many_bodies_are_alone), &
+                  new_unittest("F77 bodies of one hash are told apart", equal_hashes_are_told_apart), &
                   new_unittest("F77 body in use is not given to a second call", busy_body_is_not_shared), &
                   new_unittest("F77 threads step bodies of one set-up", threads_step_alike_bodies), &
                   new_unittest("numbers of a stepper are those that it archives", numbers_are_those_archived)]
@@ -154,10 +146,17 @@ contains
       do k = 1, n_bodies
          call begin(heavier_box(k), 0.01_wp, alone)
          call step(alone, n)
-         call check(error, motions(k)%info == 0 .and. alone%info == 0, 'a step failed')
-         call check_close(error, [motions(k)%q, motions(k)%p], [alone%q, alone%p], 0.0_wp)
+         call check_alike(error, motions(k), alone)
       end do
    end subroutine many_bodies_are_alone
+
+   !> Two motions are the same, to the last digit.
+   subroutine check_alike(error, motion, other)
+      type(error_type), allocatable, intent(inout) :: error
+      type(motion_t), intent(in) :: motion, other
+      call check(error, motion%info == 0 .and. other%info == 0, 'a step failed')
+      call check_close(error, [motion%q, motion%p], [other%q, other%p], 0.0_wp)
+   end subroutine check_alike
 
    !> A box whose moments are 1 + k/7 times as large.
    type(twin_t) function heavier_box(k) result(twin)
@@ -165,6 +164,28 @@ contains
       twin = twin_of(box(), 1, 2)
       twin%aj = (1 + k/7.0_wp)*twin%aj
    end function heavier_box
+
+   !> Two boxes whose WORKs are given the same hash, WORK(5), as two of some 1e5 set-ups have by chance.
+   subroutine equal_hashes_are_told_apart(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(motion_t) :: motions(2)
+      type(motion_t) :: alone
+      integer :: i, k
+      do k = 1, size(motions)
+         call begin(heavier_box(k), 0.01_wp, motions(k))
+         motions(k)%work(5) = 1234567.0_wp
+      end do
+      do i = 1, n_steps
+         do k = 1, size(motions)
+            call step(motions(k), 1)
+         end do
+      end do
+      do k = 1, size(motions)
+         call begin(heavier_box(k), 0.01_wp, alone)
+         call step(alone, n_steps)
+         call check_alike(error, motions(k), alone)
+      end do
+   end subroutine equal_hashes_are_told_apart
 
    subroutine busy_body_is_not_shared(error)
       type(error_type), allocatable, intent(out) :: error

@@ -1,7 +1,7 @@
 !> Results do not depend on how many threads call the library: bit for bit those of one. Steps, runs and trial runs; not
 !> the reading of scenes, in which gfortran keeps the lengths of texts in static variables.
 module test_threads
-   use, intrinsic :: iso_c_binding, only: c_f_pointer, c_funloc, c_funptr, c_int, c_loc, c_ptr
+   use, intrinsic :: iso_c_binding, only: c_f_pointer, c_funloc, c_int, c_loc, c_ptr
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_hamiltonian, only: make_state
    use nutate_kinds, only: wp
@@ -14,6 +14,7 @@ module test_threads
    use nutate_status, only: status_t
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_system, only: system_t
+   use test_c_support, only: run_threads
    use test_support, only: check, error_type, new_unittest, random_unit_quaternion, random_vector, unittest_type
    implicit none
    private
@@ -46,16 +47,6 @@ module test_threads
    contains
       procedure :: observe => keep_work
    end type work_watch_t
-
-   interface
-      !> Calls `work` from several threads at once; the number of threads that could not be started.
-      integer(c_int) function run_threads(work, context, threads) bind(c, name='test_run_threads')
-         import :: c_funptr, c_int, c_ptr
-         type(c_funptr), intent(in), value :: work
-         type(c_ptr), intent(in), value :: context
-         integer(c_int), intent(in), value :: threads
-      end function run_threads
-   end interface
 
 contains
 

@@ -1,8 +1,8 @@
 !> Bodies of FORTRAN 77 programs, prepared for their steps.
 !>
 !> All that a body is and was stays in WORK, as plain numbers. What has been made of the set-up in it, system and
-!> stepper, is kept on a shelf of the thread, so that it is made once and not in every call: a call finds it by
-!> hashes of the set-up. Work arrays with the same set-up share it, copies included; each call gives the stepper the
+!> stepper, is kept on a shelf of the thread, so that it is made once and not in every call: a call finds it by a
+!> hash of the set-up. Work arrays with the same set-up share it, copies included; each call gives the stepper the
 !> memory that is in its own WORK. Nothing that is on the shelf changes a result, so that bodies may leave it.
 module nutate_f77_prepared
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_loc, c_ptr
@@ -12,7 +12,8 @@ module nutate_f77_prepared
    use nutate_f77_callback, only: f77_potential_t, f77_torque_t
    use nutate_f77_interfaces, only: f77_potential, f77_torque
    use nutate_f77_work, only: AT_CALL, AT_DT, AT_FIRST_TIME, AT_MARK, AT_P_COMPENSATION, &
-      AT_Q_COMPENSATION, AT_STEPS, continues, count_memory, get_memory, get_setup, place_at, settings_of, setup_t
+      AT_Q_COMPENSATION, AT_STEPS, continues, count_memory, get_memory, get_setup, has_setup, place_at, settings_of, &
+      setup_of, setup_t
    use nutate_gravity, only: gravity_t
    use nutate_kinds, only: wp
    use nutate_methods, only: make_stepper
@@ -34,8 +35,9 @@ module nutate_f77_prepared
    !> A body as NUINIT was told it, ready for steps.
    type :: f77_body_t
       type(setup_t) :: setup
-      !> Hashes of the set-up, as in WORK.
-      real(wp), private :: hashes(2) = 0.0_wp
+      !> The numbers of the set-up and their hash, as in WORK.
+      real(wp), allocatable, private :: numbers(:)
+      real(wp), private :: hash = 0.0_wp
       type(system_t) :: system
       class(stepper_t), allocatable :: stepper
       !> What the stepper remembers before its first step.
@@ -104,7 +106,7 @@ contains
          call c_f_pointer(address, shelf)
          body => shelf%places(home(work(5), size(shelf%places)))%body
          if (associated(body)) then
-            if (body%hashes(1) == work(5) .and. body%hashes(2) == work(6) .and. .not. body%is_busy) then
+            if (is_of(body, work) .and. .not. body%is_busy) then
                body%is_busy = .true.
                body%failed = 0
                return
@@ -132,7 +134,7 @@ contains
          place = iand(home(work(5), room) + i, room - 1)
          body => shelf%places(place)%body
          if (.not. associated(body)) exit
-         if (body%hashes(1) == work(5) .and. body%hashes(2) == work(6)) exit
+         if (is_of(body, work)) exit
          body => null()
       end do
       if (.not. associated(body)) then
@@ -145,6 +147,16 @@ contains
       body%is_busy = .true.
       body%failed = 0
    end function search_body
+
+   !> True if the set-up of a body is that of a work array: known where the body has moved that or a copy of it.
+   pure logical function is_of(body, work)
+      type(f77_body_t), intent(in) :: body
+      real(wp), intent(in) :: work(*)
+      is_of = work(place_at(work) + AT_MARK) == body%mark
+      if (is_of) return
+      is_of = work(5) == body%hash
+      if (is_of) is_of = has_setup(work, body%numbers)
+   end function is_of
 
    !> The first place of a body.
    pure integer function home(hash, room)
@@ -218,7 +230,7 @@ contains
       is_full = room >= most_room
       idle = -1
       do i = most_places - 1, 0, -1
-         place = iand(home(body%hashes(1), room) + i, room - 1)
+         place = iand(home(body%hash, room) + i, room - 1)
          if (.not. associated(shelf%places(place)%body)) then
             idle = place
          else if (is_full .and. idle < 0) then
@@ -269,7 +281,8 @@ contains
       integer :: used
       allocate (body)
       call get_setup(work, body%setup)
-      body%hashes = work(5:6)
+      body%numbers = setup_of(work)
+      body%hash = work(5)
       body%mark = new_mark()
       body%system%body = body%setup%body
       failed => body%failed

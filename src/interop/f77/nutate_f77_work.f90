@@ -1,8 +1,8 @@
 !> The work array of the FORTRAN 77 routines: what NUINIT was told, where the last call stopped, and what the method
 !> remembers of its steps. Plain numbers, no addresses: a copy is as good as the original.
 !>
-!> WORK(1): its length; (2): a mark; (3), (4): the first numbers of the second and of the third part; (5), (6): hashes
-!> of the first part.
+!> WORK(1): its length; (2): a mark; (3), (4): the first numbers of the second and of the third part; (5): a hash of
+!> the first part.
 module nutate_f77_work
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_archive, only: archive_t
@@ -16,8 +16,8 @@ module nutate_f77_work
 
    public :: AT_BEGUN, AT_STEPS, AT_DT, AT_FIRST_TIME, AT_T, AT_Q, AT_P, AT_Q_COMPENSATION, AT_P_COMPENSATION, &
       AT_WORK, AT_WORK_COMPENSATION, AT_ALL_STEPS, AT_ITERATIONS, AT_UNCERTIFIED, AT_MARK, AT_CALL
-   public :: setup_t, place_t, place_at, continues, count_work, is_work, fill_work, get_setup, put_setup, &
-      get_place, put_place, get_memory, put_memory, count_memory, settings_of
+   public :: setup_t, place_t, place_at, continues, count_work, is_work, fill_work, get_setup, has_setup, &
+      put_setup, setup_of, get_place, put_place, get_memory, put_memory, count_memory, settings_of
 
    !> What NUINIT was told, and NUFRAM, NUBPOT and NUBTOR after it.
    type :: setup_t
@@ -62,7 +62,7 @@ module nutate_f77_work
    !> Bits of the second number of an array that NUINIT has filled: `NUTATE 3` in ASCII.
    integer(int64), parameter :: mark = int(z'4E55544154452033', int64)
    !> First number of the first part, and numbers of the second one.
-   integer, parameter :: setup_at = 7, place_size = 29
+   integer, parameter :: setup_at = 6, place_size = 29
    !> Where the values of a `place_t` are, counted from the first one.
    integer, parameter :: AT_BEGUN = 0, AT_STEPS = 1, AT_DT = 2, AT_FIRST_TIME = 3, AT_T = 4, AT_Q = 5, AT_P = 9, &
                          AT_Q_COMPENSATION = 13, AT_P_COMPENSATION = 17, AT_WORK = 21, AT_WORK_COMPENSATION = 22, &
@@ -126,14 +126,28 @@ contains
       call setup%transfer(archive)
    end subroutine get_setup
 
-   !> Writes what was added to it.
+   !> True if the numbers of a set-up are those in an array.
+   pure logical function has_setup(work, numbers)
+      real(wp), intent(in) :: work(*)
+      !> From `setup_of`.
+      real(wp), intent(in) :: numbers(:)
+      integer :: i
+      has_setup = .false.
+      do i = 1, size(numbers)
+         if (work(setup_at - 1 + i) /= numbers(i)) return
+      end do
+      has_setup = .true.
+   end function has_setup
+
+   !> Writes what was added to it. No prepared body has moved it as it is now.
    subroutine put_setup(setup, work)
       type(setup_t), intent(inout) :: setup
       real(wp), intent(inout), target :: work(*)
       type(number_archive_t) :: archive
       call archive%begin_writing(setup_of(work))
       call setup%transfer(archive)
-      call find_hashes(setup_of(work), work(5), work(6))
+      work(5) = hash_of(setup_of(work))
+      work(place_at(work) + AT_MARK) = 0.0_wp
    end subroutine put_setup
 
    !> The set-up as it is in an array.
@@ -143,27 +157,23 @@ contains
       numbers => work(setup_at:int(work(3)) - 1)
    end function setup_of
 
-   !> Two hashes of numbers, whole numbers below 2**32: Fowler, Noll and Vo's FNV-1a of their halves with two primes,
-   !> the high digits folded onto the low ones. Numbers of which both are the same count as the same numbers: others
-   !> have them in one of 1e19 pairs.
-   pure subroutine find_hashes(numbers, first, second)
+   !> A hash of numbers, a whole number below 2**32: Fowler, Noll and Vo's FNV-1a of their halves, the high digits folded
+   !> onto the low ones.
+   pure real(wp) function hash_of(numbers)
       real(wp), intent(in) :: numbers(:)
-      real(wp), intent(out) :: first, second
-      integer(int64), parameter :: primes(2) = [16777619_int64, 709607_int64], low = int(z'FFFFFFFF', int64)
-      integer, parameter :: folds(2) = [15, 13]
-      integer(int64) :: hashes(2), bits
+      integer(int64), parameter :: prime = 16777619_int64, low = int(z'FFFFFFFF', int64)
+      integer(int64) :: hash, bits
       integer :: i, k
-      hashes = [2166136261_int64, 3735928559_int64]
+      hash = 2166136261_int64
       do i = 1, size(numbers)
          bits = transfer(numbers(i), 0_int64)
          do k = 0, 1
-            hashes = iand(ieor(hashes, iand(shiftr(bits, 32*k), low))*primes, low)
-            hashes = ieor(hashes, shiftr(hashes, folds))
+            hash = iand(ieor(hash, iand(shiftr(bits, 32*k), low))*prime, low)
+            hash = ieor(hash, shiftr(hash, 15))
          end do
       end do
-      first = real(hashes(1), wp)
-      second = real(hashes(2), wp)
-   end subroutine find_hashes
+      hash_of = real(hash, wp)
+   end function hash_of
 
    !> Numbers of the third part.
    pure integer function count_memory(work) result(n)
