@@ -1,18 +1,11 @@
 !> The C interface: events and tables of programs (`test_c_events.c`).
 module test_c_events
-   use, intrinsic :: iso_c_binding, only: c_int
-   use test_support, only: check, error_type, new_unittest, unittest_type
+   use test_c_support, only: c_test, check_line
+   use test_support, only: error_type, new_unittest, unittest_type
    implicit none
    private
 
    public :: collect_c_events
-
-   abstract interface
-      !> A test in C: 0, or the line of the first check that fails.
-      integer(c_int) function c_test() bind(C)
-         import :: c_int
-      end function c_test
-   end interface
 
    procedure(c_test), bind(C, name='test_c_events_found') :: test_c_events_found
    procedure(c_test), bind(C, name='test_c_events_stop') :: test_c_events_stop
@@ -36,40 +29,32 @@ contains
 
    subroutine events_found(error)
       type(error_type), allocatable, intent(out) :: error
-      call judge(error, test_c_events_found())
+      call check_line(error, test_c_events_found(), 'test_c_events.c')
    end subroutine events_found
 
    subroutine events_stop(error)
       type(error_type), allocatable, intent(out) :: error
-      call judge(error, test_c_events_stop())
+      call check_line(error, test_c_events_stop(), 'test_c_events.c')
    end subroutine events_stop
 
    subroutine events_switch(error)
       type(error_type), allocatable, intent(out) :: error
-      call judge(error, test_c_events_switch())
+      call check_line(error, test_c_events_switch(), 'test_c_events.c')
    end subroutine events_switch
 
    subroutine events_restart(error)
       type(error_type), allocatable, intent(out) :: error
-      call judge(error, test_c_events_restart())
+      call check_line(error, test_c_events_restart(), 'test_c_events.c')
    end subroutine events_restart
 
    subroutine events_refused(error)
       type(error_type), allocatable, intent(out) :: error
-      call judge(error, test_c_events_refused())
+      call check_line(error, test_c_events_refused(), 'test_c_events.c')
    end subroutine events_refused
 
    subroutine table(error)
       type(error_type), allocatable, intent(out) :: error
-      call judge(error, test_c_table())
+      call check_line(error, test_c_table(), 'test_c_events.c')
    end subroutine table
-
-   subroutine judge(error, line)
-      type(error_type), allocatable, intent(inout) :: error
-      integer(c_int), intent(in) :: line
-      character(len=24) :: place
-      write (place, '(i0)') line
-      call check(error, line == 0, 'test/test_c_events.c, line '//trim(place))
-   end subroutine judge
 
 end module test_c_events

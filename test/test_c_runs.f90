@@ -1,19 +1,12 @@
 !> The C interface: runs into histories, runs that are asked to stop, copies of steppers. The tests are in
 !> `test_c_runs.c`.
 module test_c_runs
-   use, intrinsic :: iso_c_binding, only: c_int
-   use test_support, only: check, error_type, new_unittest, unittest_type
+   use test_c_support, only: c_test, check_line
+   use test_support, only: error_type, new_unittest, unittest_type
    implicit none
    private
 
    public :: collect_c_runs
-
-   abstract interface
-      !> A test in C: 0, or the line of the first check that fails.
-      integer(c_int) function c_test() bind(C)
-         import :: c_int
-      end function c_test
-   end interface
 
    procedure(c_test), bind(C, name='test_c_run_histories') :: test_c_run_histories
    procedure(c_test), bind(C, name='test_c_polls') :: test_c_polls
@@ -33,37 +26,29 @@ contains
               new_unittest('misuse is refused', misuse_is_refused)]
    end subroutine collect_c_runs
 
-   subroutine check_line(error, line)
-      type(error_type), allocatable, intent(inout) :: error
-      integer(c_int), intent(in) :: line
-      character(len=12) :: number
-      write (number, '(i0)') line
-      call check(error, line == 0, 'test_c_runs.c:'//trim(number))
-   end subroutine check_line
-
    subroutine histories_have_the_rows_of_runs(error)
       type(error_type), allocatable, intent(out) :: error
-      call check_line(error, test_c_run_histories())
+      call check_line(error, test_c_run_histories(), 'test_c_runs.c')
    end subroutine histories_have_the_rows_of_runs
 
    subroutine runs_end_when_they_are_asked_to(error)
       type(error_type), allocatable, intent(out) :: error
-      call check_line(error, test_c_polls())
+      call check_line(error, test_c_polls(), 'test_c_runs.c')
    end subroutine runs_end_when_they_are_asked_to
 
    subroutine copies_go_on_as_the_first(error)
       type(error_type), allocatable, intent(out) :: error
-      call check_line(error, test_c_copies())
+      call check_line(error, test_c_copies(), 'test_c_runs.c')
    end subroutine copies_go_on_as_the_first
 
    subroutine saved_steppers_go_on_as_the_first(error)
       type(error_type), allocatable, intent(out) :: error
-      call check_line(error, test_c_saved_steppers())
+      call check_line(error, test_c_saved_steppers(), 'test_c_runs.c')
    end subroutine saved_steppers_go_on_as_the_first
 
    subroutine misuse_is_refused(error)
       type(error_type), allocatable, intent(out) :: error
-      call check_line(error, test_c_misused_runs())
+      call check_line(error, test_c_misused_runs(), 'test_c_runs.c')
    end subroutine misuse_is_refused
 
 end module test_c_runs

@@ -1,20 +1,13 @@
 !> The C interface: frames, orbits, wheels and controllers (`test_c_satellites.c`).
 module test_c_satellites
-   use, intrinsic :: iso_c_binding, only: c_int
-   use test_support, only: check, error_type, new_unittest, unittest_type
+   use test_c_support, only: c_test, check_line
+   use test_support, only: error_type, new_unittest, unittest_type
    implicit none
    private
 
    public :: collect_c_satellites
 
-   abstract interface
-      !> A test in C: 0, or the line of the first check that fails; of the batches 10 000 times the number of scene and
-      !> method, 11 for the first of both, added to it.
-      integer(c_int) function c_test() bind(C)
-         import :: c_int
-      end function c_test
-   end interface
-
+   !> On failure 10 000 times the number of scene and method, 11 for the first of both, is added to the line.
    procedure(c_test), bind(C, name='test_c_satellites_batches') :: test_c_satellites_batches
    procedure(c_test), bind(C, name='test_c_satellites_by_functions') :: test_c_satellites_by_functions
    procedure(c_test), bind(C, name='test_c_satellites_motor') :: test_c_satellites_motor
@@ -35,35 +28,27 @@ contains
 
    subroutine batches(error)
       type(error_type), allocatable, intent(out) :: error
-      call judge(error, test_c_satellites_batches())
+      call check_line(error, test_c_satellites_batches(), 'test_c_satellites.c')
    end subroutine batches
 
    subroutine by_functions(error)
       type(error_type), allocatable, intent(out) :: error
-      call judge(error, test_c_satellites_by_functions())
+      call check_line(error, test_c_satellites_by_functions(), 'test_c_satellites.c')
    end subroutine by_functions
 
    subroutine motor(error)
       type(error_type), allocatable, intent(out) :: error
-      call judge(error, test_c_satellites_motor())
+      call check_line(error, test_c_satellites_motor(), 'test_c_satellites.c')
    end subroutine motor
 
    subroutine reading(error)
       type(error_type), allocatable, intent(out) :: error
-      call judge(error, test_c_satellites_reading())
+      call check_line(error, test_c_satellites_reading(), 'test_c_satellites.c')
    end subroutine reading
 
    subroutine refused(error)
       type(error_type), allocatable, intent(out) :: error
-      call judge(error, test_c_satellites_refused())
+      call check_line(error, test_c_satellites_refused(), 'test_c_satellites.c')
    end subroutine refused
-
-   subroutine judge(error, line)
-      type(error_type), allocatable, intent(inout) :: error
-      integer(c_int), intent(in) :: line
-      character(len=24) :: place
-      write (place, '(i0)') line
-      call check(error, line == 0, 'test/test_c_satellites.c, line '//trim(place))
-   end subroutine judge
 
 end module test_c_satellites

@@ -1,18 +1,11 @@
 !> The C interface: members of ensembles (`test_c_sweep.c`).
 module test_c_sweep
-   use, intrinsic :: iso_c_binding, only: c_int
-   use test_support, only: check, error_type, new_unittest, unittest_type
+   use test_c_support, only: c_test, check_line
+   use test_support, only: error_type, new_unittest, unittest_type
    implicit none
    private
 
    public :: collect_c_sweep
-
-   abstract interface
-      !> A test in C: 0, or the line of the first check that fails.
-      integer(c_int) function c_test() bind(C)
-         import :: c_int
-      end function c_test
-   end interface
 
    procedure(c_test), bind(C, name='test_c_sweep_rows') :: test_c_sweep_rows
    procedure(c_test), bind(C, name='test_c_sweep_table') :: test_c_sweep_table
@@ -34,35 +27,27 @@ contains
 
    subroutine rows(error)
       type(error_type), allocatable, intent(out) :: error
-      call judge(error, test_c_sweep_rows())
+      call check_line(error, test_c_sweep_rows(), 'test_c_sweep.c')
    end subroutine rows
 
    subroutine table(error)
       type(error_type), allocatable, intent(out) :: error
-      call judge(error, test_c_sweep_table())
+      call check_line(error, test_c_sweep_table(), 'test_c_sweep.c')
    end subroutine table
 
    subroutine refused(error)
       type(error_type), allocatable, intent(out) :: error
-      call judge(error, test_c_sweep_refused())
+      call check_line(error, test_c_sweep_refused(), 'test_c_sweep.c')
    end subroutine refused
 
    subroutine callbacks(error)
       type(error_type), allocatable, intent(out) :: error
-      call judge(error, test_c_sweep_callbacks())
+      call check_line(error, test_c_sweep_callbacks(), 'test_c_sweep.c')
    end subroutine callbacks
 
    subroutine stopped(error)
       type(error_type), allocatable, intent(out) :: error
-      call judge(error, test_c_sweep_stopped())
+      call check_line(error, test_c_sweep_stopped(), 'test_c_sweep.c')
    end subroutine stopped
-
-   subroutine judge(error, line)
-      type(error_type), allocatable, intent(inout) :: error
-      integer(c_int), intent(in) :: line
-      character(len=24) :: place
-      write (place, '(i0)') line
-      call check(error, line == 0, 'test/test_c_sweep.c, line '//trim(place))
-   end subroutine judge
 
 end module test_c_sweep
