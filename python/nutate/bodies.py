@@ -66,7 +66,7 @@ class Bodies(Owner):
         return places.astype(np.int64)
 
     def _move(self, name: str, dt: float, q: Array, l: Array, class_of: Optional[npt.ArrayLike], *torque: npt.ArrayLike) -> None:
-        n = len(q)
+        n = len(q) if np.ndim(q) else 0
         with in_place(q, (n, 4), "q") as attitudes, in_place(l, (n, 3), "l") as momenta:
             read = [of_shape(values, (n, 3), "torque", np.float64) for values in torque]
             numbers = None if class_of is None else of_shape(class_of, (n,), "class_of", np.intc)

@@ -69,7 +69,7 @@ class BodiesTest(unittest.TestCase):
         q, l, torque = start(4)
         before = q.copy()
         bodies = nutate.Bodies(self.system)
-        for arguments in [(0.0, q, l, torque), (np.nan, q, l, torque), (0.1, q[:, :3], l, torque), (0.1, q, l[:3], torque),
+        for arguments in [(0.0, q, l, torque), (np.nan, q, l, torque), (0.1, q[:, :3], l, torque), (0.1, 1.0, l, torque), (0.1, q, l[:3], torque),
                           (0.1, q.astype(np.float32), l, torque), (0.1, q, l.tolist(), torque), (0.1, q, l, torque[:3]),
                           (0.1, q, l, torque, [0.5] * 4), (0.1, q, l, torque, [0])]:
             with self.assertRaises(nutate.NutateValueError):

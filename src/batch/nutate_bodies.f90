@@ -2,7 +2,8 @@
 !>
 !> A step is a kick by the torque and a torque-free drift. The drift keeps the kinetic energy of each body to
 !> round-off, and its space momentum to the last bit (`nutate_bodies_drift`); the kick changes the momentum by exactly
-!> Δt τ. Both are symplectic and reversible: steps are of order 2, and the energy of interacting bodies does not drift.
+!> Δt τ. Both are reversible; the kick is symplectic, the drift up to terms of Δt⁵. Steps are of order 2, and the energy
+!> of interacting bodies does not drift.
 !>
 !>     call torques(q, torque)
 !>     call bodies%kick(-0.5_wp*dt, q, l, torque, status)      ! l goes half a step behind q, once
@@ -13,7 +14,8 @@
 !>     call bodies%kick(0.5_wp*dt, q, l, torque, status)       ! l catches up with q
 !>
 !> A drift whose root is not certified, one of more than some half radian, is replaced by the exact motion.
-!> Nothing is held for a body. A body whose numbers cannot be computed with keeps its state, and is listed in `failed`.
+!> Bodies need no memory between calls. One whose numbers cannot be computed with keeps its state, and is listed in
+!> `failed`.
 module nutate_bodies
    !$ use omp_lib, only: omp_get_max_threads
    use nutate_bodies_drift, only: body_class_t, drift_lanes, drift_lanes_t, make_class, put_class
@@ -70,8 +72,8 @@ module nutate_bodies
       !> Each body has a class of its own, or all the first.
       logical :: classed = .false.
       integer :: frame = SPACE_MOMENTUM, threads = 0
-      !> Number of the first class: 0 in C.
-      integer :: first_class = 1
+      !> Number of the first class and of the first body: 0 in C.
+      integer :: first_number = 1
       !> The principal axes of a class are not its body axes.
       logical, private :: turned = .false.
    end type movement_t
@@ -117,7 +119,7 @@ contains
       type(status_t), intent(out) :: status
       integer :: i
       if (size(bodies) < 1) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'bodies need a class at least', 'classes')
+         status = fail(NUTATE_BAD_ARGUMENT, 'there is no class (expected 1 or more)', 'classes')
       else if (all(frame /= [SPACE_MOMENTUM, BODY_MOMENTUM, BODY_RATE])) then
          status = fail(NUTATE_BAD_ARGUMENT, 'no such frame (expected SPACE_MOMENTUM, BODY_MOMENTUM or BODY_RATE)', &
                        'frame')
@@ -283,16 +285,18 @@ contains
          if (n_bad > 0) &
             failed = [failed, pack([(start - 1 + i, i=1, last - start + 1)], bad(1:last - start + 1))]
       end do
-      if (size(failed) > 0) status = tell(failed, n)
+      if (size(failed) > 0) status = describe_failures(failed(1) - 1 + what%first_number, size(failed), n)
    end subroutine move_bodies
 
-   !> The status of a call in which bodies failed.
-   type(status_t) function tell(failed, n) result(status)
-      integer, intent(in) :: failed(:), n
+   !> Returns the status of a call in which bodies failed.
+   pure type(status_t) function describe_failures(first, n_failed, n) result(status)
+      !> Number of the first of them, how many they are, and how many bodies there are.
+      integer, intent(in) :: first, n_failed, n
       character(len=80) :: text
-      write (text, '(i0,a,i0,a,i0)') size(failed), ' of ', n, ' bodies kept their state, the first is ', failed(1)
-      status = fail(NUTATE_NOT_FINITE, trim(text)//': not finite or too large, |q| not 1, or no such class', 'q')
-   end function tell
+      write (text, '(i0,a,i0,a,i0)') n_failed, ' of ', n, ' bodies kept their state, the first is ', first
+      status = fail(NUTATE_NOT_FINITE, trim(text)//' (expected numbers up to 1e100, |q| = 1 to 5e-10, a class that '// &
+                    'exists, at most 1e8 rad in the step)', 'q')
+   end function describe_failures
 
    !> Moves some bodies, at most one for each lane.
    subroutine move_lanes(classes, what, desk, first, several, n, q, l, torque, class_of, bad)
@@ -343,7 +347,7 @@ contains
       number = 1
       do lane = 1, lanes
          if (what%classed) then
-            number = class_of(first + lane - 1) + 1 - what%first_class
+            number = class_of(first + lane - 1) + 1 - what%first_number
             fine = number >= 1 .and. number <= size(classes)
             if (.not. fine) return
          end if
@@ -393,7 +397,7 @@ contains
       number = 1
       do i = 1, several
          j = first + i - 1
-         if (what%classed) number = class_of(j) + 1 - what%first_class
+         if (what%classed) number = class_of(j) + 1 - what%first_number
          if (what%kicks) impulse = torque(:, j)
          call load(classes, what, desk, i, number, q(:, j), l(:, j), impulse, bad(i))
          if (bad(i)) call rest(classes, what, desk, i)

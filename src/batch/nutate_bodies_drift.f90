@@ -1,4 +1,4 @@
-!> The torque-free step of several bodies at once: one body a SIMD lane, each with its own numbers.
+!> The torque-free step of a batch of bodies: one body a SIMD lane, each with its own numbers.
 !>
 !> It is the discrete Moser-Veselov map, with moments corrected so that its order is 4 (J. Moser, A. P. Veselov, Commun.
 !> Math. Phys. 139 (1991) 217-243; E. Hairer, G. Vilmart, J. Phys. A 39 (2006) 13225-13235). With x = tan(½θ) n of the
@@ -6,14 +6,15 @@
 !>
 !>     x + J⁻¹(x×Jx) = (1 + |x|²) x0,   q1 = q0∘(1 + x)/√(1 + |x|²),   L1 = L0 - (4/Δt) (x×Jx)/(1 + |x|²).
 !>
-!> Space momentum and kinetic energy are exact. It is the equation of the reduced step but for the factor of x0, and
-!> differs from that in one thing: it is symplectic, so that with kicks between the drifts the energy of interacting
-!> bodies does not drift. J there is J̃,
+!> Space momentum and kinetic energy are exact. It is the equation of the reduced step but for the factor of x0. With a
+!> constant J it is symplectic, so that with kicks between the drifts the energy of interacting bodies does not drift.
+!> J there is J̃,
 !>
 !>     1/J̃_i = (1 + s)/J_i + d,   s = Δt²Σσ_iΩ_i²,   σ_1 = (J1² - J1J2 - J1J3 - 2J2J3)/(12 J2J3),
 !>                                d = Δt²Σδ_iΩ_i²,   δ_1 = (J2 + J3 - J1)/(12 J2J3):
 !>
-!> s and d depend on the energy and |L| alone, which the step keeps, so that it stays reversible.
+!> s and d depend on the energy and |L| alone, which the step keeps, so that it stays reversible; but they depend on the
+!> state, so that the step is symplectic up to terms of Δt⁵.
 !>
 !> Certificate. With g a bound of |J⁻¹(x×Jx)|/|x|², the second derivative is bounded by 2(|x0| + g). Where
 !> 4|x0|(|x0| + g) < 1, Newton's iteration converges to a root that is alone in |x| < 1/(2(|x0| + g)) (Newton and

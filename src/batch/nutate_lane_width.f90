@@ -1,4 +1,4 @@
-!> How many bodies a batch moves at once. No bit of a body depends on it.
+!> How many bodies are in a SIMD batch. No bit of a body depends on it.
 module nutate_lane_width
    implicit none
    private

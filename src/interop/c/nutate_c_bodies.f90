@@ -32,7 +32,7 @@ contains
       else if (.not. c_associated(classes)) then
          status = null_argument('classes')
       else if (n_classes < 1 .or. n_classes > most_classes) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'bodies need a class at least', 'n_classes')
+         status = fail(NUTATE_BAD_ARGUMENT, 'wrong number of classes (expected 1 to 1073741824)', 'n_classes')
       end if
       if (status%ok()) then
          call c_f_pointer(classes, systems, [n_classes])
@@ -76,7 +76,7 @@ contains
       call make_classes(classes, int(frame), handle%classes, status)
       handle%mark = BODIES_MARK
       handle%what%frame = frame
-      handle%what%first_class = 0
+      handle%what%first_number = 0
    end subroutine fill
 
    integer(c_int) function nutate_bodies_destroy(bodies) result(code) bind(C)
@@ -176,7 +176,7 @@ contains
          call c_f_pointer(l, momenta, [3_c_size_t, n])
          call c_f_pointer(torque, torques, [3_c_size_t, n])
          whole = movement_t(what%dt, what%kicks, what%drifts, c_associated(class_of), handle%what%frame, &
-                            handle%what%threads, handle%what%first_class)
+                            handle%what%threads, handle%what%first_number)
          numbers => none
          if (whole%classed) call c_f_pointer(class_of, numbers, [n])
          call move_bodies(handle%classes, whole, int(n), attitudes, momenta, torques, numbers, handle%failed, status)

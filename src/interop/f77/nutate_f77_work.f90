@@ -157,8 +157,8 @@ contains
       numbers => work(setup_at:int(work(3)) - 1)
    end function setup_of
 
-   !> A hash of numbers, a whole number below 2**32: Fowler, Noll and Vo's FNV-1a of their halves, the high digits folded
-   !> onto the low ones.
+   !> A hash of numbers, a whole number below 2**32: Fowler, Noll and Vo's FNV-1a of their halves, the high digits
+   !> folded onto the low ones.
    pure real(wp) function hash_of(numbers)
       real(wp), intent(in) :: numbers(:)
       integer(int64), parameter :: prime = 16777619_int64, low = int(z'FFFFFFFF', int64)
