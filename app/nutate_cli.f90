@@ -71,7 +71,8 @@ module nutate_cli
          'write one CSV row per run, member or residual; - is standard output'), &
       option_t('--seconds', 'N', 'cost', 'time budget in seconds (default: 20)'), &
       option_t('--quiet', '', 'run,sweep,fit', 'no progress bar and no summary; errors are still printed'), &
-      option_t('--max-steps', 'N', 'run', 'stop with exit status 3 after N steps or rows'), &
+      option_t('--max-steps', 'N', 'run,fit', &
+      'stop with exit status 3 after N steps or rows; of all runs of a fit together'), &
       option_t('--checkpoint', 'FILE', 'run', 'write checkpoints to FILE, so that an interrupted run can be resumed'), &
       option_t('--every-seconds', 'N', 'run', 'interval between checkpoints in seconds (default: 60)'), &
       option_t('--resume', 'FILE', 'run', 'resume the interrupted run of a checkpoint'), &

@@ -3,12 +3,13 @@ module nutate_export_command
    use nutate_aem_writing, only: aem_fault, write_aem
    use nutate_attitude_rows, only: attitude_rows_t, is_unit, put_in_order, turn_rates
    use nutate_cli, only: command_t
-   use nutate_console, only: say_error, count_text, EXIT_INPUT, EXIT_OUTPUT, EXIT_SUCCESS
+   use nutate_console, only: say_error, count_text, EXIT_INPUT, EXIT_SUCCESS
    use nutate_export_facts, only: export_facts_t, facts_of_scene, parse_facts
    use nutate_gltf_writing, only: gltf_fault, write_gltf
    use nutate_history_reading, only: name_length, read_history, read_names, recorded_t
    use nutate_kinds, only: wp, long, pi
    use nutate_outputs, only: outputs_t, AEM, GLTF
+   use nutate_picture_opening, only: report_file
    use nutate_printable, only: printable_path
    use nutate_quaternion, only: quat_normalized
    use nutate_resampling, only: resample
@@ -72,23 +73,13 @@ contains
       type(status_t) :: status
       if (allocated(command%aem)) then
          call write_aem(command%aem, rows, command%aem_version, status, command%error_between)
-         call report(command%aem, status, exit_code)
+         call report_file(command%aem, status, exit_code)
       end if
       if (allocated(command%gltf) .and. exit_code == EXIT_SUCCESS) then
          call write_gltf(command%gltf, rows, facts, command%speed, status)
-         call report(command%gltf, status, exit_code)
+         call report_file(command%gltf, status, exit_code)
       end if
    end subroutine write_files
-
-   !> Reports that a file cannot be written, if so.
-   subroutine report(name, status, exit_code)
-      character(len=*), intent(in) :: name
-      type(status_t), intent(in) :: status
-      integer, intent(inout) :: exit_code
-      if (status%ok()) return
-      call say_error('nutate: cannot write '//printable_path(name)//': '//trim(status%message))
-      exit_code = EXIT_OUTPUT
-   end subroutine report
 
    !> Reads the facts that the history lacks: from a scene, with the overrides, or from these alone.
    subroutine read_facts(command, facts, problem)

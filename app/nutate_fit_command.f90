@@ -40,6 +40,7 @@ contains
       call check_names(command, scene, fitted, csv, exit_code)
       if (exit_code == EXIT_SUCCESS .and. allocated(command%plot)) call open_picture(command%plot, picture, exit_code)
       if (exit_code /= EXIT_SUCCESS) return
+      scene%plan%max_steps = command%max_steps
       call fit_scene(scene, fit, status)
       if (fit%best == 0) then
          call say_error('nutate: '//printable_path(scene%file)//': '//trim(status%message))

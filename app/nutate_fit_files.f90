@@ -6,6 +6,7 @@ module nutate_fit_files
    use nutate_fit, only: fit_t
    use nutate_fit_plan, only: ATTITUDES
    use nutate_kinds, only: wp
+   use nutate_printable, only: printable_path
    use nutate_scene, only: scene_t
    use nutate_scene_text, only: scene_text
    use nutate_status, only: status_t
@@ -87,8 +88,8 @@ contains
       type(status_t), intent(out) :: status
       type(output_file_t) :: file
       call file%open(name, status)
-      if (status%ok()) call file%put_line('! nutate fit of '//scene%file, status)
-      if (status%ok()) call file%put_line(scene_text(fit%problem%model%present_groups(), scene%file), status)
+      if (status%ok()) call file%put_line('! nutate fit of '//printable_path(scene%file), status)
+      if (status%ok()) call file%put_line(scene_text(fit%problem%model%present_groups(), scene%file, name), status)
       if (status%ok()) then
          call file%finish(status)
       else

@@ -181,7 +181,7 @@ contains
       !> From the first of the measurement on.
       real(wp), intent(in) :: residuals(:)
       real(wp), intent(in) :: upper, height
-      character(len=:), allocatable :: plot, name
+      character(len=:), allocatable :: plot, name, label
       integer :: c, width
       width = measurement%width()
       plot = ''
@@ -193,7 +193,9 @@ contains
          plot = plot//'$r'//digit(c)//' using 1:2 with points pointtype 7 pointsize '//point_size(measurement)// &
                 ' linecolor rgb '''//colours(c)//''' title '//gnuplot_quoted(name)
       end do
-      call begin_panel(picture, 'residuals (standard deviations)', reshape(residuals(:width*size(measurement%times)), &
+      label = 'residuals'
+      if (measurement%sigma_is_known) label = 'residuals (standard deviations)'
+      call begin_panel(picture, label, reshape(residuals(:width*size(measurement%times)), &
                        [width, size(measurement%times)]), upper, residual_height, height)
       call picture%put('plot '//plot)
    end subroutine draw_residuals

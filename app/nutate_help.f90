@@ -153,7 +153,8 @@ contains
       call page%line('&measurement names. They are printed with standard errors, chi-squared, correlations above')
       call page%line('0.95, and what the data do not determine, by name. NAME.fit.nml is the scene with the fitted')
       call page%line('numbers, unless --output names another file; NAME.residuals.csv has the residuals, unless --csv')
-      call page%line('does. --plot draws data, model and residuals.')
+      call page%line('does. --plot draws data, model and residuals. --max-steps limits the steps of all runs together;')
+      call page%line('the files then hold the best fit so far.')
       call add_exit_codes(page)
    end subroutine add_fit_notes
 

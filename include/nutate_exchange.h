@@ -64,7 +64,7 @@ int nutate_write_gltf(const char *path, const char *facts, size_t n, const doubl
  *   <==  history     a new handle; NULL on failure
  *   <==  facts       epoch and names as a group &scene; or NULL       ==>  facts_size
  *   <==  message     what is wrong, "FILE:LINE: ..."; or NULL         ==>  size
- * Status: NUTATE_IO, NUTATE_BAD_SCENE, NUTATE_TRUNCATED for facts that do not fit (1000 bytes do). */
+ * Status: NUTATE_IO, NUTATE_BAD_SCENE, NUTATE_TRUNCATED for facts that do not fit (1200 bytes do), with the history. */
 int nutate_read_aem(const char *path, nutate_history **history, char *facts, size_t facts_size, char *message,
                     size_t size);
 

@@ -22,9 +22,9 @@ module test_fit
    public :: collect_fit
 
    character, parameter :: lf = achar(10)
-   !> Files that scenes name; their rows are replaced.
-   character(len=*), parameter :: rates_file = 'build/fit_rates.csv', attitudes_file = 'build/fit_attitudes.csv', &
-                                  heading_file = 'build/fit_heading.csv'
+   !> Files that scenes name; `measure` replaces their rows.
+   character(len=*), parameter :: rates_file = 'test/fit_rates.csv', attitudes_file = 'test/fit_attitudes.csv', &
+                                  heading_file = 'test/fit_heading.csv'
    character(len=*), parameter :: rates = "&measurement file = '"//rates_file// &
       "', columns = 'omega1', 'omega2', 'omega3'"
    character(len=*), parameter :: gyroscope = "&body inertia = 5, 20, 17 /"//lf// &
@@ -53,27 +53,16 @@ contains
                   new_unittest("what_cannot_be_fitted_is_rejected", test_rejections)]
    end subroutine collect_fit
 
-   !> Reads a scene whose files of measurements exist.
+   !> Reads a scene.
    subroutine read(text, scene, error)
       character(len=*), intent(in) :: text
       type(scene_t), intent(out) :: scene
       type(error_type), allocatable, intent(inout) :: error
       type(status_t) :: status
       character(len=:), allocatable :: message
-      call write_file(rates_file, 't,omega1,omega2,omega3'//lf//'0.1,0,0,0'//lf)
-      call write_file(attitudes_file, 't,q0,q1,q2,q3'//lf//'0.1,1,0,0,0'//lf)
-      call write_file(heading_file, 't,phi_deg'//lf//'0.1,0'//lf)
       call parse_scene(text, 'fit.nml', scene, status, message)
       if (.not. status%ok()) call test_failed(error, message)
    end subroutine read
-
-   subroutine write_file(name, text)
-      character(len=*), intent(in) :: name, text
-      integer :: unit
-      open (newunit=unit, file=name, access='stream', form='unformatted', status='replace')
-      write (unit) text
-      close (unit)
-   end subroutine write_file
 
    !> Gives each measurement of a scene what its motion is at given times, with noise of its sigma.
    subroutine measure(scene, times, error, seed)

@@ -383,7 +383,7 @@ contains
       end if
    end subroutine add_force
 
-   !> A controller that samples, parameters that nobody knows: refused by name.
+   !> A controller that samples, unknown parameters: rejected by name.
    subroutine refuse_effects(error)
       type(error_type), allocatable, intent(out) :: error
       type(variant_t) :: variant

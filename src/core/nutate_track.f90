@@ -60,7 +60,7 @@ contains
       real(wp), intent(in) :: positions(:, :)
       type(track_t), intent(out) :: track
       type(status_t), intent(out) :: status
-      !> The line with the error, 1 to n; 0 for none of them.
+      !> The line with the error, 1 to n; 0 where no single line is at fault.
       integer, intent(out) :: at
       !> m/s; shape (3, n).
       real(wp), intent(in), optional :: velocities(:, :)

@@ -42,7 +42,8 @@ contains
    !> Fits the free numbers of a scene to its measurements.
    !>
    !> Errors: `NUTATE_BAD_ARGUMENT` for a scene that has nothing to fit or whose motion has no derivative, and for fewer
-   !> measurements than parameters; `NUTATE_NOT_CONVERGED`: the fit is then the best found; those of the runs.
+   !> measurements than parameters; `NUTATE_NOT_CONVERGED`, and `NUTATE_STOPPED` where the runs together exceed
+   !> `max_steps` of the scene's plan: the fit is then the best found; those of the runs.
    subroutine fit_scene(scene, fit, status)
       type(scene_t), intent(in) :: scene
       type(fit_t), intent(out) :: fit
@@ -70,22 +71,37 @@ contains
       if (.not. status%ok()) return
       do i = 1, size(kept)
          call grow(fit, starts(kept(i)), result, outcome)
-         if (outcome%code == NUTATE_STOPPED .or. outcome%code == NUTATE_IO .or. i == 1) status = outcome
-         if (.not. allocated(result%x)) cycle
-         if (fit%best > 0) then
-            if (result%chi_squared >= fit%result%chi_squared) cycle
+         if (is_ended(outcome) .or. i == 1) status = outcome
+         if (is_better(result, fit)) then
+            fit%best = kept(i)
+            fit%result = result
+            attitude = starts(kept(i))%attitude
+            status = outcome
+            if (fit%sigma_is_known .and. is_noise(result)) exit
          end if
-         fit%best = kept(i)
-         fit%result = result
-         attitude = starts(kept(i))%attitude
-         status = outcome
-         if (fit%sigma_is_known .and. is_noise(result)) exit
+         if (is_ended(outcome)) exit
       end do
       if (fit%best == 0) return
       ! The system of the solution.
+      fit%problem%weak_sigma = 0.0_wp
+      call fit%problem%set_arc(huge(1.0_wp))
       fit%problem%model%plan%attitude = attitude
       call fit%problem%model%set_values(fit%result%x(:fit%problem%n_free), outcome)
    end subroutine fit_scene
+
+   !> True for a failure that ends the whole fit.
+   pure logical function is_ended(status)
+      type(status_t), intent(in) :: status
+      is_ended = status%code == NUTATE_STOPPED .or. status%code == NUTATE_IO
+   end function is_ended
+
+   !> True where a start led to a fit of the whole data, and to a better one than any before.
+   pure logical function is_better(result, fit)
+      type(least_squares_result_t), intent(in) :: result
+      type(fit_t), intent(in) :: fit
+      is_better = allocated(result%x)
+      if (is_better .and. fit%best > 0) is_better = result%chi_squared < fit%result%chi_squared
+   end function is_better
 
    !> True where the residuals are what noise alone gives.
    pure logical function is_noise(result)
@@ -108,7 +124,7 @@ contains
       if (size(starts) <= most_kept) return
       do i = 1, size(starts)
          call fit_arc(fit, starts(i), first_arc(fit, starts(i)), .false., .true., result, status)
-         if (status%code == NUTATE_STOPPED .or. status%code == NUTATE_IO) return
+         if (is_ended(status)) return
       end do
       status = status_t()
       waits = .true.
@@ -120,19 +136,21 @@ contains
       end do
    end subroutine choose_starts
 
-   !> Fits arcs that grow, up to the whole of the data. Errors: those of `minimize`.
+   !> Fits arcs that grow, up to the whole of the data. Errors: those of `minimize`; there is no result where the fit
+   !> ends on a shorter arc.
    subroutine grow(fit, start, result, status)
       type(fit_t), intent(inout) :: fit
       type(start_t), intent(inout) :: start
       type(least_squares_result_t), intent(out) :: result
       type(status_t), intent(out) :: status
+      type(least_squares_result_t) :: of_arc
       real(wp) :: length, whole
       call fit%problem%set_arc(huge(1.0_wp))
       whole = abs(fit%problem%times(size(fit%problem%times)))
       length = first_arc(fit, start)
       do while (length < whole)
-         call fit_arc(fit, start, length, .false., length < free_biases*whole, result, status)
-         if (status%code == NUTATE_STOPPED .or. status%code == NUTATE_IO) return
+         call fit_arc(fit, start, length, .false., length < free_biases*whole, of_arc, status)
+         if (is_ended(status)) return
          length = 2*length
       end do
       call fit_arc(fit, start, huge(1.0_wp), .true., .false., result, status)

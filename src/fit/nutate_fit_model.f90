@@ -7,7 +7,7 @@ module nutate_fit_model
    use nutate_fit_plan, only: fit_plan_t
    use nutate_hamiltonian, only: body_momentum
    use nutate_keys, only: group_t, setting_t, KEY_LOGICAL
-   use nutate_kinds, only: wp
+   use nutate_kinds, only: wp, long
    use nutate_observer, only: observer_t, run_record_t
    use nutate_quaternion, only: quat_normalized, quat_product
    use nutate_run, only: run_t
@@ -15,7 +15,8 @@ module nutate_fit_model
    use nutate_scene, only: changed_part, rebuild_scene, scene_t
    use nutate_scene_error, only: scene_error_t
    use nutate_state, only: state_t
-   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_SCENE, NUTATE_STOPPED
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_SCENE, NUTATE_STEP_LIMIT, &
+      NUTATE_STOPPED
    use nutate_system, only: system_t
    implicit none
    private
@@ -46,6 +47,8 @@ module nutate_fit_model
       real(wp), allocatable :: steps(:)
       !> What is built again for each change of the numbers.
       integer, private :: part = 0
+      !> Steps that runs with derivatives may still perform: `max_steps` of the scene's plan limits their sum.
+      integer(long), private :: steps_left = huge(1_long)
    contains
       !> Prepares for a scene with a fit.
       procedure :: prepare
@@ -98,6 +101,8 @@ contains
       self%scene = scene
       call forget(self%scene%fit)
       self%plan = scene%fit
+      self%steps_left = scene%plan%max_steps
+      self%scene%plan%max_steps = huge(1_long)
       self%scene%groups = scene%fit%numbers%groups
       self%scene%integrator%attitude = .true.
       call choose_method(self%scene)
@@ -328,16 +333,17 @@ contains
    end subroutine build_systems
 
    !> Runs the scene with its derivatives. Errors: those of the run; `NUTATE_BAD_ARGUMENT` for a number by which the
-   !> motion has no derivative.
+   !> motion has no derivative; `NUTATE_STOPPED` where all runs together need more steps than the plan allows.
    subroutine run(self, times, motion, status)
-      class(fit_model_t), intent(in) :: self
+      class(fit_model_t), intent(inout) :: self
       !> In the order of the run, s; shape (times).
       real(wp), intent(in) :: times(:)
       type(motion_at_t), intent(out) :: motion
       type(status_t), intent(out) :: status
       type(column_t), allocatable :: columns(:)
       call make_columns(self, columns, status)
-      if (status%ok()) call go(self%scene, times, motion%states, status, columns, motion%columns)
+      if (status%ok()) &
+         call go(self%scene, times, motion%states, status, self%steps_left, columns, motion%columns)
    end subroutine run
 
    !> The states at given times, without derivatives. Errors: those of the run.
@@ -390,11 +396,13 @@ contains
    end subroutine drop_rounding
 
    !> Runs a scene and keeps the states at given times, and their derivatives.
-   subroutine go(scene, times, states, status, columns, derivatives)
+   subroutine go(scene, times, states, status, steps_left, columns, derivatives)
       type(scene_t), intent(in) :: scene
       real(wp), intent(in) :: times(:)
       type(state_t), allocatable, intent(out) :: states(:)
       type(status_t), intent(out) :: status
+      !> Steps that the run may perform; on return without those performed.
+      integer(long), intent(inout), optional :: steps_left
       type(column_t), intent(in), optional :: columns(:)
       !> Shape (6 + wheels, columns, times).
       real(wp), allocatable, intent(out), optional :: derivatives(:, :, :)
@@ -406,6 +414,7 @@ contains
       plan%end_time = times(size(times))
       ! Columns begin with the state.
       if (.not. abs(plan%end_time) > 0.0_wp) plan%end_time = scene%plan%end_time
+      if (present(steps_left)) plan%max_steps = steps_left
       allocate (keeper%states(size(times)))
       keeper%times = times
       if (present(columns)) then
@@ -416,7 +425,12 @@ contains
       if (status%ok() .and. present(columns)) call run%differentiate(columns, scene%system, status)
       if (status%ok()) call run%run_to_end(scene%system, status, keeper)
       if (status%ok() .and. keeper%n < size(times)) &
-         status = fail(NUTATE_STOPPED, 'the run ended before the last measurement')
+         status = fail(NUTATE_BAD_SCENE, 'the run ended before the last measurement')
+      if (present(steps_left)) then
+         steps_left = max(0_long, steps_left - run%summary%parts)
+         if (status%code == NUTATE_STEP_LIMIT) &
+            status = fail(NUTATE_STOPPED, 'the fit needs more steps than allowed')
+      end if
       call move_alloc(keeper%states, states)
       if (present(derivatives)) call move_alloc(keeper%derivatives, derivatives)
    end subroutine go

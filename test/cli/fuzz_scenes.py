@@ -89,7 +89,7 @@ def body(dice, scales):
         shape, sizes = dice.choice((("box", 3), ("cylinder", 2), ("cone", 2), ("sphere", 1), ("ellipsoid", 3)))
         lines += [f"shape = '{shape}'", f"size = {scales.text(sizes, length=1, signed=False)}"]
     else:
-        lines += [f"inertia = {moments(dice, scales)}", f"check_triangle = .{dice.choice(('true', 'false'))}."]
+        lines += [f"inertia = {moments(dice, scales)}", f"check_triangle = .{dice.choice(('true', 'false', 'false', 'false'))}."]
         if dice.random() < 0.2:
             lines.append("inertia_about = 'center_of_mass'")
     lines.append(f"mass = {scales.text(mass=1, signed=False)}")
@@ -145,7 +145,8 @@ def initial(dice, scales, axes):
     if way == 0 and dice.random() < 0.3:
         lines.append(f"euler_rates = {scales.text(3, time=-1)}")
     else:
-        rate = [scales.value(time=-1) * dice.choice((1, 1, 1, 0, 1e-16, 1e-300, 1e6)) for _ in range(3)]
+        factors = dice.choice(((1,), (1, 1, 0), (1, 1, 0, 1e-16, 1e6), (1, 1, 1e-300)))
+        rate = [scales.value(time=-1) * dice.choice(factors) for _ in range(3)]
         lines.append("angular_velocity = " + ", ".join(number_text(x) for x in rate))
         if dice.random() < 0.3:
             lines.append("frame = 'space'")
@@ -162,7 +163,7 @@ def integrator(dice, scales, free):
     direction = dice.choice((1, 1, 1, -1))
     step = scales.value(time=1, signed=False) * dice.choice((1e-9, 1e-3, 0.01, 0.1, 0.1, 1, 4, 100))
     if dice.random() < 0.3 and order != "0":
-        lines.append(f"{dice.choice(('accuracy', 'local_tolerance'))} = {10.0 ** dice.uniform(-18, -1)}")
+        lines.append(f"{dice.choice(('accuracy', 'local_tolerance'))} = {10.0 ** dice.uniform(-16, -1)}")
         end = scales.value(time=1, signed=False) * dice.choice((0.1, 1, 1, 10, 1e6, 1e12))
     else:
         lines.append(f"time_step = {number_text(direction * step)}")
@@ -173,9 +174,9 @@ def integrator(dice, scales, free):
     if solver == "full" and len(lines) == 6 and dice.random() < 0.2:
         lines.append("projection = .false.")
     if dice.random() < 0.1:
-        lines.append(f"max_iterations = {dice.choice((1, 2, 5, 1000, 2147483647))}")
+        lines.append(f"max_iterations = {dice.choice((1, 2, 5, 20, 100, 1000, 2147483647))}")
     if dice.random() < 0.1:
-        lines.append(f"tolerance = {10.0 ** dice.uniform(-320, -1)}")
+        lines.append(f"tolerance = {10.0 ** dice.choice((dice.uniform(-16, -1), dice.uniform(-320, -1)))}")
     return group("integrator", lines)
 
 
@@ -190,7 +191,7 @@ def output(dice, scales, axes):
         chosen = dice.choice((sets, dice.sample(sets, dice.randrange(1, 4)), ["angular_velocity"]))
         lines.append("columns = " + ", ".join(f"'{name}'" for name in chosen))
     if dice.random() < 0.3:
-        lines.append(f"every = {dice.choice((1, 7, 1000, 2147483647))}")
+        lines.append(f"every = {dice.choice((1, 1, 7, 7, 1000, 1000, 999999999, 2147483647))}")
     elif dice.random() < 0.05:
         lines.append(f"interval = {scales.text(time=1, signed=False)}")
     elif dice.random() < 0.2:

@@ -240,7 +240,7 @@ class Refusals(CommandLineTest):
 
 
 class Fuzz(CommandLineTest):
-    """Histories and groups that nobody would write: one line and status 2, or files."""
+    """Malformed histories and extreme groups: one line and status 2, or files."""
 
     CASES = 100 if os.environ.get("NUTATE_SLOW_BUILD") else 300
 

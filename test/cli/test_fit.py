@@ -41,6 +41,19 @@ class Fit(CommandLineTest):
         again = self.succeed("fit", "gyro.fit.nml", "--set", "fit.start=scene").stdout
         self.assertIn("fit                 0 iterations from start 1 of 1", again)
 
+    def test_the_fitted_scene_reads_its_files_from_any_folder(self):
+        for folder in ("one", "one/two", "other"):
+            os.mkdir(self.path(folder))
+        shutil.copy(self.path("gyro.csv"), self.path("other/gyro.csv"))
+        shutil.copy(self.path("gyro.nml"), self.path("other/gyro.nml"))
+        for scene, output in (("gyro.nml", "one/two/fit.nml"), ("gyro.nml", self.path("one/fit.nml")), ("other/gyro.nml", "fit.nml"),
+                              ("other/gyro.nml", "other/fit.nml"), ("other/gyro.nml", "one/two/../fit.nml")):
+            with self.subTest(scene=scene, output=output):
+                self.succeed("fit", scene, "--quiet", "--output", output)
+                self.succeed("check", output)
+        with open(self.path("other/fit.nml"), encoding="utf-8") as file:
+            self.assertIn("file = 'gyro.csv'", file.read())
+
     def test_residuals_are_model_less_measured_over_sigma(self):
         self.succeed("fit", "gyro.nml", "--quiet", "--csv", "r.csv")
         with open(self.path("r.csv"), encoding="utf-8", newline="") as file:
@@ -66,6 +79,10 @@ class Fit(CommandLineTest):
     def test_without_sigma_the_residuals_give_it(self):
         self.write("free.nml", GYRO.replace(", sigma = 0.01", ""))
         self.assertIn("from the residuals", self.succeed("fit", "free.nml").stdout)
+        if shutil.which("gnuplot") is not None:
+            self.succeed("fit", "free.nml", "--quiet", "--plot", "free.svg")
+            with open(self.path("free.svg"), encoding="utf-8") as file:
+                self.assertNotIn("standard deviations", file.read())
 
     def test_directions_and_angles(self):
         self.write("axis.csv", "t,x,y,z\n" + "".join(f"{t},{math.sin(2 * t)!r},{math.cos(2 * t)!r},0\n" for t in (0.1, 0.2, 0.5)))
@@ -76,6 +93,28 @@ class Fit(CommandLineTest):
         self.write("angle.nml", GYRO.replace("'omega1', 'omega2', 'omega3'", "'phi', 'theta', 'psi'"))
         self.assertRegex(self.succeed("fit", "angle.nml", "--csv", "a.csv", "--output", "a.fit.nml").stdout,
                          r"body\.inertia\.2 +20\.0")
+
+    def test_a_limit_of_steps_ends_the_fit_with_the_best_found(self):
+        self.fail_with(3, "fit", "gyro.nml", "--max-steps", "3", says=["gyro.nml: the fit needs more steps than allowed"])
+        self.assertFalse(os.path.exists(self.path("gyro.fit.nml")))
+        # Enough for some iterations on the whole of the data.
+        self.write("crude.nml", GYRO.replace("3.0, 1.0, 5.0", "3.3, 0.5, 5.5") + "&fit arcs = 'whole', start = 'scene' /\n")
+        self.fail_with(3, "fit", "crude.nml", "--quiet", "--max-steps", "20",
+                       says=["the fit did not converge: the fit needs more steps than allowed"])
+        self.succeed("check", "crude.fit.nml")
+        self.succeed("fit", "gyro.nml", "--quiet", "--max-steps", "100000")
+
+    def test_a_limit_inside_of_a_short_arc_gives_no_fit_of_it(self):
+        page = self.succeed("fit", "gyro.nml").stdout
+        statuses = []
+        for limit in range(5, 105, 5):
+            done = self.nutate("fit", "gyro.nml", "--max-steps", str(limit))
+            statuses.append((done.returncode, done.stdout != ""))
+            if done.stdout:
+                self.assertIn("63 residuals in 1 measurement", done.stdout)
+                self.assertIn("58 degrees of freedom", done.stdout)
+        self.assertEqual(done.stdout, page)
+        self.assertEqual(sorted(set(statuses)), [(0, True), (3, False), (3, True)])
 
     def test_a_picture(self):
         if shutil.which("gnuplot") is None:

@@ -164,7 +164,7 @@ contains
       !> s; shape (n). N m; shape (3, n).
       real(wp), intent(in) :: times(:), values(:, :)
       type(tabulated_torque_t), intent(inout) :: torque
-      !> The line that is at fault; 0 for none of them.
+      !> The line that is at fault; 0 where no single line is.
       integer, intent(out) :: at
       type(status_t), intent(out) :: status
       type(group_t), allocatable :: groups(:)

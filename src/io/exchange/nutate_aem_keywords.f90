@@ -3,6 +3,7 @@
 !> The quaternion of version 2.0 turns coordinates of REF_FRAME_A into those of REF_FRAME_B, scalar last: with the space
 !> axes as A and the body axes as B it is (q1, q2, q3, q0), without conjugation. Rates are in deg/s.
 module nutate_aem_keywords
+   use nutate_kinds, only: wp
    implicit none
    private
 
@@ -36,6 +37,6 @@ module nutate_aem_keywords
    !> Ecliptic axes as SPICE calls them, which CCSDS does not know; the axes that they are turned to, and the angle
    !> about their x axis, arcseconds.
    character(len=*), parameter :: ecliptic = 'ECLIPJ2000', equatorial = 'EME2000'
-   double precision, parameter :: obliquity = 84381.448d0
+   real(wp), parameter :: obliquity = 84381.448_wp
 
 end module nutate_aem_keywords

@@ -241,8 +241,6 @@ contains
       type(reader_t), intent(inout) :: reader
       character(len=keyword_length), parameter :: needed(*) = [character(len=keyword_length) :: &
          'OBJECT_NAME', 'REF_FRAME_A', 'REF_FRAME_B', 'TIME_SYSTEM', 'ATTITUDE_TYPE']
-      character(len=keyword_length), parameter :: common(*) = [character(len=keyword_length) :: &
-         'OBJECT_NAME', 'REF_FRAME_A', 'REF_FRAME_B', 'TIME_SYSTEM', 'ATTITUDE_TYPE']
       integer :: i
       associate (segment => reader%segment)
          do i = 1, size(needed)
@@ -263,10 +261,10 @@ contains
          end if
          if (reader%problem /= '') return
          if (.not. reader%has_segment) reader%first = segment
-         do i = 1, size(common)
-            if (segment%value(trim(common(i))) /= reader%first%value(trim(common(i)))) reader%problem = &
-               trim(common(i))//' of this segment is not that of the first (expected '// &
-               quoted(reader%first%value(trim(common(i))))//')'
+         do i = 1, size(needed)
+            if (segment%value(trim(needed(i))) /= reader%first%value(trim(needed(i)))) reader%problem = &
+               trim(needed(i))//' of this segment is not that of the first (expected '// &
+               quoted(reader%first%value(trim(needed(i))))//')'
          end do
       end associate
       reader%has_segment = .true.

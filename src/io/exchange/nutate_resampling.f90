@@ -46,7 +46,8 @@ contains
       end if
       if (problem /= '') return
       if (maxval(norm2(rows%omega, dim=1))*maxval(rows%t(2:) - rows%t(:n - 1)) > too_far) then
-         problem = 'the rows are too far apart: the body makes more than a thousand turns between two of them'
+         problem = 'the rows are too far apart: between two of them the body turns by more than 6000 rad (expected '// &
+                   'rows at shorter intervals)'
          return
       end if
       own = error_between(rows)

@@ -1,7 +1,7 @@
 !> `&fit`: where a fit starts; and what makes a fit of a scene: its free numbers and its measurements.
 module nutate_scene_fit
    use nutate_admissible, only: NON_NEGATIVE
-   use nutate_fit_plan, only: fit_plan_t, measurement_t
+   use nutate_fit_plan, only: fit_plan_t
    use nutate_keys, only: group_t, group_kind_t, key_t, KEY_INTEGER, KEY_TEXT
    use nutate_kinds, only: wp
    use nutate_scene_error, only: scene_error_t
@@ -38,11 +38,11 @@ contains
       real(wp), intent(in) :: end_time
       type(fit_plan_t), intent(inout) :: plan
       type(scene_error_t), intent(inout) :: error
-      type(measurement_t) :: measurement
-      integer :: i
+      integer :: i, n
 
       if (.not. any(groups%name == 'free' .or. groups%name == 'measurement')) return
-      allocate (plan%free(0), plan%measurements(0))
+      allocate (plan%free(0), plan%measurements(count(groups%name == 'measurement')))
+      n = 0
       plan%numbers%groups = groups
       allocate (plan%numbers%targets(0))
       call prepare_attitude(groups, system, initial, plan, error)
@@ -52,8 +52,8 @@ contains
          case ('free')
             call add_free(groups(i), groups, kinds, plan, error)
          case ('measurement')
-            call build_measurement(groups(i), system%effects, end_time, path, measurement, error)
-            if (.not. error%raised) call append(plan%measurements, measurement)
+            n = n + 1
+            call build_measurement(groups(i), system%effects, end_time, path, plan%measurements(n), error)
          case ('fit')
             plan%starts = groups(i)%whole('starts', 0)
             plan%seed = groups(i)%whole('seed', 0)
@@ -65,19 +65,6 @@ contains
       end do
       if (.not. error%raised) call check_sigmas(groups, plan, error)
    end subroutine build_fit
-
-   !> Adds a measurement. An array constructor of such types would lose memory with gfortran 12.
-   subroutine append(measurements, measurement)
-      type(measurement_t), allocatable, intent(inout) :: measurements(:)
-      type(measurement_t), intent(in) :: measurement
-      type(measurement_t), allocatable :: longer(:)
-      integer :: n
-      n = size(measurements)
-      allocate (longer(n + 1))
-      longer(:n) = measurements
-      longer(n + 1) = measurement
-      call move_alloc(longer, measurements)
-   end subroutine append
 
    !> Raises an error where some standard deviations are known and others are not.
    subroutine check_sigmas(groups, plan, error)
@@ -94,6 +81,5 @@ contains
                           expected='it in all of them, or in none')
       end associate
    end subroutine check_sigmas
-
 
 end module nutate_scene_fit

@@ -72,7 +72,7 @@ contains
       end do
    end subroutine read_name
 
-   !> Returns the value of a key; empty where the scene gives none, not allocated for a key that is none of them.
+   !> Returns the value of a key; empty where the scene gives none, not allocated for an unknown key.
    pure subroutine label_of(labels, key, value)
       type(labels_t), intent(in) :: labels
       !> `epoch`, `time_system`, `object`, ...
@@ -92,8 +92,7 @@ contains
       case ('body_frame')
          value = labels%body_frame
       case default
-         ! No key of theirs.
-         return
+         continue
       end select
    end subroutine label_of
 

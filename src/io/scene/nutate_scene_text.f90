@@ -1,5 +1,6 @@
 !> The groups of a scene as the text of a scene file.
 module nutate_scene_text
+   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_loc, c_null_char, c_ptr, c_size_t
    use nutate_decimal, only: exact_text
    use nutate_keys, only: group_t, setting_t, KEY_INTEGER, KEY_LOGICAL, KEY_REAL
    use nutate_kinds, only: wp
@@ -12,32 +13,42 @@ module nutate_scene_text
    !> Keys that name files beside the scene, and in the group `&measurement`.
    character(len=*), parameter :: file_keys(2) = [character(len=10) :: 'table', 'times_file']
    character, parameter :: line_feed = achar(10)
+   integer, parameter :: longest_path = 4096
+
+   interface
+      !> Working directory, of the C library; NULL where it does not fit.
+      type(c_ptr) function c_working_directory(buffer, size) bind(C, name='getcwd')
+         import :: c_ptr, c_size_t
+         type(c_ptr), intent(in), value :: buffer
+         integer(c_size_t), intent(in), value :: size
+      end function c_working_directory
+   end interface
 
 contains
 
    !> Returns the groups as the text of a scene; numbers read back exactly.
-   function scene_text(groups, path) result(text)
+   function scene_text(groups, path, target) result(text)
       type(group_t), intent(in) :: groups(:)
-      !> Path of the scene that they were read from: the names of its files are given as seen from the working
-      !> directory.
-      character(len=*), intent(in) :: path
+      !> Paths of the scene that they were read from, and of the one that the text is for: the names of its files are
+      !> relative to the folder of each.
+      character(len=*), intent(in) :: path, target
       character(len=:), allocatable :: text
       integer :: i, k
       text = ''
       do i = 1, size(groups)
          text = text//'&'//trim(groups(i)%name)//line_feed
          do k = 1, size(groups(i)%settings)
-            text = text//'   '//setting_text(groups(i)%settings(k), groups(i)%name, path)//line_feed
+            text = text//'   '//setting_text(groups(i)%settings(k), groups(i)%name, path, target)//line_feed
          end do
          text = text//'/'//line_feed
       end do
    end function scene_text
 
    !> `key = value, value`.
-   function setting_text(setting, group, path) result(text)
+   function setting_text(setting, group, path, target) result(text)
       type(setting_t), intent(in) :: setting
       !> Name of its group.
-      character(len=*), intent(in) :: group, path
+      character(len=*), intent(in) :: group, path, target
       character(len=:), allocatable :: text
       character(len=12) :: whole
       logical :: is_file
@@ -57,7 +68,7 @@ contains
                text = text//trim(merge('.true. ', '.false.', value%flag))
             case default
                if (is_file) then
-                  text = text//quoted_text(path_beside(path, value%text))
+                  text = text//quoted_text(path_from(target, path_beside(path, value%text)))
                else
                   text = text//quoted_text(value%text)
                end if
@@ -65,6 +76,25 @@ contains
          end associate
       end do
    end function setting_text
+
+   !> A path of the working directory as seen from the folder of a file; absolute where it is not below that folder.
+   function path_from(file, path) result(seen)
+      character(len=*), intent(in) :: file, path
+      character(len=:), allocatable :: seen
+      character(kind=c_char), target :: buffer(longest_path)
+      integer :: folder, i
+      seen = path
+      folder = index(file, '/', back=.true.)
+      if (folder == 0 .or. index(path, '/') == 1) return
+      if (index(path, file(:folder)) == 1) then
+         seen = path(folder + 1:)
+      else if (c_associated(c_working_directory(c_loc(buffer), int(longest_path, c_size_t)))) then
+         seen = '/'//path
+         do i = findloc(buffer, c_null_char, dim=1) - 1, 1, -1
+            seen = buffer(i)//seen
+         end do
+      end if
+   end function path_from
 
    !> A number as a scene has it, which may be infinite.
    pure function number_text(number) result(text)
