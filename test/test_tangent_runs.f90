@@ -3,7 +3,9 @@ module test_tangent_runs
    use nutate_byte_archive, only: byte_archive_t
    use nutate_column, only: attitude_column, column_t, inertia_column, rate_column
    use nutate_controller, only: controller_t
-   use nutate_kinds, only: wp
+   use nutate_event, only: SWITCH_OFF
+   use nutate_event_tracker, only: event_list_t
+   use nutate_kinds, only: wp, long
    use nutate_methods, only: make_stepper
    use nutate_observer, only: observer_t, run_record_t
    use nutate_run, only: run_t
@@ -13,6 +15,7 @@ module test_tangent_runs
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_system, only: system_t
    use nutate_tangent, only: tangent_t
+   use test_event_support, only: rate_event_t
    use test_problems, only: forced_body, problem_t
    use test_support, only: check, check_below, check_close, error_type, new_unittest, unittest_type
    implicit none
@@ -42,7 +45,8 @@ contains
                   new_unittest("rows inside steps have columns of their own", columns_inside), &
                   new_unittest("adaptive steps carry columns too", carry_adaptive), &
                   new_unittest("checkpoints hold columns", resume_columns), &
-                  new_unittest("what has no derivative is refused by name", refuse)]
+                  new_unittest("what has no derivative is refused by name", refuse), &
+                  new_unittest("columns end at switches and limits", end_at_switches)]
    end subroutine collect_tangent_runs
 
    !> The columns of these tests: two of the start, one of the body.
@@ -192,7 +196,8 @@ contains
       call check(error, maxval(abs(resumed%tangent%momentum - whole%tangent%momentum)) <= 0.0_wp, 'momentum')
    end subroutine resume_columns
 
-   !> A controller that samples; the attitude left out.
+   !> A controller that samples, a rate of axes that stand still, columns that a run does not carry, steps without the
+   !> projection.
    subroutine refuse(error)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem
@@ -202,6 +207,8 @@ contains
       type(integrator_settings_t) :: settings
       type(status_t) :: status
       type(system_t) :: sampled
+      type(state_t) :: state
+      type(column_t) :: frame
       problem = forced_body()
       sampled = problem%system
       call sampled%effects%add(controller_t(name='controller', sample=0.1_wp))
@@ -209,6 +216,17 @@ contains
       call check(error, index(status%message, 'a controller that samples') > 0, trim(status%message))
       plan%time_step = 0.1_wp
       plan%end_time = 0.5_wp
+      frame%name = 'rotating_frame.rate'
+      frame%frame = [0.0_wp, 0.0_wp, 1.0_wp]
+      call run%begin(problem%system, of_order_four, problem%start, plan, status)
+      if (status%ok()) call run%differentiate([frame], problem%system, status)
+      call check(error, index(status%message, 'only where they turn') > 0, 'frame: '//trim(status%message))
+      call check(error, .not. allocated(run%tangent), 'no columns where they are refused')
+      run%keeps_dense_output = .true.
+      call run%run_steps(problem%system, 2_long, status)
+      call check(error, status%ok(), 'a run without columns: '//trim(status%message))
+      call run%state_at(problem%system, 0.15_wp, state, status, tangent)
+      call check(error, index(status%message, 'carries no columns') > 0, 'state_at: '//trim(status%message))
       settings = integrator_settings_t(method='nielsen_krenk', formulation='full', projection=.false., &
                                        inverse_auxiliary_inertia=1.0_wp)
       call run%begin(problem%system, settings, problem%start, plan, status)
@@ -216,5 +234,39 @@ contains
       if (status%ok()) call run%run_to_end(problem%system, status)
       call check(error, index(status%message, 'the projection') > 0, trim(status%message))
    end subroutine refuse
+
+   !> A torque that comes to its limit, and an event that switches the damping off.
+   subroutine end_at_switches(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      type(controller_t) :: controller
+      type(system_t) :: limited
+      type(event_list_t) :: events
+      type(run_t) :: run
+      type(run_plan_t) :: plan
+      type(status_t) :: status
+      integer :: i
+      problem = forced_body()
+      plan%time_step = 0.05_wp
+      plan%end_time = 5.0_wp
+      limited = problem%system
+      controller = controller_t(name='controller', limit=3.0_wp)
+      do i = 1, 3
+         controller%rate_gain(i, i) = 1.2_wp
+      end do
+      call limited%effects%add(controller)
+      call run%begin(limited, of_order_four, problem%start, plan, status)
+      if (status%ok()) call run%differentiate(columns_of(), limited, status)
+      if (status%ok()) call run%run_to_end(limited, status)
+      call check(error, index(status%message, 'a controller or wheel comes to a limit') > 0, trim(status%message))
+      problem%system%effects%torques(1)%item%label = 'brake'
+      call events%add(rate_event_t(name='flip', effect='brake', action=SWITCH_OFF))
+      call run%begin(problem%system, of_order_four, problem%start, plan, status)
+      if (status%ok()) call run%set_events(events, problem%system, status)
+      if (status%ok()) call run%differentiate(columns_of(), problem%system, status)
+      if (status%ok()) call run%run_to_end(problem%system, status)
+      call check(error, index(status%message, "event 'flip' switches an effect") > 0, trim(status%message))
+      call check(error, run%state%t < plan%end_time, 'the run ends there')
+   end subroutine end_at_switches
 
 end module test_tangent_runs

@@ -21,7 +21,7 @@ module nutate_exact_free
    implicit none
    private
 
-   public :: free_body_t
+   public :: free_body_t, free_motion_t, motion_of
 
    !> Ratio of the moments beyond which products of them could overflow.
    real(wp), parameter :: widest_ratio = 1.0e60_wp
@@ -34,8 +34,8 @@ module nutate_exact_free
    !> The response to it is that to a larger change, of which no rounding hides a part, unless that leads too far (rad).
    real(wp), parameter :: probe = 16*eps, too_far = 0.1_wp
 
-   !> A body, its start, and the constants of its motion.
-   type :: free_body_t
+   !> A body, its start, and the constants of its motion of which a derivative is made (`nutate_exact_tangent`).
+   type :: free_motion_t
       !> Attitude at t = 0.
       real(wp) :: q0(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
       !> Body momentum at t = 0 and the body angular velocity that goes with it.
@@ -50,14 +50,20 @@ module nutate_exact_free
       real(wp) :: amplitude(3) = 0.0_wp
       !> σ.
       real(wp) :: sense = 1.0_wp
-      !> |l| / J_b, the linear part of the precession (rad/s).
-      real(wp) :: precession = 0.0_wp
       !> √ρ = C/B as a ratio of the moments alone.
       real(wp) :: root_ratio = 1.0_wp
       type(elliptic_clock_t) :: clock
       type(winding_t) :: winding
       !> The data, as they were given: moments and axes.
       real(wp) :: moments(3) = 1.0_wp, axes(3, 3) = identity_frame
+   end type free_motion_t
+
+   !> The solution for a body and its start.
+   type :: free_body_t
+      private
+      type(free_motion_t) :: motion
+      !> |l| / J_b, the linear part of the precession (rad/s).
+      real(wp) :: precession = 0.0_wp
       !> Winding at t = 0 (rad).
       real(wp) :: winding0 = 0.0_wp
       !> Conjugate of the solution's quaternion at t = 0.
@@ -96,16 +102,16 @@ contains
       if (present(axes)) principal = axes
       call check_start(moments, q0, momentum0, principal, status)
       if (.not. status%ok()) return
-      self%moments = moments
-      self%axes = principal
-      self%q0 = quat_normalized(q0)
-      self%momentum0 = momentum0
+      self%motion%moments = moments
+      self%motion%axes = principal
+      self%motion%q0 = quat_normalized(q0)
+      self%motion%momentum0 = momentum0
       component = matmul(transpose(principal), momentum0)
-      self%omega0 = matmul(principal, component/moments)
-      self%momentum = norm2(momentum0)
-      self%horizon = time_horizon(exponent(self%momentum) - exponent(minval(moments)))
-      self%steady = .not. self%momentum > 0
-      if (self%steady) return
+      self%motion%omega0 = matmul(principal, component/moments)
+      self%motion%momentum = norm2(momentum0)
+      self%horizon = time_horizon(exponent(self%motion%momentum) - exponent(minval(moments)))
+      self%motion%steady = .not. self%motion%momentum > 0
+      if (self%motion%steady) return
       ! Scaled first: numbers too small for all their digits still have a direction.
       component = scale(component, -exponent(maxval(abs(component))))
       call solve(self, moments, component/norm2(component), principal)
@@ -123,23 +129,31 @@ contains
       type(elliptic_phase_t) :: phase
       real(wp) :: time, direction(3), precession
       time = max(-self%horizon, min(t, self%horizon))
-      if (self%steady) then
-         q = quat_product(self%q0, quat_exp(0.5_wp*time*self%omega0))
-         momentum = self%momentum0
+      if (self%motion%steady) then
+         q = quat_product(self%motion%q0, quat_exp(0.5_wp*time*self%motion%omega0))
+         momentum = self%motion%momentum0
          return
       end if
-      phase = self%clock%phase(time)
-      direction = self%amplitude*[phase%parity*phase%cn, phase%parity*phase%sn, phase%dn]
-      precession = self%precession*time + self%sense*(self%winding%angle(phase) - self%winding0)
-      q = turned(self%q0, self%frame, quat_product(self%start, attitude(self, phase, direction, precession)))
-      momentum = self%momentum*matmul(self%frame, direction)
+      phase = self%motion%clock%phase(time)
+      direction = self%motion%amplitude*[phase%parity*phase%cn, phase%parity*phase%sn, phase%dn]
+      precession = self%precession*time + self%motion%sense*(self%motion%winding%angle(phase) - self%winding0)
+      q = turned(self%motion%q0, self%motion%frame, &
+                 quat_product(self%start, attitude(self, phase, direction, precession)))
+      momentum = self%motion%momentum*matmul(self%motion%frame, direction)
    end subroutine evaluate
+
+   !> Returns body, start and constants of a solution.
+   pure type(free_motion_t) function motion_of(solution)
+      !> Prepared.
+      type(free_body_t), intent(in) :: solution
+      motion_of = solution%motion
+   end function motion_of
 
    !> Returns the period of the body momentum (s): `huge` on the separatrix, 0 where it is constant.
    pure real(wp) function period(self)
       class(free_body_t), intent(in) :: self
       period = 0
-      if (.not. self%steady) period = self%clock%period()
+      if (.not. self%motion%steady) period = self%motion%clock%period()
    end function period
 
    !> Estimates the error of the attitude at a time that round-off makes (rad), π where nothing is left of it.
@@ -155,20 +169,20 @@ contains
       real(wp) :: q(4), momentum(3), moments(3), start(3)
       integer :: i
       call self%evaluate(t, q, momentum)
-      if (self%steady) then
-         round_off = norm2(self%omega0)*abs(t)
+      if (self%motion%steady) then
+         round_off = norm2(self%motion%omega0)*abs(t)
       else
-         phase = self%clock%phase(max(-self%horizon, min(t, self%horizon)))
-         round_off = self%precession*abs(t) + abs(self%winding%angle(phase) - self%winding0)
+         phase = self%motion%clock%phase(max(-self%horizon, min(t, self%horizon)))
+         round_off = self%precession*abs(t) + abs(self%motion%winding%angle(phase) - self%winding0)
       end if
       round_off = rounding*(1 + round_off)
       do i = 1, 3
-         moments = self%moments
-         start = self%momentum0
+         moments = self%motion%moments
+         start = self%motion%momentum0
          moments(i) = moments(i) + probe*merge(moments(i), maxval(moments), is_exact(self))
          call add_response(self, moments, start, t, q, round_off)
          start(i) = start(i) + probe*merge(start(i), norm2(start), is_exact(self))
-         call add_response(self, self%moments, start, t, q, round_off)
+         call add_response(self, self%motion%moments, start, t, q, round_off)
       end do
       round_off = min(round_off, pi)
    end function round_off
@@ -176,7 +190,7 @@ contains
    !> True where the principal components of the momentum are the data themselves: no product has rounded them.
    pure logical function is_exact(self)
       class(free_body_t), intent(in) :: self
-      is_exact = all(abs(self%axes - identity_frame) <= 0.0_wp) .and. count(abs(self%q0) > 0.0_wp) == 1
+      is_exact = all(abs(self%motion%axes - identity_frame) <= 0.0_wp) .and. count(abs(self%motion%q0) > 0.0_wp) == 1
    end function is_exact
 
    !> Adds how far from an attitude a solution beside this one ends.
@@ -191,7 +205,7 @@ contains
       type(free_body_t) :: beside
       type(status_t) :: status
       real(wp) :: other(4), momentum(3), distance
-      call beside%prepare(moments, self%q0, momentum0, status, self%axes)
+      call beside%prepare(moments, self%motion%q0, momentum0, status, self%motion%axes)
       if (.not. status%ok()) return
       call beside%evaluate(t, other, momentum)
       distance = attitude_distance(q, other)
@@ -212,19 +226,19 @@ contains
       ! By a power of two: the differences of the moments stay exact.
       power = exponent(maxval(moments))
       j = scale(moments, -power)
-      rate = scale(self%momentum, -power)
+      rate = scale(self%motion%momentum, -power)
       call choose_axes(j, n, order)
       j = j(order)
-      self%steady = is_steady(j, n(order))
-      if (self%steady) return
-      self%sense = sign(1.0_wp, j(3) - j(2))
+      self%motion%steady = is_steady(j, n(order))
+      if (self%motion%steady) return
+      self%motion%sense = sign(1.0_wp, j(3) - j(2))
       signs = sign(1.0_wp, n(order))
       do i = 1, 3
-         self%frame(:, i) = signs(i)*principal(:, order(i))
+         self%motion%frame(:, i) = signs(i)*principal(:, order(i))
       end do
       ! The sign of axis b is not free: the frame is right-handed.
-      signs(2) = handedness(self%frame)
-      self%frame(:, 2) = signs(2)*self%frame(:, 2)
+      signs(2) = handedness(self%motion%frame)
+      self%motion%frame(:, 2) = signs(2)*self%motion%frame(:, 2)
       call solve_ordered(self, j, abs(n(order)), signs(2), rate)
    end subroutine solve
 
@@ -246,20 +260,20 @@ contains
       cb = abs(j(1) - j(2))
       ! ρ = α/β, 1 - ρ = γ/β with α, β, γ the differences of the 1/J: of a and b, a and c, b and c.
       ratio = (ba/ca)*(j(1)/j(2))
-      self%root_ratio = sqrt(ratio)
+      self%motion%root_ratio = sqrt(ratio)
       a = hypot(n(3), sqrt((cb/ca)*(j(3)/j(2)))*n(2))
-      c = hypot(n(1), self%root_ratio*n(2))
+      c = hypot(n(1), self%motion%root_ratio*n(2))
       y = sqrt((cb/ba)*(j(3)/j(1)))*n(1)
       m1 = max(0.0_wp, ((n(3) - y)/a)*((n(3) + y)/a))
-      self%amplitude = [c, self%sense*c/self%root_ratio, a]
+      self%motion%amplitude = [c, self%motion%sense*c/self%motion%root_ratio, a]
       self%precession = rate/j(2)
-      call self%clock%set(a*rate*sqrt(ba*ca/(j(1)*j(2)))/j(3), m1, &
-         self%sense*sign_b*self%root_ratio*n(2)/c, n(1)/c, n(3)/a)
-      call self%winding%set(ratio, (cb/ca)*(j(3)/j(2))/a, self%clock%m1)
-      phase = self%clock%phase(0.0_wp)
-      self%winding0 = self%winding%angle(phase)
+      call self%motion%clock%set(a*rate*sqrt(ba*ca/(j(1)*j(2)))/j(3), m1, &
+         self%motion%sense*sign_b*self%motion%root_ratio*n(2)/c, n(1)/c, n(3)/a)
+      call self%motion%winding%set(ratio, (cb/ca)*(j(3)/j(2))/a, self%motion%clock%m1)
+      phase = self%motion%clock%phase(0.0_wp)
+      self%winding0 = self%motion%winding%angle(phase)
       self%start = quat_conjugate(attitude(self, phase, &
-         self%amplitude*[phase%parity*phase%cn, phase%parity*phase%sn, phase%dn], 0.0_wp))
+         self%motion%amplitude*[phase%parity*phase%cn, phase%parity*phase%sn, phase%dn], 0.0_wp))
    end subroutine solve_ordered
 
    !> Quaternion of the axes c, b, a in a space frame whose third axis is l: precession, tilt, self rotation χ.
@@ -274,7 +288,7 @@ contains
       complex(wp) :: half_phi, half_chi
       ! L_b / L_c from the ratio of the amplitudes: defined, and smooth, where both vanish. Apart from the precession,
       ! which grows without bound, so that after any number of revolutions g still takes L to l.
-      chi = self%sense*(atan2(phase%sn, self%root_ratio*phase%cn) + pi*mod(phase%half_periods, 4.0_wp))
+      chi = self%motion%sense*(atan2(phase%sn, self%motion%root_ratio*phase%cn) + pi*mod(phase%half_periods, 4.0_wp))
       ch = sqrt((1 + direction(3))/2)
       sh = hypot(direction(1), direction(2))/(2*ch)
       half_phi = cmplx(cos(precession/2), sin(precession/2), wp)

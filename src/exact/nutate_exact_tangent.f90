@@ -15,7 +15,7 @@
 module nutate_exact_tangent
    use nutate_carlson, only: carlson_rj
    use nutate_elliptic_phase, only: elliptic_phase_t
-   use nutate_exact_free, only: free_body_t
+   use nutate_exact_free, only: free_body_t, free_motion_t, motion_of
    use nutate_kinds, only: wp
    use nutate_principal_frame, only: identity_frame
    use nutate_quaternion, only: cross, quat_conjugate, quat_product, rotate_to_body
@@ -27,7 +27,7 @@ module nutate_exact_tangent
    !> The derivative of a solution at one time; matrices in body axes, shape (3,3).
    type :: exact_tangent_t
       private
-      type(free_body_t) :: solution
+      type(free_motion_t) :: solution
       !> s; L0, L1, N m s; R(q0*∘q1)ᵀ.
       real(wp) :: t = 0.0_wp, first(3) = 0.0_wp, last(3) = 0.0_wp, back(3, 3) = 0.0_wp
       !> ∂L1/∂L0, and ∂θ1/∂L0, (N m s)⁻¹.
@@ -64,16 +64,16 @@ contains
       real(wp), intent(in) :: t
       real(wp) :: q(4), c(4)
       integer :: i
-      self%solution = solution
+      self%solution = motion_of(solution)
       self%t = t
-      self%first = solution%momentum0
+      self%first = self%solution%momentum0
       call solution%evaluate(t, q, self%last)
-      c = quat_product(quat_conjugate(solution%q0), q)
+      c = quat_product(quat_conjugate(self%solution%q0), q)
       do i = 1, 3
          self%back(:, i) = rotate_to_body(c, identity_frame(:, i))
       end do
       call set_steady(self)
-      if (.not. solution%steady) then
+      if (.not. self%solution%steady) then
          call set_phases(self)
          call set_moving(self)
       end if

@@ -187,10 +187,12 @@ contains
       do m = 1, size(tangent%parametric)
          associate (column => tangent%columns(tangent%parametric(m)))
             if (any(abs([column%rotor, column%frame]) > 0.0_wp)) &
-               status = fail(NUTATE_BAD_ARGUMENT, "method 'exact' has derivatives by start and inertia only", 'method')
+               status = fail(NUTATE_BAD_ARGUMENT, "method = 'exact' has tangent columns by start and inertia only "// &
+                             '(expected another method)', 'method')
             call derivative%of_inertia(tangent%inertia(:, :, m), own(:, 1, m), own(:, 2, m), possible)
-            if (.not. possible) status = fail(NUTATE_BAD_ARGUMENT, "method 'exact' has no derivative by products "// &
-                                              'of inertia between equal moments (expected another method)', 'method')
+            if (.not. possible) status = fail(NUTATE_BAD_ARGUMENT, "method = 'exact' has no tangent columns by "// &
+                                              'products of inertia between equal moments (expected another method)', &
+                                              'method')
          end associate
          if (.not. status%ok()) return
       end do

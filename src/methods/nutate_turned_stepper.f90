@@ -217,8 +217,9 @@ contains
          if (.not. any(abs(change) > 0.0_wp)) cycle
          across = cross(a, change)
          if (system%effects%n_potentials > 0 .and. any(abs(across) > 0.0_wp)) then
-            status = fail(NUTATE_BAD_ARGUMENT, 'the rate of the axes has no derivative across the direction of the '// &
-                          'potentials, which it has here', 'rate')
+            status = fail(NUTATE_BAD_ARGUMENT, 'where the space axes turn about the direction of the potentials, '// &
+                          'their rate has a derivative along it only (expected a change along it, or another '// &
+                          'method)', 'rate')
             return
          end if
          change = change + second*across + third*cross(a, across)

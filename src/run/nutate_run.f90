@@ -284,8 +284,8 @@ contains
       call expect_events(self%progress_t, self%policy, events, system, status)
    end subroutine set_events
 
-   !> Sets tangent columns to carry along from here (`nutate_tangent`): `tangent` holds them. Errors:
-   !> `NUTATE_BAD_ARGUMENT` for what has no derivative.
+   !> Sets tangent columns to carry along from here (`nutate_tangent`): `tangent` holds them. Errors, with no
+   !> columns set: `NUTATE_BAD_ARGUMENT` for what has no derivative.
    subroutine differentiate(self, columns, system, status)
       !> Begun.
       class(run_t), intent(inout), target :: self
@@ -296,7 +296,11 @@ contains
       if (allocated(self%tangent)) deallocate (self%tangent, self%last_tangent)
       allocate (self%tangent, self%last_tangent)
       call self%tangent%begin(system, self%state, columns, status)
-      if (status%ok()) self%last_tangent = self%tangent
+      if (status%ok()) then
+         self%last_tangent = self%tangent
+      else
+         deallocate (self%tangent, self%last_tangent)
+      end if
    end subroutine differentiate
 
    !> Sets events, and what the wheels of a system bring with them.
@@ -502,7 +506,7 @@ contains
 
    !> Returns the state at a time inside the last step (dense output), to the accuracy of the method; later steps are
    !> unaffected. Errors: `NUTATE_BAD_ARGUMENT` for a time outside of the step, or one that has not been kept
-   !> (`keeps_dense_output`).
+   !> (`keeps_dense_output`), and for columns that the run does not carry.
    subroutine state_at(self, system, t, state, status, tangent)
       class(run_t), intent(inout), target :: self
       type(system_t), intent(in) :: system
@@ -510,18 +514,21 @@ contains
       real(wp), intent(in) :: t
       type(state_t), intent(out) :: state
       type(status_t), intent(out) :: status
-      !> The columns of the run then.
+      !> The columns of the run at that time.
       type(tangent_t), intent(out), optional :: tangent
       type(run_record_t) :: record
       real(wp) :: work
-      if (present(tangent) .and. allocated(self%last_tangent)) tangent = self%last_tangent
-      if (allocated(self%policy)) then
-         call point_to_stepper(self)
-         if (present(tangent)) then
-            call self%policy%state_inside(system, self%progress_t, t, state, record, status, tangent)
+      if (present(tangent)) then
+         if (.not. (allocated(self%policy) .and. allocated(self%last_tangent))) then
+            status = fail(NUTATE_BAD_ARGUMENT, 'the run carries no columns (expected a call of differentiate before)', &
+                          'tangent')
             return
          end if
-         call self%policy%state_inside(system, self%progress_t, t, state, record, status)
+         tangent = self%last_tangent
+      end if
+      if (allocated(self%policy)) then
+         call point_to_stepper(self)
+         call self%policy%state_inside(system, self%progress_t, t, state, record, status, tangent)
       else if (allocated(self%stepper)) then
          call self%stepper%state_at(system, t, state, work, status)
       else

@@ -7,6 +7,7 @@ module nutate_run_loop
    use nutate_event_hunt, only: hunt_t
    use nutate_hamiltonian, only: angular_velocity
    use nutate_kinds, only: wp, eps, long
+   use nutate_limit_event, only: SWITCH_LIMIT
    use nutate_limits, only: same_time
    use nutate_observer, only: observer_t, run_record_t
    use nutate_progress, only: fraction_done, is_over, progress_t, put_works, transfer_progress
@@ -67,16 +68,28 @@ contains
          call take_steps(progress, policy, system, status, observer)
          call policy%show(system, progress%state)
          if (status%code /= 0 .or. .not. (progress%events%n_due > 0 .or. is_sample_due(progress))) exit
-         if (progress%events%n_due > 0 .and. allocated(progress%tangent)) then
-            status = fail(NUTATE_BAD_ARGUMENT, 'tangent columns do not cross a switch by the event '// &
-                          trim(progress%events%watched(progress%events%due(1))%event%name))
-            exit
-         end if
+         if (progress%events%n_due > 0 .and. allocated(progress%tangent)) call refuse_switch(progress, status)
+         if (status%code /= 0) exit
          if (progress%events%n_due > 0) call make_switches(policy, system, progress, status)
          call sample_state(policy, system, progress)
          if (status%code /= 0 .or. progress%events%stopped .or. is_over(progress)) exit
       end do
    end subroutine drive_switched
+
+   !> Ends a run with tangent columns at a switch or limit: the time at which that comes has a derivative too.
+   subroutine refuse_switch(progress, status)
+      type(progress_t), intent(in) :: progress
+      type(status_t), intent(inout) :: status
+      associate (event => progress%events%watched(progress%events%due(1))%event)
+         if (event%action == SWITCH_LIMIT) then
+            status = fail(NUTATE_BAD_ARGUMENT, 'tangent columns end where a controller or wheel comes to a limit '// &
+                          '(expected an earlier end, or no limits)')
+         else
+            status = fail(NUTATE_BAD_ARGUMENT, "tangent columns end where the event '"//trim(event%name)// &
+                          "' switches an effect (expected an earlier end, or no switch)")
+         end if
+      end associate
+   end subroutine refuse_switch
 
    !> Lets controllers take the samples that are due, and those that were switched.
    subroutine sample_state(policy, system, progress)

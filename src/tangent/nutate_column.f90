@@ -79,7 +79,7 @@ contains
    end function digit
 
    !> Adds a change of a parameter of an effect. Errors: `NUTATE_BAD_ARGUMENT` where there is no such effect, and where
-   !> it has no derivative by that name.
+   !> it has no parameter of that name and size.
    subroutine add(self, effects, effect, number, parameter, change, status)
       class(column_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
@@ -105,7 +105,7 @@ contains
       do i = 1, effects%n_wheels
          call look_at(effects%wheels(i), OF_WHEEL, i)
       end do
-      if (found < number) &
+      if (number < 1 .or. found < number) &
          status = fail(NUTATE_BAD_ARGUMENT, 'there is no effect '//trim(effect)//' to differentiate by')
 
    contains
@@ -117,7 +117,8 @@ contains
          found = found + 1
          if (found /= number) return
          if (.not. changes(self, item, kind, place, parameter, change)) &
-            status = fail(NUTATE_BAD_ARGUMENT, "the effect "//trim(effect)//" has no derivative by "//parameter)
+            status = fail(NUTATE_BAD_ARGUMENT, 'the effect '//trim(effect)//' has no derivative by '//parameter// &
+                          ' (expected '//trim(names_of(item))//')')
       end subroutine look_at
 
    end subroutine add
@@ -136,7 +137,7 @@ contains
       list = effect%parameters()
       first = 1
       do i = 1, size(list)
-         if (list(i)%name == parameter .and. list(i)%size == size(change)) then
+         if (list(i)%name /= '' .and. list(i)%name == parameter .and. list(i)%size == size(change)) then
             one%kind = kind
             one%place = place
             allocate (one%change(sum(list%size)), source=0.0_wp)
@@ -148,6 +149,24 @@ contains
          first = first + list(i)%size
       end do
    end function changes
+
+   !> The parameters of an effect with their sizes, for messages.
+   function names_of(effect) result(names)
+      class(effect_t), intent(in) :: effect
+      character(len=96) :: names
+      type(parameter_t), allocatable :: list(:)
+      integer :: i
+      names = ''
+      list = effect%parameters()
+      do i = 1, size(list)
+         if (list(i)%name == '') cycle
+         if (names /= '') names = trim(names)//','
+         names = trim(names)//' '//list(i)%name
+         if (list(i)%size > 1) names = trim(names)//'('//digit(list(i)%size)//')'
+      end do
+      names = adjustl(names)
+      if (names == '') names = 'another effect'
+   end function names_of
 
    subroutine append(self, one)
       type(column_t), intent(inout) :: self

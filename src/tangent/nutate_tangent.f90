@@ -89,6 +89,11 @@ contains
       integer :: k, m
       call check_effects(system%effects, status)
       if (status%ok() .and. size(columns) == 0) status = fail(NUTATE_BAD_ARGUMENT, 'there are no columns to carry')
+      do k = 1, size(columns)
+         if (status%ok() .and. any(abs(columns(k)%frame) > 0.0_wp) .and. .not. system%effects%frame_turns) &
+            status = fail(NUTATE_BAD_ARGUMENT, 'the rate of the space axes has a derivative only where they turn '// &
+                          '(expected a rotating_frame with a rate)', columns(k)%name)
+      end do
       if (.not. status%ok()) return
       self%n = size(columns)
       self%columns = columns

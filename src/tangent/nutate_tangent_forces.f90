@@ -42,7 +42,7 @@ contains
       type(discrete_forces_t), intent(in) :: forces
       !> Shape (3), and 4/Δt, 1/s.
       real(wp), intent(in) :: r(3), rate
-      real(wp) :: own(3), rest
+      real(wp) :: own(3)
       integer :: i, j
       self%r = r
       self%rate = rate

@@ -47,7 +47,7 @@ contains
       type(status_t), intent(inout) :: status
       logical, intent(out) :: carried
       real(wp) :: first(3), last(3), square, weights(n_stages)
-      integer :: i, j
+      integer :: i
       first = body_momentum(before)
       square = dot_product(first, first)
       carried = square > tiny(1.0_wp)

@@ -506,8 +506,8 @@ contains
       type(status_t), intent(inout) :: status
       type(state_t) :: origin
       if (.not. has_series_tangent(system%effects)) then
-         status = fail(NUTATE_BAD_ARGUMENT, "method = 'taylor' has tangent columns without torques and wheels "// &
-                       'only, in uniform fields that stand still (expected another method)', 'method')
+         status = fail(NUTATE_BAD_ARGUMENT, "method = 'taylor' has tangent columns of free bodies, rotors, "// &
+                       'rotating frames and uniform fields that stand still only (expected another method)', 'method')
          return
       end if
       origin = before
