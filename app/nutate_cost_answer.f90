@@ -129,7 +129,7 @@ contains
       end do
    end function competitors
 
-   !> The row of `methods` that `auto` takes for an accuracy; 0 where that is none of them.
+   !> The row of `methods` that `auto` takes for an accuracy; 0 where that is another method.
    integer function automatic_row(study, tolerance) result(row)
       type(work_precision_t), intent(in) :: study
       !> rad.

@@ -46,7 +46,7 @@ int nutate_sweep_table(nutate_scene *scene, const char *const *names, size_t n_n
  *   <==  rows          [last - first + 1][fields]; on failure filled in part
  *   ==>  bytes         of rows: 8 for each field
  *   <==  message       what is wrong; or NULL    ==>  size   of message, bytes
- * Callbacks of the scene act on every member, and are called by all threads at once; the row of a member in which one fails
+ * Callbacks of the scene act on every member, and all threads call them simultaneously; the row of a member in which one fails
  * has status NUTATE_CALLBACK or NUTATE_NOT_FINITE and no values.
  * Status: NUTATE_BAD_ARGUMENT if first, last, threads or bytes is out of range; NUTATE_STOPPED if
  * the poll callback of the scene, called by the calling thread, stops the sweep. */

@@ -26,7 +26,10 @@ static void start(double q[N][4], double l[N][3], double torque[N][3])
     int i, k;
     for (i = 0; i < N; ++i) {
         double norm = 0.0;
-        for (k = 0; k < 4; ++k) norm += (q[i][k] = sin(1.0 + 7 * i + 3 * k)) * q[i][k];
+        for (k = 0; k < 4; ++k) {
+            q[i][k] = sin(1.0 + 7 * i + 3 * k);
+            norm += q[i][k] * q[i][k];
+        }
         for (k = 0; k < 4; ++k) q[i][k] /= sqrt(norm);
         for (k = 0; k < 3; ++k) l[i][k] = cos(2.0 * i + k), torque[i][k] = sin(3.0 * i + k);
     }

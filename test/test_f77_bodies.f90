@@ -3,7 +3,9 @@ module test_f77_bodies
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_bodies, only: bodies_t
+   use nutate_bodies_drift, only: body_class_t
    use nutate_body, only: body_t, diagonal, make_body
+   use nutate_f77_classes, only: classes_length
    use nutate_kinds, only: wp
    use nutate_status, only: status_t, NUTATE_NOT_FINITE
    use test_support, only: check, error_type, new_unittest, random_unit_quaternion, random_vector, unittest_type
@@ -91,6 +93,8 @@ contains
       type(status_t) :: status
       real(wp) :: aj(3, 3, 2), q(4, n), al(3, n), tor(3, n), q1(4, n), l1(3, n), work(lwork)
       integer :: ic(n), info(3), nbad, ibad(1), frame
+      call check(error, classes_length(1) - classes_length(0), storage_size(body_class_t())/storage_size(1.0_wp), &
+                 'numbers of a class in WORK')
       do frame = 0, 2
          call start(aj, ic, q, al, tor)
          q1 = q

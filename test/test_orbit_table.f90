@@ -1,5 +1,5 @@
-!> Paths by tables of positions: how good they are between the lines, what goes by them, and that steps which end on the
-!> lines keep order and energy balance of every method.
+!> Paths by tables of positions: their error between the lines, the effects and columns that use them, and that
+!> steps which end on the lines keep order and energy balance of every method.
 module test_orbit_table
    use nutate_body, only: diagonal, make_body
    use nutate_hamiltonian, only: angular_velocity, make_state, total_energy

@@ -1,5 +1,5 @@
-"""Scenes nobody would write: mutated files and legal files with extreme values, each made from a seed and a number; and what
-a program must do with them.
+"""Fuzzing: mutated files and legal files with extreme values, each made from a seed and a number; and what a program must do
+with them.
 
 The same seed and number give the same case on every machine, as long as `scenes/` stays the same.
 """

@@ -148,8 +148,10 @@ class Orbits(CommandLineTest):
             header, rows = self.history("flyby.csv")
             at = header.index
             self.assertEqual(header[-3:], ["time_dependent_work", "energy_gravity_gradient1", "energy_gravity_gradient2"])
+            # Kinetic energy and potential grow by ten times at the passage: what is rounded there stays.
+            largest = max(row[at("kinetic")] + abs(row[at("potential")]) for row in rows)
             for row in rows:
-                self.assertLess(abs(row[at("energy_residual")]), 3e-14 * row[at("kinetic")])
+                self.assertLess(abs(row[at("energy_residual")]), 4e-15 * largest)
                 self.assertAlmostEqual(row[at("energy_gravity_gradient1")] + row[at("energy_gravity_gradient2")], row[at("potential")],
                                        delta=1e-24)
             self.assertAlmostEqual(rows[20][at("orbit_radius")], 38e6, delta=1e-7)

@@ -79,13 +79,13 @@ module nutate_c_handles
    !> Classes of many bodies.
    type, extends(handle_t) :: bodies_handle_t
       type(body_class_t), allocatable :: classes(:)
-      !> Frame, threads and the number of the first class.
+      !> Frame, threads and the number of the first class and body.
       type(movement_t) :: what = movement_t()
       !> Bodies that failed in the last call, counted from 1.
       integer, allocatable :: failed(:)
    end type bodies_handle_t
 
-   !> A state as it was set, when nothing had been done, and rounded, since: in a fifth of the room of a state.
+   !> A state as it was set, without what steps add to a `state_t`: it needs a fifth of the memory.
    type :: start_t
       private
       !> s; attitude and momentum, shape (4); momenta of the wheels.
@@ -223,7 +223,7 @@ contains
       call report_failures_to(to%effects, cell)
    end subroutine copy_system
 
-   !> Sets the state that was set.
+   !> Keeps a state.
    pure subroutine set_start(self, state)
       class(start_t), intent(inout) :: self
       type(state_t), intent(in) :: state

@@ -23,7 +23,6 @@ module nutate_c_history
    public :: nutate_scene_run, nutate_scene_write, nutate_history_size, nutate_history_name, nutate_history_column, &
       nutate_history_values, nutate_history_uncertified, nutate_history_accuracy, nutate_history_destroy
 
-
 contains
 
    integer(c_int) function nutate_scene_run(scene, history, message, size) result(code) bind(C)

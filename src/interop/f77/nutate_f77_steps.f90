@@ -2,8 +2,8 @@
 ! arguments are DOUBLE PRECISION, quaternions have their scalar first and take body to space components.
 !
 ! INFO = 0: success. INFO = -i: argument number i is wrong. INFO > 0: the step failed for a reason that NUTEXT tells. On
-! failure every argument but INFO is as it was. All that counts is in WORK; what has been prepared for it is kept beside
-! (`nutate_f77_prepared`), and nothing printed.
+! failure every argument but INFO is as it was. All that counts is in WORK. Each thread keeps what it has prepared for
+! it (`nutate_f77_prepared`). Nothing is printed.
 
 !> NUINIT prepares WORK for the steps of a body, or returns the length that WORK needs.
 !>
