@@ -21,7 +21,7 @@ module nutate_cli
    type :: verb_t
       character(len=8) :: name
       !> What it does, in one line.
-      character(len=72) :: purpose
+      character(len=100) :: purpose
       !> What it is about.
       character(len=12) :: object = 'SCENE'
    end type verb_t
@@ -44,13 +44,17 @@ module nutate_cli
       character(len=16) :: value
       !> Commands that know it, comma separated; blank for one that stands for itself.
       character(len=48) :: verbs
-      character(len=80) :: purpose
+      character(len=100) :: purpose
    end type option_t
 
    !> All options.
    type(option_t), parameter :: options(*) = [ &
-      option_t('--output', 'FILE', 'run,plot,view,sweep,fit', &
-               'or -o: output file: history (- is standard output), plot, page, rows or scene'), &
+      option_t('--output', 'FILE', 'run', &
+               'history, or -o FILE; - is standard output (default: named by the scene)'), &
+      option_t('--output', 'FILE', 'plot', 'picture, or -o FILE (default: HISTORY.svg)'), &
+      option_t('--output', 'FILE', 'view', 'web page, or -o FILE (default: SCENE.html)'), &
+      option_t('--output', 'FILE', 'sweep', 'result rows, or -o FILE (default: SCENE.npy)'), &
+      option_t('--output', 'FILE', 'fit', 'fitted scene, or -o FILE (default: SCENE.fit.nml)'), &
       option_t('--members', 'A:B', 'sweep', 'run members A to B only and write them to a separate file'), &
       option_t('--member', 'K', 'sweep', &
       'run member K only, with its history; its result row goes to standard output'), &
@@ -60,19 +64,21 @@ module nutate_cli
                'override a value of the scene; may be repeated'), &
       option_t('--unset', 'GROUP.KEY', 'run,check,cost,view,sweep,export,fit', &
                'remove a key from the scene; may be repeated'), &
-      option_t('--plot', 'FILE.svg|png|pdf', 'run,cost,fit', &
-               'plot with gnuplot: history (run), error against run time (cost), data (fit)'), &
+      option_t('--plot', 'FILE.svg|png|pdf', 'run', 'plot the history with gnuplot'), &
+      option_t('--plot', 'FILE.svg|png|pdf', 'cost', 'plot error against run time with gnuplot'), &
+      option_t('--plot', 'FILE.svg|png|pdf', 'fit', 'plot data, model and residuals with gnuplot'), &
       option_t('--columns', 'NAME,...', 'plot', &
                'columns or column sets to plot, such as energy,omega3 (default: all)'), &
       option_t('--title', 'TEXT', 'plot', &
       'title of the plot (default: the title of the scene or the name of the history)'), &
       option_t('--all', '', 'cost', 'plot all methods with --plot (default: six)'), &
-      option_t('--csv', 'FILE', 'cost,sweep,fit', &
-         'write one CSV row per run, member or residual; - is standard output'), &
+      option_t('--csv', 'FILE', 'cost', 'write one CSV row per run; - is standard output'), &
+      option_t('--csv', 'FILE', 'sweep', 'write one CSV row per member, too; - is standard output'), &
+      option_t('--csv', 'FILE', 'fit', 'residuals; - is standard output (default: SCENE.residuals.csv)'), &
       option_t('--seconds', 'N', 'cost', 'time budget in seconds (default: 20)'), &
       option_t('--quiet', '', 'run,sweep,fit', 'no progress bar and no summary; errors are still printed'), &
-      option_t('--max-steps', 'N', 'run,fit', &
-      'stop with exit status 3 after N steps or rows; of all runs of a fit together'), &
+      option_t('--max-steps', 'N', 'run', 'stop with exit status 3 after N steps or rows'), &
+      option_t('--max-steps', 'N', 'fit', 'stop with exit status 3 after N steps of all runs together'), &
       option_t('--checkpoint', 'FILE', 'run', 'write checkpoints to FILE, so that an interrupted run can be resumed'), &
       option_t('--every-seconds', 'N', 'run', 'interval between checkpoints in seconds (default: 60)'), &
       option_t('--resume', 'FILE', 'run', 'resume the interrupted run of a checkpoint'), &
@@ -476,7 +482,9 @@ contains
       type(command_t), intent(inout) :: command
       integer :: i
       do i = 1, size(options)
-         if (given(i) .and. .not. is_listed(command%verb, trim(options(i)%verbs))) then
+         if (.not. given(i)) cycle
+         ! The text of an option depends on the command, which may stand behind it.
+         if (.not. is_listed(command%verb, trim(options(option_number(options(i)%name, command%verb))%verbs))) then
             command%error = 'nutate '//trim(command%verb)//' has no option '//trim(options(i)%name)// &
                             ' (see nutate '//trim(command%verb)//' --help)'
             return

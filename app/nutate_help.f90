@@ -115,7 +115,7 @@ contains
       call page%line('')
       call page%line('Draws a panel for each quantity in the history, with its unit: all columns of nutate, or')
       call page%line('those selected with --columns by column name (omega3) or set name (energy).')
-      call page%line('The picture is HISTORY.svg unless --output names another .svg, .png or .pdf.')
+      call page%line('The ending of the picture is .svg, .png or .pdf.')
       call add_exit_codes(page)
    end subroutine add_plot_notes
 
@@ -151,10 +151,8 @@ contains
       call page%line('')
       call page%line('The numbers that &free names are changed until the motion agrees with the CSV files that')
       call page%line('&measurement names. They are printed with standard errors, chi-squared, correlations above')
-      call page%line('0.95, and what the data do not determine, by name. NAME.fit.nml is the scene with the fitted')
-      call page%line('numbers, unless --output names another file; NAME.residuals.csv has the residuals, unless --csv')
-      call page%line('does. --plot draws data, model and residuals. --max-steps limits the steps of all runs together;')
-      call page%line('the files then hold the best fit so far.')
+      call page%line('0.95, and what the data do not determine, by name. If --max-steps ends the fit, the files')
+      call page%line('hold the best one so far.')
       call add_exit_codes(page)
    end subroutine add_fit_notes
 
@@ -165,9 +163,9 @@ contains
       call page%line('The page shows the body (its shape, or the box of its inertia), the path of its symmetry')
       call page%line('axis or of its centre of mass, angular velocity and momentum, reaction wheels, the LVLH frame,')
       call page%line('the polhode on the inertia ellipsoid, and curves with events and a moving cursor. The body')
-      call page%line('turns by less than 0.3 rad from frame to frame, however few rows the scene writes. The page is')
-      call page%line('SCENE.html unless --output names another file; it needs no network. python3 writes it, with')
-      call page%line('the Python package of nutate; in a notebook nutate.view(result) shows it.')
+      call page%line('turns by less than 0.3 rad from frame to frame, however few rows the scene writes. The page')
+      call page%line('needs no network. python3 writes it, with the Python package of nutate; in a notebook')
+      call page%line('nutate.view(result) shows it.')
       call add_exit_codes(page)
    end subroutine add_view_notes
 

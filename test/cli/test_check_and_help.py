@@ -2,8 +2,8 @@
 import re
 import unittest
 
-from support import (BOX, COLUMNS, CONTROL_COLUMNS, EFFECT_COLUMNS, FIELD_COLUMNS, ORBIT_COLUMNS, POINTING_COLUMNS, TUMBLING_COLUMNS,
-                     SUN_COLUMNS, TOP, WHEEL_COLUMNS, CommandLineTest)
+from support import (BOX, COLUMNS, CONTROL_COLUMNS, EFFECT_COLUMNS, FIELD_COLUMNS, ORBIT_COLUMNS, POINTING_COLUMNS, ROOT,
+                     SUN_COLUMNS, TOP, TUMBLING_COLUMNS, WHEEL_COLUMNS, CommandLineTest)
 
 
 class Check(CommandLineTest):
@@ -189,9 +189,23 @@ class Help(CommandLineTest):
         self.assertEqual(self.succeed("run", "box.nml", "--help").stdout, text)
 
     def test_help_fits_a_wide_terminal(self):
-        for arguments in (["--help"], ["run", "--help"], ["check", "--help"]):
-            for line in self.succeed(*arguments).stdout.splitlines():
+        overview = self.succeed("--help").stdout
+        verbs = re.findall(r"\n  nutate (\w+) [A-Z]+(?:\.csv)?  ", overview)
+        self.assertIn("sweep", verbs)
+        for text in (overview, *(self.succeed(verb, "--help").stdout for verb in verbs)):
+            for line in text.splitlines():
                 self.assertLessEqual(len(line), 110)
+
+    def test_no_text_of_help_is_cut(self):
+        with open(ROOT / "app" / "nutate_cli.f90", encoding="utf-8") as file:
+            source = file.read()
+        entries = re.findall(r"(verb|option)_t\(((?:[^()'&]|'[^']*'|&\n)*)\)", source)
+        texts = [re.findall(r"'([^']*)'", words)[1 if kind == "verb" else 3] for kind, words in entries if words.startswith("'")]
+        self.assertGreater(len(texts), 30)
+        verbs = re.findall(r"verb_t\('(\w+)'", source)
+        whole = "".join(self.succeed("help", verb).stdout for verb in verbs) + self.succeed("--help").stdout
+        for text in texts:
+            self.assertRegex(whole, re.escape(text) + "\n")
 
     def test_version(self):
         self.assertRegex(self.succeed("--version").stdout, r"^nutate \d+\.\d+\.\d+\narithmetic as written, .*\n$")

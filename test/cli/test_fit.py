@@ -136,4 +136,4 @@ class Fit(CommandLineTest):
         self.assertEqual(sorted(name for name in os.listdir(self.path(".")) if "fit" in name or "residual" in name), [])
 
     def test_the_command_explains_itself(self):
-        self.assertIn("NAME.fit.nml", self.succeed("fit", "--help").stdout)
+        self.assertIn("SCENE.fit.nml", self.succeed("fit", "--help").stdout)
