@@ -1,8 +1,8 @@
-!> Cost of tangent columns as a ratio to the plain step of the reduced formulation: 6 columns of the start, and 12, the
-!> others of parameters or of the same start. In each round all cases take their turns; figures are medians.
+!> Cost of tangent columns as a ratio to the plain step of the same method: 6 columns of the start, and 12, the others
+!> of parameters or of the same start. In each round all cases take their turns; figures are medians.
 !>
-!>     bench_tangent                           table
-!>     bench_tangent CASE COLUMNS STEPS        takes the steps of a case alone, for a count of instructions
+!>     bench_tangent                             table
+!>     bench_tangent METHOD CASE COLUMNS STEPS   takes the steps of a case alone, for a count of instructions
 program bench_tangent
    use nutate, only: attitude_column, column_t, damping_t, dipole_t, gravity_gradient_t, integrator_settings_t, &
       inertia_column, make_body, make_state, make_stepper, rate_column, spring_t, state_t, status_t, stepper_t, &
@@ -13,41 +13,47 @@ program bench_tangent
    use nutate_work_point, only: median
    implicit none
 
-   integer, parameter :: rounds = 41, repeats = 4000, n_cases = 5
+   integer, parameter :: rounds = 41, n_cases = 5, n_methods = 3
    character(len=8), parameter :: names(n_cases) = [character(len=8) :: 'box', 'top', 'gradient', 'spring', 'damped']
+   !> The reduced form of order 2, and the others.
+   character(len=16), parameter :: methods(n_methods) = [character(len=16) :: 'nielsen_krenk', 'rk8', 'taylor']
+   !> Steps in a sample, and the cases that a method has columns of.
+   integer, parameter :: repeats(n_methods) = [4000, 1000, 400], cases_of(n_methods) = [5, 5, 2]
    !> Columns: none, those of the start, the same twice, with six of J.
    integer, parameter :: choices(4) = [0, 6, 12, -12]
-   real(wp) :: samples(rounds, 4, n_cases)
-   character(len=16) :: text(3)
-   integer :: i, k, m, case, columns, steps
-   do i = 1, 3
+   real(wp) :: samples(rounds, 4, n_cases, n_methods)
+   character(len=16) :: text(4)
+   integer :: i, j, k, m, method, case, columns, steps
+   do i = 1, size(text)
       call get_command_argument(i, text(i))
    end do
    if (text(1) /= '') then
-      read (text(1), *) case
-      read (text(2), *) columns
-      read (text(3), *) steps
-      samples(1, 1, 1) = time_steps(case, columns, steps)
+      read (text, *) method, case, columns, steps
+      samples(1, 1, 1, 1) = time_steps(method, case, columns, steps)
       stop
    end if
    do k = 1, rounds
-      do i = 1, n_cases
-         do m = 1, size(choices)
-            samples(k, m, i) = time_steps(i, choices(m), repeats)
+      do j = 1, n_methods
+         do i = 1, cases_of(j)
+            do m = 1, size(choices)
+               samples(k, m, i, j) = time_steps(j, i, choices(m), repeats(j))
+            end do
          end do
       end do
    end do
-   write (*, '(a)') 'scene      ns a step   6 columns  12 columns  6 and 6 of J  (over the plain step)'
-   do i = 1, n_cases
-      write (*, '(a,t12,f7.0,3f12.2)') names(i), median(samples(:, 1, i)), &
-         (median(samples(:, m, i)/samples(:, 1, i)), m=2, 4)
+   write (*, '(a)') 'method         scene      ns a step   6 columns  12 columns  6 and 6 of J  (over the plain step)'
+   do j = 1, n_methods
+      do i = 1, cases_of(j)
+         write (*, '(a,t16,a,t27,f7.0,3f12.2)') methods(j), names(i), median(samples(:, 1, i, j)), &
+            (median(samples(:, m, i, j)/samples(:, 1, i, j)), m=2, 4)
+      end do
    end do
 
 contains
 
    !> ns that a step takes, with so many columns; negative: half of them of J.
-   real(wp) function time_steps(case, columns, steps) result(nanoseconds)
-      integer, intent(in) :: case, columns, steps
+   real(wp) function time_steps(method, case, columns, steps) result(nanoseconds)
+      integer, intent(in) :: method, case, columns, steps
       type(system_t) :: system
       type(state_t) :: state, before
       type(tangent_t) :: tangent
@@ -57,7 +63,8 @@ contains
       real(wp) :: dt
       integer :: i
       call define(case, system, state, dt)
-      call make_stepper(system, integrator_settings_t(method='nielsen_krenk', formulation='reduced'), stepper, status)
+      call make_stepper(system, integrator_settings_t(method=methods(method), formulation='reduced'), stepper, status)
+      if (.not. status%ok()) error stop 'a method of a benchmark is refused'
       if (columns /= 0) call tangent%begin(system, state, columns_of(columns), status)
       call clock%start()
       do i = 1, steps

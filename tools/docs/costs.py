@@ -3,7 +3,7 @@ between their markers. What was measured stays in build/costs/.
 
     python3 tools/docs/costs.py PROGRAM FOLDER [PART]...
 
-FOLDER holds the benchmarks. A part is the name of a pair of markers: step, methods, frames, interfaces, handles
+FOLDER holds the benchmarks. A part is the name of a pair of markers: step, methods, frames, tangent, interfaces, handles
 (cost-of-a-step.md), heavy_top, box, choice, series, explicit (accuracy-costs.md), members (sweeps.md); all of them unless some are
 named.
 """
@@ -109,6 +109,14 @@ def frames_part(program):
             cells.append(f"{100*(turned/plain - 1):.0f} %")
         rows.append([name, *cells])
     return table(["method", "box", "top, rate along the field", "top, inclined rate"], rows)
+
+
+def tangent_part(bench):
+    """Returns the time of a step that carries tangent columns, over the plain step."""
+    names = {"nielsen_krenk": "reduced"}
+    rows = [re.split(r"\s{2,}", line.strip()) for line in bench("tangent").splitlines()[1:]]
+    return table(["method, case", "plain, ns", "6 columns", "12 of the start", "6, and 6 of the inertia"],
+                 [[f"{names.get(row[0], row[0])}, {row[1]}", row[2].rstrip("."), *row[3:]] for row in rows])
 
 
 def counted(command):
@@ -226,6 +234,7 @@ def main(program, folder, *names):
     parts = {"step": ("cost-of-a-step", lambda: step_part(bench)),
              "methods": ("cost-of-a-step", lambda: methods_part(program)),
              "frames": ("cost-of-a-step", lambda: frames_part(program)),
+             "tangent": ("cost-of-a-step", lambda: tangent_part(bench)),
              "interfaces": ("cost-of-a-step", lambda: interfaces_part(folder)),
              "handles": ("cost-of-a-step", lambda: handles_part(folder)),
              "heavy_top": ("accuracy-costs", lambda: ranking_part(program, "heavy_top")),

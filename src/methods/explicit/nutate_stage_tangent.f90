@@ -32,6 +32,9 @@ module nutate_stage_tangent
       !> angle then.
       integer :: axis = 0
       real(wp) :: slip = 0.0_wp
+      !> A stage of such a top in its own axes, to which parameters belong: y, and the rotation of the body.
+      type(stage_rates_t) :: turned_stage
+      real(wp) :: turned(8) = 0.0_wp, spin(4) = 0.0_wp
       !> k and y of the motion; shapes (numbers, stages), (numbers).
       real(wp), allocatable :: rate(:, :)
       real(wp) :: first(most_numbers) = 0.0_wp
@@ -103,6 +106,7 @@ contains
          self%rate(:, i) = self%stage%rate(1:m)
          if (self%axis > 0) self%stage%jacobian(8, 4 + self%axis) = self%slip
          call multiply(tangent%n, m, self%stage%jacobian, self%point, self%rates(:, :, i))
+         if (self%axis > 0 .and. size(tangent%parametric) > 0) call turn_stage(self, rates, system, x(1:m), i)
          do j = 1, size(tangent%parametric)
             call add_own(self, rates, system, tangent, j, x(1:m), i)
          end do
@@ -274,6 +278,24 @@ contains
       end do
    end subroutine multiply
 
+   !> Evaluates a stage of a top in axes of the body.
+   subroutine turn_stage(self, rates, system, y, i)
+      type(stage_tangent_t), intent(inout) :: self
+      type(rigid_rates_t), intent(in) :: rates
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: y(:)
+      !> The stage.
+      integer, intent(in) :: i
+      self%spin = spin_until(self, self%times(i), y(5:7))
+      self%turned = y
+      self%turned(1:4) = quat_product(y(1:4), self%spin)
+      self%turned(5:7) = rotate_to_body(self%spin, y(5:7))
+      self%turned_stage%n = 8
+      self%turned_stage%homogeneous = self%stage%homogeneous
+      self%turned_stage%to_angle = rates%to_angle
+      call self%turned_stage%evaluate(rates, system, self%times(i), self%turned)
+   end subroutine turn_stage
+
    !> Adds what the parameters of a column do in a stage.
    subroutine add_own(self, rates, system, tangent, m, y, i)
       type(stage_tangent_t), intent(inout) :: self
@@ -283,25 +305,16 @@ contains
       !> Which of the parametric columns; the stage.
       integer, intent(in) :: m, i
       real(wp), intent(in) :: y(:)
-      real(wp) :: change(size(y)), s(4), x(size(y))
-      type(stage_rates_t) :: stage
+      real(wp) :: change(size(y))
       integer :: k
       k = tangent%parametric(m)
       if (self%axis == 0) then
          call self%stage%own_change(rates, system, tangent%columns(k), tangent%inertia(:, :, m), y, change)
       else
-         ! Parameters belong to the body, which turns in the frame.
-         s = spin_until(self, self%times(i), y(5:7))
-         x = y
-         x(1:4) = quat_product(y(1:4), s)
-         x(5:7) = rotate_to_body(s, y(5:7))
-         stage%n = 8
-         stage%homogeneous = self%stage%homogeneous
-         stage%to_angle = rates%to_angle
-         call stage%evaluate(rates, system, self%times(i), x)
-         call stage%own_change(rates, system, tangent%columns(k), tangent%inertia(:, :, m), x, change)
-         change(1:4) = quat_product(change(1:4), quat_conjugate(s))
-         change(5:7) = rotate_to_space(s, change(5:7))
+         call self%turned_stage%own_change(rates, system, tangent%columns(k), tangent%inertia(:, :, m), self%turned, &
+                                           change)
+         change(1:4) = quat_product(change(1:4), quat_conjugate(self%spin))
+         change(5:7) = rotate_to_space(self%spin, change(5:7))
       end if
       self%rates(k, :, i) = self%rates(k, :, i) + change
    end subroutine add_own
