@@ -115,6 +115,7 @@ contains
       type(work_point_t), allocatable :: kept(:)
       real(wp) :: errors(size(points))
       logical :: waits(size(points))
+      real(wp) :: least
       integer :: i
       allocate (kept(0))
       errors = max(points%attitude_error, floor_of_errors, lowest)
@@ -122,12 +123,15 @@ contains
       if (any(points%attitude_error < 0.0_wp) .and. all(methods(points%method)%conserving)) &
          errors = lowest/points%seconds
       waits = .true.
+      least = huge(least)
       do while (any(waits))
          i = minloc(points%seconds, dim=1, mask=waits)
          waits(i) = .false.
-         if (any(points%seconds < points(i)%seconds .and. errors <= errors(i))) cycle
+         ! Less in the digits that are drawn.
+         if (errors(i) > (1 - 1e-5_wp)*least) cycle
          ! Of points that took the same time only the best is on the curve.
          if (any(points%seconds <= points(i)%seconds .and. errors < errors(i))) cycle
+         least = errors(i)
          kept = [kept, points(i)]
       end do
    end function unbeaten

@@ -7,6 +7,7 @@ module nutate_fit_plot
    use nutate_gnuplot, only: colours, gnuplot_quoted, picture_t
    use nutate_history_plot, only: tick
    use nutate_kinds, only: wp, long
+   use nutate_plot_panels, only: panel_t, panels_of
    use nutate_printable, only: printable_path
    use nutate_scene, only: scene_t
    use nutate_state, only: state_t
@@ -93,7 +94,8 @@ contains
       real(wp), intent(in) :: times(:), upper, height
       type(state_t), intent(in) :: states(:)
       real(wp), allocatable :: curves(:, :), points(:, :)
-      character(len=:), allocatable :: plot
+      character(len=:), allocatable :: plot, label
+      character(len=7) :: paint(most_columns)
       integer :: c, n
       associate (problem => fit%problem)
          associate (measurement => problem%residuals(i)%measurement)
@@ -105,21 +107,38 @@ contains
                call add_block(picture, 'm', c, times, curves(c, :), turn_of(measurement, c))
                call add_block(picture, 'd', c, measurement%times, points(c, :), 0.0_wp)
             end do
-            call begin_panel(picture, printable_path(measurement%file)//', and the model', points(:n, :), upper, &
-                             data_height, height)
+            call find_look(measurement, label, paint)
+            call begin_panel(picture, label, points(:n, :), upper, data_height, height)
             call picture%put('set format x ''''')
             plot = ''
             do c = 1, n
                if (c > 1) plot = plot//', '
                plot = plot//'$d'//digit(c)//' using 1:2 with points pointtype 7 pointsize '//point_size(measurement)// &
-                      ' linecolor rgb '''//colours(c)//''' notitle, $m'//digit(c)// &
-                      ' using 1:2 with lines linewidth 1.2 linecolor rgb '''//colours(c)//''' title '// &
+                      ' linecolor rgb '''//paint(c)//''' notitle, $m'//digit(c)// &
+                      ' using 1:2 with lines linewidth 1.2 linecolor rgb '''//paint(c)//''' title '// &
                       gnuplot_quoted(trim(measurement%columns(c)))
             end do
             call picture%put('plot '//plot)
          end associate
       end associate
    end subroutine draw_data
+
+   !> The label of a panel of data, with the unit where all columns have one, and the colours of its columns, those that
+   !> they have in pictures of histories.
+   subroutine find_look(measurement, label, paint)
+      type(measurement_t), intent(in) :: measurement
+      character(len=:), allocatable, intent(out) :: label
+      character(len=7), intent(out) :: paint(most_columns)
+      type(panel_t), allocatable :: panels(:)
+      integer :: n
+      label = printable_path(measurement%file)//', and the model'
+      paint = colours(:most_columns)
+      n = min(size(measurement%columns), most_columns)
+      panels = panels_of([character(len=len(measurement%columns)) :: 't', measurement%columns(:n)])
+      if (size(panels) /= 1) return
+      label = trim(panels(1)%label)//': '//label
+      paint(:n) = panels(1)%colours
+   end subroutine find_look
 
    !> The columns of the model at the times of the curve, their biases added; shape (columns, times).
    subroutine find_curves(fit, i, states, curves)
@@ -165,7 +184,7 @@ contains
    pure function point_size(measurement) result(text)
       type(measurement_t), intent(in) :: measurement
       character(len=:), allocatable :: text
-      text = trim(merge('0.2', '0.8', size(measurement%times) > 150))
+      text = trim(merge('0.3', '0.8', size(measurement%times) > 60))
    end function point_size
 
    pure function digit(c)
@@ -182,8 +201,12 @@ contains
       real(wp), intent(in) :: residuals(:)
       real(wp), intent(in) :: upper, height
       character(len=:), allocatable :: plot, name, label
+      character(len=7) :: paint(most_columns)
       integer :: c, width
       width = measurement%width()
+      call find_look(measurement, label, paint)
+      ! The rotation about axis 1 has the colour of q1.
+      if (measurement%kind == ATTITUDES) paint = cshift(paint, 1)
       plot = ''
       do c = 1, min(width, most_columns)
          call add_block(picture, 'r', c, measurement%times, residuals(c:width*size(measurement%times):width), 0.0_wp)
@@ -191,7 +214,7 @@ contains
          if (measurement%kind == ATTITUDES) name = 'rotation '//digit(c)
          if (c > 1) plot = plot//', '
          plot = plot//'$r'//digit(c)//' using 1:2 with points pointtype 7 pointsize '//point_size(measurement)// &
-                ' linecolor rgb '''//colours(c)//''' title '//gnuplot_quoted(name)
+                ' linecolor rgb '''//paint(c)//''' title '//gnuplot_quoted(name)
       end do
       label = 'residuals'
       if (measurement%sigma_is_known) label = 'residuals (standard deviations)'

@@ -91,6 +91,11 @@ quietly figure-fit "$program" fit scenes/toutatis.nml --quiet --plot docs/figure
    --csv "$data/toutatis.residuals.csv" || exit 1
 say "Drawn: docs/figures/toutatis_fit.svg"
 
+# The log of a gyroscope, and the motion that is fitted to it.
+quietly figure-phone "$program" fit scenes/thrown_phone.nml --quiet --plot docs/figures/thrown_phone_fit.svg \
+   --output "$data/thrown_phone.fit.nml" --csv "$data/thrown_phone.residuals.csv" || exit 1
+say "Drawn: docs/figures/thrown_phone_fit.svg"
+
 # A page of nutate view, and the bodies of the gallery, in a browser without a window, if there is one.
 if bash tools/setup/setup.sh view; then
    page=$top/$data/box.html
