@@ -13,7 +13,7 @@ module test_fit
    use nutate_quaternion, only: quat_conjugate, quat_normalized, quat_product
    use nutate_scene, only: parse_scene, scene_t
    use nutate_state, only: state_t
-   use nutate_status, only: status_t, NUTATE_BAD_ARGUMENT
+   use nutate_status, only: status_t, NUTATE_BAD_ARGUMENT, NUTATE_STEP_LIMIT
    use test_support, only: check, check_below, check_close, draws_fewer, error_type, new_unittest, random_unit, &
       random_unit_quaternion, random_vector, test_failed, unittest_type
    implicit none
@@ -50,6 +50,7 @@ contains
                   new_unittest("outliers_and_a_prior", test_prior_and_loss), &
                   new_unittest("columns_of_free_numbers_are_differences_of_runs", test_columns), &
                   new_unittest("the_derivative_of_the_logarithm", test_logarithm), &
+                  new_unittest("a_run_of_hopeless_numbers_ends", test_hopeless), &
                   new_unittest("what_cannot_be_fitted_is_rejected", test_rejections)]
    end subroutine collect_fit
 
@@ -452,6 +453,28 @@ contains
                            "'torque.phase' /&free key = 'wheel.inertia', 'wheel.speed', 'wheel.friction', "// &
                            "'gravity_gradient.strength', 'gravity_gradient.direction' /"//rest)
    end subroutine test_columns
+
+   !> A body that spins a million times as fast as the one that is measured.
+   subroutine test_hopeless(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(scene_t) :: scene
+      type(fit_model_t) :: model
+      type(motion_at_t) :: motion
+      type(status_t) :: status
+      real(wp) :: times(1)
+      call read(gyroscope//rates//' /', scene, error)
+      if (allocated(error)) return
+      times = 1.0_wp
+      call model%prepare(scene, status)
+      if (status%ok()) call model%run(times, motion, status)
+      call check(error, status%ok(), trim(status%message))
+      call model%set_values(1e6_wp*model%values, status)
+      if (status%ok()) call model%run(times, motion, status)
+      call check(error, status%code, NUTATE_STEP_LIMIT)
+      call model%set_values(1e-6_wp*model%values, status)
+      if (status%ok()) call model%run(times, motion, status)
+      call check(error, status%ok(), 'the fit goes on: '//trim(status%message))
+   end subroutine test_hopeless
 
    !> Compares the columns of a scene's free numbers with differences of its runs.
    subroutine compare_columns(error, text)

@@ -49,6 +49,8 @@ module nutate_fit_model
       integer, private :: part = 0
       !> Steps that runs with derivatives may still perform: `max_steps` of the scene's plan limits their sum.
       integer(long), private :: steps_left = huge(1_long)
+      !> Steps of the longest of these runs that came to its end.
+      integer(long), private :: most_steps = 0
    contains
       !> Prepares for a scene with a fit.
       procedure :: prepare
@@ -81,6 +83,9 @@ module nutate_fit_model
 
    !> Step beside the number, or beside 1 for what has no size of its own.
    real(wp), parameter :: relative_step = 1e-3_wp
+   !> A run that needs so many times the steps of those before belongs to numbers far from all measurements: an inertia
+   !> near 0, a body that spins a thousand times as fast.
+   integer(long), parameter :: too_many = 100
    !> Beside the largest of several differences: rounding.
    real(wp), parameter :: negligible = 1e-11_wp
    character(len=*), parameter :: triangle_key = 'check_triangle'
@@ -333,7 +338,8 @@ contains
    end subroutine build_systems
 
    !> Runs the scene with its derivatives. Errors: those of the run; `NUTATE_BAD_ARGUMENT` for a number by which the
-   !> motion has no derivative; `NUTATE_STOPPED` where all runs together need more steps than the plan allows.
+   !> motion has no derivative; `NUTATE_STOPPED` where all runs together need more steps than the plan allows;
+   !> `NUTATE_STEP_LIMIT` for numbers with which a run needs `too_many` times the steps of those before.
    subroutine run(self, times, motion, status)
       class(fit_model_t), intent(inout) :: self
       !> In the order of the run, s; shape (times).
@@ -343,7 +349,7 @@ contains
       type(column_t), allocatable :: columns(:)
       call make_columns(self, columns, status)
       if (status%ok()) &
-         call go(self%scene, times, motion%states, status, self%steps_left, columns, motion%columns)
+         call go(self%scene, times, motion%states, status, self%steps_left, self%most_steps, columns, motion%columns)
    end subroutine run
 
    !> The states at given times, without derivatives. Errors: those of the run.
@@ -396,13 +402,15 @@ contains
    end subroutine drop_rounding
 
    !> Runs a scene and keeps the states at given times, and their derivatives.
-   subroutine go(scene, times, states, status, steps_left, columns, derivatives)
+   subroutine go(scene, times, states, status, steps_left, most_steps, columns, derivatives)
       type(scene_t), intent(in) :: scene
       real(wp), intent(in) :: times(:)
       type(state_t), allocatable, intent(out) :: states(:)
       type(status_t), intent(out) :: status
       !> Steps that the run may perform; on return without those performed.
       integer(long), intent(inout), optional :: steps_left
+      !> Steps of the longest run that came to its end; 0: none has.
+      integer(long), intent(inout), optional :: most_steps
       type(column_t), intent(in), optional :: columns(:)
       !> Shape (6 + wheels, columns, times).
       real(wp), allocatable, intent(out), optional :: derivatives(:, :, :)
@@ -414,7 +422,10 @@ contains
       plan%end_time = times(size(times))
       ! Columns begin with the state.
       if (.not. abs(plan%end_time) > 0.0_wp) plan%end_time = scene%plan%end_time
-      if (present(steps_left)) plan%max_steps = steps_left
+      if (present(steps_left)) then
+         plan%max_steps = steps_left
+         if (most_steps > 0) plan%max_steps = min(steps_left, too_many*max(most_steps, 10_long))
+      end if
       allocate (keeper%states(size(times)))
       keeper%times = times
       if (present(columns)) then
@@ -428,7 +439,8 @@ contains
          status = fail(NUTATE_BAD_SCENE, 'the run ended before the last measurement')
       if (present(steps_left)) then
          steps_left = max(0_long, steps_left - run%summary%parts)
-         if (status%code == NUTATE_STEP_LIMIT) &
+         if (status%ok()) most_steps = max(most_steps, run%summary%parts)
+         if (status%code == NUTATE_STEP_LIMIT .and. steps_left == 0) &
             status = fail(NUTATE_STOPPED, 'the fit needs more steps than allowed')
       end if
       call move_alloc(keeper%states, states)

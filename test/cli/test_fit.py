@@ -2,6 +2,7 @@
 import csv
 import math
 import os
+import re
 import shutil
 
 from support import ROOT, CommandLineTest
@@ -53,6 +54,53 @@ class Fit(CommandLineTest):
                 self.succeed("check", output)
         with open(self.path("other/fit.nml"), encoding="utf-8") as file:
             self.assertIn("file = 'gyro.csv'", file.read())
+
+    def test_a_message_of_another_program_is_a_file_of_measurements(self):
+        dates = "&scene epoch = '2029-04-13T21:46:12.7', time_system = 'TDB', object = 'box', space_frame = 'ECLIPJ2000' /\n"
+        self.write("dated.nml", dates + self.read("truth.nml").replace("'euler'", "'quaternion'"))
+        self.succeed("run", "dated.nml", "--quiet", "--output", "dated.csv")
+        self.succeed("export", "dated.csv", "--scene", "dated.nml", "--aem", "dated.aem")
+        for columns in ("'omega1', 'omega2', 'omega3'", "'q0', 'q1', 'q2', 'q3'"):
+            scene = GYRO.replace("'omega1', 'omega2', 'omega3'", columns)
+            if "q0" in columns:
+                scene = scene.replace("&free key = 'initial.angular_velocity' /", "&free key = 'initial.angular_velocity', 'initial.attitude' /")
+            # Before the first record.
+            earlier = dates.replace("21:46:12.7", "21:46:12.5")
+            for name, head, file in (("rows", dates, "dated.csv"), ("message", dates, "dated.aem"), ("early", earlier, "dated.aem")):
+                self.write(name + ".nml", head + scene.replace("gyro.csv", file).replace("end_time = 1.0", "end_time = 3.0"))
+            found = [self.values(name) for name in ("rows", "message")]
+            for one, other in zip(*found):
+                self.assertAlmostEqual(one, other, delta=1e-9 * max(abs(one), 1))
+            self.succeed("fit", "early.nml", "--quiet", "--csv", "early.csv")
+            with open(self.path("early.csv"), encoding="utf-8", newline="") as file:
+                self.assertAlmostEqual(float(next(csv.DictReader(file))["t"]), 0.2, delta=1e-6)
+
+    def values(self, name):
+        """The numbers that a fit finds."""
+        self.succeed("fit", name + ".nml", "--quiet", "--output", "fitted.nml", "--csv", "fitted.csv")
+        text = self.read("fitted.nml")
+        return [float(word) for key in ("inertia", "angular_velocity") for word in
+                re.search(rf"{key} *=(.*)", text)[1].strip(" /").split(",")]
+
+    def test_a_message_that_does_not_fit_the_scene_is_refused(self):
+        dates = "&scene epoch = '2029-04-13T21:46:12.7', time_system = 'TDB', object = 'box', space_frame = 'ICRF' /\n"
+        self.write("dated.nml", dates + self.read("truth.nml").replace("'euler'", "'quaternion'"))
+        self.succeed("run", "dated.nml", "--quiet", "--output", "dated.csv")
+        self.succeed("export", "dated.csv", "--scene", "dated.nml", "--aem", "dated.aem")
+        scene = GYRO.replace("gyro.csv", "dated.aem")
+        line = scene[:scene.index("dated.aem")].count("\n") + 1
+        for head, text, says in (
+                ("", scene, f"m.nml:{line}: the records of dated.aem have dates, t = 0 of the scene has none (expected epoch"),
+                (dates.replace("ICRF", "EME2000"), scene, "REF_FRAME_A of dated.aem is 'ICRF', not the space_frame of &scene"),
+                (dates.replace("12.7", "13.2"), scene, "record 1 of dated.aem: the time of a measurement is outside of the run"),
+                (dates, scene.replace("'omega3'", "'phi'"), "dated.aem has no column 'phi' (expected q0 to q3, or omega1 to omega3)"),
+                (dates, scene + "&rotating_frame rate = 0, 0, 0.1 /\n", "the rates of an AEM belong to axes that do not rotate")):
+            with self.subTest(says):
+                self.write("m.nml", head + text)
+                self.fail_with(2, "fit", "m.nml", says=(says,))
+        self.write("dated.aem", self.read("dated.aem").replace("META_STOP", "META_END", 1))
+        self.write("m.nml", dates + scene)
+        self.fail_with(2, "fit", "m.nml", says=("dated.aem:", "META_END"))
 
     def test_residuals_are_model_less_measured_over_sigma(self):
         self.succeed("fit", "gyro.nml", "--quiet", "--csv", "r.csv")

@@ -1,6 +1,6 @@
 !> Writes attitudes as an Attitude Ephemeris Message (CCSDS 504.0-B).
 module nutate_aem_writing
-   use nutate_aem_keywords, only: ecliptic, equatorial, obliquity
+   use nutate_aem_keywords, only: ecliptic, equatorial, from_ecliptic, is_ecliptic
    use nutate_attitude_rows, only: attitude_rows_t
    use nutate_calendar, only: day_of
    use nutate_decimal, only: decimal_length, decimal_t, rounded_text
@@ -8,7 +8,6 @@ module nutate_aem_writing
    use nutate_files, only: output_file_t
    use nutate_kinds, only: wp, pi
    use nutate_quaternion, only: quat_normalized, quat_product
-   use nutate_spelling, only: lower_case
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    use nutate_version, only: version
    implicit none
@@ -150,18 +149,6 @@ contains
          if (.not. status%ok()) return
       end do
    end subroutine put_records
-
-   !> The attitude of ecliptic axes in equatorial ones.
-   pure function from_ecliptic() result(q)
-      real(wp) :: q(4)
-      real(wp), parameter :: half = 0.5_wp*obliquity/3600*degree
-      q = [cos(half), sin(half), 0.0_wp, 0.0_wp]
-   end function from_ecliptic
-
-   pure logical function is_ecliptic(frame)
-      character(len=*), intent(in) :: frame
-      is_ecliptic = lower_case(frame) == lower_case(ecliptic)
-   end function is_ecliptic
 
    !> The name of the space axes as they are written.
    pure function frame_of(frame) result(name)

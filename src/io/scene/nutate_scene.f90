@@ -144,7 +144,8 @@ contains
       if (.not. error%raised) &
          call build_ensemble(scene%groups, kinds, scene%name, path, scene%ensemble, error)
       if (.not. error%raised) &
-         call build_fit(scene%groups, kinds, path, scene%system, scene%initial, scene%plan%end_time, scene%fit, error)
+         call build_fit(scene%groups, kinds, path, scene%labels, scene%system, scene%initial, scene%plan%end_time, &
+                        scene%fit, error)
       message = ''
       if (.not. error%raised) return
       message = error_line(path, error)

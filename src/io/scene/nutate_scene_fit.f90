@@ -6,6 +6,7 @@ module nutate_scene_fit
    use nutate_kinds, only: wp
    use nutate_scene_error, only: scene_error_t
    use nutate_scene_free, only: add_free, prepare_attitude
+   use nutate_scene_labels, only: labels_t
    use nutate_scene_measurement, only: build_measurement
    use nutate_state, only: state_t
    use nutate_system, only: system_t
@@ -26,12 +27,13 @@ contains
    end function fit_keys
 
    !> The fit of a scene; nothing where there are no such groups.
-   subroutine build_fit(groups, kinds, path, system, initial, end_time, plan, error)
+   subroutine build_fit(groups, kinds, path, labels, system, initial, end_time, plan, error)
       !> Checked, and built as a scene.
       type(group_t), intent(in) :: groups(:)
       type(group_kind_t), intent(in) :: kinds(:)
       !> Of the scene.
       character(len=*), intent(in) :: path
+      type(labels_t), intent(in) :: labels
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: initial
       !> s.
@@ -53,7 +55,8 @@ contains
             call add_free(groups(i), groups, kinds, plan, error)
          case ('measurement')
             n = n + 1
-            call build_measurement(groups(i), system%effects, end_time, path, plan%measurements(n), error)
+            call build_measurement(groups(i), system%effects, end_time, path, labels, &
+                                   plan%measurements(n), error)
          case ('fit')
             plan%starts = groups(i)%whole('starts', 0)
             plan%seed = groups(i)%whole('seed', 0)

@@ -1,4 +1,4 @@
-!> `&measurement`: columns of a CSV file that were measured, with their standard deviations.
+!> `&measurement`: columns of a CSV file or a message that were measured, with their standard deviations.
 module nutate_scene_measurement
    use nutate_admissible, only: ANY_DIRECTION, POSITIVE
    use nutate_columns, only: columns_t, column_sets
@@ -6,9 +6,11 @@ module nutate_scene_measurement
    use nutate_fit_plan, only: measurement_t, ATTITUDES, DIRECTIONS, VALUES
    use nutate_keys, only: group_t, key_t, KEY_TEXT
    use nutate_kinds, only: wp, pi
+   use nutate_measured_message, only: is_message, read_message
    use nutate_number_text, only: read_real
-   use nutate_printable, only: quoted
+   use nutate_printable, only: printable_path, quoted
    use nutate_scene_error, only: scene_error_t
+   use nutate_scene_labels, only: labels_t
    use nutate_scene_table, only: begin_of, count_lines, next_field, path_beside
    use nutate_spelling, only: comma_list, nearest_name, split_list
    use nutate_status, only: status_t
@@ -45,7 +47,7 @@ contains
    end function measurement_keys
 
    !> Reads a group and its file. Raises an error, with file and line, for what cannot be a measurement.
-   subroutine build_measurement(group, effects, end_time, scene, measurement, error)
+   subroutine build_measurement(group, effects, end_time, scene, labels, measurement, error)
       type(group_t), intent(in) :: group
       !> Those of the scene.
       type(effect_list_t), intent(in) :: effects
@@ -53,6 +55,8 @@ contains
       real(wp), intent(in) :: end_time
       !> Path of the scene.
       character(len=*), intent(in) :: scene
+      !> Its epoch and frames.
+      type(labels_t), intent(in) :: labels
       type(measurement_t), intent(out) :: measurement
       type(scene_error_t), intent(inout) :: error
       integer :: i
@@ -65,7 +69,7 @@ contains
       end do
       if (.not. error%raised) call find_kind(group, effects, measurement, error)
       if (.not. error%raised) call read_statistics(group, measurement, error)
-      if (.not. error%raised) call read_file(group, end_time, scene, measurement, error)
+      if (.not. error%raised) call read_file(group, end_time, scene, labels, effects%frame_turns, measurement, error)
    end subroutine build_measurement
 
    !> What the columns are.
@@ -202,24 +206,30 @@ contains
    end subroutine read_statistics
 
    !> Reads the file.
-   subroutine read_file(group, end_time, scene, measurement, error)
+   subroutine read_file(group, end_time, scene, labels, frame_turns, measurement, error)
       type(group_t), intent(in) :: group
       real(wp), intent(in) :: end_time
       character(len=*), intent(in) :: scene
+      type(labels_t), intent(in) :: labels
+      logical, intent(in) :: frame_turns
       type(measurement_t), intent(inout) :: measurement
       type(scene_error_t), intent(inout) :: error
       character(len=:), allocatable :: text, problem
       integer, allocatable :: fields(:)
       integer :: position, i
       if (group%text('file', '') == '') then
-         call error%raise(group%line_of('file'), 'file is blank', expected='the name of a CSV file')
+         call error%raise(group%line_of('file'), 'file is blank', expected='the name of a CSV file or an AEM')
          return
       end if
       measurement%file = path_beside(scene, group%text('file', ''))
       call read_text_file(measurement%file, text, problem)
       if (problem /= '') then
          call error%raise(group%line_of('file'), 'file '//quoted(measurement%file)//' cannot be read', &
-                          expected='a CSV file; '//problem)
+                          expected='a CSV file or an AEM; '//problem)
+         return
+      end if
+      if (is_message(text)) then
+         call take_message(group, end_time, labels, text, frame_turns, measurement, error)
          return
       end if
       position = begin_of(text)
@@ -240,6 +250,43 @@ contains
          return
       end do
    end subroutine read_file
+
+   !> Reads the records of a message.
+   subroutine take_message(group, end_time, labels, text, frame_turns, measurement, error)
+      type(group_t), intent(in) :: group
+      real(wp), intent(in) :: end_time
+      type(labels_t), intent(in) :: labels
+      character(len=*), intent(in) :: text
+      logical, intent(in) :: frame_turns
+      type(measurement_t), intent(inout) :: measurement
+      type(scene_error_t), intent(inout) :: error
+      character(len=:), allocatable :: problem
+      character(len=12) :: number
+      logical :: has_place
+      integer :: i, n
+      call read_message(text, measurement%file, labels, measurement%columns, measurement%times, measurement%rows, &
+                        problem, has_place)
+      if (problem == '' .and. frame_turns .and. measurement%kind == VALUES) &
+         problem = 'the rates of an AEM belong to axes that do not rotate (expected attitudes where space axes rotate)'
+      if (problem /= '') then
+         call error%raise(group%line_of('file'), problem)
+         error%elsewhere = has_place
+         return
+      end if
+      n = size(measurement%times)
+      if (end_time < 0.0_wp) then
+         measurement%times = measurement%times(n:1:-1)
+         measurement%rows = measurement%rows(:, n:1:-1)
+      end if
+      do i = 1, n
+         call check_row(measurement, i, end_time, problem)
+         if (problem == '') cycle
+         write (number, '(i0)') merge(i, n + 1 - i, end_time >= 0.0_wp)
+         call error%raise(group%line_of('file'), 'record '//trim(number)//' of '//printable_path(measurement%file)// &
+                          ': '//problem)
+         return
+      end do
+   end subroutine take_message
 
    !> Finds t and the columns in the header. A unit in brackets behind a name does not count.
    subroutine read_header(text, position, columns, fields, problem)

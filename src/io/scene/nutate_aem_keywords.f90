@@ -3,11 +3,13 @@
 !> The quaternion of version 2.0 turns coordinates of REF_FRAME_A into those of REF_FRAME_B, scalar last: with the space
 !> axes as A and the body axes as B it is (q1, q2, q3, q0), without conjugation. Rates are in deg/s.
 module nutate_aem_keywords
-   use nutate_kinds, only: wp
+   use nutate_kinds, only: wp, pi
+   use nutate_spelling, only: lower_case
    implicit none
    private
 
-   public :: known_keywords, keyword_length, attitude_types, attitude_type_t, ecliptic, equatorial, obliquity
+   public :: known_keywords, keyword_length, attitude_types, attitude_type_t, ecliptic, equatorial, from_ecliptic, &
+      is_ecliptic
 
    integer, parameter :: keyword_length = 24
 
@@ -38,5 +40,20 @@ module nutate_aem_keywords
    !> about their x axis, arcseconds.
    character(len=*), parameter :: ecliptic = 'ECLIPJ2000', equatorial = 'EME2000'
    real(wp), parameter :: obliquity = 84381.448_wp
+
+contains
+
+   !> Returns the attitude of ecliptic axes in equatorial ones; shape (4).
+   pure function from_ecliptic() result(q)
+      real(wp) :: q(4)
+      real(wp), parameter :: half = 0.5_wp*obliquity/3600*pi/180
+      q = [cos(half), sin(half), 0.0_wp, 0.0_wp]
+   end function from_ecliptic
+
+   !> Returns true for the name of ecliptic axes.
+   pure logical function is_ecliptic(frame)
+      character(len=*), intent(in) :: frame
+      is_ecliptic = lower_case(frame) == lower_case(ecliptic)
+   end function is_ecliptic
 
 end module nutate_aem_keywords
