@@ -15,6 +15,7 @@ module nutate_check_command
    use nutate_expectation, only: history_bytes, known_steps, most_rows, rows_of, size_text, too_many_rows
    use nutate_files, only: STANDARD_OUTPUT
    use nutate_fixed_steps, only: count_steps
+   use nutate_free_setup, only: add_free_numbers, add_usual_sets, carry_free_columns
    use nutate_hamiltonian, only: angular_velocity, body_momentum, kinetic_energy, potential_energy, space_momentum
    use nutate_invariants, only: invariants_t
    use nutate_keys, only: group_t, key_t, KEY_LOGICAL, KEY_TEXT
@@ -65,18 +66,22 @@ contains
 
       call load_scene(command, scene, exit_code)
       if (exit_code /= EXIT_SUCCESS) return
+      call add_usual_sets(scene)
       call run%begin(scene%system, scene%integrator, scene%initial, scene%plan, status)
       if (.not. status%ok()) then
          call say_error(printable_path(scene%file)//': '//trim(status%message))
          exit_code = EXIT_INPUT
          return
       end if
+      call carry_free_columns(scene, run, exit_code)
+      if (exit_code /= EXIT_SUCCESS) return
       scene%integrator = run%summary%settings
       call page%line(printable_path(scene%file)//': '//scene%title)
       call add_body(page, scene)
       call add_start(page, scene)
       call add_effects(page, scene)
       if (scene%events%count() > 0) call add_events(page, scene)
+      if (allocated(scene%fit%free)) call add_free_numbers(page, scene)
       call add_method(page, scene, trim(run%summary%choice))
       call add_invariants(page, scene)
       call add_output(page, scene, refusal)
@@ -390,7 +395,8 @@ contains
       character(len=:), allocatable :: header
       integer(long) :: n, rows
       call page%line('output')
-      call columns%choose(scene%output%columns, status, scene%output%degrees, scene%system%effects)
+      call columns%choose(scene%output%columns, status, scene%output%degrees, scene%system%effects, &
+                          scene%fit%free_list())
       header = columns%header()
       if (scene%output%epoch%is_set()) header = 't,date'//header(2:)
       if (status%ok()) call page%item('columns', header)

@@ -11,6 +11,7 @@ module nutate_cost_command
    use nutate_cost_table, only: add_reference, add_table
    use nutate_decimal, only: rounded_text
    use nutate_files, only: STANDARD_ERROR, STANDARD_OUTPUT
+   use nutate_free_setup, only: derivatives_fault
    use nutate_gnuplot, only: picture_t
    use nutate_outputs, only: outputs_t, picture_kind, COSTS
    use nutate_picture_opening, only: open_picture, report_file
@@ -48,6 +49,7 @@ contains
       type(problem_t) :: problem
 
       call load_scene(command, scene, exit_code)
+      if (exit_code == EXIT_SUCCESS) call refuse_derivatives(scene, exit_code)
       if (exit_code == EXIT_SUCCESS) call refuse_switches(scene, exit_code)
       if (exit_code /= EXIT_SUCCESS) return
       call open_outputs(command, scene, outputs, exit_code)
@@ -210,6 +212,15 @@ contains
       end if
       call say_error(line)
    end subroutine keep_runs
+
+   !> Refuses a scene whose columns are derivatives: the study measures runs without them.
+   subroutine refuse_derivatives(scene, exit_code)
+      type(scene_t), intent(in) :: scene
+      integer, intent(inout) :: exit_code
+      if (derivatives_fault(scene) == '') return
+      call say_error(derivatives_fault(scene))
+      exit_code = EXIT_INPUT
+   end subroutine refuse_derivatives
 
    !> Refuses a scene whose events switch effects: its motion is not that of the study, which looks for no events.
    subroutine refuse_switches(scene, exit_code)

@@ -11,7 +11,7 @@ module nutate_plot_panels
    !> One panel.
    type :: panel_t
       !> The quantity with its unit.
-      character(len=64) :: label = ''
+      character(len=128) :: label = ''
       !> Columns of the history; shape (number of curves).
       integer, allocatable :: columns(:)
       !> Their colours; shape (number of curves).
@@ -22,7 +22,7 @@ module nutate_plot_panels
    type :: rule_t
       !> Names of columns: `#` is a digit, `@` is x, y or z, `*` the rest of the name.
       character(len=24) :: pattern
-      !> `#` is the first digit of the name, `%` the unit of an angle.
+      !> `#` is the first digit of the name, `%` the unit of an angle, `*` the free number of a derivative.
       character(len=40) :: label
       !> Blank: that of the component.
       character(len=7) :: colour = ''
@@ -82,7 +82,15 @@ module nutate_plot_panels
       rule_t('norm_error', 'q·q − 1', grey), &
       rule_t('orthogonality', 'q·p (N m s)', grey), &
       rule_t('iterations', 'iterations', grey), &
-      rule_t('step_residual', 'residual of a step', grey)]
+      rule_t('step_residual', 'residual of a step', grey), &
+      rule_t('d_rotation#/d_*', 'rotation by * (% per unit)'), &
+      rule_t('d_rotation#_deg/d_*', 'rotation by * (% per unit)'), &
+      rule_t('d_omega#/d_*', 'Ω by * (%/s per unit)'), &
+      rule_t('d_omega#_deg/d_*', 'Ω by * (%/s per unit)'), &
+      rule_t('d_wheel#_momentum/d_*', 'wheel momentum by * (N m s per unit)'), &
+      rule_t('sigma_rotation#', 'σ of the rotation (%)'), &
+      rule_t('sigma_omega#', 'σ of Ω (%/s)'), &
+      rule_t('covariance_*', 'covariances')]
 
 contains
 
@@ -125,7 +133,7 @@ contains
          allocate (panels(place)%columns(0), panels(place)%colours(0))
       end if
       drawn = colour
-      if (drawn == '') drawn = component_colour(base_name(name), size(panels(place)%columns))
+      if (drawn == '') drawn = component_colour(base_name(numerator(name)), size(panels(place)%columns))
       panels(place)%columns = [panels(place)%columns, column]
       panels(place)%colours = [panels(place)%colours, drawn]
    end subroutine add_curve
@@ -142,6 +150,7 @@ contains
       place = index('123xyz', last)
       colour = others(1 + modulo(curves, size(others)))
       if (index(name, 'wheel') == 1) place = index('123', name(6:6))
+      if (index(name, 'd_wheel') == 1) place = index('123', name(8:8))
       if (place > 0) then
          colour = component_colours(1 + modulo(place - 1, 3))
       else if (last == '0') then
@@ -201,6 +210,14 @@ contains
       if (in_degrees(base)) base = base(:len(base) - 4)
    end function base_name
 
+   !> Returns what a column is the derivative of; any other as it is.
+   pure function numerator(name)
+      character(len=*), intent(in) :: name
+      character(len=:), allocatable :: numerator
+      numerator = trim(name)
+      if (index(name, 'd_') == 1 .and. index(name, '/d_') > 0) numerator = name(:index(name, '/d_') - 1)
+   end function numerator
+
    pure logical function in_degrees(name)
       character(len=*), intent(in) :: name
       in_degrees = .false.
@@ -217,7 +234,9 @@ contains
          if (pattern(i:i) == '#') then
             label = label//name(scan(name, '0123456789'):scan(name, '0123456789'))
          else if (pattern(i:i) == '%') then
-            label = label//trim(merge('°  ', 'rad ', in_degrees(name)))
+            label = label//trim(merge('°  ', 'rad ', in_degrees(numerator(name))))
+         else if (pattern(i:i) == '*') then
+            label = label//trim(name(index(name, '/d_') + len('/d_'):))
          else
             label = label//pattern(i:i)
          end if

@@ -7,6 +7,7 @@ module nutate_run_command
    use nutate_event_history, only: events_name
    use nutate_expectation, only: expectation_text, known_steps, most_rows, rows_of, too_many_rows
    use nutate_files, only: file_exists, goes_to_file, same_file, STANDARD_ERROR
+   use nutate_free_setup, only: add_usual_sets, carry_free_columns
    use nutate_gnuplot, only: picture_t
    use nutate_kinds, only: wp, long
    use nutate_observer, only: run_record_t
@@ -56,6 +57,7 @@ contains
       type(byte_archive_t), allocatable :: archive
 
       call load_scene(command, scene, exit_code)
+      if (exit_code == EXIT_SUCCESS) call add_usual_sets(scene)
       if (exit_code == EXIT_SUCCESS) call load_checkpoint(command, scene, archive, exit_code)
       if (exit_code == EXIT_SUCCESS) call check_names(command, scene, exit_code)
       if (exit_code == EXIT_SUCCESS .and. allocated(command%plot)) &
@@ -104,7 +106,8 @@ contains
          exit_code = EXIT_INPUT
          return
       end if
-      if (.not. allocated(archive)) call find_steps(command, scene, run, exit_code)
+      call carry_free_columns(scene, run, exit_code)
+      if (exit_code == EXIT_SUCCESS .and. .not. allocated(archive)) call find_steps(command, scene, run, exit_code)
       if (exit_code == EXIT_SUCCESS .and. .not. allocated(archive)) call expect(command, scene, run, exit_code)
       if (exit_code /= EXIT_SUCCESS) return
       if (allocated(command%checkpoint)) then
@@ -223,11 +226,13 @@ contains
          if (allocated(archive)) then
             call watcher%history%reopen(scene%output%file, columns, scene%system, scene%initial, j0, archive, status, &
                                         scene%output%degrees, scene%output%digits, &
-                                        scene%plan%end_time < scene%initial%t, scene%output%epoch)
+                                        scene%plan%end_time < scene%initial%t, scene%output%epoch, &
+                                        scene%fit%free_list())
          else
             call watcher%history%open(scene%output%file, columns, scene%system, scene%initial, j0, status, &
                                       scene%output%degrees, scene%output%digits, &
-                                        scene%plan%end_time < scene%initial%t, scene%output%epoch)
+                                      scene%plan%end_time < scene%initial%t, scene%output%epoch, &
+                                      scene%fit%free_list())
          end if
       end associate
       if (status%ok()) return

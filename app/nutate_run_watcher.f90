@@ -67,6 +67,7 @@ contains
       logical, intent(in) :: quiet
       self%observes_every_step = self%history%observes_every_step
       self%wants_works = self%history%wants_works
+      self%wants_tangent = self%history%wants_tangent
       self%saves_at_step_limit = self%checkpoint%is_wanted()
       ! At once, so that what cannot be written is known at the start.
       self%wants_checkpoint = self%saves_at_step_limit
@@ -120,6 +121,7 @@ contains
       integer(long) :: before, after
 
       call system_clock(before)
+      if (allocated(self%tangent)) call move_alloc(self%tangent, self%history%tangent)
       call self%history%observe(system, state, record, status)
       if (status%ok()) self%last_row = state%t
       if (self%measures .and. status%ok()) call self%invariants%measure(system, state, record%work)

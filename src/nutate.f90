@@ -114,6 +114,7 @@ module nutate
    use nutate_run, only: integrate, run_t
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_scene, only: parse_scene, read_scene, scene_t
+   use nutate_sensitivity_columns, only: free_list_t
    use nutate_spring, only: spring_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t

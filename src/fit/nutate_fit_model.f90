@@ -54,6 +54,10 @@ module nutate_fit_model
    contains
       !> Prepares for a scene with a fit.
       procedure :: prepare
+      !> Prepares for a scene with free numbers, of which `column_of` is needed only.
+      procedure :: begin
+      !> What a free number changes.
+      procedure :: column_of
       !> Sets the free numbers, and builds the scene with them.
       procedure :: set_values
       !> Makes the present attitude that from which rotation vectors count.
@@ -100,17 +104,24 @@ contains
       class(fit_model_t), intent(out) :: self
       type(scene_t), intent(in) :: scene
       type(status_t), intent(out) :: status
-      integer :: i
       call check_smooth(scene, status)
       if (.not. status%ok()) return
+      call self%begin(scene)
+      self%steps_left = scene%plan%max_steps
+      self%scene%plan%max_steps = huge(1_long)
+      call choose_method(self%scene)
+   end subroutine prepare
+
+   !> Prepares for a scene with free numbers.
+   subroutine begin(self, scene)
+      class(fit_model_t), intent(out) :: self
+      type(scene_t), intent(in) :: scene
+      integer :: i
       self%scene = scene
       call forget(self%scene%fit)
       self%plan = scene%fit
-      self%steps_left = scene%plan%max_steps
-      self%scene%plan%max_steps = huge(1_long)
       self%scene%groups = scene%fit%numbers%groups
       self%scene%integrator%attitude = .true.
-      call choose_method(self%scene)
       call lift_triangle(self%scene)
       associate (numbers => scene%fit%numbers, free => scene%fit%free)
          self%part = changed_part(numbers%groups, [(any(numbers%targets%group == i) .or. &
@@ -128,7 +139,7 @@ contains
          end do
          self%steps = [(step_of(self, i), i=1, size(free))]
       end associate
-   end subroutine prepare
+   end subroutine begin
 
    !> Leaves nothing of a fit.
    subroutine forget(plan)
@@ -367,33 +378,44 @@ contains
       class(fit_model_t), intent(in) :: self
       type(column_t), allocatable, intent(out) :: columns(:)
       type(status_t), intent(out) :: status
-      type(scene_t) :: scene
-      character(len=24) :: group
-      integer :: i, k
+      integer :: i
       allocate (columns(size(self%values)))
       do i = 1, size(columns)
-         columns(i)%name = self%plan%free(i)%name
-         group = ''
-         if (self%plan%free(i)%target > 0) then
-            associate (target => self%plan%numbers%targets(self%plan%free(i)%target))
-               group = self%scene%groups(target%group)%name
-               if (all(group /= differentiated)) then
-                  call add_key(self%scene, target%group, target%key%name, target%value, &
-                               size(self%scene%groups(target%group)%settings(target%setting)%values), target%name, &
-                               columns(i), status)
-                  if (.not. status%ok()) return
-                  cycle
-               end if
-            end associate
-         end if
-         do k = 1, size(places)
-            call build_beside(self, i, places(k), scene, status)
-            if (.not. status%ok()) return
-            call add_scene(group, self%scene, scene, weights(k)/self%steps(i), columns(i))
-         end do
-         call drop_rounding(columns(i)%inertia)
+         call self%column_of(i, columns(i), status)
+         if (.not. status%ok()) return
       end do
    end subroutine make_columns
+
+   !> Returns what a free number changes. Errors: `NUTATE_BAD_ARGUMENT` for one by which the motion has no derivative.
+   subroutine column_of(self, i, column, status)
+      class(fit_model_t), intent(in) :: self
+      !> Which free number.
+      integer, intent(in) :: i
+      type(column_t), intent(out) :: column
+      type(status_t), intent(out) :: status
+      type(scene_t) :: scene
+      character(len=24) :: group
+      integer :: k
+      column%name = self%plan%free(i)%name
+      group = ''
+      if (self%plan%free(i)%target > 0) then
+         associate (target => self%plan%numbers%targets(self%plan%free(i)%target))
+            group = self%scene%groups(target%group)%name
+            if (all(group /= differentiated)) then
+               call add_key(self%scene, target%group, target%key%name, target%value, &
+                            size(self%scene%groups(target%group)%settings(target%setting)%values), target%name, &
+                            column, status)
+               return
+            end if
+         end associate
+      end if
+      do k = 1, size(places)
+         call build_beside(self, i, places(k), scene, status)
+         if (.not. status%ok()) return
+         call add_scene(group, self%scene, scene, weights(k)/self%steps(i), column)
+      end do
+      call drop_rounding(column%inertia)
+   end subroutine column_of
 
    !> Sets to zero what rounding has left of zeros.
    pure subroutine drop_rounding(matrix)

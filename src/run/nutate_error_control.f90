@@ -392,7 +392,14 @@ contains
       if (self%method%dense .or. self%equal%suit) then
          call self%half%state_at(system, t, state, since, status, each)
          if (status%ok()) record%work = record%work + since
-         if (status%ok() .and. present(tangent)) call self%half%carry_inside(system, state, tangent, status)
+         if (status%ok() .and. present(tangent)) then
+            if (self%half%keeps_steps) then
+               call self%half%carry_inside(system, state, tangent, status)
+            else
+               call self%half%carry(system, self%start, state, t - self%start%t, &
+                                    0.5_wp*(self%start%t + progress%state%t), tangent, status)
+            end if
+         end if
       else
          each = 0.0_wp
          if (abs(t - self%start%t) > 0.0_wp) &

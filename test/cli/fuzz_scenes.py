@@ -2,8 +2,8 @@
 
 import re
 
-from support import (COLUMNS, CONTROL_COLUMNS, FIELD_COLUMNS, METHODS, ORBIT_COLUMNS, POINTING_COLUMNS, ROOT, SUN_COLUMNS,
-                     TUMBLING_COLUMNS, WHEEL_COLUMNS)
+from support import (COLUMNS, CONTROL_COLUMNS, FIELD_COLUMNS, FREE_COLUMNS, METHODS, ORBIT_COLUMNS, POINTING_COLUMNS, ROOT,
+                     SUN_COLUMNS, TUMBLING_COLUMNS, WHEEL_COLUMNS)
 
 
 def read_effects():
@@ -79,6 +79,8 @@ def write_scene(dice):
             parts[3] = parts[3].rstrip()[:-1] + " calendar = .true. /\n"
     if dice.random() < 0.2:
         parts += [*dict.fromkeys(free(dice, scales) for _ in range(dice.choice((1, 1, 2)))), measurement(dice, scales), fit(dice)]
+    elif dice.random() < 0.2:
+        parts.append(free(dice, scales))
     dice.shuffle(parts)
     return "".join(parts).encode()
 
@@ -188,6 +190,7 @@ def output(dice, scales, axes):
         sets += list(SUN_COLUMNS) if "sun" in axes or dice.random() < 0.02 else []
         sets += [*list(CONTROL_COLUMNS)[:1], *list(POINTING_COLUMNS)[:1], *FIELD_COLUMNS] if dice.random() < 0.1 else []
         sets += TUMBLING_COLUMNS if dice.random() < 0.2 else []
+        sets += FREE_COLUMNS if dice.random() < 0.05 else []
         chosen = dice.choice((sets, dice.sample(sets, dice.randrange(1, 4)), ["angular_velocity"]))
         lines.append("columns = " + ", ".join(f"'{name}'" for name in chosen))
     if dice.random() < 0.3:

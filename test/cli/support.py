@@ -60,6 +60,9 @@ POINTING_COLUMNS = {f"pointing_error{i}": [f"pointing_error{i}"] for i in range(
 FIELD_COLUMNS = {"magnetic_field": ["B1", "B2", "B3"]}
 TUMBLING_COLUMNS = {"tumbling": ["energy_ratio", "short_axis_mode", "precession_period_short", "precession_period_long",
                                  "rotation_period", "pole_longitude", "pole_latitude"]}
+# The pattern of their names: they are those of the free numbers of a scene.
+FREE_COLUMNS = {"sensitivities": ["d_COMPONENT/d_KEY"], "standard_deviations": ["sigma_COMPONENT"],
+                "covariance": ["covariance_COMPONENT_COMPONENT"]}
 
 
 def read_methods():

@@ -12,10 +12,13 @@ module nutate_columns
    use nutate_kinds, only: wp, pi
    use nutate_quaternion, only: quat_conjugate, quat_normalized, quat_product, rotate_to_space
    use nutate_observer, only: run_record_t
+   use nutate_sensitivity_columns, only: free_list_t, sensitivity_headers, sensitivity_values, &
+      sensitivity_width, COVARIANCE, DEVIATIONS, SENSITIVITIES
    use nutate_spelling, only: comma_list, nearest_name, split_list
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    use nutate_system, only: system_t
+   use nutate_tangent, only: tangent_t
    use nutate_tumbling_columns, only: tumbling_values, tumbling_width
    implicit none
    private
@@ -25,9 +28,9 @@ module nutate_columns
    !> One set of columns.
    type :: column_set_t
       character(len=24) :: name = ''
-      !> Number of its columns; 0: one for each effect of the system.
+      !> Number of its columns; 0: it depends on the effects of the system, or on the free numbers of the scene.
       integer :: width = 0
-      !> Their names, comma separated; of a set with one for each effect the pattern of them.
+      !> Their names, comma separated; where their number depends on the scene, the pattern of them.
       character(len=160) :: headers = ''
       !> Its values depend on the attitude; the potential energy does not count, since potentials need the attitude
       !> anyway.
@@ -47,6 +50,8 @@ module nutate_columns
       logical :: tumbling = .false.
       !> Its columns are the Euler angles of this sequence of axes.
       character(len=3) :: sequence = ''
+      !> `SENSITIVITIES`, ... of `nutate_sensitivity_columns`; 0: it needs no free numbers. These sets stand last.
+      integer :: by_free = 0
    end type column_set_t
 
    !> Positions in the table.
@@ -127,7 +132,10 @@ module nutate_columns
       column_set_t('magnetic_field', 3, 'B1,B2,B3', field=.true.), &
       column_set_t('tumbling', tumbling_width, 'energy_ratio,short_axis_mode,precession_period_short,'// &
                    'precession_period_long,rotation_period,pole_longitude,pole_latitude', first_angle=6, last_angle=7, &
-                   tumbling=.true.)]
+                   tumbling=.true.), &
+      column_set_t('sensitivities', 0, 'd_COMPONENT/d_KEY', by_free=SENSITIVITIES), &
+      column_set_t('standard_deviations', 0, 'sigma_COMPONENT', by_free=DEVIATIONS), &
+      column_set_t('covariance', 0, 'covariance_COMPONENT_COMPONENT', by_free=COVARIANCE)]
 
    !> A radian.
    real(wp), parameter :: degree = 180.0_wp/pi
@@ -157,6 +165,13 @@ module nutate_columns
       logical :: shows_commands = .false.
       !> The state must be shown to `follow` after every step.
       logical :: follows_steps = .false.
+      !> They show derivatives: `evaluate` needs tangent columns by the free numbers.
+      logical :: differentiates = .false.
+      !> Number of the chosen sets that need none, which come first, and of their columns, that of t included.
+      integer, private :: n_plain = 0
+      integer :: plain_width = 1
+      type(free_list_t), private :: free
+      integer, private :: n_wheels = 0
       !> Angles in degrees, rates in degrees per second.
       logical, private :: degrees = .false.
       logical, private :: needs_rate = .false.
@@ -190,8 +205,9 @@ contains
    end function need_attitude
 
    !> Selects sets by name, in any order. Errors: `NUTATE_BAD_ARGUMENT` for a name that is not in the table, for
-   !> a wheel, an orbit or a sun that does not exist, and for two sets with the same columns.
-   subroutine choose(self, names, status, degrees, effects)
+   !> a wheel, an orbit or a sun that does not exist, for two sets with the same columns, and for derivatives without
+   !> free numbers.
+   subroutine choose(self, names, status, degrees, effects, free)
       class(columns_t), intent(inout) :: self
       character(len=*), intent(in) :: names(:)
       type(status_t), intent(out) :: status
@@ -199,12 +215,15 @@ contains
       logical, intent(in), optional :: degrees
       !> Those of the system; default: there is all that columns ask for, and no effect that has columns of its own.
       type(effect_list_t), intent(in), optional :: effects
+      !> The free numbers by which there are derivatives; default: there are none.
+      type(free_list_t), intent(in), optional :: free
       integer :: i
 
       do i = 1, size(names)
          if (any(column_sets%name == names(i))) then
             if (present(effects)) call check_shown(column_sets(findloc(column_sets%name, names(i), dim=1)), effects, &
                                                    status)
+            if (status%ok()) call check_free(column_sets(findloc(column_sets%name, names(i), dim=1)), status, free)
             if (.not. status%ok()) return
             cycle
          end if
@@ -230,12 +249,42 @@ contains
       self%widths = column_sets(self%chosen)%width
       where (self%chosen == ENERGIES) self%widths = size(split_list(self%energies))
       where (self%chosen == WORKS) self%widths = size(split_list(self%works))
+      self%n_plain = count(column_sets(self%chosen)%by_free == 0)
+      self%differentiates = self%n_plain < size(self%chosen)
+      if (self%differentiates) then
+         self%free = free
+         self%n_wheels = 0
+         if (present(effects)) self%n_wheels = effects%n_wheels
+         do i = self%n_plain + 1, size(self%chosen)
+            self%widths(i) = sensitivity_width(column_sets(self%chosen(i))%by_free, free, self%n_wheels)
+         end do
+      end if
+      self%plain_width = 1 + sum(self%widths(:self%n_plain))
       self%width = 1 + sum(self%widths)
       self%needs_rate = any(self%chosen == RATE .or. self%chosen == RATE_SPACE)
       self%angle_sets = pack([(i, i=1, size(self%chosen))], column_sets(self%chosen)%sequence /= '')
       self%follows_steps = size(self%angle_sets) > 0
       self%shows_commands = any(column_sets(self%chosen)%controller > 0)
    end subroutine choose
+
+   !> Errors: `NUTATE_BAD_ARGUMENT` for a set of derivatives where nothing is free, and for one of standard deviations
+   !> where no free number has one.
+   subroutine check_free(set, status, free)
+      type(column_set_t), intent(in) :: set
+      type(status_t), intent(inout) :: status
+      type(free_list_t), intent(in), optional :: free
+      if (set%by_free == 0) return
+      if (.not. present(free)) then
+         status = fail(NUTATE_BAD_ARGUMENT, "only nutate run writes the columns '"//trim(set%name)// &
+                       "' (expected others)", 'columns')
+      else if (size(free%names) == 0) then
+         status = fail(NUTATE_BAD_ARGUMENT, "columns '"//trim(set%name)//"' need free numbers (expected &free)", &
+                       'columns')
+      else if (set%by_free /= SENSITIVITIES .and. .not. any(free%sigma > 0.0_wp)) then
+         status = fail(NUTATE_BAD_ARGUMENT, "columns '"//trim(set%name)//"' need standard deviations (expected "// &
+                       'sigma in &free)', 'columns')
+      end if
+   end subroutine check_free
 
    !> What to write in the place of an unknown name.
    pure function hint(nearest) result(text)
@@ -281,12 +330,14 @@ contains
    end subroutine check_shown
 
    !> The header row: the names of all columns, comma separated.
-   pure function header(self) result(line)
+   pure function header(self, plain) result(line)
       class(columns_t), intent(in) :: self
+      !> Leave out those of derivatives; default false.
+      logical, intent(in), optional :: plain
       character(len=:), allocatable :: line
       integer :: i
       line = 't'
-      do i = 1, size(self%chosen)
+      do i = 1, self%n_plain
          if (self%chosen(i) == ENERGIES) then
             line = line//','//self%energies
          else if (self%chosen(i) == WORKS) then
@@ -296,6 +347,13 @@ contains
          else
             line = line//','//trim(column_sets(self%chosen(i))%headers)
          end if
+      end do
+      if (present(plain)) then
+         if (plain) return
+      end if
+      do i = self%n_plain + 1, size(self%chosen)
+         line = line//','//sensitivity_headers(column_sets(self%chosen(i))%by_free, self%free, self%n_wheels, &
+                                               self%degrees)
       end do
    end function header
 
@@ -352,19 +410,21 @@ contains
    end subroutine follow
 
    !> One row: t, then the values of the sets.
-   pure subroutine evaluate(self, system, state, record, values)
+   pure subroutine evaluate(self, system, state, record, values, tangent)
       class(columns_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
       type(run_record_t), intent(in) :: record
-      !> Shape (width).
+      !> Shape (width); shape (plain_width) without tangent columns.
       real(wp), intent(out) :: values(:)
+      !> A column for each free number; needed only if `differentiates`.
+      type(tangent_t), intent(in), optional :: tangent
       integer :: i, first, last
 
       if (self%needs_rate) self%shared%omega = angular_velocity(system, state)
       values(1) = state%t
       first = 2
-      do i = 1, size(self%chosen)
+      do i = 1, self%n_plain
          last = first + self%widths(i) - 1
          if (column_sets(self%chosen(i))%sequence /= '') then
             values(first:last) = self%followed(i)%angles()
@@ -372,6 +432,13 @@ contains
             call write_set(self%chosen(i), system, state, record, self%shared, values(first:last))
          end if
          if (self%degrees) call turn_to_degrees(column_sets(self%chosen(i)), values(first:last))
+         first = last + 1
+      end do
+      if (.not. present(tangent)) return
+      do i = self%n_plain + 1, size(self%chosen)
+         last = first + self%widths(i) - 1
+         call sensitivity_values(column_sets(self%chosen(i))%by_free, self%free, system, state, tangent, &
+                                 merge(degree, 1.0_wp, self%degrees), values(first:last))
          first = last + 1
       end do
    end subroutine evaluate

@@ -1,4 +1,5 @@
-!> The events of a run as a CSV file: one row for each, with its time, name and number, and the columns of the history.
+!> The events of a run as a CSV file: one row for each, with its time, name and number, and the columns of the history
+!> but for those of derivatives.
 module nutate_event_history
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_archive, only: archive_t
@@ -59,7 +60,7 @@ contains
       self%rows = 0
       call self%file%open(name, status)
       if (.not. status%ok()) return
-      header = history%header()
+      header = history%header(plain=.true.)
       call self%file%put_line('t,event,number'//header(2:), status)
    end subroutine open_events
 
@@ -113,8 +114,8 @@ contains
       type(state_t), intent(in) :: state
       type(run_record_t), intent(in) :: record
       type(status_t), intent(inout) :: status
-      real(wp) :: values(history%columns%width)
-      character(len=(decimal_length + 1)*(history%columns%width + 2)) :: line
+      real(wp) :: values(history%columns%plain_width)
+      character(len=(decimal_length + 1)*(history%columns%plain_width + 2)) :: line
       character(len=24) :: digits
       integer :: used, first
       if (.not. self%wanted) return
@@ -140,7 +141,7 @@ contains
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
       type(run_record_t), intent(in) :: record
-      !> Shape (width).
+      !> Shape (plain_width).
       real(wp), intent(out) :: values(:)
       type(columns_t) :: columns
       columns = followed

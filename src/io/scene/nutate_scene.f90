@@ -32,6 +32,7 @@ module nutate_scene
    use nutate_scene_override, only: apply_override
    use nutate_scene_table, only: read_table, time_units
    use nutate_scene_vary, only: vary_keys
+   use nutate_sensitivity_columns, only: free_list_t
    use nutate_spelling, only: lower_case
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_SCENE, NUTATE_IO
@@ -225,7 +226,7 @@ contains
       if (error%raised) return
       if (.not. error%raised) call give_calendar(first_group(scene%groups, 'output'), scene, error)
       if (error%raised) return
-      call check_columns(first_group(scene%groups, 'output'), scene%output%columns, scene%system%effects, error)
+      call check_columns(first_group(scene%groups, 'output'), scene, error)
       call build_events(scene%groups, scene%system%effects, scene%plan%goal%accuracy, scene%events, error)
       if (.not. error%raised) call find_need_of_attitude(scene)
    end subroutine build_scene
@@ -417,16 +418,21 @@ contains
       type(output_settings_t), intent(out) :: output
    end subroutine forget_run
 
-   !> Raises an error for columns of a wheel or an orbit that does not exist.
-   subroutine check_columns(group, names, effects, error)
+   !> Raises an error for columns of a wheel, an orbit or a free number that does not exist.
+   subroutine check_columns(group, scene, error)
       !> The group `&output`.
       type(group_t), intent(in) :: group
-      character(len=*), intent(in) :: names(:)
-      type(effect_list_t), intent(in) :: effects
+      type(scene_t), intent(in) :: scene
       type(scene_error_t), intent(inout) :: error
       type(columns_t) :: columns
+      type(free_list_t) :: free
       type(status_t) :: status
-      call columns%choose(names, status, effects=effects)
+      integer :: i
+      ! Their names are read later.
+      free%names = pack(scene%groups%name, scene%groups%name == 'free')
+      free%sigma = pack([(merge(1.0_wp, 0.0_wp, scene%groups(i)%has('sigma')), i=1, size(scene%groups))], &
+                        scene%groups%name == 'free')
+      call columns%choose(scene%output%columns, status, effects=scene%system%effects, free=free)
       if (.not. status%ok()) call error%raise_status(group%line_of('columns'), status)
    end subroutine check_columns
 

@@ -110,6 +110,7 @@ contains
                free = [(free_number_t(name=targets(k)%name, target=k), k=size(targets) - n + 1, size(targets))]
             end associate
          end if
+         free%line = group%line_of('key')
          plan%free = [plan%free, free]
       end do
       call read_limits(group, plan%free(before + 1:), error)

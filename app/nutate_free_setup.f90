@@ -1,0 +1,102 @@
+!> The derivatives by the free numbers of a scene in its history: `&free`.
+module nutate_free_setup
+   use nutate_column, only: column_t
+   use nutate_columns, only: column_sets
+   use nutate_console, only: page_t, say_error, EXIT_INPUT
+   use nutate_decimal, only: rounded_text
+   use nutate_free_columns, only: free_columns
+   use nutate_keys, only: name_length
+   use nutate_kinds, only: wp
+   use nutate_run, only: run_t
+   use nutate_scene, only: scene_t
+   use nutate_scene_error, only: error_line, scene_error_t
+   use nutate_scene_loading, only: naming_options
+   use nutate_status, only: status_t
+   implicit none
+   private
+
+   public :: add_free_numbers, add_usual_sets, carry_free_columns, derivatives_fault
+
+contains
+
+   !> Adds derivatives to the columns of a scene with free numbers that says neither which columns it wants nor what was
+   !> measured: those of a fit have another purpose.
+   subroutine add_usual_sets(scene)
+      type(scene_t), intent(inout) :: scene
+      integer :: i
+      if (.not. any(scene%groups%name == 'free') .or. any(scene%groups%name == 'measurement')) return
+      i = findloc(scene%groups%name == 'output', .true., dim=1)
+      if (i > 0) then
+         if (scene%groups(i)%has('columns')) return
+      end if
+      scene%output%columns = [character(len=name_length) :: scene%output%columns, 'sensitivities']
+      if (any(scene%fit%free%sigma > 0.0_wp)) &
+         scene%output%columns = [character(len=name_length) :: scene%output%columns, 'standard_deviations']
+   end subroutine add_usual_sets
+
+   !> Gives a run the tangent columns that its history shows, if it shows any. What has none is reported in one line.
+   subroutine carry_free_columns(scene, run, exit_code)
+      type(scene_t), intent(in) :: scene
+      !> Begun.
+      type(run_t), intent(inout) :: run
+      !> Changed where something has no derivative.
+      integer, intent(inout) :: exit_code
+      type(column_t), allocatable :: columns(:)
+      type(scene_error_t) :: error
+      type(status_t) :: status
+      if (.not. shows_derivatives(scene)) return
+      call free_columns(scene, run%summary%settings, columns, error)
+      if (.not. error%raised) then
+         call run%differentiate(columns, scene%system, status)
+         if (.not. status%ok()) call error%raise_status(scene%fit%free(1)%line, status)
+      end if
+      if (.not. error%raised) return
+      call say_error(naming_options(error_line(scene%file, error)))
+      exit_code = EXIT_INPUT
+   end subroutine carry_free_columns
+
+   !> True where the history shows derivatives by the free numbers.
+   pure logical function shows_derivatives(scene)
+      type(scene_t), intent(in) :: scene
+      integer :: i
+      shows_derivatives = any([(any(scene%output%columns == column_sets(i)%name) .and. column_sets(i)%by_free > 0, &
+                                i=1, size(column_sets))])
+   end function shows_derivatives
+
+   !> Returns what is wrong, in a line, where the columns of a scene are those that only `nutate run` can write; else
+   !> nothing.
+   function derivatives_fault(scene) result(message)
+      type(scene_t), intent(in) :: scene
+      character(len=:), allocatable :: message
+      type(scene_error_t) :: error
+      integer :: i
+      message = ''
+      if (.not. shows_derivatives(scene)) return
+      i = findloc(scene%groups%name == 'output', .true., dim=1)
+      call error%raise(scene%groups(i)%line_of('columns'), 'only nutate run writes sensitivities and covariances', &
+                       expected='other columns')
+      message = naming_options(error_line(scene%file, error))
+   end function derivatives_fault
+
+   !> Adds the free numbers of a scene to a page.
+   subroutine add_free_numbers(page, scene)
+      type(page_t), intent(inout) :: page
+      type(scene_t), intent(in) :: scene
+      character(len=:), allocatable :: text
+      integer :: i
+      call page%line('free')
+      do i = 1, size(scene%fit%free)
+         associate (free => scene%fit%free(i), numbers => scene%fit%numbers)
+            text = '0'
+            if (free%target > 0) then
+               associate (target => numbers%targets(free%target))
+                  text = rounded_text(numbers%groups(target%group)%settings(target%setting)%values(target%value)%number)
+               end associate
+            end if
+            if (free%sigma > 0.0_wp) text = text//', sigma = '//rounded_text(free%sigma)
+            call page%item(trim(free%name), text)
+         end associate
+      end do
+   end subroutine add_free_numbers
+
+end module nutate_free_setup

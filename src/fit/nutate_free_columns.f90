@@ -1,0 +1,93 @@
+!> The derivatives that a run of a scene carries: a tangent column for each number that `&free` names.
+module nutate_free_columns
+   use nutate_column, only: column_t
+   use nutate_fit_model, only: fit_model_t
+   use nutate_keys, only: group_t
+   use nutate_kinds, only: wp
+   use nutate_methods, only: make_stepper
+   use nutate_scene, only: scene_t
+   use nutate_scene_error, only: scene_error_t
+   use nutate_state, only: state_t
+   use nutate_status, only: status_t
+   use nutate_stepper, only: integrator_settings_t, stepper_t
+   use nutate_tangent, only: tangent_t
+   implicit none
+   private
+
+   public :: free_columns
+
+   !> A step that tells whether a method carries columns, as a part of the run.
+   real(wp), parameter :: short = 1e-9_wp
+
+contains
+
+   !> Makes the tangent columns of the free numbers of a scene. Raises an error, with its line, for what has no
+   !> derivative: a number, an event that switches an effect, a controller with samples, a method.
+   subroutine free_columns(scene, settings, columns, error)
+      !> With free numbers.
+      type(scene_t), intent(in) :: scene
+      !> Those of the run, complete.
+      type(integrator_settings_t), intent(in) :: settings
+      !> Shape (free numbers).
+      type(column_t), allocatable, intent(out) :: columns(:)
+      type(scene_error_t), intent(inout) :: error
+      type(fit_model_t) :: model
+      type(status_t) :: status
+      integer :: i
+      call check_groups(scene%groups, error)
+      if (error%raised) return
+      call model%begin(scene)
+      allocate (columns(size(scene%fit%free)))
+      do i = 1, size(columns)
+         call model%column_of(i, columns(i), status)
+         if (.not. status%ok()) call error%raise_status(scene%fit%free(i)%line, status)
+         if (error%raised) return
+      end do
+      call try_method(scene, settings, columns, error)
+   end subroutine free_columns
+
+   !> Raises an error for what acts at certain times: their derivatives are unknown.
+   subroutine check_groups(groups, error)
+      type(group_t), intent(in) :: groups(:)
+      type(scene_error_t), intent(inout) :: error
+      integer :: i
+      do i = 1, size(groups)
+         if (groups(i)%name == 'event' .and. groups(i)%has('switch')) then
+            call error%raise(groups(i)%line_of('switch'), &
+                             'sensitivities do not cross an event that switches an effect', &
+                             expected='no switch, or columns without derivatives')
+         else if (groups(i)%name == 'controller' .and. groups(i)%has('sample')) then
+            call error%raise(groups(i)%line_of('sample'), 'a controller that samples has no derivative', &
+                             expected='no sample, or columns without derivatives')
+         end if
+      end do
+   end subroutine check_groups
+
+   !> Raises an error where the method does not carry the columns, which a first short step shows.
+   subroutine try_method(scene, settings, columns, error)
+      type(scene_t), intent(in) :: scene
+      type(integrator_settings_t), intent(in) :: settings
+      type(column_t), intent(in) :: columns(:)
+      type(scene_error_t), intent(inout) :: error
+      class(stepper_t), allocatable :: stepper
+      type(tangent_t) :: tangent
+      type(state_t) :: state
+      type(status_t) :: status
+      real(wp) :: dt, middle
+      integer :: i
+      dt = short*(scene%plan%end_time - scene%initial%t)
+      middle = scene%initial%t + 0.5_wp*dt
+      state = scene%initial
+      call tangent%begin(scene%system, state, columns, status)
+      if (status%ok()) then
+         call make_stepper(scene%system, settings, stepper, status)
+         if (status%ok()) call stepper%advance(scene%system, state, dt, middle, status)
+         ! What has no step at all is for the run to report.
+         if (.not. status%ok()) return
+         call stepper%carry(scene%system, scene%initial, state, dt, middle, tangent, status)
+      end if
+      i = findloc(scene%groups%name == 'integrator', .true., dim=1)
+      if (.not. status%ok()) call error%raise_status(scene%groups(i)%line_of('method'), status)
+   end subroutine try_method
+
+end module nutate_free_columns
