@@ -9,7 +9,7 @@ module nutate_event_following
    use nutate_limit_event, only: limit_event_t, SWITCH_LIMIT
    use nutate_motion, only: find_motion, find_rates, motion_t
    use nutate_observer, only: observer_t, run_record_t
-   use nutate_progress, only: is_over, progress_t, put_works
+   use nutate_progress, only: few_rows, is_over, progress_t, put_works
    use nutate_run_mark, only: go_back, mark_t
    use nutate_saturation, only: count_saturations
    use nutate_state, only: state_t, add_increment
@@ -33,7 +33,8 @@ contains
    !> Finds the events in the step just taken and shows them. Where one of them stops the run or switches an effect, the
    !> run is taken back to there.
    !>
-   !> Errors: those of the method and of the observer; `NUTATE_STEP_LIMIT` for switches without end.
+   !> Errors: those of the method and of the observer; `NUTATE_STEP_LIMIT` for switches without end, and for an event
+   !> that happens more often than the plan allows steps.
    subroutine follow_events(policy, system, progress, mark, hunts, observer, status)
       class(step_policy_t), intent(inout), target :: policy
       type(system_t), intent(in), target :: system
@@ -227,6 +228,10 @@ contains
          type(run_record_t), intent(in) :: record
          associate (events => progress%events, watched => progress%events%watched(k))
             watched%number = watched%number + 1
+            if (watched%number > max(progress%plan%max_steps, few_rows)) then
+               status = fail(NUTATE_STEP_LIMIT, words_of(watched%event)//' happens more often than steps are allowed')
+               return
+            end if
             if (watched%number == 1) watched%first_time = state%t
             watched%last_time = state%t
             call hunts(k)%pass_root()

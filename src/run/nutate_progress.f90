@@ -15,9 +15,13 @@ module nutate_progress
    implicit none
    private
 
-   public :: progress_t, run_summary_t, way_t
+   public :: progress_t, run_summary_t, way_t, few_rows
    public :: start_run, is_over, fraction_done, count_works, count_part, count_step, end_of_step, conclude_run, &
       total_work, put_works, add_works, transfer_progress, watch_limits
+
+   !> Rows at intervals, and times that an event happens, that are never too many, however few steps are allowed: the
+   !> rows that scenes have by default.
+   integer(long), parameter :: few_rows = 1000_long
 
    !> Summary of a run.
    type :: run_summary_t

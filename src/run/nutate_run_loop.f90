@@ -10,7 +10,7 @@ module nutate_run_loop
    use nutate_limit_event, only: SWITCH_LIMIT
    use nutate_limits, only: same_time
    use nutate_observer, only: observer_t, run_record_t
-   use nutate_progress, only: fraction_done, is_over, progress_t, put_works, transfer_progress
+   use nutate_progress, only: few_rows, fraction_done, is_over, progress_t, put_works, transfer_progress
    use nutate_run_mark, only: go_back, mark_progress, mark_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_STEP_LIMIT
@@ -25,8 +25,6 @@ module nutate_run_loop
    !> Turn between two states, rad, that can be followed; a step that turns by more is watched in parts of half of it.
    !> Parts at most, some tenths of a millisecond: enough for every step that a method chooses.
    real(wp), parameter :: followed_turn = 3.0_wp, most_parts = 2e3_wp
-   !> Rows at intervals that are never too many, however few steps are allowed: those that scenes have by default.
-   integer(long), parameter :: few_rows = 1000_long
 
 contains
 
