@@ -9,6 +9,7 @@ program main
    use nutate_fit_command, only: fit_command
    use nutate_files, only: STANDARD_ERROR, STANDARD_OUTPUT, prepare_process
    use nutate_help, only: help_page
+   use nutate_linearize_command, only: linearize_command
    use nutate_plot_command, only: plot_command
    use nutate_run_command, only: run_command
    use nutate_run_signals, only: end_by_signal
@@ -51,6 +52,8 @@ contains
          call cost_command(command, exit_code)
       case ('fit')
          call fit_command(command, exit_code)
+      case ('linearize')
+         call linearize_command(command, exit_code)
       case ('plot')
          call plot_command(command, exit_code)
       case ('sweep')

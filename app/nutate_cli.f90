@@ -19,7 +19,7 @@ module nutate_cli
 
    !> One command.
    type :: verb_t
-      character(len=8) :: name
+      character(len=9) :: name
       !> What it does, in one line.
       character(len=100) :: purpose
       !> What it is about.
@@ -33,6 +33,7 @@ module nutate_cli
       verb_t('cost', 'work-precision study: run time against error for every method'), &
       verb_t('sweep', 'run an ensemble (Monte Carlo or parameter sweep); one result row per member'), &
       verb_t('fit', 'fit a scene to measurements; standard errors, residuals, fitted scene'), &
+      verb_t('linearize', 'linearise at an equilibrium or over a period: A, B, eigenvalues'), &
       verb_t('plot', 'plot a time history with gnuplot', 'HISTORY.csv'), &
       verb_t('export', 'write a time history for other programs: AEM (CCSDS), glTF', 'HISTORY.csv'), &
       verb_t('view', 'run a scene and write a web page with a 3-D animation (needs Python)')]
@@ -43,7 +44,7 @@ module nutate_cli
       !> What its value stands for; blank for an option without value.
       character(len=16) :: value
       !> Commands that know it, comma separated; blank for one that stands for itself.
-      character(len=48) :: verbs
+      character(len=64) :: verbs
       character(len=100) :: purpose
    end type option_t
 
@@ -60,9 +61,9 @@ module nutate_cli
       'run member K only, with its history; its result row goes to standard output'), &
       option_t('--threads', 'N', 'sweep', 'number of members to run in parallel (default: 1)'), &
       option_t('--merge', '', 'sweep', 'merge the files written with --members'), &
-      option_t('--set', 'GROUP.KEY=VALUE', 'run,check,cost,view,sweep,export,fit', &
+      option_t('--set', 'GROUP.KEY=VALUE', 'run,check,cost,view,sweep,export,fit,linearize', &
                'override a value of the scene; may be repeated'), &
-      option_t('--unset', 'GROUP.KEY', 'run,check,cost,view,sweep,export,fit', &
+      option_t('--unset', 'GROUP.KEY', 'run,check,cost,view,sweep,export,fit,linearize', &
                'remove a key from the scene; may be repeated'), &
       option_t('--plot', 'FILE.svg|png|pdf', 'run', 'plot the history with gnuplot'), &
       option_t('--plot', 'FILE.svg|png|pdf', 'cost', 'plot error against run time with gnuplot'), &
@@ -76,9 +77,13 @@ module nutate_cli
       option_t('--csv', 'FILE', 'sweep', 'write one CSV row per member, too; - is standard output'), &
       option_t('--csv', 'FILE', 'fit', 'residuals; - is standard output (default: SCENE.residuals.csv)'), &
       option_t('--seconds', 'N', 'cost', 'time budget in seconds (default: 20)'), &
-      option_t('--quiet', '', 'run,sweep,fit', 'no progress bar and no summary; errors are still printed'), &
+      option_t('--quiet', '', 'run,sweep,fit,linearize', 'no progress bar and no summary; errors are still printed'), &
       option_t('--max-steps', 'N', 'run', 'stop with exit status 3 after N steps or rows'), &
       option_t('--max-steps', 'N', 'fit', 'stop with exit status 3 after N steps of all runs together'), &
+      option_t('--max-steps', 'N', 'linearize', 'stop with exit status 3 after N steps of the period'), &
+      option_t('--period', 'T|orbit', 'linearize', &
+               'linearise over a period of T seconds, or of the orbit (default: an equilibrium)'), &
+      option_t('--json', 'FILE', 'linearize', 'write matrices, names and units as JSON; - is standard output'), &
       option_t('--checkpoint', 'FILE', 'run', 'write checkpoints to FILE, so that an interrupted run can be resumed'), &
       option_t('--every-seconds', 'N', 'run', 'interval between checkpoints in seconds (default: 60)'), &
       option_t('--resume', 'FILE', 'run', 'resume the interrupted run of a checkpoint'), &
@@ -90,15 +95,15 @@ module nutate_cli
       option_t('--speed', 'X', 'export', 'seconds of the motion in a second of the animation (default: 1)'), &
       option_t('--error', 'RAD', 'export', &
                'choose the rows so that a constant rate between them keeps to this error'), &
-      option_t('--help', '', 'run,check,cost,plot,view,sweep,export,fit', 'show this help'), &
+      option_t('--help', '', 'run,check,cost,plot,view,sweep,export,fit,linearize', 'show this help'), &
       option_t('--version', '', '', 'show the version')]
 
    !> What the arguments ask for.
    type :: command_t
       !> Name of a command, `help` or `version`; blank where there are no arguments.
-      character(len=8) :: verb = ''
+      character(len=9) :: verb = ''
       !> The command that help is wanted on; blank for the program.
-      character(len=8) :: topic = ''
+      character(len=9) :: topic = ''
       character(len=:), allocatable :: scene
       !> Where to write; not allocated where the scene decides.
       character(len=:), allocatable :: output
@@ -128,6 +133,10 @@ module nutate_cli
       character(len=3) :: aem_version = '2.0'
       !> Attitude error between exported rows, rad; 0: the rows of the history. Times faster than the motion.
       real(wp) :: error_between = 0.0_wp, speed = 1.0_wp
+      !> Period to linearise over, s; 0: none; negative: that of the orbit.
+      real(wp) :: period = 0.0_wp
+      !> Where to write as JSON; not allocated where not wanted.
+      character(len=:), allocatable :: json
       !> What is wrong with the arguments; not allocated if nothing is.
       character(len=:), allocatable :: error
    end type command_t
@@ -269,6 +278,8 @@ contains
          call set_drawing(name, value, command)
       case ('--scene', '--aem', '--aem-version', '--gltf', '--speed', '--error')
          call set_export(name, value, command)
+      case ('--json', '--period')
+         call set_linear(name, value, command)
       case ('--seconds')
          call set_seconds(name, value, 0.1_wp, '0.1', command%seconds, command%error)
       case ('--checkpoint')
@@ -303,6 +314,21 @@ contains
          continue
       end select
    end subroutine set_value
+
+   !> Notes over what period a motion is linearised, and where the result goes.
+   subroutine set_linear(name, value, command)
+      !> The option and its value.
+      character(len=*), intent(in) :: name, value
+      type(command_t), intent(inout) :: command
+      if (name == '--json') then
+         command%json = value
+         if (value == '') command%error = '--json needs the name of a file, or - for standard output'
+      else if (value == 'orbit') then
+         command%period = -1.0_wp
+      else
+         call set_positive(name, value, 1e-9_wp, 1e15_wp, '1e-9 to 1e15 s, or orbit', command%period, command%error)
+      end if
+   end subroutine set_linear
 
    !> Notes what is drawn, and where.
    subroutine set_drawing(name, value, command)

@@ -39,6 +39,7 @@ contains
       if (topic == 'export') call add_export_notes(page)
       if (topic == 'sweep') call add_sweep_notes(page)
       if (topic == 'fit') call add_fit_notes(page)
+      if (topic == 'linearize') call add_linearize_notes(page)
       if (topic == 'view') call add_view_notes(page)
    end function help_page
 
@@ -155,6 +156,19 @@ contains
       call page%line('hold the best one so far.')
       call add_exit_codes(page)
    end subroutine add_fit_notes
+
+   !> What a linearisation is.
+   subroutine add_linearize_notes(page)
+      type(page_t), intent(inout) :: page
+      call page%line('')
+      call page%line('Prints A and B of dx/dt = A x + B u at the equilibrium that the scene starts from, and the')
+      call page%line('eigenvalues of A. x holds a rotation vector of the body from the motion, and the changes of')
+      call page%line('angular velocity, body axes, and of the speeds of the wheels; u torques about the body axes and')
+      call page%line('of the motors. A start that is no equilibrium is rejected, with its angular acceleration.')
+      call page%line('With --period, x(T) = A x(0) + B u after a period, with inputs that are constant in it; the')
+      call page%line('eigenvalues of A are then the Floquet multipliers.')
+      call add_exit_codes(page)
+   end subroutine add_linearize_notes
 
    !> What the page shows and what is needed.
    subroutine add_view_notes(page)

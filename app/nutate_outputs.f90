@@ -15,12 +15,12 @@ module nutate_outputs
 
    public :: outputs_t
    public :: EVENTS, HISTORY, ROWS, ROWS_AS_CSV, MEANS, COSTS, PAGE, CHECKPOINT, LISTING, AEM, GLTF, &
-      RESIDUALS, FITTED, picture_kind
+      RESIDUALS, FITTED, LINEARIZATION, picture_kind
 
    !> What a command writes: places in `kinds`.
    integer, parameter :: EVENTS = 1, HISTORY = 2, ROWS = 3, ROWS_AS_CSV = 4, MEANS = 5, COSTS = 6, PAGE = 7, SVG = 8, &
                          PNG = 10, CHECKPOINT = 11, LISTING = 13, PDF = 14, AEM = 15, GLTF = 16, &
-                         RESIDUALS = 17, FITTED = 18
+                         RESIDUALS = 17, FITTED = 18, LINEARIZATION = 19
    !> Bytes by which a file is recognised.
    integer, parameter :: longest_start = 24
 
@@ -36,7 +36,7 @@ module nutate_outputs
 
    !> All kinds. Of two that begin alike the longer beginning comes first; those with the same words are one kind, such
    !> as the means of a sweep and its sums while it runs.
-   type(kind_t), parameter :: kinds(18) = [ &
+   type(kind_t), parameter :: kinds(19) = [ &
       kind_t('a file of events', 'events go', 't,event,', .true.), &
       kind_t('a history', 'rows go', 't,', .true.), &
       kind_t('a NumPy file of rows', 'rows go', char(147)//'numpy'), &
@@ -54,7 +54,8 @@ module nutate_outputs
       kind_t('an AEM', 'attitudes go as AEM', 'ccsds_aem_vers'), &
       kind_t('a glTF file', 'attitudes go as glTF', '{"asset":'), &
       kind_t('a CSV file of residuals', 'residuals go', 'measurement,t,', .true.), &
-      kind_t('a fitted scene', 'fitted scene goes', '! nutate fit of ')]
+      kind_t('a fitted scene', 'fitted scene goes', '! nutate fit of '), &
+      kind_t('a linearisation as JSON', 'linearisation goes', '{"nutate":')]
 
    !> One file.
    type :: item_t

@@ -52,6 +52,14 @@ int nutate_scene_bound_torque(nutate_scene *scene, double torque, double by_rota
 /* Returns a copy of the body and effects of a scene. */
 int nutate_scene_system(const nutate_scene *scene, nutate_system **system, char *message, size_t size);
 
+/* Linearises the motion of a scene, as `nutate linearize` does: matrices, eigenvalues, names and units as JSON.
+ *   ==>  period        s; 0: the start is an equilibrium; negative: the period of the orbit
+ *   <==  json          text; 32768 bytes hold any
+ *   ==>  json_size     of json, bytes
+ * Status: NUTATE_BAD_ARGUMENT where the start is no equilibrium, NUTATE_TRUNCATED, or that of a failed step. */
+int nutate_scene_linearize(const nutate_scene *scene, double period, char *json, size_t json_size, char *message,
+                           size_t size);
+
 /* Runs a scene and keeps the columns of its &output in memory.
  *   <==  history       the new handle, also if the run fails: it then has all complete rows */
 int nutate_scene_run(const nutate_scene *scene, nutate_history **history, char *message, size_t size);

@@ -124,6 +124,7 @@ program unit
    use test_sweep, only: collect_sweep
    use test_table_torques, only: collect_table_torques
    use test_tables, only: collect_tables
+   use test_linearization, only: collect_linearization
    use test_tangent, only: collect_tangent
    use test_tangent_attack, only: collect_tangent_attack
    use test_tangent_runs, only: collect_tangent_runs
@@ -338,6 +339,7 @@ contains
          new_testsuite("orbit_reference", collect_orbit_reference), &
          new_testsuite("table_torques", collect_table_torques), &
          new_testsuite("tables", collect_tables), &
+         new_testsuite("linearization", collect_linearization), &
          new_testsuite("tangent", collect_tangent), &
          new_testsuite("tangent_differences", collect_tangent_differences), &
          new_testsuite("tangent_identities", collect_tangent_identities), &

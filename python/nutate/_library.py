@@ -80,6 +80,7 @@ SIGNATURES: dict[str, tuple[Any, ...]] = {
     "nutate_scene_bound_potential": (Handle, Double, Double, Double),
     "nutate_scene_bound_torque": (Handle, Double, Double, Double, Double),
     "nutate_scene_system": (Handle, HandlePointer, Text, Size),
+    "nutate_scene_linearize": (Handle, Double, Text, Size, Text, Size),
     "nutate_scene_run": (Handle, HandlePointer, Text, Size),
     "nutate_scene_write": (Handle, Text, Text, Size),
     "nutate_sweep_size": (Handle, ctypes.POINTER(Long), Sizes),

@@ -5,7 +5,7 @@ module nutate_lapack
    implicit none
    private
 
-   public :: dgetrf, dgetrs, dgesv, dgeqrf, dormqr, dgesvd, dptsv, symmetric_eigen, handle_info
+   public :: dgetrf, dgetrs, dgesv, dgeqrf, dormqr, dgesvd, dptsv, symmetric_eigen, general_eigenvalues, handle_info
 
    interface
       !> LU factors of a general matrix, partial pivoting.
@@ -82,6 +82,16 @@ module nutate_lapack
          real(wp), intent(out) :: w(*), work(*)
          integer, intent(out) :: info
       end subroutine dsyev
+
+      !> Eigenvalues and, where they are wanted, eigenvectors of a general matrix.
+      pure subroutine dgeev(jobvl, jobvr, n, a, lda, wr, wi, vl, ldvl, vr, ldvr, work, lwork, info)
+         import :: wp
+         character(len=1), intent(in) :: jobvl, jobvr
+         integer, intent(in) :: n, lda, ldvl, ldvr, lwork
+         real(wp), intent(inout) :: a(lda, *)
+         real(wp), intent(out) :: wr(*), wi(*), vl(ldvl, *), vr(ldvr, *), work(*)
+         integer, intent(out) :: info
+      end subroutine dgeev
    end interface
 
 contains
@@ -99,6 +109,22 @@ contains
       status = handle_info('dsyev', info)
    end subroutine symmetric_eigen
 
+   !> Eigenvalues of a square matrix (LAPACK `dgeev`); conjugate pairs stand together, the positive imaginary part
+   !> first.
+   pure subroutine general_eigenvalues(matrix, values, status)
+      !> Finite; shape (n, n).
+      real(wp), intent(in) :: matrix(:, :)
+      !> Shape (n).
+      complex(wp), intent(out) :: values(:)
+      type(status_t), intent(out) :: status
+      real(wp) :: a(size(values), size(values)), re(size(values)), im(size(values)), work(34*size(values)), none(1, 1)
+      integer :: info
+      a = matrix
+      call dgeev('N', 'N', size(values), a, size(values), re, im, none, 1, none, 1, work, size(work), info)
+      values = cmplx(re, im, wp)
+      status = handle_info('dgeev', info)
+   end subroutine general_eigenvalues
+
    !> The status that a LAPACK `info` stands for.
    pure function handle_info(routine, info) result(status)
       !> Name of the LAPACK routine.
@@ -112,6 +138,8 @@ contains
          status = fail(NUTATE_NOT_CONVERGED, 'the principal axes of the inertia tensor could not be found')
       else if (info > 0 .and. routine == 'dgesvd') then
          status = fail(NUTATE_NOT_CONVERGED, 'the singular values of the Jacobian could not be found')
+      else if (info > 0 .and. routine == 'dgeev') then
+         status = fail(NUTATE_NOT_CONVERGED, 'the eigenvalues of the linearised motion could not be found')
       else if (info > 0) then
          status = fail(NUTATE_SINGULAR, 'the linear system of the step is singular')
       end if

@@ -36,7 +36,7 @@ module nutate_tangent
    implicit none
    private
 
-   public :: tangent_t
+   public :: tangent_t, check_effects
 
    !> Columns at a state of a run.
    type :: tangent_t
@@ -295,7 +295,7 @@ contains
       end do
    end function momentum_row
 
-   !> Errors: `NUTATE_BAD_ARGUMENT` for what has no derivative by the state.
+   !> Checks that the effects have derivatives by the state. Errors: `NUTATE_BAD_ARGUMENT` for what has none.
    subroutine check_effects(effects, status)
       type(effect_list_t), intent(in) :: effects
       type(status_t), intent(out) :: status

@@ -7,14 +7,17 @@ module nutate_c_scene
    use nutate_c_system, only: add_callback_potential, add_callback_torque, keep_system
    use nutate_c_text, only: lock_texts, message_to_c, copy_text, text_to_c, unlock_texts
    use nutate_hamiltonian, only: angular_velocity
+   use nutate_linearization, only: linearization_t
+   use nutate_linearization_json, only: json_of
    use nutate_scene, only: parse_scene, read_scene
+   use nutate_scene_linearization, only: linearize_scene
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_NO_MEMORY, NUTATE_OK
    implicit none
    private
 
    public :: nutate_scene_read, nutate_scene_parse, nutate_scene_destroy, nutate_scene_get_title, &
       nutate_scene_get_plan, nutate_scene_get_initial, nutate_scene_add_potential, nutate_scene_add_user_torque, &
-      nutate_scene_bound_potential, nutate_scene_bound_torque, nutate_scene_system
+      nutate_scene_bound_potential, nutate_scene_bound_torque, nutate_scene_system, nutate_scene_linearize
 
 contains
 
@@ -150,6 +153,27 @@ contains
       end if
       code = report(status, message, size)
    end function nutate_scene_system
+
+   integer(c_int) function nutate_scene_linearize(scene, period, json, json_size, message, size) result(code) bind(C)
+      type(c_ptr), intent(in), value :: scene, json, message
+      real(c_double), intent(in), value :: period
+      integer(c_size_t), intent(in), value :: json_size, size
+      type(scene_handle_t), pointer :: handle
+      type(linearization_t) :: linear
+      type(status_t) :: status
+      handle => find_scene(scene)
+      if (.not. associated(handle)) then
+         status = fail(NUTATE_BAD_HANDLE, 'scene is NULL, destroyed or not a scene')
+      else if (.not. c_associated(json)) then
+         status = null_argument('json')
+      else if (.not. abs(period) <= 1e15_c_double) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the period is out of its range (expected up to 1e15 s)', 'period')
+      else
+         call linearize_scene(handle%scene, period, linear, status)
+         if (status%ok()) status%code = text_to_c(json_of(linear), json, json_size)
+      end if
+      code = report(status, message, size)
+   end function nutate_scene_linearize
 
    !> After an effect was added to a scene: callbacks may depend on the attitude.
    integer(c_int) function end_adding(handle, status) result(code)

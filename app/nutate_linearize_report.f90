@@ -1,0 +1,121 @@
+!> A linearised motion for people.
+module nutate_linearize_report
+   use nutate_console, only: page_t, vector_text
+   use nutate_kinds, only: wp, pi
+   use nutate_linearization, only: linearization_t
+   use nutate_table, only: number_text, table_t
+   implicit none
+   private
+
+   public :: add_linearization
+
+   !> Digits of matrices and eigenvalues; what of a row is printed as 0; and of eigenvalues, of which rounding splits a
+   !> double one by the root of it.
+   integer, parameter :: digits = 7
+   real(wp), parameter :: negligible = 1e-12_wp, indistinct = 1e-7_wp
+
+contains
+
+   !> Adds the motion, the matrices and the eigenvalues.
+   subroutine add_linearization(page, linear)
+      type(page_t), intent(inout) :: page
+      type(linearization_t), intent(in) :: linear
+      if (linear%period > 0.0_wp) then
+         call page%item('motion', 'a period of '//number_text(linear%period, 10)//' s')
+         if (linear%closes) then
+            call page%item('closure', 'to '//number_text(linear%residual, 2)//' rad/s')
+         else
+            call page%item('closure', 'none: the motion does not return to its start (velocities to '// &
+                           number_text(linear%residual, 2)//' rad/s)')
+         end if
+      else
+         call page%item('motion', 'equilibrium')
+         call page%item('residual', number_text(linear%residual, 2)//' rad/s^2')
+      end if
+      call page%item('attitude', 'quaternion '//vector_text(linear%q, 9))
+      call page%item('angular velocity', vector_text(linear%omega, 9)//' rad/s')
+      if (size(linear%speeds) > 0) call page%item('wheel speeds', vector_text(linear%speeds, 9)//' rad/s')
+      call page%line('')
+      if (linear%period > 0.0_wp) then
+         call add_matrix(page, 'A, after a period by the start', linear%a, linear%states, linear)
+         call add_matrix(page, 'B, after a period by constant inputs', linear%b, linear%inputs, linear)
+      else
+         call add_matrix(page, 'A, rates by states', linear%a, linear%states, linear)
+         call add_matrix(page, 'B, rates by inputs', linear%b, linear%inputs, linear)
+      end if
+      call add_eigenvalues(page, linear)
+   end subroutine add_linearization
+
+   !> Adds a matrix with the names of its rows and columns.
+   subroutine add_matrix(page, title, matrix, names, linear)
+      type(page_t), intent(inout) :: page
+      character(len=*), intent(in) :: title
+      real(wp), intent(in) :: matrix(:, :)
+      !> Of the columns.
+      character(len=*), intent(in) :: names(:)
+      type(linearization_t), intent(in) :: linear
+      type(table_t) :: table
+      integer :: i, k
+      table%indent = 2
+      call table%add_column('')
+      do k = 1, size(names)
+         call table%add_column(trim(names(k)), digits=digits)
+      end do
+      do i = 1, size(matrix, 1)
+         call table%add_row()
+         call table%put(linear%states(i))
+         do k = 1, size(names)
+            call table%put(without_rounding(matrix(i, k), negligible*maxval(abs(matrix(i, :)))))
+         end do
+      end do
+      call page%line(title)
+      call page%line(table%text())
+      call page%line('')
+   end subroutine add_matrix
+
+   !> Adds the eigenvalues, of a conjugate pair one.
+   subroutine add_eigenvalues(page, linear)
+      type(page_t), intent(inout) :: page
+      type(linearization_t), intent(in) :: linear
+      type(table_t) :: table
+      real(wp) :: re, im, least
+      integer :: i
+      table%indent = 2
+      call table%add_column('real', digits=digits)
+      call table%add_column('imaginary', digits=digits)
+      call table%add_column(merge('modulus   ', 'period (s)', linear%period > 0.0_wp), digits=digits)
+      least = indistinct*maxval(abs(linear%eigenvalues))
+      do i = 1, size(linear%eigenvalues)
+         re = without_rounding(real(linear%eigenvalues(i), wp), least)
+         im = without_rounding(aimag(linear%eigenvalues(i)), least)
+         if (im < 0.0_wp) cycle
+         call table%add_row()
+         call table%put(re)
+         if (im > 0.0_wp) then
+            call table%put(im, '±')
+         else
+            call table%put(im)
+         end if
+         if (linear%period > 0.0_wp) then
+            call table%put(abs(linear%eigenvalues(i)))
+         else if (im > 0.0_wp) then
+            call table%put(2*pi/im)
+         end if
+      end do
+      if (.not. linear%period > 0.0_wp) then
+         call page%line('Eigenvalues of A (1/s)')
+      else if (linear%closes) then
+         call page%line('Floquet multipliers')
+      else
+         call page%line('Eigenvalues of A')
+      end if
+      call page%line(table%text())
+   end subroutine add_eigenvalues
+
+   !> A number, or 0 for one that is not above some size.
+   pure real(wp) function without_rounding(x, least)
+      real(wp), intent(in) :: x, least
+      without_rounding = merge(x, 0.0_wp, abs(x) > least)
+   end function without_rounding
+
+end module nutate_linearize_report

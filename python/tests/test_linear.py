@@ -1,0 +1,54 @@
+"""nutate.linearize: matrices, names and units, and what is refused."""
+
+import unittest
+
+import numpy as np
+
+import nutate
+
+SATELLITE = """&body inertia = 90, 100, 40 /
+&orbit semi_major_axis = 6878137.0 /
+&gravity_gradient /
+&wheel axis = 0, -1, 0, inertia = 0.01, speed = 5 /
+&initial attitude_from = 'lvlh', rate_from = 'lvlh', roll_pitch_yaw = 0, 0, 0, angular_velocity = 0, 0, 0 /
+&integrator order = 8, time_step = 60, end_time = 6000 /
+"""
+
+
+class LinearizeTest(unittest.TestCase):
+    def test_a_satellite_about_its_equilibrium(self):
+        scene = nutate.Scene(text=SATELLITE)
+        found = nutate.linearize(scene)
+        self.assertEqual((found.A.shape, found.B.shape), ((7, 7), (7, 4)))
+        self.assertEqual(found.states[-1] + found.inputs[-1], "wheel1_speedmotor1")
+        self.assertEqual((found.state_units[3], found.input_units[3], found.period), ("rad/s", "N m", 0.0))
+        rate = -found.omega[1]
+        # Pitch: 3n²(J1 - J3)/J2, of what turns with the body about that axis.
+        self.assertAlmostEqual(found.A[4, 1], -3 * rate**2 * 50 / 99.99, delta=1e-14 * rate**2)
+        np.testing.assert_allclose(found.eigenvalues.sum(), np.trace(found.A), atol=1e-12 * rate)
+        np.testing.assert_array_equal(found.wheel_speeds, [5.0])
+
+    def test_a_period_is_the_exponential(self):
+        scene = nutate.Scene(text=SATELLITE)
+        rest, period = nutate.linearize(scene), nutate.linearize(scene, period="orbit")
+        self.assertTrue(period.closes)
+        values = np.linalg.eigvals(rest.A * period.period)
+        self.assertAlmostEqual(period.period, 2 * np.pi / -rest.omega[1], delta=1e-11)
+        for value in values:
+            # A double 0 is known to the root of rounding; the rest to the error of steps of 60 s by order 8.
+            self.assertLess(np.abs(period.eigenvalues - np.exp(value)).min(), 1e-7)
+
+    def test_what_is_refused(self):
+        scene = nutate.Scene(text=SATELLITE)
+        for period in (0, -1, "orbits", float("nan"), 1e300):
+            with self.assertRaises(nutate.NutateValueError, msg=period):
+                nutate.linearize(scene, period=period)
+        tumbling = nutate.Scene(None, "initial.angular_velocity=1,2,3", text=SATELLITE)
+        with self.assertRaisesRegex(nutate.NutateValueError, "no equilibrium: angular acceleration .* rad/s"):
+            nutate.linearize(tumbling)
+        with self.assertRaises(nutate.NutateValueError):
+            nutate.linearize(scene, "integrator.order=4")
+
+
+if __name__ == "__main__":
+    unittest.main()

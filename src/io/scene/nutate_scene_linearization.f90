@@ -1,0 +1,42 @@
+!> Linearises the motion of a scene.
+module nutate_scene_linearization
+   use nutate_kinds, only: wp
+   use nutate_linearization, only: linearization_t, linearize_equilibrium, linearize_period, period_of_orbit
+   use nutate_scene, only: scene_t
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
+   implicit none
+   private
+
+   public :: linearize_scene
+
+contains
+
+   !> Linearises the motion of a scene about its start, or over a period. Errors: those of the linearisation;
+   !> `NUTATE_BAD_ARGUMENT` for events that switch effects in a period, and for the period of an orbit that the scene
+   !> does not have.
+   subroutine linearize_scene(scene, period, linear, status)
+      type(scene_t), intent(in) :: scene
+      !> s; 0: the start is an equilibrium; negative: the period of the orbit.
+      real(wp), intent(in) :: period
+      type(linearization_t), intent(out) :: linear
+      type(status_t), intent(out) :: status
+      real(wp) :: whole
+      integer :: i
+      if (.not. abs(period) > 0.0_wp) then
+         call linearize_equilibrium(scene%system, scene%initial, scene%plan%end_time, linear, status)
+         return
+      end if
+      whole = period
+      if (period < 0.0_wp) whole = period_of_orbit(scene%system)
+      if (.not. whole > 0.0_wp) &
+         status = fail(NUTATE_BAD_ARGUMENT, 'there is no orbit with a period (expected &orbit, or a period in seconds)')
+      do i = 1, scene%events%count()
+         if (scene%events%slots(i)%item%action == 0) cycle
+         status = fail(NUTATE_BAD_ARGUMENT, 'a linearised period does not support events that switch effects '// &
+                       '(expected no switch)')
+      end do
+      if (status%ok()) call linearize_period(scene%system, scene%integrator, scene%initial, scene%plan, whole, linear, &
+                                             status)
+   end subroutine linearize_scene
+
+end module nutate_scene_linearization

@@ -1,0 +1,389 @@
+!> Linearisation about an equilibrium, or about a periodic motion: ẋ = A x + B u, or x(T) = A x(0) + B u with inputs
+!> that are constant for a period, whose A is the monodromy matrix and has the Floquet multipliers as its eigenvalues.
+!>
+!> x = (θ, Ω, ω): a rotation vector of the body from the motion, q∘exp(½θ), and the changes of the angular velocity,
+!> body axes, and of the speeds of the wheels relative to the body. u: torques about the body axes, and of the motors.
+!>
+!> An equilibrium is a motion with constant Ω and ω that sees the same forces at all times: a body at rest in space or
+!> in rotating axes, a steady rotation, a sleeping top.
+module nutate_linearization
+   use nutate_applied_torque, only: applied_torque_t
+   use nutate_column, only: attitude_column, column_t, effect_change_t, rate_column, OF_TORQUE, OF_WHEEL
+   use nutate_control, only: needs_control
+   use nutate_hamiltonian, only: angular_velocity, frame_rate_of, make_state
+   use nutate_kinds, only: wp, pi
+   use nutate_lapack, only: general_eigenvalues
+   use nutate_linear_rates, only: input_matrix, linearize_rates
+   use nutate_quaternion, only: quat_exp, quat_product
+   use nutate_run, only: run_t
+   use nutate_run_plan, only: run_plan_t
+   use nutate_state, only: state_t
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
+   use nutate_stepper, only: integrator_settings_t
+   use nutate_system, only: system_t
+   use nutate_tangent, only: check_effects, tangent_t
+   implicit none
+   private
+
+   public :: linearization_t, linearize_equilibrium, linearize_period, period_of_orbit
+
+   !> A linearised motion.
+   type :: linearization_t
+      !> s; 0: an equilibrium.
+      real(wp) :: period = 0.0_wp
+      !> Shapes (states, states), (states, inputs).
+      real(wp), allocatable :: a(:, :), b(:, :)
+      !> Of A; 1/s about an equilibrium; shape (states).
+      complex(wp), allocatable :: eigenvalues(:)
+      character(len=12), allocatable :: states(:), inputs(:)
+      character(len=5), allocatable :: state_units(:), input_units(:)
+      !> Attitude, angular velocity, body axes, rad/s, and speeds of the wheels, rad/s, at the start.
+      real(wp) :: q(4) = 0.0_wp, omega(3) = 0.0_wp
+      real(wp), allocatable :: speeds(:)
+      !> What the motion lacks to be an equilibrium, rad/s², or to be periodic, rad/s: the largest rate of change, or
+      !> change, of angular velocity and speeds of wheels.
+      real(wp) :: residual = 0.0_wp
+      !> A period leads back to the start, and to the same forces.
+      logical :: closes = .true.
+   end type linearization_t
+
+   !> Share of the fastest rate of the motion, or of its square, up to which a residual counts as 0: starts are given
+   !> with so many digits.
+   real(wp), parameter :: tolerance = 1e-6_wp
+   !> Parts of the time over which an equilibrium is followed, incommensurable with whatever is periodic in it.
+   real(wp), parameter :: places(5) = [0.1459_wp, 0.3820_wp, 0.5279_wp, 0.7639_wp, 0.9098_wp]
+
+contains
+
+   !> Linearises about an equilibrium. Errors: `NUTATE_BAD_ARGUMENT` where the start is none, with the residual, and for
+   !> effects without a derivative.
+   subroutine linearize_equilibrium(system, start, end_time, result, status)
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: start
+      !> The forces have to stay the same until then, s; of a body that turns in space for a turn.
+      real(wp), intent(in) :: end_time
+      type(linearization_t), intent(out) :: result
+      type(status_t), intent(out) :: status
+      type(state_t) :: state
+      real(wp), allocatable :: rates(:), a(:, :)
+      real(wp) :: pace, span, worst
+      integer :: k
+      logical :: constant
+      call describe(system, start, result, status)
+      if (.not. status%ok()) return
+      call input_matrix(system, motors_of(system), result%b)
+      allocate (rates(size(result%states)), a(size(result%states), size(result%states)))
+      call linearize_rates(system, start, rates, result%a, status)
+      if (status%ok()) call general_eigenvalues(result%a, result%eigenvalues, status)
+      if (.not. status%ok()) return
+      result%residual = maxval(abs(rates))
+      pace = pace_of(result)
+      ! Where nothing has a rate, a later residual may say more than rounding at the start.
+      if (result%residual > tolerance*pace**2 .and. pace > 0.0_wp) then
+         status = refusal(result%residual)
+         return
+      end if
+      span = turn_time(system, start, result%omega, pace)
+      worst = start%t
+      constant = .true.
+      do k = 1, size(places)
+         if (span > 0.0_wp) state = moved(system, result, start%t, places(k)*span)
+         if (.not. span > 0.0_wp) state = make_state(system, result%q, result%omega, &
+                                                     start%t + places(k)*(end_time - start%t), result%speeds)
+         call linearize_rates(system, state, rates, a, status)
+         if (.not. status%ok()) return
+         constant = constant .and. .not. differs(a, result%a, pace)
+         if (maxval(abs(rates)) > result%residual) worst = state%t
+         result%residual = max(result%residual, maxval(abs(rates)))
+      end do
+      if (result%residual > tolerance*pace**2) then
+         status = refusal(result%residual, worst)
+      else if (.not. constant) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the start is no equilibrium: the derivatives of the forces change '// &
+                       'along the motion (expected constant ones, or a period to linearise over)')
+      end if
+   end subroutine linearize_equilibrium
+
+   !> Why a start is no equilibrium.
+   function refusal(residual, t) result(status)
+      !> Angular acceleration, rad/s².
+      real(wp), intent(in) :: residual
+      !> Its time, s; default: that of the start.
+      real(wp), intent(in), optional :: t
+      type(status_t) :: status
+      character(len=10) :: size
+      character(len=32) :: when
+      write (size, '(es10.2)') residual
+      when = ''
+      if (present(t)) write (when, '(" at t = ",g0.5," s")') t
+      status = fail(NUTATE_BAD_ARGUMENT, 'the start is no equilibrium: angular acceleration '//trim(adjustl(size))// &
+                    ' rad/s^2'//trim(when)//' (expected 0, or a period to linearise over)')
+   end function refusal
+
+   !> The fastest rate of the motion and of what is linear beside it, rad/s.
+   pure real(wp) function pace_of(linear) result(pace)
+      type(linearization_t), intent(in) :: linear
+      pace = max(norm2(linear%omega), maxval(abs(linear%eigenvalues)))
+   end function pace_of
+
+   !> The time of a turn of the body in the space axes, s; 0 where it is at rest there.
+   pure real(wp) function turn_time(system, start, omega, pace)
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: start
+      real(wp), intent(in) :: omega(3), pace
+      real(wp) :: rate
+      rate = norm2(omega - frame_rate_of(system%effects, start%q))
+      turn_time = 0.0_wp
+      if (rate > tolerance*pace) turn_time = 2*pi/rate
+   end function turn_time
+
+   !> The state after a time at which Ω and the speeds of the wheels were constant.
+   pure type(state_t) function moved(system, linear, start, time) result(state)
+      type(system_t), intent(in) :: system
+      type(linearization_t), intent(in) :: linear
+      !> s
+      real(wp), intent(in) :: start, time
+      real(wp) :: q(4)
+      q = quat_product(linear%q, quat_exp((0.5_wp*time)*linear%omega))
+      if (system%effects%frame_turns) q = quat_product(quat_exp((-0.5_wp*time)*system%effects%frame_rate), q)
+      state = make_state(system, q, linear%omega, start + time, linear%speeds)
+   end function moved
+
+   !> True where two linear motions differ: their torques by a rotation, and by the velocities.
+   pure logical function differs(a, other, pace)
+      real(wp), intent(in) :: a(:, :), other(:, :), pace
+      differs = any(abs(a(4:, :3) - other(4:, :3)) > tolerance*pace**2) .or. &
+                any(abs(a(4:, 4:) - other(4:, 4:)) > tolerance*pace)
+   end function differs
+
+   !> Linearises a period of the motion, as the method of the run moves it. Where it does not close, A is the derivative
+   !> of the end by the start all the same. Errors: those of the run; `NUTATE_BAD_ARGUMENT` for effects without a
+   !> derivative.
+   subroutine linearize_period(system, settings, start, plan, period, result, status)
+      type(system_t), intent(in) :: system
+      !> Where they leave the method open, or name the closed solution, the conserving scheme of order 8 is used.
+      type(integrator_settings_t), intent(in) :: settings
+      type(state_t), intent(in) :: start
+      !> Its steps are used.
+      type(run_plan_t), intent(in) :: plan
+      !> s, positive.
+      real(wp), intent(in) :: period
+      type(linearization_t), intent(out) :: result
+      type(status_t), intent(out) :: status
+      type(system_t) :: driven
+      type(run_plan_t) :: one
+      type(run_t) :: run
+      if (needs_control(system%effects)) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'a linearised period supports neither limits nor samples (expected no '// &
+                       'speed_limit in &wheel, no sample and no limits in &controller)')
+         return
+      end if
+      call describe(system, start, result, status)
+      if (.not. status%ok()) return
+      result%period = period
+      one%goal = plan%goal
+      one%max_steps = plan%max_steps
+      one%end_time = start%t + period
+      if (abs(plan%time_step) > 0.0_wp) one%time_step = period/max(1.0_wp, -aint(-period/abs(plan%time_step) + 1e-9_wp))
+      driven = with_inputs(system)
+      call run%begin(driven, settings_for(settings), start, one, status)
+      if (status%ok()) call run%differentiate(columns_of(driven, motors_of(system)), driven, status)
+      if (status%ok()) call run%run_to_end(driven, status)
+      if (status%ok()) call read_tangent(driven, run%state, run%tangent, result)
+      if (status%ok()) call general_eigenvalues(result%a, result%eigenvalues, status)
+      if (status%ok()) call close_period(system, start, run%state, result, status)
+   end subroutine linearize_period
+
+   !> Settings with a method that has tangent columns and admits torques.
+   pure type(integrator_settings_t) function settings_for(settings) result(chosen)
+      type(integrator_settings_t), intent(in) :: settings
+      chosen = settings
+      chosen%attitude = .true.
+      if (all(settings%method /= [character(len=24) :: '', 'auto', 'exact'])) return
+      chosen%method = 'nielsen_krenk'
+      if (chosen%order == 0) chosen%order = 8
+      if (chosen%formulation == '') chosen%formulation = 'reduced'
+   end function settings_for
+
+   !> A system with torques that are zero, so that there are derivatives by them.
+   function with_inputs(system) result(driven)
+      type(system_t), intent(in) :: system
+      type(system_t) :: driven
+      type(applied_torque_t) :: input
+      integer :: i
+      driven = system
+      input%name = 'torque'
+      call driven%effects%add(input)
+      input%name = 'motor'
+      do i = 1, driven%effects%n_wheels
+         associate (wheel => driven%effects%wheels(i))
+            if (.not. allocated(wheel%motor)) allocate (wheel%motor, source=input)
+         end associate
+      end do
+   end function with_inputs
+
+   !> A column for each state, and for each input.
+   function columns_of(driven, motors) result(columns)
+      !> With inputs.
+      type(system_t), intent(in) :: driven
+      integer, intent(in) :: motors(:)
+      type(column_t), allocatable :: columns(:)
+      integer :: i, n
+      n = 6 + driven%effects%n_wheels
+      allocate (columns(n + 3 + size(motors)))
+      do i = 1, 3
+         columns(i) = attitude_column(i)
+         columns(3 + i) = rate_column(i)
+         call change_effect(columns(n + i), OF_TORQUE, driven%effects%n_torques, 5, i)
+      end do
+      do i = 1, driven%effects%n_wheels
+         call change_effect(columns(6 + i), OF_WHEEL, i, 6, 5)
+      end do
+      do i = 1, size(motors)
+         call change_effect(columns(n + 3 + i), OF_WHEEL, motors(i), 9, 7)
+      end do
+   end function columns_of
+
+   !> Makes a column of one number of an effect.
+   subroutine change_effect(column, kind, place, numbers, number)
+      type(column_t), intent(inout) :: column
+      !> Of the effect; how many numbers it has, and which one changes.
+      integer, intent(in) :: kind, place, numbers, number
+      allocate (column%effects(1))
+      column%effects(1)%kind = kind
+      column%effects(1)%place = place
+      allocate (column%effects(1)%change(numbers), source=0.0_wp)
+      column%effects(1)%change(number) = 1.0_wp
+   end subroutine change_effect
+
+   !> A and B at the end of a period.
+   subroutine read_tangent(system, state, tangent, result)
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      type(tangent_t), intent(in) :: tangent
+      type(linearization_t), intent(inout) :: result
+      real(wp) :: x(size(result%states), tangent%n), omega(tangent%n, 3)
+      integer :: i, n
+      n = size(result%states)
+      omega = tangent%rates(system, state)
+      x(1:3, :) = transpose(tangent%theta)
+      x(4:6, :) = transpose(omega)
+      do i = 1, system%effects%n_wheels
+         associate (wheel => system%effects%wheels(i))
+            x(6 + i, :) = tangent%wheels(:, i)/wheel%inertia - matmul(omega, wheel%axis)
+         end associate
+      end do
+      result%a = x(:, :n)
+      result%b = x(:, n + 1:)
+   end subroutine read_tangent
+
+   !> Whether a period leads back to the start: to its velocities, and to the same forces. Where these do not know of a
+   !> turn of the space axes, the body may have turned with them.
+   subroutine close_period(system, start, end, result, status)
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: start, end
+      type(linearization_t), intent(inout) :: result
+      type(status_t), intent(out) :: status
+      real(wp), allocatable, dimension(:) :: first, last
+      real(wp), allocatable, dimension(:, :) :: a, b
+      complex(wp), allocatable :: values(:)
+      real(wp) :: pace
+      integer :: n
+      n = size(result%states)
+      allocate (first(n), last(n), a(n, n), b(n, n), values(n))
+      call linearize_rates(system, start, first, a, status)
+      if (status%ok()) call linearize_rates(system, end, last, b, status)
+      if (status%ok()) call general_eigenvalues(a, values, status)
+      if (.not. status%ok()) return
+      associate (omega => angular_velocity(system, end))
+         pace = max(norm2(result%omega), maxval(abs(values)))
+         result%residual = max(maxval(abs(omega - result%omega)), &
+                               maxval([0.0_wp, abs(speeds_of(system, end) - result%speeds)]))
+      end associate
+      result%closes = result%residual <= tolerance*pace .and. .not. differs(b, a, pace) .and. &
+                      all(abs(last - first) <= tolerance*pace**2)
+   end subroutine close_period
+
+   !> Names, units and the start. Errors: `NUTATE_BAD_ARGUMENT` for effects without a derivative.
+   subroutine describe(system, start, result, status)
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: start
+      type(linearization_t), intent(inout) :: result
+      type(status_t), intent(out) :: status
+      integer, allocatable :: motors(:)
+      integer :: i, n, m
+      call check_effects(system%effects, status)
+      if (.not. status%ok()) return
+      motors = motors_of(system)
+      n = 6 + system%effects%n_wheels
+      m = 3 + size(motors)
+      allocate (result%states(n), result%state_units(n), result%inputs(m), result%input_units(m))
+      allocate (result%a(n, n), result%b(n, m), source=0.0_wp)
+      allocate (result%eigenvalues(n))
+      result%eigenvalues = 0.0_wp
+      do i = 1, 3
+         result%states(i) = 'theta'//digit(i)
+         result%states(3 + i) = 'omega'//digit(i)
+         result%inputs(i) = 'torque'//digit(i)
+      end do
+      do i = 1, n - 6
+         result%states(6 + i) = 'wheel'//digit(i)//'_speed'
+      end do
+      do i = 1, size(motors)
+         result%inputs(3 + i) = 'motor'//digit(motors(i))
+      end do
+      result%state_units = 'rad/s'
+      result%state_units(:3) = 'rad'
+      result%input_units = 'N m'
+      result%q = start%q
+      result%omega = angular_velocity(system, start)
+      result%speeds = speeds_of(system, start)
+   end subroutine describe
+
+   pure character(len=1) function digit(i)
+      integer, intent(in) :: i
+      write (digit, '(i1)') i
+   end function digit
+
+   !> Speeds of the wheels relative to the body, rad/s; shape (wheels).
+   pure function speeds_of(system, state) result(speeds)
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      real(wp) :: speeds(system%effects%n_wheels)
+      real(wp) :: omega(3)
+      integer :: i
+      omega = angular_velocity(system, state)
+      do i = 1, size(speeds)
+         speeds(i) = system%effects%wheels(i)%speed_of(state%wheel_momentum(i), omega)
+      end do
+   end function speeds_of
+
+   !> The wheels whose motor is an input: those without a motor, or with a constant torque.
+   pure function motors_of(system) result(motors)
+      type(system_t), intent(in) :: system
+      integer, allocatable :: motors(:)
+      logical :: is_input(system%effects%n_wheels)
+      integer :: i
+      do i = 1, size(is_input)
+         is_input(i) = .not. allocated(system%effects%wheels(i)%motor)
+         if (is_input(i)) cycle
+         select type (motor => system%effects%wheels(i)%motor)
+         class is (applied_torque_t)
+            is_input(i) = .not. (abs(motor%frequency) > 0.0_wp .or. abs(motor%phase) > 0.0_wp .or. &
+                                 motor%start > -huge(1.0_wp) .or. motor%stop < huge(1.0_wp))
+         end select
+      end do
+      motors = pack([(i, i=1, size(is_input))], is_input)
+   end function motors_of
+
+   !> The period of the orbit that the body moves on, s; 0 where there is none.
+   pure real(wp) function period_of_orbit(system) result(period)
+      type(system_t), intent(in) :: system
+      real(wp) :: rate
+      period = 0.0_wp
+      if (.not. system%effects%on_orbit) return
+      rate = system%effects%orbit%path%mean_motion()
+      if (rate > 0.0_wp) period = 2*pi/rate
+   end function period_of_orbit
+
+end module nutate_linearization
