@@ -129,6 +129,7 @@ program unit
    use test_tangent_attack, only: collect_tangent_attack
    use test_tangent_runs, only: collect_tangent_runs
    use test_tangent_identities, only: collect_tangent_identities
+   use test_tangent_events, only: collect_tangent_events
    use test_tangent_differences, only: collect_tangent_differences
    use test_tangent_explicit, only: collect_tangent_explicit
    use test_taylor, only: collect_taylor
@@ -341,6 +342,7 @@ contains
          new_testsuite("tables", collect_tables), &
          new_testsuite("linearization", collect_linearization), &
          new_testsuite("tangent", collect_tangent), &
+         new_testsuite("tangent_events", collect_tangent_events), &
          new_testsuite("tangent_differences", collect_tangent_differences), &
          new_testsuite("tangent_identities", collect_tangent_identities), &
          new_testsuite("tangent_runs", collect_tangent_runs), &

@@ -3,8 +3,6 @@ module test_tangent_runs
    use nutate_byte_archive, only: byte_archive_t
    use nutate_column, only: attitude_column, column_t, inertia_column, rate_column
    use nutate_controller, only: controller_t
-   use nutate_event, only: SWITCH_OFF
-   use nutate_event_tracker, only: event_list_t
    use nutate_kinds, only: wp, long
    use nutate_methods, only: make_stepper
    use nutate_observer, only: observer_t, run_record_t
@@ -15,7 +13,6 @@ module test_tangent_runs
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_system, only: system_t
    use nutate_tangent, only: tangent_t
-   use test_event_support, only: rate_event_t
    use test_problems, only: forced_body, problem_t
    use test_support, only: check, check_below, check_close, error_type, new_unittest, unittest_type
    implicit none
@@ -45,8 +42,7 @@ contains
                   new_unittest("rows inside steps have columns of their own", columns_inside), &
                   new_unittest("adaptive steps carry columns too", carry_adaptive), &
                   new_unittest("checkpoints hold columns", resume_columns), &
-                  new_unittest("what has no derivative is refused by name", refuse), &
-                  new_unittest("columns end at switches and limits", end_at_switches)]
+                  new_unittest("what has no derivative is refused by name", refuse)]
    end subroutine collect_tangent_runs
 
    !> The columns of these tests: two of the start, one of the body.
@@ -234,39 +230,5 @@ contains
       if (status%ok()) call run%run_to_end(problem%system, status)
       call check(error, index(status%message, 'the projection') > 0, trim(status%message))
    end subroutine refuse
-
-   !> A torque that comes to its limit, and an event that switches the damping off.
-   subroutine end_at_switches(error)
-      type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
-      type(controller_t) :: controller
-      type(system_t) :: limited
-      type(event_list_t) :: events
-      type(run_t) :: run
-      type(run_plan_t) :: plan
-      type(status_t) :: status
-      integer :: i
-      problem = forced_body()
-      plan%time_step = 0.05_wp
-      plan%end_time = 5.0_wp
-      limited = problem%system
-      controller = controller_t(name='controller', limit=3.0_wp)
-      do i = 1, 3
-         controller%rate_gain(i, i) = 1.2_wp
-      end do
-      call limited%effects%add(controller)
-      call run%begin(limited, of_order_four, problem%start, plan, status)
-      if (status%ok()) call run%differentiate(columns_of(), limited, status)
-      if (status%ok()) call run%run_to_end(limited, status)
-      call check(error, index(status%message, 'a controller or wheel comes to a limit') > 0, trim(status%message))
-      problem%system%effects%torques(1)%item%label = 'brake'
-      call events%add(rate_event_t(name='flip', effect='brake', action=SWITCH_OFF))
-      call run%begin(problem%system, of_order_four, problem%start, plan, status)
-      if (status%ok()) call run%set_events(events, problem%system, status)
-      if (status%ok()) call run%differentiate(columns_of(), problem%system, status)
-      if (status%ok()) call run%run_to_end(problem%system, status)
-      call check(error, index(status%message, "event 'flip' switches an effect") > 0, trim(status%message))
-      call check(error, run%state%t < plan%end_time, 'the run ends there')
-   end subroutine end_at_switches
 
 end module test_tangent_runs

@@ -22,7 +22,7 @@ module nutate_free_columns
 contains
 
    !> Makes the tangent columns of the free numbers of a scene. Raises an error, with its line, for what has no
-   !> derivative: a number, an event that switches an effect, a controller with samples, a method.
+   !> derivative: a number, a controller with samples, a method.
    subroutine free_columns(scene, settings, columns, error)
       !> With free numbers.
       type(scene_t), intent(in) :: scene
@@ -46,20 +46,15 @@ contains
       call try_method(scene, settings, columns, error)
    end subroutine free_columns
 
-   !> Raises an error for what acts at certain times: their derivatives are unknown.
+   !> Raises an error for what acts at samples: what it holds has no derivative.
    subroutine check_groups(groups, error)
       type(group_t), intent(in) :: groups(:)
       type(scene_error_t), intent(inout) :: error
       integer :: i
       do i = 1, size(groups)
-         if (groups(i)%name == 'event' .and. groups(i)%has('switch')) then
-            call error%raise(groups(i)%line_of('switch'), &
-                             'sensitivities do not cross an event that switches an effect', &
-                             expected='no switch, or columns without derivatives')
-         else if (groups(i)%name == 'controller' .and. groups(i)%has('sample')) then
+         if (groups(i)%name == 'controller' .and. groups(i)%has('sample')) &
             call error%raise(groups(i)%line_of('sample'), 'a controller that samples has no derivative', &
                              expected='no sample, or columns without derivatives')
-         end if
       end do
    end subroutine check_groups
 

@@ -423,7 +423,7 @@ contains
    end subroutine expect_events
 
    !> The state at a time inside the last step, for events: by the method, or by two steps of a branch of their own.
-   subroutine look_inside(self, system, before, progress, t, state, work, status, works)
+   subroutine look_inside(self, system, before, progress, t, state, work, status, works, tangent)
       class(error_control_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: before
@@ -433,17 +433,19 @@ contains
       real(wp), intent(out) :: work
       type(status_t), intent(inout) :: status
       real(wp), intent(inout), optional :: works(:)
+      type(tangent_t), intent(inout), optional :: tangent
       work = 0.0_wp
       if (present(works)) works(:) = 0.0_wp
       state = before
       if (abs(t - before%t) < 1e-290_wp) return ! closer to the start than equations can divide by
       if (self%method%dense .or. self%equal%suit) then
          call self%half%state_at(system, t, state, work, status, works)
+         if (present(tangent) .and. status%code == 0) call self%half%carry_inside(system, state, tangent, status)
          return
       end if
       if (.not. self%probed) call self%probe%forget_steps()
       self%probed = .true.
-      call go_inside(self%probe, system, t, progress%state%t, state, work, status, works)
+      call go_inside(self%probe, system, t, progress%state%t, state, work, status, works, tangent)
    end subroutine look_inside
 
    !> Repeats the last step, shorter. The next step is tried with the length that it had.

@@ -4,6 +4,7 @@ module nutate_event_following
    use nutate_event, only: CROSSING, event_t, time_scale, SWITCH_OFF, SWITCH_ON
    use nutate_event_hunt, only: hunt_t
    use nutate_event_roots, only: node_t
+   use nutate_event_times, only: crossing_t, find_time_change
    use nutate_hamiltonian, only: potential_energy
    use nutate_kinds, only: wp, long
    use nutate_limit_event, only: limit_event_t, SWITCH_LIMIT
@@ -16,6 +17,7 @@ module nutate_event_following
    use nutate_status, only: status_t, fail, NUTATE_STEP_LIMIT
    use nutate_step_policy, only: step_policy_t
    use nutate_system, only: system_t
+   use nutate_tangent, only: tangent_t
    implicit none
    private
 
@@ -47,6 +49,8 @@ contains
       type(status_t), intent(inout) :: status
       !> As it is shown.
       type(state_t) :: start
+      !> Columns at the event that is shown, of a run that carries any.
+      type(tangent_t), allocatable :: columns
       real(wp) :: length
       integer :: i
 
@@ -166,9 +170,10 @@ contains
          type(state_t) :: state
          type(run_record_t) :: record
          real(wp) :: work, each(size(mark%work))
+         if (allocated(progress%tangent)) columns = progress%tangent
          if (hunts(k)%root%s > 0.0_wp) then
             call policy%look_inside(system, mark%state, progress, mark%state%t + hunts(k)%root%s*length, state, work, &
-                                    status, each)
+                                    status, each, columns)
             if (status%code /= 0) return
          else
             state = start
@@ -196,6 +201,7 @@ contains
             call go_back(mark, progress)
             call policy%retake(system, progress, t, status)
          end if
+         if (status%code == 0 .and. allocated(progress%tangent)) call carry_to_end(s > margin)
          if (status%code /= 0) return
          call put_works(progress%summary, progress%record)
          last = start
@@ -221,6 +227,37 @@ contains
          hunts%found = .true.
       end subroutine end_step_at
 
+      !> The columns at the end of the step; those of the run stay where they are until the step is accepted.
+      subroutine carry_to_end(moved)
+         !> The end of the step is not its start.
+         logical, intent(in) :: moved
+         columns = progress%tangent
+         if (.not. moved) return
+         call policy%carry(system, mark%state, progress, status)
+         call swap(columns, progress%tangent)
+      end subroutine carry_to_end
+
+      !> The derivative of the time of an event: where its function jumped, that of the switch which made it jump; 0
+      !> where a torque began or stopped.
+      subroutine differentiate_time(k, state)
+         integer, intent(in) :: k
+         type(state_t), intent(in) :: state
+         associate (events => progress%events, watched => progress%events%watched(k))
+            if (.not. hunts(k)%jumped) then
+               call find_time_change(watched%event, system, mark%state%t + 0.5_wp*length, state, hunts(k)%scale, &
+                                     columns, watched%time_change)
+            else if (allocated(events%switch_change) .and. .not. abs(events%switch_time - state%t) > 0.0_wp) then
+               watched%time_change = events%switch_change
+            else
+               watched%time_change = 0*columns%work
+            end if
+            if (.not. present(observer)) return
+            if (allocated(observer%time_change)) deallocate (observer%time_change)
+            if (allocated(watched%time_change)) observer%time_change = watched%time_change
+            if (observer%wants_tangent) observer%tangent = columns
+         end associate
+      end subroutine differentiate_time
+
       !> One event: counted, shown, and what it asks for put down.
       subroutine happen(k, state, record)
          integer, intent(in) :: k
@@ -236,6 +273,7 @@ contains
             watched%last_time = state%t
             call hunts(k)%pass_root()
             if (abs(hunts(k)%root%slope) > 0.0_wp) watched%worst = max(watched%worst, spacing(state%t))
+            if (allocated(columns)) call differentiate_time(k, state)
             if (present(observer) .and. k <= events%n_asked) &
                call observer%observe_event(system, watched%event, k, watched%number, state, record, status)
             if (status%code /= 0) return
@@ -264,6 +302,15 @@ contains
 
    end subroutine follow_events
 
+   !> Exchanges columns.
+   subroutine swap(a, b)
+      type(tangent_t), allocatable, intent(inout) :: a, b
+      type(tangent_t), allocatable :: c
+      call move_alloc(a, c)
+      call move_alloc(b, a)
+      call move_alloc(c, b)
+   end subroutine swap
+
    !> What an event is in a message.
    pure function words_of(event) result(words)
       class(event_t), intent(in) :: event
@@ -290,9 +337,11 @@ contains
       type(progress_t), intent(inout) :: progress
       type(status_t), intent(inout) :: status
       real(wp) :: before
+      type(crossing_t) :: crossing
       logical :: changed, settled
       integer :: i
       associate (events => progress%events)
+         if (allocated(progress%tangent)) call crossing%begin(system, progress%state, progress%tangent)
          before = potential_energy(system%effects, progress%state%q, progress%state%t)
          changed = .false.
          settled = .false.
@@ -311,8 +360,19 @@ contains
                end select
                changed = changed .or. event%action /= SWITCH_LIMIT
                settled = settled .or. event%action == SWITCH_LIMIT
+               if (allocated(progress%tangent)) call crossing%pass(system, progress%state, words_of(event), &
+                  events%watched(events%due(i))%time_change, progress%tangent, status)
             end associate
          end do
+         if (allocated(progress%tangent)) then
+            call crossing%finish(system, progress%state, changed, progress%tangent)
+            events%switch_time = progress%state%t
+            if (allocated(events%switch_change)) deallocate (events%switch_change)
+            associate (last => events%watched(events%due(events%n_due)))
+               if (allocated(last%time_change)) events%switch_change = last%time_change
+            end associate
+         end if
+         if (status%code /= 0) return
          events%n_due = 0
          call count_saturations(system%effects, progress%state%t)
          call events%set_system(system)

@@ -38,6 +38,8 @@ module nutate_event_hunt
       !> there is nothing to find.
       logical :: is_flat = .false.
       logical :: found = .false.
+      !> The root is where the function jumped over its level, at the start of the step.
+      logical :: jumped = .false.
       type(node_t) :: root = node_t()
       !> Cells at the last event, behind the root, and at the end; the level of the root, in periods.
       real(wp) :: cell = 0.0_wp, next_cell = 0.0_wp, last_cell = 0.0_wp, at = 0.0_wp
@@ -66,6 +68,7 @@ contains
       integer :: side
       logical :: jumps
       self%found = .false.
+      self%jumped = .false.
       self%near = watched%near
       sense = merge(1.0_wp, -1.0_wp, is_end)
       self%period = 0.0_wp
@@ -122,6 +125,7 @@ contains
       class(hunt_t), intent(inout) :: self
       integer, intent(in) :: side
       self%found = self%wanted == 0 .or. self%wanted == side
+      self%jumped = .true.
       self%root = self%first
       self%root%side = side
    end subroutine note_jump
@@ -188,6 +192,7 @@ contains
       real(wp), intent(in) :: resolution
       type(status_t), intent(inout) :: status
       self%found = .false.
+      self%jumped = .false.
       if (self%is_flat) return
       if (self%period > 0.0_wp) then
          call find_next_level(self, from, resolution, status)

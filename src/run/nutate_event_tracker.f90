@@ -47,6 +47,9 @@ module nutate_event_tracker
       integer(long) :: number = 0
       !> First and last time, s.
       real(wp) :: first_time = 0.0_wp, last_time = 0.0_wp
+      !> Derivative of the last time by each tangent column, s a unit of the column's parameter; shape (n). Not
+      !> allocated: it has none, or there are no columns.
+      real(wp), allocatable :: time_change(:)
       !> Largest last increment of an iteration for a time, s.
       real(wp) :: worst = 0.0_wp
       !> The side of zero at the end of the last step, 1 or -1; 0: not known. With a period, if it is known, the
@@ -79,6 +82,9 @@ module nutate_event_tracker
       integer :: n_due = 0
       !> Switches since the last whole step.
       integer :: switches = 0
+      !> Time of the last switch, s, and its derivative by each tangent column where there are any; shape (n).
+      real(wp) :: switch_time = -huge(1.0_wp)
+      real(wp), allocatable :: switch_change(:)
       !> The motion at the end of the last step, and the torques that acted in it; with functions and slopes of the
       !> events there, if it is known.
       type(motion_t) :: motion = motion_t()
@@ -119,6 +125,8 @@ module nutate_event_tracker
       !> Size of the variation of a function.
       procedure :: variation
       procedure :: transfer
+      !> The same of the derivatives of times.
+      procedure :: transfer_changes
    end type event_tracker_t
 
 contains
@@ -490,5 +498,33 @@ contains
       call self%system%effects%transfer_switches(archive)
       if (archive%is_reading()) self%bounds = bound_motion(self%system)
    end subroutine transfer
+
+   !> Shows the derivatives of times to an archive.
+   subroutine transfer_changes(self, n, archive)
+      !> Begun with the same events and system.
+      class(event_tracker_t), intent(inout) :: self
+      !> Number of tangent columns.
+      integer, intent(in) :: n
+      class(archive_t), intent(inout) :: archive
+      integer :: i
+      do i = 1, size(self%watched)
+         call transfer_one(self%watched(i)%time_change)
+      end do
+      call archive%transfer(self%switch_time)
+      call transfer_one(self%switch_change)
+
+   contains
+
+      subroutine transfer_one(change)
+         real(wp), allocatable, intent(inout) :: change(:)
+         logical :: known
+         known = allocated(change)
+         call archive%transfer(known)
+         if (.not. known) return
+         if (.not. allocated(change)) allocate (change(n), source=0.0_wp)
+         call archive%transfer(change)
+      end subroutine transfer_one
+
+   end subroutine transfer_changes
 
 end module nutate_event_tracker

@@ -193,7 +193,7 @@ contains
    end subroutine expect_events
 
    !> The state at a time inside the last step of the method.
-   subroutine look_inside(self, system, before, progress, t, state, work, status, works)
+   subroutine look_inside(self, system, before, progress, t, state, work, status, works, tangent)
       class(fixed_steps_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: before
@@ -203,7 +203,9 @@ contains
       real(wp), intent(out) :: work
       type(status_t), intent(inout) :: status
       real(wp), intent(inout), optional :: works(:)
+      type(tangent_t), intent(inout), optional :: tangent
       call self%stepper%state_at(system, t, state, work, status, works)
+      if (present(tangent) .and. status%code == 0) call self%stepper%carry_inside(system, state, tangent, status)
    end subroutine look_inside
 
    !> Repeats a part of the last step of the method; what is left of the nominal step then is a piece of its own.

@@ -268,6 +268,7 @@ contains
       call archive%transfer(self%summary%switch_work)
       call archive%transfer(self%switch_compensation)
       call self%events%transfer(archive)
+      if (allocated(self%tangent)) call self%events%transfer_changes(self%tangent%n, archive)
    end subroutine transfer_progress
 
    !> Writes or reads its values in checkpoint data.

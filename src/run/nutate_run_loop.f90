@@ -7,13 +7,12 @@ module nutate_run_loop
    use nutate_event_hunt, only: hunt_t
    use nutate_hamiltonian, only: angular_velocity
    use nutate_kinds, only: wp, eps, long
-   use nutate_limit_event, only: SWITCH_LIMIT
    use nutate_limits, only: same_time
    use nutate_observer, only: observer_t, run_record_t
    use nutate_progress, only: few_rows, fraction_done, is_over, progress_t, put_works, transfer_progress
    use nutate_run_mark, only: go_back, mark_progress, mark_t
    use nutate_state, only: state_t
-   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_STEP_LIMIT
+   use nutate_status, only: status_t, fail, NUTATE_STEP_LIMIT
    use nutate_step_subdivision, only: spare_tries
    use nutate_step_policy, only: step_policy_t
    use nutate_system, only: system_t
@@ -66,28 +65,11 @@ contains
          call take_steps(progress, policy, system, status, observer)
          call policy%show(system, progress%state)
          if (status%code /= 0 .or. .not. (progress%events%n_due > 0 .or. is_sample_due(progress))) exit
-         if (progress%events%n_due > 0 .and. allocated(progress%tangent)) call refuse_switch(progress, status)
-         if (status%code /= 0) exit
          if (progress%events%n_due > 0) call make_switches(policy, system, progress, status)
          call sample_state(policy, system, progress)
          if (status%code /= 0 .or. progress%events%stopped .or. is_over(progress)) exit
       end do
    end subroutine drive_switched
-
-   !> Ends a run with tangent columns at a switch or limit: the time at which that comes has a derivative too.
-   subroutine refuse_switch(progress, status)
-      type(progress_t), intent(in) :: progress
-      type(status_t), intent(inout) :: status
-      associate (event => progress%events%watched(progress%events%due(1))%event)
-         if (event%action == SWITCH_LIMIT) then
-            status = fail(NUTATE_BAD_ARGUMENT, 'tangent columns end where a controller or wheel comes to a limit '// &
-                          '(expected an earlier end, or no limits)')
-         else
-            status = fail(NUTATE_BAD_ARGUMENT, "tangent columns end where the event '"//trim(event%name)// &
-                          "' switches an effect (expected an earlier end, or no switch)")
-         end if
-      end associate
-   end subroutine refuse_switch
 
    !> Lets controllers take the samples that are due, and those that were switched.
    subroutine sample_state(policy, system, progress)
@@ -103,6 +85,13 @@ contains
       call progress%events%set_system(system)
       call policy%update_commands()
    end subroutine sample_state
+
+   !> True where switches come before all else: checkpoints hold none that are due.
+   pure logical function is_switch_due(progress)
+      type(progress_t), intent(in) :: progress
+      is_switch_due = .false.
+      if (allocated(progress%events)) is_switch_due = progress%events%n_due > 0
+   end function is_switch_due
 
    !> True at a sample of a controller.
    pure logical function is_sample_due(progress)
@@ -170,7 +159,7 @@ contains
          if (status%code /= 0) return
          if (present(observer)) then
             call show_step(progress, policy, system, watched, progress%summary%steps /= steps, over, observer, status)
-            if (tries_of(progress) >= next_poll .and. status%code == 0) then
+            if (tries_of(progress) >= next_poll .and. status%code == 0 .and. .not. is_switch_due(progress)) then
                next_poll = poll_after(progress, policy)
                call observer%poll(fraction_done(progress), status)
                if (observer%wants_checkpoint) call offer(progress, policy, observer, status)

@@ -103,8 +103,8 @@ module nutate_step_policy
       end subroutine get_ready
 
       !> Errors: those of the method.
-      subroutine look(self, system, before, progress, t, state, work, status, works)
-         import :: step_policy_t, system_t, progress_t, state_t, status_t, wp
+      subroutine look(self, system, before, progress, t, state, work, status, works, tangent)
+         import :: step_policy_t, system_t, progress_t, state_t, status_t, tangent_t, wp
          class(step_policy_t), intent(inout) :: self
          type(system_t), intent(in) :: system
          !> The start of the step.
@@ -120,6 +120,8 @@ module nutate_step_policy
          type(status_t), intent(inout) :: status
          !> Work of each from the start of the step, J; shape (n_works).
          real(wp), intent(inout), optional :: works(:)
+         !> Columns at the start of the step on entry, at the time on exit.
+         type(tangent_t), intent(inout), optional :: tangent
       end subroutine look
 
       !> Moves a run by a part of the step that was taken last, and counts no step of the run. Errors: those of the

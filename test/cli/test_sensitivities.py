@@ -99,6 +99,22 @@ class Sensitivities(CommandLineTest):
                 self.compare("alone.nml", "body.inertia.2", lambda h: f"body.inertia=3,{2 + h!r},1.5", 2e-3,
                              "--set", f"integrator.method={method}", "--unset", "integrator.order")
 
+    def test_derivatives_cross_switches(self):
+        # The weight is switched off, and the wheel comes to the limit of its speed, before row 3.
+        steps = "&integrator method = 'rk8', time_step = 0.02, end_time = 1.0 /\n"
+        wheel = WHEEL.replace("friction = 0.01", "torque = 0.5, speed_limit = 6.0")
+        event = "&event when = 'omega1', crosses = 0.5, switch = 'weight off' /\n"
+        output = "&output times = 0.0, 0.033, 0.5, 0.72, 1.0, columns = 'quaternion', 'angular_velocity', 'wheel1'"
+        self.write("plain.nml", SYSTEM + wheel + steps + event + output + " /\n")
+        self.write("free.nml", SYSTEM + wheel + steps + event + FREE + output + ", 'sensitivities' /\n")
+        page = self.succeed("run", "plain.nml").stderr
+        for text in (r"'omega1' +once, at t = 0\.165", r"upper limit of wheel 1 +once, at t = 0\.493"):
+            self.assertRegex(page, text)
+        for key, changed in (("body.mass", lambda h: f"body.mass={2 + h!r}"),
+                             ("damping.coefficient.3", lambda h: f"damping.coefficient=0.1,0.2,{0.05 + h!r}")):
+            with self.subTest(key=key):
+                self.compare("plain.nml", key, changed, 2e-4)
+
     def test_rows_inside_of_long_adaptive_steps(self):
         free = "&body inertia = 3.0, 2.0, 1.5 /\n&initial quaternion = 0.8, 0.4, -0.4, 0.2, angular_velocity = 0.4, -0.3, 2.0 /\n" \
             "&free key = 'body.inertia', 'initial.angular_velocity' /\n" + OUTPUT
@@ -221,7 +237,6 @@ class Sensitivities(CommandLineTest):
                 ("&free key = 'integrator.end_time' /", last, "no derivative by 'integrator.end_time'"),
                 ("&torque body = 1, 0, 0, start = 0.5 /\n&free key = 'torque.start' /", last + 1,
                  "no derivative by torque.start"),
-                ("&event when = 'omega1', crosses = 0.0, switch = 'weight off' /", last, "an event that switches an effect"),
                 ("&controller law = 'quaternion', attitude_gain = 0.1, rate_gain = 0.1, sample = 0.1 /", last, "controller that samples"),
                 ("&output columns = 'covarance' /", last, "covariance")):
             with self.subTest(line=line):

@@ -1,0 +1,185 @@
+!> A system whose parameters have moved by a small part of a tangent column: for derivatives of what a system computes
+!> by differences along the column. What effects know of their parameters' changes is added to first order.
+module nutate_moved_system
+   use nutate_body, only: body_t, make_body
+   use nutate_column, only: OF_POTENTIAL, OF_TORQUE
+   use nutate_kinds, only: wp, eps
+   use nutate_potential, only: potential_t
+   use nutate_quaternion, only: rotate_to_body
+   use nutate_status, only: status_t
+   use nutate_system, only: system_t
+   use nutate_tangent, only: tangent_t
+   use nutate_torque, only: torque_t
+   use nutate_wheel, only: wheel_t
+   implicit none
+   private
+
+   public :: move_system
+
+   !> A potential with a change of its parameters.
+   type, extends(potential_t) :: moved_potential_t
+      class(potential_t), allocatable :: base
+      !> Of the base's `parameters`.
+      real(wp), allocatable :: change(:)
+   contains
+      procedure :: direction_at => moved_direction
+      procedure :: power => moved_power
+      procedure :: energy => moved_energy
+      procedure :: gradient => moved_gradient
+   end type moved_potential_t
+
+   !> A torque with a change of its parameters.
+   type, extends(torque_t) :: moved_torque_t
+      class(torque_t), allocatable :: base
+      !> Of the base's `parameters`.
+      real(wp), allocatable :: change(:)
+   contains
+      procedure :: torque => moved_torque
+      procedure :: window => base_window
+      procedure :: acts_at => base_acts_at
+      procedure :: piece => base_piece
+   end type moved_torque_t
+
+contains
+
+   !> Moves the parameters of a system by a part of those of a column.
+   subroutine move_system(system, tangent, m, part, moved)
+      type(system_t), intent(in) :: system
+      type(tangent_t), intent(in) :: tangent
+      !> Which of the parametric columns.
+      integer, intent(in) :: m
+      !> In units of the column's parameter; so small that the body stays one.
+      real(wp), intent(in) :: part
+      type(system_t), intent(out) :: moved
+      integer :: i, j
+      moved = system
+      associate (column => tangent%columns(tangent%parametric(m)), effects => moved%effects)
+         if (any(abs(tangent%inertia(:, :, m)) > 0.0_wp)) &
+            call move_body(system%body, part*tangent%inertia(:, :, m), moved%body)
+         effects%rotor_momentum = effects%rotor_momentum + part*column%rotor
+         effects%frame_rate = effects%frame_rate + part*column%frame
+         if (.not. allocated(column%effects)) return
+         do i = 1, size(column%effects)
+            associate (item => column%effects(i), change => part*column%effects(i)%change)
+               select case (item%kind)
+               case (OF_POTENTIAL)
+                  do j = 1, effects%n_potentials
+                     if (effects%potentials(j)%place == item%place) &
+                        call move_potential(effects%potentials(j)%item, change)
+                  end do
+               case (OF_TORQUE)
+                  call move_torque(effects%torques(item%place)%item, change)
+               case default
+                  call move_wheel(effects%wheels(item%place), change)
+               end select
+            end associate
+         end do
+      end associate
+   end subroutine move_system
+
+   !> The body with another inertia.
+   subroutine move_body(body, change, moved)
+      type(body_t), intent(in) :: body
+      !> kg m²; shape (3,3).
+      real(wp), intent(in) :: change(3, 3)
+      type(body_t), intent(inout) :: moved
+      type(body_t) :: made
+      type(status_t) :: status
+      call make_body(body%inertia + change, made, status, check_triangle=.false.)
+      moved%inertia = made%inertia
+      moved%inverse_inertia = made%inverse_inertia
+      moved%moments = made%moments
+      moved%axes = made%axes
+   end subroutine move_body
+
+   subroutine move_potential(item, change)
+      class(potential_t), allocatable, intent(inout) :: item
+      real(wp), intent(in) :: change(:)
+      type(moved_potential_t), allocatable :: moved
+      allocate (moved)
+      moved%moves = item%moves
+      moved%pace = item%pace
+      moved%direction = item%direction + item%direction_change(change, 0.0_wp)
+      moved%change = change
+      call move_alloc(item, moved%base)
+      call move_alloc(moved, item)
+   end subroutine move_potential
+
+   subroutine move_torque(item, change)
+      class(torque_t), allocatable, intent(inout) :: item
+      real(wp), intent(in) :: change(:)
+      type(moved_torque_t), allocatable :: moved
+      allocate (moved)
+      moved%change = change
+      call move_alloc(item, moved%base)
+      call move_alloc(moved, item)
+   end subroutine move_torque
+
+   !> The parameters of a motor stand behind the six of the wheel; a motor's torque is component 1 of three.
+   subroutine move_wheel(wheel, change)
+      type(wheel_t), intent(inout) :: wheel
+      real(wp), intent(in) :: change(:)
+      wheel%axis = wheel%axis + wheel%axis_change(change)
+      wheel%inertia = wheel%inertia + change(4)
+      wheel%friction = wheel%friction + change(6)
+      if (size(change) > 6) call move_torque(wheel%motor, [change(7), 0.0_wp, 0.0_wp, change(8:)])
+   end subroutine move_wheel
+
+   pure function moved_direction(self, t) result(n)
+      class(moved_potential_t), intent(in) :: self
+      real(wp), intent(in) :: t
+      real(wp) :: n(3)
+      n = self%base%direction_at(t) + self%base%direction_change(self%change, t)
+   end function moved_direction
+
+   !> By a central difference over ε^(1/3) of the time in which n moves by its own length: to 1e-10.
+   pure real(wp) function moved_power(self, q, t) result(power)
+      class(moved_potential_t), intent(in) :: self
+      real(wp), intent(in) :: q(4), t
+      real(wp) :: h
+      h = eps**(1.0_wp/3)
+      if (self%pace > 0.0_wp) h = h/self%pace
+      power = (self%energy(rotate_to_body(q, self%direction_at(t + h))) - &
+               self%energy(rotate_to_body(q, self%direction_at(t - h))))/(2*h)
+   end function moved_power
+
+   pure real(wp) function moved_energy(self, gamma) result(energy)
+      class(moved_potential_t), intent(in) :: self
+      real(wp), intent(in) :: gamma(3)
+      energy = self%base%energy(gamma) + self%base%energy_change(self%change, gamma)
+   end function moved_energy
+
+   pure function moved_gradient(self, gamma) result(gradient)
+      class(moved_potential_t), intent(in) :: self
+      real(wp), intent(in) :: gamma(3)
+      real(wp) :: gradient(3)
+      gradient = self%base%gradient(gamma) + self%base%gradient_change(self%change, gamma, gamma)
+   end function moved_gradient
+
+   pure function moved_torque(self, t, q, omega) result(tau)
+      class(moved_torque_t), intent(in) :: self
+      real(wp), intent(in) :: t, q(4), omega(3)
+      real(wp) :: tau(3)
+      tau = self%base%torque(t, q, omega) + self%base%torque_change(self%change, t, q, omega)
+   end function moved_torque
+
+   pure subroutine base_window(self, start, stop)
+      class(moved_torque_t), intent(in) :: self
+      real(wp), intent(out) :: start, stop
+      call self%base%window(start, stop)
+   end subroutine base_window
+
+   pure logical function base_acts_at(self, t)
+      class(moved_torque_t), intent(in) :: self
+      real(wp), intent(in) :: t
+      base_acts_at = self%base%acts_at(t)
+   end function base_acts_at
+
+   pure subroutine base_piece(self, moment, start, stop)
+      class(moved_torque_t), intent(in) :: self
+      real(wp), intent(in) :: moment
+      real(wp), intent(out) :: start, stop
+      call self%base%piece(moment, start, stop)
+   end subroutine base_piece
+
+end module nutate_moved_system
