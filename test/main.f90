@@ -77,6 +77,7 @@ program unit
    use test_limits, only: collect_limits
    use test_literature, only: collect_literature
    use test_paper, only: collect_paper
+   use test_periodic_start, only: collect_periodic_start
    use test_plan, only: collect_plan
    use test_predictor, only: collect_predictor
    use test_quaternion, only: collect_quaternion
@@ -336,6 +337,7 @@ contains
         new_testsuite("check_cases", collect_check_cases), &
         new_testsuite("third_degree", collect_third_degree), &
         new_testsuite("tumbling", collect_tumbling), &
+        new_testsuite("periodic_start", collect_periodic_start), &
         new_testsuite("orbit_table", collect_orbit_table), &
          new_testsuite("orbit_reference", collect_orbit_reference), &
          new_testsuite("table_torques", collect_table_torques), &

@@ -293,6 +293,22 @@ class Orbits(CommandLineTest):
             self.assertAlmostEqual(float(event[3]), 1.0309278350515463, delta=1e-13)
         self.fail_with(2, "run", "flyby.nml", "--set", "rotor.momentum=0,0,1", says=("tumbling elements of a body with a rotor",))
 
+    def test_resonances_start_without_free_librations(self):
+        scene = BODY.replace("90.0, 100.0, 40.0", "0.9995, 0.999703, 1.0") + "&orbit mu = 1, semi_major_axis = 1, eccentricity = 0.2056 /\n" \
+            "&gravity_gradient /\n&initial resonance = '3:2' /\n&integrator method = 'taylor', local_tolerance = 1e-14, " \
+            "end_time = 25.132741228718345 /\n&output columns = 'angular_velocity', times = 0, 6.283185307179586, 25.132741228718345 /\n"
+        self.write("mercury.nml", scene)
+        self.succeed("run", "mercury.nml", "--quiet")
+        for row in self.history("mercury.csv")[1]:
+            self.assertAlmostEqual(row[3], 1.500129574985608999697, delta=1e-13)
+        self.write("both.nml", scene.replace("'3:2'", "'3:2', angular_velocity = 0, 0, 1"))
+        self.fail_with(2, "run", "both.nml", says=("both.nml:", "resonance", "angular_velocity"))
+        self.write("open.nml", scene.replace("semi_major_axis = 1, eccentricity = 0.2056", "periapsis_distance = 1, eccentricity = 1.5"))
+        self.fail_with(2, "run", "open.nml", says=("open.nml:", "resonance: the orbit is not closed"))
+        # Too stiff a spring to follow for a revolution.
+        self.write("stiff.nml", scene + "&spring stiffness = 1e30, anchor = 0, 0, 1, body_point = 1, 0, 0 /\n")
+        self.fail_with(2, "run", "stiff.nml", says=("stiff.nml:", "resonance"))
+
     def test_gravity_of_third_degree_reads_points(self):
         points = ((1, 0.12, 0, 0), (2, 0, 0.09, 0), (3, -0.02, -0.03, 0.08), (4, -0.015, -0.0225, -0.06))
         scene = BODY.replace("90.0, 100.0, 40.0", "0.05, 0.06, 0.075") + "&orbit mu = 1, periapsis_distance = 1, eccentricity = 1.5, " \

@@ -259,7 +259,7 @@ contains
          scene%named_torques = effects%n_torques
          call effects%append(scene%added)
       end associate
-      call build_initial(first_group(scene%groups, 'initial'), scene%system%body, scene%system%effects, q, omega, error)
+      call build_initial(first_group(scene%groups, 'initial'), scene%system, q, omega, error)
       if (.not. error%raised) scene%initial = make_state(scene%system, q, omega)
    end subroutine build_motion
 
@@ -398,7 +398,7 @@ contains
             call rebuild_body(groups(place_of(groups, 'body')), scene%shape, scene%system%body, error)
          if (error%raised) return
          associate (initial => groups(place_of(groups, 'initial')))
-            call rebuild_initial(initial, scene%system%body, scene%system%effects, q, omega, error)
+            call rebuild_initial(initial, scene%system, q, omega, error)
             if (error%raised) return
             scene%initial = make_state(scene%system, q, omega)
             call check_initial(scene%system, scene%initial, scene%plan, initial, &

@@ -8,6 +8,7 @@ module nutate_scene_initial
    use nutate_hamiltonian, only: frame_rate_of
    use nutate_keys, only: group_t, key_t, name_length, KEY_LOGICAL, KEY_TEXT
    use nutate_kinds, only: wp, pi
+   use nutate_periodic_start, only: find_periodic_start, periodic_start_t
    use nutate_quaternion, only: quat_normalized, quat_product, rotate_to_body
    use nutate_range, only: check_attitude, check_motion, check_step
    use nutate_run_plan, only: run_plan_t
@@ -22,7 +23,7 @@ module nutate_scene_initial
    public :: initial_keys, build_initial, rebuild_initial, check_initial
 
    !> Keys of the scene group `&initial`.
-   type(key_t), parameter :: initial_keys(19) = [ &
+   type(key_t), parameter :: initial_keys(20) = [ &
       key_t(name='quaternion', least=4, most=4, range=ANY_DIRECTION), &
       key_t(name='axis', least=3, most=3, range=ANY_DIRECTION), &
       key_t(name='angle'), &
@@ -41,21 +42,25 @@ module nutate_scene_initial
       key_t(name='pole', least=2, most=2), &
       key_t(name='precession_angle', default='0', beside='tumbling'), &
       key_t(name='rotation_phase', default='0', beside='tumbling'), &
+      key_t(name='resonance', kind=KEY_TEXT, choices='1:2,1:1,3:2,2:1,5:2,3:1'), &
       key_t(name='degrees', kind=KEY_LOGICAL)]
 
    !> Keys that go with `tumbling`, those that it needs first.
    character(len=name_length), parameter :: elements(7) = [character(len=name_length) :: &
       'precession_period', 'period_axis', 'pole', 'rotation_period', 'energy_ratio', 'precession_angle', &
       'rotation_phase']
+   !> Keys of an attitude and a rotation that are given as such.
+   character(len=name_length), parameter :: as_such(10) = [character(len=name_length) :: &
+      'quaternion', 'axis', 'angle', 'euler', 'roll_pitch_yaw', 'attitude_from', 'angular_velocity', 'euler_rates', &
+      'frame', 'rate_from']
 
 contains
 
    !> Attitude and angular velocity at the start.
-   subroutine build_initial(group, body, effects, q, omega, error)
+   subroutine build_initial(group, system, q, omega, error)
       type(group_t), intent(in) :: group
-      type(body_t), intent(in) :: body
-      !> The orbit, and the rate of the space axes, against which they may be given.
-      type(effect_list_t), intent(in) :: effects
+      !> With the orbit, and the rate of the space axes, against which they may be given.
+      type(system_t), intent(in) :: system
       !> Unit quaternion, body→space; shape (4).
       real(wp), intent(out) :: q(4)
       !> Ω, body axes, rad/s; shape (3).
@@ -64,19 +69,20 @@ contains
       q = 0.0_wp
       omega = 0.0_wp
       if (group%has('tumbling')) then
-         call check_tumbling(group, effects, error)
+         call check_tumbling(group, system%effects, error)
+      else if (group%has('resonance')) then
+         call check_resonance(group, error)
       else
          call check_keys(group, error)
-         call check_references(group, effects, error)
+         call check_references(group, system%effects, error)
       end if
-      if (.not. error%raised) call rebuild_initial(group, body, effects, q, omega, error)
+      if (.not. error%raised) call rebuild_initial(group, system, q, omega, error)
    end subroutine build_initial
 
    !> The same of a group whose keys have been checked.
-   subroutine rebuild_initial(group, body, effects, q, omega, error)
+   subroutine rebuild_initial(group, system, q, omega, error)
       type(group_t), intent(in) :: group
-      type(body_t), intent(in) :: body
-      type(effect_list_t), intent(in) :: effects
+      type(system_t), intent(in) :: system
       real(wp), intent(out) :: q(4), omega(3)
       type(scene_error_t), intent(inout) :: error
       real(wp) :: unit
@@ -85,18 +91,21 @@ contains
       unit = 1.0_wp
       if (group%flag('degrees', .false.)) unit = pi/180
       if (group%has('tumbling')) then
-         call build_tumbling(group, body, unit, q, omega, error)
+         call build_tumbling(group, system%body, unit, q, omega, error)
+         return
+      else if (group%has('resonance')) then
+         call build_resonance(group, system, q, omega, error)
          return
       end if
       call build_attitude(group, unit, q, error)
       if (error%raised) return
-      if (group%text('attitude_from', 'space') == 'lvlh') q = quat_product(effects%orbit%axes(0.0_wp), q)
+      if (group%text('attitude_from', 'space') == 'lvlh') q = quat_product(system%effects%orbit%axes(0.0_wp), q)
       call build_rate(group, unit, q, omega)
       select case (group%text('rate_from', 'inertial'))
       case ('frame')
-         omega = omega + frame_rate_of(effects, q)
+         omega = omega + frame_rate_of(system%effects, q)
       case ('lvlh')
-         omega = omega + rotate_to_body(q, effects%orbit%axes_rate(0.0_wp))
+         omega = omega + rotate_to_body(q, system%effects%orbit%axes_rate(0.0_wp))
       case default
          ! Against the stars, as Ω is.
       end select
@@ -146,13 +155,11 @@ contains
       type(group_t), intent(in) :: group
       type(effect_list_t), intent(in) :: effects
       type(scene_error_t), intent(inout) :: error
-      character(len=name_length), parameter :: others(10) = [character(len=name_length) :: &
-         'quaternion', 'axis', 'angle', 'euler', 'roll_pitch_yaw', 'attitude_from', 'angular_velocity', 'euler_rates', &
-         'frame', 'rate_from']
       integer :: i
-      do i = 1, size(others)
-         call allow_one_of(group, [character(len=name_length) :: 'tumbling', others(i)], error)
+      do i = 1, size(as_such)
+         call allow_one_of(group, [character(len=name_length) :: 'tumbling', as_such(i)], error)
       end do
+      call allow_one_of(group, [character(len=name_length) :: 'tumbling', 'resonance'], error)
       call allow_one_of(group, [character(len=name_length) :: 'rotation_period', 'energy_ratio'], error)
       do i = 1, 3
          call demand_with(group, 'tumbling', trim(elements(i)), error)
@@ -162,6 +169,36 @@ contains
            'tumbling elements of a body with a rotor '// &
                                                  'or wheel', expected='a body without them')
    end subroutine check_tumbling
+
+   !> A resonance excludes other forms of a start.
+   subroutine check_resonance(group, error)
+      type(group_t), intent(in) :: group
+      type(scene_error_t), intent(inout) :: error
+      integer :: i
+      do i = 1, size(as_such)
+         call allow_one_of(group, [character(len=name_length) :: 'resonance', as_such(i)], error)
+      end do
+      do i = 1, size(elements)
+         call demand_with(group, trim(elements(i)), 'tumbling', error)
+      end do
+   end subroutine check_resonance
+
+   !> Attitude and angular velocity of the periodic motion in a resonance.
+   subroutine build_resonance(group, system, q, omega, error)
+      type(group_t), intent(in) :: group
+      type(system_t), intent(in) :: system
+      real(wp), intent(inout) :: q(4), omega(3)
+      type(scene_error_t), intent(inout) :: error
+      type(periodic_start_t) :: start
+      type(status_t) :: status
+      character(len=3) :: ratio
+      ratio = group%text('resonance', '1:1')
+      call find_periodic_start(system, real(iachar(ratio(1:1)) - iachar('0'), wp)/(iachar(ratio(3:3)) - iachar('0')), &
+                               start, status)
+      q = start%q
+      omega = start%omega
+      if (.not. status%ok()) call error%raise_status(group%line_of('resonance'), status)
+   end subroutine build_resonance
 
    !> Attitude and angular velocity of tumbling elements.
    subroutine build_tumbling(group, body, unit, q, omega, error)
@@ -258,6 +295,7 @@ contains
       key = 'angular_velocity'
       if (initial%has('euler_rates')) key = 'euler_rates'
       if (initial%has('tumbling')) key = 'precession_period'
+      if (initial%has('resonance')) key = 'resonance'
    end function rate_key
 
 end module nutate_scene_initial
