@@ -128,6 +128,8 @@ def tumbling(dice, scales):
 def initial(dice, scales, axes):
     if dice.random() < 0.1:
         return tumbling(dice, scales)
+    if "orbit" in axes and dice.random() < 0.1:
+        return group("initial", [f"resonance = '{dice.choice(('1:2', '1:1', '3:2', '2:1', '5:2', '3:1'))}'"])
     lines = []
     if axes and dice.random() < 0.5:
         lines.append(f"rate_from = '{dice.choice(('inertial', 'frame', 'lvlh'))}'")
