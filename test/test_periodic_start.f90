@@ -43,7 +43,8 @@ contains
       type(scene_t), intent(out) :: scene
       type(status_t) :: status
       character(len=:), allocatable :: message
-      call parse_scene(body//orbit//' /'//nl//"&gravity_gradient /"//nl//"&initial resonance = '"//resonance//"' /"//nl// &
+      call parse_scene(body//orbit//' /'//nl//"&gravity_gradient /"//nl// &
+                       "&initial resonance = '"//resonance//"' /"//nl// &
                        "&integrator method = 'taylor', local_tolerance = 1e-15, end_time = 1.0 /", 's.nml', scene, &
                        status, message)
       call check(error, status%ok(), message)
@@ -145,7 +146,7 @@ contains
       call check(error, start%condition > 2000.0_wp .and. start%condition < 3000.0_wp, 'condition of Mercury')
    end subroutine free_librations
 
-   !> Other axes of the body, an orbit in space, a start 2 rad after periapsis, in SI units: the same motion at periapsis.
+   !> Other axes of the body, an orbit in space, a start 2 rad after periapsis, in SI units: the same motion.
    subroutine anywhere(error)
       type(error_type), allocatable, intent(out) :: error
       character(len=*), parameter :: orbits(2) = [character(len=200) :: &
@@ -166,8 +167,8 @@ contains
          if (i == 2) scene%plan%end_time = 18771.26_wp
          call integrate(scene%system, scene%integrator, state, scene%plan, status)
          call check(error, status%ok(), trim(status%message))
-         call check_close(error, angular_velocity(scene%system, state)/rate, [rate_of_phobos, 0.0_wp, 0.0_wp], 1e-12_wp, &
-                          'rate at periapsis')
+         call check_close(error, angular_velocity(scene%system, state)/rate, [rate_of_phobos, 0.0_wp, 0.0_wp], &
+                          1e-12_wp, 'rate at periapsis')
          ! Its axes 2, 3, 1 are those to the planet, forward and along the normal.
          expected = product_of(quat_from_euler(0.5_wp, 0.4_wp, 0.6_wp), [0.5_wp, -0.5_wp, -0.5_wp, -0.5_wp])
          call check(error, attitude_distance(state%q, expected) < 1e-11_wp, 'attitude at periapsis')

@@ -1,12 +1,12 @@
 !> Periodic motions of bodies in spin-orbit resonance, by shooting: the forced librations without the free ones.
 !>
-!> In the resonance p a body turns by 2πp about the normal of its orbit in a revolution, p a multiple of ½, since gravity
-!> gradients do not feel half a turn. With z the normal and P the period the start is a root of
+!> In the resonance p a body turns by 2πp about the normal of its orbit in a revolution, p a multiple of ½, since
+!> gravity gradients do not feel half a turn. With z the normal and P the period the start is a root of
 !>
 !>     log((Rz(2πp)∘q(0))*∘q(P)) = 0,   Ω(P) - Ω(0) = 0:
 !>
-!> six equations in the turn x of q(0)∘exp(½x) and the change of Ω(0). Newton's method takes its Jacobian, M - 1, from the
-!> tangent columns of the run.
+!> six equations in the turn x of q(0)∘exp(½x) and the change of Ω(0). Newton's method has its Jacobian, M - 1, from
+!> the tangent columns of the run.
 module nutate_periodic_start
    use nutate_attitude, only: quat_from_euler, quat_from_matrix, quat_from_rotation_vector, rotation_vector_from_quat
    use nutate_column, only: attitude_column, column_t, rate_column
@@ -55,8 +55,8 @@ module nutate_periodic_start
 
 contains
 
-   !> Finds the periodic motion of a spin-orbit resonance, from the axis of the least moment along the periapsis, that of
-   !> the largest along the normal, and Ω = pn.
+   !> Finds the periodic motion of a spin-orbit resonance, from the axis of the least moment along the periapsis, that
+   !> of the largest along the normal, and Ω = pn.
    !>
    !> Errors: `NUTATE_BAD_ARGUMENT` unless the body moves on one closed orbit in inertial axes, and has no wheels; where
    !> the motion has no derivative; where the iteration finds no periodic motion.
@@ -154,7 +154,8 @@ contains
          columns(i) = attitude_column(i)
          columns(3 + i) = rate_column(i)
       end do
-      call run%begin(system, integrator_settings_t(method='dop853'), make_state(system, start%q, start%omega), plan, status)
+      call run%begin(system, integrator_settings_t(method='dop853'), make_state(system, start%q, start%omega), &
+                     plan, status)
       if (status%ok()) call run%differentiate(columns, system, status)
       if (status%ok()) call run%run_to_end(system, status)
       if (.not. status%ok()) then
