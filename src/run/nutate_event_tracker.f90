@@ -127,6 +127,8 @@ module nutate_event_tracker
       procedure :: transfer
       !> The same of the derivatives of times.
       procedure :: transfer_changes
+      !> Forgets the derivatives of times, for other columns.
+      procedure :: forget_changes
    end type event_tracker_t
 
 contains
@@ -498,6 +500,16 @@ contains
       call self%system%effects%transfer_switches(archive)
       if (archive%is_reading()) self%bounds = bound_motion(self%system)
    end subroutine transfer
+
+   !> Forgets the derivatives of times, for other columns.
+   pure subroutine forget_changes(self)
+      class(event_tracker_t), intent(inout) :: self
+      integer :: i
+      do i = 1, size(self%watched)
+         if (allocated(self%watched(i)%time_change)) deallocate (self%watched(i)%time_change)
+      end do
+      if (allocated(self%switch_change)) deallocate (self%switch_change)
+   end subroutine forget_changes
 
    !> Shows the derivatives of times to an archive.
    subroutine transfer_changes(self, n, archive)

@@ -294,6 +294,7 @@ contains
       type(system_t), intent(in) :: system
       type(status_t), intent(out) :: status
       if (allocated(self%tangent)) deallocate (self%tangent, self%last_tangent)
+      if (allocated(self%events)) call self%events%forget_changes()
       allocate (self%tangent, self%last_tangent)
       call self%tangent%begin(system, self%state, columns, status)
       if (status%ok()) then
