@@ -34,6 +34,7 @@ program unit
    use test_c_exchange, only: collect_c_exchange
    use test_c_satellites, only: collect_c_satellites
    use test_c_sweep, only: collect_c_sweep
+   use test_classical_tops, only: collect_classical_tops
    use test_changed_states, only: collect_changed_states
    use test_choice, only: collect_choice
    use test_composition, only: collect_composition
@@ -337,6 +338,7 @@ contains
         new_testsuite("check_cases", collect_check_cases), &
         new_testsuite("third_degree", collect_third_degree), &
         new_testsuite("tumbling", collect_tumbling), &
+        new_testsuite("classical_tops", collect_classical_tops), &
         new_testsuite("periodic_start", collect_periodic_start), &
         new_testsuite("orbit_table", collect_orbit_table), &
          new_testsuite("orbit_reference", collect_orbit_reference), &

@@ -3,6 +3,7 @@
 module test_check_cases
    use nutate_hamiltonian, only: angular_velocity
    use nutate_kinds, only: wp, pi
+   use nutate_periodic_start, only: find_periodic_start, periodic_start_t
    use nutate_run, only: integrate
    use nutate_scene, only: parse_scene, scene_t
    use nutate_state, only: state_t
@@ -44,7 +45,8 @@ contains
       testsuite = [ &
                   new_unittest("case 10A, at rest in the LVLH frame", at_rest), &
                   new_unittest("case 10B, with a pitch rate", with_rate), &
-                  new_unittest("swings in the plane have their elliptic periods", swings)]
+                  new_unittest("swings in the plane have their elliptic periods", swings), &
+                  new_unittest("small swings in the plane and across it", small_swings)]
    end subroutine collect_check_cases
 
    !> Pitch of 85°, then a yaw of 1° about the new axis.
@@ -128,5 +130,29 @@ contains
          end do
       end do
    end subroutine swings
+
+   !> The multipliers of the equilibrium with the long axis to the centre: exp(±iωP) of both swings, and 1 twice, of
+   !> the rotation about the long axis. JEOD's 2821.46 s across the plane hold for a body that cannot yaw.
+   subroutine small_swings(error)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: in_plane = 3257.9400294036904_wp, across = 2806.5697607408_wp
+      type(scene_t) :: scene
+      type(periodic_start_t) :: start
+      type(status_t) :: status
+      character(len=:), allocatable :: message
+      call parse_scene('&body inertia = 500.0, 12250.0, 12250.0 /'//nl// &
+                       "&orbit semi_major_axis = 6756095.0, frame = 'inertial' /"//nl//'&gravity_gradient /'//nl// &
+                       "&initial resonance = '1:1' /"//nl//'&integrator time_step = 10.0, end_time = 10.0 /', 's.nml', &
+                       scene, status, message)
+      call check(error, status%ok(), message)
+      if (allocated(error)) return
+      call find_periodic_start(scene%system, 1.0_wp, start, status)
+      call check(error, status%ok(), trim(status%message))
+      associate (m => start%monodromy, period => 2*pi/mean_motion)
+         call check_close(error, m(3, 3) + m(6, 6), 2*cos(2*pi*period/in_plane), 1e-10_wp, 'in the plane')
+         call check_close(error, m(1, 1) + m(2, 2) + m(4, 4) + m(5, 5), 2 + 2*cos(2*pi*period/across), 1e-10_wp, &
+                          'across')
+      end associate
+   end subroutine small_swings
 
 end module test_check_cases
