@@ -101,12 +101,13 @@ contains
       scene%plan%max_steps = command%max_steps
       call run%begin(scene%system, scene%integrator, scene%initial, scene%plan, status)
       if (status%ok()) call run%set_events(scene%events, scene%system, status)
+      if (status%ok()) call carry_free_columns(scene, run, exit_code)
+      if (status%ok() .and. exit_code == EXIT_SUCCESS) call run%follow_chaos(scene%chaos, scene%system, status)
       if (.not. status%ok()) then
          call say_error(printable_path(scene%file)//': '//trim(status%message))
          exit_code = EXIT_INPUT
          return
       end if
-      call carry_free_columns(scene, run, exit_code)
       if (exit_code == EXIT_SUCCESS .and. .not. allocated(archive)) call find_steps(command, scene, run, exit_code)
       if (exit_code == EXIT_SUCCESS .and. .not. allocated(archive)) call expect(command, scene, run, exit_code)
       if (exit_code /= EXIT_SUCCESS) return

@@ -1,5 +1,6 @@
 !> What a run came to, for people.
 module nutate_run_summary
+   use nutate_chaos, only: chaos_t
    use nutate_console, only: count_text, page_t, plural, vector_text
    use nutate_decimal, only: rounded_text
    use nutate_effect_list, only: effect_list_t
@@ -46,6 +47,7 @@ contains
          call page%item('work of '//worker_name(scene%system%effects, i), rounded_text(run%summary%work(i))//' J')
       end do
       if (allocated(run%events)) call add_events(page, watcher, run)
+      if (allocated(run%chaos)) call add_chaos(page, run%chaos)
       call page%item('history', plural(watcher%history%rows, 'row')//' of '// &
                      count_text(int(watcher%history%columns%width, long))//' columns in '//output_name(scene))
       call collect_notes(scene, notes)
@@ -155,6 +157,24 @@ contains
       if (watcher%events%wanted) call page%item('events', plural(watcher%events%rows, 'row')//' in '// &
                                                 printable_path(watcher%events%file%name))
    end subroutine add_events
+
+   !> Indicators of chaos.
+   subroutine add_chaos(page, chaos)
+      type(page_t), intent(inout) :: page
+      type(chaos_t), intent(in) :: chaos
+      character(len=:), allocatable :: text
+      real(wp) :: rates(chaos%n)
+      integer :: i
+      rates = chaos%lyapunov()
+      text = rounded_text(rates(1), 6)
+      do i = 2, chaos%n
+         text = text//', '//rounded_text(rates(i), 6)
+      end do
+      call page%item(trim(merge('Lyapunov exponent ', 'Lyapunov exponents', chaos%n == 1)), &
+                     text//' 1/s, over '//rounded_text(chaos%time)//' s')
+      call page%item('MEGNO', rounded_text(chaos%megno(), 6)//', its mean; 2 where the motion is regular')
+      call page%item('FLI', rounded_text(chaos%fli(), 6)//', the largest logarithm of the column')
+   end subroutine add_chaos
 
    !> How well the invariants were kept.
    subroutine add_invariants(page, invariants, effects)

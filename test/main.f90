@@ -127,6 +127,7 @@ program unit
    use test_table_torques, only: collect_table_torques
    use test_tables, only: collect_tables
    use test_linearization, only: collect_linearization
+   use test_chaos, only: collect_chaos
    use test_tangent, only: collect_tangent
    use test_tangent_attack, only: collect_tangent_attack
    use test_tangent_runs, only: collect_tangent_runs
@@ -345,6 +346,7 @@ contains
          new_testsuite("table_torques", collect_table_torques), &
          new_testsuite("tables", collect_tables), &
          new_testsuite("linearization", collect_linearization), &
+         new_testsuite("chaos", collect_chaos), &
          new_testsuite("tangent", collect_tangent), &
          new_testsuite("tangent_events", collect_tangent_events), &
          new_testsuite("tangent_differences", collect_tangent_differences), &

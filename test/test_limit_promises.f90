@@ -6,7 +6,7 @@ module test_limit_promises
    private
 
    public :: promise_t, of_bodies, of_potentials, of_torques, of_orbits, of_fields, of_wheels, of_controllers, &
-      of_starts, of_settings, of_events, of_fits
+      of_starts, of_settings, of_events, of_fits, of_tangents
 
    !> What a key admits in one of its numbers while the others stay: sizes from least to greatest, and what else.
    type :: promise_t
@@ -307,5 +307,13 @@ contains
       ! Only scenes have them.
       promises%text_only = .true.
    end function of_fits
+
+   pure function of_tangents() result(promises)
+      type(promise_t) :: promises(2)
+      promises(1) = any_number('tangent', 'vector', [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], 2)
+      promises(2) = positive('tangent', 'momentum_scale', [1.0_wp])
+      ! Only scenes have them.
+      promises%text_only = .true.
+   end function of_tangents
 
 end module test_limit_promises

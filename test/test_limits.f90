@@ -8,6 +8,7 @@ module test_limits
    use test_limit_c, only: c_takes, c_takes_direction, c_takes_every
    use test_limit_f77, only: f77_takes, f77_takes_direction, f77_takes_energy, f77_takes_every
    use test_limit_promises, only: of_bodies, of_events, of_fits, of_fields, of_orbits, of_potentials, of_controllers, &
+                                  of_tangents, &
       of_settings, of_starts, of_torques, of_wheels, promise_t
    use test_limit_text, only: number_text, setting_t, text_takes, text_takes_every
    use test_support, only: check, error_type, is_slow_build, new_unittest, test_failed, unittest_type
@@ -96,6 +97,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       call check_all(error, of_events())
       call check_all(error, of_fits())
+      call check_all(error, of_tangents())
    end subroutine events
 
    !> A new key belongs into one of the tables above.
@@ -105,7 +107,7 @@ contains
       type(group_kind_t), allocatable :: kinds(:)
       integer :: i, k
       promises = [of_bodies(), of_potentials(), of_torques(), of_orbits(), of_fields(), of_wheels(), of_controllers(), &
-                  of_starts(), of_settings(), of_events(), of_fits()]
+                  of_starts(), of_settings(), of_events(), of_fits(), of_tangents()]
       kinds = scene_kinds()
       do i = 1, size(kinds)
          do k = 1, size(kinds(i)%keys)

@@ -18,7 +18,7 @@ module test_tangent_runs
    implicit none
    private
 
-   public :: collect_tangent_runs
+   public :: collect_tangent_runs, column_recorder_t
 
    !> Keeps the columns of rows, and the checkpoint of one poll, at which it ends the run.
    type, extends(observer_t) :: column_recorder_t

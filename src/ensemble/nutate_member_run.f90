@@ -114,6 +114,7 @@ contains
          if (.not. associated(watcher%history)) plan%every = max(plan%every, watcher%stride)
          call run%begin(scene%system, scene%integrator, scene%initial, plan, outcome)
          if (outcome%ok()) call run%set_events(scene%events, scene%system, outcome)
+         if (outcome%ok()) call run%follow_chaos(scene%chaos, scene%system, outcome)
          if (.not. outcome%ok()) return
          associate (j0 => scene%integrator%inverse_auxiliary_inertia)
             call watcher%columns%start(scene%system, scene%initial, j0, scene%plan%end_time < 0.0_wp)
@@ -168,6 +169,8 @@ contains
       fields(self%layout%values + 1:self%layout%columns) = bits_of(columns)
       fields(self%layout%columns + 1) = bits_of(self%watcher%invariants%energy_error())
       fields(self%layout%columns + 2) = bits_of(self%watcher%invariants%momentum_error())
+      if (allocated(run%chaos)) &
+         fields(self%layout%events + 1:) = bits_of([run%chaos%lyapunov(), run%chaos%megno(), run%chaos%fli()])
       if (.not. allocated(run%events)) return
       do i = 1, run%events%n_asked
          at = self%layout%errors + 2*i - 1

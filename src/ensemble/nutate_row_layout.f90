@@ -15,13 +15,13 @@ module nutate_row_layout
    integer, parameter, public :: field_length = 96
 
    !> The fields of a result row, in order: member, status, the varied values, t, the columns of the scene, the
-   !> largest energy residual and momentum error, count and first time of each event.
+   !> largest energy residual and momentum error, count and first time of each event, indicators of chaos.
    type :: row_layout_t
       character(len=field_length), allocatable :: names(:)
       !> True for a 64-bit integer, false for a real.
       logical, allocatable :: is_whole(:)
-      !> Index of the last varied value, of the last column, of the last error.
-      integer :: values = 0, columns = 0, errors = 0
+      !> Index of the last varied value, of the last column, of the last error, of the last field of events.
+      integer :: values = 0, columns = 0, errors = 0, events = 0
    contains
       !> Returns the number of fields.
       procedure :: width
@@ -56,9 +56,24 @@ contains
          name = trim(plain_name(scene%events%slots(i)%item%name))
          layout%names = [character(len=field_length) :: layout%names, name//'_count', name//'_first']
       end do
-      layout%is_whole = [(i <= 2 .or. (i > layout%errors .and. mod(i - layout%errors, 2) == 1), &
-                          i=1, size(layout%names))]
+      layout%events = size(layout%names)
+      if (scene%chaos%exponents > 0) &
+         layout%names = [character(len=field_length) :: layout%names, lyapunov_names(scene%chaos%exponents), &
+                         'megno', 'fli']
+      layout%is_whole = [(i <= 2 .or. (i > layout%errors .and. i <= layout%events .and. &
+                                       mod(i - layout%errors, 2) == 1), i=1, size(layout%names))]
    end subroutine make_layout
+
+   !> Names of Lyapunov exponents: `lyapunov`, or `lyapunov1` to `lyapunov6`; shape (n).
+   pure function lyapunov_names(n) result(names)
+      integer, intent(in) :: n
+      character(len=field_length) :: names(n)
+      integer :: i
+      do i = 1, n
+         write (names(i), '("lyapunov",i0)') i
+      end do
+      if (n == 1) names = 'lyapunov'
+   end function lyapunov_names
 
    !> A number as a field.
    elemental integer(long) function bits_of(x)

@@ -8,6 +8,7 @@ module nutate_fit_model
    use nutate_hamiltonian, only: body_momentum
    use nutate_keys, only: group_t, setting_t, KEY_LOGICAL
    use nutate_kinds, only: wp, long
+   use nutate_method_choice, only: choose_with_tangent
    use nutate_observer, only: observer_t, run_record_t
    use nutate_quaternion, only: quat_normalized, quat_product
    use nutate_run, only: run_t
@@ -109,7 +110,7 @@ contains
       call self%begin(scene)
       self%steps_left = scene%plan%max_steps
       self%scene%plan%max_steps = huge(1_long)
-      call choose_method(self%scene)
+      call choose_with_tangent(self%scene%plan%goal%active(), self%scene%integrator)
    end subroutine prepare
 
    !> Prepares for a scene with free numbers.
@@ -161,17 +162,6 @@ contains
          status = fail(NUTATE_BAD_ARGUMENT, 'a fit supports neither limits nor samples (expected no speed_limit in '// &
                        '&wheel, no sample and no limits in &controller)')
    end subroutine check_smooth
-
-   !> Where the scene leaves the method open, takes one that has tangent columns.
-   subroutine choose_method(scene)
-      type(scene_t), intent(inout) :: scene
-      associate (settings => scene%integrator)
-         if (all(settings%method /= [character(len=24) :: '', 'auto'])) return
-         settings%method = 'nielsen_krenk'
-         if (settings%order == 0 .and. scene%plan%goal%active()) settings%order = 8
-         if (settings%formulation == '') settings%formulation = 'reduced'
-      end associate
-   end subroutine choose_method
 
    !> The step by which a number is changed where the scene is differentiated.
    pure real(wp) function step_of(self, i) result(step)

@@ -19,7 +19,7 @@ module nutate_method_choice
    implicit none
    private
 
-   public :: choose_settings, choose_method, effect_without_series, AUTOMATIC_METHOD
+   public :: choose_settings, choose_with_tangent, choose_method, effect_without_series, AUTOMATIC_METHOD
 
    !> What asks for the choice by name.
    character(len=*), parameter :: AUTOMATIC_METHOD = 'auto'
@@ -81,6 +81,17 @@ contains
          choice = reason
       end if
    end subroutine choose_settings
+
+   !> Where settings leave the method open, takes one that has tangent columns.
+   pure subroutine choose_with_tangent(adaptive, settings)
+      !> Steps are adaptive.
+      logical, intent(in) :: adaptive
+      type(integrator_settings_t), intent(inout) :: settings
+      if (settings%method /= '' .and. settings%method /= AUTOMATIC_METHOD) return
+      settings%method = 'nielsen_krenk'
+      if (settings%order == 0 .and. adaptive) settings%order = 8
+      if (settings%formulation == '') settings%formulation = 'reduced'
+   end subroutine choose_with_tangent
 
    !> Something is set that belongs to one method or another.
    pure logical function names_parts(settings)

@@ -1,6 +1,7 @@
 !> How far a run has come: its state, what it took, and all else that changes on the way but for the steppers.
 module nutate_progress
    use nutate_archive, only: archive_t
+   use nutate_chaos, only: chaos_t
    use nutate_control, only: is_watched
    use nutate_effect_list, only: effect_list_t
    use nutate_event_tracker, only: event_list_t, event_tracker_t
@@ -95,6 +96,8 @@ module nutate_progress
       real(wp) :: switch_compensation = 0.0_wp
       !> Tangent columns, where the run carries any, and those at the start of the last step.
       type(tangent_t), allocatable :: tangent, last_tangent
+      !> Indicators of chaos, where the run follows any, by the last of the columns.
+      type(chaos_t), allocatable :: chaos
       !> Length of the last step of a stepper, as that was told, s.
       real(wp) :: last_length = 0.0_wp
    end type progress_t
@@ -128,6 +131,7 @@ contains
       self%switch_compensation = 0.0_wp
       if (allocated(self%events)) deallocate (self%events)
       if (allocated(self%tangent)) deallocate (self%tangent, self%last_tangent)
+      if (allocated(self%chaos)) deallocate (self%chaos)
       if (allocated(self%work_compensation)) deallocate (self%work_compensation)
       allocate (self%summary%work(effects%n_works()), self%work_compensation(effects%n_works()), source=0.0_wp)
       self%next_break = effects%next_break(state%t, sign(1.0_wp, plan%end_time - state%t))
@@ -264,6 +268,7 @@ contains
       call archive%transfer(self%way%start)
       call archive%transfer(self%way%length)
       if (allocated(self%tangent)) call self%tangent%transfer(archive)
+      if (allocated(self%chaos)) call self%chaos%transfer(archive)
       if (.not. allocated(self%events)) return
       call archive%transfer(self%summary%switch_work)
       call archive%transfer(self%switch_compensation)

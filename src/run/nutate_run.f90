@@ -12,6 +12,7 @@
 module nutate_run
    use nutate_accuracy, only: find_tolerance
    use nutate_archive, only: archive_t
+   use nutate_chaos, only: chaos_settings_t
    use nutate_column, only: column_t
    use nutate_control, only: beyond_accuracy, is_watched
    use nutate_error_control, only: error_control_t
@@ -52,6 +53,8 @@ module nutate_run
       procedure :: set_events
       !> Sets tangent columns to carry along; between `begin` and all else.
       procedure :: differentiate
+      !> Sets indicators of chaos to follow; at the same place.
+      procedure :: follow_chaos
       !> Sets the plan for the next part of the run, from the current state.
       procedure :: set_plan
       !> Finds the local tolerance that meets the accuracy goal, by trial runs.
@@ -303,6 +306,29 @@ contains
          deallocate (self%tangent, self%last_tangent)
       end if
    end subroutine differentiate
+
+   !> Follows indicators of chaos from here (`nutate_chaos`), by columns of their own: `chaos` holds them. Does nothing
+   !> for settings without exponents. Errors: `NUTATE_BAD_ARGUMENT` for a run that has columns, for what has no
+   !> derivative, and for a body at rest without a scale of momentum.
+   subroutine follow_chaos(self, settings, system, status)
+      !> Begun.
+      class(run_t), intent(inout), target :: self
+      type(chaos_settings_t), intent(in) :: settings
+      type(system_t), intent(in) :: system
+      type(status_t), intent(out) :: status
+      type(column_t) :: columns(settings%exponents)
+      if (settings%exponents == 0) return
+      if (allocated(self%tangent)) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the run has tangent columns already (expected &tangent without &free)')
+         return
+      end if
+      columns%name = 'tangent'
+      call self%differentiate(columns, system, status)
+      if (.not. status%ok()) return
+      allocate (self%chaos)
+      call self%chaos%begin(settings, system, self%state, self%tangent, status)
+      if (status%ok()) self%last_tangent = self%tangent
+   end subroutine follow_chaos
 
    !> Sets events, and what the wheels of a system bring with them.
    subroutine expect_events(progress, policy, events, system, status)

@@ -190,6 +190,10 @@ contains
       if (status%code /= 0 .or. .not. abs(progress%state%t - before%t) > 0.0_wp) return
       if (progress%keeps_starts) progress%last_tangent = progress%tangent
       call policy%carry(system, before, progress, status)
+      if (.not. allocated(progress%chaos) .or. status%code /= 0) return
+      ! A switch that is due needs the columns by which the derivative of its time was computed.
+      if (is_switch_due(progress)) return
+      call progress%chaos%follow(progress%state%t, progress%tangent, status)
    end subroutine carry_columns
 
    !> Gives the columns at the last state to an observer that wants them.

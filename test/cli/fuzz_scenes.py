@@ -81,6 +81,8 @@ def write_scene(dice):
         parts += [*dict.fromkeys(free(dice, scales) for _ in range(dice.choice((1, 1, 2)))), measurement(dice, scales), fit(dice)]
     elif dice.random() < 0.2:
         parts.append(free(dice, scales))
+    if dice.random() < 0.1:
+        parts.append(tangent(dice, scales))
     dice.shuffle(parts)
     return "".join(parts).encode()
 
@@ -286,6 +288,13 @@ def measurement(dice, scales):
 def fit(dice):
     return group("fit", [f"starts = {dice.choice((0, 3))}", f"arcs = '{dice.choice(('growing', 'whole'))}'",
                          f"start = '{dice.choice(('data', 'scene'))}'", "seed = 7"])
+
+
+def tangent(dice, scales):
+    lines = [f"exponents = {dice.choice((1, 6))}", f"every = {dice.choice((1, 3, 100))}"]
+    lines += [f"momentum_scale = {scales.text(length=2, mass=1, time=-1, signed=False)}"] if dice.random() < 0.5 else []
+    lines += [f"vector = {scales.text(6)}"] if dice.random() < 0.5 else []
+    return group("tangent", lines)
 
 
 def gravity(_, scales):

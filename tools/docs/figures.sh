@@ -85,6 +85,8 @@ for start in 0,0.55 0,0.6 0,0.72 0,2.31 0,2.33 0,2.66 0,2.75 0,2.9 0,3.2 0,3.35 
    periapses "island_$start" "$start" 100
 done
 draw hyperion
+sweep chaos_map scenes/chaos_map.nml
+draw chaos_map
 
 # Attitudes by radar, and the motion that is fitted to them.
 quietly figure-fit "$program" fit scenes/toutatis.nml --quiet --plot docs/figures/toutatis_fit.svg --output "$data/toutatis.fit.nml" \

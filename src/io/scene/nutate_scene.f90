@@ -5,6 +5,7 @@
 !> (`nutate_scene_body`, `..._initial`, `..._effects`, `..._integrator`, `..._output`). The first error ends it.
 module nutate_scene
    use nutate_body, only: body_t
+   use nutate_chaos, only: chaos_settings_t
    use nutate_columns, only: columns_t, need_attitude
    use nutate_control, only: beyond_accuracy, needs_control
    use nutate_effect_list, only: effect_list_t
@@ -31,6 +32,7 @@ module nutate_scene
    use nutate_scene_output, only: output_keys, output_settings_t, build_output
    use nutate_scene_override, only: apply_override
    use nutate_scene_table, only: read_table, time_units
+   use nutate_scene_tangent, only: build_tangent, check_tangent, tangent_keys
    use nutate_scene_vary, only: vary_keys
    use nutate_sensitivity_columns, only: free_list_t
    use nutate_spelling, only: lower_case
@@ -45,8 +47,9 @@ module nutate_scene
    public :: scene_t, output_settings_t, read_scene, parse_scene, changed_part, keep_added, rebuild_scene, scene_kinds
 
    !> Groups that are no effects.
-   character(len=name_length), parameter :: fixed_parts(11) = [character(len=name_length) :: &
-      'scene', 'body', 'initial', 'integrator', 'output', 'event', 'ensemble', 'vary', 'free', 'measurement', 'fit']
+   character(len=name_length), parameter :: fixed_parts(12) = [character(len=name_length) :: &
+      'scene', 'body', 'initial', 'integrator', 'output', 'event', 'ensemble', 'vary', 'free', 'measurement', 'fit', &
+      'tangent']
    !> Parts of a scene, each with those before it: its start, its body without effects, body and effects, the whole.
    integer, parameter :: ITS_START = 1, ITS_BODY = 2, ITS_MOTION = 3, ALL_OF_IT = 4
 
@@ -79,6 +82,8 @@ module nutate_scene
       type(output_settings_t) :: output
       !> Events.
       type(event_list_t) :: events
+      !> The indicators of chaos that runs follow, if any.
+      type(chaos_settings_t) :: chaos
       !> The ensemble that the scene describes, if any.
       type(ensemble_plan_t) :: ensemble
       !> What is free, and what was measured, where it stands for a fit.
@@ -147,6 +152,9 @@ contains
       if (.not. error%raised) &
          call build_fit(scene%groups, kinds, path, scene%labels, scene%system, scene%initial, scene%plan%end_time, &
                         scene%fit, error)
+      if (.not. error%raised .and. scene%chaos%exponents > 0) &
+         call check_tangent(first_group(scene%groups, 'tangent'), scene%system, scene%initial, scene%plan, &
+                            scene%integrator, error)
       message = ''
       if (.not. error%raised) return
       message = error_line(path, error)
@@ -175,6 +183,7 @@ contains
       kinds(10)%keys = measurement_keys()
       kinds(10)%repeatable = .true.
       kinds(11)%keys = fit_keys()
+      kinds(12)%keys = tangent_keys()
       kinds(2:4)%required = .true.
    end function scene_kinds
 
@@ -228,7 +237,10 @@ contains
       if (error%raised) return
       call check_columns(first_group(scene%groups, 'output'), scene, error)
       call build_events(scene%groups, scene%system%effects, scene%plan%goal%accuracy, scene%events, error)
-      if (.not. error%raised) call find_need_of_attitude(scene)
+      if (error%raised) return
+      call find_need_of_attitude(scene)
+      if (place_of(scene%groups, 'tangent') > 0) &
+         call build_tangent(first_group(scene%groups, 'tangent'), scene%plan, scene%chaos, scene%integrator, error)
    end subroutine build_scene
 
    !> Gives the output its epoch where it has dates. Raises an error where there is no epoch.
@@ -322,7 +334,7 @@ contains
       type(scene_t), intent(inout) :: scene
       scene%integrator%attitude = scene%system%effects%needs_attitude() .or. scene%plan%goal%accuracy > 0.0_wp .or. &
                                   scene%added%n_torques > 0 .or. need_attitude(scene%output%columns) .or. &
-                                  events_need_attitude(scene%groups)
+                                  events_need_attitude(scene%groups) .or. scene%chaos%exponents > 0
    end subroutine find_need_of_attitude
 
    !> What has to be built again where numbers of some groups change: one of `ITS_START`, ...

@@ -1,0 +1,247 @@
+!> Indicators of chaos: Lyapunov exponents, MEGNO and the fast Lyapunov indicator, from tangent columns that a run
+!> carries along. The columns are orthonormalised at the end of steps, so that no motion is too long for them.
+module nutate_chaos
+   use nutate_archive, only: archive_t
+   use nutate_hamiltonian, only: body_momentum
+   use nutate_kinds, only: wp
+   use nutate_state, only: state_t
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_FINITE
+   use nutate_system, only: system_t
+   use nutate_tangent, only: tangent_t
+   implicit none
+   private
+
+   public :: chaos_settings_t, chaos_t
+
+   !> Exponents at most: one for each number of a start.
+   integer, parameter, public :: most_exponents = 6
+   !> Longest interval between orthonormalisations, steps: columns stay far from overflow.
+   integer, parameter, public :: longest_interval = 100
+
+   !> Components below this are set to 0, units of the column: blocks of the columns that do not couple would end as
+   !> denormal numbers, which are slow.
+   real(wp), parameter :: negligible = 1e-150_wp
+
+   !> What a run is to follow.
+   type :: chaos_settings_t
+      !> Lyapunov exponents: 1, the largest, or 6; 0: nothing is followed.
+      integer :: exponents = 0
+      !> Direction of the first column at the start: a rotation vector in body axes, and a change of the momentum in
+      !> body axes in units of the scale of momentum; shape (6).
+      real(wp) :: vector(most_exponents) = 1.0_wp
+      !> Momentum that counts as much as 1 rad, N m s; 0: |L| of the start.
+      real(wp) :: momentum_scale = 0.0_wp
+      !> Steps from one orthonormalisation to the next, and from one sample of the sums to the next.
+      integer :: every = 1
+   end type chaos_settings_t
+
+   !> Indicators so far: their columns are the last `n` of a tangent.
+   type :: chaos_t
+      !> Number of exponents.
+      integer :: n = 0
+      !> Time from the start to the last sample, s, positive.
+      real(wp) :: time = 0.0_wp
+      integer, private :: every = 1, steps = 0
+      !> s, N m s.
+      real(wp), private :: t_first = 0.0_wp, scale = 1.0_wp
+      !> Logarithms of the growth of each column since the start, the first the largest so far of the first column;
+      !> shape (6).
+      real(wp), private :: growth(most_exponents) = 0.0_wp, largest = 0.0_wp
+      !> Sums of MEGNO: over t·d ln |X|, s, and over its value times dt, s.
+      real(wp), private :: weighted = 0.0_wp, area = 0.0_wp
+   contains
+      !> Sets the columns of the start.
+      procedure :: begin
+      !> Follows the columns over a step.
+      procedure :: follow
+      !> Return the indicators up to the last sample.
+      procedure :: lyapunov
+      procedure :: megno
+      procedure :: fli
+      !> Shows its values to an archive.
+      procedure :: transfer
+   end type chaos_t
+
+contains
+
+   !> Sets the last columns of a tangent, one for each exponent: the first is `vector`, the others are unit vectors,
+   !> orthonormalised. Errors: `NUTATE_BAD_ARGUMENT` for a body at rest without a scale of momentum.
+   subroutine begin(self, settings, system, state, tangent, status)
+      class(chaos_t), intent(out) :: self
+      type(chaos_settings_t), intent(in) :: settings
+      type(system_t), intent(in) :: system
+      !> The start.
+      type(state_t), intent(in) :: state
+      !> Begun.
+      type(tangent_t), intent(inout) :: tangent
+      type(status_t), intent(out) :: status
+      real(wp) :: vectors(most_exponents, most_exponents), logs(most_exponents)
+      integer :: i, k
+      self%n = settings%exponents
+      self%every = settings%every
+      self%t_first = state%t
+      self%scale = settings%momentum_scale
+      if (.not. self%scale > 0.0_wp) self%scale = norm2(body_momentum(state))
+      if (.not. self%scale > 0.0_wp) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'a body at rest has no scale of momentum (expected momentum_scale in '// &
+                       '&tangent)', 'momentum_scale')
+         return
+      end if
+      vectors = 0.0_wp
+      vectors(:, 1) = settings%vector/maxval(abs(settings%vector))
+      k = 1
+      do i = 1, most_exponents
+         if (i == maxloc(abs(settings%vector), 1)) cycle
+         k = k + 1
+         vectors(i, k) = 1.0_wp
+      end do
+      do k = 1, self%n
+         i = tangent%n - self%n + k
+         tangent%theta(i, :) = vectors(:3, k)
+         tangent%momentum(i, :) = self%scale*vectors(4:, k)
+         tangent%wheels(i, :) = 0.0_wp
+      end do
+      tangent%energy = tangent%energy_row(system, state)
+      tangent%space_momentum = tangent%momentum_row(state)
+      call orthonormalise(self, tangent, logs, status)
+   end subroutine begin
+
+   !> Follows the columns over a step that was accepted; after every so many of them orthonormalises them and takes a
+   !> sample of the sums. Errors: `NUTATE_NOT_FINITE` for a column that vanishes or overflows.
+   !>
+   !> MEGNO is Y(t) = (2/t) ∫ t' d ln|X|, its mean (1/t) ∫ Y dt' (Cincotta & Simó, Astron. Astrophys. Suppl. 147, 2000);
+   !> exponents by Gram-Schmidt (Benettin et al., Meccanica 15, 1980).
+   subroutine follow(self, t, tangent, status)
+      class(chaos_t), intent(inout) :: self
+      !> End of the step, s.
+      real(wp), intent(in) :: t
+      type(tangent_t), intent(inout) :: tangent
+      !> Success on entry.
+      type(status_t), intent(inout) :: status
+      real(wp) :: logs(most_exponents), time, dt
+      self%steps = self%steps + 1
+      if (self%steps < self%every) return
+      self%steps = 0
+      call orthonormalise(self, tangent, logs, status)
+      if (status%code /= 0) return
+      time = abs(t - self%t_first)
+      dt = time - self%time
+      self%growth(:self%n) = self%growth(:self%n) + logs(:self%n)
+      self%largest = max(self%largest, self%growth(1))
+      self%weighted = self%weighted + (time - 0.5_wp*dt)*logs(1)
+      self%area = self%area + (2*self%weighted/time)*dt
+      self%time = time
+   end subroutine follow
+
+   !> Orthonormalises the columns by modified Gram-Schmidt. All that is linear in a column moves with it, the targets of
+   !> projections included. Errors: `NUTATE_NOT_FINITE`.
+   subroutine orthonormalise(self, tangent, logs, status)
+      class(chaos_t), intent(in) :: self
+      type(tangent_t), intent(inout) :: tangent
+      !> Logarithm of the length of each, without its parts along those before; shape (6).
+      real(wp), intent(out) :: logs(most_exponents)
+      type(status_t), intent(inout) :: status
+      real(wp) :: largest, square
+      integer :: first, i, k
+      first = tangent%n - self%n
+      logs = 0.0_wp
+      do k = first + 1, first + self%n
+         largest = max(maxval(abs(tangent%theta(k, :))), maxval(abs(tangent%momentum(k, :)))/self%scale)
+         if (size(tangent%wheels, 2) > 0) largest = max(largest, maxval(abs(tangent%wheels(k, :)))/self%scale)
+         if (.not. (largest > tiny(largest) .and. largest < 1/tiny(largest))) then
+            status = fail(NUTATE_NOT_FINITE, 'a tangent column vanishes or overflows (expected a smaller every in '// &
+                          '&tangent)', 'every')
+            return
+         end if
+         ! By a power of 2 first, so that no square overflows.
+         call scale_column(tangent, k, scale(1.0_wp, -exponent(largest)), self%scale)
+         do i = first + 1, k - 1
+            call add_column(tangent, k, i, -product_of(self, tangent, i, k))
+         end do
+         square = max(product_of(self, tangent, k, k), tiny(square))
+         call scale_column(tangent, k, 1/sqrt(square), self%scale)
+         logs(k - first) = 0.5_wp*log(square) + exponent(largest)*log(2.0_wp)
+      end do
+   end subroutine orthonormalise
+
+   !> Scalar product of two columns; momenta count in units of the scale.
+   pure real(wp) function product_of(self, tangent, i, k) result(s)
+      class(chaos_t), intent(in) :: self
+      type(tangent_t), intent(in) :: tangent
+      integer, intent(in) :: i, k
+      s = dot_product(tangent%theta(i, :), tangent%theta(k, :)) &
+          + dot_product(tangent%momentum(i, :)/self%scale, tangent%momentum(k, :)/self%scale) &
+          + dot_product(tangent%wheels(i, :)/self%scale, tangent%wheels(k, :)/self%scale)
+   end function product_of
+
+   !> Adds a multiple of column i to column k.
+   pure subroutine add_column(tangent, k, i, factor)
+      type(tangent_t), intent(inout) :: tangent
+      integer, intent(in) :: k, i
+      real(wp), intent(in) :: factor
+      tangent%theta(k, :) = tangent%theta(k, :) + factor*tangent%theta(i, :)
+      tangent%momentum(k, :) = tangent%momentum(k, :) + factor*tangent%momentum(i, :)
+      tangent%wheels(k, :) = tangent%wheels(k, :) + factor*tangent%wheels(i, :)
+      tangent%work(k) = tangent%work(k) + factor*tangent%work(i)
+      tangent%energy(k) = tangent%energy(k) + factor*tangent%energy(i)
+      tangent%space_momentum(k, :) = tangent%space_momentum(k, :) + factor*tangent%space_momentum(i, :)
+   end subroutine add_column
+
+   !> Multiplies a column, and sets its negligible components to 0.
+   pure subroutine scale_column(tangent, k, factor, unit)
+      type(tangent_t), intent(inout) :: tangent
+      integer, intent(in) :: k
+      real(wp), intent(in) :: factor
+      !> Scale of momentum, N m s.
+      real(wp), intent(in) :: unit
+      tangent%theta(k, :) = without_dust(factor*tangent%theta(k, :), negligible)
+      tangent%momentum(k, :) = without_dust(factor*tangent%momentum(k, :), negligible*unit)
+      tangent%wheels(k, :) = without_dust(factor*tangent%wheels(k, :), negligible*unit)
+      tangent%work(k) = factor*tangent%work(k)
+      tangent%energy(k) = factor*tangent%energy(k)
+      tangent%space_momentum(k, :) = factor*tangent%space_momentum(k, :)
+   end subroutine scale_column
+
+   !> A component, or 0 for one below a limit.
+   elemental real(wp) function without_dust(x, least)
+      real(wp), intent(in) :: x, least
+      without_dust = merge(x, 0.0_wp, abs(x) > least)
+   end function without_dust
+
+   !> Returns the Lyapunov exponents, the mean growth rates of the columns, 1/s; zeros before the first sample.
+   !> Shape (number of exponents).
+   pure function lyapunov(self) result(rates)
+      class(chaos_t), intent(in) :: self
+      real(wp) :: rates(self%n)
+      rates = 0.0_wp
+      if (self%time > 0.0_wp) rates = self%growth(:self%n)/self%time
+   end function lyapunov
+
+   !> Returns the mean MEGNO of the first column: tends to 2 for regular motion, to λt/2 for chaotic.
+   pure real(wp) function megno(self)
+      class(chaos_t), intent(in) :: self
+      megno = 0.0_wp
+      if (self%time > 0.0_wp) megno = self%area/self%time
+   end function megno
+
+   !> Returns the fast Lyapunov indicator, the largest ln |X| of the first column so far (Froeschlé, Lega & Gonczi,
+   !> Celest. Mech. Dyn. Astron. 67, 1997); at least 0.
+   pure real(wp) function fli(self)
+      class(chaos_t), intent(in) :: self
+      fli = self%largest
+   end function fli
+
+   !> Shows its values to an archive.
+   subroutine transfer(self, archive)
+      !> Begun with the same settings.
+      class(chaos_t), intent(inout) :: self
+      class(archive_t), intent(inout) :: archive
+      call archive%transfer(self%time)
+      call archive%transfer(self%steps)
+      call archive%transfer(self%growth)
+      call archive%transfer(self%largest)
+      call archive%transfer(self%weighted)
+      call archive%transfer(self%area)
+   end subroutine transfer
+
+end module nutate_chaos
