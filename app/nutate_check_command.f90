@@ -15,7 +15,8 @@ module nutate_check_command
    use nutate_expectation, only: history_bytes, known_steps, most_rows, rows_of, size_text, too_many_rows
    use nutate_files, only: STANDARD_OUTPUT
    use nutate_fixed_steps, only: count_steps
-   use nutate_free_setup, only: add_free_numbers, add_usual_sets, carry_free_columns
+   use nutate_free_columns, only: usual_sets
+   use nutate_free_setup, only: add_free_numbers, carry_free_columns
    use nutate_hamiltonian, only: angular_velocity, body_momentum, kinetic_energy, potential_energy, space_momentum
    use nutate_invariants, only: invariants_t
    use nutate_keys, only: group_t, key_t, KEY_LOGICAL, KEY_TEXT
@@ -66,7 +67,7 @@ contains
 
       call load_scene(command, scene, exit_code)
       if (exit_code /= EXIT_SUCCESS) return
-      call add_usual_sets(scene)
+      scene%output%columns = usual_sets(scene)
       call run%begin(scene%system, scene%integrator, scene%initial, scene%plan, status)
       if (.not. status%ok()) then
          call say_error(printable_path(scene%file)//': '//trim(status%message))

@@ -1,11 +1,9 @@
 !> The derivatives by the free numbers of a scene in its history: `&free`.
 module nutate_free_setup
    use nutate_column, only: column_t
-   use nutate_columns, only: column_sets
    use nutate_console, only: page_t, say_error, EXIT_INPUT
    use nutate_decimal, only: rounded_text
-   use nutate_free_columns, only: free_columns
-   use nutate_keys, only: name_length
+   use nutate_free_columns, only: free_columns, shows_derivatives
    use nutate_kinds, only: wp
    use nutate_run, only: run_t
    use nutate_scene, only: scene_t
@@ -15,24 +13,9 @@ module nutate_free_setup
    implicit none
    private
 
-   public :: add_free_numbers, add_usual_sets, carry_free_columns, derivatives_fault
+   public :: add_free_numbers, carry_free_columns, derivatives_fault
 
 contains
-
-   !> Adds derivatives to the columns of a scene with free numbers that says neither which columns it wants nor what was
-   !> measured: those of a fit have another purpose.
-   subroutine add_usual_sets(scene)
-      type(scene_t), intent(inout) :: scene
-      integer :: i
-      if (.not. any(scene%groups%name == 'free') .or. any(scene%groups%name == 'measurement')) return
-      i = findloc(scene%groups%name == 'output', .true., dim=1)
-      if (i > 0) then
-         if (scene%groups(i)%has('columns')) return
-      end if
-      scene%output%columns = [character(len=name_length) :: scene%output%columns, 'sensitivities']
-      if (any(scene%fit%free%sigma > 0.0_wp)) &
-         scene%output%columns = [character(len=name_length) :: scene%output%columns, 'standard_deviations']
-   end subroutine add_usual_sets
 
    !> Gives a run the tangent columns that its history shows, if it shows any. What has none is reported in one line.
    subroutine carry_free_columns(scene, run, exit_code)
@@ -44,8 +27,8 @@ contains
       type(column_t), allocatable :: columns(:)
       type(scene_error_t) :: error
       type(status_t) :: status
-      if (.not. shows_derivatives(scene)) return
-      call free_columns(scene, run%summary%settings, columns, error)
+      if (.not. shows_derivatives(scene%output%columns)) return
+      call free_columns(scene, columns, error, run%summary%settings)
       if (.not. error%raised) then
          call run%differentiate(columns, scene%system, status)
          if (.not. status%ok()) call error%raise_status(scene%fit%free(1)%line, status)
@@ -55,14 +38,6 @@ contains
       exit_code = EXIT_INPUT
    end subroutine carry_free_columns
 
-   !> True where the history shows derivatives by the free numbers.
-   pure logical function shows_derivatives(scene)
-      type(scene_t), intent(in) :: scene
-      integer :: i
-      shows_derivatives = any([(any(scene%output%columns == column_sets(i)%name) .and. column_sets(i)%by_free > 0, &
-                                i=1, size(column_sets))])
-   end function shows_derivatives
-
    !> Returns what is wrong, in a line, where the columns of a scene are those that only `nutate run` can write; else
    !> nothing.
    function derivatives_fault(scene) result(message)
@@ -71,7 +46,7 @@ contains
       type(scene_error_t) :: error
       integer :: i
       message = ''
-      if (.not. shows_derivatives(scene)) return
+      if (.not. shows_derivatives(scene%output%columns)) return
       i = findloc(scene%groups%name == 'output', .true., dim=1)
       call error%raise(scene%groups(i)%line_of('columns'), 'only nutate run writes sensitivities and covariances', &
                        expected='other columns')

@@ -7,7 +7,8 @@ module nutate_run_command
    use nutate_event_history, only: events_name
    use nutate_expectation, only: expectation_text, known_steps, most_rows, rows_of, too_many_rows
    use nutate_files, only: file_exists, goes_to_file, same_file, STANDARD_ERROR
-   use nutate_free_setup, only: add_usual_sets, carry_free_columns
+   use nutate_free_columns, only: usual_sets
+   use nutate_free_setup, only: carry_free_columns
    use nutate_gnuplot, only: picture_t
    use nutate_kinds, only: wp, long
    use nutate_observer, only: run_record_t
@@ -57,7 +58,7 @@ contains
       type(byte_archive_t), allocatable :: archive
 
       call load_scene(command, scene, exit_code)
-      if (exit_code == EXIT_SUCCESS) call add_usual_sets(scene)
+      if (exit_code == EXIT_SUCCESS) scene%output%columns = usual_sets(scene)
       if (exit_code == EXIT_SUCCESS) call load_checkpoint(command, scene, archive, exit_code)
       if (exit_code == EXIT_SUCCESS) call check_names(command, scene, exit_code)
       if (exit_code == EXIT_SUCCESS .and. allocated(command%plot)) &

@@ -19,6 +19,16 @@ extern "C" {
 int nutate_stepper_run_history(nutate_stepper *stepper, double end_time, int64_t every, double interval,
                                const double *times, size_t n_times, nutate_history **history);
 
+/* Runs to a time, as nutate_stepper_run_history does, with derivatives by the numbers of &free of a scene in place of the
+ * columns chosen. They start at the present state.
+ *   <=>  stepper   of the body and the effects of the scene
+ *   ==>  scene     with &free
+ *   ==>  end_time  s                             ==>  times  [n_times], as for nutate_stepper_run_history, or NULL
+ *   <==  history   t, then for each number the columns d_rotation1/d_KEY to d_omega3/d_KEY, and those of wheels
+ * Status: NUTATE_BAD_SCENE where a number has no derivative, NUTATE_BAD_ARGUMENT where there is no &free. */
+int nutate_stepper_sensitivities(nutate_stepper *stepper, const nutate_scene *scene, double end_time, const double *times,
+                                 size_t n_times, nutate_history **history);
+
 /* Computes rows inside a step of an earlier run by repeating the step: with dense output if the method has it, else with
  * one step to each row. Torques that start or stop inside, and failures, shorten it; further steps follow its end. The
  * stepper and its runs are unaffected.

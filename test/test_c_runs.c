@@ -6,6 +6,7 @@ int test_c_run_histories(void);
 int test_c_polls(void);
 int test_c_copies(void);
 int test_c_saved_steppers(void);
+int test_c_sensitivities(void);
 int test_c_misused_runs(void);
 
 /* Ends a run when it has been asked so often. */
@@ -249,6 +250,53 @@ int test_c_saved_steppers(void)
         EXPECT(NUTATE_OK, nutate_stepper_destroy(&stepper));
         free(bytes);
     }
+    return 0;
+}
+
+/* The derivatives of a run by the numbers of a scene, beside the same run without them. */
+int test_c_sensitivities(void)
+{
+    static const char *const text = "&body inertia = 5, 20, 17 /\n&initial angular_velocity = 3, 1, 5 /\n"
+                                    "&integrator time_step = 0.01, end_time = 1 /\n";
+    static const char *const free_key = "free.key='initial.attitude','initial.angular_velocity'";
+    static const double times[2] = {0.0, 0.123};
+    nutate_scene *scene = NULL, *plain = NULL;
+    nutate_stepper *a = NULL, *b = NULL;
+    nutate_history *history = NULL;
+    double rows[2 * 37];
+    size_t n, width;
+    char name[64];
+    EXPECT(NUTATE_OK, nutate_scene_parse(text, NULL, &free_key, 1, &scene, NULL, 0));
+    EXPECT(NUTATE_OK, nutate_scene_parse(text, NULL, NULL, 0, &plain, NULL, 0));
+    EXPECT(NUTATE_OK, nutate_stepper_create_scene(scene, &a, NULL, 0));
+    EXPECT(NUTATE_OK, nutate_stepper_create_scene(plain, &b, NULL, 0));
+    EXPECT(NUTATE_OK, nutate_stepper_sensitivities(a, scene, 1.0, times, 2, &history));
+    EXPECT(NUTATE_OK, nutate_history_size(history, &n, &width));
+    CHECK(n == 2 && width == 37);
+    EXPECT(NUTATE_OK, nutate_history_name(history, 28, name, sizeof name));
+    CHECK(!strcmp(name, "d_omega1/d_initial.angular_velocity.2"));
+    EXPECT(NUTATE_OK, nutate_history_values(history, rows, 2 * 37));
+    /* Attitude and rates of the start, but for the rounding of differences. */
+    for (n = 0; n < 36; ++n)
+        CHECK(fabs(rows[1 + n] - (n % 7 == 0)) < 1e-11);
+    CHECK(rows[37] == 0.123 && fabs(rows[37 + 19] - 0.123) < 0.05 && rows[37 + 23] != 0.0);
+    EXPECT(NUTATE_OK, nutate_history_destroy(&history));
+    EXPECT(NUTATE_OK, nutate_stepper_run_to(b, 1.0, 1, 0.0, NULL, 0, NULL));
+    CHECK(same_state(a, b));
+    EXPECT(NUTATE_OK, nutate_stepper_width(a, &width));
+    CHECK(width == 15);
+    EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_sensitivities(a, scene, 1.0, NULL, 0, &history));
+    EXPECT(NUTATE_OK, nutate_last_message(a, name, sizeof name));
+    CHECK(strstr(name, "without length"));
+    EXPECT(NUTATE_OK, nutate_history_destroy(&history));
+    EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_sensitivities(a, plain, 2.0, NULL, 0, &history));
+    EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_sensitivities(a, scene, 2.0, NULL, 0, NULL));
+    EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_sensitivities(NULL, scene, 2.0, NULL, 0, &history));
+    EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_sensitivities(a, NULL, 2.0, NULL, 0, &history));
+    EXPECT(NUTATE_OK, nutate_stepper_destroy(&a));
+    EXPECT(NUTATE_OK, nutate_stepper_destroy(&b));
+    EXPECT(NUTATE_OK, nutate_scene_destroy(&scene));
+    EXPECT(NUTATE_OK, nutate_scene_destroy(&plain));
     return 0;
 }
 

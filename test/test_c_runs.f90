@@ -12,6 +12,7 @@ module test_c_runs
    procedure(c_test), bind(C, name='test_c_polls') :: test_c_polls
    procedure(c_test), bind(C, name='test_c_copies') :: test_c_copies
    procedure(c_test), bind(C, name='test_c_saved_steppers') :: test_c_saved_steppers
+   procedure(c_test), bind(C, name='test_c_sensitivities') :: test_c_sensitivities
    procedure(c_test), bind(C, name='test_c_misused_runs') :: test_c_misused_runs
 
 contains
@@ -23,6 +24,7 @@ contains
               new_unittest('runs end when they are asked to', runs_end_when_they_are_asked_to), &
               new_unittest('copies go on as the first', copies_go_on_as_the_first), &
               new_unittest('saved steppers go on as the first', saved_steppers_go_on_as_the_first), &
+              new_unittest('runs have the derivatives of a scene', runs_have_the_derivatives_of_a_scene), &
               new_unittest('misuse is refused', misuse_is_refused)]
    end subroutine collect_c_runs
 
@@ -45,6 +47,11 @@ contains
       type(error_type), allocatable, intent(out) :: error
       call check_line(error, test_c_saved_steppers(), 'test_c_runs.c')
    end subroutine saved_steppers_go_on_as_the_first
+
+   subroutine runs_have_the_derivatives_of_a_scene(error)
+      type(error_type), allocatable, intent(out) :: error
+      call check_line(error, test_c_sensitivities(), 'test_c_runs.c')
+   end subroutine runs_have_the_derivatives_of_a_scene
 
    subroutine misuse_is_refused(error)
       type(error_type), allocatable, intent(out) :: error

@@ -54,6 +54,7 @@ from .exchange import AttitudeRows, date, read_aem, tdb
 from .linear import Linearization, linearize
 from .satellites import Wheel
 from .scenes import Scene, run
+from .sensitivities import Sensitivity
 from .solutions import Motion, Solution, solve
 from .steppers import Stepper
 from .sweeps import sweep, sweep_chunk
@@ -62,8 +63,8 @@ from .tables import to_pandas, to_xarray
 
 __version__ = version()
 
-__all__ = ["AttitudeRows", "Bodies", "Event", "History", "Linearization", "Motion", "NutateAccuracyWarning", "NutateError", "NutateOSError", "NutateValueError", "Page", "Scene", "Solution", "Stepper",
-           "System", "Wheel", "attitude_distance",
+__all__ = ["AttitudeRows", "Bodies", "Event", "History", "Linearization", "Motion", "NutateAccuracyWarning", "NutateError", "NutateOSError", "NutateValueError", "Page", "Scene",
+           "Sensitivity", "Solution", "Stepper", "System", "Wheel", "attitude_distance",
            "axis_angle_from_quat", "date", "euler_from_quat", "exact_free_body", "follow_euler", "linearize", "matrix_from_quat",
            "omega_from_euler_rates", "quat_from_axis_angle", "quat_from_euler", "quat_from_matrix",
            "quat_from_rotation_vector", "quat_normalized", "quat_product", "rotate_to_body", "rotate_to_space",

@@ -128,6 +128,7 @@ SIGNATURES: dict[str, tuple[Any, ...]] = {
     "nutate_stepper_orbit": (Handle, Doubles, Doubles),
     "nutate_stepper_lvlh_attitude": (Handle, Doubles, Doubles),
     "nutate_stepper_run_history": (Handle, Double, Long, Double, Doubles, Size, HandlePointer),
+    "nutate_stepper_sensitivities": (Handle, Handle, Double, Doubles, Size, HandlePointer),
     "nutate_stepper_get": (Handle, Text, Text, Size),
     "nutate_stepper_set_poll": (Handle, PollCallback, ctypes.c_void_p),
     "nutate_scene_set_poll": (Handle, PollCallback, ctypes.c_void_p),

@@ -13,6 +13,7 @@ from ._library import (Array, NOT_CONVERGED, NOT_FINITE, NutateError, NutateValu
 from .events import History
 from .exchange import Exchange
 from .scenes import Scene
+from .sensitivities import Sensitivity
 from .steppers import Stepper
 from .systems import System
 
@@ -127,6 +128,9 @@ class Solution(Exchange):
     method      integration method
     n_steps     number of steps; None without dense_output
     uncertified_steps  number of steps whose root is not certified
+    free        names of the free numbers of solve(..., free=[...]); else empty
+    sensitivity with free: sensitivity(t) returns the derivatives of the rotation vector, body axes, rad, and of omega, rad/s, by
+                the free numbers, each of shape (3, len(free)), at n times (n, 3, len(free)); else None
 
     solution["omega3"] is a column by its name, solution.columns all of them; to_pandas() and to_xarray() make tables.
     """
@@ -147,6 +151,8 @@ class Solution(Exchange):
         self.q_events: list[Array] = facts["q_events"]
         self.omega_events: list[Array] = facts["omega_events"]
         self.system: System = facts["system"]
+        self.sensitivity: Optional[Sensitivity] = facts.get("sensitivity")
+        self.free: tuple[str, ...] = self.sensitivity.names if self.sensitivity is not None else ()
         self._labels = facts["labels"]
         self.q = stacked(columns, "q", range(4))
         self.omega = stacked(columns, "omega", range(1, 4))
@@ -173,7 +179,7 @@ def solve(system: Union[System, Scene], q0: Any = None, omega0: Optional[npt.Arr
           t_span: Optional[Sequence[float]] = None, t_eval: Optional[npt.ArrayLike] = None,
           accuracy: Optional[float] = 1e-8, method: Optional[str] = "auto",
           events: Union[None, Event, Sequence[Event]] = None, *, frame: str = "body", dense_output: bool = True,
-          **settings: Any) -> Solution:
+          free: Union[None, str, Sequence[str]] = None, **settings: Any) -> Solution:
     """Computes the motion of a System from t_span[0] to t_span[1], s, forward or backward, from attitude q0 (scalar first, or a
     Rotation of SciPy; default: the identity) and the angular velocity omega0 (rad/s, in the axes of `frame`, "body" or "space").
     A Scene supplies body and effects, and initial state and end time unless they are given.
@@ -186,10 +192,15 @@ def solve(system: Union[System, Scene], q0: Any = None, omega0: Optional[npt.Arr
                steps. As in SciPy they may have the attributes direction (1: only rising, -1: only falling) and terminal (True:
                the first occurrence ends the motion; n: the n-th)
     dense_output  False, with t_eval, saves the memory of `sol`
+    free       of a Scene: names of numbers, such as "body.inertia.1", by which `sensitivity` of the solution differentiates, as
+               key in &free
 
     Exceptions raised by callbacks and events propagate unchanged, with the rows so far as attribute `history`, and so does the
     KeyboardInterrupt of Ctrl-C. A step that fails ends the motion with the rows before it and status -1."""
-    labels = system.labels if isinstance(system, Scene) else {}
+    scene = system if isinstance(system, Scene) else None
+    labels = scene.labels if scene is not None else {}
+    if free is not None and scene is None:
+        raise refusal("free names numbers of a scene, and there is none (expected a Scene)")
     body, q0, omega0, span = start_of(system, q0, omega0, t_span)
     if "time_step" in settings or "local_tolerance" in settings:
         accuracy = None
@@ -205,12 +216,14 @@ def solve(system: Union[System, Scene], q0: Any = None, omega0: Optional[npt.Arr
         stepper.set_columns(*SETS)
         stepper.set_state(q0, omega0, span[0], frame=frame)
         branch = copy.copy(stepper)
+        sensitivity = Sensitivity(scene, free, stepper, *span) if scene is not None and free is not None else None
         add_events(stepper, looked_for)
         ends, failed = run_of(stepper, span[1], times if rows_only else None)
         sol = Motion(stepper, branch, ends) if dense_output and len(ends["t"]) else None
         columns = ends if sol is None or times is None else sol.rows(times[(times >= sol.t_min) & (times <= sol.t_max)])
         return Solution(columns, sol, system=copy.copy(body), labels=labels, method=stepper.get("method"),
                         n_steps=None if rows_only else max(len(ends["t"]) - 1, 0), uncertified_steps=stepper.uncertified_steps,
+                        sensitivity=sensitivity,
                         errors=errors_of(stepper, columns, failed), accuracy_reached=ends.accuracy_reached,
                         **outcome(stepper, looked_for, failed, ends.accuracy_reached))
 

@@ -168,6 +168,18 @@ class Stepper(SatelliteState):
         history._warn()
         return history
 
+    def sensitivities(self, scene: Scene, end_time: float, times: Optional[npt.ArrayLike] = None) -> History:
+        """Runs to `end_time`, s, as `run_to`, and returns the derivatives by the numbers of &free of a scene of the same body and
+        effects, from the present state on: "t", and the columns "d_rotation1/d_KEY" (rad), "d_omega1/d_KEY" (rad/s), ... per
+        unit of each number."""
+        wanted = None if times is None else np.ascontiguousarray(np.atleast_1d(times), dtype=np.float64)
+        handle = ctypes.c_void_p()
+        status = interruptible(library.nutate_stepper_sensitivities, self._handle, scene._handle, float(end_time), pointer(wanted),
+                               0 if wanted is None else wanted.size, ctypes.byref(handle))
+        history, _ = take_history(handle)
+        self._conclude(status, history)
+        return history
+
     def add_event(self, when: Union[str, Sequence[str], Callable[..., float]], name: Optional[str] = None, *,
                   crosses: Optional[float] = None, extremum: Optional[str] = None, direction: Optional[int] = None,
                   modulo: Optional[float] = None, weights: Optional[Sequence[float]] = None, stop: Optional[bool] = None,

@@ -1,8 +1,9 @@
 !> The derivatives that a run of a scene carries: a tangent column for each number that `&free` names.
 module nutate_free_columns
    use nutate_column, only: column_t
+   use nutate_columns, only: column_sets
    use nutate_fit_model, only: fit_model_t
-   use nutate_keys, only: group_t
+   use nutate_keys, only: group_t, name_length
    use nutate_kinds, only: wp
    use nutate_methods, only: make_stepper
    use nutate_scene, only: scene_t
@@ -14,23 +15,48 @@ module nutate_free_columns
    implicit none
    private
 
-   public :: free_columns
+   public :: free_columns, shows_derivatives, usual_sets
 
    !> A step that tells whether a method carries columns, as a part of the run.
    real(wp), parameter :: short = 1e-9_wp
 
 contains
 
+   !> Returns the sets of columns of a scene. To those that it has by default derivatives are added if it has free
+   !> numbers, and no measurements, whose fit has another purpose.
+   pure function usual_sets(scene) result(sets)
+      type(scene_t), intent(in) :: scene
+      character(len=name_length), allocatable :: sets(:)
+      integer :: i
+      sets = scene%output%columns
+      if (.not. any(scene%groups%name == 'free') .or. any(scene%groups%name == 'measurement')) return
+      i = findloc(scene%groups%name == 'output', .true., dim=1)
+      if (i > 0) then
+         if (scene%groups(i)%has('columns')) return
+      end if
+      sets = [character(len=name_length) :: sets, 'sensitivities']
+      if (any(scene%fit%free%sigma > 0.0_wp)) sets = [character(len=name_length) :: sets, 'standard_deviations']
+   end function usual_sets
+
+   !> True if sets of columns are derivatives by free numbers.
+   pure logical function shows_derivatives(sets)
+      !> Their names.
+      character(len=*), intent(in) :: sets(:)
+      integer :: i
+      shows_derivatives = any([(any(sets == column_sets(i)%name) .and. column_sets(i)%by_free > 0, &
+                                i=1, size(column_sets))])
+   end function shows_derivatives
+
    !> Makes the tangent columns of the free numbers of a scene. Raises an error, with its line, for what has no
    !> derivative: a number, a controller with samples, a method.
-   subroutine free_columns(scene, settings, columns, error)
+   subroutine free_columns(scene, columns, error, settings)
       !> With free numbers.
       type(scene_t), intent(in) :: scene
-      !> Those of the run, complete.
-      type(integrator_settings_t), intent(in) :: settings
       !> Shape (free numbers).
       type(column_t), allocatable, intent(out) :: columns(:)
       type(scene_error_t), intent(inout) :: error
+      !> Those of the run, complete; without them the run reports what its method does not carry.
+      type(integrator_settings_t), intent(in), optional :: settings
       type(fit_model_t) :: model
       type(status_t) :: status
       integer :: i
@@ -43,7 +69,7 @@ contains
          if (.not. status%ok()) call error%raise_status(scene%fit%free(i)%line, status)
          if (error%raised) return
       end do
-      call try_method(scene, settings, columns, error)
+      if (present(settings)) call try_method(scene, settings, columns, error)
    end subroutine free_columns
 
    !> Raises an error for what acts at samples: what it holds has no derivative.

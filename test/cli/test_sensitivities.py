@@ -183,6 +183,11 @@ class Sensitivities(CommandLineTest):
                 self.succeed("run", "free.nml", "--quiet", "--resume", "ck")
                 self.assertEqual(self.read("part.csv"), self.read("whole.csv"))
 
+    def test_what_is_free_by_an_override_is_as_in_the_scene(self):
+        self.write("free.nml", SYSTEM + STEPS + OUTPUT + "&free key = 'initial.attitude' /\n")
+        self.write("plain.nml", SYSTEM + STEPS + OUTPUT)
+        self.assertEqual(self.rows("plain.nml", "--set", "free.key='initial.attitude'"), self.rows("free.nml"))
+
     def test_degrees(self):
         self.write("free.nml", SYSTEM + STEPS + FREE + OUTPUT)
         plain = self.rows("free.nml")[-1]

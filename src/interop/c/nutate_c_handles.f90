@@ -10,6 +10,7 @@ module nutate_c_handles
    use nutate_c_found, only: found_events_t
    use nutate_c_polls, only: poll_t
    use nutate_c_text, only: message_to_c
+   use nutate_column, only: column_t
    use nutate_columns, only: columns_t
    use nutate_effect_list, only: effect_list_t
    use nutate_event_tracker, only: event_list_t
@@ -131,6 +132,8 @@ module nutate_c_handles
       type(columns_t) :: columns
       !> Names of the columns, comma separated.
       character(len=:), allocatable :: names
+      !> The derivatives that a run carries, where its columns show them; set for one run.
+      type(column_t), allocatable :: tangents(:)
    end type stepper_handle_t
 
 contains

@@ -11,17 +11,20 @@ module nutate_c_history
    use nutate_c_text, only: lock_texts, nth_name, copy_text, text_to_c, unlock_texts
    use nutate_event_history, only: event_history_t, events_name
    use nutate_files, only: same_file
+   use nutate_free_columns, only: free_columns, shows_derivatives, usual_sets
    use nutate_history, only: history_t
    use nutate_kinds, only: wp, long
    use nutate_scene, only: scene_t
-   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_NO_MEMORY, &
-      NUTATE_OK
+   use nutate_scene_error, only: error_line, scene_error_t
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_BAD_SCENE, &
+      NUTATE_NO_MEMORY, NUTATE_OK
    use nutate_system, only: system_t
    implicit none
    private
 
    public :: nutate_scene_run, nutate_scene_write, nutate_history_size, nutate_history_name, nutate_history_column, &
       nutate_history_values, nutate_history_uncertified, nutate_history_accuracy, nutate_history_destroy
+   public :: find_tangents
 
 contains
 
@@ -190,9 +193,11 @@ contains
       call start_handle(stepper, status)
       if (.not. status%ok()) return
       associate (scene => from%scene, columns => stepper%columns)
-         call set_scene(stepper, from, status)
+         call set_scene(stepper, from, status, scene%fit%free_list())
          call lock_texts()
-         if (status%ok()) call columns%choose(scene%output%columns, status, scene%output%degrees, scene%system%effects)
+         if (status%ok()) call columns%choose(usual_sets(scene), status, scene%output%degrees, scene%system%effects, &
+                                              scene%fit%free_list())
+         if (status%ok() .and. columns%differentiates) call find_tangents(scene, stepper, status)
          handle%names = columns%header()
          call unlock_texts()
          if (status%ok()) then
@@ -224,7 +229,10 @@ contains
       type(status_t) :: closing
       call start_handle(stepper, status)
       if (.not. status%ok()) return
-      call set_scene(stepper, from, status)
+      call set_scene(stepper, from, status, from%scene%fit%free_list())
+      call lock_texts()
+      if (status%ok() .and. shows_derivatives(usual_sets(from%scene))) call find_tangents(from%scene, stepper, status)
+      call unlock_texts()
       if (status%ok()) call open_files(from%scene, stepper%system, name, file, events, status)
       if (status%ok()) then
          stepper%columns = file%columns
@@ -247,6 +255,17 @@ contains
       deallocate (stepper)
    end subroutine write_file
 
+   !> Finds the tangent columns of the free numbers of a scene, while texts are locked. Errors: `NUTATE_BAD_SCENE` for
+   !> what has none.
+   subroutine find_tangents(scene, stepper, status)
+      type(scene_t), intent(in) :: scene
+      type(stepper_handle_t), intent(inout) :: stepper
+      type(status_t), intent(inout) :: status
+      type(scene_error_t) :: error
+      call free_columns(scene, stepper%tangents, error)
+      if (error%raised) status = fail(NUTATE_BAD_SCENE, error_line(scene%file, error))
+   end subroutine find_tangents
+
    !> Opens the file of the rows, and beside it that of the events where there are any. Errors: those of the files; the
    !> rows are not kept then.
    subroutine open_files(scene, system, name, file, events, status)
@@ -261,9 +280,10 @@ contains
       type(status_t) :: closing
       character(len=:), allocatable :: beside
       call lock_texts()
-      call file%open(name, scene%output%columns, system, scene%initial, scene%integrator%inverse_auxiliary_inertia, &
+      call file%open(name, usual_sets(scene), system, scene%initial, scene%integrator%inverse_auxiliary_inertia, &
                      status, scene%output%degrees, scene%output%digits, &
-                     backward=scene%plan%end_time < scene%initial%t, epoch=scene%output%epoch)
+                     backward=scene%plan%end_time < scene%initial%t, epoch=scene%output%epoch, &
+                     free=scene%fit%free_list())
       beside = scene%output%events
       if (beside == '') beside = events_name(name)
       if (status%ok() .and. scene%events%count() > 0 .and. beside /= '') then

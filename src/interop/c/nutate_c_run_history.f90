@@ -5,9 +5,12 @@ module nutate_c_run_history
       c_ptr, c_size_t
    use nutate_c_handles, only: conclude, find_scene, find_stepper, history_handle_t, null_argument, open_slot, &
       scene_handle_t, stepper_handle_t, HISTORY_MARK
+   use nutate_c_history, only: find_tangents
    use nutate_c_polls, only: poll_t
    use nutate_c_rows, only: row_receiver_t
    use nutate_c_runs, only: run_to
+   use nutate_c_text, only: lock_texts, unlock_texts
+   use nutate_columns, only: columns_t
    use nutate_kinds, only: wp
    use nutate_limits, only: is_moderate
    use nutate_run_plan, only: run_plan_t
@@ -15,7 +18,8 @@ module nutate_c_run_history
    implicit none
    private
 
-   public :: nutate_stepper_run_history, nutate_stepper_set_poll, nutate_scene_set_poll
+   public :: nutate_stepper_run_history, nutate_stepper_sensitivities, nutate_stepper_set_poll, &
+      nutate_scene_set_poll
 
 contains
 
@@ -27,11 +31,7 @@ contains
       integer(c_size_t), intent(in), value :: n_times
       type(c_ptr), pointer :: slot
       type(stepper_handle_t), pointer :: handle
-      type(history_handle_t), pointer :: rows
-      type(row_receiver_t) :: receiver
-      type(run_plan_t) :: plan
       type(status_t) :: status
-      integer :: failed
       slot => open_slot(history)
       code = NUTATE_BAD_HANDLE
       handle => find_stepper(stepper)
@@ -40,26 +40,78 @@ contains
          code = conclude(handle, null_argument('history'))
          return
       end if
-      plan = run_plan_t(end_time=end_time, every=every, interval=interval)
-      call set_times(times, n_times, handle%run%state%t, plan, status)
+      call keep_run(handle, run_plan_t(end_time=end_time, every=every, interval=interval), times, n_times, &
+                    handle%names, slot, status)
+      code = conclude(handle, status)
+   end function nutate_stepper_run_history
+
+   integer(c_int) function nutate_stepper_sensitivities(stepper, scene, end_time, times, n_times, history) &
+      result(code) bind(C)
+      type(c_ptr), intent(in), value :: stepper, scene, times, history
+      real(c_double), intent(in), value :: end_time
+      integer(c_size_t), intent(in), value :: n_times
+      type(c_ptr), pointer :: slot
+      type(stepper_handle_t), pointer :: handle
+      type(scene_handle_t), pointer :: from
+      type(columns_t) :: columns
+      type(status_t) :: status
+      slot => open_slot(history)
+      code = NUTATE_BAD_HANDLE
+      handle => find_stepper(stepper)
+      from => find_scene(scene)
+      if (.not. associated(handle) .or. .not. associated(from)) return
+      if (.not. associated(slot)) then
+         code = conclude(handle, null_argument('history'))
+         return
+      end if
+      columns = handle%columns
+      call lock_texts()
+      call handle%columns%choose(['sensitivities'], status, effects=handle%system%effects, &
+                                 free=from%scene%fit%free_list())
+      if (status%ok()) call find_tangents(from%scene, handle, status)
+      call unlock_texts()
+      if (status%ok()) call keep_run(handle, run_plan_t(end_time=end_time), times, n_times, handle%columns%header(), &
+                                     slot, status)
+      handle%columns = columns
+      if (allocated(handle%tangents)) deallocate (handle%tangents)
+      if (allocated(handle%run%tangent)) deallocate (handle%run%tangent, handle%run%last_tangent)
+      code = conclude(handle, status)
+   end function nutate_stepper_sensitivities
+
+   !> Runs a stepper to the end of a plan and keeps the rows. Errors: `NUTATE_NO_MEMORY`, those of the run.
+   subroutine keep_run(handle, plan, times, n_times, names, slot, status)
+      type(stepper_handle_t), pointer, intent(in) :: handle
+      type(run_plan_t), intent(in) :: plan
+      !> `double[n_times]`, or null: none.
+      type(c_ptr), intent(in) :: times
+      integer(c_size_t), intent(in) :: n_times
+      !> Of the columns, comma separated.
+      character(len=*), intent(in) :: names
+      !> Receives the history.
+      type(c_ptr), pointer, intent(in) :: slot
+      type(status_t), intent(out) :: status
+      type(history_handle_t), pointer :: rows
+      type(row_receiver_t) :: receiver
+      type(run_plan_t) :: timed
+      integer :: failed
+      timed = plan
+      call set_times(times, n_times, handle%run%state%t, timed, status)
       if (status%ok()) then
          allocate (rows, stat=failed)
          if (failed /= 0) status = fail(NUTATE_NO_MEMORY, 'not enough memory for a history')
       end if
-      if (status%ok()) then
-         rows%mark = HISTORY_MARK
-         rows%names = handle%names
-         slot = c_loc(rows)
-         receiver%history => rows
-         call run_to(handle, plan, receiver, status)
-         rows%uncertified_steps = handle%run%summary%uncertified_steps
-         rows%found = handle%found
-         rows%accuracy = handle%plan%goal%accuracy
-         if (status%ok() .and. rows%accuracy > 0.0_wp) &
-            rows%error = [handle%run%summary%estimate, handle%run%summary%round_off]
-      end if
-      code = conclude(handle, status)
-   end function nutate_stepper_run_history
+      if (.not. status%ok()) return
+      rows%mark = HISTORY_MARK
+      rows%names = names
+      slot = c_loc(rows)
+      receiver%history => rows
+      call run_to(handle, timed, receiver, status)
+      rows%uncertified_steps = handle%run%summary%uncertified_steps
+      rows%found = handle%found
+      rows%accuracy = handle%plan%goal%accuracy
+      if (status%ok() .and. rows%accuracy > 0.0_wp) &
+         rows%error = [handle%run%summary%estimate, handle%run%summary%round_off]
+   end subroutine keep_run
 
    integer(c_int) function nutate_stepper_set_poll(stepper, poll, user) result(code) bind(C)
       type(c_ptr), intent(in), value :: stepper, user

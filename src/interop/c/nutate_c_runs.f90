@@ -145,18 +145,25 @@ contains
       receiver%handle => handle
       receiver%observes_every_step = handle%columns%follows_steps
       receiver%wants_works = handle%columns%needs_works
+      receiver%wants_tangent = handle%columns%differentiates
       receiver%checks_steps = has_callbacks(handle%system%effects) .or. handle%events%count() > 0
       handle%plain = .false.
       handle%failure = 0
       handle%found%n = 0
       if (.not. abs(plan%end_time - handle%run%state%t) > 0.0_wp) then
-         if (is_first_a_row(plan, receiver)) call write_row(handle, receiver, status)
+         if (allocated(handle%tangents)) then
+            status = fail(NUTATE_BAD_ARGUMENT, 'a run without length has no derivatives', 'end_time')
+         else if (is_first_a_row(plan, receiver)) then
+            call write_row(handle, receiver, status)
+         end if
          return
       end if
       is_watched = allocated(handle%run%events)
       call handle%run%set_plan(handle%system, plan, status)
       if (status%ok() .and. .not. is_watched) call handle%run%set_events(handle%events, handle%system, status)
       if (status%ok()) call find_steps_asking(handle%run, handle%poll, handle%failure, handle%system, status)
+      if (status%ok() .and. allocated(handle%tangents)) &
+         call handle%run%differentiate(handle%tangents, handle%system, status)
       if (status%ok()) call handle%run%run_to_end(handle%system, status, receiver)
       call add_failure(handle%failure, status)
       if (allocated(handle%run%events)) call copy_effects(handle)

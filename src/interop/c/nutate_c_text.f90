@@ -3,7 +3,6 @@
 !> What calls functions whose results are texts holds the lock of `nutate_text_lock`; steps and runs do not.
 module nutate_c_text
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_int, c_null_char, c_ptr, c_size_t
-   use nutate_keys, only: name_length
    use nutate_status, only: NUTATE_BAD_ARGUMENT, NUTATE_OK, NUTATE_TRUNCATED
    use nutate_text_lock, only: lock_texts, unlock_texts
    implicit none
@@ -74,7 +73,7 @@ contains
       character(len=*), intent(in) :: list
       !> Counted from 1.
       integer, intent(in) :: n
-      character(len=name_length) :: name
+      character(len=:), allocatable :: name
       integer :: first, comma, i
       first = 1
       do i = 1, n - 1

@@ -51,12 +51,13 @@ contains
       do i = 1, size(groups)
          if (groups(i)%name /= 'free') cycle
          do k = 1, groups(i)%count_of('key')
-            if (is_attitude(groups(i)%text_at('key', k))) line = groups(i)%line_of('key')
+            if (.not. is_attitude(groups(i)%text_at('key', k))) cycle
+            plan%has_attitude = .true.
+            line = groups(i)%line_of('key')
          end do
       end do
       i = findloc(groups%name == 'initial', .true., dim=1)
       plan%angle_unit = merge(pi/180, 1.0_wp, groups(i)%flag('degrees', .false.))
-      plan%has_attitude = line > 0
       if (.not. plan%has_attitude) return
       if (groups(i)%has('euler_rates')) then
          call error%raise(line, 'the rates of Euler angles depend on the attitude, which is free', &
