@@ -12,7 +12,7 @@ module test_linearization
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_system, only: system_t
-   use test_support, only: check, check_below, check_close, error_type, new_unittest, test_failed, unittest_type
+   use test_support, only: check, check_below, check_close, error_type, new_unittest, unittest_type
    implicit none
    private
 

@@ -117,10 +117,11 @@ contains
       !> Shape (n).
       complex(wp), intent(out) :: values(:)
       type(status_t), intent(out) :: status
-      real(wp) :: a(size(values), size(values)), re(size(values)), im(size(values)), work(34*size(values)), none(1, 1)
+      real(wp) :: a(size(values), size(values)), re(size(values)), im(size(values)), work(34*size(values))
+      real(wp) :: left(1, 1), right(1, 1)
       integer :: info
       a = matrix
-      call dgeev('N', 'N', size(values), a, size(values), re, im, none, 1, none, 1, work, size(work), info)
+      call dgeev('N', 'N', size(values), a, size(values), re, im, left, 1, right, 1, work, size(work), info)
       values = cmplx(re, im, wp)
       status = handle_info('dgeev', info)
    end subroutine general_eigenvalues

@@ -118,9 +118,13 @@ contains
       real(wp), intent(out) :: matrix(:, :)
       integer :: k
       matrix = 0.0_wp
+      do k = 1, 3
+         matrix(3 + k, k) = 1.0_wp
+      end do
+      do k = 1, size(motors)
+         matrix(6 + motors(k), 3 + k) = 1.0_wp
+      end do
       do k = 1, 3 + size(motors)
-         if (k <= 3) matrix(3 + k, k) = 1.0_wp
-         if (k > 3) matrix(6 + motors(k - 3), k) = 1.0_wp
          call to_velocities(system, matrix(:, k))
       end do
    end subroutine input_matrix

@@ -320,7 +320,7 @@ contains
       allocate (result%states(n), result%state_units(n), result%inputs(m), result%input_units(m))
       allocate (result%a(n, n), result%b(n, m), source=0.0_wp)
       allocate (result%eigenvalues(n))
-      result%eigenvalues = 0.0_wp
+      result%eigenvalues = (0.0_wp, 0.0_wp)
       do i = 1, 3
          result%states(i) = 'theta'//digit(i)
          result%states(3 + i) = 'omega'//digit(i)
