@@ -69,6 +69,36 @@ int nutate_scene_run(const nutate_scene *scene, nutate_history **history, char *
  * Status: NUTATE_IO, or that of a failed step; complete rows are then in PATH.partial. */
 int nutate_scene_write(const nutate_scene *scene, const char *path, char *message, size_t size);
 
+/* ---- Fits ------------------------------------------------------------------------------------------------------- */
+
+/* The functions below are for scenes with &free and &measurement. Parameters x are the free numbers in the order of the
+ * scene, then the biases. An attitude is a rotation vector from that of the scene, body axes, in its unit of angles.
+ * NUTATE_BAD_ARGUMENT where there is nothing to fit. */
+
+/* Returns the size of a fit.   ==>  scene   <==  parameters; or NULL   <==  residuals; or NULL */
+int nutate_fit_size(nutate_scene *scene, size_t *parameters, size_t *residuals);
+/* Returns the name of a parameter.   ==>  parameter, from 0   <==  buffer   ==>  size */
+int nutate_fit_name(nutate_scene *scene, size_t parameter, char *buffer, size_t size);
+
+/* Returns the values of the scene and the bounds, without them -DBL_MAX and DBL_MAX.
+ *   <==  x, low, high  [parameters]; or NULL */
+int nutate_fit_start(nutate_scene *scene, double *x, double *low, double *high);
+
+/* Computes residuals, (model - measured)/sigma, and their derivatives; then those of numbers with a known sigma.
+ *   ==>  x          [parameters]
+ *   <==  residuals  [residuals]; or NULL
+ *   <==  jacobian   [residuals][parameters]; or NULL
+ * Status: NUTATE_BAD_SCENE for numbers that the scene rejects, or that of a failed step. */
+int nutate_fit_evaluate(nutate_scene *scene, const double *x, double *residuals, double *jacobian);
+
+/* Fits the parameters, as `nutate fit` does.
+ *   <==  x           [parameters]; or NULL
+ *   <==  covariance  [parameters][parameters]; zero for what the data do not determine; or NULL
+ *   <==  converged   1 or 0; or NULL
+ *   <==  message     why it is 0, or what failed; or NULL */
+int nutate_fit_solve(const nutate_scene *scene, double *x, double *covariance, int *converged, char *message,
+                     size_t size);
+
 /* ---- Histories -------------------------------------------------------------------------------------------------- */
 
 /* Returns the size of a history.   ==>  history   <==  rows; or NULL   <==  columns, that of t included; or NULL */

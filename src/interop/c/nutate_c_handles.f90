@@ -14,6 +14,7 @@ module nutate_c_handles
    use nutate_columns, only: columns_t
    use nutate_effect_list, only: effect_list_t
    use nutate_event_tracker, only: event_list_t
+   use nutate_fit_problem, only: fit_problem_t
    use nutate_keys, only: group_t, name_length
    use nutate_kinds, only: wp, long
    use nutate_limits, only: most_wheels
@@ -60,6 +61,8 @@ module nutate_c_handles
       type(scene_t) :: scene
       !> The poll callback of its runs.
       type(poll_t) :: poll
+      !> The residuals of its fit, once they were asked for.
+      type(fit_problem_t), allocatable :: fit
    end type scene_handle_t
 
    !> The rows of a run.

@@ -180,6 +180,7 @@ contains
       type(scene_handle_t), intent(inout) :: handle
       type(status_t), intent(in) :: status
       if (status%ok()) handle%scene%integrator%attitude = .true.
+      if (allocated(handle%fit)) deallocate (handle%fit)
       code = conclude(handle, status)
    end function end_adding
 

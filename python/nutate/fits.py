@@ -1,0 +1,82 @@
+"""Scenes fitted to measurements, and their residuals as functions for other optimisers and samplers."""
+
+import ctypes
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from ._library import MESSAGE_SIZE, Array, interruptible, library, pointer, text_of, vector
+from .sweeps import SceneOrPath, with_table
+
+
+@dataclass(frozen=True)
+class FitResult:
+    """A fitted scene, with the names of SciPy: parameters `x`, residuals `fun`, their derivatives `jac`, shape (residuals,
+    parameters), `cost`, half the sum of the squares of `fun`, `success` and `message`. `names` and the covariance `cov` belong to
+    x; a row and column of zeros in `cov` is a parameter that the data do not determine, or one at a bound."""
+
+    x: Array
+    fun: Array
+    jac: Array
+    cost: float
+    success: bool
+    message: str
+    names: list[str]
+    cov: Array
+
+
+class FitProblem:
+    """The residuals of a scene with &free and &measurement, a Scene or a path with `overrides`, as functions of its parameters:
+
+        problem = nutate.FitProblem("gyro.nml")
+        result = scipy.optimize.least_squares(problem.residuals, problem.x0, problem.jacobian, bounds=problem.bounds)
+
+    A parameter x is a free number of the scene, then a bias. An attitude is a rotation vector from that of the scene, body axes,
+    in its unit of angles. `names` are those of the parameters, `x0` their values in the scene, `bounds` a pair of arrays."""
+
+    def __init__(self, scene: SceneOrPath, *overrides: str) -> None:
+        self._scene = with_table(scene, overrides, None)
+        parameters, residuals = ctypes.c_size_t(), ctypes.c_size_t()
+        self._scene._call("nutate_fit_size", ctypes.byref(parameters), ctypes.byref(residuals))
+        n, self._size = parameters.value, residuals.value
+        self.names = [text_of(library.nutate_fit_name, self._scene._handle, k) for k in range(n)]
+        self.x0 = np.empty(n)
+        low, high = np.empty(n), np.empty(n)
+        self._scene._call("nutate_fit_start", pointer(self.x0), pointer(low), pointer(high))
+        most = np.finfo(float).max
+        self.bounds = (np.where(low <= -most, -np.inf, low), np.where(high >= most, np.inf, high))
+
+    def residuals(self, x: npt.ArrayLike) -> Array:
+        """(model - measured)/sigma; then those of parameters with a `sigma` in &free. Robust losses are not applied."""
+        residuals = np.empty(self._size)
+        self._scene._call("nutate_fit_evaluate", pointer(vector(x, self.x0.size, "x")), pointer(residuals), None)
+        return residuals
+
+    def jacobian(self, x: npt.ArrayLike) -> Array:
+        """The derivatives of `residuals`, exact ones of the method; shape (residuals, parameters)."""
+        jacobian = np.empty((self._size, self.x0.size))
+        self._scene._call("nutate_fit_evaluate", pointer(vector(x, self.x0.size, "x")), None, pointer(jacobian))
+        return jacobian
+
+    def log_likelihood(self, x: npt.ArrayLike) -> float:
+        """Minus half the sum of the squares of `residuals`, for samplers such as emcee; -inf outside of the bounds."""
+        x = vector(x, self.x0.size, "x")
+        if np.any(x < self.bounds[0]) or np.any(x > self.bounds[1]):
+            return -np.inf
+        return -0.5 * float(np.sum(self.residuals(x) ** 2))
+
+
+def fit(scene: SceneOrPath, *overrides: str) -> FitResult:
+    """Fits a scene with &free and &measurement, a Scene or a path with `overrides`, as `nutate fit`."""
+    problem = FitProblem(scene, *overrides)
+    made, n = problem._scene, problem.x0.size
+    x, cov, converged = np.empty(n), np.empty((n, n)), ctypes.c_int()
+    message = ctypes.create_string_buffer(MESSAGE_SIZE)
+    status = interruptible(library.nutate_fit_solve, made._handle, pointer(x), pointer(cov), ctypes.byref(converged), message,
+                           MESSAGE_SIZE)
+    text = message.value.decode("utf-8", "replace")
+    made._conclude(status, message=text)
+    fun = problem.residuals(x)
+    return FitResult(x, fun, problem.jacobian(x), 0.5 * float(fun @ fun), bool(converged.value), text or "converged",
+                     problem.names, cov)
