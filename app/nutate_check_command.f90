@@ -69,12 +69,12 @@ contains
       if (exit_code /= EXIT_SUCCESS) return
       scene%output%columns = usual_sets(scene)
       call run%begin(scene%system, scene%integrator, scene%initial, scene%plan, status)
+      if (status%ok()) call carry_free_columns(scene, run, exit_code)
+      if (status%ok() .and. exit_code == EXIT_SUCCESS) call run%follow_chaos(scene%chaos, scene%system, status)
       if (.not. status%ok()) then
          call say_error(printable_path(scene%file)//': '//trim(status%message))
          exit_code = EXIT_INPUT
-         return
       end if
-      call carry_free_columns(scene, run, exit_code)
       if (exit_code /= EXIT_SUCCESS) return
       scene%integrator = run%summary%settings
       call page%line(printable_path(scene%file)//': '//scene%title)
@@ -401,6 +401,8 @@ contains
       header = columns%header()
       if (scene%output%epoch%is_set()) header = 't,date'//header(2:)
       if (status%ok()) call page%item('columns', header)
+      if (scene%chaos%exponents > 0) call page%item('summary', trim(merge( &
+         'largest Lyapunov exponent', 'all Lyapunov exponents   ', scene%chaos%exponents == 1))//', MEGNO, FLI')
       refusal = ''
       if (scene%plan%goal%active()) then
          call add_expected_rows(page, scene)

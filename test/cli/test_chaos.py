@@ -38,6 +38,13 @@ class Chaos(CommandLineTest):
         self.assertGreater(number(page, "MEGNO"), 4)
         self.assertGreater(number(page, "FLI"), 10)
         self.assertNotIn("MEGNO", self.succeed("run", "plain.nml").stderr)
+        self.assertRegex(self.succeed("check", "chaos.nml").stdout, r"\n  summary +all Lyapunov exponents, MEGNO, FLI\n")
+        self.assertNotIn("MEGNO", self.succeed("check", "plain.nml").stdout)
+
+    def test_check_refuses_what_run_refuses(self):
+        self.write("both.nml", TOP + TANGENT + "&free key = 'initial.angular_velocity' /\n")
+        shown = ("--set", "output.columns='sensitivities'")
+        self.assertEqual(self.fail_with(2, "check", "both.nml", *shown).stderr, self.fail_with(2, "run", "both.nml", *shown).stderr)
 
     def test_an_accuracy_gets_a_method_with_columns(self):
         self.write("chaos.nml", TOP + "&tangent /\n")
