@@ -431,6 +431,16 @@ class Scenes(SweepTest):
             on_back = sum(row["theta"] > math.pi/2 for row in throws)
             self.assertTrue(least <= on_back <= most, (turns, on_back))
 
+    def test_apophis_spins_faster_or_slower_after_its_passage(self):
+        rows = self.rows_of("apophis_ensemble.nml", "ensemble.members=400")
+        before = 5.7446e-5
+        rates = [2*row["kinetic"]/math.hypot(row["l_x"], row["l_y"], row["l_z"])/before for row in rows]
+        self.assertTrue(0.585 < min(rates) < 0.62 and 1.54 < max(rates) < 1.59, (min(rates), max(rates)))
+        # 94.5 % of 10 000 members, within four deviations of 400.
+        self.assertAlmostEqual(sum(row["short_axis_mode"] for row in rows)/400, 0.945, delta=0.046)
+        # Only bodies that lose rotation leave the mode.
+        self.assertLess(max(rate for rate, row in zip(rates, rows) if row["short_axis_mode"] < 0.5), 0.9)
+
 
 if __name__ == "__main__":
     unittest.main()

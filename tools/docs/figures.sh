@@ -88,6 +88,11 @@ draw hyperion
 sweep chaos_map scenes/chaos_map.nml
 draw chaos_map
 
+# Apophis after its passage, by where it is in its rotation before.
+sweep apophis_ensemble scenes/apophis_ensemble.nml
+awk -v cells=36 -f tools/docs/figures/apophis_cells.awk "$data/apophis_ensemble.csv" >"$data/apophis_cells.csv" || exit 1
+draw apophis_ensemble
+
 # Attitudes by radar, and the motion that is fitted to them.
 quietly figure-fit "$program" fit scenes/toutatis.nml --quiet --plot docs/figures/toutatis_fit.svg --output "$data/toutatis.fit.nml" \
    --csv "$data/toutatis.residuals.csv" || exit 1
