@@ -69,6 +69,17 @@ class Form(unittest.TestCase):
                     with self.subTest(page=path.name, line=line):
                         self.assertLessEqual(len(line), 160)
 
+    def test_every_page_is_in_a_table_of_contents(self):
+        docs = ROOT / "docs"
+        pages = set(docs.glob("**/*.md"))
+        listed = {docs / "index.md"}
+        for path in pages:
+            for block in re.findall(r"^```\{toctree\}\n(.*?)^```", path.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL):
+                for entry in block.split():
+                    if not entry.startswith(":"):
+                        listed.update(path.parent.glob(entry + ".md"))
+        self.assertEqual(sorted(path.name for path in pages - listed), [])
+
     def test_what_pages_link_to_is_there(self):
         for path in (ROOT / "README.md", ROOT / "CONTRIBUTING.md", *pages()):
             for link in re.findall(r"\]\(([^)#:]+)(?:#[^)]*)?\)", path.read_text(encoding="utf-8")):
