@@ -36,7 +36,7 @@ module test_tangent_events
    !> Most events of a run, and columns.
    integer, parameter :: room = 60, most = 10
 
-   !> Keeps events, and what is said of their times.
+   !> Keeps events and the derivatives of their times.
    type, extends(observer_t) :: keeper_t
       integer :: n = 0, polls = 0, stops_at = 0
       integer :: which(room) = 0

@@ -89,8 +89,10 @@ sweep chaos_map scenes/chaos_map.nml
 draw chaos_map
 
 # Apophis after its passage, by where it is in its rotation before.
+simulate apophis_start scenes/apophis_ensemble.nml
 sweep apophis_ensemble scenes/apophis_ensemble.nml
-awk -v cells=36 -f tools/docs/figures/apophis_cells.awk "$data/apophis_ensemble.csv" >"$data/apophis_cells.csv" || exit 1
+awk -v cells=36 -f tools/docs/figures/apophis_cells.awk "$data/apophis_start.csv" "$data/apophis_ensemble.csv" \
+   >"$data/apophis_cells.csv" || exit 1
 draw apophis_ensemble
 
 # Attitudes by radar, and the motion that is fitted to them.

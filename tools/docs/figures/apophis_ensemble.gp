@@ -7,10 +7,10 @@ height = 400
 load 'tools/docs/figures/style.gp'
 bin = 0.05
 members = 10000.0
-# Before the passage, rad/s.
-before = 5.7446e-5
-momentum(x, y, z) = sqrt(x**2 + y**2 + z**2)
-ratio(t, x, y, z) = 2*t/momentum(x, y, z)/before
+rate(t, x, y, z) = 2*t/sqrt(x**2 + y**2 + z**2)
+stats data.'/apophis_start.csv' using (rate(column('kinetic'), column('l_x'), column('l_y'), column('l_z'))) \
+   every ::0::0 name 'start' nooutput
+ratio(t, x, y, z) = rate(t, x, y, z)/start_max
 middle(r) = bin*(floor(r/bin) + 0.5)
 rows = data.'/apophis_ensemble.csv'
 
