@@ -5,7 +5,7 @@ module test_fit
    use nutate_fit, only: fit_scene, fit_t
    use nutate_fit_model, only: fit_model_t, motion_at_t
    use nutate_hamiltonian, only: body_momentum
-   use nutate_fit_residuals, only: inverse_right_jacobian, residuals_t
+   use nutate_fit_residuals, only: inverse_right_jacobian, residuals_t, right_jacobian
    use nutate_attitude, only: rotation_vector_from_quat
    use nutate_kinds, only: wp, pi
    use nutate_least_squares, only: UNKNOWN_BELOW
@@ -529,6 +529,7 @@ contains
          step = 1e-3_wp*random_vector(seed)
          slope = (8*(at(1) - at(-1)) - (at(2) - at(-2)))/12
          call check_close(error, matmul(inverse_right_jacobian(e), step), slope, 1e-12_wp)
+         call check_close(error, matmul(right_jacobian(e), matmul(inverse_right_jacobian(e), step)), step, 1e-15_wp)
       end do
    contains
       function at(k) result(v)

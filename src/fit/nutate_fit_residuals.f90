@@ -15,7 +15,7 @@ module nutate_fit_residuals
    implicit none
    private
 
-   public :: residuals_t, inverse_right_jacobian
+   public :: residuals_t, inverse_right_jacobian, right_jacobian
 
    !> Change of a state, as an angle and beside its momentum, by which a column is differentiated.
    real(wp), parameter :: small_change = 1e-3_wp
@@ -180,5 +180,28 @@ contains
       matrix(2, 2) = matrix(2, 2) + 1
       matrix(3, 3) = matrix(3, 3) + 1
    end function inverse_right_jacobian
+
+   !> Computes J_r(e), the rotation in body axes that a change of a rotation vector makes; shape (3, 3).
+   pure function right_jacobian(e) result(matrix)
+      !> rad; shape (3).
+      real(wp), intent(in) :: e(3)
+      real(wp) :: matrix(3, 3), angle, first, second, unit(3)
+      !> Angle below which the next terms of the series are rounding.
+      real(wp), parameter :: series_angle = 1e-2_wp
+      integer :: i
+      angle = norm2(e)
+      if (angle < series_angle) then
+         first = 0.5_wp - angle**2/24 + angle**4/720
+         second = 1/6.0_wp - angle**2/120 + angle**4/5040
+      else
+         first = 2*sin(angle/2)**2/angle**2
+         second = (angle - sin(angle))/angle**3
+      end if
+      do i = 1, 3
+         unit = 0.0_wp
+         unit(i) = 1.0_wp
+         matrix(:, i) = unit - first*cross(e, unit) + second*cross(e, cross(e, unit))
+      end do
+   end function right_jacobian
 
 end module nutate_fit_residuals

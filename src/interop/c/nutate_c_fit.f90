@@ -6,9 +6,9 @@ module nutate_c_fit
    use nutate_c_text, only: text_to_c
    use nutate_fit, only: fit_scene, fit_t
    use nutate_fit_problem, only: fit_problem_t
-   use nutate_fit_residuals, only: inverse_right_jacobian
+   use nutate_fit_residuals, only: inverse_right_jacobian, right_jacobian
    use nutate_kinds, only: wp
-   use nutate_quaternion, only: cross, quat_conjugate, quat_product
+   use nutate_quaternion, only: quat_conjugate, quat_product
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_OK
    implicit none
    private
@@ -151,29 +151,6 @@ contains
       at = turns(problem)
       if (size(at) == 3) jacobian(:, at) = matmul(jacobian(:, at), right_jacobian(problem%model%plan%angle_unit*x(at)))
    end subroutine by_vector
-
-   !> J_r(e): the turn in body axes that a change of a rotation vector makes; shape (3, 3).
-   pure function right_jacobian(e) result(matrix)
-      !> rad; shape (3).
-      real(wp), intent(in) :: e(3)
-      real(wp) :: matrix(3, 3), angle, first, second, unit(3)
-      !> Angle below which the next terms of the series are rounding.
-      real(wp), parameter :: small_angle = 1e-2_wp
-      integer :: i
-      angle = norm2(e)
-      if (angle < small_angle) then
-         first = 0.5_wp - angle**2/24 + angle**4/720
-         second = 1/6.0_wp - angle**2/120 + angle**4/5040
-      else
-         first = 2*sin(angle/2)**2/angle**2
-         second = (angle - sin(angle))/angle**3
-      end if
-      do i = 1, 3
-         unit = 0.0_wp
-         unit(i) = 1.0_wp
-         matrix(:, i) = unit - first*cross(e, unit) + second*cross(e, cross(e, unit))
-      end do
-   end function right_jacobian
 
    !> Places of the three components of the attitude; none where it is not free.
    pure function turns(problem) result(at)
