@@ -3,6 +3,7 @@ module nutate_fit_plot
    use nutate_console, only: count_text
    use nutate_decimal, only: rounded_text
    use nutate_fit, only: fit_t
+   use nutate_fit_model, only: motion_at_t
    use nutate_fit_plan, only: measurement_t, ATTITUDES
    use nutate_gnuplot, only: colours, gnuplot_quoted, picture_t
    use nutate_history_plot, only: tick
@@ -10,8 +11,8 @@ module nutate_fit_plot
    use nutate_plot_panels, only: panel_t, panels_of
    use nutate_printable, only: printable_path
    use nutate_scene, only: scene_t
-   use nutate_state, only: state_t
    use nutate_status, only: status_t
+   use nutate_system, only: system_t
    implicit none
    private
 
@@ -31,13 +32,13 @@ contains
       type(scene_t), intent(in) :: scene
       type(fit_t), intent(inout) :: fit
       type(status_t), intent(out) :: status
-      type(state_t), allocatable :: states(:)
+      type(motion_at_t) :: motion
       real(wp) :: times(curve_points), height, upper
       integer :: i, first
       associate (last => fit%problem%times(size(fit%problem%times)))
          times = [(last*i/curve_points, i=1, curve_points)]
       end associate
-      call fit%problem%model%states_at(times, states, status)
+      call fit%problem%model%states_at(times, motion, status)
       if (.not. status%ok()) then
          call picture%discard()
          return
@@ -51,7 +52,7 @@ contains
       upper = 1 - (top + 20)/height
       first = 1
       do i = 1, size(fit%problem%residuals)
-         call draw_data(picture, fit, i, first, times, states, upper, height)
+         call draw_data(picture, fit, i, first, times, motion, upper, height)
          upper = upper - data_height/height
          if (i == size(fit%problem%residuals)) call picture%put('set xlabel ''t (s)''; set format x ''%g''')
          call draw_residuals(picture, fit%problem%residuals(i)%measurement, fit%result%residuals(first:), upper, height)
@@ -86,13 +87,13 @@ contains
    end subroutine begin_panel
 
    !> Data as points, the model as lines.
-   subroutine draw_data(picture, fit, i, first, times, states, upper, height)
+   subroutine draw_data(picture, fit, i, first, times, motion, upper, height)
       type(picture_t), intent(inout) :: picture
       type(fit_t), intent(inout) :: fit
       !> Which measurement; the first of its residuals.
       integer, intent(in) :: i, first
       real(wp), intent(in) :: times(:), upper, height
-      type(state_t), intent(in) :: states(:)
+      type(motion_at_t), intent(in) :: motion
       real(wp), allocatable :: curves(:, :), points(:, :)
       character(len=:), allocatable :: plot, label
       character(len=7) :: paint(most_columns)
@@ -100,7 +101,7 @@ contains
       associate (problem => fit%problem)
          associate (measurement => problem%residuals(i)%measurement)
             n = min(size(measurement%columns), most_columns)
-            call find_curves(fit, i, states, curves)
+            call find_curves(fit, i, motion, curves)
             points = measurement%rows
             if (measurement%kind == ATTITUDES) call choose_signs(times, curves, measurement%times, points)
             do c = 1, n
@@ -141,20 +142,23 @@ contains
    end subroutine find_look
 
    !> The columns of the model at the times of the curve, their biases added; shape (columns, times).
-   subroutine find_curves(fit, i, states, curves)
+   subroutine find_curves(fit, i, motion, curves)
       type(fit_t), intent(inout) :: fit
       integer, intent(in) :: i
-      type(state_t), intent(in) :: states(:)
+      type(motion_at_t), intent(in) :: motion
       real(wp), allocatable, intent(out) :: curves(:, :)
+      type(system_t) :: system
       integer :: k, bias
       bias = fit%problem%n_free
       do k = 1, i - 1
          if (fit%problem%residuals(k)%measurement%has_bias) bias = bias + fit%problem%residuals(k)%measurement%width()
       end do
       associate (residuals => fit%problem%residuals(i))
-         allocate (curves(size(residuals%measurement%columns), size(states)))
-         do k = 1, size(states)
-            curves(:, k) = residuals%model(fit%problem%model%scene%system, states(k))
+         allocate (curves(size(residuals%measurement%columns), size(motion%states)))
+         system = fit%problem%model%scene%system
+         do k = 1, size(motion%states)
+            call motion%switches(k)%apply(system%effects)
+            curves(:, k) = residuals%model(system, motion%states(k))
             if (residuals%measurement%has_bias) curves(:, k) = curves(:, k) + fit%result%x(bias + 1:bias + &
                size(curves, 1))
          end do

@@ -12,8 +12,8 @@ module test_fit
    use nutate_normal_quantile, only: normal_quantile
    use nutate_quaternion, only: quat_conjugate, quat_normalized, quat_product
    use nutate_scene, only: parse_scene, scene_t
-   use nutate_state, only: state_t
    use nutate_status, only: status_t, NUTATE_BAD_ARGUMENT, NUTATE_STEP_LIMIT
+   use nutate_system, only: system_t
    use test_support, only: check, check_below, check_close, draws_fewer, error_type, new_unittest, random_unit, &
       random_unit_quaternion, random_vector, test_failed, unittest_type
    implicit none
@@ -22,9 +22,19 @@ module test_fit
    public :: collect_fit
 
    character, parameter :: lf = achar(10)
+   !> A satellite whose magnet an event switches off at 0.25 s, whose wheel comes to the limit of its speed at 0.2 s,
+   !> whose thruster has a window, and whose controller comes to its limit and leaves it.
+   character(len=*), parameter :: switched = "&body inertia = 4, 5, 6 /"//lf// &
+      "&initial quaternion = 0.5, -0.5, 0.5, 0.5, angular_velocity = 1, -2, 3 /"//lf// &
+      "&dipole name = 'magnet', moment = 1, -2, 3, field = 0.5, 1, -1 /"//lf// &
+      "&torque name = 'thruster', body = 0.5, 2, -1, start = 0.1, stop = 0.5 /"//lf// &
+      "&wheel axis = 2, -1, 2, inertia = 0.3, speed = 5, torque = 1.5, speed_limit = 6 /"//lf// &
+      "&controller law = 'quaternion', attitude_gain_matrix = 3*2, rate_gain_matrix = 3*1.2, limit = 1.3 /"//lf// &
+      "&event when = 'omega1', crosses = 1.3, switch = 'magnet toggle', stop = .true. /"//lf// &
+      "&integrator method = 'nielsen_krenk', order = 8, time_step = 0.02, end_time = 1 /"//lf
    !> Files that scenes name; `measure` replaces their rows.
    character(len=*), parameter :: rates_file = 'test/fit_rates.csv', attitudes_file = 'test/fit_attitudes.csv', &
-                                  heading_file = 'test/fit_heading.csv'
+                                  heading_file = 'test/fit_heading.csv', energies_file = 'test/fit_energies.csv'
    character(len=*), parameter :: rates = "&measurement file = '"//rates_file// &
       "', columns = 'omega1', 'omega2', 'omega3'"
    character(len=*), parameter :: gyroscope = "&body inertia = 5, 20, 17 /"//lf// &
@@ -50,6 +60,8 @@ contains
                   new_unittest("outliers_and_a_prior", test_prior_and_loss), &
                   new_unittest("columns_of_free_numbers_are_differences_of_runs", test_columns), &
                   new_unittest("the_derivative_of_the_logarithm", test_logarithm), &
+                  new_unittest("columns_of_free_numbers_cross_switches_and_limits", test_switched_columns), &
+                  new_unittest("a_fit_crosses_switches_and_limits", test_switched_fit), &
                   new_unittest("a_run_of_hopeless_numbers_ends", test_hopeless), &
                   new_unittest("what_cannot_be_fitted_is_rejected", test_rejections)]
    end subroutine collect_fit
@@ -74,22 +86,28 @@ contains
       integer(int64), intent(inout), optional :: seed
       type(fit_model_t) :: model
       type(residuals_t) :: residuals
-      type(state_t), allocatable :: states(:)
+      type(motion_at_t) :: motion
+      type(system_t) :: system
       type(status_t) :: status
       real(wp) :: noise(4)
       integer :: i, k, c
       if (allocated(error)) return
       call model%prepare(scene, status)
-      if (status%ok()) call model%states_at(times, states, status)
+      if (status%ok()) call model%states_at(times, motion, status)
       call check(error, status%ok(), trim(status%message))
       if (allocated(error)) return
+      system = scene%system
       do i = 1, size(scene%fit%measurements)
          residuals = residuals_t()
          call residuals%prepare(scene%fit%measurements(i), scene%system, 0.0_wp, status)
          associate (measurement => scene%fit%measurements(i))
             measurement%times = times
-            measurement%rows = reshape([(residuals%model(scene%system, states(k)), k=1, size(times))], &
-                                       [size(measurement%columns), size(times)])
+            if (allocated(measurement%rows)) deallocate (measurement%rows)
+            allocate (measurement%rows(size(measurement%columns), size(times)))
+            do k = 1, size(times)
+               call motion%switches(k)%apply(system%effects)
+               measurement%rows(:, k) = residuals%model(system, motion%states(k))
+            end do
             if (.not. present(seed)) cycle
             do k = 1, size(times)
                noise = [(normal_quantile(random_unit(seed)), c=1, 4)]
@@ -454,6 +472,61 @@ contains
                            "'gravity_gradient.strength', 'gravity_gradient.direction' /"//rest)
    end subroutine test_columns
 
+   !> By the start, the body, what is switched, and what comes to a limit.
+   subroutine test_switched_columns(error)
+      type(error_type), allocatable, intent(out) :: error
+      call compare_columns(error, switched//"&free key = 'initial.angular_velocity', 'body.inertia' /"//lf// &
+                           "&free key = 'dipole.moment', 'dipole.field', 'torque.body' /"//lf// &
+                           "&free key = 'wheel.inertia', 'wheel.speed', 'wheel.torque' /"//lf// &
+                           "&measurement file = '"//rates_file//"', columns = 'omega1' /")
+   end subroutine test_switched_columns
+
+   !> Without noise, from a start off by some percent. The energy has the potential of the magnet where that is on.
+   subroutine test_switched_fit(error)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: truth(6) = [1.0_wp, -2.0_wp, 3.0_wp, -2.0_wp, 2.0_wp, 0.3_wp]
+      type(scene_t) :: scene
+      type(fit_t) :: fit
+      type(status_t) :: status
+      character(len=:), allocatable :: message
+      call read(switched//"&free key = 'initial.angular_velocity', 'dipole.moment.2', 'torque.body.2' /"//lf// &
+                "&free key = 'wheel.inertia' /"//rates//", sigma = 0.01 /"//lf// &
+                "&measurement file = '"//energies_file//"', columns = 'potential', 'total', sigma = 0.05 /"//lf// &
+                "&fit start = 'scene' /", scene, error)
+      call measure(scene, every(0.05_wp, 20), error)
+      if (allocated(error)) return
+      call check(error, count(abs(scene%fit%measurements(2)%rows(1, :)) > 0.0_wp) < 10, 'the magnet is off for a time')
+      call set_numbers(scene, 'initial', 'angular_velocity', [1.04_wp, -1.93_wp, 3.05_wp])
+      call set_numbers(scene, 'dipole', 'moment', [1.0_wp, -2.1_wp, 3.0_wp])
+      call set_numbers(scene, 'torque', 'body', [0.5_wp, 1.9_wp, -1.0_wp])
+      call set_numbers(scene, 'wheel', 'inertia', [0.31_wp])
+      call fit_and_check(scene, fit, error)
+      if (allocated(error)) return
+      ! The last steps are those of Newton's method.
+      call check_close(error, fit%result%x, truth, 1e-8_wp*maxval(abs(truth)))
+      call check(error, fit%result%iterations <= 8, 'iterations')
+      call parse_scene(switched//"&controller law = 'quaternion', attitude_gain = 1, rate_gain = 1, "// &
+                       "sample = 0.1 /&free key = 'wheel.inertia' /"//lf//rates//' /', 'fit.nml', scene, &
+                       status, message)
+      call check(error, status%ok(), message)
+      if (allocated(error)) return
+      call fit_scene(scene, fit, status)
+      call check(error, index(status%message, 'a controller that samples has no derivative') > 0, trim(status%message))
+   end subroutine test_switched_fit
+
+   !> Sets numbers of a scene that is to be fitted.
+   subroutine set_numbers(scene, group, key, numbers)
+      type(scene_t), intent(inout) :: scene
+      character(len=*), intent(in) :: group, key
+      real(wp), intent(in) :: numbers(:)
+      integer :: i, k
+      associate (groups => scene%fit%numbers%groups)
+         i = findloc(groups%name == group, .true., dim=1)
+         k = findloc(groups(i)%settings%name == key, .true., dim=1)
+         groups(i)%settings(k)%values%number = numbers
+      end associate
+   end subroutine set_numbers
+
    !> A body that spins a million times as fast as the one that is measured.
    subroutine test_hopeless(error)
       type(error_type), allocatable, intent(out) :: error
@@ -484,8 +557,7 @@ contains
       real(wp), parameter :: weights(4) = [1.0_wp, -8.0_wp, 8.0_wp, -1.0_wp]/12
       type(scene_t) :: scene
       type(fit_model_t) :: model, other
-      type(motion_at_t) :: motion
-      type(state_t), allocatable :: states(:)
+      type(motion_at_t) :: motion, moved
       type(status_t) :: status
       real(wp), allocatable :: values(:), column(:)
       integer :: i, k
@@ -503,12 +575,12 @@ contains
             values = model%values
             values(i) = values(i) + places(k)*model%steps(i)
             call other%set_values(values, status)
-            if (status%ok()) call other%states_at([0.7_wp], states, status)
+            if (status%ok()) call other%states_at([0.7_wp], moved, status)
             call check(error, status%ok(), trim(status%message))
             if (allocated(error)) return
             column = column + weights(k)/model%steps(i)*[rotation_vector_from_quat(quat_product( &
-               quat_conjugate(motion%states(1)%q), states(1)%q)), body_momentum(states(1)), &
-               states(1)%wheel_momentum(:size(column) - 6)]
+               quat_conjugate(motion%states(1)%q), moved%states(1)%q)), body_momentum(moved%states(1)), &
+               moved%states(1)%wheel_momentum(:size(column) - 6)]
          end do
          call check_close(error, motion%columns(:, i, 1), column, 2e-9_wp*maxval(abs(column)), &
                           trim(model%plan%free(i)%name))

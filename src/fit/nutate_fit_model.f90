@@ -1,8 +1,10 @@
 !> A scene as a function of its free numbers: the motion at given times, and its derivative by each of them.
 module nutate_fit_model
    use nutate_attitude, only: quat_from_rotation_vector
+   use nutate_byte_archive, only: byte_archive_t
    use nutate_column, only: column_t
-   use nutate_control, only: needs_control
+   use nutate_effect_list, only: effect_list_t
+   use nutate_event_tracker, only: event_list_t
    use nutate_fit_columns, only: add_key, add_scene, places, weights
    use nutate_fit_plan, only: fit_plan_t
    use nutate_hamiltonian, only: body_momentum
@@ -19,10 +21,20 @@ module nutate_fit_model
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_SCENE, NUTATE_STEP_LIMIT, &
       NUTATE_STOPPED
    use nutate_system, only: system_t
+   use nutate_tangent, only: check_effects
    implicit none
    private
 
-   public :: fit_model_t, motion_at_t, moved_state
+   public :: fit_model_t, motion_at_t, moved_state, switches_t
+
+   !> Which effects are on at a time, in a motion in which events switch some.
+   type :: switches_t
+      !> Checkpoint data of the effects; not allocated where nothing switches.
+      character(len=:), allocatable :: bytes
+   contains
+      !> Switches the effects of a system, which has the same as the motion.
+      procedure :: apply => apply_switches
+   end type switches_t
 
    !> The motion at given times.
    type :: motion_at_t
@@ -31,6 +43,8 @@ module nutate_fit_model
       !> The derivative of each state by each free number: rotation vector and momentum in body axes, and the momenta of
       !> wheels. Shape (6 + wheels, free numbers, times).
       real(wp), allocatable :: columns(:, :, :)
+      !> Which effects are on; shape (times).
+      type(switches_t), allocatable :: switches(:)
    end type motion_at_t
 
    !> A scene with free numbers.
@@ -71,16 +85,16 @@ module nutate_fit_model
       procedure :: build_systems
       !> Runs the scene with its derivatives.
       procedure :: run
-      !> The states at given times, without derivatives.
+      !> The motion at given times, without derivatives.
       procedure :: states_at
    end type fit_model_t
 
-   !> Keeps the states of a run at given times.
+   !> Keeps the motion of a run at given times.
    type, extends(observer_t) :: keeper_t
       real(wp), allocatable :: times(:)
-      type(state_t), allocatable :: states(:)
-      !> Where they are wanted; shape (6 + wheels, columns, times).
-      real(wp), allocatable :: derivatives(:, :, :)
+      type(motion_at_t) :: motion
+      !> Events switch effects.
+      logical :: is_switched = .false.
       integer :: n = 0
    contains
       procedure :: observe => keep_state
@@ -105,7 +119,7 @@ contains
       class(fit_model_t), intent(out) :: self
       type(scene_t), intent(in) :: scene
       type(status_t), intent(out) :: status
-      call check_smooth(scene, status)
+      call check_effects(scene%system%effects, status)
       if (.not. status%ok()) return
       call self%begin(scene)
       self%steps_left = scene%plan%max_steps
@@ -146,22 +160,6 @@ contains
    subroutine forget(plan)
       type(fit_plan_t), intent(out) :: plan
    end subroutine forget
-
-   !> Errors: `NUTATE_BAD_ARGUMENT` for events that switch effects, and for controllers that sample or have limits: what
-   !> they do has no derivative here.
-   subroutine check_smooth(scene, status)
-      type(scene_t), intent(in) :: scene
-      type(status_t), intent(out) :: status
-      integer :: i
-      do i = 1, scene%events%count()
-         if (scene%events%slots(i)%item%action == 0) cycle
-         status = fail(NUTATE_BAD_ARGUMENT, 'a fit does not support events that switch effects (expected no switch)')
-         return
-      end do
-      if (needs_control(scene%system%effects)) &
-         status = fail(NUTATE_BAD_ARGUMENT, 'a fit supports neither limits nor samples (expected no speed_limit in '// &
-                       '&wheel, no sample and no limits in &controller)')
-   end subroutine check_smooth
 
    !> The step by which a number is changed where the scene is differentiated.
    pure real(wp) function step_of(self, i) result(step)
@@ -350,17 +348,17 @@ contains
       type(column_t), allocatable :: columns(:)
       call make_columns(self, columns, status)
       if (status%ok()) &
-         call go(self%scene, times, motion%states, status, self%steps_left, self%most_steps, columns, motion%columns)
+         call go(self%scene, times, motion, status, self%steps_left, self%most_steps, columns)
    end subroutine run
 
-   !> The states at given times, without derivatives. Errors: those of the run.
-   subroutine states_at(self, times, states, status)
+   !> The motion at given times, without derivatives. Errors: those of the run.
+   subroutine states_at(self, times, motion, status)
       class(fit_model_t), intent(in) :: self
       !> In the order of the run, s; shape (times).
       real(wp), intent(in) :: times(:)
-      type(state_t), allocatable, intent(out) :: states(:)
+      type(motion_at_t), intent(out) :: motion
       type(status_t), intent(out) :: status
-      call go(self%scene, times, states, status)
+      call go(self%scene, times, motion, status)
    end subroutine states_at
 
    !> What each free number changes. Errors: `NUTATE_BAD_ARGUMENT` for one by which the motion has no derivative.
@@ -413,20 +411,20 @@ contains
       where (abs(matrix) < negligible*maxval(abs(matrix))) matrix = 0.0_wp
    end subroutine drop_rounding
 
-   !> Runs a scene and keeps the states at given times, and their derivatives.
-   subroutine go(scene, times, states, status, steps_left, most_steps, columns, derivatives)
+   !> Runs a scene and keeps the motion at given times.
+   subroutine go(scene, times, motion, status, steps_left, most_steps, columns)
       type(scene_t), intent(in) :: scene
       real(wp), intent(in) :: times(:)
-      type(state_t), allocatable, intent(out) :: states(:)
+      type(motion_at_t), intent(out) :: motion
       type(status_t), intent(out) :: status
       !> Steps that the run may perform; on return without those performed.
       integer(long), intent(inout), optional :: steps_left
       !> Steps of the longest run that came to its end; 0: none has.
       integer(long), intent(inout), optional :: most_steps
+      !> Those whose derivatives are wanted.
       type(column_t), intent(in), optional :: columns(:)
-      !> Shape (6 + wheels, columns, times).
-      real(wp), allocatable, intent(out), optional :: derivatives(:, :, :)
       type(keeper_t) :: keeper
+      type(event_list_t) :: events
       type(run_plan_t) :: plan
       type(run_t) :: run
       plan = scene%plan
@@ -438,13 +436,16 @@ contains
          plan%max_steps = steps_left
          if (most_steps > 0) plan%max_steps = min(steps_left, too_many*max(most_steps, 10_long))
       end if
-      allocate (keeper%states(size(times)))
+      allocate (keeper%motion%states(size(times)), keeper%motion%switches(size(times)))
       keeper%times = times
+      call list_switches(scene%events, events)
+      keeper%is_switched = events%count() > 0
       if (present(columns)) then
          keeper%wants_tangent = .true.
-         allocate (keeper%derivatives(6 + scene%system%effects%n_wheels, size(columns), size(times)))
+         allocate (keeper%motion%columns(6 + scene%system%effects%n_wheels, size(columns), size(times)))
       end if
       call run%begin(scene%system, scene%integrator, scene%initial, plan, status)
+      if (status%ok() .and. keeper%is_switched) call run%set_events(events, scene%system, status)
       if (status%ok() .and. present(columns)) call run%differentiate(columns, scene%system, status)
       if (status%ok()) call run%run_to_end(scene%system, status, keeper)
       if (status%ok() .and. keeper%n < size(times)) &
@@ -455,9 +456,32 @@ contains
          if (status%code == NUTATE_STEP_LIMIT .and. steps_left == 0) &
             status = fail(NUTATE_STOPPED, 'the fit needs more steps than allowed')
       end if
-      call move_alloc(keeper%states, states)
-      if (present(derivatives)) call move_alloc(keeper%derivatives, derivatives)
+      call move_alloc(keeper%motion%states, motion%states)
+      call move_alloc(keeper%motion%switches, motion%switches)
+      if (present(columns)) call move_alloc(keeper%motion%columns, motion%columns)
    end subroutine go
+
+   !> The events that switch effects. They do not end the run: it goes on to the last measurement.
+   subroutine list_switches(events, switches)
+      type(event_list_t), intent(in) :: events
+      type(event_list_t), intent(inout) :: switches
+      integer :: i
+      do i = 1, events%count()
+         if (events%slots(i)%item%action == 0) cycle
+         call switches%add(events%slots(i)%item)
+         switches%slots(switches%count())%item%stop = .false.
+      end do
+   end subroutine list_switches
+
+   !> Switches the effects of a system, which has the same as the motion.
+   subroutine apply_switches(self, effects)
+      class(switches_t), intent(in) :: self
+      type(effect_list_t), intent(inout) :: effects
+      type(byte_archive_t) :: archive
+      if (.not. allocated(self%bytes)) return
+      call archive%begin_reading(self%bytes)
+      call effects%transfer_switches(archive)
+   end subroutine apply_switches
 
    !> Keeps a state that is due.
    subroutine keep_state(self, system, state, record, status)
@@ -469,12 +493,25 @@ contains
       if (self%n >= size(self%times)) return
       if (abs(state%t - self%times(self%n + 1)) > 0.0_wp) return
       self%n = self%n + 1
-      self%states(self%n) = state
-      if (.not. allocated(self%derivatives)) return
-      self%derivatives(1:3, :, self%n) = transpose(self%tangent%theta)
-      self%derivatives(4:6, :, self%n) = transpose(self%tangent%momentum)
-      self%derivatives(7:, :, self%n) = transpose(self%tangent%wheels)
+      self%motion%states(self%n) = state
+      if (self%is_switched) call keep_switches(system%effects, self%motion%switches(self%n)%bytes)
+      if (.not. allocated(self%motion%columns)) return
+      self%motion%columns(1:3, :, self%n) = transpose(self%tangent%theta)
+      self%motion%columns(4:6, :, self%n) = transpose(self%tangent%momentum)
+      self%motion%columns(7:, :, self%n) = transpose(self%tangent%wheels)
    end subroutine keep_state
+
+   !> Keeps which effects are on.
+   subroutine keep_switches(effects, bytes)
+      type(effect_list_t), intent(in) :: effects
+      character(len=:), allocatable, intent(out) :: bytes
+      type(effect_list_t) :: own
+      type(byte_archive_t) :: archive
+      own = effects
+      call archive%begin_writing()
+      call own%transfer_switches(archive)
+      bytes = archive%content()
+   end subroutine keep_switches
 
    !> The state that is reached by a change of attitude and momenta.
    pure function moved_state(state, change) result(moved)

@@ -2,7 +2,7 @@
 !> beforehand.
 module nutate_fit_problem
    use nutate_attitude, only: rotation_vector_from_quat
-   use nutate_fit_model, only: fit_model_t, motion_at_t
+   use nutate_fit_model, only: fit_model_t, motion_at_t, switches_t
    use nutate_fit_residuals, only: inverse_right_jacobian, residuals_t
    use nutate_kinds, only: wp
    use nutate_least_squares, only: least_squares_problem_t
@@ -10,6 +10,7 @@ module nutate_fit_problem
    use nutate_robust_loss, only: LINEAR
    use nutate_scene, only: scene_t
    use nutate_status, only: status_t
+   use nutate_system, only: system_t
    implicit none
    private
 
@@ -159,6 +160,10 @@ contains
       real(wp), allocatable, intent(inout) :: residuals(:), jacobian(:, :)
       type(status_t), intent(out) :: status
       type(motion_at_t) :: motion
+      ! Those of the time of a measurement.
+      type(system_t) :: system
+      type(system_t), allocatable :: systems(:, :)
+      type(switches_t) :: applied
       real(wp) :: steps(self%n_free)
       integer :: i, k, at, bias, width
 
@@ -173,14 +178,16 @@ contains
       steps = merge(self%model%steps, 0.0_wp, self%model%changes_system)
       at = 0
       bias = self%n_free
+      system = self%model%scene%system
+      systems = self%model%systems
       do i = 1, size(self%residuals)
          associate (measurement => self%residuals(i)%measurement)
             width = measurement%width()
             do k = 1, size(measurement%times)
                if (self%places(k, i) == 0) exit
                associate (t => self%places(k, i))
-                  call self%residuals(i)%evaluate(k, self%model%scene%system, self%model%systems, steps, &
-                     motion%states(t), &
+                  call switch_systems(motion%switches(t), steps, applied, system, systems)
+                  call self%residuals(i)%evaluate(k, system, systems, steps, motion%states(t), &
                                                   motion%columns(:, :, t), residuals(at + 1:at + width), &
                                                   jacobian(at + 1:at + width, :self%n_free))
                end associate
@@ -193,6 +200,31 @@ contains
       end do
       call add_knowledge(self, x, residuals(at + 1:), jacobian(at + 1:, :))
    end subroutine evaluate
+
+   !> Switches the effects of the systems, unless those of the last time are on.
+   subroutine switch_systems(switches, steps, applied, system, systems)
+      type(switches_t), intent(in) :: switches
+      !> Of the stencil; 0: there are no systems of the number. Shape (numbers).
+      real(wp), intent(in) :: steps(:)
+      !> Those of the last time.
+      type(switches_t), intent(inout) :: applied
+      type(system_t), intent(inout) :: system
+      !> Shape (places, numbers).
+      type(system_t), intent(inout) :: systems(:, :)
+      integer :: i, k
+      if (.not. allocated(switches%bytes)) return
+      if (allocated(applied%bytes)) then
+         if (applied%bytes == switches%bytes) return
+      end if
+      applied%bytes = switches%bytes
+      call switches%apply(system%effects)
+      do i = 1, size(steps)
+         if (.not. steps(i) > 0.0_wp) cycle
+         do k = 1, size(systems, 1)
+            call switches%apply(systems(k, i)%effects)
+         end do
+      end do
+   end subroutine switch_systems
 
    !> Adds the biases to the residuals of a row.
    pure subroutine add_bias(x, bias, sigma, residuals, jacobian)

@@ -178,6 +178,8 @@ class Fit(CommandLineTest):
         self.fail_with(2, "fit", "gyro.nml", "--set", "integrator.formulation=full", "--set", "integrator.projection=.false.",
                        "--set", "integrator.auxiliary_inertia=10", "--unset", "integrator.local_tolerance",
                        "--set", "integrator.time_step=0.01", says=["tangent columns need"])
+        self.write("sampled.nml", GYRO + "&controller law = 'quaternion', attitude_gain = 1, rate_gain = 1, sample = 0.1 /\n")
+        self.fail_with(2, "fit", "sampled.nml", says=["a controller that samples has no derivative (expected one without sample)"])
         self.fail_with(2, "fit", "gyro.nml", "--output", "gyro.nml", says=["gyro.nml is the scene itself"])
         self.fail_with(2, "fit", "gyro.nml", "--csv", "gyro.csv", says=["gyro.csv is a file of measurements"])
         self.fail_with(2, "fit", "gyro.nml", "--member", "1", says=["nutate fit has no option --member"])
