@@ -397,7 +397,7 @@ contains
       integer(long) :: n, rows
       call page%line('output')
       call columns%choose(scene%output%columns, status, scene%output%degrees, scene%system%effects, &
-                          scene%fit%free_list())
+                          scene%carried())
       header = columns%header()
       if (scene%output%epoch%is_set()) header = 't,date'//header(2:)
       if (status%ok()) call page%item('columns', header)

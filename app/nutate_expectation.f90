@@ -60,7 +60,7 @@ contains
       integer(long), intent(in) :: rows
       type(columns_t) :: columns
       type(status_t) :: status
-      call columns%choose(scene%output%columns, status, effects=scene%system%effects, free=scene%fit%free_list())
+      call columns%choose(scene%output%columns, status, effects=scene%system%effects, carried=scene%carried())
       history_bytes = usual_field*real(rows, wp)*real(columns%width, wp)
       if (scene%output%epoch%is_set()) history_bytes = history_bytes + date_field*real(rows, wp)
    end function history_bytes

@@ -90,7 +90,12 @@ module nutate_plot_panels
       rule_t('d_wheel#_momentum/d_*', 'wheel momentum by * (N m s per unit)'), &
       rule_t('sigma_rotation#', 'σ of the rotation (%)'), &
       rule_t('sigma_omega#', 'σ of Ω (%/s)'), &
-      rule_t('covariance_*', 'covariances')]
+      rule_t('covariance_*', 'covariances'), &
+      rule_t('lyapunov', 'Lyapunov exponent (1/s)', component_colours(3)), &
+      rule_t('lyapunov4', 'Lyapunov exponents (1/s)', '#e69f00'), &
+      rule_t('lyapunov#', 'Lyapunov exponents (1/s)'), &
+      rule_t('megno', 'mean MEGNO', component_colours(3)), &
+      rule_t('fli', 'FLI', component_colours(3))]
 
 contains
 
@@ -249,6 +254,8 @@ contains
       character(len=*), intent(in) :: names(:)
       logical :: chosen(size(names))
       character(len=name_length), allocatable :: headers(:)
+      !> A pattern of names stands for the scene's own from its first capital on.
+      character(len=*), parameter :: capitals = 'ABCDEFGHIJKLMNOPQRSTUVWXYZ'
       integer :: i, set
       chosen = names == word
       if (any(chosen)) return
@@ -258,7 +265,8 @@ contains
       set = findloc(column_sets%name == word, .true., dim=1)
       if (set == 0) return
       if (column_sets(set)%width == 0) then
-         headers = [character(len=name_length) :: column_sets(set)%headers(:index(column_sets(set)%headers, '_'))//'*']
+         allocate (headers(1))
+         headers(1) = column_sets(set)%headers(:scan(column_sets(set)%headers, capitals) - 1)//'*'
       else
          headers = split_list(trim(column_sets(set)%headers))
       end if

@@ -229,12 +229,12 @@ contains
             call watcher%history%reopen(scene%output%file, columns, scene%system, scene%initial, j0, archive, status, &
                                         scene%output%degrees, scene%output%digits, &
                                         scene%plan%end_time < scene%initial%t, scene%output%epoch, &
-                                        scene%fit%free_list())
+                                        scene%carried())
          else
             call watcher%history%open(scene%output%file, columns, scene%system, scene%initial, j0, status, &
                                       scene%output%degrees, scene%output%digits, &
                                       scene%plan%end_time < scene%initial%t, scene%output%epoch, &
-                                      scene%fit%free_list())
+                                      scene%carried())
          end if
       end associate
       if (status%ok()) return

@@ -47,7 +47,7 @@ contains
          call page%item('work of '//worker_name(scene%system%effects, i), rounded_text(run%summary%work(i))//' J')
       end do
       if (allocated(run%events)) call add_events(page, watcher, run)
-      if (allocated(run%chaos)) call add_chaos(page, run%chaos)
+      if (allocated(run%summary%chaos)) call add_chaos(page, run%summary%chaos)
       call page%item('history', plural(watcher%history%rows, 'row')//' of '// &
                      count_text(int(watcher%history%columns%width, long))//' columns in '//output_name(scene))
       call collect_notes(scene, notes)

@@ -122,6 +122,7 @@ contains
 
       call system_clock(before)
       if (allocated(self%tangent)) call move_alloc(self%tangent, self%history%tangent)
+      if (allocated(self%chaos)) call move_alloc(self%chaos, self%history%chaos)
       call self%history%observe(system, state, record, status)
       if (status%ok()) self%last_row = state%t
       if (self%measures .and. status%ok()) call self%invariants%measure(system, state, record%work)

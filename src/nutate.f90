@@ -84,6 +84,7 @@ module nutate
    use nutate_applied_torque, only: applied_torque_t
    use nutate_bodies, only: bodies_t
    use nutate_body, only: body_t, make_body, make_shape_body
+   use nutate_chaos, only: chaos_settings_t, chaos_t
    use nutate_column, only: attitude_column, column_t, inertia_column, rate_column
    use nutate_column_event, only: column_event_t
    use nutate_damping, only: damping_t
@@ -114,7 +115,6 @@ module nutate
    use nutate_run, only: integrate, run_t
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_scene, only: parse_scene, read_scene, scene_t
-   use nutate_sensitivity_columns, only: free_list_t
    use nutate_spring, only: spring_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
@@ -122,6 +122,7 @@ module nutate
    use nutate_system, only: system_t
    use nutate_tabulated_torque, only: make_tabulated_torque, tabulated_torque_t
    use nutate_tangent, only: tangent_t
+   use nutate_tangent_columns, only: carried_t
    use nutate_third_degree, only: third_degree_t
    use nutate_timed_force, only: timed_force_t
    use nutate_torque, only: torque_t

@@ -1,11 +1,13 @@
 !> Indicators of chaos: against exact rates, the columns themselves, and the values of integrable and chaotic motions.
 module test_chaos
    use nutate_byte_archive, only: byte_archive_t
+   use nutate_chaos, only: chaos_settings_t
    use nutate_column, only: column_t
    use nutate_hamiltonian, only: body_momentum
    use nutate_kinds, only: wp, pi
    use nutate_observer, only: run_record_t
-   use nutate_run, only: run_t
+   use nutate_progress, only: run_summary_t
+   use nutate_run, only: integrate, run_t
    use nutate_scene, only: parse_scene, scene_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, NUTATE_STOPPED
@@ -51,6 +53,7 @@ contains
                   new_unittest("the mean MEGNO of regular motions is 2", test_regular), &
                   new_unittest("Hyperion has the exponent of the reference", test_hyperion), &
                   new_unittest("a damped body has the rates of its decay", test_decay), &
+                  new_unittest("the summary of a run in one call has them", test_integrate), &
                   new_unittest("checkpoints hold the indicators", test_resume), &
                   new_unittest("the sense of time does not matter to a sign", test_backward)]
    end subroutine collect_chaos
@@ -101,10 +104,10 @@ contains
       if (allocated(error)) return
       call run%run_to(scene%system, 10.0_wp, status)
       call check(error, status%ok(), trim(status%message))
-      before = run%chaos%lyapunov()
+      before = run%summary%chaos%lyapunov()
       call run%run_to(scene%system, 20.0_wp, status)
       call check(error, status%ok(), trim(status%message))
-      rates = 2*run%chaos%lyapunov() - before
+      rates = 2*run%summary%chaos%lyapunov() - before
       call check_close(error, rates(1), 6.0_wp, 1e-9_wp, 'largest')
       call check_close(error, rates(6), -6.0_wp, 1e-9_wp, 'smallest')
       ! The rotation about the axis grows linearly: ln 2 from 10 s to 20 s, and its pair falls.
@@ -125,7 +128,7 @@ contains
       call go(top_a//"&integrator formulation = 'reduced', order = 8, time_step = 0.1, end_time = "//trim(digits)// &
               " /&tangent exponents = 6, every = 10 /", run, error)
       if (allocated(error)) return
-      rates = run%chaos%lyapunov()
+      rates = run%summary%chaos%lyapunov()
       call check_close(error, rates(1), 0.1488_wp, merge(0.05_wp, 0.015_wp, draws_fewer()), 'largest')
       call check_below(error, abs(sum(rates)), 1e-11_wp, 'sum')
       do i = 1, 3
@@ -202,15 +205,15 @@ contains
          end do
          call check(error, n, 1001, 'rows')
          call check(error, all(abs(run%state%q - direct%state%q) <= 0.0_wp), 'the states differ')
-         call check_close(error, run%chaos%lyapunov(), [length(n)/t(n)], merge(1e-9_wp, 1e-11_wp, present(switches)), &
-                          'exponent')
+         call check_close(error, run%summary%chaos%lyapunov(), [length(n)/t(n)], &
+                          merge(1e-9_wp, 1e-11_wp, present(switches)), 'exponent')
          if (present(switches)) then
             call check(error, run%events%watched(1)%number > 3, 'there are no switches')
             return
          end if
-         call check_close(error, run%chaos%megno(), area/t(n), 1e-9_wp, 'megno')
-         call check_close(error, run%chaos%fli(), maxval(length(2:n)), 1e-9_wp, 'fli')
-         call check(error, run%chaos%fli() > 10.0_wp, 'the motion is not chaotic')
+         call check_close(error, run%summary%chaos%megno(), area/t(n), 1e-9_wp, 'megno')
+         call check_close(error, run%summary%chaos%fli(), maxval(length(2:n)), 1e-9_wp, 'fli')
+         call check(error, run%summary%chaos%fli() > 10.0_wp, 'the motion is not chaotic')
       end associate
    end subroutine compare_direct
 
@@ -225,10 +228,10 @@ contains
               "end_time = 62.8318530717958648 /"// &
               "&tangent vector = 0, 0, 1, 0, 0, 1, momentum_scale = 1, every = 8 /", run, error)
       if (allocated(error)) return
-      rates = run%chaos%lyapunov()
+      rates = run%summary%chaos%lyapunov()
       call check_close(error, rates(1)*20*pi, log(norm2(matmul(block, [1.0_wp, 1.0_wp]))/sqrt(2.0_wp)), 1e-9_wp, &
                        'growth')
-      call check_close(error, run%chaos%time, 20*pi, 1e-12_wp, 'time')
+      call check_close(error, run%summary%chaos%time, 20*pi, 1e-12_wp, 'time')
    end subroutine test_plane
 
    !> Integrable motions: |λ| falls as ln t/t, the mean MEGNO goes to 2; its values at 1e4 s are those of the reference.
@@ -261,8 +264,8 @@ contains
       type(run_t) :: run
       call go(text, run, error)
       if (allocated(error)) return
-      call check_below(error, maxval(abs(run%chaos%lyapunov())), rate, name//': exponent')
-      call check_close(error, run%chaos%megno(), megno, off, name//': megno')
+      call check_below(error, maxval(abs(run%summary%chaos%lyapunov())), rate, name//': exponent')
+      call check_close(error, run%summary%chaos%megno(), megno, off, name//': megno')
    end subroutine expect_regular
 
    !> 0.119 ± 0.0015 n in the plane; 1e4 revolutions scatter by 0.005, 300 by 0.02.
@@ -277,10 +280,11 @@ contains
          call go(hyperion//"&integrator method = 'rk8', time_step = 0.125, end_time = 62832 /"//plane, run, error)
       end if
       if (allocated(error)) return
-      rates = run%chaos%lyapunov()
+      rates = run%summary%chaos%lyapunov()
       call check_close(error, rates(1), 0.119_wp, merge(0.04_wp, 0.01_wp, draws_fewer()), 'exponent')
       ! Of a chaotic motion Y grows as λt, its mean as λt/2.
-      call check_close(error, run%chaos%megno()/run%chaos%time, 0.5_wp*rates(1), 0.1_wp*rates(1), 'slope of megno')
+      call check_close(error, run%summary%chaos%megno()/run%summary%chaos%time, 0.5_wp*rates(1), 0.1_wp*rates(1), &
+                       'slope of megno')
    end subroutine test_hyperion
 
    !> A damped sphere: δL falls with c/J, the attitude stays.
@@ -291,11 +295,36 @@ contains
       call go("&body inertia = 2, 2, 2 /&initial angular_velocity = 0.1, 0.2, 0.3 /&damping coefficient = 1, 1, 1 /"// &
               "&integrator order = 4, time_step = 0.05, end_time = 40 /&tangent exponents = 6 /", run, error)
       if (allocated(error)) return
-      rates = run%chaos%lyapunov()
+      rates = run%summary%chaos%lyapunov()
       call check_close(error, sum(rates), -1.5_wp, 1e-5_wp, 'sum of a damped body: -c/J for each axis')
       call check_close(error, rates(4:6), [-0.5_wp, -0.5_wp, -0.5_wp], 0.1_wp, 'damped')
       call check_close(error, rates(1:3), [0.0_wp, 0.0_wp, 0.0_wp], 0.1_wp, 'attitude')
    end subroutine test_decay
+
+   !> The indicators of a run in one call, by its arguments, and of one without.
+   subroutine test_integrate(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(scene_t) :: scene
+      type(run_t) :: run, other
+      type(state_t) :: state
+      type(run_summary_t) :: summary, plain
+      type(status_t) :: status
+      call go(top_a//"&integrator formulation = 'reduced', time_step = 0.05, end_time = 20 /&tangent exponents = 6 /", &
+              run, error)
+      if (allocated(error)) return
+      call begin(top_a//"&integrator formulation = 'reduced', time_step = 0.05, end_time = 20 /", scene, other, error)
+      state = scene%initial
+      call integrate(scene%system, scene%integrator, state, scene%plan, status, summary=summary, &
+                     chaos=chaos_settings_t(exponents=6))
+      call check(error, status%ok(), trim(status%message))
+      if (.not. allocated(summary%chaos)) call test_failed(error, 'no indicators')
+      if (allocated(error)) return
+      call check(error, all(abs(summary%chaos%lyapunov() - run%summary%chaos%lyapunov()) <= 0.0_wp), 'exponents differ')
+      call check(error, abs(summary%chaos%fli() - run%summary%chaos%fli()) <= 0.0_wp, 'fli differs')
+      state = scene%initial
+      call integrate(scene%system, scene%integrator, state, scene%plan, status, summary=plain)
+      call check(error, .not. allocated(plain%chaos), 'indicators that nothing asks for')
+   end subroutine test_integrate
 
    !> A run that was interrupted ends with the same bits.
    subroutine test_resume(error)
@@ -320,12 +349,14 @@ contains
       call archive%begin_reading(recorder%archive)
       call second%resume(archive, status)
       call check(error, status%ok(), trim(status%message))
-      call check(error, all(abs(second%chaos%lyapunov() - first%chaos%lyapunov()) <= 0.0_wp), 'taken up otherwise')
+      call check(error, all(abs(second%summary%chaos%lyapunov() - first%summary%chaos%lyapunov()) <= 0.0_wp), &
+                 'taken up otherwise')
       call second%run_to_end(scene%system, status)
       call check(error, status%ok(), trim(status%message))
-      call check(error, all(abs(second%chaos%lyapunov() - whole%chaos%lyapunov()) <= 0.0_wp), 'exponents differ')
-      call check(error, abs(second%chaos%megno() - whole%chaos%megno()) <= 0.0_wp, 'megno differs')
-      call check(error, abs(second%chaos%fli() - whole%chaos%fli()) <= 0.0_wp, 'fli differs')
+      call check(error, all(abs(second%summary%chaos%lyapunov() - whole%summary%chaos%lyapunov()) <= 0.0_wp), &
+                 'exponents differ')
+      call check(error, abs(second%summary%chaos%megno() - whole%summary%chaos%megno()) <= 0.0_wp, 'megno differs')
+      call check(error, abs(second%summary%chaos%fli() - whole%summary%chaos%fli()) <= 0.0_wp, 'fli differs')
    end subroutine test_resume
 
    !> Backward the damped sphere grows.
@@ -335,8 +366,8 @@ contains
       call go("&body inertia = 2, 2, 2 /&initial angular_velocity = 0.1, 0.2, 0.3 /&damping coefficient = 1, 1, 1 /"// &
               "&integrator order = 4, time_step = -0.05, end_time = -20 /&tangent /", run, error)
       if (allocated(error)) return
-      call check_close(error, run%chaos%lyapunov(), [0.5_wp], 0.1_wp, 'exponent')
-      call check_close(error, run%chaos%time, 20.0_wp, 1e-12_wp, 'time')
+      call check_close(error, run%summary%chaos%lyapunov(), [0.5_wp], 0.1_wp, 'exponent')
+      call check_close(error, run%summary%chaos%time, 20.0_wp, 1e-12_wp, 'time')
    end subroutine test_backward
 
 end module test_chaos

@@ -169,8 +169,11 @@ contains
       fields(self%layout%values + 1:self%layout%columns) = bits_of(columns)
       fields(self%layout%columns + 1) = bits_of(self%watcher%invariants%energy_error())
       fields(self%layout%columns + 2) = bits_of(self%watcher%invariants%momentum_error())
-      if (allocated(run%chaos)) &
-         fields(self%layout%events + 1:) = bits_of([run%chaos%lyapunov(), run%chaos%megno(), run%chaos%fli()])
+      if (allocated(run%summary%chaos)) then
+         associate (chaos => run%summary%chaos)
+            fields(self%layout%events + 1:) = bits_of([chaos%lyapunov(), chaos%megno(), chaos%fli()])
+         end associate
+      end if
       if (.not. allocated(run%events)) return
       do i = 1, run%events%n_asked
          at = self%layout%errors + 2*i - 1

@@ -6,6 +6,7 @@ module nutate_row_layout
    use nutate_scene_events, only: plain_name
    use nutate_spelling, only: split_list
    use nutate_status, only: status_t
+   use nutate_tangent_columns, only: lyapunov_names
    implicit none
    private
 
@@ -63,17 +64,6 @@ contains
       layout%is_whole = [(i <= 2 .or. (i > layout%errors .and. i <= layout%events .and. &
                                        mod(i - layout%errors, 2) == 1), i=1, size(layout%names))]
    end subroutine make_layout
-
-   !> Names of Lyapunov exponents: `lyapunov`, or `lyapunov1` to `lyapunov6`; shape (n).
-   pure function lyapunov_names(n) result(names)
-      integer, intent(in) :: n
-      character(len=field_length) :: names(n)
-      integer :: i
-      do i = 1, n
-         write (names(i), '("lyapunov",i0)') i
-      end do
-      if (n == 1) names = 'lyapunov'
-   end function lyapunov_names
 
    !> A number as a field.
    elemental integer(long) function bits_of(x)

@@ -12,10 +12,11 @@ module nutate_free_columns
    use nutate_status, only: status_t
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_tangent, only: tangent_t
+   use nutate_tangent_columns, only: is_by_free
    implicit none
    private
 
-   public :: free_columns, shows_derivatives, usual_sets
+   public :: free_columns, shows_carried, shows_derivatives, usual_sets
 
    !> A step that tells whether a method carries columns, as a part of the run.
    real(wp), parameter :: short = 1e-9_wp
@@ -43,9 +44,17 @@ contains
       !> Their names.
       character(len=*), intent(in) :: sets(:)
       integer :: i
-      shows_derivatives = any([(any(sets == column_sets(i)%name) .and. column_sets(i)%by_free > 0, &
+      shows_derivatives = any([(any(sets == column_sets(i)%name) .and. is_by_free(column_sets(i)%carried), &
                                 i=1, size(column_sets))])
    end function shows_derivatives
+
+   !> True if sets of columns are of what runs carry along: derivatives by free numbers, or indicators of chaos.
+   pure logical function shows_carried(sets)
+      !> Their names.
+      character(len=*), intent(in) :: sets(:)
+      integer :: i
+      shows_carried = any([(any(sets == column_sets(i)%name) .and. column_sets(i)%carried > 0, i=1, size(column_sets))])
+   end function shows_carried
 
    !> Makes the tangent columns of the free numbers of a scene. Raises an error, with its line, for what has no
    !> derivative: a number, a controller with samples, a method.

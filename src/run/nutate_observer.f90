@@ -2,6 +2,7 @@
 module nutate_observer
    use nutate_archive, only: archive_t
    use nutate_byte_archive, only: byte_archive_t
+   use nutate_chaos, only: chaos_t
    use nutate_event, only: event_t
    use nutate_kinds, only: wp, long
    use nutate_state, only: state_t
@@ -48,9 +49,11 @@ module nutate_observer
       logical :: saves_at_step_limit = .false.
       !> Request a call of `save_checkpoint` after the first output point, or after the `poll` that sets this.
       logical :: wants_checkpoint = .false.
-      !> `tangent` is to be set for each row and event: the columns of the run, where it carries any.
+      !> `tangent` is to be set for each row and event, the columns of the run, where it carries any; and `chaos` for
+      !> each row, the indicators up to the last sample before it, where the run follows any.
       logical :: wants_tangent = .false.
       type(tangent_t), allocatable :: tangent
+      type(chaos_t), allocatable :: chaos
       !> Set before `observe_event`, where the run carries columns: the derivative of the event's time by each of them,
       !> s a unit of the column's parameter; shape (n). Not allocated where the quantity only touches its level.
       real(wp), allocatable :: time_change(:)

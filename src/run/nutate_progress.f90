@@ -47,6 +47,8 @@ module nutate_progress
       !> Settings of the run, given or chosen. And the reason for the method, in a few words, where it was chosen.
       type(integrator_settings_t) :: settings = integrator_settings_t()
       character(len=112) :: choice = ''
+      !> Indicators of chaos, where the run follows any, by the last of its tangent columns.
+      type(chaos_t), allocatable :: chaos
    contains
       !> Writes or reads its values in checkpoint data.
       procedure :: transfer => transfer_summary
@@ -96,8 +98,8 @@ module nutate_progress
       real(wp) :: switch_compensation = 0.0_wp
       !> Tangent columns, where the run carries any, and those at the start of the last step.
       type(tangent_t), allocatable :: tangent, last_tangent
-      !> Indicators of chaos, where the run follows any, by the last of the columns.
-      type(chaos_t), allocatable :: chaos
+      !> Indicators of chaos, where the run follows any, at the start of the last step.
+      type(chaos_t), allocatable :: last_chaos
       !> Length of the last step of a stepper, as that was told, s.
       real(wp) :: last_length = 0.0_wp
    end type progress_t
@@ -131,7 +133,7 @@ contains
       self%switch_compensation = 0.0_wp
       if (allocated(self%events)) deallocate (self%events)
       if (allocated(self%tangent)) deallocate (self%tangent, self%last_tangent)
-      if (allocated(self%chaos)) deallocate (self%chaos)
+      if (allocated(self%last_chaos)) deallocate (self%last_chaos)
       if (allocated(self%work_compensation)) deallocate (self%work_compensation)
       allocate (self%summary%work(effects%n_works()), self%work_compensation(effects%n_works()), source=0.0_wp)
       self%next_break = effects%next_break(state%t, sign(1.0_wp, plan%end_time - state%t))
@@ -268,7 +270,7 @@ contains
       call archive%transfer(self%way%start)
       call archive%transfer(self%way%length)
       if (allocated(self%tangent)) call self%tangent%transfer(archive)
-      if (allocated(self%chaos)) call self%chaos%transfer(archive)
+      if (allocated(self%summary%chaos)) call self%summary%chaos%transfer(archive)
       if (.not. allocated(self%events)) return
       call archive%transfer(self%summary%switch_work)
       call archive%transfer(self%switch_compensation)

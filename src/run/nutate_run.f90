@@ -89,7 +89,7 @@ contains
    !> Errors: `NUTATE_BAD_ARGUMENT` for a step that leads away from the end, and for settings that a method cannot
    !> honour; `NUTATE_STEP_LIMIT`; `NUTATE_NOT_CONVERGED` and others where no step is short enough; what the observer
    !> returned. `state` is then the last state reached.
-   subroutine integrate_by_settings(system, settings, state, plan, status, observer, summary, events)
+   subroutine integrate_by_settings(system, settings, state, plan, status, observer, summary, events, chaos)
       type(system_t), intent(in) :: system
       type(integrator_settings_t), intent(in) :: settings
       type(state_t), intent(inout) :: state
@@ -97,13 +97,16 @@ contains
       type(status_t), intent(out) :: status
       !> Receives the output points.
       class(observer_t), intent(inout), optional :: observer
-      !> Steps, work and error estimate of the run.
+      !> Steps, work, error estimate and indicators of chaos of the run.
       type(run_summary_t), intent(out), optional :: summary
       !> Events to locate; the observer receives them.
       type(event_list_t), intent(in), optional :: events
+      !> Indicators of chaos to follow.
+      type(chaos_settings_t), intent(in), optional :: chaos
       type(run_t) :: run
       call run%begin(system, settings, state, plan, status)
       if (present(events) .and. status%ok()) call run%set_events(events, system, status)
+      if (present(chaos) .and. status%ok()) call run%follow_chaos(chaos, system, status)
       if (status%ok()) call run%run_to_end(system, status, observer)
       call conclude_run(run%progress_t, state, summary)
    end subroutine integrate_by_settings
@@ -307,26 +310,27 @@ contains
       end if
    end subroutine differentiate
 
-   !> Follows indicators of chaos from here (`nutate_chaos`), by columns of their own: `chaos` holds them. Does nothing
-   !> for settings without exponents. Errors: `NUTATE_BAD_ARGUMENT` for a run that has columns, for what has no
-   !> derivative, and for a body at rest without a scale of momentum.
+   !> Follows indicators of chaos from here (`nutate_chaos`), by columns of their own behind those that the run
+   !> carries: `summary%chaos` holds them. Does nothing for settings without exponents. Errors: `NUTATE_BAD_ARGUMENT`
+   !> for what has no derivative, and for a body at rest without a scale of momentum.
    subroutine follow_chaos(self, settings, system, status)
-      !> Begun.
+      !> Begun, and differentiated where it is to be.
       class(run_t), intent(inout), target :: self
       type(chaos_settings_t), intent(in) :: settings
       type(system_t), intent(in) :: system
       type(status_t), intent(out) :: status
-      type(column_t) :: columns(settings%exponents)
+      type(column_t), allocatable :: columns(:)
+      integer :: n
       if (settings%exponents == 0) return
-      if (allocated(self%tangent)) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'the run has tangent columns already (expected &tangent without &free)')
-         return
-      end if
-      columns%name = 'tangent'
+      n = 0
+      if (allocated(self%tangent)) n = self%tangent%n
+      allocate (columns(n + settings%exponents))
+      if (n > 0) columns(:n) = self%tangent%columns
+      columns(n + 1:)%name = 'tangent'
       call self%differentiate(columns, system, status)
       if (.not. status%ok()) return
-      allocate (self%chaos)
-      call self%chaos%begin(settings, system, self%state, self%tangent, status)
+      allocate (self%summary%chaos)
+      call self%summary%chaos%begin(settings, system, self%state, self%tangent, status)
       if (status%ok()) self%last_tangent = self%tangent
    end subroutine follow_chaos
 

@@ -188,19 +188,24 @@ contains
       !> Of the step.
       type(status_t), intent(inout) :: status
       if (status%code /= 0 .or. .not. abs(progress%state%t - before%t) > 0.0_wp) return
-      if (progress%keeps_starts) progress%last_tangent = progress%tangent
+      if (progress%keeps_starts) then
+         progress%last_tangent = progress%tangent
+         if (allocated(progress%summary%chaos)) progress%last_chaos = progress%summary%chaos
+      end if
       call policy%carry(system, before, progress, status)
-      if (.not. allocated(progress%chaos) .or. status%code /= 0) return
+      if (.not. allocated(progress%summary%chaos) .or. status%code /= 0) return
       ! A switch that is due needs the columns by which the derivative of its time was computed.
       if (is_switch_due(progress)) return
-      call progress%chaos%follow(progress%state%t, progress%tangent, status)
+      call progress%summary%chaos%follow(progress%state%t, progress%tangent, status)
    end subroutine carry_columns
 
    !> Gives the columns at the last state to an observer that wants them.
    subroutine give_columns(progress, observer)
       type(progress_t), intent(in) :: progress
       class(observer_t), intent(inout) :: observer
-      if (observer%wants_tangent .and. allocated(progress%tangent)) observer%tangent = progress%tangent
+      if (.not. (observer%wants_tangent .and. allocated(progress%tangent))) return
+      observer%tangent = progress%tangent
+      if (allocated(progress%summary%chaos)) observer%chaos = progress%summary%chaos
    end subroutine give_columns
 
    !> Ends a run that may not take more steps.
@@ -433,6 +438,7 @@ contains
          if (abs(t - progress%state%t) > 0.0_wp .or. .not. allocated(progress%plan%times)) then
             if (observer%wants_tangent .and. allocated(progress%tangent)) then
                observer%tangent = progress%last_tangent
+               if (allocated(progress%last_chaos)) observer%chaos = progress%last_chaos
                call policy%state_inside(system, progress, t, state, record, status, observer%tangent)
             else
                call policy%state_inside(system, progress, t, state, record, status)

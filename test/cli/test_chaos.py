@@ -1,5 +1,7 @@
 """&tangent: what run prints, what sweep writes, and what is refused."""
+import os
 import re
+import stat
 
 from support import CommandLineTest
 from test_sweep import read_npy
@@ -41,10 +43,97 @@ class Chaos(CommandLineTest):
         self.assertRegex(self.succeed("check", "chaos.nml").stdout, r"\n  summary +all Lyapunov exponents, MEGNO, FLI\n")
         self.assertNotIn("MEGNO", self.succeed("check", "plain.nml").stdout)
 
-    def test_check_refuses_what_run_refuses(self):
-        self.write("both.nml", TOP + TANGENT + "&free key = 'initial.angular_velocity' /\n")
-        shown = ("--set", "output.columns='sensitivities'")
-        self.assertEqual(self.fail_with(2, "check", "both.nml", *shown).stderr, self.fail_with(2, "run", "both.nml", *shown).stderr)
+    def rows_of(self, name):
+        lines = self.read(name).splitlines()
+        return [dict(zip(lines[0].split(","), map(float, line.split(",")))) for line in lines[1:]]
+
+    def test_columns_are_the_indicators_so_far(self):
+        text = TOP.replace("'angular_velocity'", "'lyapunov', 'megno', 'fli'")
+        self.write("chaos.nml", text + TANGENT)
+        page = self.succeed("run", "chaos.nml").stderr
+        rows = self.rows_of("chaos.csv")
+        names = [*(f"lyapunov{i}" for i in range(1, 7)), "megno", "fli"]
+        self.assertEqual(list(rows[0])[5:], names)
+        self.assertEqual([rows[0][name] for name in names], [0] * 8)
+        for name, item in (("lyapunov1", "Lyapunov exponents"), ("megno", "MEGNO"), ("fli", "FLI")):
+            self.assertAlmostEqual(rows[-1][name] / number(page, item), 1, delta=5e-6)
+        # A row is what a run to there comes to.
+        self.succeed("run", "chaos.nml", "--quiet", "--set", "integrator.end_time=50", "--output", "short.csv")
+        self.assertEqual(self.rows_of("short.csv")[-1], rows[5])
+        self.write("chaos.nml", text + "&tangent /\n")
+        self.succeed("run", "chaos.nml", "--quiet")
+        self.assertEqual(list(self.rows_of("chaos.csv")[0])[5:], ["lyapunov", "megno", "fli"])
+
+    def test_rows_inside_steps_have_the_last_sample_before_them(self):
+        text = TOP.replace("'angular_velocity', every = 100", "'megno', 'fli', ")
+        names = ("megno", "fli")
+        self.write("ends.nml", text + TANGENT)
+        self.succeed("run", "ends.nml", "--quiet", "--set", "integrator.end_time=5")
+        ends = self.rows_of("ends.csv")
+        self.write("inside.nml", text.replace("'fli', ", "'fli', times = 0.05, 1.25, 3.0, 3.05, 4.99") + TANGENT)
+        self.succeed("run", "inside.nml", "--quiet", "--set", "integrator.end_time=5")
+        for row, steps in zip(self.rows_of("inside.csv"), (0, 12, 30, 30, 49)):
+            self.assertEqual([row[name] for name in names], [ends[steps][name] for name in names])
+        adaptive = text.replace("'fli', ", "'fli', interval = 0.7").replace("formulation = 'reduced', time_step = 0.1",
+                                                                            "method = 'rk8', local_tolerance = 1e-6") + "&tangent /\n"
+        self.write("adaptive.nml", adaptive)
+        self.succeed("run", "adaptive.nml", "--quiet", "--set", "integrator.end_time=5")
+        self.write("steps.nml", adaptive.replace(", interval = 0.7", ""))
+        self.succeed("run", "steps.nml", "--quiet", "--set", "integrator.end_time=5")
+        ends = self.rows_of("steps.csv")
+        for row in self.rows_of("adaptive.csv")[:-1]:
+            last = [end for end in ends if end["t"] <= row["t"]][-1]
+            self.assertEqual([row[name] for name in names], [last[name] for name in names])
+
+    def test_free_numbers_stand_beside_them(self):
+        columns = ("'angular_velocity', every = 100", "'angular_velocity', 'sensitivities', 'standard_deviations', every = 100")
+        free = "&free key = 'initial.angular_velocity', 'body.inertia.2', sigma = 0.1, 0.1, 0.1, 0.2 /\n"
+        self.write("free.nml", TOP.replace(*columns) + free)
+        self.write("both.nml", TOP.replace(*columns).replace("deviations'", "deviations', 'lyapunov', 'megno', 'fli'") + TANGENT + free)
+        self.write("chaos.nml", TOP.replace("'angular_velocity', ", "'angular_velocity', 'lyapunov', 'megno', 'fli', ") + TANGENT)
+        pages = {}
+        for name in ("free", "both", "chaos"):
+            self.succeed("check", f"{name}.nml")
+            pages[name] = self.succeed("run", f"{name}.nml").stderr
+        plain, both, chaos = (self.rows_of(f"{name}.csv") for name in ("free", "both", "chaos"))
+        self.assertEqual(list(both[0]), [*plain[0], *list(chaos[0])[-8:]])
+        for row, other, third in zip(both, plain, chaos):
+            for name, value in other.items():
+                # Columns side by side may be summed in another order.
+                group = name.split("rotation")[0].split("omega")[0]
+                largest = max(abs(v) for k, v in other.items() if k.startswith(group)) if group else 0.0
+                self.assertAlmostEqual(row[name], value, delta=1e-11 * largest if "_" in name else 0.0)
+            for name in list(third)[-8:]:
+                self.assertAlmostEqual(row[name], third[name], delta=1e-12 * max(1.0, abs(third[name])))
+        for item in ("Lyapunov exponents", "MEGNO", "FLI"):
+            self.assertEqual(number(pages["both"], item), number(pages["chaos"], item))
+
+    def test_a_resumed_run_has_the_same_columns(self):
+        self.write("both.nml", TOP.replace("'quaternion', 'angular_velocity', every = 100", "'sensitivities', 'lyapunov', 'megno', 'fli'")
+                   .replace("200 /", "20 /") + TANGENT + "&free key = 'initial.angular_velocity' /\n")
+        for steps in ("time_step=0.1", "local_tolerance=1e-8"):
+            with self.subTest(steps=steps):
+                settings = ["--unset", "integrator.time_step", "--set", f"integrator.{steps}"]
+                whole = self.succeed("run", "both.nml", "--output", "whole.csv", *settings).stderr
+                self.fail_with(3, "run", "both.nml", "--quiet", "--output", "part.csv", "--checkpoint", "ck", "--max-steps", "70", *settings)
+                page = self.succeed("run", "both.nml", "--resume", "ck", *settings).stderr
+                self.assertEqual(self.read("part.csv"), self.read("whole.csv"))
+                self.assertEqual(number(page, "MEGNO"), number(whole, "MEGNO"))
+
+    def test_a_picture_has_panels_of_them(self):
+        os.makedirs(self.path("bin"))
+        self.write("bin/gnuplot", '#!/bin/sh\ncp "$2" kept.gp && echo "<svg></svg>" >"$3"\n')
+        os.chmod(self.path("bin/gnuplot"), stat.S_IRWXU)
+        self.write("chaos.nml", TOP.replace("'quaternion', 'angular_velocity'", "'lyapunov', 'megno', 'fli'") + TANGENT)
+        environment = {**os.environ, "PATH": self.path("bin") + os.pathsep + os.environ["PATH"]}
+        self.succeed("run", "chaos.nml", "--quiet", "--plot", "chaos.svg", env=environment)
+        script = self.read("kept.gp")
+        for label in ("'Lyapunov exponents (1/s)'", "'mean MEGNO'", "'FLI'"):
+            self.assertIn(f"set label 1 {label}", script)
+        colours = re.findall(r"linecolor rgb '(#\w+)' title 'lyapunov", script)
+        self.assertEqual((len(colours), len(set(colours))), (6, 6))
+        self.succeed("plot", "chaos.csv", "--columns", "lyapunov", "--output", "one.svg", env=environment)
+        self.assertEqual(self.read("kept.gp").count("set label 1 "), 1)
 
     def test_an_accuracy_gets_a_method_with_columns(self):
         self.write("chaos.nml", TOP + "&tangent /\n")
@@ -103,5 +192,10 @@ class Chaos(CommandLineTest):
         self.write("chaos.nml", TOP.replace("0.4, -0.3, 0.5 /", "0, 0, 0 /") + "&tangent /\n")
         self.fail_with(2, "run", "chaos.nml", says=["a body at rest has no scale of momentum (expected momentum_scale in &tangent)"])
         self.succeed("run", "chaos.nml", "--set", "tangent.momentum_scale=1")
-        self.write("chaos.nml", TOP + "&tangent /\n&free key = 'body.inertia.1' /\n")
-        self.fail_with(2, "run", "chaos.nml", "--set", "output.columns='sensitivities'", says=["(expected &tangent without &free)"])
+        self.write("plain.nml", TOP.replace("'angular_velocity'", "'megno'"))
+        self.fail_with(2, "run", "plain.nml", says=["plain.nml:5: columns 'megno' need indicators of chaos (expected &tangent)"])
+        self.write("chaos.nml", TOP.replace("'angular_velocity'", "'megno'") + "&tangent /\n" + GRID)
+        for command in ("sweep", "cost"):
+            self.fail_with(2, command, "chaos.nml", says=["chaos.nml:5: only nutate run writes sensitivities, covariances and indicators"])
+        self.write("chaos.nml", TOP + "&tangent /\n&event when = 'megno', crosses = 3 /\n")
+        self.fail_with(2, "run", "chaos.nml", says=["chaos.nml:7: "])

@@ -263,7 +263,7 @@ class Sensitivities(CommandLineTest):
         self.assertNotIn("d_", self.read("rows.csv").replace("end_", ""))
         for command in ("sweep", "cost"):
             self.fail_with(2, command, "free.nml", "--set", "output.columns=sensitivities",
-                           says=["only nutate run writes sensitivities and covariances"])
+                           says=["only nutate run writes sensitivities, covariances and indicators of chaos"])
 
     def test_panels_of_a_picture(self):
         if shutil.which("gnuplot") is None:

@@ -193,10 +193,10 @@ contains
       call start_handle(stepper, status)
       if (.not. status%ok()) return
       associate (scene => from%scene, columns => stepper%columns)
-         call set_scene(stepper, from, status, scene%fit%free_list())
+         call set_scene(stepper, from, status, scene%carried())
          call lock_texts()
          if (status%ok()) call columns%choose(usual_sets(scene), status, scene%output%degrees, scene%system%effects, &
-                                              scene%fit%free_list())
+                                              scene%carried())
          if (status%ok() .and. columns%differentiates) call find_tangents(scene, stepper, status)
          handle%names = columns%header()
          call unlock_texts()
@@ -229,7 +229,7 @@ contains
       type(status_t) :: closing
       call start_handle(stepper, status)
       if (.not. status%ok()) return
-      call set_scene(stepper, from, status, from%scene%fit%free_list())
+      call set_scene(stepper, from, status, from%scene%carried())
       call lock_texts()
       if (status%ok() .and. shows_derivatives(usual_sets(from%scene))) call find_tangents(from%scene, stepper, status)
       call unlock_texts()
@@ -283,7 +283,7 @@ contains
       call file%open(name, usual_sets(scene), system, scene%initial, scene%integrator%inverse_auxiliary_inertia, &
                      status, scene%output%degrees, scene%output%digits, &
                      backward=scene%plan%end_time < scene%initial%t, epoch=scene%output%epoch, &
-                     free=scene%fit%free_list())
+                     carried=scene%carried())
       beside = scene%output%events
       if (beside == '') beside = events_name(name)
       if (status%ok() .and. scene%events%count() > 0 .and. beside /= '') then

@@ -106,6 +106,7 @@ contains
       type(status_t), intent(inout) :: status
       if (associated(receiver%file)) then
          if (allocated(receiver%tangent)) call move_alloc(receiver%tangent, receiver%file%tangent)
+         if (allocated(receiver%chaos)) call move_alloc(receiver%chaos, receiver%file%chaos)
          call receiver%file%observe(system, state, record, status)
          return
       else if (associated(receiver%history)) then
@@ -117,7 +118,7 @@ contains
          return
       end if
       associate (row => receiver%values(:, receiver%rows + 1))
-         call handle%columns%evaluate(system, state, record, row, receiver%tangent)
+         call handle%columns%evaluate(system, state, record, row, receiver%tangent, receiver%chaos)
          if (.not. all(ieee_is_finite(row))) status = fail(NUTATE_NOT_FINITE, 'a value of a row is not finite')
       end associate
       call add_failure(handle%failure, status)

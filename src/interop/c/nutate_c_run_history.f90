@@ -67,7 +67,7 @@ contains
       columns = handle%columns
       call lock_texts()
       call handle%columns%choose(['sensitivities'], status, effects=handle%system%effects, &
-                                 free=from%scene%fit%free_list())
+                                 carried=from%scene%carried())
       if (status%ok()) call find_tangents(from%scene, handle, status)
       call unlock_texts()
       if (status%ok()) call keep_run(handle, run_plan_t(end_time=end_time), times, n_times, handle%columns%header(), &

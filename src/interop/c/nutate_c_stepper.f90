@@ -16,7 +16,7 @@ module nutate_c_stepper
    use nutate_quaternion, only: quat_normalized
    use nutate_range, only: check_attitude, check_motion
    use nutate_run_plan, only: run_plan_t
-   use nutate_sensitivity_columns, only: free_list_t
+   use nutate_tangent_columns, only: carried_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_NO_MEMORY, NUTATE_OK
    use nutate_stepper, only: integrator_settings_t
@@ -259,12 +259,12 @@ contains
    end subroutine finish_handle
 
    !> Sets system, start and settings of a scene.
-   subroutine set_scene(handle, from, status, free)
+   subroutine set_scene(handle, from, status, carried)
       type(stepper_handle_t), intent(inout), target :: handle
       type(scene_handle_t), intent(in) :: from
       type(status_t), intent(out) :: status
-      !> The free numbers, where the columns of its runs may be derivatives.
-      type(free_list_t), intent(in), optional :: free
+      !> What its runs carry along, where their columns may show it.
+      type(carried_t), intent(in), optional :: carried
       integer :: i
       call copy_system(from%scene%system, handle%system, c_loc(handle%failure))
       handle%run%requested = from%scene%integrator
@@ -274,19 +274,19 @@ contains
       do i = 1, size(from%scene%groups)
          if (from%scene%groups(i)%name == 'integrator') handle%group = from%scene%groups(i)
       end do
-      call store_start(handle, from%scene%initial, from%scene%output%columns, status, free)
+      call store_start(handle, from%scene%initial, from%scene%output%columns, status, carried)
    end subroutine set_scene
 
    !> Stores the first state and the sets of columns.
-   subroutine store_start(handle, state, sets, status, free)
+   subroutine store_start(handle, state, sets, status, carried)
       type(stepper_handle_t), intent(inout) :: handle
       type(state_t), intent(in) :: state
       character(len=*), intent(in) :: sets(:)
       type(status_t), intent(out) :: status
-      type(free_list_t), intent(in), optional :: free
+      type(carried_t), intent(in), optional :: carried
       handle%sets = sets
       call lock_texts()
-      call handle%columns%choose(handle%sets, status, effects=handle%system%effects, free=free)
+      call handle%columns%choose(handle%sets, status, effects=handle%system%effects, carried=carried)
       handle%names = handle%columns%header()
       call unlock_texts()
       if (status%ok()) call replace_state(handle, state, status)

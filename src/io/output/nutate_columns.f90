@@ -3,6 +3,7 @@
 module nutate_columns
    use nutate_archive, only: archive_t
    use nutate_attitude, only: roll_pitch_yaw_from_quat
+   use nutate_chaos, only: chaos_t
    use nutate_control_columns, only: controller_values, field_in_body, has_controller, has_field, pointing_error
    use nutate_effect_columns, only: energies_of, energy_headers, work_headers, works_of
    use nutate_effect_list, only: effect_list_t
@@ -12,8 +13,8 @@ module nutate_columns
    use nutate_kinds, only: wp, pi
    use nutate_quaternion, only: quat_conjugate, quat_normalized, quat_product, rotate_to_space
    use nutate_observer, only: run_record_t
-   use nutate_sensitivity_columns, only: free_list_t, sensitivity_headers, sensitivity_values, &
-      sensitivity_width, COVARIANCE, DEVIATIONS, SENSITIVITIES
+   use nutate_tangent_columns, only: carried_t, carried_headers, carried_values, &
+      carried_width, is_by_free, COVARIANCE, DEVIATIONS, FLI, LYAPUNOV, MEGNO, SENSITIVITIES
    use nutate_spelling, only: comma_list, nearest_name, split_list
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
@@ -28,7 +29,7 @@ module nutate_columns
    !> One set of columns.
    type :: column_set_t
       character(len=24) :: name = ''
-      !> Number of its columns; 0: it depends on the effects of the system, or on the free numbers of the scene.
+      !> Number of its columns; 0: it depends on the effects of the system, or on what runs of the scene carry along.
       integer :: width = 0
       !> Their names, comma separated; where their number depends on the scene, the pattern of them.
       character(len=160) :: headers = ''
@@ -50,8 +51,8 @@ module nutate_columns
       logical :: tumbling = .false.
       !> Its columns are the Euler angles of this sequence of axes.
       character(len=3) :: sequence = ''
-      !> `SENSITIVITIES`, ... of `nutate_sensitivity_columns`; 0: it needs no free numbers. These sets stand last.
-      integer :: by_free = 0
+      !> `SENSITIVITIES`, ... of `nutate_tangent_columns`; 0: the run need not carry anything. These sets stand last.
+      integer :: carried = 0
    end type column_set_t
 
    !> Positions in the table.
@@ -133,9 +134,12 @@ module nutate_columns
       column_set_t('tumbling', tumbling_width, 'energy_ratio,short_axis_mode,precession_period_short,'// &
                    'precession_period_long,rotation_period,pole_longitude,pole_latitude', first_angle=6, last_angle=7, &
                    tumbling=.true.), &
-      column_set_t('sensitivities', 0, 'd_COMPONENT/d_KEY', by_free=SENSITIVITIES), &
-      column_set_t('standard_deviations', 0, 'sigma_COMPONENT', by_free=DEVIATIONS), &
-      column_set_t('covariance', 0, 'covariance_COMPONENT_COMPONENT', by_free=COVARIANCE)]
+      column_set_t('sensitivities', 0, 'd_COMPONENT/d_KEY', carried=SENSITIVITIES), &
+      column_set_t('standard_deviations', 0, 'sigma_COMPONENT', carried=DEVIATIONS), &
+      column_set_t('covariance', 0, 'covariance_COMPONENT_COMPONENT', carried=COVARIANCE), &
+      column_set_t('lyapunov', 0, 'lyapunovN', carried=LYAPUNOV), &
+      column_set_t('megno', 1, 'megno', carried=MEGNO), &
+      column_set_t('fli', 1, 'fli', carried=FLI)]
 
    !> A radian.
    real(wp), parameter :: degree = 180.0_wp/pi
@@ -165,12 +169,12 @@ module nutate_columns
       logical :: shows_commands = .false.
       !> The state must be shown to `follow` after every step.
       logical :: follows_steps = .false.
-      !> They show derivatives: `evaluate` needs tangent columns by the free numbers.
+      !> They show what a run carries along: `evaluate` needs its tangent columns.
       logical :: differentiates = .false.
       !> Number of the chosen sets that need none, which come first, and of their columns, that of t included.
       integer, private :: n_plain = 0
       integer :: plain_width = 1
-      type(free_list_t), private :: free
+      type(carried_t), private :: carried
       integer, private :: n_wheels = 0
       !> Angles in degrees, rates in degrees per second.
       logical, private :: degrees = .false.
@@ -205,9 +209,9 @@ contains
    end function need_attitude
 
    !> Selects sets by name, in any order. Errors: `NUTATE_BAD_ARGUMENT` for a name that is not in the table, for
-   !> a wheel, an orbit or a sun that does not exist, for two sets with the same columns, and for derivatives without
-   !> free numbers.
-   subroutine choose(self, names, status, degrees, effects, free)
+   !> a wheel, an orbit or a sun that does not exist, for two sets with the same columns, and for those of what the run
+   !> does not carry along.
+   subroutine choose(self, names, status, degrees, effects, carried)
       class(columns_t), intent(inout) :: self
       character(len=*), intent(in) :: names(:)
       type(status_t), intent(out) :: status
@@ -215,15 +219,16 @@ contains
       logical, intent(in), optional :: degrees
       !> Those of the system; default: there is all that columns ask for, and no effect that has columns of its own.
       type(effect_list_t), intent(in), optional :: effects
-      !> The free numbers by which there are derivatives; default: there are none.
-      type(free_list_t), intent(in), optional :: free
+      !> What the run carries along; default: nothing.
+      type(carried_t), intent(in), optional :: carried
       integer :: i
 
       do i = 1, size(names)
          if (any(column_sets%name == names(i))) then
             if (present(effects)) call check_shown(column_sets(findloc(column_sets%name, names(i), dim=1)), effects, &
                                                    status)
-            if (status%ok()) call check_free(column_sets(findloc(column_sets%name, names(i), dim=1)), status, free)
+            if (status%ok()) call check_carried(column_sets(findloc(column_sets%name, names(i), dim=1)), status, &
+                                                    carried)
             if (.not. status%ok()) return
             cycle
          end if
@@ -249,14 +254,14 @@ contains
       self%widths = column_sets(self%chosen)%width
       where (self%chosen == ENERGIES) self%widths = size(split_list(self%energies))
       where (self%chosen == WORKS) self%widths = size(split_list(self%works))
-      self%n_plain = count(column_sets(self%chosen)%by_free == 0)
+      self%n_plain = count(column_sets(self%chosen)%carried == 0)
       self%differentiates = self%n_plain < size(self%chosen)
       if (self%differentiates) then
-         self%free = free
+         self%carried = carried
          self%n_wheels = 0
          if (present(effects)) self%n_wheels = effects%n_wheels
          do i = self%n_plain + 1, size(self%chosen)
-            self%widths(i) = sensitivity_width(column_sets(self%chosen(i))%by_free, free, self%n_wheels)
+            self%widths(i) = carried_width(column_sets(self%chosen(i))%carried, carried, self%n_wheels)
          end do
       end if
       self%plain_width = 1 + sum(self%widths(:self%n_plain))
@@ -267,24 +272,27 @@ contains
       self%shows_commands = any(column_sets(self%chosen)%controller > 0)
    end subroutine choose
 
-   !> Errors: `NUTATE_BAD_ARGUMENT` for a set of derivatives where nothing is free, and for one of standard deviations
-   !> where no free number has one.
-   subroutine check_free(set, status, free)
+   !> Errors: `NUTATE_BAD_ARGUMENT` for a set of derivatives where nothing is free, for one of standard deviations where
+   !> no free number has one, and for indicators of chaos that nothing follows.
+   subroutine check_carried(set, status, carried)
       type(column_set_t), intent(in) :: set
       type(status_t), intent(inout) :: status
-      type(free_list_t), intent(in), optional :: free
-      if (set%by_free == 0) return
-      if (.not. present(free)) then
+      type(carried_t), intent(in), optional :: carried
+      if (set%carried == 0) return
+      if (.not. present(carried)) then
          status = fail(NUTATE_BAD_ARGUMENT, "only nutate run writes the columns '"//trim(set%name)// &
                        "' (expected others)", 'columns')
-      else if (size(free%names) == 0) then
+      else if (.not. is_by_free(set%carried)) then
+         if (carried%exponents == 0) status = fail(NUTATE_BAD_ARGUMENT, "columns '"//trim(set%name)//"' need "// &
+                                                   'indicators of chaos (expected &tangent)', 'columns')
+      else if (size(carried%names) == 0) then
          status = fail(NUTATE_BAD_ARGUMENT, "columns '"//trim(set%name)//"' need free numbers (expected &free)", &
                        'columns')
-      else if (set%by_free /= SENSITIVITIES .and. .not. any(free%sigma > 0.0_wp)) then
+      else if (set%carried /= SENSITIVITIES .and. .not. any(carried%sigma > 0.0_wp)) then
          status = fail(NUTATE_BAD_ARGUMENT, "columns '"//trim(set%name)//"' need standard deviations (expected "// &
                        'sigma in &free)', 'columns')
       end if
-   end subroutine check_free
+   end subroutine check_carried
 
    !> What to write in the place of an unknown name.
    pure function hint(nearest) result(text)
@@ -352,8 +360,8 @@ contains
          if (plain) return
       end if
       do i = self%n_plain + 1, size(self%chosen)
-         line = line//','//sensitivity_headers(column_sets(self%chosen(i))%by_free, self%free, self%n_wheels, &
-                                               self%degrees)
+         line = line//','//carried_headers(column_sets(self%chosen(i))%carried, self%carried, self%n_wheels, &
+                                           self%degrees)
       end do
    end function header
 
@@ -410,15 +418,17 @@ contains
    end subroutine follow
 
    !> One row: t, then the values of the sets.
-   pure subroutine evaluate(self, system, state, record, values, tangent)
+   pure subroutine evaluate(self, system, state, record, values, tangent, chaos)
       class(columns_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
       type(run_record_t), intent(in) :: record
       !> Shape (width); shape (plain_width) without tangent columns.
       real(wp), intent(out) :: values(:)
-      !> A column for each free number; needed only if `differentiates`.
+      !> A column for each free number, then others; needed only if `differentiates`.
       type(tangent_t), intent(in), optional :: tangent
+      !> Needed only by columns of chaos.
+      type(chaos_t), intent(in), optional :: chaos
       integer :: i, first, last
 
       if (self%needs_rate) self%shared%omega = angular_velocity(system, state)
@@ -437,8 +447,8 @@ contains
       if (.not. present(tangent)) return
       do i = self%n_plain + 1, size(self%chosen)
          last = first + self%widths(i) - 1
-         call sensitivity_values(column_sets(self%chosen(i))%by_free, self%free, system, state, tangent, &
-                                 merge(degree, 1.0_wp, self%degrees), values(first:last))
+         call carried_values(column_sets(self%chosen(i))%carried, self%carried, system, state, tangent, &
+                             chaos, merge(degree, 1.0_wp, self%degrees), values(first:last))
          first = last + 1
       end do
    end subroutine evaluate

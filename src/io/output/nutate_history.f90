@@ -11,7 +11,7 @@ module nutate_history
    use nutate_files, only: file_mark_t, output_file_t
    use nutate_kinds, only: wp, long
    use nutate_observer, only: observer_t, run_record_t
-   use nutate_sensitivity_columns, only: free_list_t
+   use nutate_tangent_columns, only: carried_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_FINITE
    use nutate_system, only: system_t
@@ -59,7 +59,7 @@ contains
 
    !> Opens the file and writes the header. Errors: `NUTATE_BAD_ARGUMENT` for an unknown set of columns; `NUTATE_IO`.
    subroutine open_history(self, name, columns, system, state, inverse_j0, status, degrees, digits, backward, epoch, &
-                           free)
+                           carried)
       class(history_t), intent(inout) :: self
       !> Path, or `-` for standard output.
       character(len=*), intent(in) :: name
@@ -79,10 +79,10 @@ contains
       logical, intent(in), optional :: backward
       !> When t = 0 is, for a column of dates.
       type(epoch_t), intent(in), optional :: epoch
-      !> The free numbers by which columns are derivatives.
-      type(free_list_t), intent(in), optional :: free
+      !> What the run carries along, which columns may show.
+      type(carried_t), intent(in), optional :: carried
 
-      call start(self, columns, system, state, inverse_j0, status, degrees, digits, backward, epoch, free)
+      call start(self, columns, system, state, inverse_j0, status, degrees, digits, backward, epoch, carried)
       if (.not. status%ok()) return
       call self%file%open(name, status)
       if (status%ok()) call self%file%put_line(self%header(), status)
@@ -91,7 +91,7 @@ contains
    !> Continues a history from checkpoint data, instead of `open`. Errors: those of `open`, and `NUTATE_IO` where the
    !> partial file differs from what was recorded; then nothing has been changed.
    subroutine reopen_history(self, name, columns, system, state, inverse_j0, archive, status, degrees, digits, &
-                             backward, epoch, free)
+                             backward, epoch, carried)
       class(history_t), intent(inout) :: self
       !> As given to `open`.
       character(len=*), intent(in) :: name, columns(:)
@@ -105,9 +105,9 @@ contains
       integer, intent(in), optional :: digits
       logical, intent(in), optional :: backward
       type(epoch_t), intent(in), optional :: epoch
-      type(free_list_t), intent(in), optional :: free
+      type(carried_t), intent(in), optional :: carried
       type(file_mark_t) :: mark
-      call start(self, columns, system, state, inverse_j0, status, degrees, digits, backward, epoch, free)
+      call start(self, columns, system, state, inverse_j0, status, degrees, digits, backward, epoch, carried)
       if (.not. status%ok()) return
       call transfer_values(self, archive, mark)
       if (archive%problem() /= '') then
@@ -139,7 +139,7 @@ contains
    end subroutine transfer_values
 
    !> Prepares for rows of the columns asked for.
-   subroutine start(self, columns, system, state, inverse_j0, status, degrees, digits, backward, epoch, free)
+   subroutine start(self, columns, system, state, inverse_j0, status, degrees, digits, backward, epoch, carried)
       class(history_t), intent(inout) :: self
       character(len=*), intent(in) :: columns(:)
       type(system_t), intent(in) :: system
@@ -150,8 +150,8 @@ contains
       integer, intent(in), optional :: digits
       logical, intent(in), optional :: backward
       type(epoch_t), intent(in), optional :: epoch
-      type(free_list_t), intent(in), optional :: free
-      call self%columns%choose(columns, status, degrees, system%effects, free)
+      type(carried_t), intent(in), optional :: carried
+      call self%columns%choose(columns, status, degrees, system%effects, carried)
       if (.not. status%ok()) return
       self%digits = 0
       if (present(digits)) self%digits = digits
@@ -197,7 +197,7 @@ contains
       type(run_record_t), intent(in) :: record
       type(status_t), intent(out) :: status
       integer :: used
-      call self%columns%evaluate(system, state, record, self%values, self%tangent)
+      call self%columns%evaluate(system, state, record, self%values, self%tangent, self%chaos)
       if (.not. all(ieee_is_finite(self%values))) then
          status = fail(NUTATE_NOT_FINITE, 'a value of the history is not finite')
          return

@@ -3,7 +3,6 @@ module nutate_fit_plan
    use nutate_ensemble_plan, only: ensemble_plan_t
    use nutate_kinds, only: wp, long
    use nutate_robust_loss, only: LINEAR
-   use nutate_sensitivity_columns, only: free_list_t
    implicit none
    private
 
@@ -86,8 +85,6 @@ module nutate_fit_plan
    contains
       !> True if there is something to fit.
       procedure :: active
-      !> The free numbers, as columns of a history need them.
-      procedure :: free_list
    end type fit_plan_t
 
 contains
@@ -104,14 +101,5 @@ contains
       if (allocated(self%free) .and. allocated(self%measurements)) &
          active = size(self%free) > 0 .and. size(self%measurements) > 0
    end function active
-
-   !> Returns the free numbers, none where the scene has none.
-   pure type(free_list_t) function free_list(self) result(list)
-      class(fit_plan_t), intent(in) :: self
-      allocate (list%names(0), list%sigma(0))
-      if (.not. allocated(self%free)) return
-      list%names = self%free%name
-      list%sigma = self%free%sigma
-   end function free_list
 
 end module nutate_fit_plan

@@ -34,7 +34,7 @@ module nutate_scene
    use nutate_scene_table, only: read_table, time_units
    use nutate_scene_tangent, only: build_tangent, check_tangent, tangent_keys
    use nutate_scene_vary, only: vary_keys
-   use nutate_sensitivity_columns, only: free_list_t
+   use nutate_tangent_columns, only: carried_t
    use nutate_spelling, only: lower_case
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_SCENE, NUTATE_IO
@@ -90,6 +90,9 @@ module nutate_scene
       type(fit_plan_t) :: fit
       !> The groups as given, in the order of the file, overrides applied; shape (number of groups).
       type(group_t), allocatable :: groups(:)
+   contains
+      !> What its runs carry along, as columns of a history need it.
+      procedure :: carried
    end type scene_t
 
 contains
@@ -430,21 +433,32 @@ contains
       type(output_settings_t), intent(out) :: output
    end subroutine forget_run
 
-   !> Raises an error for columns of a wheel, an orbit or a free number that does not exist.
+   !> Returns the free numbers and the number of exponents that runs follow, none where the scene has none.
+   pure type(carried_t) function carried(self) result(list)
+      class(scene_t), intent(in) :: self
+      allocate (list%names(0), list%sigma(0))
+      list%exponents = self%chaos%exponents
+      if (.not. allocated(self%fit%free)) return
+      list%names = self%fit%free%name
+      list%sigma = self%fit%free%sigma
+   end function carried
+
+   !> Raises an error for columns of a wheel, an orbit, a free number or an indicator of chaos that does not exist.
    subroutine check_columns(group, scene, error)
       !> The group `&output`.
       type(group_t), intent(in) :: group
       type(scene_t), intent(in) :: scene
       type(scene_error_t), intent(inout) :: error
       type(columns_t) :: columns
-      type(free_list_t) :: free
+      type(carried_t) :: carried
       type(status_t) :: status
       integer :: i
       ! Their names are read later.
-      free%names = pack(scene%groups%name, scene%groups%name == 'free')
-      free%sigma = pack([(merge(1.0_wp, 0.0_wp, scene%groups(i)%has('sigma')), i=1, size(scene%groups))], &
-                        scene%groups%name == 'free')
-      call columns%choose(scene%output%columns, status, effects=scene%system%effects, free=free)
+      carried%names = pack(scene%groups%name, scene%groups%name == 'free')
+      carried%sigma = pack([(merge(1.0_wp, 0.0_wp, scene%groups(i)%has('sigma')), i=1, size(scene%groups))], &
+                           scene%groups%name == 'free')
+      carried%exponents = merge(1, 0, any(scene%groups%name == 'tangent'))
+      call columns%choose(scene%output%columns, status, effects=scene%system%effects, carried=carried)
       if (.not. status%ok()) call error%raise_status(group%line_of('columns'), status)
    end subroutine check_columns
 

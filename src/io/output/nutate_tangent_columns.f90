@@ -1,10 +1,12 @@
-!> The columns of a history by the free numbers of a scene: the derivatives of attitude, angular velocity and momenta of
-!> wheels by each of them, and what their standard deviations come to.
+!> The columns of a history by what a run carries along. By the free numbers of a scene: the derivatives of attitude,
+!> angular velocity and momenta of wheels by each of them, and what their standard deviations come to. By `&tangent`:
+!> the indicators of chaos.
 !>
 !> With J the derivatives of rotation vector and angular velocity and Σ the diagonal matrix of the squared standard
 !> deviations, JΣJᵀ is the covariance of attitude and angular velocity, to first order.
-module nutate_sensitivity_columns
+module nutate_tangent_columns
    use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_value
+   use nutate_chaos, only: chaos_t
    use nutate_kinds, only: wp
    use nutate_state, only: state_t
    use nutate_system, only: system_t
@@ -12,11 +14,11 @@ module nutate_sensitivity_columns
    implicit none
    private
 
-   public :: free_list_t, sensitivity_headers, sensitivity_values, sensitivity_width
-   public :: SENSITIVITIES, DEVIATIONS, COVARIANCE
+   public :: carried_t, carried_headers, carried_values, carried_width, is_by_free, lyapunov_names
+   public :: SENSITIVITIES, DEVIATIONS, COVARIANCE, LYAPUNOV, MEGNO, FLI
 
-   !> The sets.
-   integer, parameter :: SENSITIVITIES = 1, DEVIATIONS = 2, COVARIANCE = 3
+   !> The sets: those by free numbers, then those of chaos.
+   integer, parameter :: SENSITIVITIES = 1, DEVIATIONS = 2, COVARIANCE = 3, LYAPUNOV = 4, MEGNO = 5, FLI = 6
    !> Components of attitude, a rotation vector, and of angular velocity, in body axes.
    integer, parameter :: components = 6
    !> Derivatives whose changes are beyond this have squares that are not finite.
@@ -24,103 +26,147 @@ module nutate_sensitivity_columns
    character(len=*), parameter :: component_names(components) = [character(len=9) :: &
       'rotation1', 'rotation2', 'rotation3', 'omega1', 'omega2', 'omega3']
 
-   !> The free numbers of a scene.
-   type :: free_list_t
-      !> `GROUP[.N].KEY[.I]`; shape (free numbers).
+   !> What a run carries along: tangent columns by free numbers, and indicators of chaos.
+   type :: carried_t
+      !> Free numbers, `GROUP[.N].KEY[.I]`; shape (free numbers).
       character(len=80), allocatable :: names(:)
       !> Standard deviation of each, in its unit; 0: it is known. Shape (free numbers).
       real(wp), allocatable :: sigma(:)
-   end type free_list_t
+      !> Number of Lyapunov exponents; 0: no indicators of chaos.
+      integer :: exponents = 0
+   end type carried_t
 
 contains
 
+   !> True for a set by free numbers.
+   elemental logical function is_by_free(set)
+      !> `SENSITIVITIES`, ...; 0: none of them.
+      integer, intent(in) :: set
+      is_by_free = set >= SENSITIVITIES .and. set <= COVARIANCE
+   end function is_by_free
+
+   !> Returns the names of Lyapunov exponents, `lyapunov`, or `lyapunov1` to `lyapunov6`; shape (n).
+   pure function lyapunov_names(n) result(names)
+      integer, intent(in) :: n
+      character(len=9) :: names(n)
+      integer :: i
+      do i = 1, n
+         write (names(i), '("lyapunov",i0)') i
+      end do
+      if (n == 1) names = 'lyapunov'
+   end function lyapunov_names
+
    !> Returns the number of columns of a set.
-   pure integer function sensitivity_width(set, free, n_wheels) result(width)
+   pure integer function carried_width(set, carried, n_wheels) result(width)
       !> `SENSITIVITIES`, ...
       integer, intent(in) :: set
-      type(free_list_t), intent(in) :: free
+      type(carried_t), intent(in) :: carried
       integer, intent(in) :: n_wheels
       select case (set)
       case (SENSITIVITIES)
-         width = size(free%names)*(components + n_wheels)
+         width = size(carried%names)*(components + n_wheels)
       case (DEVIATIONS)
          width = components
-      case default
+      case (COVARIANCE)
          width = components*(components + 1)/2
+      case (LYAPUNOV)
+         width = carried%exponents
+      case default
+         width = 1
       end select
-   end function sensitivity_width
+   end function carried_width
 
    !> Returns the names of the columns of a set, comma separated.
-   pure function sensitivity_headers(set, free, n_wheels, degrees) result(names)
+   pure function carried_headers(set, carried, n_wheels, degrees) result(names)
       !> `SENSITIVITIES`, ...
       integer, intent(in) :: set
-      type(free_list_t), intent(in) :: free
+      type(carried_t), intent(in) :: carried
       integer, intent(in) :: n_wheels
       !> Angles are in degrees.
       logical, intent(in) :: degrees
       character(len=:), allocatable :: names
       character(len=4) :: unit
       character(len=8) :: wheel
+      character(len=9), allocatable :: exponents(:)
       integer :: i, k
       unit = ''
       if (degrees) unit = '_deg'
       names = ''
       select case (set)
       case (SENSITIVITIES)
-         do k = 1, size(free%names)
+         do k = 1, size(carried%names)
             do i = 1, components
-               names = names//',d_'//trim(component_names(i))//trim(unit)//'/d_'//trim(free%names(k))
+               names = names//',d_'//trim(component_names(i))//trim(unit)//'/d_'//trim(carried%names(k))
             end do
             do i = 1, n_wheels
                write (wheel, '(i0)') i
-               names = names//',d_wheel'//trim(wheel)//'_momentum/d_'//trim(free%names(k))
+               names = names//',d_wheel'//trim(wheel)//'_momentum/d_'//trim(carried%names(k))
             end do
          end do
       case (DEVIATIONS)
          do i = 1, components
             names = names//',sigma_'//trim(component_names(i))//trim(unit)
          end do
-      case default
+      case (COVARIANCE)
          do i = 1, components
             do k = i, components
                names = names//',covariance_'//trim(component_names(i))//trim(unit)//'_'// &
                        trim(component_names(k))//trim(unit)
             end do
          end do
+      case (LYAPUNOV)
+         exponents = lyapunov_names(carried%exponents)
+         do i = 1, size(exponents)
+            names = names//','//trim(exponents(i))
+         end do
+      case (MEGNO)
+         names = ',megno'
+      case default
+         names = ',fli'
       end select
       names = names(2:)
-   end function sensitivity_headers
+   end function carried_headers
 
    !> Computes the values of a set: of each free number the derivatives of the rotation vector, rad, of Ω, rad/s, both
    !> in body axes, and of the momentum of each wheel, N m s; or standard deviations of rotation vector and Ω; or the
-   !> upper triangle of their covariance, by rows. They are infinite where squares would overflow.
-   pure subroutine sensitivity_values(set, free, system, state, tangent, unit, values)
+   !> upper triangle of their covariance, by rows, which are infinite where squares would overflow; or Lyapunov
+   !> exponents, 1/s, MEGNO, FLI.
+   pure subroutine carried_values(set, carried, system, state, tangent, chaos, unit, values)
       !> `SENSITIVITIES`, ...
       integer, intent(in) :: set
-      type(free_list_t), intent(in) :: free
+      type(carried_t), intent(in) :: carried
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
-      !> A column for each free number.
+      !> A column for each free number, then others.
       type(tangent_t), intent(in) :: tangent
+      !> Needed only by the sets of chaos.
+      type(chaos_t), intent(in), optional :: chaos
       !> A radian in the unit of the angles.
       real(wp), intent(in) :: unit
       !> Shape (width of the set).
       real(wp), intent(out) :: values(:)
-      real(wp) :: derivatives(tangent%n, components), changes(tangent%n, components)
-      integer :: i, k, n, width
+      real(wp) :: derivatives(tangent%n, components), changes(size(carried%names), components)
+      integer :: i, k, n, n_free, width
+      if (.not. is_by_free(set)) then
+         if (set == LYAPUNOV) values = chaos%lyapunov()
+         if (set == MEGNO) values = chaos%megno()
+         if (set == FLI) values = chaos%fli()
+         return
+      end if
+      n_free = size(carried%names)
       derivatives(:, 1:3) = unit*tangent%theta
       derivatives(:, 4:6) = unit*tangent%rates(system, state)
       if (set == SENSITIVITIES) then
          width = components + size(tangent%wheels, 2)
-         do k = 1, tangent%n
+         do k = 1, n_free
             values((k - 1)*width + 1:k*width) = [derivatives(k, :), tangent%wheels(k, :)]
          end do
          return
       end if
       values = ieee_value(1.0_wp, ieee_positive_inf)
-      if (maxval(abs(derivatives)) > greatest_change/max(maxval(free%sigma), 1.0_wp)) return
+      if (maxval(abs(derivatives(:n_free, :))) > greatest_change/max(maxval(carried%sigma), 1.0_wp)) return
       do i = 1, components
-         changes(:, i) = free%sigma*derivatives(:, i)
+         changes(:, i) = carried%sigma*derivatives(:n_free, i)
       end do
       n = 0
       do i = 1, components
@@ -133,6 +179,6 @@ contains
             values(n) = dot_product(changes(:, i), changes(:, k))
          end do
       end do
-   end subroutine sensitivity_values
+   end subroutine carried_values
 
-end module nutate_sensitivity_columns
+end module nutate_tangent_columns
