@@ -24,6 +24,7 @@ module nutate_check_command
    use nutate_methods, only: equations_of
    use nutate_notes, only: note_t
    use nutate_observer, only: observer_t, run_record_t
+   use nutate_periodic_words, only: add_periodic
    use nutate_printable, only: printable_path
    use nutate_run, only: run_t
    use nutate_run_plan, only: run_goal_t, run_plan_t
@@ -127,6 +128,7 @@ contains
                         rounded_text(norm2(omega))//' rad/s in all')
          call page%item('angular momentum', vector_text(space_momentum(state))//' N m s in space axes')
          call add_tumbling(page, system, state)
+         call add_periodic(page, scene%periodic)
          kinetic = kinetic_energy(system, state, scene%integrator%inverse_auxiliary_inertia)
          potential = potential_energy(system%effects, state%q, state%t)
          call page%item('energy', rounded_text(kinetic + potential)//' J: kinetic '//rounded_text(kinetic)// &

@@ -8,6 +8,7 @@ module nutate_run_summary
    use nutate_invariants, only: invariants_t, ALL_COMPONENTS, ALONG_AXIS, ONLY_LENGTH
    use nutate_kinds, only: wp, long
    use nutate_notes, only: note_t
+   use nutate_periodic_words, only: add_periodic
    use nutate_printable, only: printable_path
    use nutate_controller, only: controller_t, BY_MAGNETORQUERS, BY_WHEELS
    use nutate_run, only: run_t
@@ -37,6 +38,7 @@ contains
          last = scene%labels%epoch%after(run%state%t)
          call page%item('calendar time', scene%labels%epoch%text()//' to '//last%text()//' '//trim(last%system))
       end if
+      call add_periodic(page, scene%periodic)
       if (run%summary%choice /= '') call page%item('method', trim(run%summary%settings%method)// &
                                                    ', chosen by auto: '//trim(run%summary%choice))
       call add_effort(page, scene, run, watcher%seconds(), real(watcher%row_counts, wp)/real(watcher%rate, wp))

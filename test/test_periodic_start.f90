@@ -4,12 +4,14 @@ module test_periodic_start
    use nutate_attitude, only: quat_from_euler
    use nutate_hamiltonian, only: angular_velocity
    use nutate_kinds, only: wp, pi
+   use nutate_linearization, only: linearization_t, linearize_period
    use nutate_periodic_start, only: find_periodic_start, periodic_start_t
    use nutate_quaternion, only: attitude_distance
    use nutate_run, only: integrate
    use nutate_scene, only: parse_scene, scene_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
+   use nutate_stepper, only: integrator_settings_t
    use test_support, only: check, check_close, error_type, new_unittest, unittest_type
    implicit none
    private
@@ -33,6 +35,7 @@ contains
                   new_unittest("Mercury: the forced libration", forced_mercury), &
                   new_unittest("multipliers are the free librations", free_librations), &
                   new_unittest("any axes, place on the orbit and units", anywhere), &
+                  new_unittest("multipliers tell of unstable resonances", unstable_resonance), &
                   new_unittest("of a family the nearest motion is found", families), &
                   new_unittest("what has no periodic motion is refused", refused)]
    end subroutine collect_periodic_start
@@ -137,6 +140,9 @@ contains
          call check(error, maxval(abs(m([1, 2, 4, 5], [3, 6]))) < 1e-12_wp, 'the plane is apart')
       end associate
       call check(error, start%condition > 1.5_wp .and. start%condition < 2.5_wp, 'condition of Phobos')
+      call check_close(error, start%free_frequencies(), [0.38884359_wp, 1 - 0.622129699614924_wp, 0.37663157_wp], &
+                       1e-8_wp, 'frequencies')
+      call check(error, abs(start%growth() - 1) < 1e-11_wp, 'stable')
       call check(error, start%revolutions < 8 .and. start%n_families == 0, 'steps of the iteration')
       call read_start(error, mercury, sun, '3:2', scene)
       if (allocated(error)) return
@@ -145,6 +151,26 @@ contains
                        1e-11_wp, 'Mercury, in the plane')
       call check(error, start%condition > 2000.0_wp .and. start%condition < 3000.0_wp, 'condition of Mercury')
    end subroutine free_librations
+
+   !> Hyperion's synchronous rotation, e = 0.1, lets its axis tilt: the multiplier is that of the monodromy matrix by
+   !> another method, 1.88.
+   subroutine unstable_resonance(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(scene_t) :: scene
+      type(linearization_t) :: linear
+      type(status_t) :: status
+      call read_start(error, '&body inertia = 0.5, 0.764033333333333, 1.0 /'//nl, &
+                      '&orbit semi_major_axis = 1.0, mu = 1.0, eccentricity = 0.1', '1:1', scene)
+      if (allocated(error)) return
+      scene%plan%goal%local_tolerance = 0.0_wp
+      scene%plan%time_step = 0.05_wp
+      call linearize_period(scene%system, integrator_settings_t(method='nielsen_krenk', order=8), scene%initial, &
+                            scene%plan, 2*pi, linear, status)
+      call check(error, status%ok(), trim(status%message))
+      call check_close(error, scene%periodic%growth(), maxval(abs(linear%eigenvalues)), 1e-8_wp, 'multiplier')
+      call check(error, scene%periodic%growth() > 1.88_wp, 'it grows')
+      call check(error, size(scene%periodic%free_frequencies()) == 2, 'the others are on the circle')
+   end subroutine unstable_resonance
 
    !> Other axes of the body, an orbit in space, a start 2 rad after periapsis, in SI units: the same motion.
    subroutine anywhere(error)

@@ -14,7 +14,7 @@ module nutate_periodic_start
    use nutate_hamiltonian, only: angular_velocity, make_state
    use nutate_kepler_orbit, only: kepler_orbit_t
    use nutate_kinds, only: wp, long, pi
-   use nutate_lapack, only: dgesvd, handle_info
+   use nutate_lapack, only: dgesvd, general_eigenvalues, handle_info
    use nutate_quaternion, only: cross, quat_conjugate, quat_normalized, quat_product, rotate_to_space
    use nutate_run, only: run_t
    use nutate_run_plan, only: run_plan_t
@@ -37,6 +37,12 @@ module nutate_periodic_start
    !> Singular values of M - 1 below this, beside the largest, belong to families of periodic motions: the smallest
    !> correction leaves these directions alone.
    real(wp), parameter :: negligible = 1e-12_wp
+   !> Rounding moves multipliers by less, its square root where two of them coincide: those nearer to the unit circle,
+   !> or to 1, count as there.
+   real(wp), parameter, public :: on_circle = 1e-6_wp
+   !> From this ratio of singular values on, a free libration that comes round in a revolution is named as the cause
+   !> where the iteration fails.
+   real(wp), parameter :: ill_conditioned = 1e6_wp
 
    !> A periodic motion at t = 0.
    type :: periodic_start_t
@@ -45,12 +51,18 @@ module nutate_periodic_start
       !> M, the derivative of turn and Ω/n after a revolution by those at the start, body axes; its eigenvalues are the
       !> multipliers exp(2πi·frequency/n). Shape (6, 6).
       real(wp) :: monodromy(6, 6) = 0.0_wp
+      complex(wp) :: multipliers(6) = (0.0_wp, 0.0_wp)
       !> Ratio of the largest to the smallest singular value of M - 1 that counts; number of those that do not.
       real(wp) :: condition = 1.0_wp
       integer :: n_families = 0
       !> Largest number of the equations, rad and mean motions; revolutions computed.
       real(wp) :: defect = huge(1.0_wp)
       integer :: revolutions = 0
+   contains
+      !> Frequencies of the free librations, in units of the mean motion, without their whole numbers.
+      procedure :: free_frequencies
+      !> The largest modulus of a multiplier.
+      procedure :: growth
    end type periodic_start_t
 
 contains
@@ -67,11 +79,12 @@ contains
       type(periodic_start_t), intent(out) :: start
       type(status_t), intent(out) :: status
       type(periodic_start_t) :: trial
-      real(wp) :: residual(6), change(6), rate
+      real(wp) :: residual(6), change(6), rate, worst
       call check_orbit(system%effects, status)
       if (.not. status%ok()) return
       rate = system%effects%orbit%path%mean_motion()
       call guess(system, turns, trial%q, trial%omega)
+      worst = 1.0_wp
       do while (trial%revolutions < most_iterations)
          trial%revolutions = trial%revolutions + 1
          call revolve(system, turns, trial, residual, status)
@@ -80,14 +93,54 @@ contains
          if (start%defect <= settled .and. trial%defect >= 0.5_wp*start%defect) exit
          call correct(trial, residual, change, status)
          if (.not. status%ok()) return
+         worst = max(worst, trial%condition)
          start = trial
          change = change*min(1.0_wp, longest_change/max(maxval(abs(change)), tiny(1.0_wp)))
          trial%q = quat_normalized(quat_product(trial%q, quat_from_rotation_vector(change(1:3))))
          trial%omega = trial%omega + rate*change(4:6)
       end do
-      if (.not. start%defect <= settled) status = fail(NUTATE_BAD_ARGUMENT, &
-         'no periodic motion was found in this resonance (expected one, or a start by attitude and rate)')
+      if (start%defect <= settled) then
+         call general_eigenvalues(start%monodromy, start%multipliers, status)
+      else if (max(worst, trial%condition) > ill_conditioned) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'no periodic motion was found in this resonance: a free libration comes '// &
+                       'round in a whole fraction of a revolution (expected other moments, or a start by attitude '// &
+                       'and rate)')
+      else
+         status = fail(NUTATE_BAD_ARGUMENT, &
+                       'no periodic motion was found in this resonance (expected one, or a start by attitude and rate)')
+      end if
    end subroutine find_periodic_start
+
+   !> Returns the frequencies of the free librations, in units of the mean motion: f in 0 to ½ of the multipliers
+   !> exp(±2πif) on the unit circle other than 1, largest first. A libration has a frequency k ± f, k whole. Shape
+   !> (0 to 3).
+   pure function free_frequencies(self) result(frequencies)
+      class(periodic_start_t), intent(in) :: self
+      real(wp), allocatable :: frequencies(:)
+      real(wp) :: all_of_them(3), largest
+      integer :: i, n
+      all_of_them = 0.0_wp
+      associate (values => self%multipliers)
+         n = 0
+         do i = 1, size(values)
+            if (.not. aimag(values(i)) > on_circle .or. abs(abs(values(i)) - 1) > on_circle) cycle
+            n = n + 1
+            all_of_them(n) = atan2(aimag(values(i)), real(values(i), wp))/(2*pi)
+         end do
+      end associate
+      allocate (frequencies(n))
+      do i = 1, n
+         largest = maxval(all_of_them)
+         frequencies(i) = largest
+         all_of_them(maxloc(all_of_them, dim=1)) = -1.0_wp
+      end do
+   end function free_frequencies
+
+   !> Returns the largest modulus of a multiplier: the factor by which a deviation can grow in a revolution.
+   pure real(wp) function growth(self)
+      class(periodic_start_t), intent(in) :: self
+      growth = maxval(abs(self%multipliers))
+   end function growth
 
    !> Errors: those of `find_periodic_start`.
    subroutine check_orbit(effects, status)

@@ -15,6 +15,7 @@ module nutate_scene
    use nutate_hamiltonian, only: make_state
    use nutate_keys, only: group_t, group_kind_t, name_length
    use nutate_kinds, only: wp
+   use nutate_periodic_start, only: periodic_start_t
    use nutate_printable, only: printable_path
    use nutate_run_plan, only: run_plan_t
    use nutate_scene_body, only: body_keys, build_body, rebuild_body
@@ -75,6 +76,8 @@ module nutate_scene
       type(body_t), allocatable :: nominal
       !> The state at t = 0.
       type(state_t) :: initial
+      !> The periodic motion on which it starts in a resonance; otherwise without revolutions.
+      type(periodic_start_t) :: periodic
       !> Settings; with an accuracy goal the method may be `auto` and the order 0: the run chooses them.
       type(integrator_settings_t) :: integrator
       !> Time step or accuracy goal, end time, output points.
@@ -274,7 +277,7 @@ contains
          scene%named_torques = effects%n_torques
          call effects%append(scene%added)
       end associate
-      call build_initial(first_group(scene%groups, 'initial'), scene%system, q, omega, error)
+      call build_initial(first_group(scene%groups, 'initial'), scene%system, q, omega, scene%periodic, error)
       if (.not. error%raised) scene%initial = make_state(scene%system, q, omega)
    end subroutine build_motion
 
@@ -413,7 +416,7 @@ contains
             call rebuild_body(groups(place_of(groups, 'body')), scene%shape, scene%system%body, error)
          if (error%raised) return
          associate (initial => groups(place_of(groups, 'initial')))
-            call rebuild_initial(initial, scene%system, q, omega, error)
+            call rebuild_initial(initial, scene%system, q, omega, scene%periodic, error)
             if (error%raised) return
             scene%initial = make_state(scene%system, q, omega)
             call check_initial(scene%system, scene%initial, scene%plan, initial, &

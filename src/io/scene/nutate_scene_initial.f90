@@ -57,7 +57,7 @@ module nutate_scene_initial
 contains
 
    !> Attitude and angular velocity at the start.
-   subroutine build_initial(group, system, q, omega, error)
+   subroutine build_initial(group, system, q, omega, periodic, error)
       type(group_t), intent(in) :: group
       !> With the orbit, and the rate of the space axes, against which they may be given.
       type(system_t), intent(in) :: system
@@ -65,6 +65,8 @@ contains
       real(wp), intent(out) :: q(4)
       !> Ω, body axes, rad/s; shape (3).
       real(wp), intent(out) :: omega(3)
+      !> The periodic motion that was found for a resonance; otherwise without revolutions.
+      type(periodic_start_t), intent(out) :: periodic
       type(scene_error_t), intent(inout) :: error
       q = 0.0_wp
       omega = 0.0_wp
@@ -76,14 +78,15 @@ contains
          call check_keys(group, error)
          call check_references(group, system%effects, error)
       end if
-      if (.not. error%raised) call rebuild_initial(group, system, q, omega, error)
+      if (.not. error%raised) call rebuild_initial(group, system, q, omega, periodic, error)
    end subroutine build_initial
 
    !> The same of a group whose keys have been checked.
-   subroutine rebuild_initial(group, system, q, omega, error)
+   subroutine rebuild_initial(group, system, q, omega, periodic, error)
       type(group_t), intent(in) :: group
       type(system_t), intent(in) :: system
       real(wp), intent(out) :: q(4), omega(3)
+      type(periodic_start_t), intent(out) :: periodic
       type(scene_error_t), intent(inout) :: error
       real(wp) :: unit
       q = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
@@ -94,7 +97,9 @@ contains
          call build_tumbling(group, system%body, unit, q, omega, error)
          return
       else if (group%has('resonance')) then
-         call build_resonance(group, system, q, omega, error)
+         call build_resonance(group, system, periodic, error)
+         q = periodic%q
+         omega = periodic%omega
          return
       end if
       call build_attitude(group, unit, q, error)
@@ -183,20 +188,17 @@ contains
       end do
    end subroutine check_resonance
 
-   !> Attitude and angular velocity of the periodic motion in a resonance.
-   subroutine build_resonance(group, system, q, omega, error)
+   !> Finds the periodic motion of a resonance.
+   subroutine build_resonance(group, system, periodic, error)
       type(group_t), intent(in) :: group
       type(system_t), intent(in) :: system
-      real(wp), intent(inout) :: q(4), omega(3)
+      type(periodic_start_t), intent(inout) :: periodic
       type(scene_error_t), intent(inout) :: error
-      type(periodic_start_t) :: start
       type(status_t) :: status
       character(len=3) :: ratio
       ratio = group%text('resonance', '1:1')
       call find_periodic_start(system, real(iachar(ratio(1:1)) - iachar('0'), wp)/(iachar(ratio(3:3)) - iachar('0')), &
-                               start, status)
-      q = start%q
-      omega = start%omega
+                               periodic, status)
       if (.not. status%ok()) call error%raise_status(group%line_of('resonance'), status)
    end subroutine build_resonance
 
