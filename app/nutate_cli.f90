@@ -33,7 +33,7 @@ module nutate_cli
       verb_t('cost', 'work-precision study: run time against error for every method'), &
       verb_t('sweep', 'run an ensemble (Monte Carlo or parameter sweep); one result row per member'), &
       verb_t('fit', 'fit a scene to measurements; standard errors, residuals, fitted scene'), &
-      verb_t('linearize', 'linearise at an equilibrium or over a period: A, B, eigenvalues'), &
+      verb_t('linearize', 'linearise at an equilibrium or over a period: A, B, eigenvalues; find equilibria'), &
       verb_t('plot', 'plot a time history with gnuplot', 'HISTORY.csv'), &
       verb_t('export', 'write a time history for other programs: AEM (CCSDS), glTF', 'HISTORY.csv'), &
       verb_t('view', 'run a scene and write a web page with a 3-D animation (needs Python)')]
@@ -83,7 +83,8 @@ module nutate_cli
       option_t('--max-steps', 'N', 'linearize', 'stop with exit status 3 after N steps of the period'), &
       option_t('--period', 'T|orbit', 'linearize', &
                'linearise over a period of T seconds, or of the orbit (default: an equilibrium)'), &
-      option_t('--json', 'FILE', 'linearize', 'write matrices, names and units as JSON; - is standard output'), &
+      option_t('--equilibria', '', 'linearize', 'find all attitudes in which the body rests, and their stability'), &
+      option_t('--json', 'FILE', 'linearize', 'write the results as JSON, with all digits; - is standard output'), &
       option_t('--checkpoint', 'FILE', 'run', 'write checkpoints to FILE, so that an interrupted run can be resumed'), &
       option_t('--every-seconds', 'N', 'run', 'interval between checkpoints in seconds (default: 60)'), &
       option_t('--resume', 'FILE', 'run', 'resume the interrupted run of a checkpoint'), &
@@ -135,6 +136,8 @@ module nutate_cli
       real(wp) :: error_between = 0.0_wp, speed = 1.0_wp
       !> Period to linearise over, s; 0: none; negative: that of the orbit.
       real(wp) :: period = 0.0_wp
+      !> Find equilibria.
+      logical :: equilibria = .false.
       !> Where to write as JSON; not allocated where not wanted.
       character(len=:), allocatable :: json
       !> What is wrong with the arguments; not allocated if nothing is.
@@ -303,6 +306,8 @@ contains
          command%threads = int(min(count, 4096_long))
       case ('--merge')
          command%merges = .true.
+      case ('--equilibria')
+         command%equilibria = .true.
       case ('--all')
          command%draws_all = .true.
       case ('--quiet')
@@ -518,6 +523,8 @@ contains
       end do
       if (given(option_number('--every-seconds')) .and. .not. (allocated(command%checkpoint) .or. &
           allocated(command%resume))) command%error = '--every-seconds needs --checkpoint FILE'
+      if (command%equilibria .and. abs(command%period) > 0.0_wp) &
+         command%error = '--equilibria cannot be combined with --period'
       if (command%member > 0 .and. (command%first > 0 .or. command%merges .or. command%goes_on)) &
          command%error = '--member cannot be combined with --members, --merge or --resume'
       if (command%merges .and. (command%first > 0 .or. command%goes_on)) &

@@ -171,6 +171,10 @@ contains
       call page%line('of the motors. A start that is no equilibrium is rejected, with its angular acceleration.')
       call page%line('With --period, x(T) = A x(0) + B u after a period, with inputs that are constant in it; the')
       call page%line('eigenvalues of A are then the Floquet multipliers.')
+      call page%line('')
+      call page%line('With --equilibria, all attitudes in which a body with rotors and wheels rests in the space axes,')
+      call page%line('which may turn: on a circular orbit its relative equilibria. The index counts the negative')
+      call page%line('directions of the effective potential, growth is the largest real part of an eigenvalue.')
       call add_exit_codes(page)
    end subroutine add_linearize_notes
 

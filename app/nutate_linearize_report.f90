@@ -1,13 +1,14 @@
-!> A linearised motion for people.
+!> A linearised motion, and equilibria, for people.
 module nutate_linearize_report
-   use nutate_console, only: page_t, vector_text
-   use nutate_kinds, only: wp, pi
+   use nutate_console, only: count_text, page_t, plural, vector_text
+   use nutate_equilibria, only: equilibria_t
+   use nutate_kinds, only: wp, long, pi
    use nutate_linearization, only: linearization_t
    use nutate_table, only: number_text, table_t
    implicit none
    private
 
-   public :: add_linearization
+   public :: add_equilibria, add_linearization
 
    !> Digits of matrices and eigenvalues; what of a row is printed as 0; and of eigenvalues, of which rounding splits a
    !> double one by the root of it.
@@ -111,6 +112,39 @@ contains
       end if
       call page%line(table%text())
    end subroutine add_eigenvalues
+
+   !> Adds all equilibria of a body, by energy.
+   subroutine add_equilibria(page, found)
+      type(page_t), intent(inout) :: page
+      type(equilibria_t), intent(in) :: found
+      character(len=2), parameter :: components(4) = ['q0', 'q1', 'q2', 'q3']
+      type(table_t) :: table
+      integer :: i, k
+      call page%item('equilibria', count_text(int(size(found%items), long))//' attitudes at rest in the space axes')
+      call page%item('by index', vector_text([(real(found%number_of(i), wp), i=0, 3)])//' of index 0, 1, 2, 3')
+      call page%item('stable', plural(int(count(.not. found%items%growth > 0.0_wp), long), 'attitude')// &
+                     ' to first order, of which those of index 0 by the energy')
+      if (.not. found%balanced) call page%item('incomplete', 'those of even and odd index are not as many: some are '// &
+                                               'missing')
+      call page%line('')
+      table%indent = 2
+      do k = 1, 4
+         call table%add_column(components(k), digits=digits)
+      end do
+      call table%add_column('energy (J)', digits=digits)
+      call table%add_column('index')
+      call table%add_column('growth (1/s)', digits=digits)
+      do i = 1, size(found%items)
+         call table%add_row()
+         do k = 1, 4
+            call table%put(without_rounding(found%items(i)%q(k), negligible))
+         end do
+         call table%put(found%items(i)%energy)
+         call table%put(count_text(int(found%items(i)%index, long)))
+         call table%put(found%items(i)%growth)
+      end do
+      call page%line(table%text())
+   end subroutine add_equilibria
 
    !> A number, or 0 for one that is not above some size.
    pure real(wp) function without_rounding(x, least)

@@ -60,6 +60,12 @@ int nutate_scene_system(const nutate_scene *scene, nutate_system **system, char 
 int nutate_scene_linearize(const nutate_scene *scene, double period, char *json, size_t json_size, char *message,
                            size_t size);
 
+/* Finds all equilibria of a scene, as `nutate linearize --equilibria` does: attitude, energy, index, growth as JSON.
+ *   <==  json          text; 32768 bytes hold any
+ *   ==>  json_size     of json, bytes
+ * Status: NUTATE_BAD_ARGUMENT where equilibria are not isolated or not those of potentials, NUTATE_TRUNCATED. */
+int nutate_scene_equilibria(const nutate_scene *scene, char *json, size_t json_size, char *message, size_t size);
+
 /* Runs a scene and keeps the columns of its &output in memory.
  *   <==  history       the new handle, also if the run fails: it then has all complete rows */
 int nutate_scene_run(const nutate_scene *scene, nutate_history **history, char *message, size_t size);

@@ -126,6 +126,7 @@ program unit
    use test_sweep, only: collect_sweep
    use test_table_torques, only: collect_table_torques
    use test_tables, only: collect_tables
+   use test_equilibria, only: collect_equilibria
    use test_linearization, only: collect_linearization
    use test_chaos, only: collect_chaos
    use test_tangent, only: collect_tangent
@@ -346,6 +347,7 @@ contains
          new_testsuite("table_torques", collect_table_torques), &
          new_testsuite("tables", collect_tables), &
          new_testsuite("linearization", collect_linearization), &
+         new_testsuite("equilibria", collect_equilibria), &
          new_testsuite("chaos", collect_chaos), &
          new_testsuite("tangent", collect_tangent), &
          new_testsuite("tangent_events", collect_tangent_events), &

@@ -37,6 +37,7 @@ int test_c_null_handles(void)
     EXPECT(NUTATE_BAD_HANDLE, nutate_scene_add_potential(NULL, vector, answer_potential, NULL, NULL));
     EXPECT(NUTATE_BAD_HANDLE, nutate_scene_add_user_torque(NULL, answer_torque, NULL));
     EXPECT(NUTATE_BAD_HANDLE, nutate_scene_system(NULL, &system, text, sizeof text));
+    EXPECT(NUTATE_BAD_HANDLE, nutate_scene_equilibria(NULL, text, sizeof text, NULL, 0));
     EXPECT(NUTATE_BAD_HANDLE, nutate_scene_linearize(NULL, 0.0, text, sizeof text, NULL, 0));
     EXPECT(NUTATE_BAD_HANDLE, nutate_scene_run(NULL, &history, text, sizeof text));
     EXPECT(NUTATE_BAD_HANDLE, nutate_scene_write(NULL, "never.csv", text, sizeof text));
@@ -163,6 +164,7 @@ static int null_in_scene(nutate_scene *scene)
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_scene_add_potential(scene, vector, NULL, NULL, NULL));
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_scene_add_user_torque(scene, NULL, NULL));
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_scene_system(scene, NULL, NULL, 0));
+    EXPECT(NUTATE_BAD_ARGUMENT, nutate_scene_equilibria(scene, NULL, 9, NULL, 0));
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_scene_linearize(scene, 1.0, NULL, 9, NULL, 0));
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_scene_linearize(scene, 1e300, (char *)one, 1, NULL, 0));
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_create_scene(scene, NULL, NULL, 0));

@@ -80,6 +80,7 @@ SIGNATURES: dict[str, tuple[Any, ...]] = {
     "nutate_scene_bound_potential": (Handle, Double, Double, Double),
     "nutate_scene_bound_torque": (Handle, Double, Double, Double, Double),
     "nutate_scene_system": (Handle, HandlePointer, Text, Size),
+    "nutate_scene_equilibria": (Handle, Text, Size, Text, Size),
     "nutate_scene_linearize": (Handle, Double, Text, Size, Text, Size),
     "nutate_fit_size": (Handle, Sizes, Sizes),
     "nutate_fit_name": (Handle, Size, Text, Size),

@@ -1,4 +1,4 @@
-"""Motions linearised about an equilibrium, or over a period."""
+"""Motions linearised about an equilibrium, or over a period, and all equilibria of a body."""
 
 import ctypes
 import json
@@ -57,3 +57,26 @@ def linearize(scene: SceneOrPath, *overrides: str, period: Union[float, str, Non
         found["states"], found["inputs"], found["state_units"], found["input_units"], float(found["period"]), found["closes"],
         float(found["residual"]), np.array(found["attitude"], float), np.array(found["angular_velocity"], float),
         np.array(found["wheel_speeds"], float))
+
+
+@dataclass(frozen=True)
+class Equilibrium:
+    """An attitude `q` in which a body rests in the space axes. `energy` is its effective potential, J, `index` the number of
+    negative directions of that, 0 at a minimum, `growth` the largest real part of an eigenvalue, 1/s: 0 where the equilibrium is
+    stable to first order."""
+
+    q: Array
+    energy: float
+    index: int
+    growth: float
+
+
+def equilibria(scene: SceneOrPath, *overrides: str) -> list[Equilibrium]:
+    """Finds all equilibria of a body with rotors and free wheels under potentials, by energy: on a circular orbit the relative ones.
+    Of the start of the scene only the speeds of the wheels matter. As `nutate linearize --equilibria`."""
+    made = with_table(scene, overrides, None)
+    text, message = ctypes.create_string_buffer(TEXT_SIZE), ctypes.create_string_buffer(MESSAGE_SIZE)
+    status = interruptible(library.nutate_scene_equilibria, made._handle, text, TEXT_SIZE, message, MESSAGE_SIZE)
+    made._conclude(status, message=message.value.decode("utf-8", "replace"))
+    return [Equilibrium(np.array(one["attitude"], float), float(one["energy"]), one["index"], float(one["growth"]))
+            for one in json.loads(text.value)["equilibria"]]

@@ -28,6 +28,15 @@ class LinearizeTest(unittest.TestCase):
         np.testing.assert_allclose(found.eigenvalues.sum(), np.trace(found.A), atol=1e-12 * rate)
         np.testing.assert_array_equal(found.wheel_speeds, [5.0])
 
+    def test_all_equilibria(self):
+        found = nutate.equilibria(nutate.Scene(text=SATELLITE))
+        self.assertEqual(len(found), 24)
+        self.assertEqual([sum(one.index == i for one in found) for i in range(4)], [4, 8, 8, 4])
+        self.assertTrue(all(one.growth == 0 for one in found if one.index == 0))
+        self.assertTrue(all(np.linalg.norm(one.q) - 1 < 1e-15 for one in found))
+        with self.assertRaisesRegex(nutate.NutateValueError, "not isolated"):
+            nutate.equilibria(nutate.Scene(text=SATELLITE.replace("90, 100, 40", "100, 100, 40")))
+
     def test_a_period_is_the_exponential(self):
         scene = nutate.Scene(text=SATELLITE)
         rest, period = nutate.linearize(scene), nutate.linearize(scene, period="orbit")

@@ -106,8 +106,8 @@ contains
                        'round in a whole fraction of a revolution (expected other moments, or a start by attitude '// &
                        'and rate)')
       else
-         status = fail(NUTATE_BAD_ARGUMENT, &
-                       'no periodic motion was found in this resonance (expected one, or a start by attitude and rate)')
+         status = fail(NUTATE_BAD_ARGUMENT, 'no periodic motion was found in this resonance (expected one, or a '// &
+                       'start by attitude and rate)')
       end if
    end subroutine find_periodic_start
 

@@ -117,3 +117,20 @@ class Linearize(CommandLineTest):
         page = self.succeed("linearize", "--help").stdout
         for text in ("--period T|orbit", "--json FILE", "Floquet multipliers"):
             self.assertIn(text, page)
+
+    def test_all_equilibria(self):
+        page = self.succeed("linearize", "sat.nml", "--equilibria").stdout
+        self.assertIn("equilibria          24 attitudes at rest in the space axes", page)
+        self.assertIn("by index            4, 8, 8, 4 of index 0, 1, 2, 3", page)
+        found = self.linear("sat.nml", "--equilibria", "--set", "rotor.momentum=0.03,0.05,0.04")
+        self.assertTrue(found["balanced"])
+        self.assertGreaterEqual(len(found["equilibria"]), 8)
+        # A run from each of them stays there, or leaves it as its growth says.
+        for one in found["equilibria"]:
+            attitude = ",".join(map(repr, one["attitude"]))
+            linear = self.linear("sat.nml", "--set", "rotor.momentum=0.03,0.05,0.04", "--unset", "initial.roll_pitch_yaw",
+                                 "--unset", "initial.attitude_from", "--set", "initial.quaternion=" + attitude)
+            self.assertAlmostEqual(max(value[0] for value in linear["eigenvalues"]), one["growth"], delta=1e-6 * RATE)
+            self.assertEqual(one["growth"] > 0 or one["index"] in (0, 2), True)
+        self.fail_with(2, "linearize", "sat.nml", "--equilibria", "--period", "orbit", says=("cannot be combined",))
+        self.fail_with(2, "linearize", "sat.nml", "--equilibria", "--set", "body.inertia=90,90,40", says=("sat.nml: equilibria are not isolated",))

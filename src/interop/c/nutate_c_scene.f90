@@ -7,17 +7,19 @@ module nutate_c_scene
    use nutate_c_system, only: add_callback_potential, add_callback_torque, keep_system
    use nutate_c_text, only: lock_texts, message_to_c, copy_text, text_to_c, unlock_texts
    use nutate_hamiltonian, only: angular_velocity
+   use nutate_equilibria, only: equilibria_t
    use nutate_linearization, only: linearization_t
-   use nutate_linearization_json, only: json_of
+   use nutate_linearization_json, only: json_of, json_of_equilibria
    use nutate_scene, only: parse_scene, read_scene
-   use nutate_scene_linearization, only: linearize_scene
+   use nutate_scene_linearization, only: linearize_scene, scene_equilibria
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_NO_MEMORY, NUTATE_OK
    implicit none
    private
 
    public :: nutate_scene_read, nutate_scene_parse, nutate_scene_destroy, nutate_scene_get_title, &
       nutate_scene_get_plan, nutate_scene_get_initial, nutate_scene_add_potential, nutate_scene_add_user_torque, &
-      nutate_scene_bound_potential, nutate_scene_bound_torque, nutate_scene_system, nutate_scene_linearize
+      nutate_scene_bound_potential, nutate_scene_bound_torque, nutate_scene_system, nutate_scene_linearize, &
+      nutate_scene_equilibria
 
 contains
 
@@ -174,6 +176,24 @@ contains
       end if
       code = report(status, message, size)
    end function nutate_scene_linearize
+
+   integer(c_int) function nutate_scene_equilibria(scene, json, json_size, message, size) result(code) bind(C)
+      type(c_ptr), intent(in), value :: scene, json, message
+      integer(c_size_t), intent(in), value :: json_size, size
+      type(scene_handle_t), pointer :: handle
+      type(equilibria_t) :: found
+      type(status_t) :: status
+      handle => find_scene(scene)
+      if (.not. associated(handle)) then
+         status = fail(NUTATE_BAD_HANDLE, 'scene is NULL, destroyed or not a scene')
+      else if (.not. c_associated(json)) then
+         status = null_argument('json')
+      else
+         call scene_equilibria(handle%scene, found, status)
+         if (status%ok()) status%code = text_to_c(json_of_equilibria(found), json, json_size)
+      end if
+      code = report(status, message, size)
+   end function nutate_scene_equilibria
 
    !> After an effect was added to a scene: callbacks may depend on the attitude.
    integer(c_int) function end_adding(handle, status) result(code)

@@ -1,12 +1,13 @@
-!> A linearised motion as JSON: matrices by rows, with the names and units of what they belong to.
+!> A linearised motion, and equilibria, as JSON: matrices by rows, with the names and units of what they belong to.
 module nutate_linearization_json
    use nutate_decimal, only: exact_text
+   use nutate_equilibria, only: equilibria_t
    use nutate_kinds, only: wp
    use nutate_linearization, only: linearization_t
    implicit none
    private
 
-   public :: json_of
+   public :: json_of, json_of_equilibria
 
 contains
 
@@ -34,6 +35,26 @@ contains
       end do
       text = text//']}'
    end function json_of
+
+   !> Returns equilibria as one object.
+   function json_of_equilibria(found) result(text)
+      type(equilibria_t), intent(in) :: found
+      character(len=:), allocatable :: text
+      character(len=1), parameter :: line = new_line('a')
+      character(len=1) :: index
+      integer :: i
+      text = '{"nutate": "equilibria",'//line// &
+             '"balanced": '//trim(merge('true ', 'false', found%balanced))//','//line//'"equilibria": ['
+      do i = 1, size(found%items)
+         associate (item => found%items(i))
+            write (index, '(i1)') item%index
+            text = text//line//'{"attitude": '//numbers(item%q)//', "energy": '//exact_text(item%energy)// &
+                   ', "index": '//index//', "growth": '//exact_text(item%growth)//'}'
+         end associate
+         if (i < size(found%items)) text = text//','
+      end do
+      text = text//']}'
+   end function json_of_equilibria
 
    pure function rows(matrix) result(text)
       real(wp), intent(in) :: matrix(:, :)

@@ -1,5 +1,6 @@
-!> Linearises the motion of a scene.
+!> Linearises the motion of a scene, and finds its equilibria.
 module nutate_scene_linearization
+   use nutate_equilibria, only: equilibria_t, find_equilibria
    use nutate_kinds, only: wp
    use nutate_linearization, only: linearization_t, linearize_equilibrium, linearize_period, period_of_orbit
    use nutate_scene, only: scene_t
@@ -7,7 +8,7 @@ module nutate_scene_linearization
    implicit none
    private
 
-   public :: linearize_scene
+   public :: linearize_scene, scene_equilibria
 
 contains
 
@@ -38,5 +39,17 @@ contains
       if (status%ok()) call linearize_period(scene%system, scene%integrator, scene%initial, scene%plan, whole, linear, &
                                              status)
    end subroutine linearize_scene
+
+   !> Finds all equilibria of a scene; of its start only the speeds of the wheels matter. Errors: those of
+   !> `find_equilibria`.
+   subroutine scene_equilibria(scene, found, status)
+      type(scene_t), intent(in) :: scene
+      type(equilibria_t), intent(out) :: found
+      type(status_t), intent(out) :: status
+      integer :: i
+      associate (effects => scene%system%effects)
+         call find_equilibria(scene%system, [(effects%wheels(i)%speed, i=1, effects%n_wheels)], found, status)
+      end associate
+   end subroutine scene_equilibria
 
 end module nutate_scene_linearization

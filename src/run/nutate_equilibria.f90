@@ -1,0 +1,310 @@
+!> All attitudes in which a body with rotors and wheels rests in the space axes, which may turn: on a circular orbit its
+!> relative equilibria. They are the critical points, over the rotations, of the effective potential
+!>
+!>     W = V - ½Ω·JΩ - h·Ω,   Ω = Rᵀω,
+!>
+!> with ω the rate of the space axes and h the momentum of rotors and wheels against the body. Newton's method solves
+!> L̇ = 0 from many attitudes; the derivatives are those of the linearised motion. By Morse's theory the critical points
+!> with an even and an odd number of negative directions are as many. Where a direction is flat, W along the valley in it
+!> decides, and a constant W means a curve of equilibria.
+module nutate_equilibria
+   use nutate_attitude, only: quat_from_rotation_vector
+   use nutate_hamiltonian, only: body_momentum, frame_rate_of, make_state, potential_energy
+   use nutate_kinds, only: wp, pi
+   use nutate_lapack, only: dgesv, general_eigenvalues, symmetric_eigen
+   use nutate_linear_rates, only: linearize_rates
+   use nutate_quaternion, only: attitude_distance, cross, quat_normalized, quat_product
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
+   use nutate_system, only: system_t
+   implicit none
+   private
+
+   public :: equilibria_t, equilibrium_t, find_equilibria
+
+   !> An equilibrium.
+   type :: equilibrium_t
+      !> Unit quaternion whose first component that is not 0 is positive, body→space; shape (4).
+      real(wp) :: q(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
+      !> W, J.
+      real(wp) :: energy = 0.0_wp
+      !> Negative directions of W: 0 at a minimum, which is stable.
+      integer :: index = 0
+      !> A direction of W is flat to second order: equilibria part or vanish here. Its attitude is good to 1e-5 rad.
+      logical :: degenerate = .false.
+      !> The largest real part of the eigenvalues of the linearised motion, 1/s; 0: stable to first order.
+      real(wp) :: growth = 0.0_wp
+   end type equilibrium_t
+
+   !> The equilibria of a body, by W.
+   type :: equilibria_t
+      type(equilibrium_t), allocatable :: items(:)
+      !> There are as many of an even index as of an odd one: none was missed alone.
+      logical :: balanced = .false.
+   contains
+      !> The number of those of an index.
+      procedure :: number_of
+   end type equilibria_t
+
+   !> Attitudes from which Newton's method starts, and their number where those did not suffice.
+   integer, parameter :: starts(2) = [1500, 12000]
+   !> Limits of the iteration, and of the rotation in a step, rad.
+   integer, parameter :: most_iterations = 60
+   real(wp), parameter :: longest_turn = 0.3_wp
+   !> A correction from which on Newton's method has converged, and distances of equilibria that are one, rad; the
+   !> second ones of degenerate ones.
+   real(wp), parameter :: settled = 1e-10_wp, same(2) = [1e-6_wp, 1e-2_wp]
+   !> Shares of the largest derivative below which a torque, and a derivative, count as 0; and that of rounding in
+   !> eigenvalues, of which it splits a double one by its root.
+   real(wp), parameter :: at_rest = 1e-9_wp, flat = 1e-8_wp, indistinct(2) = [1e-6_wp, 1e-4_wp]
+   !> A way along a flat direction, rad, and the share of the largest derivative by which W changes there at least.
+   real(wp), parameter :: way = 0.1_wp, level = 1e-9_wp
+   integer, parameter :: most_equilibria = 100
+
+contains
+
+   !> Finds all equilibria. Errors: `NUTATE_BAD_ARGUMENT` for effects that are no constant potentials, rotors or free
+   !> wheels, and where equilibria are not isolated.
+   subroutine find_equilibria(system, speeds, found, status)
+      type(system_t), intent(in) :: system
+      !> Of the wheels against the body, rad/s; shape (wheels).
+      real(wp), intent(in) :: speeds(:)
+      type(equilibria_t), intent(out) :: found
+      type(status_t), intent(out) :: status
+      type(equilibrium_t) :: list(most_equilibria), one
+      integer :: n, i, pass
+      call check_statics(system, status)
+      n = 0
+      do pass = 1, size(starts)
+         do i = 0, starts(pass) - 1
+            if (.not. status%ok()) return
+            call solve(system, speeds, attitude_of(i, starts(pass)), one, status)
+            if (.not. status%ok() .or. one%index < 0) cycle
+            if (is_known(one, list(:n))) cycle
+            n = n + 1
+            if (n > most_equilibria) then
+               status = fail(NUTATE_BAD_ARGUMENT, 'there are more than 100 equilibria (expected fewer)')
+               return
+            end if
+            list(n) = one
+         end do
+         ! W has a minimum at least.
+         if (n == 0) status = not_isolated()
+         if (n == 0) return
+         found%balanced = 2*count(modulo(list(:n)%index, 2) == 0) == n
+         if (found%balanced) exit
+      end do
+      found%items = list(:n)
+      call sort(found%items)
+   end subroutine find_equilibria
+
+   !> Returns the number of equilibria of an index.
+   pure integer function number_of(self, index)
+      class(equilibria_t), intent(in) :: self
+      integer, intent(in) :: index
+      number_of = count(self%items%index == index)
+   end function number_of
+
+   !> Errors: `NUTATE_BAD_ARGUMENT` for effects whose rest is no matter of a potential.
+   subroutine check_statics(system, status)
+      type(system_t), intent(in) :: system
+      type(status_t), intent(out) :: status
+      integer :: i
+      associate (effects => system%effects)
+         if (effects%moves) then
+            status = fail(NUTATE_BAD_ARGUMENT, 'nothing rests where potentials depend on the time (expected a '// &
+                          'circular &orbit, fields that are fixed in the space axes)')
+         else if (effects%n_torques > 0) then
+            status = fail(NUTATE_BAD_ARGUMENT, 'equilibria are those of potentials (expected no torques and '// &
+                          'controllers)')
+         else if (effects%n_potentials == 0) then
+            status = fail(NUTATE_BAD_ARGUMENT, 'no potential acts (expected one, such as &gravity_gradient)')
+         end if
+         do i = 1, effects%n_wheels
+            if (allocated(effects%wheels(i)%motor) .or. effects%wheels(i)%friction > 0.0_wp) status = fail( &
+               NUTATE_BAD_ARGUMENT, 'equilibria are those of free wheels (expected no motor and no friction)')
+         end do
+      end associate
+   end subroutine check_statics
+
+   !> Spreads attitudes evenly over the rotations: a super-Fibonacci spiral (Alexa 2022, CVPR, eq. 14).
+   pure function attitude_of(i, n) result(q)
+      !> 0 to n - 1.
+      integer, intent(in) :: i, n
+      real(wp) :: q(4)
+      real(wp), parameter :: phi = sqrt(2.0_wp), psi = 1.533751168755204288118041_wp
+      real(wp) :: s, alpha, beta, inner, outer
+      s = i + 0.5_wp
+      alpha = 2*pi*modulo(s/phi, 1.0_wp)
+      beta = 2*pi*modulo(s/psi, 1.0_wp)
+      inner = sqrt(s/n)
+      outer = sqrt(1 - s/n)
+      q = [inner*sin(alpha), inner*cos(alpha), outer*sin(beta), outer*cos(beta)]
+   end function attitude_of
+
+   !> Solves L̇ = 0 by Newton's method.
+   subroutine solve(system, speeds, start, one, status)
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: speeds(:)
+      !> Attitude; shape (4).
+      real(wp), intent(in) :: start(4)
+      !> What was found; its index is -1 where the iteration did not converge.
+      type(equilibrium_t), intent(out) :: one
+      type(status_t), intent(out) :: status
+      real(wp), dimension(6 + system%effects%n_wheels, 6 + system%effects%n_wheels) :: a
+      real(wp) :: torque(3), by_turn(3, 3), factors(3, 3), turn(3, 1), largest, scale
+      integer :: k, pivots(3), info
+      one%index = -1
+      one%q = start
+      scale = 0.0_wp
+      do k = 1, most_iterations
+         call rest_torque(system, speeds, one%q, torque, by_turn, a, status)
+         if (.not. status%ok()) return
+         factors = by_turn
+         turn(:, 1) = -torque
+         scale = max(scale, maxval(abs(by_turn)))
+         call dgesv(3, 1, factors, 3, pivots, turn, 3, info)
+         if (info /= 0 .or. .not. maxval(abs(turn)) <= huge(1.0_wp)) exit
+         largest = maxval(abs(turn))
+         one%q = quat_normalized(quat_product(one%q, quat_from_rotation_vector(&
+                                                     turn(:, 1)*min(1.0_wp, longest_turn/max(largest, tiny(largest))))))
+         if (largest > settled) cycle
+         call describe(system, speeds, one, status)
+         return
+      end do
+      ! At rest, but the corrections do not vanish: a direction is flat.
+      if (maxval(abs(torque)) <= at_rest*scale) call describe(system, speeds, one, status)
+   end subroutine solve
+
+   pure type(status_t) function not_isolated() result(status)
+      status = fail(NUTATE_BAD_ARGUMENT, 'equilibria are not isolated: the effects do not feel some rotation (expected '// &
+                    'three different moments of inertia, and potentials of more than one direction or a rotating frame)')
+   end function not_isolated
+
+   !> L̇ of a body that rests in the space axes, its derivative by a rotation at the end of which it rests too, and the
+   !> linearised motion.
+   subroutine rest_torque(system, speeds, q, torque, by_turn, a, status)
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: speeds(:), q(4)
+      !> N m, and N m/rad, body axes; the matrix of ẋ = A x.
+      real(wp), intent(out) :: torque(3), by_turn(3, 3), a(:, :)
+      type(status_t), intent(out) :: status
+      real(wp) :: rates(size(a, 1)), omega(3), unit(3)
+      integer :: k
+      omega = frame_rate_of(system%effects, q)
+      call linearize_rates(system, make_state(system, q, omega, speeds=speeds), rates, a, status)
+      torque = matmul(system%body%inertia, rates(4:6))
+      do k = 1, 3
+         unit = 0.0_wp
+         unit(k) = 1.0_wp
+         by_turn(:, k) = matmul(system%body%inertia, a(4:6, k) + matmul(a(4:6, 4:6), cross(omega, unit)))
+      end do
+   end subroutine rest_torque
+
+   !> Energy, index and growth. Errors: `NUTATE_BAD_ARGUMENT` where W is constant in some direction.
+   subroutine describe(system, speeds, one, status)
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: speeds(:)
+      type(equilibrium_t), intent(inout) :: one
+      type(status_t), intent(out) :: status
+      real(wp), dimension(6 + system%effects%n_wheels, 6 + system%effects%n_wheels) :: a
+      complex(wp) :: eigenvalues(6 + system%effects%n_wheels)
+      real(wp) :: torque(3), by_turn(3, 3), values(3), vectors(3, 3)
+      integer :: k
+      where (abs(one%q) < 4*epsilon(1.0_wp)) one%q = 0.0_wp
+      if (one%q(findloc(abs(one%q) > 0.0_wp, .true., dim=1)) < 0.0_wp) one%q = -one%q
+      call rest_torque(system, speeds, one%q, torque, by_turn, a, status)
+      if (status%ok()) call symmetric_eigen(-0.5_wp*(by_turn + transpose(by_turn)), values, vectors, status)
+      if (status%ok()) call general_eigenvalues(a, eigenvalues, status)
+      if (.not. status%ok()) return
+      one%energy = effective_potential(system, speeds, one%q)
+      one%index = count(values < 0.0_wp)
+      k = minloc(abs(values), dim=1)
+      one%degenerate = abs(values(k)) <= flat*maxval(abs(values))
+      if (one%degenerate) then
+         one%index = count([values(:k - 1), values(k + 1:)] < 0.0_wp)
+         call descend(system, speeds, one, k, values, vectors, status)
+      end if
+      one%growth = maxval(real(eigenvalues, wp))
+      if (one%growth <= merge(indistinct(2), indistinct(1), one%degenerate)*maxval(abs(eigenvalues))) &
+         one%growth = 0.0_wp
+   end subroutine describe
+
+   !> Adds to the index whether W falls along the valley of a flat direction, where the torque across it vanishes.
+   subroutine descend(system, speeds, one, k, values, vectors, status)
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: speeds(:)
+      type(equilibrium_t), intent(inout) :: one
+      !> The flat one of the directions of W; second derivatives in them, and the directions.
+      integer, intent(in) :: k
+      real(wp), intent(in) :: values(3), vectors(3, 3)
+      type(status_t), intent(inout) :: status
+      real(wp), dimension(6 + system%effects%n_wheels, 6 + system%effects%n_wheels) :: a
+      real(wp) :: q(4), torque(3), by_turn(3, 3), turn(3), change(2)
+      integer :: side, i, pass
+      do side = 1, 2
+         q = quat_product(one%q, quat_from_rotation_vector((2*side - 3)*way*vectors(:, k)))
+         do pass = 1, most_iterations
+            call rest_torque(system, speeds, q, torque, by_turn, a, status)
+            if (.not. status%ok()) return
+            turn = 0.0_wp
+            do i = 1, 3
+               if (i /= k .and. abs(values(i)) > flat*maxval(abs(values))) &
+                  turn = turn + vectors(:, i)*dot_product(vectors(:, i), torque)/values(i)
+            end do
+            q = quat_normalized(quat_product(q, quat_from_rotation_vector(turn)))
+         end do
+         change(side) = effective_potential(system, speeds, q) - one%energy
+      end do
+      if (all(abs(change) <= level*maxval(abs(values)))) status = not_isolated()
+      if (all(change < 0.0_wp)) one%index = one%index + 1
+   end subroutine descend
+
+   !> W, J.
+   pure real(wp) function effective_potential(system, speeds, q) result(w)
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: speeds(:), q(4)
+      real(wp) :: omega(3)
+      omega = frame_rate_of(system%effects, q)
+      ! The sum of the momenta at rest and with Ω is JΩ + 2h, J with the wheels locked.
+      w = potential_energy(system%effects, q) - 0.5_wp*dot_product(omega, &
+          body_momentum(make_state(system, q, [0.0_wp, 0.0_wp, 0.0_wp], speeds=speeds)) + &
+          body_momentum(make_state(system, q, omega, speeds=speeds)))
+   end function effective_potential
+
+   pure subroutine sort(list)
+      type(equilibrium_t), intent(inout) :: list(:)
+      type(equilibrium_t) :: one
+      integer :: i, k
+      do i = 2, size(list)
+         one = list(i)
+         do k = i - 1, 1, -1
+            if (.not. precedes(one, list(k))) exit
+            list(k + 1) = list(k)
+         end do
+         list(k + 1) = one
+      end do
+   end subroutine sort
+
+   !> True for an equilibrium that comes before another: by energy, and where that is the same by its attitude.
+   pure logical function precedes(one, other)
+      type(equilibrium_t), intent(in) :: one, other
+      integer :: k
+      precedes = one%energy < other%energy
+      if (abs(one%energy - other%energy) > settled*(abs(one%energy) + abs(other%energy))) return
+      do k = 1, 4
+         precedes = one%q(k) > other%q(k)
+         if (abs(one%q(k) - other%q(k)) > same(1)) return
+      end do
+   end function precedes
+
+   pure logical function is_known(one, list)
+      type(equilibrium_t), intent(in) :: one, list(:)
+      integer :: i
+      is_known = .true.
+      do i = 1, size(list)
+         if (attitude_distance(one%q, list(i)%q) < merge(same(2), same(1), one%degenerate)) return
+      end do
+      is_known = .false.
+   end function is_known
+
+end module nutate_equilibria
