@@ -281,7 +281,7 @@ contains
          call set_drawing(name, value, command)
       case ('--scene', '--aem', '--aem-version', '--gltf', '--speed', '--error')
          call set_export(name, value, command)
-      case ('--json', '--period')
+      case ('--json', '--period', '--equilibria')
          call set_linear(name, value, command)
       case ('--seconds')
          call set_seconds(name, value, 0.1_wp, '0.1', command%seconds, command%error)
@@ -306,8 +306,6 @@ contains
          command%threads = int(min(count, 4096_long))
       case ('--merge')
          command%merges = .true.
-      case ('--equilibria')
-         command%equilibria = .true.
       case ('--all')
          command%draws_all = .true.
       case ('--quiet')
@@ -320,12 +318,14 @@ contains
       end select
    end subroutine set_value
 
-   !> Notes over what period a motion is linearised, and where the result goes.
+   !> Notes what is linearised, over what period, and where the result goes.
    subroutine set_linear(name, value, command)
       !> The option and its value.
       character(len=*), intent(in) :: name, value
       type(command_t), intent(inout) :: command
-      if (name == '--json') then
+      if (name == '--equilibria') then
+         command%equilibria = .true.
+      else if (name == '--json') then
          command%json = value
          if (value == '') command%error = '--json needs the name of a file, or - for standard output'
       else if (value == 'orbit') then

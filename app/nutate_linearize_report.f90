@@ -124,8 +124,8 @@ contains
       call page%item('by index', vector_text([(real(found%number_of(i), wp), i=0, 3)])//' of index 0, 1, 2, 3')
       call page%item('stable', plural(int(count(.not. found%items%growth > 0.0_wp), long), 'attitude')// &
                      ' to first order, of which those of index 0 by the energy')
-      if (.not. found%balanced) call page%item('incomplete', 'those of even and odd index are not as many: some are '// &
-                                               'missing')
+      if (.not. found%balanced) call page%item('incomplete', 'those of even and of odd index are not as many: '// &
+                                               'some are missing')
       call page%line('')
       table%indent = 2
       do k = 1, 4

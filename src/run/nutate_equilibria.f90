@@ -5,8 +5,8 @@
 !>
 !> with ω the rate of the space axes and h the momentum of rotors and wheels against the body. Newton's method solves
 !> L̇ = 0 from many attitudes; the derivatives are those of the linearised motion. By Morse's theory the critical points
-!> with an even and an odd number of negative directions are as many. Where a direction is flat, W along the valley in it
-!> decides, and a constant W means a curve of equilibria.
+!> with an even and an odd number of negative directions are as many. Where a direction is flat, W along its valley
+!> decides; a constant W means a curve of equilibria.
 module nutate_equilibria
    use nutate_attitude, only: quat_from_rotation_vector
    use nutate_hamiltonian, only: body_momentum, frame_rate_of, make_state, potential_energy
@@ -176,8 +176,8 @@ contains
    end subroutine solve
 
    pure type(status_t) function not_isolated() result(status)
-      status = fail(NUTATE_BAD_ARGUMENT, 'equilibria are not isolated: the effects do not feel some rotation (expected '// &
-                    'three different moments of inertia, and potentials of more than one direction or a rotating frame)')
+      status = fail(NUTATE_BAD_ARGUMENT, 'equilibria are not isolated: the effects do not feel some rotation '// &
+                    '(expected three different moments of inertia, and several directions or a rotating frame)')
    end function not_isolated
 
    !> L̇ of a body that rests in the space axes, its derivative by a rotation at the end of which it rests too, and the

@@ -102,9 +102,9 @@ contains
       if (start%defect <= settled) then
          call general_eigenvalues(start%monodromy, start%multipliers, status)
       else if (max(worst, trial%condition) > ill_conditioned) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'no periodic motion was found in this resonance: a free libration comes '// &
-                       'round in a whole fraction of a revolution (expected other moments, or a start by attitude '// &
-                       'and rate)')
+         status = fail(NUTATE_BAD_ARGUMENT, 'no periodic motion was found in this resonance: a free libration '// &
+                       'comes round in a whole fraction of a revolution (expected other moments, or a start by '// &
+                       'attitude and rate)')
       else
          status = fail(NUTATE_BAD_ARGUMENT, 'no periodic motion was found in this resonance (expected one, or a '// &
                        'start by attitude and rate)')
