@@ -19,7 +19,7 @@ LANES ?=
 export FFLAGS OPENMP LANES
 
 .DEFAULT_GOAL := build
-.PHONY: help setup build mpi run test stress attack accuracy fuzz memcheck sanitize flang bench figures paper costs lint api docs wheel install uninstall clean
+.PHONY: help setup build mpi run test stress attack accuracy fuzz memcheck sanitize flang bench figures paper cases costs lint api docs wheel install uninstall clean
 
 help: ## this list
 	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 11
@@ -82,6 +82,9 @@ costs: ## measure steps, runs to an accuracy and sweeps, and write their tables 
 paper: build ## reproduce the paper of Nielsen & Krenk: write docs/results/paper.md and its figures
 	@bash tools/setup/setup.sh figures
 	@python3 tools/docs/paper.py build/nutate
+
+cases: build ## run the published cases of small bodies and flybys and write their pages in docs/results/
+	@python3 tools/docs/cases.py build/nutate
 
 lint: ## check the style of the sources
 	@bash tools/setup/setup.sh lint
