@@ -5,9 +5,18 @@ module nutate_small_products
    implicit none
    private
 
-   public :: times_vector, times_columns, vector_length, lies_along, is_symmetric_about
+   public :: skew, times_vector, times_columns, vector_length, lies_along, is_symmetric_about
 
 contains
+
+   !> [v]×, the matrix of v×; shape (3,3).
+   pure function skew(v) result(matrix)
+      real(wp), intent(in) :: v(3)
+      real(wp) :: matrix(3, 3)
+      matrix(:, 1) = [0.0_wp, v(3), -v(2)]
+      matrix(:, 2) = [-v(3), 0.0_wp, v(1)]
+      matrix(:, 3) = [v(2), -v(1), 0.0_wp]
+   end function skew
 
    !> A v; shape (3).
    pure function times_vector(a, v) result(product)

@@ -3,14 +3,14 @@
 module nutate_applied_torque
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use nutate_body, only: body_t
-   use nutate_effect, only: effect_t, GENERAL_SERIES, parameter_t, torque_t, turning_of
+   use nutate_effect, only: effect_t, GENERAL_SERIES, parameter_t, torque_t
    use nutate_effect_bounds, only: effect_bounds_t, let_change, linear_map_t
    use nutate_keys, only: group_t, key_t, KEY_TEXT
    use nutate_kinds, only: wp, pi
    use nutate_limits, only: is_moderate
    use nutate_quaternion, only: rotate_to_body
    use nutate_power_series, only: cosine_term
-   use nutate_small_products, only: lies_along, times_vector, vector_length
+   use nutate_small_products, only: lies_along, skew, times_vector, vector_length
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    implicit none
    private
@@ -54,6 +54,9 @@ module nutate_applied_torque
       procedure :: auxiliary_series => harmonic_auxiliary
       procedure :: series_direction => amplitude_in_space
       procedure :: series_torque => harmonic_torque
+      procedure :: series_derivative => harmonic_series_derivative
+      procedure :: series_change => harmonic_series_change
+      procedure :: direction_change_series => amplitude_change
       procedure :: has_axis => torque_has_axis
       procedure :: parameters => applied_parameters
       procedure :: torque_change => applied_change
@@ -127,7 +130,7 @@ contains
       real(wp), intent(out) :: by_rotation(3, 3), by_rate(3, 3)
       by_rotation = 0.0_wp
       by_rate = 0.0_wp
-      if (self%in_space) by_rotation = turning_of(self%torque(t, q, omega))
+      if (self%in_space) by_rotation = skew(self%torque(t, q, omega))
    end subroutine applied_derivatives
 
    !> Returns `start` and `stop`, s.
@@ -181,10 +184,10 @@ contains
       harmonic_series = GENERAL_SERIES
    end function harmonic_series
 
-   !> Returns 1: the cosine.
+   !> Returns 2: the cosine, and, for derivatives, minus the sine.
    pure integer function harmonic_auxiliary(self)
       class(applied_torque_t), intent(in) :: self
-      harmonic_auxiliary = 1
+      harmonic_auxiliary = 2
    end function harmonic_auxiliary
 
    !> Returns τ₀ of a torque in space axes, N m; else zero.
@@ -200,7 +203,7 @@ contains
       class(applied_torque_t), intent(in) :: self
       integer, intent(in) :: k
       real(wp), intent(in) :: t, time_unit, omega(3, 0:k), gamma(3, 0:k)
-      !> The cosine; shape (0:highest_order, 1).
+      !> The first is the cosine; shape (0:highest_order, 2).
       real(wp), intent(inout) :: auxiliary(0:, :)
       real(wp), intent(out) :: tau(3)
       real(wp) :: phase
@@ -215,6 +218,60 @@ contains
          tau = tau + auxiliary(k - j, 1)*gamma(:, j)
       end do
    end subroutine harmonic_torque
+
+   !> Computes coefficient k of the cosine times the unit matrix in space axes, of zero else.
+   pure subroutine harmonic_series_derivative(self, k, t, time_unit, auxiliary, derivative, known)
+      class(applied_torque_t), intent(in) :: self
+      integer, intent(in) :: k
+      real(wp), intent(in) :: t, time_unit
+      real(wp), intent(inout) :: auxiliary(0:, :)
+      real(wp), intent(out) :: derivative(3, 3)
+      logical, intent(out) :: known
+      real(wp) :: phase
+      integer :: i
+      known = .true.
+      phase = 0.0_wp
+      if (k < 2) phase = phase_at(self, t) + 0.5_wp*pi
+      auxiliary(k, 2) = cosine_term(k, phase, 2*pi*self%frequency*time_unit, auxiliary(:, 2))
+      derivative = 0.0_wp
+      if (.not. self%in_space) return
+      do i = 1, 3
+         derivative(i, i) = auxiliary(k, 1)
+      end do
+   end subroutine harmonic_series_derivative
+
+   !> Computes coefficient k of δτ₀ cos(2πft + phase), which in space axes is the change of n, and of
+   !> -(2πtδf + δphase) sin(2πft + phase) times τ₀ or R(q)ᵀτ₀.
+   pure subroutine harmonic_series_change(self, change, k, t, time_unit, gamma, auxiliary, tau, known)
+      class(applied_torque_t), intent(in) :: self
+      real(wp), intent(in) :: change(:)
+      integer, intent(in) :: k
+      real(wp), intent(in) :: t, time_unit, gamma(3, 0:k), auxiliary(0:, :)
+      real(wp), intent(out) :: tau(3)
+      logical, intent(out) :: known
+      real(wp) :: wave(0:k)
+      integer :: j
+      known = .true.
+      wave = (2*pi*t*change(4) + change(5))*auxiliary(0:k, 2)
+      if (k > 0) wave(1:) = wave(1:) + (2*pi*time_unit*change(4))*auxiliary(0:k - 1, 2)
+      if (.not. self%in_space) then
+         tau = auxiliary(k, 1)*change(1:3) + wave(k)*self%amplitude
+         return
+      end if
+      tau = 0.0_wp
+      do j = 0, k
+         tau = tau + wave(k - j)*gamma(:, j)
+      end do
+   end subroutine harmonic_series_change
+
+   !> Computes δτ₀ of a torque in space axes, N m; else zero.
+   pure subroutine amplitude_change(self, change, t, time_unit, n)
+      class(applied_torque_t), intent(in) :: self
+      real(wp), intent(in) :: change(:), t, time_unit
+      real(wp), intent(out) :: n(:, 0:)
+      n = 0.0_wp
+      if (self%in_space) n(:, 0) = change(1:3)
+   end subroutine amplitude_change
 
    !> Returns true for a torque in space axes, and for a τ₀ that lies along the axis.
    pure logical function torque_has_axis(self, axis)

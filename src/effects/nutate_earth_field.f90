@@ -32,6 +32,7 @@ module nutate_earth_field
       procedure :: is_valid => effect_is_valid
       procedure :: parameters => parameters_of_field
       procedure :: direction_change => change_of_field
+      procedure :: direction_change_series => change_of_series
    end type earth_field_t
 
    !> A moment in the Earth's field.
@@ -103,12 +104,30 @@ contains
       real(wp), intent(in) :: change(:), t
       real(wp) :: n(3)
       type(geomagnetic_field_t) :: field
+      field = changed_field(self, change)
+      n = field%at(t)
+   end function change_of_field
+
+   !> The field of the changed G.
+   pure type(geomagnetic_field_t) function changed_field(self, change) result(field)
+      class(earth_field_t), intent(in) :: self
+      real(wp), intent(in) :: change(:)
       field = self%field
       associate (g => self%field%coefficients)
          field%coefficients = change(4:6) + change(7)*[-g(2), g(1), 0.0_wp]
       end associate
-      n = field%at(t)
-   end function change_of_field
+   end function changed_field
+
+   pure subroutine change_of_series(self, change, t, time_unit, n, known)
+      class(earth_field_t), intent(in) :: self
+      real(wp), intent(in) :: change(:), t, time_unit
+      real(wp), intent(out) :: n(:, 0:)
+      logical, intent(out) :: known
+      type(geomagnetic_field_t) :: field
+      known = .true.
+      field = changed_field(self, change)
+      call field%series(t, time_unit, n)
+   end subroutine change_of_series
 
    !> Returns ḃ at a time, space axes, T/s; shape (3).
    pure function rate_of_field(self, t) result(rate)

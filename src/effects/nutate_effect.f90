@@ -17,12 +17,11 @@ module nutate_effect
    use nutate_any_effect, only: effect_t, given_bounds_t, parameter_t, rotor_t, &
       NO_SERIES, LINEAR_SERIES, GENERAL_SERIES, SPACE_SERIES
    use nutate_potential, only: potential_t
-   use nutate_torque, only: torque_t, turning_of
+   use nutate_torque, only: torque_t
    implicit none
    private
 
    public :: effect_t, given_bounds_t, parameter_t, potential_t, torque_t, rotor_t
-   public :: turning_of
    public :: NO_SERIES, LINEAR_SERIES, GENERAL_SERIES, SPACE_SERIES
 
 end module nutate_effect

@@ -24,6 +24,7 @@ module nutate_force
       procedure :: direction_series => series_of_force
       procedure :: is_valid => force_is_valid
       procedure :: direction_change => change_of_force
+      procedure :: direction_change_series => change_of_series
    end type moving_force_t
 
    !> A force at a point.
@@ -81,6 +82,18 @@ contains
       real(wp) :: n(3)
       n = self%force%change_at(change(4:6), t)
    end function change_of_force
+
+   pure subroutine change_of_series(self, change, t, time_unit, n, known)
+      class(moving_force_t), intent(in) :: self
+      real(wp), intent(in) :: change(:), t, time_unit
+      real(wp), intent(out) :: n(:, 0:)
+      logical, intent(out) :: known
+      type(carried_vector_t) :: other
+      known = .true.
+      other = self%force
+      other%vector = change(4:6)
+      call other%series(t, time_unit, n)
+   end subroutine change_of_series
 
    !> Returns Ḟ at a time, space axes, N/s; shape (3).
    pure function rate_of_force(self, t) result(rate)

@@ -9,7 +9,8 @@ module nutate_gravity_gradient
    use nutate_kinds, only: wp
    use nutate_limits, only: is_direction, is_moderate
    use nutate_orbit, only: orbit_t
-   use nutate_small_products, only: is_symmetric_about, times_vector, vector_length
+   use nutate_quaternion, only: cross
+   use nutate_small_products, only: is_symmetric_about, skew, times_vector, vector_length
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    implicit none
    private
@@ -46,6 +47,8 @@ module nutate_gravity_gradient
       procedure :: series_kind => quadratic_series
       procedure :: auxiliary_series => quadratic_auxiliary
       procedure :: series_torque => quadratic_torque
+      procedure :: series_derivative => quadratic_series_derivative
+      procedure :: series_change => quadratic_series_change
       procedure :: has_axis => quadratic_has_axis
       procedure :: parameters => quadratic_parameters
       procedure :: direction_change => quadratic_direction_change
@@ -222,6 +225,44 @@ contains
          tau(3) = tau(3) + (gamma(1, j)*auxiliary(k - j, 2) - gamma(2, j)*auxiliary(k - j, 1))
       end do
    end subroutine quadratic_torque
+
+   !> Computes coefficient k of ∂(γ×Aγ)/∂γ = [γ]×A - [Aγ]×.
+   pure subroutine quadratic_series_derivative(self, k, gamma, auxiliary, derivative, known)
+      class(gravity_gradient_t), intent(in) :: self
+      integer, intent(in) :: k
+      real(wp), intent(in) :: gamma(3, 0:k)
+      real(wp), intent(inout) :: auxiliary(0:, :)
+      real(wp), intent(out) :: derivative(3, 3)
+      logical, intent(out) :: known
+      integer :: i
+      known = .true.
+      derivative = -skew(auxiliary(k, 1:3))
+      do i = 1, 3
+         derivative(:, i) = derivative(:, i) + cross(gamma(:, k), self%stiffness(:, i))
+      end do
+   end subroutine quadratic_series_derivative
+
+   !> Computes coefficient k of γ×δAγ.
+   pure subroutine quadratic_series_change(self, change, k, gamma, auxiliary, tau, known)
+      class(gravity_gradient_t), intent(in) :: self
+      real(wp), intent(in) :: change(:)
+      integer, intent(in) :: k
+      real(wp), intent(in) :: gamma(3, 0:k), auxiliary(0:, :)
+      real(wp), intent(out) :: tau(3)
+      logical, intent(out) :: known
+      real(wp) :: matrix(3, 3), unit(3)
+      integer :: j
+      known = .true.
+      do j = 1, 3
+         unit = 0.0_wp
+         unit(j) = 1.0_wp
+         matrix(:, j) = self%gradient_change(change, unit, unit)
+      end do
+      tau = 0.0_wp
+      do j = 0, k
+         tau = tau + cross(gamma(:, j), times_vector(matrix, gamma(:, k - j)))
+      end do
+   end subroutine quadratic_series_change
 
    !> Returns true if A is diagonal with equal elements across the axis.
    pure logical function quadratic_has_axis(self, axis)

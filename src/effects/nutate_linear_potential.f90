@@ -4,7 +4,8 @@ module nutate_linear_potential
    use nutate_effect_bounds, only: bounds_of_linear, effect_bounds_t, linear_map_t
    use nutate_kinds, only: wp
    use nutate_limits, only: is_moderate
-   use nutate_small_products, only: lies_along, vector_length
+   use nutate_quaternion, only: cross
+   use nutate_small_products, only: lies_along, skew, vector_length
    implicit none
    private
 
@@ -24,6 +25,8 @@ module nutate_linear_potential
       procedure :: discrete_hessian => no_discrete_hessian
       procedure :: bound => linear_bound
       procedure :: series_kind => linear_kind
+      procedure :: series_derivative => linear_series_derivative
+      procedure :: series_change => linear_series_change
       procedure :: series_moment => constant_moment
       procedure :: has_axis => linear_has_axis
       procedure :: parameters => linear_parameters
@@ -93,6 +96,31 @@ contains
       real(wp) :: moment(3)
       moment = self%moment
    end function constant_moment
+
+   !> Computes coefficient k of ∂(m×γ)/∂γ.
+   pure subroutine linear_series_derivative(self, k, gamma, auxiliary, derivative, known)
+      class(linear_potential_t), intent(in) :: self
+      integer, intent(in) :: k
+      real(wp), intent(in) :: gamma(3, 0:k)
+      real(wp), intent(inout) :: auxiliary(0:, :)
+      real(wp), intent(out) :: derivative(3, 3)
+      logical, intent(out) :: known
+      known = .true.
+      derivative = 0.0_wp
+      if (k == 0) derivative = skew(self%moment)
+   end subroutine linear_series_derivative
+
+   !> Computes coefficient k of δm×γ.
+   pure subroutine linear_series_change(self, change, k, gamma, auxiliary, tau, known)
+      class(linear_potential_t), intent(in) :: self
+      real(wp), intent(in) :: change(:)
+      integer, intent(in) :: k
+      real(wp), intent(in) :: gamma(3, 0:k), auxiliary(0:, :)
+      real(wp), intent(out) :: tau(3)
+      logical, intent(out) :: known
+      known = .true.
+      tau = cross(change(1:3), gamma(:, k))
+   end subroutine linear_series_change
 
    !> m lies along the axis.
    pure logical function linear_has_axis(self, axis)

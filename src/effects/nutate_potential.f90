@@ -37,6 +37,12 @@ module nutate_potential
       procedure :: series_moment => no_moment
       !> Computes a coefficient of a general series of γ×∇U.
       procedure :: series_torque => no_potential_torque
+      !> Computes one of its derivative by γ, and of what a change of `parameters` makes of it at fixed γ; not known
+      !> unless overridden.
+      procedure :: series_derivative => no_series_derivative
+      procedure :: series_change => no_series_change
+      !> Computes the power series of `direction_change`; constant unless overridden.
+      procedure :: direction_change_series => fixed_change
       !> What a change of `parameters` makes of n, of ∇̄U at fixed ends (of ∇U where they are one), and of U at fixed γ;
       !> nothing unless overridden.
       procedure :: direction_change => no_direction_change
@@ -189,6 +195,51 @@ contains
       real(wp), intent(out) :: tau(3)
       tau = 0.0_wp
    end subroutine no_potential_torque
+
+   !> Computes coefficient k of ∂τ/∂γ, τ = γ×∇U, |γ| constant; called after `series_torque`. Here: it is not known.
+   pure subroutine no_series_derivative(self, k, gamma, auxiliary, derivative, known)
+      class(potential_t), intent(in) :: self
+      integer, intent(in) :: k
+      !> Coefficients 0..k of γ, body axes; shape (3, 0:k).
+      real(wp), intent(in) :: gamma(3, 0:k)
+      !> As `series_torque` left them; shape (0:highest_order, auxiliary_series()).
+      real(wp), intent(inout) :: auxiliary(0:, :)
+      !> Body axes, N m over the unit of γ; shape (3,3).
+      real(wp), intent(out) :: derivative(3, 3)
+      logical, intent(out) :: known
+      derivative = 0.0_wp
+      known = .false.
+   end subroutine no_series_derivative
+
+   !> Computes coefficient k of the change of τ at fixed γ; called after `series_derivative`. Here: it is not known.
+   pure subroutine no_series_change(self, change, k, gamma, auxiliary, tau, known)
+      class(potential_t), intent(in) :: self
+      !> Of `parameters`.
+      real(wp), intent(in) :: change(:)
+      integer, intent(in) :: k
+      !> Coefficients 0..k of γ, body axes; shape (3, 0:k).
+      real(wp), intent(in) :: gamma(3, 0:k)
+      !> Shape (0:highest_order, auxiliary_series()); none where the series is linear.
+      real(wp), intent(in) :: auxiliary(0:, :)
+      !> Body axes, N m; shape (3).
+      real(wp), intent(out) :: tau(3)
+      logical, intent(out) :: known
+      tau = 0.0_wp
+      known = .false.
+   end subroutine no_series_change
+
+   !> Computes the coefficients of the change of n about a time. Here: a constant, or, where n moves, one that vanishes.
+   pure subroutine fixed_change(self, change, t, time_unit, n, known)
+      class(potential_t), intent(in) :: self
+      !> Of `parameters`; s.
+      real(wp), intent(in) :: change(:), t, time_unit
+      !> Space axes; shape (3, 0:order).
+      real(wp), intent(out) :: n(:, 0:)
+      logical, intent(out) :: known
+      n = 0.0_wp
+      n(:, 0) = self%direction_change(change, t)
+      known = .not. (self%moves .and. any(abs(n(:, 0)) > 0.0_wp))
+   end subroutine fixed_change
 
    !> Change of n at a time, space axes; shape (3).
    pure function no_direction_change(self, change, t) result(n)

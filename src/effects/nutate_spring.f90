@@ -8,7 +8,8 @@ module nutate_spring
    use nutate_kinds, only: wp
    use nutate_limits, only: least_size, is_moderate
    use nutate_power_series, only: power_term
-   use nutate_small_products, only: lies_along, vector_length
+   use nutate_quaternion, only: cross
+   use nutate_small_products, only: lies_along, skew, vector_length
    use nutate_status, only: status_t
    implicit none
    private
@@ -57,6 +58,8 @@ module nutate_spring
       procedure :: auxiliary_series => spring_auxiliary
       procedure :: series_moment => spring_moment
       procedure :: series_torque => spring_torque
+      procedure :: series_derivative => spring_series_derivative
+      procedure :: series_change => spring_series_change
       procedure :: has_axis => spring_has_axis
       procedure :: parameters => spring_parameters
       procedure :: direction_change => spring_direction_change
@@ -198,10 +201,10 @@ contains
       if (self%rest_length == 0.0_wp) spring_series = LINEAR_SERIES
    end function spring_series
 
-   !> Returns 2: ℓ² and 1/ℓ.
+   !> Returns 6: ℓ² and 1/ℓ; for derivatives 1/ℓ³ and x×γ/ℓ³.
    pure integer function spring_auxiliary(self)
       class(spring_t), intent(in) :: self
-      spring_auxiliary = 2
+      spring_auxiliary = 6
    end function spring_auxiliary
 
    !> Returns kx, since γ×∇U = kx×γ for a spring without rest length, N; shape (3).
@@ -218,15 +221,15 @@ contains
       class(spring_t), intent(in) :: self
       integer, intent(in) :: k
       real(wp), intent(in) :: gamma(3, 0:k)
-      !> ℓ² and 1/ℓ; shape (0:highest_order, 2).
+      !> ℓ² and 1/ℓ, of the auxiliary series; shape (0:highest_order, 6).
       real(wp), intent(inout) :: auxiliary(0:, :)
       real(wp), intent(out) :: tau(3)
       real(wp) :: shortened(3), first
       integer :: j
       if (k == 0) then
          first = length(self, gamma(:, 0))
-         auxiliary(0, :) = 0.0_wp
-         if (first > negligible*abs(self%rest_length)) auxiliary(0, :) = [first*first, 1/first]
+         auxiliary(0, 1:2) = 0.0_wp
+         if (first > negligible*abs(self%rest_length)) auxiliary(0, 1:2) = [first*first, 1/first]
       else
          auxiliary(k, 1) = -2*(self%body_point(1)*gamma(1, k) + self%body_point(2)*gamma(2, k) &
                             + self%body_point(3)*gamma(3, k))
@@ -243,6 +246,64 @@ contains
                 x(1)*shortened(2) - x(2)*shortened(1)]
       end associate
    end subroutine spring_torque
+
+   !> Computes coefficient k of ∂τ/∂γ = k(1 - l₀/ℓ)[x]× - kl₀(x×γ)(x - cγ)ᵀ/ℓ³.
+   pure subroutine spring_series_derivative(self, k, gamma, auxiliary, derivative, known)
+      class(spring_t), intent(in) :: self
+      integer, intent(in) :: k
+      real(wp), intent(in) :: gamma(3, 0:k)
+      real(wp), intent(inout) :: auxiliary(0:, :)
+      real(wp), intent(out) :: derivative(3, 3)
+      logical, intent(out) :: known
+      real(wp) :: factor
+      integer :: i, j
+      known = .true.
+      auxiliary(k, 3) = auxiliary(0, 2)**3
+      if (k > 0 .and. auxiliary(0, 2) > 0.0_wp) &
+         auxiliary(k, 3) = power_term(k, -1.5_wp, auxiliary(:, 1), auxiliary(:, 3))
+      auxiliary(k, 4:6) = 0.0_wp
+      do j = 0, k
+         auxiliary(k, 4:6) = auxiliary(k, 4:6) + auxiliary(k - j, 3)*cross(self%body_point, gamma(:, j))
+      end do
+      derivative = (-self%stiffness*self%rest_length*auxiliary(k, 2))*skew(self%body_point)
+      if (k == 0) derivative = derivative + self%stiffness*skew(self%body_point)
+      factor = self%stiffness*self%rest_length
+      do i = 1, 3
+         derivative(:, i) = derivative(:, i) - (factor*self%body_point(i))*auxiliary(k, 4:6)
+      end do
+      if (.not. self%closeness > 0.0_wp) return
+      do j = 0, k
+         do i = 1, 3
+            derivative(:, i) = derivative(:, i) + (factor*gamma(i, k - j))*auxiliary(j, 4:6)
+         end do
+      end do
+   end subroutine spring_series_derivative
+
+   !> Computes coefficient k of δ(k(1 - l₀/ℓ)x)×γ, δ(1/ℓ) = -δℓ²/2ℓ³. Without rest length there is no series of ℓ, so
+   !> that its change is not known.
+   pure subroutine spring_series_change(self, change, k, gamma, auxiliary, tau, known)
+      class(spring_t), intent(in) :: self
+      real(wp), intent(in) :: change(:)
+      integer, intent(in) :: k
+      real(wp), intent(in) :: gamma(3, 0:k), auxiliary(0:, :)
+      real(wp), intent(out) :: tau(3)
+      logical, intent(out) :: known
+      real(wp) :: moment(3), shortening(3), square
+      integer :: j
+      moment = change(7)*self%body_point + self%stiffness*change(1:3)
+      tau = cross(moment, gamma(:, k))
+      known = .not. abs(change(8)) > 0.0_wp
+      if (self%rest_length == 0.0_wp) return
+      known = .true.
+      shortening = self%rest_length*moment + (self%stiffness*change(8))*self%body_point
+      do j = 0, k
+         tau = tau - auxiliary(k - j, 2)*cross(shortening, gamma(:, j))
+         square = -2*dot_product(change(1:3), gamma(:, k - j))
+         if (j == k) square = square + 2*(dot_product(change(1:3), self%body_point) &
+                                          + (1 - self%closeness)*dot_product(change(4:6), self%direction))
+         tau = tau + (0.5_wp*self%stiffness*self%rest_length*square)*auxiliary(j, 4:6)
+      end do
+   end subroutine spring_series_change
 
    !> Bounds the torque in a step as that of a uniform field of moment kx along a, times φ = 1 - 2l₀/(ℓ0 + ℓ1). A change
    !> of b moves the end of length min(|x|, |a|) by 4 times that at most. No bounds are known where the ends can meet.

@@ -5,13 +5,14 @@
 module nutate_tabulated_torque
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use nutate_body, only: body_t
-   use nutate_effect, only: effect_t, torque_t, turning_of, GENERAL_SERIES, SPACE_SERIES
+   use nutate_effect, only: effect_t, torque_t, GENERAL_SERIES, SPACE_SERIES
    use nutate_effect_bounds, only: effect_bounds_t, linear_map_t
    use nutate_keys, only: group_t
    use nutate_kinds, only: wp, eps
    use nutate_limits, only: is_moderate, in_words, least_step, greatest_number
    use nutate_piecewise, only: least_periodic, new_linear, new_spline, piecewise_t
    use nutate_quaternion, only: rotate_to_body
+   use nutate_small_products, only: skew
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    implicit none
    private
@@ -45,6 +46,7 @@ module nutate_tabulated_torque
       procedure :: time_derivative => tabulated_time_derivative
       procedure :: series_kind => tabulated_series
       procedure :: series_torque => tabulated_series_torque
+      procedure :: series_derivative => tabulated_series_derivative
    end type tabulated_torque_t
 
 contains
@@ -234,7 +236,7 @@ contains
       real(wp), intent(out) :: by_rotation(3, 3), by_rate(3, 3)
       by_rotation = 0.0_wp
       by_rate = 0.0_wp
-      if (self%in_space) by_rotation = turning_of(self%torque(t, q, omega))
+      if (self%in_space) by_rotation = skew(self%torque(t, q, omega))
    end subroutine tabulated_derivatives
 
    !> Returns the times between which the torque acts, s.
@@ -372,6 +374,18 @@ contains
       call locate(self, t, interval, time)
       tau = self%curve%taylor_term(interval, k, time, time_unit)
    end subroutine tabulated_series_torque
+
+   !> Computes zero: there is no γ, of a table in space axes either.
+   pure subroutine tabulated_series_derivative(self, k, t, time_unit, auxiliary, derivative, known)
+      class(tabulated_torque_t), intent(in) :: self
+      integer, intent(in) :: k
+      real(wp), intent(in) :: t, time_unit
+      real(wp), intent(inout) :: auxiliary(0:, :)
+      real(wp), intent(out) :: derivative(3, 3)
+      logical, intent(out) :: known
+      known = .true.
+      derivative = 0.0_wp
+   end subroutine tabulated_series_derivative
 
    !> Returns true if the values of the table can be computed with; `start` and `stop` need only be comparable.
    pure logical function table_is_valid(self)

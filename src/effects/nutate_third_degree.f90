@@ -15,8 +15,8 @@ module nutate_third_degree
    use nutate_limits, only: in_words, is_moderate
    use nutate_orbit, only: orbit_t
    use nutate_power_series, only: power_term, product_term
-   use nutate_quaternion, only: rotate_to_body
-   use nutate_small_products, only: vector_length
+   use nutate_quaternion, only: cross, rotate_to_body
+   use nutate_small_products, only: skew, vector_length
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    implicit none
    private
@@ -57,6 +57,7 @@ module nutate_third_degree
       procedure :: series_kind => cubic_series
       procedure :: auxiliary_series => cubic_auxiliary
       procedure :: series_torque => cubic_torque
+      procedure :: series_derivative => cubic_series_derivative
       procedure :: is_valid => cubic_is_valid
    end type third_degree_t
 
@@ -375,6 +376,26 @@ contains
          tau(3) = tau(3) + (gamma(1, j)*auxiliary(k - j, 2) - gamma(2, j)*auxiliary(k - j, 1))
       end do
    end subroutine cubic_torque
+
+   !> Computes coefficient k of ∂(γ×∇U)/∂γ = [γ]×∇²U - [∇U]×.
+   pure subroutine cubic_series_derivative(self, k, gamma, auxiliary, derivative, known)
+      class(third_degree_t), intent(in) :: self
+      integer, intent(in) :: k
+      real(wp), intent(in) :: gamma(3, 0:k)
+      real(wp), intent(inout) :: auxiliary(0:, :)
+      real(wp), intent(out) :: derivative(3, 3)
+      logical, intent(out) :: known
+      real(wp) :: hessian(3, 3)
+      integer :: i, j
+      known = .true.
+      derivative = -skew(auxiliary(k, 1:3))
+      do j = 0, k
+         hessian = self%hessian(gamma(:, k - j))
+         do i = 1, 3
+            derivative(:, i) = derivative(:, i) + cross(gamma(:, j), hessian(:, i))
+         end do
+      end do
+   end subroutine cubic_series_derivative
 
    !> Returns true if the moments, and energy and power next to the attracting body, can be computed with.
    pure logical function cubic_is_valid(self) result(moderate)

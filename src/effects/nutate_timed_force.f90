@@ -7,7 +7,7 @@ module nutate_timed_force
    use nutate_kinds, only: wp
    use nutate_limits, only: is_moderate
    use nutate_quaternion, only: cross, rotate_to_body
-   use nutate_small_products, only: lies_along, vector_length
+   use nutate_small_products, only: lies_along, skew, vector_length
    implicit none
    private
 
@@ -31,6 +31,9 @@ module nutate_timed_force
       procedure :: series_direction => direction_of_force
       procedure :: direction_series => series_of_force
       procedure :: series_torque => terms_of_force
+      procedure :: series_derivative => derivative_of_terms
+      procedure :: series_change => change_of_terms
+      procedure :: direction_change_series => change_of_series
       procedure :: has_axis => force_has_axis
       procedure :: is_valid => force_is_valid
       procedure :: parameters => parameters_of_force
@@ -132,6 +135,45 @@ contains
       real(wp), intent(out) :: tau(3)
       tau = cross(self%body_point, gamma(:, k))
    end subroutine terms_of_force
+
+   !> Computes coefficient k of ∂(x×γ)/∂γ.
+   pure subroutine derivative_of_terms(self, k, t, time_unit, auxiliary, derivative, known)
+      class(timed_force_t), intent(in) :: self
+      integer, intent(in) :: k
+      real(wp), intent(in) :: t, time_unit
+      real(wp), intent(inout) :: auxiliary(0:, :)
+      real(wp), intent(out) :: derivative(3, 3)
+      logical, intent(out) :: known
+      known = .true.
+      derivative = 0.0_wp
+      if (k == 0) derivative = skew(self%body_point)
+   end subroutine derivative_of_terms
+
+   !> Computes coefficient k of δx×γ.
+   pure subroutine change_of_terms(self, change, k, t, time_unit, gamma, auxiliary, tau, known)
+      class(timed_force_t), intent(in) :: self
+      real(wp), intent(in) :: change(:)
+      integer, intent(in) :: k
+      real(wp), intent(in) :: t, time_unit, gamma(3, 0:k), auxiliary(0:, :)
+      real(wp), intent(out) :: tau(3)
+      logical, intent(out) :: known
+      known = .true.
+      tau = cross(change(1:3), gamma(:, k))
+   end subroutine change_of_terms
+
+   !> Computes the coefficients of δF, N.
+   pure subroutine change_of_series(self, change, t, time_unit, n)
+      class(timed_force_t), intent(in) :: self
+      real(wp), intent(in) :: change(:), t, time_unit
+      real(wp), intent(out) :: n(:, 0:)
+      type(carried_vector_t) :: other
+      n = 0.0_wp
+      n(:, 0) = change(4:6)
+      if (.not. self%moves) return
+      other = self%force
+      other%vector = change(4:6)
+      call other%series(t, time_unit, n)
+   end subroutine change_of_series
 
    !> Returns true if x lies along the axis and F is fixed in space.
    pure logical function force_has_axis(self, axis)

@@ -8,7 +8,6 @@ module nutate_torque
    private
 
    public :: torque_t
-   public :: turning_of
 
    !> A torque in body axes that is not the gradient of a potential; its work enters the energy balance.
    type, abstract, extends(effect_t) :: torque_t
@@ -44,6 +43,12 @@ module nutate_torque
       procedure :: direction_series => fixed_series
       !> Computes a coefficient of a general series of τ, body axes; space axes for `SPACE_SERIES`.
       procedure :: series_torque => no_torque
+      !> Computes a coefficient of the derivative by γ of a general series that does not depend on Ω, and of what a
+      !> change of `parameters` makes of τ at fixed γ; not known unless overridden.
+      procedure :: series_derivative => no_series_derivative
+      procedure :: series_change => no_series_change
+      !> Computes the power series of what a change of `parameters` makes of n; nothing unless overridden.
+      procedure :: direction_change_series => no_direction_change
       !> What a change of `parameters` makes of τ at fixed time, attitude and rate; nothing unless overridden.
       procedure :: torque_change => no_torque_change
    end type torque_t
@@ -138,16 +143,6 @@ contains
       r = r/norm2(r)
    end function turned
 
-   !> ∂τ/∂θ of a torque fixed in space: δ(R(q)ᵀν) = (R(q)ᵀν)×δθ.
-   pure function turning_of(tau) result(by_rotation)
-      !> R(q)ᵀν, body axes, N m; shape (3).
-      real(wp), intent(in) :: tau(3)
-      real(wp) :: by_rotation(3, 3)
-      by_rotation(:, 1) = [0.0_wp, tau(3), -tau(2)]
-      by_rotation(:, 2) = [-tau(3), 0.0_wp, tau(1)]
-      by_rotation(:, 3) = [tau(2), -tau(1), 0.0_wp]
-   end function turning_of
-
    !> Returns the times between which the torque acts. Here: all times.
    pure subroutine always(self, start, stop)
       class(torque_t), intent(in) :: self
@@ -239,6 +234,49 @@ contains
       real(wp), intent(out) :: tau(3)
       tau = 0.0_wp
    end subroutine no_torque
+
+   !> Computes coefficient k of ∂τ/∂γ; called after `series_torque`. Here: it is not known.
+   pure subroutine no_series_derivative(self, k, t, time_unit, auxiliary, derivative, known)
+      class(torque_t), intent(in) :: self
+      integer, intent(in) :: k
+      !> t₀ and the unit of time of the series, s.
+      real(wp), intent(in) :: t, time_unit
+      !> As `series_torque` left them; shape (0:highest_order, auxiliary_series()).
+      real(wp), intent(inout) :: auxiliary(0:, :)
+      !> Body axes, N m over the unit of γ; shape (3,3).
+      real(wp), intent(out) :: derivative(3, 3)
+      logical, intent(out) :: known
+      derivative = 0.0_wp
+      known = .false.
+   end subroutine no_series_derivative
+
+   !> Computes coefficient k of the change of τ at fixed γ; called after `series_derivative`. Here: it is not known.
+   pure subroutine no_series_change(self, change, k, t, time_unit, gamma, auxiliary, tau, known)
+      class(torque_t), intent(in) :: self
+      !> Of `parameters`.
+      real(wp), intent(in) :: change(:)
+      integer, intent(in) :: k
+      !> t₀ and the unit of time of the series, s.
+      real(wp), intent(in) :: t, time_unit
+      !> Coefficients 0..k of γ, body axes; shape (3, 0:k).
+      real(wp), intent(in) :: gamma(3, 0:k)
+      real(wp), intent(in) :: auxiliary(0:, :)
+      !> Body axes, N m; shape (3).
+      real(wp), intent(out) :: tau(3)
+      logical, intent(out) :: known
+      tau = 0.0_wp
+      known = .false.
+   end subroutine no_series_change
+
+   !> Computes the coefficients of the change of n about a time. Here: zero.
+   pure subroutine no_direction_change(self, change, t, time_unit, n)
+      class(torque_t), intent(in) :: self
+      !> Of `parameters`; s.
+      real(wp), intent(in) :: change(:), t, time_unit
+      !> Space axes; shape (3, 0:order).
+      real(wp), intent(out) :: n(:, 0:)
+      n = 0.0_wp
+   end subroutine no_direction_change
 
    !> Change of τ, body axes, N m; shape (3).
    pure function no_torque_change(self, change, t, q, omega) result(tau)

@@ -1,269 +1,461 @@
-!> The tangent of a step by power series: the variational equations of a rigid body in uniform fields, expanded with its
-!> motion.
+!> The tangent of a step by power series: the variational equations of a rigid body, expanded with its motion.
 !>
-!>     θ̇ = θ×Ω + δΩ,   δL̇ = δL×Ω + L×δΩ + Σ M×(E×θ),   δΩ = J⁻¹(δL - δh - δJΩ)
+!>     θ̇ = θ×Ω + δΩ,   δL̇ = δL×Ω + L×δΩ + (∂τ/∂θ)θ + D(δΩ - Rᵀω×θ),   δΩ = J⁻¹(δL - Σ s δh - δh - δJΩ)
 !>
-!> for the torque Σ M×E of rows Ė = E×Ω, E = Rᵀe, fixed in space axes; where these turn at ω, Ė = E×(Ω - Rᵀω). It is
-!> the derivative of the flow, to the accuracy of the series. Its poles are of one order more than those of the motion,
-!> so that columns err by ten times as much at the same order: theirs is higher.
+!> with the torque τ, its derivative by the rate D, and the rate ω of space axes that turn. All that multiplies columns
+!> is one series of matrices, the same for all of them: it is made once from the derivatives by γ that the effects know
+!> (`series_derivative`), ∂τ/∂θ = (∂τ/∂γ)[γ]×. What parameters change is added column by column.
+!>
+!> It is the derivative of the flow, to the accuracy of the series. Its poles are of one order more than those of the
+!> motion, so that columns err by ten times as much at the same order: theirs is higher.
 module nutate_series_tangent
-   use nutate_column, only: OF_POTENTIAL
-   use nutate_effect_list, only: effect_list_t
+   use nutate_column, only: OF_POTENTIAL, OF_TORQUE, OF_WHEEL
    use nutate_hamiltonian, only: body_momentum
-   use nutate_invariants, only: ALONG_AXIS, common_direction
    use nutate_kinds, only: wp
-   use nutate_linear_potential, only: linear_potential_t
+   use nutate_limits, only: most_wheels
    use nutate_power_series, only: highest_order, inverses
    use nutate_quaternion, only: cross, rotate_to_body
-   use nutate_small_products, only: times_vector
+   use nutate_small_products, only: skew, times_columns, times_vector
    use nutate_state, only: state_t
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    use nutate_system, only: system_t
    use nutate_tangent, only: tangent_t
+   use nutate_torque_series, only: torque_series_t
+   use nutate_wheel_series, only: wheel_series_t
    implicit none
    private
 
-   public :: series_tangent_t, has_series_tangent
+   public :: series_tangent_t
 
    !> By how much the order of the columns is higher.
    integer, parameter :: more_orders = 4
+   !> Columns that are computed together: those of a vector instruction of any processor.
+   integer, parameter :: lanes = 2
+   !> Numbers of a column: θ, δL and u, by which ΔtδΩ is less than ΔtJ⁻¹δL; where each starts.
+   integer, parameter :: of_theta = 0, of_momentum = 3, of_lack = 6, numbers = 9
+   !> Factors in a coefficient: ΔtΩ, L, and the matrices of δL and of θ in δL̇; where each starts.
+   integer, parameter :: by_angle = 0, by_momentum = 3, for_momentum = 6, for_theta = 15, n_factors = 24
 
    !> The series of one step, with the step as the unit of time.
    type :: series_tangent_t
       private
-      integer :: order = 0, n_rows = 0
-      !> ΔtJ⁻¹; shape (3,3).
-      real(wp) :: to_angle(3, 3) = 0.0_wp
-      !> e, space axes, M times Δt, N m s, and Δtω along e, of each row; shapes (3,3), (3).
-      real(wp) :: rows(3, 3) = 0.0_wp, moments(3, 3) = 0.0_wp, turn(3) = 0.0_wp
-      !> L, ΔtΩ, the same relative to the space axes, and E; shapes (3, 0:highest_order), (3, 3, 0:highest_order).
+      logical :: prepared = .false.
+      integer :: order = 0
+      !> There are torques that depend on the attitude; the axes of space turn.
+      logical :: turned = .false., frame_turns = .false.
+      !> ΔtJ⁻¹, its product with D, D, N m s; shape (3,3). Δtω along the rows; shape (3).
+      real(wp) :: to_angle(3, 3) = 0.0_wp, damped(3, 3) = 0.0_wp, drag(3, 3) = 0.0_wp, turn(3) = 0.0_wp
+      type(torque_series_t) :: torques
+      type(wheel_series_t) :: wheels
+      !> L, ΔtΩ, the same relative to the space axes, and the rows E = Rᵀe of the basis of the torques; shapes
+      !> (3, 0:highest_order), (3, 3, 0:highest_order).
       real(wp) :: momentum(3, 0:highest_order) = 0.0_wp, angle(3, 0:highest_order) = 0.0_wp
       real(wp) :: relative(3, 0:highest_order) = 0.0_wp, row(3, 3, 0:highest_order) = 0.0_wp
-      !> θ, δL and ΔtδΩ of the columns; shape (n, 3, 0:highest_order).
-      real(wp), allocatable :: theta(:, :, :), of_momentum(:, :, :), of_angle(:, :, :)
+      !> The factors, each as often as there are lanes; shape (lanes, n_factors, 0:highest_order).
+      real(wp) :: factors(lanes, n_factors, 0:highest_order) = 0.0_wp
+      !> The columns, and which blocks have a u; shapes (lanes, numbers, 0:highest_order, blocks), (blocks).
+      real(wp), allocatable :: columns(:, :, :, :)
+      logical, allocatable :: lacking(:)
+      !> Coefficient k of δh of each wheel, and its sum; shape (n, n_wheels).
+      real(wp), allocatable :: wheel(:, :), gain(:, :)
    contains
+      !> Forgets the effects of a system.
+      procedure :: reset
       !> Moves tangent columns over a step.
       procedure :: carry
    end type series_tangent_t
 
 contains
 
-   !> True for the effects whose columns have a series: rotors, space axes that turn, and potentials linear in a
-   !> direction that stands still.
-   pure logical function has_series_tangent(effects) result(has)
-      type(effect_list_t), intent(in) :: effects
-      integer :: i
-      has = effects%n_torques + effects%n_wheels == 0 .and. .not. effects%moves
-      do i = 1, effects%n_potentials
-         select type (potential => effects%potentials(i)%item)
-         class is (linear_potential_t)
-            cycle
-         class default
-            has = .false.
-         end select
-      end do
-   end function has_series_tangent
-
-   !> Moves tangent columns over a step.
-   pure subroutine carry(self, system, before, dt, order, tangent)
+   !> Forgets the effects of a system, which have changed.
+   pure subroutine reset(self)
       class(series_tangent_t), intent(inout) :: self
-      !> With effects that have such series.
+      self%prepared = .false.
+   end subroutine reset
+
+   !> Moves tangent columns over a step. Errors, with the columns as they were: `NUTATE_BAD_ARGUMENT` for an effect, or
+   !> a change of its parameters, that has no series of its derivative.
+   subroutine carry(self, system, before, dt, start, order, acts, driven, tangent, status)
+      class(series_tangent_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: before
-      !> s; order of the series of the motion.
-      real(wp), intent(in) :: dt
+      !> s; time for torques, in the piece of each; order of the series of the motion.
+      real(wp), intent(in) :: dt, start
       integer, intent(in) :: order
+      !> Which torques and motors act; shapes (number of torques), (most_wheels).
+      logical, intent(in) :: acts(:), driven(most_wheels)
       type(tangent_t), intent(inout) :: tangent
-      integer :: i, k
+      type(status_t), intent(inout) :: status
+      character(len=24) :: unknown
+      integer :: k, b
+      if (.not. self%prepared) call self%torques%prepare(system%effects, status)
+      if (.not. self%prepared .and. status%ok()) call self%wheels%prepare(system%effects, status)
+      if (.not. status%ok()) return
+      self%prepared = .true.
+      unknown = ''
       self%order = min(order + more_orders, highest_order)
-      self%to_angle = dt*system%body%inverse_inertia
-      call set_rows(self, system, dt, tangent)
-      do i = 1, self%n_rows
-         self%row(:, i, 0) = rotate_to_body(before%q, self%rows(:, i))
-      end do
-      self%momentum(:, 0) = body_momentum(before)
-      if (allocated(self%theta)) then
-         if (size(self%theta, 1) /= tangent%n) deallocate (self%theta, self%of_momentum, self%of_angle)
-      end if
-      if (.not. allocated(self%theta)) &
-         allocate (self%theta(tangent%n, 3, 0:highest_order), self%of_momentum(tangent%n, 3, 0:highest_order), &
-                   self%of_angle(tangent%n, 3, 0:highest_order))
-      self%theta(:, :, 0) = tangent%theta
-      self%of_momentum(:, :, 0) = tangent%momentum
+      call start_motion(self, system, before, dt, start, acts, driven)
+      call start_columns(self, tangent)
       do k = 0, self%order
-         call add_angles(self, k, system, dt, tangent)
+         call add_rates(self, k, system, dt)
          if (k == self%order) exit
-         call add_motion(self, k)
-         call add_columns(self, k, tangent%n, self%theta, self%of_momentum, self%of_angle)
-         do i = 1, size(tangent%parametric)
-            call add_own(self, k, system, dt, tangent, i)
+         call add_motion(self, k, system, dt, acts, unknown)
+         if (size(tangent%parametric) + self%wheels%n > 0) call add_lacks(self, k, system, dt, tangent)
+         do b = 1, size(self%lacking)
+            call add_block(k, self%turned, self%lacking(b), self%factors, self%to_angle, self%drag, &
+                           self%columns(:, :, :, b))
          end do
+         if (self%wheels%n > 0) call add_wheels(self, k, system, dt, tangent, unknown)
+         do b = 1, size(tangent%parametric)
+            call add_own(self, k, system, dt, acts, tangent, b, unknown)
+         end do
+         if (unknown /= '') then
+            status = fail(NUTATE_BAD_ARGUMENT, "method = 'taylor' has no tangent columns of "//trim(unknown)// &
+                          ' (expected another method)', 'method')
+            return
+         end if
       end do
-      tangent%theta = self%theta(:, :, self%order)
-      tangent%momentum = self%of_momentum(:, :, self%order)
-      do k = self%order - 1, 0, -1
-         tangent%theta = tangent%theta + self%theta(:, :, k)
-         tangent%momentum = tangent%momentum + self%of_momentum(:, :, k)
-      end do
+      call finish_columns(self, tangent)
    end subroutine carry
 
-   !> One row for potentials along one direction, three where columns or the turning of the axes need them.
-   pure subroutine set_rows(self, system, dt, tangent)
+   !> Coefficient 0 of the motion, and the constants of the step.
+   pure subroutine start_motion(self, system, before, dt, start, acts, driven)
       class(series_tangent_t), intent(inout) :: self
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: dt
-      type(tangent_t), intent(in) :: tangent
-      real(wp) :: axis(3)
-      integer :: components, i, j
-      self%rows = 0.0_wp
-      self%moments = 0.0_wp
-      self%turn = 0.0_wp
-      call common_direction(system%effects, components, axis)
-      self%n_rows = 3
-      if (system%effects%n_potentials == 0 .and. .not. system%effects%frame_turns) self%n_rows = 0
-      if (components == ALONG_AXIS .and. .not. system%effects%frame_turns .and. size(tangent%parametric) == 0) then
-         self%n_rows = 1
-         self%rows(:, 1) = axis
-      else
-         do i = 1, 3
-            self%rows(i, i) = 1.0_wp
-         end do
+      type(state_t), intent(in) :: before
+      real(wp), intent(in) :: dt, start
+      logical, intent(in) :: acts(:), driven(most_wheels)
+      integer :: i
+      self%to_angle = dt*system%body%inverse_inertia
+      self%drag = 0.0_wp
+      if (size(acts) > 0) self%drag = self%torques%total_drag(acts)
+      self%damped = times_columns(self%drag, self%to_angle)
+      self%frame_turns = system%effects%frame_turns
+      self%turned = system%effects%n_potentials + system%effects%n_torques > 0
+      self%turn = dt*matmul(system%effects%frame_rate, self%torques%basis)
+      self%torques%start = start
+      if (self%wheels%n > 0) then
+         call self%wheels%set_start(before, driven)
+         call self%wheels%start(start, dt)
       end if
-      if (system%effects%frame_turns) self%turn = dt*system%effects%frame_rate
-      do i = 1, system%effects%n_potentials
-         associate (potential => system%effects%potentials(i)%item)
-            do j = 1, self%n_rows
-               self%moments(:, j) = self%moments(:, j) + (dt*dot_product(potential%direction, self%rows(:, j)))* &
-                                    potential%series_moment()
-            end do
-         end associate
+      self%momentum(:, 0) = body_momentum(before)
+      do i = 1, 3
+         self%row(:, i, 0) = rotate_to_body(before%q, self%torques%basis(:, i))
       end do
-   end subroutine set_rows
+   end subroutine start_motion
 
-   !> Coefficient k of the rates.
-   pure subroutine add_angles(self, k, system, dt, tangent)
+   !> Coefficient 0 of the columns.
+   pure subroutine start_columns(self, tangent)
+      class(series_tangent_t), intent(inout) :: self
+      type(tangent_t), intent(in) :: tangent
+      integer :: blocks, c, i
+      blocks = (tangent%n + lanes - 1)/lanes
+      if (allocated(self%columns)) then
+         if (size(self%lacking) /= blocks .or. size(self%wheel, 1) /= tangent%n) &
+            deallocate (self%columns, self%lacking, self%wheel, self%gain)
+      end if
+      if (.not. allocated(self%columns)) then
+         allocate (self%columns(lanes, numbers, 0:highest_order, blocks), source=0.0_wp)
+         allocate (self%lacking(blocks), self%wheel(tangent%n, self%wheels%n), self%gain(tangent%n, self%wheels%n))
+      end if
+      self%lacking = self%wheels%n > 0
+      do i = 1, size(tangent%parametric)
+         self%lacking((tangent%parametric(i) + lanes - 1)/lanes) = .true.
+      end do
+      do c = 1, tangent%n
+         call put(self, c, of_theta, 0, tangent%theta(c, :))
+         call put(self, c, of_momentum, 0, tangent%momentum(c, :))
+      end do
+      self%wheel = tangent%wheels
+      self%gain = 0.0_wp
+   end subroutine start_columns
+
+   !> Coefficient k of the rates, and of the wheels.
+   pure subroutine add_rates(self, k, system, dt)
       class(series_tangent_t), intent(inout) :: self
       integer, intent(in) :: k
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: dt
-      type(tangent_t), intent(in) :: tangent
-      real(wp) :: inner(3), own(3)
-      integer :: i, m
+      real(wp) :: inner(3)
+      integer :: i
       inner = self%momentum(:, k)
       if (k == 0) inner = inner - system%effects%rotor_momentum
+      if (self%wheels%n > 0) inner = inner - self%wheels%term(k)
       self%angle(:, k) = times_vector(self%to_angle, inner)
+      if (self%wheels%n > 0) call self%wheels%add_term(system%effects, k, self%angle(:, k)/dt)
       self%relative(:, k) = self%angle(:, k)
-      do i = 1, self%n_rows
+      if (.not. self%frame_turns) return
+      do i = 1, 3
          self%relative(:, k) = self%relative(:, k) - self%turn(i)*self%row(:, i, k)
       end do
-      associate (a => self%to_angle, x => self%of_momentum, y => self%of_angle)
-         do i = 1, 3
-            y(:, i, k) = a(i, 1)*x(:, 1, k) + a(i, 2)*x(:, 2, k) + a(i, 3)*x(:, 3, k)
-         end do
-         do m = 1, size(tangent%parametric)
-            own = times_vector(tangent%inertia(:, :, m), self%angle(:, k))/dt
-            if (k == 0) own = own + tangent%columns(tangent%parametric(m))%rotor
-            i = tangent%parametric(m)
-            y(i, :, k) = y(i, :, k) - times_vector(a, own)
-         end do
-      end associate
-   end subroutine add_angles
+   end subroutine add_rates
 
-   !> Coefficient k + 1 of L and of the rows.
-   pure subroutine add_motion(self, k)
+   !> Coefficient k of the factors, and k + 1 of L and of the rows.
+   pure subroutine add_motion(self, k, system, dt, acts, unknown)
       class(series_tangent_t), intent(inout) :: self
       integer, intent(in) :: k
-      real(wp) :: sum(3)
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: dt
+      logical, intent(in) :: acts(:)
+      character(len=*), intent(inout) :: unknown
+      real(wp) :: tau(3), matrix(3, 3), sum(3), sums(3, 3)
       integer :: i, j
-      sum = 0.0_wp
+      matrix = 0.0_wp
+      tau = 0.0_wp
+      if (self%turned) then
+         if (self%torques%has_more) call self%torques%add_terms( &
+            system%effects, k, self%torques%start, dt, acts, self%relative(:, k)/dt, self%row(:, :, k), tau)
+         do i = 1, self%torques%n_moments
+            tau = tau + cross(self%torques%moments(:, i), self%row(:, i, k))
+         end do
+         call self%torques%add_derivatives(system%effects, k, dt, acts, self%row(:, :, k), matrix, unknown)
+         matrix = dt*matrix
+         if (self%frame_turns) &
+            matrix = matrix - times_columns(self%drag, skew(self%angle(:, k) - self%relative(:, k)))
+         call put_matrix(matrix, self%factors(:, for_theta + 1:for_theta + 9, k))
+      end if
+      matrix = times_columns(skew(self%momentum(:, k)), self%to_angle) - skew(self%angle(:, k))
+      if (k == 0) matrix = matrix + self%damped
+      call put_matrix(matrix, self%factors(:, for_momentum + 1:for_momentum + 9, k))
+      do i = 1, lanes
+         self%factors(i, by_angle + 1:by_angle + 3, k) = self%angle(:, k)
+         self%factors(i, by_momentum + 1:by_momentum + 3, k) = self%momentum(:, k)
+      end do
+      sum = dt*tau
       do j = 0, k
          sum = sum + cross(self%momentum(:, j), self%angle(:, k - j))
       end do
-      do i = 1, self%n_rows
-         sum = sum + cross(self%moments(:, i), self%row(:, i, k))
-      end do
       self%momentum(:, k + 1) = inverses(k + 1)*sum
-      do i = 1, self%n_rows
-         sum = 0.0_wp
-         do j = 0, k
-            sum = sum + cross(self%row(:, i, j), self%relative(:, k - j))
+      if (.not. (self%turned .or. self%frame_turns)) return
+      sums = 0.0_wp
+      do j = 0, k
+         do i = 1, 3
+            sums(:, i) = sums(:, i) + cross(self%row(:, i, j), self%relative(:, k - j))
          end do
-         self%row(:, i, k + 1) = inverses(k + 1)*sum
       end do
+      self%row(:, :, k + 1) = inverses(k + 1)*sums
    end subroutine add_motion
 
-   !> Coefficient k + 1 of the columns.
-   pure subroutine add_columns(self, k, n, theta, momentum, angle)
-      class(series_tangent_t), intent(in) :: self
-      integer, intent(in) :: k, n
-      !> Shape (n, 3, 0:highest_order).
-      real(wp), intent(inout) :: theta(n, 3, 0:highest_order), momentum(n, 3, 0:highest_order)
-      real(wp), intent(in) :: angle(n, 3, 0:highest_order)
-      real(wp) :: of_theta(n, 3), of_momentum(n, 3), of_row(n, 3)
-      integer :: i, j
-      of_theta = angle(:, :, k)
-      of_momentum = 0.0_wp
-      do j = 0, k
-         call add_product(n, theta(:, :, j), self%angle(:, k - j), of_theta)
-         call add_product(n, momentum(:, :, j), self%angle(:, k - j), of_momentum)
-         call add_product(n, angle(:, :, j), -self%momentum(:, k - j), of_momentum)
-      end do
-      do i = 1, self%n_rows
-         of_row = 0.0_wp
-         do j = 0, k
-            call add_product(n, theta(:, :, j), -self%row(:, i, k - j), of_row)
-         end do
-         call add_product(n, of_row, -self%moments(:, i), of_momentum)
-      end do
-      theta(:, :, k + 1) = inverses(k + 1)*of_theta
-      momentum(:, :, k + 1) = inverses(k + 1)*of_momentum
-   end subroutine add_columns
-
-   !> Adds x×v of columns.
-   pure subroutine add_product(n, x, v, sum)
-      integer, intent(in) :: n
-      real(wp), intent(in) :: x(n, 3), v(3)
-      real(wp), intent(inout) :: sum(n, 3)
+   !> Puts a matrix, by columns, in all lanes.
+   pure subroutine put_matrix(matrix, factors)
+      real(wp), intent(in) :: matrix(9)
+      real(wp), intent(out) :: factors(lanes, 9)
       integer :: i
-      do i = 1, n
-         sum(i, 1) = sum(i, 1) + (x(i, 2)*v(3) - x(i, 3)*v(2))
-         sum(i, 2) = sum(i, 2) + (x(i, 3)*v(1) - x(i, 1)*v(3))
-         sum(i, 3) = sum(i, 3) + (x(i, 1)*v(2) - x(i, 2)*v(1))
+      do i = 1, 9
+         factors(:, i) = matrix(i)
       end do
-   end subroutine add_product
+   end subroutine put_matrix
 
-   !> Adds what parameters of fields and the rate of the axes do to coefficient k + 1.
-   pure subroutine add_own(self, k, system, dt, tangent, m)
+   !> Coefficient k of u = ΔtJ⁻¹(Σ s δh + δh + δJΩ + Σ δs h).
+   pure subroutine add_lacks(self, k, system, dt, tangent)
       class(series_tangent_t), intent(inout) :: self
       integer, intent(in) :: k
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: dt
       type(tangent_t), intent(in) :: tangent
+      real(wp) :: inner(3, tangent%n), own(3)
+      integer :: c, i, m
+      inner = 0.0_wp
+      do c = 1, tangent%n
+         do i = 1, self%wheels%n
+            inner(:, c) = inner(:, c) + self%wheel(c, i)*system%effects%wheels(i)%axis
+         end do
+      end do
+      do m = 1, size(tangent%parametric)
+         c = tangent%parametric(m)
+         own = times_vector(tangent%inertia(:, :, m), self%angle(:, k)/dt)
+         if (k == 0) own = own + tangent%columns(c)%rotor
+         inner(:, c) = inner(:, c) + own
+         if (.not. allocated(tangent%columns(c)%effects)) cycle
+         do i = 1, size(tangent%columns(c)%effects)
+            associate (item => tangent%columns(c)%effects(i))
+               if (item%kind == OF_WHEEL) inner(:, c) = inner(:, c) + self%wheels%momentum_term(k, item%place)* &
+                                                        system%effects%wheels(item%place)%axis_change(item%change)
+            end associate
+         end do
+      end do
+      do c = 1, tangent%n
+         if (self%lacking((c + lanes - 1)/lanes)) &
+            call put(self, c, of_lack, k, times_vector(self%to_angle, inner(:, c)))
+      end do
+   end subroutine add_lacks
+
+   !> Three numbers of a coefficient of a column.
+   pure function get(self, column, first, k) result(v)
+      class(series_tangent_t), intent(in) :: self
+      integer, intent(in) :: column, first, k
+      real(wp) :: v(3)
+      integer :: i
+      do i = 1, 3
+         v(i) = self%columns(1 + modulo(column - 1, lanes), first + i, k, (column + lanes - 1)/lanes)
+      end do
+   end function get
+
+   !> Sets them.
+   pure subroutine put(self, column, first, k, v)
+      class(series_tangent_t), intent(inout) :: self
+      integer, intent(in) :: column, first, k
+      real(wp), intent(in) :: v(3)
+      integer :: i
+      do i = 1, 3
+         self%columns(1 + modulo(column - 1, lanes), first + i, k, (column + lanes - 1)/lanes) = v(i)
+      end do
+   end subroutine put
+
+   !> Coefficient k + 1 of θ and δL of a block, without what parameters do.
+   pure subroutine add_block(k, turned, lacking, f, to_angle, drag, x)
+      integer, intent(in) :: k
+      !> There are torques; there is a u.
+      logical, intent(in) :: turned, lacking
+      !> The factors; ΔtJ⁻¹ and D, shape (3,3).
+      real(wp), intent(in) :: f(lanes, n_factors, 0:highest_order), to_angle(3, 3), drag(3, 3)
+      real(wp), intent(inout) :: x(lanes, numbers, 0:highest_order)
+      real(wp), dimension(lanes) :: t1, t2, t3, m1, m2, m3
+      real(wp) :: u(lanes, 3), angle(lanes, 3)
+      integer :: i, j
+      t1 = 0.0_wp
+      t2 = 0.0_wp
+      t3 = 0.0_wp
+      m1 = 0.0_wp
+      m2 = 0.0_wp
+      m3 = 0.0_wp
+      do j = 0, k
+         t1 = t1 + (x(:, 2, j)*f(:, 3, k - j) - x(:, 3, j)*f(:, 2, k - j))
+         t2 = t2 + (x(:, 3, j)*f(:, 1, k - j) - x(:, 1, j)*f(:, 3, k - j))
+         t3 = t3 + (x(:, 1, j)*f(:, 2, k - j) - x(:, 2, j)*f(:, 1, k - j))
+         m1 = m1 + (x(:, 4, j)*f(:, 7, k - j) + x(:, 5, j)*f(:, 10, k - j) + x(:, 6, j)*f(:, 13, k - j))
+         m2 = m2 + (x(:, 4, j)*f(:, 8, k - j) + x(:, 5, j)*f(:, 11, k - j) + x(:, 6, j)*f(:, 14, k - j))
+         m3 = m3 + (x(:, 4, j)*f(:, 9, k - j) + x(:, 5, j)*f(:, 12, k - j) + x(:, 6, j)*f(:, 15, k - j))
+      end do
+      if (turned) then
+         do j = 0, k
+            m1 = m1 + (x(:, 1, j)*f(:, 16, k - j) + x(:, 2, j)*f(:, 19, k - j) + x(:, 3, j)*f(:, 22, k - j))
+            m2 = m2 + (x(:, 1, j)*f(:, 17, k - j) + x(:, 2, j)*f(:, 20, k - j) + x(:, 3, j)*f(:, 23, k - j))
+            m3 = m3 + (x(:, 1, j)*f(:, 18, k - j) + x(:, 2, j)*f(:, 21, k - j) + x(:, 3, j)*f(:, 24, k - j))
+         end do
+      end if
+      do i = 1, 3
+         angle(:, i) = to_angle(i, 1)*x(:, 4, k) + to_angle(i, 2)*x(:, 5, k) + to_angle(i, 3)*x(:, 6, k)
+      end do
+      if (lacking) then
+         do j = 0, k
+            m1 = m1 + (x(:, 8, j)*f(:, 6, k - j) - x(:, 9, j)*f(:, 5, k - j))
+            m2 = m2 + (x(:, 9, j)*f(:, 4, k - j) - x(:, 7, j)*f(:, 6, k - j))
+            m3 = m3 + (x(:, 7, j)*f(:, 5, k - j) - x(:, 8, j)*f(:, 4, k - j))
+         end do
+         u = x(:, 7:9, k)
+         angle = angle - u
+         m1 = m1 - (drag(1, 1)*u(:, 1) + drag(1, 2)*u(:, 2) + drag(1, 3)*u(:, 3))
+         m2 = m2 - (drag(2, 1)*u(:, 1) + drag(2, 2)*u(:, 2) + drag(2, 3)*u(:, 3))
+         m3 = m3 - (drag(3, 1)*u(:, 1) + drag(3, 2)*u(:, 2) + drag(3, 3)*u(:, 3))
+      end if
+      x(:, 1, k + 1) = inverses(k + 1)*(t1 + angle(:, 1))
+      x(:, 2, k + 1) = inverses(k + 1)*(t2 + angle(:, 2))
+      x(:, 3, k + 1) = inverses(k + 1)*(t3 + angle(:, 3))
+      x(:, 4, k + 1) = inverses(k + 1)*m1
+      x(:, 5, k + 1) = inverses(k + 1)*m2
+      x(:, 6, k + 1) = inverses(k + 1)*m3
+   end subroutine add_block
+
+   !> Coefficient k + 1 of δh, ḣ = u - cω: of all columns, and of those of parameters what these change.
+   pure subroutine add_wheels(self, k, system, dt, tangent, unknown)
+      class(series_tangent_t), intent(inout) :: self
+      integer, intent(in) :: k
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: dt
+      type(tangent_t), intent(in) :: tangent
+      character(len=*), intent(inout) :: unknown
+      real(wp) :: rate(3), drive, speed
+      integer :: c, i, m
+      logical :: known
+      do c = 1, tangent%n
+         rate = (times_vector(self%to_angle, get(self, c, of_momentum, k)) - get(self, c, of_lack, k))/dt
+         do i = 1, self%wheels%n
+            associate (wheel => system%effects%wheels(i))
+               speed = wheel%speed_of(self%wheel(c, i), rate)
+               drive = 0.0_wp
+               if (allocated(tangent%columns(c)%effects)) then
+                  do m = 1, size(tangent%columns(c)%effects)
+                     associate (item => tangent%columns(c)%effects(m))
+                        if (item%kind /= OF_WHEEL .or. item%place /= i) cycle
+                        call self%wheels%drive_change(system%effects, i, item%change, k, drive, known)
+                        if (.not. known) unknown = wheel%name
+                        drive = drive - item%change(6)*self%wheels%speed_term(k, i)
+                        speed = speed - self%wheels%momentum_term(k, i)*item%change(4)/wheel%inertia**2 &
+                                - dot_product(wheel%axis_change(item%change), self%angle(:, k)/dt)
+                     end associate
+                  end do
+               end if
+               self%wheel(c, i) = (dt*inverses(k + 1))*(drive - wheel%friction*speed)
+            end associate
+            self%gain(c, i) = self%gain(c, i) + self%wheel(c, i)
+         end do
+      end do
+   end subroutine add_wheels
+
+   !> Adds what parameters of torques and the rate of the axes do to coefficient k + 1 of θ and δL.
+   pure subroutine add_own(self, k, system, dt, acts, tangent, m, unknown)
+      class(series_tangent_t), intent(inout) :: self
+      integer, intent(in) :: k
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: dt
+      logical, intent(in) :: acts(:)
+      type(tangent_t), intent(in) :: tangent
       !> Which of the parametric columns.
       integer, intent(in) :: m
-      real(wp) :: moment(3), slope(3), moved(3)
-      integer :: c, e, i, p
+      character(len=*), intent(inout) :: unknown
+      real(wp) :: tau(3), one(3), turning(3)
+      integer :: c, e, p
+      logical :: known
       c = tangent%parametric(m)
-      associate (column => tangent%columns(c), factor => dt*inverses(k + 1))
-         do i = 1, self%n_rows
-            self%theta(c, :, k + 1) = self%theta(c, :, k + 1) - (factor*column%frame(i))*self%row(:, i, k)
-         end do
-         if (.not. allocated(column%effects)) return
-         do e = 1, size(column%effects)
-            if (column%effects(e)%kind /= OF_POTENTIAL) cycle
-            do p = 1, system%effects%n_potentials
-               if (system%effects%potentials(p)%place /= column%effects(e)%place) cycle
-               associate (potential => system%effects%potentials(p)%item, change => column%effects(e)%change)
-                  slope = potential%gradient_change(change, self%row(:, 1, 0), self%row(:, 1, 0))
-                  moved = potential%direction_change(change, 0.0_wp)
-                  do i = 1, 3
-                     moment = moved(i)*potential%series_moment() - potential%direction(i)*slope
-                     self%of_momentum(c, :, k + 1) = self%of_momentum(c, :, k + 1) &
-                                                     + factor*cross(moment, self%row(:, i, k))
-                  end do
+      tau = 0.0_wp
+      turning = 0.0_wp
+      associate (column => tangent%columns(c))
+         if (self%frame_turns) turning = times_vector(self%row(:, :, k), matmul(column%frame, self%torques%basis))
+         if (allocated(column%effects)) then
+            do e = 1, size(column%effects)
+               associate (item => column%effects(e))
+                  if (item%kind == OF_TORQUE) then
+                     if (.not. acts(item%place)) cycle
+                     call self%torques%torque_change(system%effects, item%place, item%change, k, dt, &
+                                                     self%row(:, :, 0:k), one, known)
+                     tau = tau + one
+                     if (.not. known) unknown = system%effects%torques(item%place)%item%name
+                  else if (item%kind == OF_POTENTIAL) then
+                     do p = 1, system%effects%n_potentials
+                        if (system%effects%potentials(p)%place /= item%place) cycle
+                        call self%torques%potential_change(system%effects, p, item%change, k, dt, &
+                                                           self%row(:, :, 0:k), one, known)
+                        tau = tau + one
+                        if (.not. known) unknown = system%effects%potentials(p)%item%name
+                     end do
+                  end if
                end associate
             end do
-         end do
+         end if
       end associate
+      tau = tau - times_vector(self%drag, turning)
+      call put(self, c, of_theta, k + 1, get(self, c, of_theta, k + 1) - (dt*inverses(k + 1))*turning)
+      call put(self, c, of_momentum, k + 1, get(self, c, of_momentum, k + 1) + (dt*inverses(k + 1))*tau)
    end subroutine add_own
+
+   !> Sums the series, the smallest terms first.
+   pure subroutine finish_columns(self, tangent)
+      class(series_tangent_t), intent(in) :: self
+      type(tangent_t), intent(inout) :: tangent
+      real(wp) :: theta(3), momentum(3)
+      integer :: c, k
+      do c = 1, tangent%n
+         theta = get(self, c, of_theta, self%order)
+         momentum = get(self, c, of_momentum, self%order)
+         do k = self%order - 1, 0, -1
+            theta = theta + get(self, c, of_theta, k)
+            momentum = momentum + get(self, c, of_momentum, k)
+         end do
+         tangent%theta(c, :) = theta
+         tangent%momentum(c, :) = momentum
+      end do
+      tangent%wheels = tangent%wheels + self%gain
+   end subroutine finish_columns
 
 end module nutate_series_tangent

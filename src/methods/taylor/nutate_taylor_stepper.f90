@@ -15,7 +15,7 @@ module nutate_taylor_stepper
    use nutate_quaternion, only: quat_exp, quat_product
    use nutate_rigid_rates, only: begin_step, end_step, end_wheels, n_rates, prepare_rates, rigid_rates_t
    use nutate_row_change, only: add_change, get_change, row_change_t
-   use nutate_series_tangent, only: has_series_tangent, series_tangent_t
+   use nutate_series_tangent, only: series_tangent_t
    use nutate_spaced_projection, only: spaced_projection_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_OFF_BRANCH
@@ -102,6 +102,7 @@ contains
       call self%series%wheels%prepare(system%effects, status)
       if (.not. status%ok()) return
       call self%series%prepare(system, settings%attitude)
+      call self%tangent%reset()
       self%order = settings%series_order
       self%conserve = settings%conserve
       self%attitude = settings%attitude
@@ -495,7 +496,8 @@ contains
       if (self%conserve) call self%projection%show(system, state)
    end subroutine show
 
-   !> Moves tangent columns over a step by their series, and projects them where the state was. Errors:
+   !> Moves tangent columns over a step by their series, and projects them where the state was. Works change as the
+   !> energy does, which the series keeps; where potentials move they are not needed, and stay. Errors:
    !> `NUTATE_BAD_ARGUMENT` for effects without such series.
    recursive subroutine carry(self, system, before, after, dt, window_time, tangent, status)
       class(taylor_t), intent(inout) :: self
@@ -505,15 +507,15 @@ contains
       type(tangent_t), intent(inout) :: tangent
       type(status_t), intent(inout) :: status
       type(state_t) :: origin
-      if (.not. has_series_tangent(system%effects)) then
-         status = fail(NUTATE_BAD_ARGUMENT, "method = 'taylor' has tangent columns of free bodies, rotors, "// &
-                       'rotating frames and uniform fields that stand still only (expected another method)', 'method')
-         return
-      end if
+      logical :: works
+      works = system%effects%n_works() > 0 .and. .not. system%effects%moves
+      if (works) tangent%work = tangent%work - tangent%energy_row(system, before)
       origin = before
       call origin%restore_left()
-      call self%tangent%carry(system, origin, dt, self%series%order, tangent)
-      if (self%conserve .and. self%attitude .and. after%balance%count == 0) &
+      call self%tangent%carry(system, origin, dt, self%series%torques%start, self%series%order, self%acted, &
+                              self%rates%driven, tangent, status)
+      if (works) tangent%work = tangent%work + tangent%energy_row(system, after)
+      if (status%ok() .and. self%conserve .and. self%attitude .and. after%balance%count == 0) &
          call project_columns(system, after, tangent)
    end subroutine carry
 

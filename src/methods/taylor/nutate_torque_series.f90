@@ -12,7 +12,7 @@ module nutate_torque_series
    use nutate_quaternion, only: cross
    use nutate_power_series, only: highest_order, inverses
    use nutate_series_tail, only: series_tail_t
-   use nutate_small_products, only: times_vector
+   use nutate_small_products, only: skew, times_vector
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    implicit none
    private
@@ -58,6 +58,8 @@ module nutate_torque_series
       !> (0:highest_order, 3, number of torques + 1); body axes.
       real(wp), private :: omega(3, 0:highest_order) = 0.0_wp
       real(wp), allocatable, private :: torque(:, :, :)
+      !> ∂τ/∂γ of all slots, for derivatives; shape (3,3, 0:highest_order, slots).
+      real(wp), allocatable, private :: derivative(:, :, :, :)
    contains
       !> Finds out what the effects need.
       procedure :: prepare
@@ -65,6 +67,13 @@ module nutate_torque_series
       procedure :: turn_basis
       !> Adds a coefficient of all that is not linear in the directions.
       procedure :: add_terms
+      !> Adds a coefficient of the derivative by a small rotation of the body.
+      procedure :: add_derivatives
+      !> D of all torques together.
+      procedure :: total_drag
+      !> A coefficient of what changes of parameters make of the torque of one effect.
+      procedure :: potential_change
+      procedure :: torque_change
       !> Work of a torque, or of potentials that move on the body, up to a time.
       procedure :: get_work
    end type torque_series_t
@@ -238,6 +247,7 @@ contains
       integer :: i, n, last
       if (allocated(self%slot)) deallocate (self%slot, self%torque_slot, self%components, self%gamma, self%columns, &
                                             self%auxiliary, self%drag, self%torque, self%mover, self%moving)
+      if (allocated(self%derivative)) deallocate (self%derivative)
       n = self%n_general + effects%n_torques
       allocate (self%slot(self%n_general), self%torque_slot(effects%n_torques), self%columns(2, n), source=0)
       allocate (self%components(3, n), self%drag(3, 3, effects%n_torques), source=0.0_wp)
@@ -355,6 +365,176 @@ contains
          if (self%mover(self%slot(i)) > 0) moved = moved + tau
       end associate
    end subroutine add_moved
+
+   !> Adds coefficient k of ∂τ/∂θ of all effects, θ a small rotation of the body; called after `add_terms`.
+   pure subroutine add_derivatives(self, effects, k, time_unit, acts, rows, by_turn, unknown)
+      class(torque_series_t), intent(inout) :: self
+      type(effect_list_t), intent(in) :: effects
+      integer, intent(in) :: k
+      !> s.
+      real(wp), intent(in) :: time_unit
+      !> The torque acts; shape (number of torques).
+      logical, intent(in) :: acts(:)
+      !> Coefficient k of the rows R(q)ᵀeᵢ as columns.
+      real(wp), intent(in) :: rows(3, 3)
+      !> N m; shape (3,3).
+      real(wp), intent(inout) :: by_turn(3, 3)
+      !> Name of an effect that does not know its derivative; left as it is where there is none.
+      character(len=*), intent(inout) :: unknown
+      integer :: i, n
+      logical :: known
+      do i = 1, self%n_moments
+         call add_turned(skew(self%moments(:, i)), rows(:, i), by_turn)
+      end do
+      if (.not. allocated(self%derivative)) allocate (self%derivative(3, 3, 0:highest_order, size(self%gamma, 3)))
+      do i = 1, self%n_general
+         n = self%slot(i)
+         associate (potential => effects%potentials(self%general(i))%item)
+            call potential%series_derivative(k, self%gamma(:, 0:k, n), self%auxiliary(:, self%columns(1, n): &
+                                             self%columns(2, n)), self%derivative(:, :, k, n), known)
+            if (.not. known) unknown = potential%name
+         end associate
+         call add_slot(self, k, n, by_turn)
+      end do
+      do i = 1, size(acts)
+         n = self%torque_slot(i)
+         if (n == 0 .or. .not. acts(i)) cycle
+         if (n < 0) then
+            by_turn = by_turn + skew(self%torque(k, :, i))
+            cycle
+         end if
+         associate (torque => effects%torques(i)%item)
+            call torque%series_derivative(k, self%start, time_unit, self%auxiliary(:, self%columns(1, n): &
+                                          self%columns(2, n)), self%derivative(:, :, k, n), known)
+            if (.not. known) unknown = torque%name
+         end associate
+         call add_slot(self, k, n, by_turn)
+      end do
+   end subroutine add_derivatives
+
+   !> Adds coefficient k of (∂τ/∂γ)[γ]× of one slot.
+   pure subroutine add_slot(self, k, n, by_turn)
+      class(torque_series_t), intent(in) :: self
+      integer, intent(in) :: k, n
+      real(wp), intent(inout) :: by_turn(3, 3)
+      integer :: j
+      do j = 0, k
+         call add_turned(self%derivative(:, :, j, n), self%gamma(:, k - j, n), by_turn)
+      end do
+   end subroutine add_slot
+
+   !> Adds A[v]×.
+   pure subroutine add_turned(a, v, sum)
+      real(wp), intent(in) :: a(3, 3), v(3)
+      real(wp), intent(inout) :: sum(3, 3)
+      sum(:, 1) = sum(:, 1) + (v(3)*a(:, 2) - v(2)*a(:, 3))
+      sum(:, 2) = sum(:, 2) + (v(1)*a(:, 3) - v(3)*a(:, 1))
+      sum(:, 3) = sum(:, 3) + (v(2)*a(:, 1) - v(1)*a(:, 2))
+   end subroutine add_turned
+
+   !> D of the linear torques that act, N m s; shape (3,3).
+   pure function total_drag(self, acts) result(drag)
+      class(torque_series_t), intent(in) :: self
+      logical, intent(in) :: acts(:)
+      real(wp) :: drag(3, 3)
+      integer :: i
+      drag = 0.0_wp
+      do i = 1, size(acts)
+         if (acts(i)) drag = drag + self%drag(:, :, i)
+      end do
+   end function total_drag
+
+   !> Coefficient k of what changes of the parameters of a potential make of its torque; called after `add_derivatives`.
+   pure subroutine potential_change(self, effects, i, change, k, time_unit, rows, tau, known)
+      class(torque_series_t), intent(in) :: self
+      type(effect_list_t), intent(in) :: effects
+      !> Position in the list.
+      integer, intent(in) :: i
+      real(wp), intent(in) :: change(:)
+      integer, intent(in) :: k
+      real(wp), intent(in) :: time_unit
+      !> Coefficients 0..k of the rows R(q)ᵀeᵢ as columns; shape (3, 3, 0:k).
+      real(wp), intent(in) :: rows(3, 3, 0:k)
+      !> Body axes, N m; shape (3).
+      real(wp), intent(out) :: tau(3)
+      logical, intent(out) :: known
+      real(wp) :: gamma(3, 0:k), moved(3, 0:k), none(0:k, 0)
+      integer :: j, n
+      logical :: moves_known
+      associate (potential => effects%potentials(i)%item)
+         call potential%direction_change_series(change, self%start, time_unit, moved, moves_known)
+         call see_from_body(self, k, rows, moved)
+         n = findloc(self%general(:self%n_general), i, 1)
+         if (n > 0) then
+            n = self%slot(n)
+            call potential%series_change(change, k, self%gamma(:, 0:k, n), self%auxiliary(:, self%columns(1, n): &
+                                         self%columns(2, n)), tau, known)
+            do j = 0, k
+               tau = tau + times_vector(self%derivative(:, :, k - j, n), moved(:, j))
+            end do
+         else
+            do j = 0, k
+               gamma(:, j) = times_vector(rows(:, :, j), matmul(potential%direction, self%basis))
+            end do
+            call potential%series_change(change, k, gamma, none, tau, known)
+            tau = tau + cross(potential%series_moment(), moved(:, k))
+         end if
+      end associate
+      known = known .and. moves_known
+   end subroutine potential_change
+
+   !> Turns a series of a direction, space axes, to the body.
+   pure subroutine see_from_body(self, k, rows, n)
+      class(torque_series_t), intent(in) :: self
+      integer, intent(in) :: k
+      !> Coefficients 0..k of the rows R(q)ᵀeᵢ as columns.
+      real(wp), intent(in) :: rows(3, 3, 0:k)
+      !> Shape (3, 0:k).
+      real(wp), intent(inout) :: n(3, 0:k)
+      real(wp) :: along(3, 0:k)
+      integer :: i, j
+      along = matmul(transpose(self%basis), n)
+      n = 0.0_wp
+      do j = 0, k
+         if (.not. any(abs(along(:, j)) > 0.0_wp)) cycle
+         do i = j, k
+            n(:, i) = n(:, i) + times_vector(rows(:, :, i - j), along(:, j))
+         end do
+      end do
+   end subroutine see_from_body
+
+   !> Coefficient k of what changes of its parameters make of a torque that acts; called after `add_derivatives`.
+   pure subroutine torque_change(self, effects, i, change, k, time_unit, rows, tau, known)
+      class(torque_series_t), intent(in) :: self
+      type(effect_list_t), intent(in) :: effects
+      !> Position in the list.
+      integer, intent(in) :: i
+      real(wp), intent(in) :: change(:)
+      integer, intent(in) :: k
+      real(wp), intent(in) :: time_unit
+      !> Coefficients 0..k of the rows R(q)ᵀeᵢ as columns; shape (3, 3, 0:k).
+      real(wp), intent(in) :: rows(3, 3, 0:k)
+      !> Body axes, N m; shape (3).
+      real(wp), intent(out) :: tau(3)
+      logical, intent(out) :: known
+      real(wp), parameter :: unturned(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
+      real(wp) :: moved(3, 0:k)
+      integer :: j, n
+      n = self%torque_slot(i)
+      associate (torque => effects%torques(i)%item)
+         known = n >= 0
+         tau = 0.0_wp
+         if (n == 0) tau = torque%torque_change(change, 0.0_wp, unturned, self%omega(:, k))
+         if (n <= 0) return
+         call torque%series_change(change, k, self%start, time_unit, self%gamma(:, 0:k, n), self%auxiliary( &
+                                   :, self%columns(1, n):self%columns(2, n)), tau, known)
+         call torque%direction_change_series(change, self%start, time_unit, moved)
+         call see_from_body(self, k, rows, moved)
+         do j = 0, k
+            tau = tau + times_vector(self%derivative(:, :, k - j, n), moved(:, j))
+         end do
+      end associate
+   end subroutine torque_change
 
    !> Coefficient k of γ of all directions that move, and no torque yet of the potentials that do; with the first one
    !> the series of n.

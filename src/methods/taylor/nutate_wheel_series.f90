@@ -44,6 +44,10 @@ module nutate_wheel_series
       procedure :: term
       !> Adds what follows from a coefficient of Ω.
       procedure :: add_term
+      !> A coefficient of h, of ω, and of what a change of its parameters makes of a motor.
+      procedure :: momentum_term
+      procedure :: speed_term
+      procedure :: drive_change
       !> What the wheels gain up to a time.
       procedure :: evaluate
    end type wheel_series_t
@@ -159,6 +163,46 @@ contains
          end associate
       end do
    end subroutine add_term
+
+   !> Coefficient k of h of a wheel, N m s.
+   pure real(wp) function momentum_term(self, k, i) result(term)
+      class(wheel_series_t), intent(in) :: self
+      integer, intent(in) :: k, i
+      term = self%momentum(k, i)
+   end function momentum_term
+
+   !> Coefficient k of ω of a wheel, rad/s.
+   pure real(wp) function speed_term(self, k, i) result(term)
+      class(wheel_series_t), intent(in) :: self
+      integer, intent(in) :: k, i
+      term = self%speed(k, i)
+   end function speed_term
+
+   !> Computes coefficient k of the change of u; called after `add_term`, k = 0, 1, 2, ... in turn.
+   pure subroutine drive_change(self, effects, i, change, k, drive, known)
+      class(wheel_series_t), intent(inout) :: self
+      type(effect_list_t), intent(in) :: effects
+      !> The wheel.
+      integer, intent(in) :: i
+      !> Of its `parameters`.
+      real(wp), intent(in) :: change(:)
+      integer, intent(in) :: k
+      !> N m.
+      real(wp), intent(out) :: drive
+      logical, intent(out) :: known
+      real(wp) :: tau(3), derivative(3, 3)
+      drive = 0.0_wp
+      known = .true.
+      if (.not. self%driven(i) .or. size(change) < 9) return
+      associate (motor => effects%wheels(i)%motor, columns => self%columns(:, i))
+         call motor%series_derivative(k, self%t, self%time_unit, self%auxiliary(:, columns(1):columns(2)), derivative, &
+                                      known)
+         if (.not. known) return
+         call motor%series_change([change(7), 0.0_wp, 0.0_wp, change(8:9)], k, self%t, self%time_unit, &
+                                  self%gamma(:, 0:k), self%auxiliary(:, columns(1):columns(2)), tau, known)
+      end associate
+      drive = tau(1)
+   end subroutine drive_change
 
    !> What the wheels gain from the start of the series to a time, and the work of motors and friction: term by term,
    !> and the tail.
