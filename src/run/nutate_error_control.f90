@@ -19,7 +19,7 @@ module nutate_error_control
    use nutate_step_length, only: step_length_t
    use nutate_step_policy, only: step_policy_t
    use nutate_state, only: state_t, add_increment
-   use nutate_status, only: status_t, fail, NUTATE_NOT_CONVERGED
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_CONVERGED
    use nutate_stepper, only: dense_stepper_t, integrator_settings_t, step_goal_t, stepper_t
    use nutate_system, only: system_t
    use nutate_tangent, only: tangent_t
@@ -232,6 +232,8 @@ contains
       end if
       if (.not. status%ok()) then
          accepted = .false.
+         ! What the method cannot do at all no shorter step mends.
+         if (status%code == NUTATE_BAD_ARGUMENT .and. status%subject == 'method') return
          if (.not. self%equal%suit) call reject(self, progress, 0.5_wp*step, status)
       else if (self%method%dense .or. self%equal%suit) then
          accepted = .true.

@@ -322,6 +322,26 @@ class Orbits(CommandLineTest):
         self.write("stiff.nml", scene + "&spring stiffness = 1e30, anchor = 0, 0, 1, body_point = 1, 0, 0 /\n")
         self.fail_with(2, "run", "stiff.nml", says=("stiff.nml:", "resonance"))
 
+    def test_resonances_are_swept_resumed_and_costed(self):
+        scene = BODY.replace("90.0, 100.0, 40.0", "0.3615, 0.4265, 0.5024") + "&orbit mu = 1, semi_major_axis = 1, eccentricity = 0.0151 /\n" \
+            "&gravity_gradient /\n&initial resonance = '1:1' /\n&integrator order = 4, time_step = 0.1, end_time = 12.5 /\n" \
+            "&output columns = 'quaternion', 'angular_velocity' /\n"
+        self.write("moons.nml", scene + "&ensemble members = 3, file = 'moons.npy' /\n"
+                   "&vary key = 'orbit.eccentricity', distribution = 'grid', low = 0.01, high = 0.05, points = 3 /\n")
+        self.succeed("sweep", "moons.nml", "--quiet", "--csv", "moons.csv")
+        self.write("moon.nml", scene)
+        self.succeed("run", "moon.nml", "--quiet", "--set", "orbit.eccentricity=0.05")
+        header, rows = self.history("moons.csv")
+        names, last = self.history("moon.csv")
+        for name in names[1:]:
+            self.assertEqual(rows[2][header.index(name)], last[-1][names.index(name)])
+        self.assertNotEqual(rows[0][header.index("omega3")], rows[2][header.index("omega3")])
+        self.fail_with(3, "run", "moon.nml", "--quiet", "--output", "part.csv", "--checkpoint", "m.ck", "--max-steps", "60",
+                       "--set", "orbit.eccentricity=0.05")
+        self.succeed("run", "moon.nml", "--quiet", "--output", "part.csv", "--resume", "m.ck", "--set", "orbit.eccentricity=0.05")
+        self.assertEqual(self.read("part.csv"), self.read("moon.csv"))
+        self.assertRegex(self.succeed("cost", "moon.nml", "--seconds", "0.5").stdout, r"agree to \S+ rad: 1[0-9] digits")
+
     def test_gravity_of_third_degree_reads_points(self):
         points = ((1, 0.12, 0, 0), (2, 0, 0.09, 0), (3, -0.02, -0.03, 0.08), (4, -0.015, -0.0225, -0.06))
         scene = BODY.replace("90.0, 100.0, 40.0", "0.05, 0.06, 0.075") + "&orbit mu = 1, periapsis_distance = 1, eccentricity = 1.5, " \
