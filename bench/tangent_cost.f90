@@ -17,8 +17,8 @@ program bench_tangent
    character(len=8), parameter :: names(n_cases) = [character(len=8) :: 'box', 'top', 'gradient', 'spring', 'damped']
    !> The reduced form of order 2, and the others.
    character(len=16), parameter :: methods(n_methods) = [character(len=16) :: 'nielsen_krenk', 'rk8', 'taylor']
-   !> Steps in a sample, and the cases that a method has columns of.
-   integer, parameter :: repeats(n_methods) = [4000, 1000, 400], cases_of(n_methods) = [5, 5, 2]
+   !> Steps in a sample.
+   integer, parameter :: repeats(n_methods) = [4000, 1000, 400]
    !> Columns: none, those of the start, the same twice, with six of J.
    integer, parameter :: choices(4) = [0, 6, 12, -12]
    real(wp) :: samples(rounds, 4, n_cases, n_methods)
@@ -34,7 +34,7 @@ program bench_tangent
    end if
    do k = 1, rounds
       do j = 1, n_methods
-         do i = 1, cases_of(j)
+         do i = 1, n_cases
             do m = 1, size(choices)
                samples(k, m, i, j) = time_steps(j, i, choices(m), repeats(j))
             end do
@@ -43,7 +43,7 @@ program bench_tangent
    end do
    write (*, '(a)') 'method         scene      ns a step   6 columns  12 columns  6 and 6 of J  (over the plain step)'
    do j = 1, n_methods
-      do i = 1, cases_of(j)
+      do i = 1, n_cases
          write (*, '(a,t16,a,t27,f7.0,3f12.2)') methods(j), names(i), median(samples(:, 1, i, j)), &
             (median(samples(:, m, i, j)/samples(:, 1, i, j)), m=2, 4)
       end do

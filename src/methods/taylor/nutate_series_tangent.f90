@@ -28,9 +28,9 @@ module nutate_series_tangent
    public :: series_tangent_t
 
    !> By how much the order of the columns is higher.
-   integer, parameter :: more_orders = 4
-   !> Columns that are computed together: those of a vector instruction of any processor.
-   integer, parameter :: lanes = 2
+   integer, parameter :: more_orders = 2
+   !> Columns that are computed together: those of the start, and whole vector instructions of any processor.
+   integer, parameter :: lanes = 6
    !> Numbers of a column: θ, δL and u, by which ΔtδΩ is less than ΔtJ⁻¹δL; where each starts.
    integer, parameter :: of_theta = 0, of_momentum = 3, of_lack = 6, numbers = 9
    !> Factors in a coefficient: ΔtΩ, L, and the matrices of δL and of θ in δL̇; where each starts.
@@ -40,7 +40,8 @@ module nutate_series_tangent
    type :: series_tangent_t
       private
       logical :: prepared = .false.
-      integer :: order = 0
+      !> Of the series; rows of which a torque or a parameter depends.
+      integer :: order = 0, n_rows = 0
       !> There are torques that depend on the attitude; the axes of space turn.
       logical :: turned = .false., frame_turns = .false.
       !> ΔtJ⁻¹, its product with D, D, N m s; shape (3,3). Δtω along the rows; shape (3).
@@ -51,8 +52,8 @@ module nutate_series_tangent
       !> (3, 0:highest_order), (3, 3, 0:highest_order).
       real(wp) :: momentum(3, 0:highest_order) = 0.0_wp, angle(3, 0:highest_order) = 0.0_wp
       real(wp) :: relative(3, 0:highest_order) = 0.0_wp, row(3, 3, 0:highest_order) = 0.0_wp
-      !> The factors, each as often as there are lanes; shape (lanes, n_factors, 0:highest_order).
-      real(wp) :: factors(lanes, n_factors, 0:highest_order) = 0.0_wp
+      !> The factors; shape (n_factors, 0:highest_order).
+      real(wp) :: factors(n_factors, 0:highest_order) = 0.0_wp
       !> The columns, and which blocks have a u; shapes (lanes, numbers, 0:highest_order, blocks), (blocks).
       real(wp), allocatable :: columns(:, :, :, :)
       logical, allocatable :: lacking(:)
@@ -94,6 +95,8 @@ contains
       self%prepared = .true.
       unknown = ''
       self%order = min(order + more_orders, highest_order)
+      self%n_rows = self%torques%rank
+      if (system%effects%frame_turns .or. size(tangent%parametric) > 0) self%n_rows = 3
       call start_motion(self, system, before, dt, start, acts, driven)
       call start_columns(self, tangent)
       do k = 0, self%order
@@ -198,7 +201,7 @@ contains
       real(wp), intent(in) :: dt
       logical, intent(in) :: acts(:)
       character(len=*), intent(inout) :: unknown
-      real(wp) :: tau(3), matrix(3, 3), sum(3), sums(3, 3)
+      real(wp) :: tau(3), matrix(3, 3), sum(3)
       integer :: i, j
       matrix = 0.0_wp
       tau = 0.0_wp
@@ -212,39 +215,44 @@ contains
          matrix = dt*matrix
          if (self%frame_turns) &
             matrix = matrix - times_columns(self%drag, skew(self%angle(:, k) - self%relative(:, k)))
-         call put_matrix(matrix, self%factors(:, for_theta + 1:for_theta + 9, k))
+         self%factors(for_theta + 1:for_theta + 9, k) = [matrix(:, 1), matrix(:, 2), matrix(:, 3)]
       end if
       matrix = times_columns(skew(self%momentum(:, k)), self%to_angle) - skew(self%angle(:, k))
       if (k == 0) matrix = matrix + self%damped
-      call put_matrix(matrix, self%factors(:, for_momentum + 1:for_momentum + 9, k))
-      do i = 1, lanes
-         self%factors(i, by_angle + 1:by_angle + 3, k) = self%angle(:, k)
-         self%factors(i, by_momentum + 1:by_momentum + 3, k) = self%momentum(:, k)
-      end do
+      self%factors(for_momentum + 1:for_momentum + 9, k) = [matrix(:, 1), matrix(:, 2), matrix(:, 3)]
+      self%factors(by_angle + 1:by_angle + 3, k) = self%angle(:, k)
+      self%factors(by_momentum + 1:by_momentum + 3, k) = self%momentum(:, k)
       sum = dt*tau
       do j = 0, k
-         sum = sum + cross(self%momentum(:, j), self%angle(:, k - j))
+         associate (l => self%momentum, w => self%angle)
+            sum(1) = sum(1) + (l(2, j)*w(3, k - j) - l(3, j)*w(2, k - j))
+            sum(2) = sum(2) + (l(3, j)*w(1, k - j) - l(1, j)*w(3, k - j))
+            sum(3) = sum(3) + (l(1, j)*w(2, k - j) - l(2, j)*w(1, k - j))
+         end associate
       end do
       self%momentum(:, k + 1) = inverses(k + 1)*sum
-      if (.not. (self%turned .or. self%frame_turns)) return
-      sums = 0.0_wp
-      do j = 0, k
-         do i = 1, 3
-            sums(:, i) = sums(:, i) + cross(self%row(:, i, j), self%relative(:, k - j))
-         end do
-      end do
-      self%row(:, :, k + 1) = inverses(k + 1)*sums
+      call add_rows(self%n_rows, k, self%relative, self%row)
    end subroutine add_motion
 
-   !> Puts a matrix, by columns, in all lanes.
-   pure subroutine put_matrix(matrix, factors)
-      real(wp), intent(in) :: matrix(9)
-      real(wp), intent(out) :: factors(lanes, 9)
-      integer :: i
-      do i = 1, 9
-         factors(:, i) = matrix(i)
+   !> Coefficient k + 1 of the rows, E×Ω; of those that are not needed zero.
+   pure subroutine add_rows(n_rows, k, w, row)
+      integer, intent(in) :: n_rows, k
+      !> Δt times the rate relative to the space axes.
+      real(wp), intent(in) :: w(3, 0:highest_order)
+      real(wp), intent(inout) :: row(3, 3, 0:highest_order)
+      real(wp) :: sum(3)
+      integer :: i, j
+      row(:, :, k + 1) = 0.0_wp
+      do i = 1, n_rows
+         sum = 0.0_wp
+         do j = 0, k
+            sum(1) = sum(1) + (row(2, i, j)*w(3, k - j) - row(3, i, j)*w(2, k - j))
+            sum(2) = sum(2) + (row(3, i, j)*w(1, k - j) - row(1, i, j)*w(3, k - j))
+            sum(3) = sum(3) + (row(1, i, j)*w(2, k - j) - row(2, i, j)*w(1, k - j))
+         end do
+         row(:, i, k + 1) = inverses(k + 1)*sum
       end do
-   end subroutine put_matrix
+   end subroutine add_rows
 
    !> Coefficient k of u = ΔtJ⁻¹(Σ s δh + δh + δJΩ + Σ δs h).
    pure subroutine add_lacks(self, k, system, dt, tangent)
@@ -308,54 +316,89 @@ contains
       !> There are torques; there is a u.
       logical, intent(in) :: turned, lacking
       !> The factors; ΔtJ⁻¹ and D, shape (3,3).
-      real(wp), intent(in) :: f(lanes, n_factors, 0:highest_order), to_angle(3, 3), drag(3, 3)
+      real(wp), intent(in) :: f(n_factors, 0:highest_order), to_angle(3, 3), drag(3, 3)
       real(wp), intent(inout) :: x(lanes, numbers, 0:highest_order)
-      real(wp), dimension(lanes) :: t1, t2, t3, m1, m2, m3
-      real(wp) :: u(lanes, 3), angle(lanes, 3)
-      integer :: i, j
-      t1 = 0.0_wp
-      t2 = 0.0_wp
-      t3 = 0.0_wp
-      m1 = 0.0_wp
-      m2 = 0.0_wp
-      m3 = 0.0_wp
+      real(wp) :: s(lanes, 6)
+      integer :: j
+      s = 0.0_wp
       do j = 0, k
-         t1 = t1 + (x(:, 2, j)*f(:, 3, k - j) - x(:, 3, j)*f(:, 2, k - j))
-         t2 = t2 + (x(:, 3, j)*f(:, 1, k - j) - x(:, 1, j)*f(:, 3, k - j))
-         t3 = t3 + (x(:, 1, j)*f(:, 2, k - j) - x(:, 2, j)*f(:, 1, k - j))
-         m1 = m1 + (x(:, 4, j)*f(:, 7, k - j) + x(:, 5, j)*f(:, 10, k - j) + x(:, 6, j)*f(:, 13, k - j))
-         m2 = m2 + (x(:, 4, j)*f(:, 8, k - j) + x(:, 5, j)*f(:, 11, k - j) + x(:, 6, j)*f(:, 14, k - j))
-         m3 = m3 + (x(:, 4, j)*f(:, 9, k - j) + x(:, 5, j)*f(:, 12, k - j) + x(:, 6, j)*f(:, 15, k - j))
+         call add_free(x(:, :, j), f(:, k - j), s)
+         if (turned) call add_turned(x(:, :, j), f(:, k - j), s)
+         if (lacking) call add_lacking(x(:, :, j), f(:, k - j), s)
       end do
-      if (turned) then
-         do j = 0, k
-            m1 = m1 + (x(:, 1, j)*f(:, 16, k - j) + x(:, 2, j)*f(:, 19, k - j) + x(:, 3, j)*f(:, 22, k - j))
-            m2 = m2 + (x(:, 1, j)*f(:, 17, k - j) + x(:, 2, j)*f(:, 20, k - j) + x(:, 3, j)*f(:, 23, k - j))
-            m3 = m3 + (x(:, 1, j)*f(:, 18, k - j) + x(:, 2, j)*f(:, 21, k - j) + x(:, 3, j)*f(:, 24, k - j))
-         end do
-      end if
-      do i = 1, 3
-         angle(:, i) = to_angle(i, 1)*x(:, 4, k) + to_angle(i, 2)*x(:, 5, k) + to_angle(i, 3)*x(:, 6, k)
+      call add_rate(x(:, :, k), lacking, to_angle, drag, s)
+      do j = 1, 6
+         x(:, j, k + 1) = inverses(k + 1)*s(:, j)
       end do
-      if (lacking) then
-         do j = 0, k
-            m1 = m1 + (x(:, 8, j)*f(:, 6, k - j) - x(:, 9, j)*f(:, 5, k - j))
-            m2 = m2 + (x(:, 9, j)*f(:, 4, k - j) - x(:, 7, j)*f(:, 6, k - j))
-            m3 = m3 + (x(:, 7, j)*f(:, 5, k - j) - x(:, 8, j)*f(:, 4, k - j))
-         end do
-         u = x(:, 7:9, k)
-         angle = angle - u
-         m1 = m1 - (drag(1, 1)*u(:, 1) + drag(1, 2)*u(:, 2) + drag(1, 3)*u(:, 3))
-         m2 = m2 - (drag(2, 1)*u(:, 1) + drag(2, 2)*u(:, 2) + drag(2, 3)*u(:, 3))
-         m3 = m3 - (drag(3, 1)*u(:, 1) + drag(3, 2)*u(:, 2) + drag(3, 3)*u(:, 3))
-      end if
-      x(:, 1, k + 1) = inverses(k + 1)*(t1 + angle(:, 1))
-      x(:, 2, k + 1) = inverses(k + 1)*(t2 + angle(:, 2))
-      x(:, 3, k + 1) = inverses(k + 1)*(t3 + angle(:, 3))
-      x(:, 4, k + 1) = inverses(k + 1)*m1
-      x(:, 5, k + 1) = inverses(k + 1)*m2
-      x(:, 6, k + 1) = inverses(k + 1)*m3
    end subroutine add_block
+
+   !> Adds ΔtδΩ, and what the torques make of u.
+   pure subroutine add_rate(x, lacking, a, d, s)
+      real(wp), intent(in) :: x(lanes, numbers)
+      logical, intent(in) :: lacking
+      !> ΔtJ⁻¹ and D; shape (3,3).
+      real(wp), intent(in) :: a(3, 3), d(3, 3)
+      real(wp), intent(inout) :: s(lanes, 6)
+      integer :: i
+      !GCC$ unroll 1
+      do i = 1, lanes
+         s(i, 1) = s(i, 1) + (a(1, 1)*x(i, 4) + a(1, 2)*x(i, 5) + a(1, 3)*x(i, 6))
+         s(i, 2) = s(i, 2) + (a(2, 1)*x(i, 4) + a(2, 2)*x(i, 5) + a(2, 3)*x(i, 6))
+         s(i, 3) = s(i, 3) + (a(3, 1)*x(i, 4) + a(3, 2)*x(i, 5) + a(3, 3)*x(i, 6))
+      end do
+      if (.not. lacking) return
+      !GCC$ unroll 1
+      do i = 1, lanes
+         s(i, 1) = s(i, 1) - x(i, 7)
+         s(i, 2) = s(i, 2) - x(i, 8)
+         s(i, 3) = s(i, 3) - x(i, 9)
+         s(i, 4) = s(i, 4) - (d(1, 1)*x(i, 7) + d(1, 2)*x(i, 8) + d(1, 3)*x(i, 9))
+         s(i, 5) = s(i, 5) - (d(2, 1)*x(i, 7) + d(2, 2)*x(i, 8) + d(2, 3)*x(i, 9))
+         s(i, 6) = s(i, 6) - (d(3, 1)*x(i, 7) + d(3, 2)*x(i, 8) + d(3, 3)*x(i, 9))
+      end do
+   end subroutine add_rate
+
+   !> Adds θ×Ω, and the matrix of δL times it. A loop over lanes that the compiler unrolls early is not vectorised.
+   pure subroutine add_free(x, f, s)
+      real(wp), intent(in) :: x(lanes, numbers), f(n_factors)
+      real(wp), intent(inout) :: s(lanes, 6)
+      integer :: i
+      !GCC$ unroll 1
+      do i = 1, lanes
+         s(i, 1) = s(i, 1) + (x(i, 2)*f(3) - x(i, 3)*f(2))
+         s(i, 2) = s(i, 2) + (x(i, 3)*f(1) - x(i, 1)*f(3))
+         s(i, 3) = s(i, 3) + (x(i, 1)*f(2) - x(i, 2)*f(1))
+         s(i, 4) = s(i, 4) + (x(i, 4)*f(7) + x(i, 5)*f(10) + x(i, 6)*f(13))
+         s(i, 5) = s(i, 5) + (x(i, 4)*f(8) + x(i, 5)*f(11) + x(i, 6)*f(14))
+         s(i, 6) = s(i, 6) + (x(i, 4)*f(9) + x(i, 5)*f(12) + x(i, 6)*f(15))
+      end do
+   end subroutine add_free
+
+   !> Adds the matrix of θ times it.
+   pure subroutine add_turned(x, f, s)
+      real(wp), intent(in) :: x(lanes, numbers), f(n_factors)
+      real(wp), intent(inout) :: s(lanes, 6)
+      integer :: i
+      !GCC$ unroll 1
+      do i = 1, lanes
+         s(i, 4) = s(i, 4) + (x(i, 1)*f(16) + x(i, 2)*f(19) + x(i, 3)*f(22))
+         s(i, 5) = s(i, 5) + (x(i, 1)*f(17) + x(i, 2)*f(20) + x(i, 3)*f(23))
+         s(i, 6) = s(i, 6) + (x(i, 1)*f(18) + x(i, 2)*f(21) + x(i, 3)*f(24))
+      end do
+   end subroutine add_turned
+
+   !> Adds u×L.
+   pure subroutine add_lacking(x, f, s)
+      real(wp), intent(in) :: x(lanes, numbers), f(n_factors)
+      real(wp), intent(inout) :: s(lanes, 6)
+      integer :: i
+      !GCC$ unroll 1
+      do i = 1, lanes
+         s(i, 4) = s(i, 4) + (x(i, 8)*f(6) - x(i, 9)*f(5))
+         s(i, 5) = s(i, 5) + (x(i, 9)*f(4) - x(i, 7)*f(6))
+         s(i, 6) = s(i, 6) + (x(i, 7)*f(5) - x(i, 8)*f(4))
+      end do
+   end subroutine add_lacking
 
    !> Coefficient k + 1 of δh, ḣ = u - cω: of all columns, and of those of parameters what these change.
    pure subroutine add_wheels(self, k, system, dt, tangent, unknown)
