@@ -66,6 +66,52 @@ class AttitudeRows(Columns):
         self.epoch, self.time_system, self.object, self.object_id, self.space_frame, self.body_frame = (
             labels.get(key, "") for key in LABELS)
 
+    def at(self, t: npt.ArrayLike, epoch: Optional[str] = None, time_system: Optional[str] = None) -> tuple[Array, Array]:
+        """Returns attitude and angular velocity, body axes, rad/s, at times t, s, between the first record and the last: the message as
+        a frame. t counts from the first record, or from the date `epoch` in `time_system`. Shapes (n, 4) and (n, 3), without n for
+        one time.
+
+        With angular velocities in the message the rotation vector from one record to the next is a cubic polynomial of t that has them at
+        both: attitude and rate are continuous, the error falls as the fourth power of the distance of the records. Without them the rate
+        is constant between records, and the error is h^2 |dOmega/dt|/8. Raises NutateValueError for times outside of the records, and
+        where these are half a turn or more apart."""
+        times = np.atleast_1d(np.asarray(t, dtype=np.float64)) + self._start_of(epoch, time_system)
+        if len(self.t) < 2:
+            raise refusal("there are no attitudes between records (expected two records or more)")
+        # The difference of two dates is rounded as these are.
+        slack = 0.0 if epoch is None else 1e-6
+        outside = ~((times >= self.t[0] - slack) & (times <= self.t[-1] + slack))
+        if outside.any():
+            raise refusal(f"t is outside of the records ({float(times[outside][0])!r} s after the first one; expected 0 to {float(self.t[-1])!r})")
+        i = np.clip(np.searchsorted(self.t, times, side="right") - 1, 0, len(self.t) - 2)
+        step = (self.t[i + 1] - self.t[i])[:, None]
+        s = (times - self.t[i])[:, None] / step
+        turn = rotation_vectors(times_conjugate(self.q[i], self.q[i + 1]))
+        angle = np.linalg.norm(turn, axis=1)
+        if self.omega is None:
+            vector, rate = s * turn, turn / step
+        else:
+            angle = np.maximum(angle, step[:, 0] * np.linalg.norm(self.omega[i], axis=1))
+            first, last = step * self.omega[i], step * by_rate(turn, self.omega[i + 1])
+            vector = s * (1 - s) ** 2 * first + s**2 * (3 - 2 * s) * turn - s**2 * (1 - s) * last
+            rate = ((1 - s) * (1 - 3 * s) * first + 6 * s * (1 - s) * turn + s * (3 * s - 2) * last) / step
+        if np.any(angle >= np.pi):
+            raise refusal(f"records are half a turn or more apart {float(self.t[i][angle >= np.pi][0])!r} s after the first one (expected less)")
+        q, omega = product(self.q[i], exponentials(vector)), to_rate(vector, rate)
+        return (q, omega) if np.ndim(t) else (q[0], omega[0])
+
+    def relative(self, t: npt.ArrayLike, q: npt.ArrayLike, epoch: Optional[str] = None, time_system: Optional[str] = None) -> Array:
+        """Returns attitudes q, body to space, shape (n, 4), against the frame of the message: from the axes of the body to those of
+        REF_FRAME_B, at times t as in `at`. Their rotation is the pointing error of a body that is to follow the message."""
+        frame, _ = self.at(t, epoch, time_system)
+        return times_conjugate(frame, np.asarray(q, dtype=np.float64))
+
+    def _start_of(self, epoch: Optional[str], time_system: Optional[str]) -> float:
+        """The time of a date after the first record, s."""
+        if epoch is None:
+            return 0.0
+        return float(tdb(epoch, time_system or self.time_system, 0.0) - tdb(self.epoch, self.time_system, 0.0))
+
     def __repr__(self) -> str:
         return f"<AttitudeRows of {self.object!r}: {len(self.t)} rows from {self.epoch} {self.time_system}>"
 
@@ -80,6 +126,49 @@ def read_aem(path: Textual) -> AttitudeRows:
     columns, _ = take_history(handle)
     found = re.findall(r"(\w+) = '((?:[^']|'')*)'", facts.value.decode("utf-8", "replace"))
     return AttitudeRows(dict(columns), {key: value.replace("''", "'") for key, value in found})
+
+
+def product(a: Array, b: Array) -> Array:
+    """Products of quaternions, shape (..., 4)."""
+    a0, av, b0, bv = a[..., :1], a[..., 1:], b[..., :1], b[..., 1:]
+    return np.concatenate([a0 * b0 - np.sum(av * bv, axis=-1, keepdims=True), a0 * bv + b0 * av + np.cross(av, bv)], axis=-1)
+
+
+def times_conjugate(a: Array, b: Array) -> Array:
+    """The rotations b against a, conjugate of a times b, shape (..., 4), with a positive scalar."""
+    relative = product(a * [1.0, -1.0, -1.0, -1.0], b)
+    return np.where(relative[..., :1] < 0, -relative, relative)
+
+
+def rotation_vectors(q: Array) -> Array:
+    """Rotation vectors of unit quaternions, shape (n, 3)."""
+    length = np.linalg.norm(q[:, 1:], axis=1, keepdims=True)
+    safe = np.where(length > 0, length, 1.0)
+    return q[:, 1:] * np.where(length > 0, 2 * np.arctan2(length, q[:, :1]) / safe, 2.0)
+
+
+def exponentials(v: Array) -> Array:
+    """Unit quaternions of rotation vectors, shape (n, 4)."""
+    half = np.linalg.norm(v, axis=1, keepdims=True) / 2
+    return np.concatenate([np.cos(half), v / 2 * np.sinc(half / np.pi)], axis=1)
+
+
+def by_rate(v: Array, omega: Array) -> Array:
+    """The rates of change of rotation vectors v, shape (n, 3), of bodies with angular velocities omega, body axes."""
+    half = np.linalg.norm(v, axis=1, keepdims=True) / 2
+    safe = np.where(half > 1e-4, half, 1.0)
+    weight = np.where(half > 1e-4, (1 - safe / np.tan(safe)) / (4 * safe**2), 1 / 12)
+    across = np.cross(v, omega)
+    return omega + across / 2 + weight * np.cross(v, across)
+
+
+def to_rate(v: Array, change: Array) -> Array:
+    """The angular velocities, body axes, of bodies whose rotation vectors v, shape (n, 3), change at these rates."""
+    angle = np.linalg.norm(v, axis=1, keepdims=True)
+    safe = np.where(angle > 1e-3, angle, 1.0)
+    weight = np.where(angle > 1e-3, (1 - np.sin(safe) / safe) / safe**2, 1 / 6)
+    across = np.cross(v, change)
+    return change - np.sinc(angle / 2 / np.pi) ** 2 / 2 * across + weight * np.cross(v, across)
 
 
 def body_text(system: System) -> str:

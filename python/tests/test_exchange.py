@@ -121,6 +121,62 @@ class Messages(Folder):
         self.assertIsNone(rows.omega)
         self.assertEqual(rows.object, "it's")
 
+    def frame_of(self, every, **options):
+        """The motion of the scene as a message with records this far apart, s."""
+        solution = nutate.solve(nutate.Scene(text=SCENE), t_eval=np.arange(round(24.75 / every) + 1) * every, dense_output=True)
+        solution.to_aem(self.path("f.aem"), **options)
+        return solution, nutate.read_aem(self.path("f.aem"))
+
+    def test_a_message_is_a_frame_with_continuous_rates(self):
+        errors = []
+        times = np.linspace(0.01, 24.7, 997)
+        for every in (1 / 16, 1 / 32):
+            solution, rows = self.frame_of(every)
+            q, omega = rows.at(times)
+            exact_q, exact_omega = solution.sol(times)
+            relative = rows.relative(times, exact_q)
+            errors.append((np.max(2 * np.linalg.norm(relative[:, 1:], axis=1)), np.max(np.abs(omega - exact_omega))))
+            np.testing.assert_allclose(np.abs(np.sum(q * exact_q, axis=1)), np.sqrt(1 - np.sum(relative[:, 1:]**2, axis=1)), atol=4 * EPS)
+            # At the records the frame is that of the message, from both sides.
+            for side in (-1e-12, 1e-12):
+                found = rows.at(rows.t[1:-1] + side)
+                np.testing.assert_allclose(np.abs(np.sum(found[0] * rows.q[1:-1], axis=1)), 1, atol=4 * EPS)
+                np.testing.assert_allclose(found[1], rows.omega[1:-1], atol=1e-9)
+        # Fourth order of the attitude, third of the rate.
+        self.assertLess(errors[0][0], 1e-4)
+        self.assertTrue(14 < errors[0][0] / errors[1][0] < 18, errors)
+        self.assertTrue(7 < errors[0][1] / errors[1][1] < 9, errors)
+
+    def test_the_rate_of_a_frame_is_that_of_its_attitude(self):
+        for version in ("2.0", "1.0"):
+            _, rows = self.frame_of(1 / 16, version=version)
+            times, h = np.linspace(0.013, 24.6, 211), 1e-5
+            inside = np.abs((times * 16 + 0.5) % 1 - 0.5) > 1e-3
+            times = times[inside]
+            after = rows.relative(times - h, rows.at(times + h)[0])
+            np.testing.assert_allclose(after[:, 1:] / h, rows.at(times)[1], atol=1e-8)
+
+    def test_without_rates_a_frame_turns_at_a_constant_one(self):
+        solution, rows = self.frame_of(1 / 16, version="1.0")
+        times = rows.t[:-1] + 1 / 32
+        exact, _ = solution.sol(times)
+        errors = 2 * np.linalg.norm(rows.relative(times, exact)[:, 1:], axis=1)
+        _, before = solution.sol(times - 1e-4)
+        _, after = solution.sol(times + 1e-4)
+        bound = np.linalg.norm(after - before, axis=1) / 2e-4 / 16**2 / 8
+        np.testing.assert_allclose(errors, bound, rtol=0.05, atol=1e-4 * bound.max())
+
+    def test_times_of_a_frame_may_count_from_a_date(self):
+        solution, rows = self.frame_of(1 / 16)
+        np.testing.assert_allclose(rows.relative(2.0, solution.q[16], "2029-04-13T21:46:11.75", "TDB")[1:], 0, atol=3e-6)
+        with self.assertRaisesRegex(nutate.NutateValueError, "outside of the records"):
+            rows.at([1.0, 25.0])
+        with self.assertRaisesRegex(nutate.NutateValueError, "is not a date"):
+            rows.at(0.0, "soon")
+        _, rows = self.frame_of(0.75)
+        with self.assertRaisesRegex(nutate.NutateValueError, "half a turn or more apart 0.0 s"):
+            rows.at(0.1)
+
     def test_brahe_reads_version_2(self):
         ccsds = package("brahe.ccsds")
         self.solution.to_aem(self.path("a.aem"))
