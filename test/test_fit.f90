@@ -62,6 +62,7 @@ contains
                   new_unittest("the_derivative_of_the_logarithm", test_logarithm), &
                   new_unittest("columns_of_free_numbers_cross_switches_and_limits", test_switched_columns), &
                   new_unittest("a_fit_crosses_switches_and_limits", test_switched_fit), &
+                  new_unittest("data_that_begin_late_are_fitted_from_where_they_begin", test_late_data), &
                   new_unittest("a_run_of_hopeless_numbers_ends", test_hopeless), &
                   new_unittest("what_cannot_be_fitted_is_rejected", test_rejections)]
    end subroutine collect_fit
@@ -321,7 +322,7 @@ contains
    end subroutine test_random_fits
 
    !> shared/reference/tangent.md, section 10: of random moments growing arcs find the minimum, the whole record does
-   !> not.
+   !> not; from the ratios that the data give, every start does.
    subroutine test_arcs(error)
       type(error_type), allocatable, intent(out) :: error
       type(scene_t) :: scene, own
@@ -329,7 +330,7 @@ contains
       type(status_t) :: status
       real(wp) :: ratios(2)
       integer(int64) :: seed
-      integer :: i, starts, arrived(2), way
+      integer :: i, starts, arrived(3), way
       seed = 40_int64
       starts = merge(8, 40, draws_fewer())
       arrived = 0
@@ -346,8 +347,9 @@ contains
             if (abs(ratios(1) - ratios(2)) < 1.0_wp .and. sum(ratios) > 1.0_wp) exit
          end do
          own = scene
-         do way = 1, 2
+         do way = 1, 3
             own%fit%grows = way == 1
+            own%fit%starts_from_data = way == 3
             associate (inertia => own%fit%numbers%groups(1)%settings(1)%values)
                inertia(:2)%number = 17*ratios
             end associate
@@ -359,6 +361,7 @@ contains
       if (allocated(error)) return
       call check(error, arrived(1) >= (8*starts)/10, 'growing arcs arrive too rarely')
       call check(error, arrived(2) <= starts/4, 'the whole record arrives too often')
+      call check(error, arrived(3), starts, 'from the data')
    end subroutine test_arcs
 
    !> Moments of the wrong order in the scene.
@@ -513,6 +516,45 @@ contains
       call fit_scene(scene, fit, status)
       call check(error, index(status%message, 'a controller that samples has no derivative') > 0, trim(status%message))
    end subroutine test_switched_fit
+
+   !> Rates after fifty turns of a free body, and attitudes of a top in a field after some turns: the fits need no more
+   !> runs than those of data that begin at once.
+   subroutine test_late_data(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(scene_t) :: scene
+      type(fit_t) :: fit
+      real(wp) :: errors(5)
+      integer(int64) :: seed
+      seed = 13_int64
+      call read(gyroscope//"&free key = 'body.inertia.1', 'body.inertia.2' /"//rates//", sigma = 0.01 /"//lf// &
+                "&fit start = 'scene' /", scene, error)
+      scene%plan%end_time = 100.0_wp
+      call measure(scene, 50 + every(0.02_wp, 200), error, seed)
+      if (allocated(error)) return
+      call set_numbers(scene, 'initial', 'angular_velocity', [3.1_wp, 0.9_wp, 5.1_wp])
+      call set_numbers(scene, 'body', 'inertia', [5.3_wp, 19.4_wp, 17.0_wp])
+      call fit_and_check(scene, fit, error)
+      if (allocated(error)) return
+      errors = fit%result%standard_errors()
+      call check_below(error, maxval(abs(fit%result%x - [3.0_wp, 1.0_wp, 5.0_wp, 5.0_wp, 20.0_wp])/errors), 4.0_wp)
+      call check(error, fit%problem%model%runs <= 80, 'runs of a free body')
+      call read("&body inertia = 2, 1.5, 1 /&dipole moment = 0.3, 0.1, 1, field = 0, 0, -1 /"//lf// &
+                "&initial quaternion = 0.8, 0.4, -0.4, 0.2, angular_velocity = 0.4, -0.3, 2 /"//lf// &
+                "&integrator local_tolerance = 1e-11, end_time = 20 /"//lf// &
+                "&free key = 'initial.attitude', 'initial.angular_velocity', 'dipole.moment.1' /"//lf// &
+                "&measurement file = '"//attitudes_file//"', columns = 'q0', 'q1', 'q2', 'q3', sigma = 0.01 /", &
+                scene, error)
+      call measure(scene, 10 + every(0.1_wp, 40), error)
+      if (allocated(error)) return
+      call set_numbers(scene, 'initial', 'angular_velocity', [0.5_wp, -0.2_wp, 2.1_wp])
+      call set_numbers(scene, 'dipole', 'moment', [0.35_wp, 0.1_wp, 1.0_wp])
+      call fit_and_check(scene, fit, error)
+      if (allocated(error)) return
+      call check_close(error, fit%result%x, [0.0_wp, 0.0_wp, 0.0_wp, 0.4_wp, -0.3_wp, 2.0_wp, 0.3_wp], 1e-6_wp)
+      call check_close(error, fit%problem%model%plan%attitude*sign(1.0_wp, fit%problem%model%plan%attitude(1)), &
+                       [0.8_wp, 0.4_wp, -0.4_wp, 0.2_wp], 1e-6_wp)
+      call check(error, fit%problem%model%runs <= 80, 'runs of a top')
+   end subroutine test_late_data
 
    !> Sets numbers of a scene that is to be fitted.
    subroutine set_numbers(scene, group, key, numbers)

@@ -1,7 +1,7 @@
 !> Fits a scene to measurements: from several starts, along arcs of the data that grow, to the least sum of squares.
 module nutate_fit
    use nutate_fit_problem, only: fit_problem_t
-   use nutate_fit_starts, only: collect_starts, start_t
+   use nutate_fit_starts, only: collect_starts, first_turn, move_start, start_t
    use nutate_hamiltonian, only: angular_velocity
    use nutate_kinds, only: wp
    use nutate_least_squares, only: least_squares_result_t, least_squares_settings_t, minimize
@@ -22,8 +22,7 @@ module nutate_fit
       logical :: sigma_is_known = .true.
    end type fit_t
 
-   !> Turn of the body in the first arc, rad; residuals in it for each parameter.
-   real(wp), parameter :: first_turn = 1.5_wp
+   !> Residuals in the first arc for each parameter.
    integer, parameter :: residuals_per_parameter = 2
    !> Weak knowledge of moments on short arcs, beside their values at the start of the arc.
    real(wp), parameter :: weak_share = 0.5_wp
@@ -70,7 +69,7 @@ contains
       call choose_starts(fit, starts, kept, status)
       if (.not. status%ok()) return
       do i = 1, size(kept)
-         call grow(fit, starts(kept(i)), result, outcome)
+         call grow(fit, scene, starts(kept(i)), result, outcome)
          if (is_ended(outcome) .or. i == 1) status = outcome
          if (is_better(result, fit)) then
             fit%best = kept(i)
@@ -85,6 +84,7 @@ contains
       ! The system of the solution.
       fit%problem%weak_sigma = 0.0_wp
       call fit%problem%set_arc(huge(1.0_wp))
+      call fit%problem%model%set_origin(0.0_wp)
       fit%problem%model%plan%attitude = attitude
       call fit%problem%model%set_values(fit%result%x(:fit%problem%n_free), outcome)
    end subroutine fit_scene
@@ -136,27 +136,37 @@ contains
       end do
    end subroutine choose_starts
 
-   !> Fits arcs that grow, up to the whole of the data. Errors: those of `minimize`; there is no result where the fit
-   !> ends on a shorter arc.
-   subroutine grow(fit, start, result, status)
+   !> Fits arcs that grow, up to the whole of the data; the whole from t = 0. Errors: those of `minimize`; there is no
+   !> result where the fit ends on a shorter arc.
+   subroutine grow(fit, scene, start, result, status)
       type(fit_t), intent(inout) :: fit
+      type(scene_t), intent(in) :: scene
       type(start_t), intent(inout) :: start
       type(least_squares_result_t), intent(out) :: result
       type(status_t), intent(out) :: status
       type(least_squares_result_t) :: of_arc
-      real(wp) :: length, whole
+      real(wp) :: length, whole, origin
+      logical :: moved
+      origin = fit%problem%model%origin
       call fit%problem%set_arc(huge(1.0_wp))
-      whole = abs(fit%problem%times(size(fit%problem%times)))
+      whole = abs(fit%problem%times(size(fit%problem%times)) - fit%problem%first_time)
       length = first_arc(fit, start)
       do while (length < whole)
          call fit_arc(fit, start, length, .false., length < free_biases*whole, of_arc, status)
          if (is_ended(status)) return
          length = 2*length
       end do
+      if (abs(origin) > 0.0_wp) then
+         call fit_arc(fit, start, huge(1.0_wp), .false., .false., of_arc, status)
+         if (is_ended(status)) return
+         call move_start(fit%problem, scene, 0.0_wp, start, moved)
+         call fit%problem%model%set_origin(0.0_wp)
+      end if
       call fit_arc(fit, start, huge(1.0_wp), .true., .false., result, status)
+      call fit%problem%model%set_origin(origin)
    end subroutine grow
 
-   !> Length of the first arc, s.
+   !> Length of the first arc, from where arcs begin, s.
    real(wp) function first_arc(fit, start) result(length)
       type(fit_t), intent(inout) :: fit
       type(start_t), intent(in) :: start
@@ -171,11 +181,11 @@ contains
          call problem%model%set_values(start%x(:problem%n_free), status)
          if (.not. status%ok()) return
          rate = norm2(angular_velocity(problem%model%scene%system, problem%model%scene%initial))
-         if (rate*abs(problem%times(size(problem%times))) > first_turn) length = first_turn/rate
-         associate (times => abs(problem%times))
+         associate (times => abs(problem%times - problem%first_time))
+            if (rate*times(size(times)) > first_turn) length = first_turn/rate
             do i = 1, size(times)
                if (times(i) < length) cycle
-               call problem%set_arc(times(i))
+               call problem%set_arc(abs(problem%first_time) + times(i))
                if (problem%measured_in_arc() >= residuals_per_parameter*size(problem%names)) exit
             end do
             length = times(min(i, size(times)))
@@ -187,7 +197,7 @@ contains
    subroutine fit_arc(fit, start, length, is_last, holds_biases, result, status)
       type(fit_t), intent(inout) :: fit
       type(start_t), intent(inout) :: start
-      !> s.
+      !> From where arcs begin, s.
       real(wp), intent(in) :: length
       !> The whole of the data, to the minimum.
       logical, intent(in) :: is_last
@@ -210,7 +220,7 @@ contains
                if (index(problem%names(i), 'body.inertia.') == 1) problem%weak_sigma(i) = weak_share*abs(start%x(i))
             end do
          end if
-         call problem%set_arc(length)
+         call problem%set_arc(abs(problem%first_time) + length)
          problem%model%plan%attitude = start%attitude
          call minimize(problem, start%x, result, status, settings)
          if (.not. allocated(result%x)) return

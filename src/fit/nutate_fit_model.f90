@@ -66,6 +66,10 @@ module nutate_fit_model
       integer(long), private :: steps_left = huge(1_long)
       !> Steps of the longest of these runs that came to its end.
       integer(long), private :: most_steps = 0
+      !> Time of the start of runs, s.
+      real(wp) :: origin = 0.0_wp
+      !> Runs with derivatives so far.
+      integer :: runs = 0
    contains
       !> Prepares for a scene with a fit.
       procedure :: prepare
@@ -75,6 +79,8 @@ module nutate_fit_model
       procedure :: column_of
       !> Sets the free numbers, and builds the scene with them.
       procedure :: set_values
+      !> Sets the time at which runs start from the numbers of `&initial`.
+      procedure :: set_origin
       !> Makes the present attitude that from which rotation vectors count.
       procedure :: turn_attitude
       !> The groups of the scene with the present numbers.
@@ -239,6 +245,14 @@ contains
       q = quat_normalized(quat_product(self%plan%attitude, quat_from_rotation_vector(turn)))
    end function attitude_at
 
+   !> Sets the time at which runs start from the numbers of `&initial`, s. Those before say nothing about their steps.
+   subroutine set_origin(self, origin)
+      class(fit_model_t), intent(inout) :: self
+      real(wp), intent(in) :: origin
+      self%origin = origin
+      self%most_steps = 0
+   end subroutine set_origin
+
    !> Makes the present attitude that from which rotation vectors count.
    subroutine turn_attitude(self, values)
       class(fit_model_t), intent(inout) :: self
@@ -347,8 +361,9 @@ contains
       type(status_t), intent(out) :: status
       type(column_t), allocatable :: columns(:)
       call make_columns(self, columns, status)
-      if (status%ok()) &
-         call go(self%scene, times, motion, status, self%steps_left, self%most_steps, columns)
+      if (.not. status%ok()) return
+      self%runs = self%runs + 1
+      call go(self%scene, self%origin, times, motion, status, self%steps_left, self%most_steps, columns)
    end subroutine run
 
    !> The motion at given times, without derivatives. Errors: those of the run.
@@ -358,7 +373,7 @@ contains
       real(wp), intent(in) :: times(:)
       type(motion_at_t), intent(out) :: motion
       type(status_t), intent(out) :: status
-      call go(self%scene, times, motion, status)
+      call go(self%scene, self%origin, times, motion, status)
    end subroutine states_at
 
    !> What each free number changes. Errors: `NUTATE_BAD_ARGUMENT` for one by which the motion has no derivative.
@@ -412,8 +427,10 @@ contains
    end subroutine drop_rounding
 
    !> Runs a scene and keeps the motion at given times.
-   subroutine go(scene, times, motion, status, steps_left, most_steps, columns)
+   subroutine go(scene, origin, times, motion, status, steps_left, most_steps, columns)
       type(scene_t), intent(in) :: scene
+      !> Time of its start, s.
+      real(wp), intent(in) :: origin
       real(wp), intent(in) :: times(:)
       type(motion_at_t), intent(out) :: motion
       type(status_t), intent(out) :: status
@@ -427,11 +444,15 @@ contains
       type(event_list_t) :: events
       type(run_plan_t) :: plan
       type(run_t) :: run
+      type(state_t) :: start
+      start = scene%initial
+      start%t = origin
       plan = scene%plan
       plan%times = times
       plan%end_time = times(size(times))
       ! Columns begin with the state.
-      if (.not. abs(plan%end_time) > 0.0_wp) plan%end_time = scene%plan%end_time
+      if (.not. abs(plan%end_time - origin) > 0.0_wp) plan%end_time = origin + scene%plan%end_time
+      plan%time_step = sign(plan%time_step, plan%end_time - origin)
       if (present(steps_left)) then
          plan%max_steps = steps_left
          if (most_steps > 0) plan%max_steps = min(steps_left, too_many*max(most_steps, 10_long))
@@ -444,7 +465,7 @@ contains
          keeper%wants_tangent = .true.
          allocate (keeper%motion%columns(6 + scene%system%effects%n_wheels, size(columns), size(times)))
       end if
-      call run%begin(scene%system, scene%integrator, scene%initial, plan, status)
+      call run%begin(scene%system, scene%integrator, start, plan, status)
       if (status%ok() .and. keeper%is_switched) call run%set_events(events, scene%system, status)
       if (status%ok() .and. present(columns)) call run%differentiate(columns, scene%system, status)
       if (status%ok()) call run%run_to_end(scene%system, status, keeper)

@@ -3,19 +3,22 @@
 !> The order of the moments of inertia matters most: a fit that starts with it wrong does not come back.
 module nutate_fit_starts
    use nutate_attitude, only: quat_from_rotation_vector, rotation_vector_from_quat
+   use nutate_control, only: needs_control
+   use nutate_fit_model, only: motion_at_t
    use nutate_fit_plan, only: measurement_t, ATTITUDES, VALUES
    use nutate_fit_problem, only: fit_problem_t
+   use nutate_hamiltonian, only: angular_velocity
    use nutate_kinds, only: wp, long, pi
    use nutate_lapack, only: symmetric_eigen
    use nutate_normal_quantile, only: normal_quantile
    use nutate_philox, only: uniform_of
-   use nutate_quaternion, only: quat_conjugate, quat_product
+   use nutate_quaternion, only: quat_conjugate, quat_normalized, quat_product
    use nutate_scene, only: scene_t
    use nutate_status, only: status_t
    implicit none
    private
 
-   public :: start_t, collect_starts
+   public :: start_t, collect_starts, move_start, first_turn
 
    !> One start.
    type :: start_t
@@ -26,6 +29,8 @@ module nutate_fit_starts
       real(wp) :: chi_squared = huge(1.0_wp)
    end type start_t
 
+   !> Turn of the body in the first arc, rad.
+   real(wp), parameter :: first_turn = 1.5_wp
    !> Turn of the body in a window of rates, rad: long enough that noise does not hide the change of the rates, short
    !> enough for sums in place of integrals.
    real(wp), parameter :: window_turn = 1.0_wp
@@ -37,10 +42,11 @@ module nutate_fit_starts
 
 contains
 
-   !> All starts of a fit, that of the scene first.
+   !> All starts of a fit, that of the scene first. Where the data begin long after t = 0 the starts are states at the
+   !> first measurement, if that can be: `problem%model` runs from there.
    subroutine collect_starts(problem, scene, starts)
       !> Prepared.
-      type(fit_problem_t), intent(in) :: problem
+      type(fit_problem_t), intent(inout) :: problem
       type(scene_t), intent(in) :: scene
       type(start_t), allocatable, intent(out) :: starts(:)
       type(start_t) :: own, estimate, other
@@ -49,6 +55,9 @@ contains
       logical :: found
       own%x = [problem%model%values, spread(0.0_wp, 1, size(problem%names) - problem%n_free)]
       own%attitude = problem%model%plan%attitude
+      call find_first_time(problem, scene)
+      if (abs(problem%first_time) > 0.0_wp .and. can_move(problem, scene)) &
+         call move_start(problem, scene, problem%first_time, own, found)
       allocate (starts(0))
       call append(starts, own)
       base = 1
@@ -73,6 +82,64 @@ contains
          call append(starts, other)
       end do
    end subroutine collect_starts
+
+   !> Finds where arcs begin: at t = 0, unless the body turns far before the first measurement.
+   subroutine find_first_time(problem, scene)
+      type(fit_problem_t), intent(inout) :: problem
+      type(scene_t), intent(in) :: scene
+      real(wp) :: rate
+      integer :: i
+      rate = norm2(angular_velocity(scene%system, scene%initial))
+      do i = 1, size(problem%residuals)
+         associate (measurement => problem%residuals(i)%measurement)
+            if (all_rates(measurement)) rate = max(rate, norm2(measured_rates(measurement, 1)))
+         end associate
+      end do
+      if (rate*abs(problem%times(1)) > first_turn) problem%first_time = problem%times(1)
+   end subroutine find_first_time
+
+   !> True where the state at any time can take the place of the one at t = 0: rate and attitude are free as a whole, or
+   !> nothing asks for the attitude, and neither wheels nor switches have states of their own.
+   logical function can_move(problem, scene) result(can)
+      type(fit_problem_t), intent(in) :: problem
+      type(scene_t), intent(in) :: scene
+      integer :: i
+      associate (effects => scene%system%effects, free => problem%model%plan%free)
+         can = effects%n_wheels == 0 .and. .not. needs_control(effects) .and. &
+               all([(scene%events%slots(i)%item%action == 0, i=1, scene%events%count())]) .and. &
+               all(parameters_of(problem, 'initial.angular_velocity') > 0) .and. has_body_rates(scene) .and. &
+               .not. gives(scene, 'attitude_from', 'lvlh')
+         if (.not. problem%model%plan%has_attitude) can = can .and. .not. effects%needs_attitude() .and. &
+            all([(all_rates(problem%residuals(i)%measurement), i=1, size(problem%residuals))])
+         do i = 1, size(free)
+            if (index(free(i)%name, 'initial.') /= 1) cycle
+            can = can .and. .not. free(i)%sigma > 0.0_wp .and. min(-free(i)%low, free(i)%high) >= huge(1.0_wp) .and. &
+                  (free(i)%component > 0 .or. index(free(i)%name, 'initial.angular_velocity') == 1)
+         end do
+      end associate
+   end function can_move
+
+   !> Makes a start, a state at the time at which runs start, that at another time, from which they start from now on.
+   subroutine move_start(problem, scene, time, start, done)
+      type(fit_problem_t), intent(inout) :: problem
+      type(scene_t), intent(in) :: scene
+      !> s.
+      real(wp), intent(in) :: time
+      type(start_t), intent(inout) :: start
+      !> If not, all is as it was.
+      logical, intent(out) :: done
+      type(motion_at_t) :: motion
+      type(status_t) :: status
+      problem%model%plan%attitude = start%attitude
+      call problem%model%set_values(start%x(:problem%n_free), status)
+      if (status%ok()) call problem%model%states_at([time], motion, status)
+      done = status%ok()
+      if (.not. done) return
+      if (problem%model%plan%has_attitude) start%attitude = quat_normalized(motion%states(1)%q)
+      where (problem%model%plan%free%component > 0) start%x(:problem%n_free) = 0.0_wp
+      call put_rate(problem, scene, angular_velocity(problem%model%scene%system, motion%states(1)), start, done)
+      call problem%model%set_origin(time)
+   end subroutine move_start
 
    !> Adds a start. An array constructor of such types would lose memory with gfortran 12.
    subroutine append(starts, start)
@@ -129,7 +196,8 @@ contains
       turn = rotation_vector_from_quat(quat_product(quat_conjugate(measurement%rows(:, 1)), measurement%rows(:, 2)))
       found = problem%model%plan%has_attitude
       if (found) then
-         q = quat_product(measurement%rows(:, 1), quat_from_rotation_vector(-measurement%times(1)/interval*turn))
+         q = quat_product(measurement%rows(:, 1), quat_from_rotation_vector( &
+                          -(measurement%times(1) - problem%model%origin)/interval*turn))
          if (scene%system%effects%on_orbit .and. gives(scene, 'attitude_from', 'lvlh')) &
             q = quat_product(quat_conjugate(scene%system%effects%orbit%axes(0.0_wp)), q)
          start%attitude = q
@@ -171,10 +239,16 @@ contains
       logical, intent(out) :: done
       integer :: which(3)
       which = parameters_of(problem, 'initial.angular_velocity')
-      done = all(which > 0) .and. .not. (gives(scene, 'frame', 'space') .or. gives(scene, 'rate_from', 'frame') .or. &
-                                         gives(scene, 'rate_from', 'lvlh'))
+      done = all(which > 0) .and. has_body_rates(scene)
       if (done) start%x(which) = rate/unit_of(problem)
    end subroutine put_rate
+
+   !> True where the scene gives the rate in body axes, against the stars.
+   pure logical function has_body_rates(scene)
+      type(scene_t), intent(in) :: scene
+      has_body_rates = .not. (gives(scene, 'frame', 'space') .or. gives(scene, 'rate_from', 'frame') .or. &
+                              gives(scene, 'rate_from', 'lvlh'))
+   end function has_body_rates
 
    !> The rate of a start that has one, rad/s.
    pure function rate_of(problem, scene, start) result(rate)
