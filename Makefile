@@ -44,7 +44,7 @@ test: setup ## run the unit tests and the command-line tests
 stress: setup ## run the stability cases at full length, a quarter of an hour, and write docs/results/hard-cases.md (STRESS=long selects)
 	@bash tools/tests/stress.sh $(STRESS)
 
-attack: setup ## look for steps on a wrong root among 100 000 and write docs/results/hard-cases.md (ATTACK='--seed 2 --case 7' repeats one)
+attack: setup ## look for steps on a wrong root, missed events and wrong tangent columns among 100 000 and write docs/results/hard-cases.md (ATTACK='--seed 2 --case 7' repeats one)
 	@bash tools/tests/attack.sh $(ATTACK)
 
 accuracy: setup ## run 2000 random scenes against an oracle and write docs/results/accuracy-costs.md (CASE=7 repeats one, CASE=2001:4000 takes others)

@@ -112,6 +112,7 @@ program unit
    use test_series_tail, only: collect_series_tail
    use test_shipped_scenes, only: collect_shipped_scenes
    use test_stability_axes, only: collect_stability_axes
+   use test_stability_columns, only: collect_stability_columns
    use test_stability_large_steps, only: collect_stability_large_steps
    use test_stability_long, only: collect_stability_long
    use test_stability_scales, only: collect_stability_scales
@@ -130,7 +131,7 @@ program unit
    use test_linearization, only: collect_linearization
    use test_chaos, only: collect_chaos
    use test_tangent, only: collect_tangent
-   use test_tangent_attack, only: collect_tangent_attack
+   use test_tangent_attack, only: collect_tangent_attack, report_tangent_attack
    use test_tangent_runs, only: collect_tangent_runs
    use test_tangent_identities, only: collect_tangent_identities
    use test_tangent_events, only: collect_tangent_events
@@ -175,6 +176,7 @@ contains
          if (suite_name == '--attack') call run_attack()
          if (suite_name == '--attack-events') call run_event_attack()
          if (suite_name == '--attack-paths') call run_path_attack()
+         if (suite_name == '--attack-tangents') call run_tangent_attack()
          if (suite_name == '--accuracy') call run_accuracy(test_name)
          if (suite_name == '--exact') call run_exact(test_name)
          if (suite_name == '--dying') call run_dying(test_name)
@@ -386,6 +388,7 @@ contains
       type(testsuite_type), allocatable :: suites(:)
       suites = [ &
          new_testsuite("stability_axes", collect_stability_axes), &
+         new_testsuite("stability_columns", collect_stability_columns), &
          new_testsuite("stability_large_steps", collect_stability_large_steps), &
          new_testsuite("stability_long", collect_stability_long), &
          new_testsuite("stability_scales", collect_stability_scales), &
@@ -455,6 +458,16 @@ contains
       if (.not. passed) call stop_with("the attack found what must not be")
       stop
    end subroutine run_path_attack
+
+   !> Runs the attack on tangent columns at full length, or one case of it; does not return.
+   subroutine run_tangent_attack()
+      integer :: seed, number
+      logical :: alone, passed
+      call get_attack("--attack-tangents SEED CASES | SEED case NUMBER", seed, number, alone)
+      call report_tangent_attack(seed, number, alone, passed)
+      if (.not. passed) call stop_with("the attack found what must not be")
+      stop
+   end subroutine run_tangent_attack
 
    !> The arguments of an attack: the seed, and how many cases or the number of the one that is run alone.
    subroutine get_attack(usage, seed, number, alone)

@@ -4,6 +4,7 @@ module test_stability_stress
    use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
    use nutate_kinds, only: long
    use test_stability_axes, only: axis_cases
+   use test_stability_columns, only: columns_cases
    use test_stability_case, only: number_text, record_t, stability_case_t, way_label, ways
    use test_stability_large_steps, only: large_step_cases
    use test_stability_long, only: long_cases
@@ -45,7 +46,8 @@ contains
              group_t('stiff', 'Stiff and soft', stiff_cases), &
              group_t('scales', 'Scales', scales_cases), &
              group_t('starts', 'Starts off the manifold and from files', starts_cases), &
-             group_t('time', 'Time', time_cases) &
+             group_t('time', 'Time', time_cases), &
+             group_t('columns', 'Tangent columns over many steps', columns_cases) &
              ]
    end function groups
 

@@ -1,16 +1,18 @@
-!> Random steps of order 2 against an oracle of 33 digits that shares no equation with the tangent: the step's own three
-!> equations, solved by Newton, and central differences of its end.
+!> Random steps of all methods, with random columns, against the oracle of 33 digits: in the unit tests some hundred, at
+!> full length 100 000.
 module test_tangent_attack
-   use, intrinsic :: iso_fortran_env, only: int64
+   use, intrinsic :: iso_fortran_env, only: error_unit, int64, output_unit
    use nutate_body, only: make_body
    use nutate_column, only: attitude_column, column_t, inertia_column, rate_column
+   use nutate_composition, only: compositions
    use nutate_damping, only: damping_t
    use nutate_dipole, only: dipole_t
    use nutate_effect, only: rotor_t
    use nutate_hamiltonian, only: body_momentum, make_state
    use nutate_kinds, only: wp
    use nutate_methods, only: make_stepper
-   use nutate_quaternion, only: quat_conjugate, quat_product, rotation_matrix
+   use nutate_order_eight, only: order_eight => a, order_eight_weights => b
+   use nutate_quaternion, only: quat_normalized, rotation_matrix
    use nutate_spring, only: spring_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
@@ -18,23 +20,64 @@ module test_tangent_attack
    use nutate_system, only: system_t
    use nutate_tangent, only: tangent_t
    use test_oracle, only: has_oracle, qp
-   use test_support, only: check, check_below, draws_fewer, error_type, new_unittest, random_unit, &
-      random_unit_quaternion, random_vector, skip_test, unittest_type
+   use test_support, only: check, draws_fewer, error_type, new_unittest, random_unit, random_unit_quaternion, &
+      random_vector, skip_test, test_failed, unittest_type
+   use test_tangent_oracle, only: tangent_oracle_t, n_parameters, place, IMPLICIT_STAGES, RUNGE_KUTTA, FLOW, &
+      anchor_at, damping_at, field_at, inertia_at, length_at, moment_at, momentum_at, point_at, rotor_at, &
+      stiffness_at, turn_at
    implicit none
    private
 
-   public :: collect_tangent_attack
+   public :: collect_tangent_attack, report_tangent_attack
 
-   !> What a step depends on: rotation of the start, L0, J (11, 22, 33, 12, 13, 23), h, m and field of a dipole,
-   !> damping, body point, anchor, stiffness and rest length of a spring.
-   integer, parameter :: n_parameters = 32
-   integer, parameter :: turn_at = 0, momentum_at = 3, inertia_at = 6, rotor_at = 12, moment_at = 15, field_at = 18, &
-                         damping_at = 21, point_at = 24, anchor_at = 27, stiffness_at = 30, length_at = 31
-   integer, parameter :: place(2, 6) = reshape([1, 1, 2, 2, 3, 3, 1, 2, 1, 3, 2, 3], [2, 6])
-   !> Of the differences.
-   real(qp), parameter :: shift = 1e-11_qp
-   !> Of a column, over the largest entry of all and the condition of the step.
-   real(wp), parameter :: bound = 2e-13_wp
+   !> Parameters that a body has, without effects; with a rotor in a uniform field; with all effects.
+   integer, parameter :: FREE = rotor_at, UNIFORM = damping_at, FORCED = n_parameters
+
+   !> A method.
+   type :: way_t
+      character(len=24) :: name
+      type(integrator_settings_t) :: settings
+      integer :: kind
+      !> Number of its parameters, and of the columns that are compared: what the oracle has time for.
+      integer :: parameters, columns
+   end type way_t
+
+   type(way_t), parameter :: ways(13) = [ &
+      way_t('order 2, reduced', integrator_settings_t(method='nielsen_krenk', formulation='reduced', order=2), &
+            IMPLICIT_STAGES, FORCED, 16), &
+      way_t('order 2, full', integrator_settings_t(method='nielsen_krenk', formulation='full', order=2), &
+            IMPLICIT_STAGES, FORCED, 16), &
+      way_t('order 4, reduced', integrator_settings_t(method='nielsen_krenk', formulation='reduced', order=4), &
+            IMPLICIT_STAGES, FORCED, 8), &
+      way_t('order 4, full', integrator_settings_t(method='nielsen_krenk', formulation='full', order=4), &
+            IMPLICIT_STAGES, FORCED, 8), &
+      way_t('order 6, reduced', integrator_settings_t(method='nielsen_krenk', formulation='reduced', order=6), &
+            IMPLICIT_STAGES, FORCED, 6), &
+      way_t('order 6, full', integrator_settings_t(method='nielsen_krenk', formulation='full', order=6), &
+            IMPLICIT_STAGES, FORCED, 6), &
+      way_t('order 8, reduced', integrator_settings_t(method='nielsen_krenk', formulation='reduced', order=8), &
+            IMPLICIT_STAGES, FORCED, 4), &
+      way_t('order 8, full', integrator_settings_t(method='nielsen_krenk', formulation='full', order=8), &
+            IMPLICIT_STAGES, FORCED, 4), &
+      way_t('rk4', integrator_settings_t(method='rk4'), RUNGE_KUTTA, FORCED, 16), &
+      way_t('rk8', integrator_settings_t(method='rk8'), RUNGE_KUTTA, FORCED, 8), &
+      way_t('dop853', integrator_settings_t(method='dop853'), RUNGE_KUTTA, FORCED, 8), &
+      way_t('taylor, order 24', integrator_settings_t(method='taylor', series_order=24), FLOW, UNIFORM, 4), &
+      way_t('exact', integrator_settings_t(method='exact'), FLOW, FREE, 4)]
+
+   !> Of a column, over the largest entry of all, and over this again: the condition of the step.
+   real(wp), parameter :: bound = 1e-13_wp
+   !> Difference of attitudes beyond which the oracle has found another root.
+   real(wp), parameter :: other_root = 1e-8_wp
+
+   !> What came out, for each method.
+   type :: tally_t
+      integer :: cases(size(ways)) = 0, steps(size(ways)) = 0, others(size(ways)) = 0, columns(size(ways)) = 0, &
+         failures(size(ways)) = 0
+      real(wp) :: worst(size(ways)) = 0.0_wp
+      !> The first failure; blank without one.
+      character(len=120) :: message = ''
+   end type tally_t
 
 contains
 
@@ -45,66 +88,145 @@ contains
 
    subroutine attack(error)
       type(error_type), allocatable, intent(out) :: error
-      integer(int64) :: seed
-      integer :: number, done
+      type(tally_t) :: tally
+      integer :: number
       if (.not. has_oracle) then
          call skip_test(error, 'no numbers of 33 digits')
          return
       end if
-      seed = 20261125_int64
-      done = 0
-      do number = 1, merge(300, 3000, draws_fewer())
-         call try_step(error, seed, number, done)
-         if (allocated(error)) return
+      do number = 1, merge(260, 2600, draws_fewer())
+         call try_case(1, number, tally)
       end do
-      call check(error, done > 0.7_wp*(number - 1), 'most of the steps are possible')
+      if (sum(tally%failures) > 0) call test_failed(error, trim(tally%message))
+      call check(error, all(tally%steps > 0.7_wp*tally%cases), 'most of the steps are possible')
    end subroutine attack
 
-   !> One random step with all columns.
-   subroutine try_step(error, seed, number, done)
-      type(error_type), allocatable, intent(inout) :: error
-      integer(int64), intent(inout) :: seed
+   !> The attack at full length, or a case of it: a table on standard output, failures on standard error.
+   subroutine report_tangent_attack(seed, number, alone, passed)
+      integer, intent(in) :: seed
+      !> How many cases, or which one.
       integer, intent(in) :: number
-      integer, intent(inout) :: done
+      logical, intent(in) :: alone
+      logical, intent(out) :: passed
+      type(tally_t) :: tally
+      integer :: i
+      do i = merge(number, 1, alone), number
+         call try_case(seed, i, tally, aloud=.true.)
+      end do
+      write (output_unit, '("Seed ",i0,": ",i0," steps with ",i0," columns compared, ",i0," beyond their bounds.")') &
+         seed, sum(tally%cases), sum(tally%columns), sum(tally%failures)
+      write (output_unit, '(/,a,/,a)') '| method | steps | not judged | columns | largest error |', &
+         '|---|---|---|---|---|'
+      do i = 1, size(ways)
+         if (tally%cases(i) > 0) write (output_unit, '("| ",a,3(" | ",i0)," | ",es7.1," |")') trim(ways(i)%name), &
+            tally%steps(i), tally%cases(i) - tally%steps(i), tally%columns(i), tally%worst(i)
+      end do
+      passed = sum(tally%failures) == 0 .and. all(tally%steps >= 0.7_wp*tally%cases)
+   end subroutine report_tangent_attack
+
+   !> One random step with all columns, some of which are compared.
+   subroutine try_case(seed, number, tally, aloud)
+      integer, intent(in) :: seed, number
+      type(tally_t), intent(inout) :: tally
+      !> Writes what fails.
+      logical, intent(in), optional :: aloud
       type(system_t) :: system
       type(state_t) :: state, before
       type(status_t) :: status
       type(tangent_t) :: tangent
+      type(tangent_oracle_t) :: oracle
+      type(column_t), allocatable :: columns(:)
       class(stepper_t), allocatable :: stepper
-      real(wp) :: p(n_parameters), q(4), omega(3), dt, c(4), largest, found(6)
-      real(qp) :: rotation(3, 3), exact(6)
+      real(wp) :: p(n_parameters), q(4), omega(3), dt, largest, error
+      real(qp) :: exact(6)
+      integer(int64) :: random
       logical :: ok
-      integer :: k
-      character(len=40) :: label
-      call draw(seed, p, q, omega, system, status)
+      integer :: i, k, m
+      m = 1 + modulo(number - 1, size(ways))
+      random = 104729_int64*number + 7919_int64*seed
+      do i = 1, 20
+         dt = random_unit(random)
+      end do
+      tally%cases(m) = tally%cases(m) + 1
+      call draw(random, ways(m)%parameters, p, q, omega, system, status)
       if (.not. status%ok()) return
       state = make_state(system, q, omega)
       p(momentum_at + 1:momentum_at + 3) = body_momentum(state)
-      dt = (0.02_wp + 0.6_wp*random_unit(seed))*merge(-1.0_wp, 1.0_wp, random_unit(seed) < 0.2_wp)
-      call tangent%begin(system, state, columns_of(system), status)
-      call make_stepper(system, integrator_settings_t(method='nielsen_krenk', formulation=merge( &
-                        'full   ', 'reduced', modulo(number, 2) == 0), order=2), stepper, status)
+      dt = (0.02_wp + 0.6_wp*random_unit(random))*merge(-1.0_wp, 1.0_wp, random_unit(random) < 0.2_wp)
+      ! Series follow the flow over short steps.
+      if (ways(m)%settings%method == 'taylor') dt = 0.5_wp*dt/max(1.0_wp, norm2(omega))
+      call make_columns(system, ways(m)%parameters, columns)
+      call tangent%begin(system, state, columns, status)
+      if (status%ok()) call make_stepper(system, ways(m)%settings, stepper, status)
       before = state
-      call stepper%step(system, state, dt, status)
+      if (status%ok()) call stepper%step(system, state, dt, status)
       if (.not. status%ok()) return
       call stepper%carry(system, before, state, dt, 0.5_wp*dt, tangent, status)
-      call check(error, status%ok(), trim(status%message))
-      rotation = real(rotation_matrix(q), qp)
-      c = quat_product(quat_conjugate(before%q), state%q)
-      largest = max(maxval(abs(tangent%theta)), maxval(abs(tangent%momentum)))
-      done = done + 1
-      do k = 1, n_parameters
-         call differ(p, rotation, real(dt, qp), real(c(2:4)/(1 + c(1)), qp), k, exact, ok)
-         if (.not. ok) return
-         found = [tangent%theta(k, :), tangent%momentum(k, :)]
-         write (label, '("step ",i0,", column ",i0)') number, k
-         call check_below(error, maxval(abs(found - real(exact, wp)))/largest, bound*max(1.0_wp, largest), trim(label))
+      if (.not. status%ok()) call note(tally, m, number, 0, trim(status%message), aloud)
+      call prepare_oracle(ways(m), oracle)
+      call oracle%begin(p, before%q, dt, ok)
+      if (.not. ok) return
+      if (maxval(abs(real(oracle%rotation, wp) - rotation_matrix(quat_normalized(state%q)))) > other_root) return
+      tally%steps(m) = tally%steps(m) + 1
+      largest = max(1.0_wp, maxval(abs(tangent%theta)), maxval(abs(tangent%momentum)))
+      do i = 1, ways(m)%columns
+         k = i
+         if (ways(m)%columns < ways(m)%parameters) k = 1 + int(ways(m)%parameters*random_unit(random))
+         call oracle%differ(k, exact, ok)
+         if (.not. ok) cycle
+         error = maxval(abs([tangent%theta(k, :), tangent%momentum(k, :)] - real(exact, wp)))/largest**2
+         tally%columns(m) = tally%columns(m) + 1
+         tally%worst(m) = max(tally%worst(m), error)
+         if (.not. error <= bound) call note(tally, m, number, k, 'is off', aloud, error)
       end do
-   end subroutine try_step
+   end subroutine try_case
+
+   !> Notes a failure.
+   subroutine note(tally, m, number, k, words, aloud, error)
+      type(tally_t), intent(inout) :: tally
+      !> Method, case and column.
+      integer, intent(in) :: m, number, k
+      character(len=*), intent(in) :: words
+      logical, intent(in), optional :: aloud
+      real(wp), intent(in), optional :: error
+      character(len=120) :: line
+      write (line, '("case ",i0," (",a,"), column ",i0," ",a)') number, trim(ways(m)%name), k, words
+      if (present(error)) write (line(len_trim(line) + 1:), '(" by",es9.2)') error
+      tally%failures(m) = tally%failures(m) + 1
+      if (tally%message == '') tally%message = line
+      if (present(aloud)) write (error_unit, '(a)') trim(line)
+   end subroutine note
+
+   !> The stages of a method.
+   subroutine prepare_oracle(way, oracle)
+      type(way_t), intent(in) :: way
+      type(tangent_oracle_t), intent(inout) :: oracle
+      integer :: i
+      oracle%kind = way%kind
+      select case (trim(way%settings%method))
+      case ('nielsen_krenk')
+         oracle%lengths = [1.0_wp]
+         do i = 1, size(compositions)
+            if (compositions(i)%order /= way%settings%order) cycle
+            associate (weights => compositions(i)%weights(:(compositions(i)%stages + 1)/2))
+               oracle%lengths = [weights, weights(size(weights) - 1:1:-1)]
+            end associate
+         end do
+      case ('rk4')
+         oracle%a = reshape([0.5_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.5_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [3, 3])
+         oracle%weights = [1.0_wp, 2.0_wp, 2.0_wp, 1.0_wp]/6
+      case ('rk8', 'dop853')
+         oracle%a = order_eight(:, :)
+         oracle%weights = order_eight_weights
+      case default
+      end select
+   end subroutine prepare_oracle
 
    !> A random body with effects, and its start.
-   subroutine draw(seed, p, q, omega, system, status)
+   subroutine draw(seed, parameters, p, q, omega, system, status)
       integer(int64), intent(inout) :: seed
+      !> `FREE`, `UNIFORM` or `FORCED`.
+      integer, intent(in) :: parameters
       real(wp), intent(out) :: p(n_parameters), q(4), omega(3)
       type(system_t), intent(out) :: system
       type(status_t), intent(out) :: status
@@ -125,165 +247,50 @@ contains
       end do
       q = random_unit_quaternion(seed)
       omega = 2*random_vector(seed)
-      call make_body(tensor, system%body, status, check_triangle=.false.)
-      if (.not. status%ok()) return
       ! Where the ends can meet the spring has another discrete gradient.
       if (abs(norm2(p(point_at + 1:point_at + 3)) - norm2(p(anchor_at + 1:anchor_at + 3))) &
           < 0.1_wp*norm2(p(anchor_at + 1:anchor_at + 3))) p(anchor_at + 1:anchor_at + 3) = [2.0_wp, 1.0_wp, -1.0_wp]
+      p(parameters + 1:) = 0.0_wp
+      call make_body(tensor, system%body, status, check_triangle=.false.)
+      if (.not. status%ok() .or. parameters < UNIFORM) return
       call system%effects%add(rotor_t(name='rotor', momentum=p(rotor_at + 1:rotor_at + 3)))
       call system%effects%add(dipole_t(p(moment_at + 1:moment_at + 3), p(field_at + 1:field_at + 3)))
+      if (parameters < FORCED) return
       call system%effects%add(damping_t(p(damping_at + 1:damping_at + 3)))
       call system%effects%add(spring_t(p(point_at + 1:point_at + 3), p(anchor_at + 1:anchor_at + 3), &
                                        p(stiffness_at + 1), p(length_at + 1)))
    end subroutine draw
 
-   !> The columns of all parameters; L0 is held where one of the body changes, as the oracle does.
-   function columns_of(system) result(columns)
+   !> The columns of the parameters; L0 is held where one of the body changes, as the oracle does.
+   subroutine make_columns(system, parameters, columns)
       type(system_t), intent(in) :: system
-      type(column_t) :: columns(n_parameters)
+      integer, intent(in) :: parameters
+      type(column_t), allocatable, intent(out) :: columns(:)
       type(status_t) :: status
       real(wp) :: unit(3)
       integer :: i
+      allocate (columns(parameters))
+      do i = 1, 6
+         columns(inertia_at + i) = inertia_column(place(1, i), place(2, i))
+      end do
       do i = 1, 3
          unit = 0.0_wp
          unit(i) = 1.0_wp
          columns(turn_at + i) = attitude_column(i)
          columns(momentum_at + i) = rate_column(i)
          columns(momentum_at + i)%angular_velocity = system%body%inverse_inertia(:, i)
+         if (parameters < UNIFORM) cycle
          columns(rotor_at + i)%rotor = unit
          call columns(moment_at + i)%add(system%effects, 'dipole', 1, 'moment', unit, status)
          call columns(field_at + i)%add(system%effects, 'dipole', 1, 'field', unit, status)
+         if (parameters < FORCED) cycle
          call columns(damping_at + i)%add(system%effects, 'damping', 1, 'coefficient', unit, status)
          call columns(point_at + i)%add(system%effects, 'spring', 1, 'body_point', unit, status)
          call columns(anchor_at + i)%add(system%effects, 'spring', 1, 'anchor', unit, status)
       end do
-      do i = 1, 6
-         columns(inertia_at + i) = inertia_column(place(1, i), place(2, i))
-      end do
+      if (parameters < FORCED) return
       call columns(stiffness_at + 1)%add(system%effects, 'spring', 1, 'stiffness', [1.0_wp], status)
       call columns(length_at + 1)%add(system%effects, 'spring', 1, 'rest_length', [1.0_wp], status)
-   end function columns_of
-
-   !> A column by central differences of the oracle's step, Ω0 held where J or h changes.
-   subroutine differ(p, rotation, dt, b, k, column, ok)
-      real(wp), intent(in) :: p(n_parameters)
-      real(qp), intent(in) :: rotation(3, 3), dt, b(3)
-      integer, intent(in) :: k
-      real(qp), intent(out) :: column(6)
-      logical, intent(out) :: ok
-      real(qp) :: x(n_parameters), ends(3, 3, 2), l(3, 2), omega(3), turn(3, 3)
-      integer :: i
-      ! Ω0 = J⁻¹(L0 - h).
-      x = real(p, qp)
-      omega = solved(inertia_of(x), x(momentum_at + 1:momentum_at + 3) - x(rotor_at + 1:rotor_at + 3))
-      do i = 1, 2
-         x = real(p, qp)
-         x(k) = x(k) + (3 - 2*i)*shift
-         if (k > inertia_at .and. k <= moment_at) &
-            x(momentum_at + 1:momentum_at + 3) = matmul(inertia_of(x), omega) + x(rotor_at + 1:rotor_at + 3)
-         call step(x, rotation, dt, b, ends(:, :, i), l(:, i), ok)
-         if (.not. ok) return
-      end do
-      turn = matmul(transpose(ends(:, :, 2)), ends(:, :, 1))
-      column(1:3) = [turn(3, 2) - turn(2, 3), turn(1, 3) - turn(3, 1), turn(2, 1) - turn(1, 2)]/(4*shift)
-      column(4:6) = (l(:, 1) - l(:, 2))/(2*shift)
-   end subroutine differ
-
-   pure function inertia_of(x) result(inertia)
-      real(qp), intent(in) :: x(n_parameters)
-      real(qp) :: inertia(3, 3)
-      integer :: i
-      do i = 1, 6
-         inertia(place(1, i), place(2, i)) = x(inertia_at + i)
-         inertia(place(2, i), place(1, i)) = x(inertia_at + i)
-      end do
-   end function inertia_of
-
-   !> The step from the parameters: R(q1) and L1.
-   subroutine step(x, rotation, dt, guess, last, l, ok)
-      real(qp), intent(in) :: x(n_parameters), rotation(3, 3), dt, guess(3)
-      real(qp), intent(out) :: last(3, 3), l(3)
-      logical, intent(out) :: ok
-      real(qp) :: first(3, 3), b(3), f(3), moved(3), slope(3, 3), h(3), tau(3), half(3, 3)
-      integer :: i, k
-      first = matmul(rotation, turn_of(x(turn_at + 1:turn_at + 3)/2))
-      b = guess
-      do k = 1, 8
-         f = equations(x, first, dt, b, tau)
-         do i = 1, 3
-            h = 0
-            h(i) = 1e-15_qp
-            moved = equations(x, first, dt, b + h, tau)
-            slope(:, i) = (moved - equations(x, first, dt, b - h, tau))/2e-15_qp
-         end do
-         h = solved(slope, f)
-         b = b - h
-         if (maxval(abs(h)) < 1e-31_qp) exit
-      end do
-      ok = maxval(abs(h)) < 1e-28_qp
-      f = equations(x, first, dt, b, tau)
-      half = turn_of(b)
-      last = matmul(first, matmul(half, half))
-      ! R(c½)L1 = R(c½)ᵀL0 + Δtτ̄.
-      l = matmul(transpose(half), matmul(transpose(half), x(momentum_at + 1:momentum_at + 3)) + dt*tau)
-   end subroutine step
-
-   !> R(1 + b), the rotation by the Cayley map's half; shape (3,3).
-   pure function turn_of(b) result(r)
-      real(qp), intent(in) :: b(3)
-      real(qp) :: r(3, 3)
-      integer :: j
-      do j = 1, 3
-         r(:, j) = 2*b(j)*b
-         r(j, j) = r(j, j) + 1 - dot_product(b, b)
-      end do
-      r(2, 1) = r(2, 1) + 2*b(3)
-      r(3, 1) = r(3, 1) - 2*b(2)
-      r(1, 2) = r(1, 2) - 2*b(3)
-      r(3, 2) = r(3, 2) + 2*b(1)
-      r(1, 3) = r(1, 3) + 2*b(2)
-      r(2, 3) = r(2, 3) - 2*b(1)
-      r = r/(1 + dot_product(b, b))
-   end function turn_of
-
-   !> G(b), from R(c½)L1 - R(c½)ᵀL0 = Δtτ̄ and L1 = 2((4/Δt)Jb + h) - L0; and τ̄.
-   function equations(x, first, dt, b, tau) result(g)
-      real(qp), intent(in) :: x(n_parameters), first(3, 3), dt, b(3)
-      real(qp), intent(out) :: tau(3)
-      real(qp) :: g(3), half(3, 3), l0(3), field(3), mid(3), ends(3, 2), length(2), slack
-      integer :: i
-      half = turn_of(b)
-      l0 = x(momentum_at + 1:momentum_at + 3)
-      mid = matmul(transpose(half), matmul(transpose(first), x(field_at + 1:field_at + 3)))/(1 + dot_product(b, b))
-      tau = cross(x(moment_at + 1:moment_at + 3), mid) - x(damping_at + 1:damping_at + 3)*(4/dt)*b
-      associate (point => x(point_at + 1:point_at + 3))
-         ends(:, 1) = matmul(transpose(first), x(anchor_at + 1:anchor_at + 3))
-         field = matmul(transpose(half), ends(:, 1))
-         ends(:, 2) = matmul(transpose(half), field)
-         do i = 1, 2
-            length(i) = sqrt(sum((point - ends(:, i))**2))
-         end do
-         slack = 1 - 2*x(length_at + 1)/sum(length)
-         tau = tau + cross(x(stiffness_at + 1)*slack*point, field)/(1 + dot_product(b, b))
-      end associate
-      g = matmul(half, 2*((4/dt)*matmul(inertia_of(x), b) + x(rotor_at + 1:rotor_at + 3)) - l0) &
-          - matmul(transpose(half), l0) - dt*tau
-   end function equations
-
-   pure function cross(a, b) result(c)
-      real(qp), intent(in) :: a(3), b(3)
-      real(qp) :: c(3)
-      c = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
-   end function cross
-
-   !> A⁻¹v
-   pure function solved(a, v) result(x)
-      real(qp), intent(in) :: a(3, 3), v(3)
-      real(qp) :: x(3), rows(3, 3)
-      rows(:, 1) = cross(a(:, 2), a(:, 3))
-      rows(:, 2) = cross(a(:, 3), a(:, 1))
-      rows(:, 3) = cross(a(:, 1), a(:, 2))
-      x = matmul(transpose(rows), v)/dot_product(rows(:, 1), a(:, 1))
-   end function solved
+   end subroutine make_columns
 
 end module test_tangent_attack

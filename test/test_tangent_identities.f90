@@ -24,10 +24,12 @@ module test_tangent_identities
    implicit none
    private
 
-   public :: collect_tangent_identities, all_columns, worst_defect
+   public :: collect_tangent_identities, enrich, worst_defect
 
    !> Round-off of 100 steps of up to 17 stages, of thin rods too, over |row||column|.
    real(wp), parameter :: bound = 5e-13_wp
+   !> Columns beyond begin anew.
+   real(wp), parameter :: largest = 1e100_wp
 
    type(integrator_settings_t), parameter :: settings(5) = [ &
       integrator_settings_t(method='nielsen_krenk', formulation='reduced', order=2), &
@@ -97,8 +99,8 @@ contains
    end subroutine add_all
 
    !> Takes steps with columns; the largest defect of the energy of a column, and of its momentum where that is
-   !> conserved, over |row||column|, the largest of them so far.
-   subroutine worst_defect(system, how, start, time_step, steps, axis, energy, momentum, status)
+   !> conserved, over |row||column|, the largest of them so far, δL in units of |L|.
+   subroutine worst_defect(system, how, start, time_step, steps, axis, energy, momentum, status, done)
       type(system_t), intent(in) :: system
       type(integrator_settings_t), intent(in) :: how
       type(state_t), intent(in) :: start
@@ -108,6 +110,8 @@ contains
       real(wp), intent(in) :: axis(3)
       real(wp), intent(out) :: energy, momentum
       type(status_t), intent(out) :: status
+      !> Steps before one was impossible.
+      integer(int64), intent(out), optional :: done
       class(stepper_t), allocatable :: stepper
       type(tangent_t) :: tangent
       type(state_t) :: state, before
@@ -126,8 +130,14 @@ contains
          call stepper%step(system, state, time_step, status)
          if (status%ok()) call stepper%carry(system, before, state, time_step, before%t + 0.5_wp*time_step, tangent, &
                                              status)
+         if (present(done)) done = i
          if (.not. status%ok()) return
          if (mod(i, max(1_int64, steps/1000)) == 0) call judge()
+         if (max(maxval(abs(tangent%theta)), maxval(abs(tangent%momentum))) < largest) cycle
+         call judge()
+         call tangent%begin(system, state, all_columns(system), status)
+         scale = 0.0_wp
+         scale_l = 0.0_wp
       end do
 
    contains
@@ -143,8 +153,8 @@ contains
             associate (theta => norm2(tangent%theta(k, :)), delta => norm2(tangent%momentum(k, :)))
                scale(k) = max(scale(k), (norm2(potential_torque(system%effects, state%q, state%t)) &
                           + norm2(system%effects%frame_rate)*norm2(l))*theta &
-                          + (norm2(omega) + norm2(system%effects%frame_rate))*delta + abs(tangent%energy(k)) &
-                          + abs(tangent%work(k)))
+                          + (norm2(omega) + norm2(system%effects%frame_rate))*(delta + norm2(l)*theta) &
+                          + abs(tangent%energy(k)) + abs(tangent%work(k)))
                scale_l(k) = max(scale_l(k), norm2(l)*theta + delta)
             end associate
             if (scale(k) > 0.0_wp) energy = max(energy, row(k)/scale(k))
