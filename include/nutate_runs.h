@@ -19,32 +19,43 @@ extern "C" {
 int nutate_stepper_run_history(nutate_stepper *stepper, double end_time, int64_t every, double interval,
                                const double *times, size_t n_times, nutate_history **history);
 
-/* Runs to a time, as nutate_stepper_run_history does, with derivatives by the numbers of &free of a scene in place of the
- * columns chosen. They start at the present state.
+/* Lets runs carry derivatives along, each from its start: the columns of the set "sensitivities" then show them, those of
+ * "standard_deviations" and "covariance" if &free has sigma. A stepper that was made from a scene with &free has its numbers.
  *   <=>  stepper   of the body and the effects of the scene
  *   ==>  scene     with &free
- *   ==>  end_time  s                             ==>  times  [n_times], as for nutate_stepper_run_history, or NULL
- *   <==  history   t, then for each number the columns d_rotation1/d_KEY to d_omega3/d_KEY, and those of wheels
  * Status: NUTATE_BAD_SCENE where a number has no derivative, NUTATE_BAD_ARGUMENT where there is no &free. */
-int nutate_stepper_sensitivities(nutate_stepper *stepper, const nutate_scene *scene, double end_time, const double *times,
-                                 size_t n_times, nutate_history **history);
+int nutate_stepper_differentiate(nutate_stepper *stepper, const nutate_scene *scene);
+/* Lets runs follow indicators of chaos, each from its start: nutate_history_chaos returns them, and the columns of the sets
+ * "lyapunov", "megno" and "fli" show them. A stepper that was made from a scene follows those of its &tangent.
+ *   <=>  stepper   ==>  scene, with &tangent; without: runs follow none */
+int nutate_stepper_follow_chaos(nutate_stepper *stepper, const nutate_scene *scene);
 
 /* Computes rows inside a step of an earlier run by repeating the step: with dense output if the method has it, else with
  * one step to each row. Torques that start or stop inside, and failures, shorten it; further steps follow its end. The
  * stepper and its runs are unaffected.
  *   ==>  t, s; q [4]; p [4]   the start of the step, as a row had them: work and energy_residual are counted from there
+ *   ==>  derivatives          [numbers][6], as that row had them: d_rotation1 to d_omega3 of each number; or NULL, where the
+ *                             columns show none
  *   ==>  dt     the step, s; where local_tolerance is set, taylor and exact choose shorter ones
  *   ==>  times  [n], s, in order from t on   <==  rows  [n][width] of the columns chosen
  * Status: NUTATE_BAD_ARGUMENT, also with n = 0, if q and p are not the whole state: with wheels, and controllers that
  * have a sample or limits. */
-int nutate_stepper_dense_output(nutate_stepper *stepper, double t, const double q[4], const double p[4], double dt, size_t n,
-                        const double *times, double *rows);
+int nutate_stepper_dense_output(nutate_stepper *stepper, double t, const double q[4], const double p[4],
+                                const double *derivatives, double dt, size_t n, const double *times, double *rows);
 
 /* Returns the error estimates of a run with accuracy; zeros for any other. The accuracy was not attained if error[0] >
  * accuracy.
  *   <==  error     [2]: estimated attitude error at the end of the run, rad, and the part of it due to round-off; or NULL
  *   <==  accuracy  the requested accuracy, rad; or NULL */
 int nutate_history_accuracy(const nutate_history *history, double error[2], double *accuracy);
+
+/* Returns the indicators of chaos of a run that followed any (docs/explanation/chaos.md); n is 0 after any other.
+ *   <==  n          number of exponents: 0, 1 or 6; or NULL
+ *   <==  exponents  [6], Lyapunov exponents, 1/s, the first n; or NULL
+ *   <==  megno      mean MEGNO; or NULL              <==  fli   fast Lyapunov indicator; or NULL
+ *   <==  time       time that they span, s; or NULL */
+int nutate_history_chaos(const nutate_history *history, size_t *n, double exponents[6], double *megno, double *fli,
+                         double *time);
 
 /* Returns the value in force for a setting; prepares the method.
  *   ==>  key     method, choice (why the method was chosen; empty if it was given), formulation, order, series_order (0:

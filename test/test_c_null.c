@@ -56,7 +56,8 @@ int test_c_null_handles(void)
     EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_steps(NULL, 0.1, 1, &n));
     EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_keep_steps(NULL));
     EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_state_at(NULL, 0.1, x, x));
-    EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_dense_output(NULL, 0.0, x, x, 0.1, 1, x, x));
+    EXPECT(NUTATE_BAD_HANDLE, nutate_history_chaos(NULL, NULL, x, x, x, x));
+    EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_dense_output(NULL, 0.0, x, x, NULL, 0.1, 1, x, x));
     EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_run(NULL, 1, 1, x, 1, &size));
     EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_run_to(NULL, 1.0, 1, 0.0, x, 1, &size));
     EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_count_rows(NULL, 1.0, 1, &size));
@@ -192,10 +193,10 @@ static int null_in_stepper(nutate_stepper *stepper)
     EXPECT(NUTATE_OK, nutate_stepper_steps(stepper, 0.01, 1, NULL));
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_state_at(stepper, 0.005, NULL, x));
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_state_at(stepper, 0.005, x, NULL));
-    EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_dense_output(stepper, 0.0, NULL, x, 0.1, 1, x, x));
-    EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_dense_output(stepper, 0.0, x, NULL, 0.1, 1, x, x));
-    EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_dense_output(stepper, 0.0, x, x, 0.1, 1, NULL, x));
-    EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_dense_output(stepper, 0.0, x, x, 0.1, 1, x, NULL));
+    EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_dense_output(stepper, 0.0, NULL, x, NULL, 0.1, 1, x, x));
+    EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_dense_output(stepper, 0.0, x, NULL, NULL, 0.1, 1, x, x));
+    EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_dense_output(stepper, 0.0, x, x, NULL, 0.1, 1, NULL, x));
+    EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_dense_output(stepper, 0.0, x, x, NULL, 0.1, 1, x, NULL));
     EXPECT(NUTATE_OK, nutate_stepper_run(stepper, 2, 1, NULL, 0, NULL));
     EXPECT(NUTATE_OK, nutate_stepper_run_to(stepper, 0.1, 1, 0.0, NULL, 0, NULL));
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_count_rows(stepper, 1.0, 1, NULL));

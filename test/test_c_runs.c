@@ -6,6 +6,7 @@ int test_c_run_histories(void);
 int test_c_polls(void);
 int test_c_copies(void);
 int test_c_saved_steppers(void);
+int test_c_chaos(void);
 int test_c_sensitivities(void);
 int test_c_misused_runs(void);
 
@@ -148,13 +149,13 @@ static int steps_taken_again(void)
         EXPECT(NUTATE_OK, nutate_stepper_conjugate_momentum(stepper, p));
         EXPECT(NUTATE_OK, nutate_stepper_step(stepper, 0.02));
         EXPECT(NUTATE_OK, nutate_stepper_copy(stepper, &copy, NULL, 0));
-        EXPECT(NUTATE_OK, nutate_stepper_dense_output(stepper, 0.4, q, p, 0.02, 2, times, rows));
+        EXPECT(NUTATE_OK, nutate_stepper_dense_output(stepper, 0.4, q, p, NULL, 0.02, 2, times, rows));
         EXPECT(NUTATE_OK, nutate_stepper_row(stepper, row[0], 9));
         EXPECT(NUTATE_OK, nutate_stepper_state_at(stepper, 0.41, inside, omega));
         for (j = 0; j < 4; ++j) CHECK(fabs(rows[1 + j] - inside[j]) < 1e-13);
         for (j = 0; j < 8; ++j) CHECK(fabs(rows[8 + j] - row[0][j]) < 1e-12);
-        EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_dense_output(stepper, 0.4, q, p, -0.02, 2, times, rows));
-        EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_dense_output(stepper, 0.4, q, p, 0.0, 2, times, rows));
+        EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_dense_output(stepper, 0.4, q, p, NULL, -0.02, 2, times, rows));
+        EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_dense_output(stepper, 0.4, q, p, NULL, 0.0, 2, times, rows));
         EXPECT(NUTATE_OK, nutate_stepper_run(stepper, 30, 30, row[0], 1, NULL));
         EXPECT(NUTATE_OK, nutate_stepper_run(copy, 30, 30, row[1], 1, NULL));
         for (j = 0; j < 8; ++j) CHECK(row[0][j] == row[1][j]);
@@ -163,7 +164,7 @@ static int steps_taken_again(void)
     }
     EXPECT(NUTATE_OK, nutate_system_parse("&body inertia = 1, 1, 0.5 / &wheel axis = 0, 0, 1, inertia = 0.1 /", &system, NULL, 0));
     EXPECT(NUTATE_OK, nutate_stepper_create(system, &stepper, NULL, 0));
-    EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_dense_output(stepper, 0.4, q, p, 0.02, 0, times, rows));
+    EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_dense_output(stepper, 0.4, q, p, NULL, 0.02, 0, times, rows));
     EXPECT(NUTATE_OK, nutate_stepper_destroy(&stepper));
     EXPECT(NUTATE_OK, nutate_system_destroy(&system));
     return 0;
@@ -253,7 +254,7 @@ int test_c_saved_steppers(void)
     return 0;
 }
 
-/* The derivatives of a run by the numbers of a scene, beside the same run without them. */
+/* The derivatives of a run by the numbers of a scene, beside the same run without them; and inside of a step. */
 int test_c_sensitivities(void)
 {
     static const char *const text = "&body inertia = 5, 20, 17 /\n&initial angular_velocity = 3, 1, 5 /\n"
@@ -263,14 +264,21 @@ int test_c_sensitivities(void)
     nutate_scene *scene = NULL, *plain = NULL;
     nutate_stepper *a = NULL, *b = NULL;
     nutate_history *history = NULL;
-    double rows[2 * 37];
+    double rows[2 * 37], inside[45], q[4], p[4];
     size_t n, width;
     char name[64];
     EXPECT(NUTATE_OK, nutate_scene_parse(text, NULL, &free_key, 1, &scene, NULL, 0));
     EXPECT(NUTATE_OK, nutate_scene_parse(text, NULL, NULL, 0, &plain, NULL, 0));
-    EXPECT(NUTATE_OK, nutate_stepper_create_scene(scene, &a, NULL, 0));
+    EXPECT(NUTATE_OK, nutate_stepper_create_scene(plain, &a, NULL, 0));
     EXPECT(NUTATE_OK, nutate_stepper_create_scene(plain, &b, NULL, 0));
-    EXPECT(NUTATE_OK, nutate_stepper_sensitivities(a, scene, 1.0, times, 2, &history));
+    EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_set_columns(a, "sensitivities"));
+    EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_differentiate(a, plain));
+    EXPECT(NUTATE_OK, nutate_stepper_differentiate(a, scene));
+    EXPECT(NUTATE_OK, nutate_stepper_set_columns(a, "sensitivities"));
+    EXPECT(NUTATE_OK, nutate_stepper_width(a, &width));
+    CHECK(width == 37);
+    EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_row(a, rows, 37));
+    EXPECT(NUTATE_OK, nutate_stepper_run_history(a, 1.0, 1, 0.0, times, 2, &history));
     EXPECT(NUTATE_OK, nutate_history_size(history, &n, &width));
     CHECK(n == 2 && width == 37);
     EXPECT(NUTATE_OK, nutate_history_name(history, 28, name, sizeof name));
@@ -283,16 +291,30 @@ int test_c_sensitivities(void)
     EXPECT(NUTATE_OK, nutate_history_destroy(&history));
     EXPECT(NUTATE_OK, nutate_stepper_run_to(b, 1.0, 1, 0.0, NULL, 0, NULL));
     CHECK(same_state(a, b));
-    EXPECT(NUTATE_OK, nutate_stepper_width(a, &width));
-    CHECK(width == 15);
-    EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_sensitivities(a, scene, 1.0, NULL, 0, &history));
-    EXPECT(NUTATE_OK, nutate_last_message(a, name, sizeof name));
-    CHECK(strstr(name, "without length"));
+    /* A run without length has those of its start. */
+    EXPECT(NUTATE_OK, nutate_stepper_run_history(a, 1.0, 1, 0.0, NULL, 0, &history));
+    EXPECT(NUTATE_OK, nutate_history_values(history, rows, 37));
+    CHECK(rows[0] == 1.0 && fabs(rows[1] - 1.0) < 1e-11 && fabs(rows[36] - 1.0) < 1e-11);
     EXPECT(NUTATE_OK, nutate_history_destroy(&history));
-    EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_sensitivities(a, plain, 2.0, NULL, 0, &history));
-    EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_sensitivities(a, scene, 2.0, NULL, 0, NULL));
-    EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_sensitivities(NULL, scene, 2.0, NULL, 0, &history));
-    EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_sensitivities(a, NULL, 2.0, NULL, 0, &history));
+    /* Inside of a step, from those at its start. */
+    EXPECT(NUTATE_OK, nutate_stepper_set_columns(a, "quaternion,conjugate_momentum,sensitivities"));
+    EXPECT(NUTATE_OK, nutate_stepper_quaternion(a, q));
+    EXPECT(NUTATE_OK, nutate_stepper_conjugate_momentum(a, p));
+    EXPECT(NUTATE_OK, nutate_stepper_dense_output(a, 1.0, q, p, rows + 1, 0.01, 1, &(const double){1.007}, inside));
+    EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_dense_output(a, 1.0, q, p, NULL, 0.01, 1, &(const double){1.007}, inside));
+    EXPECT(NUTATE_OK, nutate_stepper_run_history(a, 2.0, 1, 0.0, &(const double){1.007}, 1, &history));
+    EXPECT(NUTATE_OK, nutate_history_size(history, &n, &width));
+    CHECK(n == 1 && width == 45);
+    {
+        double row[45];
+        EXPECT(NUTATE_OK, nutate_history_values(history, row, 45));
+        for (n = 0; n < 45; ++n)
+            CHECK(fabs(row[n] - inside[n]) < 1e-13 * (1.0 + fabs(row[n])));
+    }
+    EXPECT(NUTATE_OK, nutate_history_destroy(&history));
+    EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_differentiate(a, plain));
+    EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_differentiate(NULL, scene));
+    EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_differentiate(a, NULL));
     EXPECT(NUTATE_OK, nutate_stepper_destroy(&a));
     EXPECT(NUTATE_OK, nutate_stepper_destroy(&b));
     EXPECT(NUTATE_OK, nutate_scene_destroy(&scene));
@@ -339,5 +361,82 @@ int test_c_misused_runs(void)
     EXPECT(NUTATE_OK, nutate_status_text(NUTATE_STOPPED, text, sizeof text));
     CHECK(strstr(text, "stop"));
     EXPECT(NUTATE_OK, nutate_stepper_destroy(&stepper));
+    return 0;
+}
+
+/* Indicators of chaos of scenes and of steppers; a copy of a stepper goes on with the same bits. */
+int test_c_chaos(void)
+{
+    static const char *const text = "&body inertia = 3, 2, 1 /\n"
+                                    "&initial quaternion = 0.8, 0.4, -0.4, 0.2, angular_velocity = 0.4, -0.3, 0.5 /\n"
+                                    "&dipole moment = 1, 0.3, 0.5, field = 0, 0, -1 /\n"
+                                    "&integrator time_step = 0.1, end_time = 40 /\n"
+                                    "&output columns = 'quaternion', 'lyapunov', 'megno', 'fli' /\n&tangent exponents = 6 /\n";
+    static const char *const plain_text = "&body inertia = 3, 2, 1 /\n&dipole moment = 1, 0.3, 0.5, field = 0, 0, -1 /\n"
+                                          "&initial angular_velocity = 1, 0, 0 /\n&integrator time_step = 0.1, end_time = 40 /\n";
+    nutate_scene *scene = NULL, *plain = NULL;
+    nutate_stepper *a = NULL, *b = NULL, *twin = NULL;
+    nutate_history *history = NULL;
+    double exponents[6], megno, fli, time, row[13], q[4], omega[3];
+    size_t n, rows, width;
+    EXPECT(NUTATE_OK, nutate_scene_parse(text, NULL, NULL, 0, &scene, NULL, 0));
+    EXPECT(NUTATE_OK, nutate_scene_run(scene, &history, NULL, 0));
+    EXPECT(NUTATE_OK, nutate_history_chaos(history, &n, exponents, &megno, &fli, &time));
+    CHECK(n == 6 && exponents[0] > 0.1 && exponents[5] < -0.1 && fabs(time - 40.0) < 1e-12 && fli > 4.0);
+    EXPECT(NUTATE_OK, nutate_history_chaos(history, NULL, NULL, NULL, NULL, NULL));
+    EXPECT(NUTATE_OK, nutate_history_size(history, &rows, &width));
+    CHECK(rows == 401 && width == 13);
+    {
+        double *values = malloc(rows * width * sizeof *values);
+        CHECK(values != NULL);
+        EXPECT(NUTATE_OK, nutate_history_values(history, values, rows * width));
+        memcpy(row, values + 400 * 13, sizeof row);
+        free(values);
+    }
+    for (n = 0; n < 6; ++n)
+        CHECK(row[5 + n] == exponents[n]);
+    CHECK(row[11] == megno && row[12] == fli);
+    EXPECT(NUTATE_OK, nutate_history_destroy(&history));
+    /* A stepper of the scene follows them too, in each run from its start. */
+    EXPECT(NUTATE_OK, nutate_stepper_create_scene(scene, &a, NULL, 0));
+    EXPECT(NUTATE_OK, nutate_stepper_run_history(a, 40.0, 400, 0.0, NULL, 0, &history));
+    EXPECT(NUTATE_OK, nutate_history_chaos(history, &n, exponents, NULL, NULL, &time));
+    CHECK(n == 6 && exponents[0] == row[5] && exponents[5] == row[10]);
+    EXPECT(NUTATE_OK, nutate_history_destroy(&history));
+    EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_row(a, row, 13));
+    EXPECT(NUTATE_OK, nutate_stepper_copy(a, &twin, NULL, 0));
+    EXPECT(NUTATE_OK, nutate_stepper_run_history(a, 50.0, 1, 0.0, NULL, 0, &history));
+    EXPECT(NUTATE_OK, nutate_history_chaos(history, &n, exponents, &megno, NULL, &time));
+    CHECK(n == 6 && fabs(time - 10.0) < 1e-12);
+    EXPECT(NUTATE_OK, nutate_history_destroy(&history));
+    EXPECT(NUTATE_OK, nutate_stepper_run_history(twin, 50.0, 1, 0.0, NULL, 0, &history));
+    EXPECT(NUTATE_OK, nutate_history_chaos(history, &n, row, &fli, NULL, NULL));
+    CHECK(n == 6 && row[0] == exponents[0] && row[5] == exponents[5] && fli == megno);
+    EXPECT(NUTATE_OK, nutate_history_destroy(&history));
+    /* Any stepper of the body does, where it is told to, until it is told not to. */
+    EXPECT(NUTATE_OK, nutate_scene_parse(plain_text, NULL, NULL, 0, &plain, NULL, 0));
+    EXPECT(NUTATE_OK, nutate_stepper_create_scene(plain, &b, NULL, 0));
+    EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_set_columns(b, "megno"));
+    EXPECT(NUTATE_OK, nutate_stepper_follow_chaos(b, scene));
+    EXPECT(NUTATE_OK, nutate_stepper_set_columns(b, "megno"));
+    EXPECT(NUTATE_OK, nutate_scene_get_initial(scene, q, omega));
+    EXPECT(NUTATE_OK, nutate_stepper_set_state(b, 0.0, q, omega));
+    EXPECT(NUTATE_OK, nutate_stepper_run_history(b, 40.0, 400, 0.0, NULL, 0, &history));
+    EXPECT(NUTATE_OK, nutate_history_chaos(history, &n, exponents, NULL, NULL, NULL));
+    CHECK(n == 6);
+    EXPECT(NUTATE_OK, nutate_history_destroy(&history));
+    EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_follow_chaos(b, plain));
+    EXPECT(NUTATE_OK, nutate_stepper_set_columns(b, "quaternion"));
+    EXPECT(NUTATE_OK, nutate_stepper_follow_chaos(b, plain));
+    EXPECT(NUTATE_OK, nutate_stepper_run_history(b, 41.0, 1, 0.0, NULL, 0, &history));
+    EXPECT(NUTATE_OK, nutate_history_chaos(history, &n, NULL, NULL, NULL, NULL));
+    CHECK(n == 0);
+    EXPECT(NUTATE_OK, nutate_history_destroy(&history));
+    EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_follow_chaos(NULL, scene));
+    EXPECT(NUTATE_OK, nutate_stepper_destroy(&a));
+    EXPECT(NUTATE_OK, nutate_stepper_destroy(&b));
+    EXPECT(NUTATE_OK, nutate_stepper_destroy(&twin));
+    EXPECT(NUTATE_OK, nutate_scene_destroy(&scene));
+    EXPECT(NUTATE_OK, nutate_scene_destroy(&plain));
     return 0;
 }

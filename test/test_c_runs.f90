@@ -13,6 +13,7 @@ module test_c_runs
    procedure(c_test), bind(C, name='test_c_copies') :: test_c_copies
    procedure(c_test), bind(C, name='test_c_saved_steppers') :: test_c_saved_steppers
    procedure(c_test), bind(C, name='test_c_sensitivities') :: test_c_sensitivities
+   procedure(c_test), bind(C, name='test_c_chaos') :: test_c_chaos
    procedure(c_test), bind(C, name='test_c_misused_runs') :: test_c_misused_runs
 
 contains
@@ -25,6 +26,7 @@ contains
               new_unittest('copies go on as the first', copies_go_on_as_the_first), &
               new_unittest('saved steppers go on as the first', saved_steppers_go_on_as_the_first), &
               new_unittest('runs have the derivatives of a scene', runs_have_the_derivatives_of_a_scene), &
+              new_unittest('runs follow indicators of chaos', runs_follow_indicators_of_chaos), &
               new_unittest('misuse is refused', misuse_is_refused)]
    end subroutine collect_c_runs
 
@@ -52,6 +54,11 @@ contains
       type(error_type), allocatable, intent(out) :: error
       call check_line(error, test_c_sensitivities(), 'test_c_runs.c')
    end subroutine runs_have_the_derivatives_of_a_scene
+
+   subroutine runs_follow_indicators_of_chaos(error)
+      type(error_type), allocatable, intent(out) :: error
+      call check_line(error, test_c_chaos(), 'test_c_runs.c')
+   end subroutine runs_follow_indicators_of_chaos
 
    subroutine misuse_is_refused(error)
       type(error_type), allocatable, intent(out) :: error

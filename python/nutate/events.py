@@ -32,12 +32,18 @@ class History(dict):  # type: ignore[type-arg]
 
     After a run with an accuracy, `estimated_error` is the estimated attitude error at its end, rad, `round_off` the part of it
     due to round-off, whatever the steps, and `accuracy_reached` is True if the estimate is at most the accuracy; after other
-    runs they are None."""
+    runs they are None.
+
+    After a run that followed &tangent, `exponents` are its Lyapunov exponents, 1/s, shape (1,) or (6,), `megno` is the mean MEGNO,
+    `fli` the fast Lyapunov indicator; after other runs they are None."""
 
     events: list[Event]
     estimated_error: Optional[float] = None
     round_off: Optional[float] = None
     accuracy_reached: Optional[bool] = None
+    exponents: Optional[Array] = None
+    megno: Optional[float] = None
+    fli: Optional[float] = None
 
     def __init__(self, columns: dict[str, Array], events: list[Event]) -> None:
         super().__init__(columns)
@@ -50,6 +56,13 @@ class History(dict):  # type: ignore[type-arg]
         if accuracy.value > 0:
             self.estimated_error, self.round_off = (float(number) for number in error)
             self.accuracy_reached = self.estimated_error <= accuracy.value
+
+    def _take_chaos(self, handle: Any) -> None:
+        """Reads the indicators of chaos of a history of the library."""
+        n, exponents, megno, fli = ctypes.c_size_t(), np.empty(6), ctypes.c_double(), ctypes.c_double()
+        check(library.nutate_history_chaos(handle, ctypes.byref(n), pointer(exponents), ctypes.byref(megno), ctypes.byref(fli), None))
+        if n.value:
+            self.exponents, self.megno, self.fli = exponents[:n.value], megno.value, fli.value
 
     def _warn(self) -> None:
         """Issues NutateAccuracyWarning if the requested accuracy was not attained."""

@@ -141,6 +141,7 @@ def take_history(handle: Any, names: Optional[list[str]] = None) -> tuple[Histor
         check(library.nutate_history_uncertified(handle, ctypes.byref(steps)))
         history = History(dict(zip(names, values.T)), take_events("history", handle))
         history._take_accuracy(handle)
+        history._take_chaos(handle)
     finally:
         library.nutate_history_destroy(ctypes.byref(handle))
     return history, steps.value

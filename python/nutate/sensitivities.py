@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import copy
-from typing import Sequence
+import os
+from typing import Any, Callable, Sequence, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -11,40 +11,104 @@ import numpy.typing as npt
 from ._library import Array, refusal
 from ._owners import make_again
 from .scenes import Scene
-from .steppers import Stepper
+from .systems import System, group, tensor_entries
 
-# Part of a motion that is run to find out what has derivatives.
-SHORT = 1e-9
+# What of a System a scene cannot say in its text.
+NOT_IN_A_TEXT = {"_add_table": "a table", "_add_wheel": "the motor table of a wheel"}
 
 
 class Sensitivity:
-    """Derivatives of a motion by `names`, the free numbers of a scene: sensitivity(t) returns those of the rotation vector, body
-    axes, rad, and of the angular velocity, body axes, rad/s, each per unit of the number. At a time, s, both have the shape
-    (3, len(names)), at n times (n, 3, len(names)). Each call runs the motion again, with the same steps."""
+    """Derivatives of a motion by `names`, the free numbers: sensitivity(t) returns those of the rotation vector, body axes, rad, and
+    of the angular velocity, body axes, rad/s, each per unit of the number. At a time, s, both have the shape (3, len(names)), at
+    n times (n, 3, len(names)). Between the ends of steps it repeats the step that contains the time, as Motion; without dense
+    output it knows the rows alone."""
 
     names: tuple[str, ...]
 
-    def __init__(self, scene: Scene, keys: Sequence[str], stepper: Stepper, start: float, end: float) -> None:
-        """`stepper` is as it was before the run of the motion, which it can repeat."""
-        (arguments, given), additions = scene._given, scene._additions
-        quoted = ",".join(f"'{key}'" for key in ([keys] if isinstance(keys, str) else keys))
-        self._scene = make_again(Scene, ((*(arguments or (None,)), f"free.key={quoted}"), given), tuple(additions))
-        self._stepper, self._start, self._end = copy.copy(stepper), start, end
-        columns = self._run(start + SHORT * (end - start), np.array([start]))
-        self.names = tuple(name.split("/d_")[1] for name in columns if name.startswith("d_rotation1/"))
+    def __init__(self, columns: dict[str, Array], rows: Callable[[Array], dict[str, Array]]) -> None:
+        """`columns` are those of the run, and `rows` returns them at times."""
+        self.names = tuple(name.split("/d_", 1)[1] for name in columns if name.startswith("d_rotation1/"))
+        self._rows = rows
 
     def __call__(self, t: npt.ArrayLike) -> tuple[Array, Array]:
-        wanted = np.atleast_1d(np.asarray(t, dtype=np.float64))
-        first, last = sorted((self._start, self._end))
-        if wanted.ndim != 1 or not np.all((wanted >= first) & (wanted <= last)):
-            raise refusal(f"a time is outside the motion (expected {first!r} to {last!r} s)")
-        times, places = np.unique(wanted, return_inverse=True)
-        backward = self._end < self._start
-        columns = self._run(self._end, times[::-1] if backward else times)
+        columns = self._rows(np.atleast_1d(np.asarray(t, dtype=np.float64)))
         rotation, omega = (np.stack([np.stack([columns[f"d_{part}{i}/d_{name}"] for name in self.names], axis=-1)
-                                     for i in (1, 2, 3)], axis=-2)[::-1 if backward else 1][places] for part in ("rotation", "omega"))
+                                     for i in (1, 2, 3)], axis=-2) for part in ("rotation", "omega"))
         return (rotation[0], omega[0]) if np.ndim(t) == 0 else (rotation, omega)
 
-    def _run(self, end: float, times: Array) -> dict[str, Array]:
-        """The columns of a run at times in its order."""
-        return copy.copy(self._stepper).sensitivities(self._scene, end, times)
+
+def rows_at(columns: dict[str, Array], wanted: Array) -> dict[str, Array]:
+    """Columns at times of their rows, s."""
+    places = [np.flatnonzero(columns["t"] == t) for t in wanted]
+    if not all(len(place) for place in places):
+        raise refusal("a time is none of the rows (expected t_eval with it, or dense_output=True)")
+    chosen = np.array([place[0] for place in places], dtype=int)
+    return {name: values[chosen] for name, values in columns.items()}
+
+
+def scene_with_free(system: Union[System, Scene], keys: Union[str, Sequence[str]], q: Array, omega: Array) -> Scene:
+    """A scene of a body and its effects in which `keys` are free. A System starts from attitude q and angular velocity omega (body
+    axes, rad/s)."""
+    quoted = "free.key=" + ",".join(f"'{key}'" for key in ([keys] if isinstance(keys, str) else keys))
+    if isinstance(system, Scene):
+        (arguments, given), additions = system._given, system._additions
+        return make_scene((*(arguments or (None,)), quoted), given, additions)
+    given, additions = system._given[1], []
+    text = body_text(given)
+    for name, arguments in system._additions:
+        if name in ("add_user_torque", "add_potential"):
+            additions.append((name, arguments))
+        else:
+            text += group_text(name, arguments)
+    if given["scene"] is not None:
+        (arguments, of_scene), before = given["scene"]._given, given["scene"]._additions
+        return make_scene((*(arguments or (None,)), quoted), {**of_scene, "text": text_of(of_scene["text"]) + "\n" + text},
+                          [*before, *additions])
+    text += group("initial", quaternion=q, angular_velocity=omega) + group("integrator", local_tolerance=1e-6, end_time=1.0)
+    return make_scene((None, quoted), {"text": text, "name": "system"}, additions)
+
+
+def make_scene(arguments: tuple[Any, ...], given: dict[str, Any], additions: Sequence[Any]) -> Scene:
+    """A scene made from its text."""
+    made: Scene = make_again(Scene, (arguments, given), tuple(additions))
+    return made
+
+
+def text_of(text: Union[str, bytes]) -> str:
+    return text if isinstance(text, str) else os.fsdecode(text)
+
+
+def body_text(given: dict[str, Any]) -> str:
+    """The group &body, or the groups, that the arguments of a System stand for."""
+    if given["text"] is not None:
+        return text_of(given["text"]) + "\n"
+    if given["scene"] is not None:
+        return ""
+    rest = {"mass": given["mass"] or None, "center_of_mass": given["center_of_mass"]}
+    if given["shape"] is not None:
+        return group("body", shape=given["shape"], size=given["size"], density=given["density"] or None, **rest)
+    tensor = None if given["tensor"] is None else tensor_entries(given["tensor"])
+    return group("body", inertia=given["moments"], inertia_tensor=tensor, about_center=given["about_center"] or None, **rest)
+
+
+def group_text(name: str, arguments: tuple[Any, ...]) -> str:
+    """The group that a method of a System stands for, by what it noted."""
+    if name == "_add_group":
+        return str(arguments[1])
+    if name == "_add_earth_field":
+        moment, angle, coefficients = arguments
+        return group("earth_field", moment=moment, epoch_angle=angle, coefficients=coefficients)
+    if name == "_add_force":
+        point, force, axes, start, stop = arguments
+        return group("force", body_point=point, force=force, axes=axes, start=finite(start), stop=finite(stop))
+    if name == "_add_wheel" and arguments[2] is None:
+        (axis, inertia, speed, friction, torque_limit, speed_limit), motor, _ = arguments
+        keys = dict(zip(("torque", "frequency", "phase", "start", "stop"), map(finite, motor or ())))
+        return group("wheel", axis=axis, inertia=inertia, speed=speed, friction=friction or None, torque_limit=finite(torque_limit),
+                     speed_limit=finite(speed_limit), **keys)
+    raise refusal(f"free names numbers of a scene, which cannot have {NOT_IN_A_TEXT.get(name, name)} in its text (expected a Scene)")
+
+
+def finite(number: float) -> Any:
+    """A number, or None for one that a scene leaves out."""
+    return number if np.isfinite(number) else None

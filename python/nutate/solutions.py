@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+from functools import partial
 from typing import Any, Callable, Iterator, Optional, Sequence, Union
 
 import numpy as np
@@ -13,7 +14,7 @@ from ._library import (Array, NOT_CONVERGED, NOT_FINITE, NutateError, NutateValu
 from .events import History
 from .exchange import Exchange
 from .scenes import Scene
-from .sensitivities import Sensitivity
+from .sensitivities import Sensitivity, rows_at, scene_with_free
 from .steppers import Stepper
 from .systems import System
 
@@ -132,6 +133,9 @@ class Solution(Exchange):
     sensitivity with free: sensitivity(t) returns the derivatives of the rotation vector, body axes, rad, and of omega, rad/s, by
                 the free numbers, each of shape (3, len(free)), at n times (n, 3, len(free)); else None
 
+    exponents, megno, fli   of a Scene with &tangent: Lyapunov exponents, 1/s, shape (1,) or (6,), mean MEGNO and fast Lyapunov
+                indicator; else None
+
     solution["omega3"] is a column by its name, solution.columns all of them; to_pandas() and to_xarray() make tables.
     """
 
@@ -153,6 +157,9 @@ class Solution(Exchange):
         self.system: System = facts["system"]
         self.sensitivity: Optional[Sensitivity] = facts.get("sensitivity")
         self.free: tuple[str, ...] = self.sensitivity.names if self.sensitivity is not None else ()
+        self.exponents: Optional[Array] = facts["exponents"]
+        self.megno: Optional[float] = facts["megno"]
+        self.fli: Optional[float] = facts["fli"]
         self._labels = facts["labels"]
         self.q = stacked(columns, "q", range(4))
         self.omega = stacked(columns, "omega", range(1, 4))
@@ -192,15 +199,13 @@ def solve(system: Union[System, Scene], q0: Any = None, omega0: Optional[npt.Arr
                steps. As in SciPy they may have the attributes direction (1: only rising, -1: only falling) and terminal (True:
                the first occurrence ends the motion; n: the n-th)
     dense_output  False, with t_eval, saves the memory of `sol`
-    free       of a Scene: names of numbers, such as "body.inertia.1", by which `sensitivity` of the solution differentiates, as
-               key in &free
+    free       names of numbers, such as "body.inertia.1" or "initial.attitude", by which `sensitivity` of the solution
+               differentiates, as key in &free; those of a System are named as a scene would have them
 
     Exceptions raised by callbacks and events propagate unchanged, with the rows so far as attribute `history`, and so does the
     KeyboardInterrupt of Ctrl-C. A step that fails ends the motion with the rows before it and status -1."""
     scene = system if isinstance(system, Scene) else None
     labels = scene.labels if scene is not None else {}
-    if free is not None and scene is None:
-        raise refusal("free names numbers of a scene, and there is none (expected a Scene)")
     body, q0, omega0, span = start_of(system, q0, omega0, t_span)
     if "time_step" in settings or "local_tolerance" in settings:
         accuracy = None
@@ -215,15 +220,21 @@ def solve(system: Union[System, Scene], q0: Any = None, omega0: Optional[npt.Arr
     with Stepper(body, **{key: value for key, value in given.items() if value is not None}) as stepper:
         stepper.set_columns(*SETS)
         stepper.set_state(q0, omega0, span[0], frame=frame)
+        if scene is not None:
+            stepper.follow_chaos(scene)
+        if free is not None:
+            with scene_with_free(system, free, stepper.quaternion, stepper.angular_velocity) as with_free:
+                stepper.differentiate(with_free)
+            stepper.set_columns(*SETS, "sensitivities")
         branch = copy.copy(stepper)
-        sensitivity = Sensitivity(scene, free, stepper, *span) if scene is not None and free is not None else None
         add_events(stepper, looked_for)
         ends, failed = run_of(stepper, span[1], times if rows_only else None)
         sol = Motion(stepper, branch, ends) if dense_output and len(ends["t"]) else None
         columns = ends if sol is None or times is None else sol.rows(times[(times >= sol.t_min) & (times <= sol.t_max)])
+        sensitivity = None if free is None else Sensitivity(ends, partial(rows_at, columns) if sol is None else sol.rows)
         return Solution(columns, sol, system=copy.copy(body), labels=labels, method=stepper.get("method"),
                         n_steps=None if rows_only else max(len(ends["t"]) - 1, 0), uncertified_steps=stepper.uncertified_steps,
-                        sensitivity=sensitivity,
+                        sensitivity=sensitivity, exponents=ends.exponents, megno=ends.megno, fli=ends.fli,
                         errors=errors_of(stepper, columns, failed), accuracy_reached=ends.accuracy_reached,
                         **outcome(stepper, looked_for, failed, ends.accuracy_reached))
 

@@ -62,6 +62,7 @@ class Stepper(SatelliteState):
         self._sets: Optional[tuple[str, ...]] = None
         self._names: Optional[list[str]] = None
         self._events: list[tuple[tuple[Any, ...], dict[str, Any]]] = []
+        self._carried: dict[str, tuple[Any, Any, tuple[Any, ...]]] = {}
         self.set(**settings)
 
     def __repr__(self) -> str:
@@ -98,7 +99,7 @@ class Stepper(SatelliteState):
         self._call("nutate_stepper_save", None, 0, ctypes.byref(needed))
         saved = ctypes.create_string_buffer(needed.value)
         self._call("nutate_stepper_save", saved, needed.value, None)
-        return restored, (self._source, self._settings, self._sets, self._events, saved.raw)
+        return restored, (self._source, self._settings, self._sets, self._events, self._carried, saved.raw)
 
     def set_state(self, q: Any = None, omega: Optional[npt.ArrayLike] = None, t: float = 0.0, *,
                   xyzw: Optional[npt.ArrayLike] = None, frame: str = "body") -> None:
@@ -168,17 +169,23 @@ class Stepper(SatelliteState):
         history._warn()
         return history
 
-    def sensitivities(self, scene: Scene, end_time: float, times: Optional[npt.ArrayLike] = None) -> History:
-        """Runs to `end_time`, s, as `run_to`, and returns the derivatives by the numbers of &free of a scene of the same body and
-        effects, from the present state on: "t", and the columns "d_rotation1/d_KEY" (rad), "d_omega1/d_KEY" (rad/s), ... per
-        unit of each number."""
-        wanted = None if times is None else np.ascontiguousarray(np.atleast_1d(times), dtype=np.float64)
-        handle = ctypes.c_void_p()
-        status = interruptible(library.nutate_stepper_sensitivities, self._handle, scene._handle, float(end_time), pointer(wanted),
-                               0 if wanted is None else wanted.size, ctypes.byref(handle))
-        history, _ = take_history(handle)
-        self._conclude(status, history)
-        return history
+    def differentiate(self, scene: Scene) -> None:
+        """Lets runs from now on carry derivatives by the numbers of &free of a scene of the same body and effects, each from its
+        start: the columns of the set "sensitivities" show them."""
+        self._call("nutate_stepper_differentiate", scene._handle)
+        self._carry("differentiate", scene)
+
+    def follow_chaos(self, scene: Scene) -> None:
+        """Lets runs from now on follow the indicators of chaos of &tangent of a scene, each from its start: the history that
+        `run_to` returns has them, and the columns of the sets "lyapunov", "megno" and "fli" show them. A stepper of a scene
+        follows those of that."""
+        self._call("nutate_stepper_follow_chaos", scene._handle)
+        self._carry("follow_chaos", scene)
+
+    def _carry(self, name: str, scene: Scene) -> None:
+        """Notes a call for copies."""
+        self._names = None
+        self._carried = {**self._carried, name: (type(scene), scene._given, tuple(scene._additions))}
 
     def add_event(self, when: Union[str, Sequence[str], Callable[..., float]], name: Optional[str] = None, *,
                   crosses: Optional[float] = None, extremum: Optional[str] = None, direction: Optional[int] = None,
@@ -223,7 +230,9 @@ class Stepper(SatelliteState):
         names = self.column_names
         times, rows = np.ascontiguousarray(times), np.empty((len(times), len(names)))
         q, p = (np.array([start[f"{name}{i}"] for i in range(4)]) for name in "qp")
-        self._call("nutate_stepper_dense_output", start["t"], pointer(q), pointer(p), dt, len(times), pointer(times), pointer(rows))
+        derivatives = np.array([start[name] for name in names if name.startswith(("d_rotation", "d_omega"))])
+        self._call("nutate_stepper_dense_output", start["t"], pointer(q), pointer(p), pointer(derivatives) if derivatives.size else None,
+                   dt, len(times), pointer(times), pointer(rows))
         return dict(zip(names, rows.T))
 
     def set_columns(self, *sets: str) -> None:
@@ -340,11 +349,15 @@ class Stepper(SatelliteState):
 
 
 def restored(source: Any, settings: dict[str, Any], sets: Optional[tuple[str, ...]],
-             events: list[tuple[tuple[Any, ...], dict[str, Any]]], saved: bytes) -> Stepper:
+             events: list[tuple[tuple[Any, ...], dict[str, Any]]], carried: dict[str, tuple[Any, Any, tuple[Any, ...]]],
+             saved: bytes) -> Stepper:
     """A stepper made as another one was, and put where that was saved."""
     kind, given, additions = source
     with make_again(kind, given, additions) as made:
         stepper = Stepper(made, **settings)
+    for name, recipe in carried.items():
+        with make_again(*recipe) as scene:
+            getattr(stepper, name)(scene)
     if sets is not None:
         stepper.set_columns(*sets)
     for arguments, keys in events:

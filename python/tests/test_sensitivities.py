@@ -1,6 +1,7 @@
 """Derivatives of motions by numbers of scenes: those of solve against differences of motions, and those of histories."""
 
 import copy
+import pickle
 import unittest
 
 import numpy as np
@@ -63,25 +64,150 @@ class SensitivityTest(unittest.TestCase):
             np.testing.assert_allclose(solution.sensitivity(0.0)[0], np.eye(3), rtol=0, atol=1e-11)
 
     def test_what_cannot_be_is_refused(self):
-        with self.assertRaisesRegex(nutate.NutateValueError, "expected a Scene"):
-            nutate.solve(nutate.System(moments=(1, 2, 2.5)), omega0=(1, 2, 3), t_span=(0, 1), free=["body.mass"])
+        system = nutate.System(moments=(1, 2, 2.5))
+        with self.assertRaisesRegex(nutate.NutateError, "the scene has no 'body.mass' to start from"):
+            nutate.solve(system, omega0=(1, 2, 3), t_span=(0, 1), free=["body.mass"])
+        system.add_table([0, 1], np.zeros((2, 3)))
+        with self.assertRaisesRegex(nutate.NutateValueError, "cannot have a table in its text"):
+            nutate.solve(system, omega0=(1, 2, 3), t_span=(0, 1), free=["body.inertia"])
         with self.assertRaisesRegex(nutate.NutateError, "no derivative by 'integrator.time_step'"):
             nutate.solve(self.scene, free=["integrator.time_step"], **STEPS)
         with self.assertRaisesRegex(nutate.NutateValueError, "outside the motion"):
             nutate.solve(self.scene, free=["body.mass"], **STEPS).sensitivity(1.5)
+        rows = nutate.solve(self.scene, free=["body.mass"], t_eval=[0.25, 0.5], dense_output=False, **STEPS)
+        whole = nutate.solve(self.scene, free=["body.mass"], **STEPS)
+        np.testing.assert_allclose(rows.sensitivity(0.25)[1], whole.sensitivity(0.25)[1], rtol=0, atol=1e-14)
+        with self.assertRaisesRegex(nutate.NutateValueError, "none of the rows"):
+            rows.sensitivity(0.3)
+
+    def test_times_inside_steps_need_no_other_run(self):
+        calls = []
+
+        def torque(t, q, omega):
+            calls.append(t)
+            return -0.05 * omega
+
+        times = np.array([0.011, 1.234, 2.5, 2.51])
+        for method in ("nielsen_krenk", "dop853", "rk8"):
+            with self.subTest(method=method):
+                settings = {"local_tolerance": 1e-9, "method": method}
+                scene = nutate.Scene(None, "integrator.end_time=3", text=TOP)
+                scene.add_user_torque(torque)
+                solution = nutate.solve(scene, free=["body.mass", "initial.attitude"], **settings)
+                of_run, calls[:] = len(calls), []
+                found = [part[0] for part in solution.sensitivity(times[1:2])]
+                self.assertLess(len(calls), of_run / 4)
+                # As a run to there, but for the error of the step that ends there.
+                there = nutate.solve(scene, t_span=(0, times[1]), free=["body.mass", "initial.attitude"], **settings)
+                for part, other in zip(found, there.sensitivity(times[1])):
+                    np.testing.assert_allclose(part, other, rtol=0, atol=1e-6)
+                calls.clear()
+
+    def test_columns_inside_steps_are_those_of_rows_there(self):
+        times = np.array([0.011, 0.25, 0.5, 0.77])
+        for settings in (STEPS, {"method": "rk8", "time_step": 0.05}, {"method": "taylor", "local_tolerance": 1e-10},
+                         {"method": "nielsen_krenk", "order": 8, "local_tolerance": 1e-10}, {"method": "dop853", "local_tolerance": 1e-10}):
+            with self.subTest(**settings):
+                dense = nutate.solve(self.scene, free=["body.mass", "body.inertia.2"], **settings)
+                rows = nutate.solve(self.scene, free=["body.mass", "body.inertia.2"], t_eval=times, dense_output=False, **settings)
+                for found, wanted in zip(dense.sensitivity(times), rows.sensitivity(times)):
+                    np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-9 if "local_tolerance" in settings else 1e-12)
+
+    def test_a_body_that_was_made_by_calls_has_names_too(self):
+        system = nutate.System(tensor=(3, 2, 1.5, 0.1, 0, 0.2), mass=2.0, center_of_mass=(0.1, 0.05, 0.2))
+        system.add("gravity", acceleration=(0.0, 1.0, -9.8))
+        system.add_force((0.1, 0, 0), (0, 0, 0.5), "body")
+        start = {"q0": (0.8, 0.4, -0.4, 0.2), "omega0": (0.4, -0.3, 2.0), "t_span": (0, 1)}
+        free = ["body.mass", "body.inertia_tensor.4", "force.force.3", "initial.angular_velocity.2"]
+        solution = nutate.solve(system, free=free, **start, **STEPS)
+        self.assertEqual(solution.free, tuple(free))
+        step, found = 1e-5, solution.sensitivity(1.0)
+
+        def disturbed(**keys):
+            given = {"mass": 2.0, "jxy": 0.1, "force": 0.5, "rate": -0.3, **keys}
+            other = nutate.System(tensor=(3, 2, 1.5, given["jxy"], 0, 0.2), mass=given["mass"], center_of_mass=(0.1, 0.05, 0.2))
+            other.add("gravity", acceleration=(0.0, 1.0, -9.8))
+            other.add_force((0.1, 0, 0), (0, 0, given["force"]), "body")
+            return nutate.solve(other, **{**start, "omega0": (0.4, given["rate"], 2.0)}, **STEPS)
+
+        for i, (name, value) in enumerate((("mass", 2.0), ("jxy", 0.1), ("force", 0.5), ("rate", -0.3))):
+            less, more = (disturbed(**{name: value + h}) for h in (-step, step))
+            np.testing.assert_allclose(found[0][:, i], rotation(less.q[-1:], more.q[-1:])[0] / (2 * step), rtol=0, atol=5e-9)
+            np.testing.assert_allclose(found[1][:, i], (more.omega[-1] - less.omega[-1]) / (2 * step), rtol=0, atol=5e-9)
+        for made in (nutate.System(scene=self.scene), nutate.System(text=TOP.split("&initial")[0] + "&gravity acceleration = 0, 1, -9.8 /")):
+            other = nutate.solve(made, free="body.mass", **start, **STEPS).sensitivity(1.0)
+            np.testing.assert_allclose(other[1], nutate.solve(self.scene, free="body.mass", **STEPS).sensitivity(1.0)[1], rtol=0, atol=1e-13)
+
+    def test_wheels_and_the_shape_of_a_body(self):
+        system = nutate.System(shape="box", size=(0.3, 0.2, 0.1), density=2000.0)
+        system.add_wheel((0, 0, 1), 0.001, 50.0, torque=0.01)
+        solution = nutate.solve(system, omega0=(0.1, 0.2, 1.0), t_span=(0, 2), free=["wheel.speed", "body.size.1"], **STEPS)
+        other = nutate.System(shape="box", size=(0.3, 0.2, 0.1), density=2000.0)
+        other.add_wheel((0, 0, 1), 0.001, 50.0 + 1e-4, torque=0.01)
+        changed = nutate.solve(other, omega0=(0.1, 0.2, 1.0), t_span=(0, 2), **STEPS)
+        np.testing.assert_allclose(solution.sensitivity(2.0)[1][:, 0], (changed.omega[-1] - solution.omega[-1]) / 1e-4, rtol=0, atol=1e-9)
+        # Inside of steps by a run to there.
+        self.assertTrue(np.all(np.isfinite(solution.sensitivity([0.51, 1.013])[0])))
 
     def test_a_stepper_is_as_before(self):
         free = nutate.Scene(None, "free.key=body.mass", text=TOP)
         stepper = nutate.Stepper(free)
         twin = copy.copy(stepper)
-        columns = twin.sensitivities(free, 0.5, times=[0.25, 0.5])
+        twin.differentiate(free)
+        twin.set_columns("sensitivities")
+        again = pickle.loads(pickle.dumps(twin))
+        columns = twin.run_to(0.5, times=[0.25, 0.5])
         self.assertEqual(list(columns)[:2], ["t", "d_rotation1/d_body.mass"])
+        for name, values in again.run_to(0.5, times=[0.25, 0.5]).items():
+            np.testing.assert_array_equal(values, columns[name])
         np.testing.assert_array_equal(columns["t"], [0.25, 0.5])
+        twin.set_columns("quaternion", "angular_velocity", "energy", "constraints")
         first, second = stepper.run_to(1.0), twin.run_to(1.0)
         self.assertEqual(list(first), list(second))
         self.assertEqual(first["q1"][-1], second["q1"][-1])
-        with self.assertRaisesRegex(nutate.NutateValueError, "need free numbers"):
-            stepper.sensitivities(nutate.Scene(text=TOP), 2.0)
+        with self.assertRaisesRegex(nutate.NutateValueError, "the scene has no free numbers"):
+            stepper.differentiate(nutate.Scene(text=TOP))
+        with self.assertRaisesRegex(nutate.NutateValueError, "nutate_stepper_differentiate|need free numbers"):
+            nutate.Stepper(nutate.Scene(text=TOP)).set_columns("sensitivities")
+
+
+class ChaosTest(unittest.TestCase):
+    """Indicators of chaos."""
+
+    def setUp(self):
+        self.scene = nutate.Scene(text=TOP.replace("end_time = 1.0", "end_time = 20.0") + "&tangent exponents = 6 /\n"
+                                  "&output columns = 'quaternion', 'lyapunov', 'megno', 'fli' /\n")
+
+    def test_runs_of_scenes_have_them(self):
+        history = self.scene.run()
+        self.assertEqual(history.exponents.shape, (6,))
+        np.testing.assert_array_equal(history.exponents, [history[f"lyapunov{i}"][-1] for i in range(1, 7)])
+        self.assertEqual((history.megno, history.fli), (history["megno"][-1], history["fli"][-1]))
+        plain = nutate.Scene(text=TOP).run()
+        self.assertEqual((plain.exponents, plain.megno, plain.fli), (None, None, None))
+
+    def test_solutions_and_steppers_have_them(self):
+        history = self.scene.run()
+        solution = nutate.solve(self.scene, **STEPS)
+        np.testing.assert_array_equal(solution.exponents, history.exponents)
+        self.assertEqual((solution.megno, solution.fli), (history.megno, history.fli))
+        self.assertIsNone(nutate.solve(nutate.Scene(text=TOP)).exponents)
+        # A method that is left open can carry what they need.
+        self.assertGreater(nutate.solve(self.scene, accuracy=1e-5).fli, 1.0)
+        stepper = nutate.Stepper(nutate.System(scene=self.scene), **STEPS)
+        stepper.set_state(*self.scene.initial)
+        stepper.follow_chaos(self.scene)
+        again = pickle.loads(pickle.dumps(stepper))
+        for one in (stepper, again):
+            np.testing.assert_array_equal(one.run_to(20.0).exponents, history.exponents)
+
+    def test_free_numbers_stand_beside_them(self):
+        plain, both = nutate.solve(self.scene, **STEPS), nutate.solve(self.scene, free=["body.mass"], **STEPS)
+        np.testing.assert_array_equal(plain.q, both.q)
+        np.testing.assert_allclose(both.exponents, plain.exponents, rtol=0, atol=1e-12)
+        scene = nutate.Scene(text=TOP.replace("end_time = 1.0", "end_time = 20.0"))
+        np.testing.assert_allclose(both.sensitivity(19.99)[1], nutate.solve(scene, free=["body.mass"], **STEPS).sensitivity(19.99)[1],
+                                   rtol=1e-9)
 
 
 class HistoryTest(unittest.TestCase):

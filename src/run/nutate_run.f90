@@ -329,6 +329,7 @@ contains
       columns(n + 1:)%name = 'tangent'
       call self%differentiate(columns, system, status)
       if (.not. status%ok()) return
+      if (allocated(self%summary%chaos)) deallocate (self%summary%chaos)
       allocate (self%summary%chaos)
       call self%summary%chaos%begin(settings, system, self%state, self%tangent, status)
       if (status%ok()) self%last_tangent = self%tangent

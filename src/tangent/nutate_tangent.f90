@@ -64,6 +64,8 @@ module nutate_tangent
    contains
       !> Makes the columns of a first state.
       procedure :: begin
+      !> Sets the columns at a later state.
+      procedure :: resume
       !> Change of the rates.
       procedure :: rates
       !> Change of the momentum that rotors and wheels have in the body, of one column.
@@ -157,6 +159,30 @@ contains
          self%momentum(k, :) = self%momentum(k, :) + self%inner_change(system%effects, state, k)
       end do
    end subroutine start_columns
+
+   !> Sets the columns at a later state of a motion without wheels, from what `theta` and `rates` were there. What is
+   !> conserved counts from here.
+   subroutine resume(self, system, state, theta, rates)
+      !> Begun.
+      class(tangent_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      !> rad, rad/s, body axes, a unit of the column's parameter; shape (n, 3).
+      real(wp), intent(in) :: theta(:, :), rates(:, :)
+      integer :: k, m
+      self%theta = theta
+      do k = 1, self%n
+         self%momentum(k, :) = times_vector(system%body%inertia, rates(k, :)) &
+                               + self%inner_change(system%effects, state, k)
+      end do
+      do m = 1, size(self%parametric)
+         k = self%parametric(m)
+         self%momentum(k, :) = self%momentum(k, :) &
+                               + times_vector(self%inertia(:, :, m), angular_velocity(system, state))
+      end do
+      self%energy = self%energy_row(system, state)
+      self%space_momentum = self%momentum_row(state)
+   end subroutine resume
 
    !> Change of the momentum of rotors and wheels in the body, axes of wheels included, N m s, body axes; shape (3).
    pure function inner_change(self, effects, state, k) result(change)

@@ -6,6 +6,7 @@ module nutate_c_dense_output
    use nutate_c_settings, only: prepare_if_needed
    use nutate_columns, only: columns_t
    use nutate_control, only: needs_control
+   use nutate_free_columns, only: shows_derivatives
    use nutate_kinds, only: wp
    use nutate_limits, only: is_moderate, same_time
    use nutate_methods, only: make_stepper
@@ -14,6 +15,7 @@ module nutate_c_dense_output
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_NOT_CONVERGED, &
       NUTATE_OFF_BRANCH, NUTATE_SINGULAR
    use nutate_stepper, only: dense_stepper_t, step_goal_t
+   use nutate_tangent, only: tangent_t
    implicit none
    private
 
@@ -24,13 +26,15 @@ module nutate_c_dense_output
 
 contains
 
-   integer(c_int) function nutate_stepper_dense_output(stepper, t, q, p, dt, n, times, rows) result(code) bind(C)
-      type(c_ptr), intent(in), value :: stepper, rows
+   integer(c_int) function nutate_stepper_dense_output(stepper, t, q, p, derivatives, dt, n, times, rows) result(code) &
+      bind(C)
+      type(c_ptr), intent(in), value :: stepper, derivatives, rows
       real(c_double), intent(in), value :: t, dt
       integer(c_size_t), intent(in), value :: n
       real(c_double), intent(in), optional :: q(4), p(4), times(n)
       type(stepper_handle_t), pointer :: handle
-      real(c_double), pointer :: values(:, :)
+      real(c_double), pointer :: values(:, :), start(:, :)
+      type(tangent_t) :: tangent
       type(state_t) :: state
       type(status_t) :: status
       code = NUTATE_BAD_HANDLE
@@ -50,7 +54,16 @@ contains
          state%p = p
          call c_f_pointer(rows, values, [int(handle%columns%width, c_size_t), n])
          handle%failure = 0
-         call look_from(handle, state, dt, times, values, status)
+         if (handle%columns%differentiates) then
+            if (n > 0 .and. .not. c_associated(derivatives)) status = null_argument('derivatives')
+            if (status%ok() .and. n > 0) then
+               call c_f_pointer(derivatives, start, [6, size(handle%tangents)])
+               call tangent%begin(handle%system, state, handle%tangents, status)
+               if (status%ok()) call tangent%resume(handle%system, state, transpose(start(:3, :)), &
+                                                    transpose(start(4:, :)))
+            end if
+         end if
+         if (status%ok()) call look_from(handle, state, dt, times, values, status, tangent)
          call add_failure(handle%failure, status)
       end if
       code = conclude(handle, status)
@@ -65,6 +78,11 @@ contains
          status = fail(NUTATE_BAD_ARGUMENT, &
                        'q and p are not the whole state: there are wheels, or a controller '// &
                        'with a sample or limits (expected rows of a run at user-defined times)', 'stepper')
+         return
+      end if
+      if (handle%columns%differentiates .and. .not. shows_derivatives(handle%sets)) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'indicators of chaos are those of a run (expected other columns)', &
+                       'stepper')
          return
       end if
       call prepare_if_needed(handle, status)
@@ -84,7 +102,7 @@ contains
    end function are_in_order
 
    !> Rows at times of the motion from a state. Errors: those of the steps.
-   subroutine look_from(handle, state, dt, times, rows, status)
+   subroutine look_from(handle, state, dt, times, rows, status, tangent)
       type(stepper_handle_t), intent(inout) :: handle
       type(state_t), intent(inout) :: state
       !> s.
@@ -92,7 +110,10 @@ contains
       !> Shape (width, number of times).
       real(wp), intent(inout) :: rows(:, :)
       type(status_t), intent(inout) :: status
+      !> Columns at the state, where the rows show derivatives; used up.
+      type(tangent_t), intent(inout) :: tangent
       type(columns_t) :: columns
+      type(tangent_t) :: inside
       type(run_record_t) :: record
       type(state_t) :: there
       real(wp) :: since
@@ -110,12 +131,28 @@ contains
             call handle%inside%state_at(handle%system, times(i), there, since, status, each)
             record%work = sum(works) + since
             record%works = [works + each, 0.0_wp]
-            if (status%code == 0) call columns%evaluate(handle%system, there, record, rows(:, i))
+            inside = tangent
+            if (tangent%n > 0 .and. status%code == 0) &
+               call handle%inside%carry_inside(handle%system, there, inside, status)
+            if (status%code == 0) call columns%evaluate(handle%system, there, record, rows(:, i), inside)
             i = i + 1
          end do
+         if (tangent%n > 0 .and. i <= size(times)) call carry_on(handle, state, tangent, status)
          works = works + handle%inside%work
       end do
    end subroutine look_from
+
+   !> Moves columns over the step that led to a state.
+   subroutine carry_on(handle, state, tangent, status)
+      type(stepper_handle_t), intent(inout) :: handle
+      type(state_t), intent(in) :: state
+      type(tangent_t), intent(inout) :: tangent
+      type(status_t), intent(inout) :: status
+      associate (stepper => handle%inside)
+         call stepper%carry(handle%system, stepper%last_start, state, state%t - stepper%last_start%t, &
+                            stepper%last_window, tangent, status)
+      end associate
+   end subroutine carry_on
 
    !> A step, shorter where a torque starts or stops before its end, where the method chooses it so, or where it fails.
    subroutine take_step(handle, state, dt, status)

@@ -10,6 +10,7 @@ module nutate_c_handles
    use nutate_c_found, only: found_events_t
    use nutate_c_polls, only: poll_t
    use nutate_c_text, only: message_to_c
+   use nutate_chaos, only: chaos_settings_t, chaos_t
    use nutate_column, only: column_t
    use nutate_columns, only: columns_t
    use nutate_effect_list, only: effect_list_t
@@ -25,6 +26,7 @@ module nutate_c_handles
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NO_MEMORY
    use nutate_stepper, only: stepper_t
    use nutate_system, only: system_t
+   use nutate_tangent_columns, only: carried_t
    implicit none
    private
 
@@ -78,6 +80,8 @@ module nutate_c_handles
       !> Shape (width, room for rows).
       real(wp), allocatable :: values(:, :)
       type(found_events_t) :: found
+      !> Indicators of chaos, where the run followed any.
+      type(chaos_t), allocatable :: indicators
    end type history_handle_t
 
    !> Classes of many bodies.
@@ -135,8 +139,12 @@ module nutate_c_handles
       type(columns_t) :: columns
       !> Names of the columns, comma separated.
       character(len=:), allocatable :: names
-      !> The derivatives that a run carries, where its columns show them; set for one run.
+      !> What runs carry along: the tangent columns by free numbers, where columns show them; indicators of chaos, and
+      !> those of the last run.
+      type(carried_t) :: carried
       type(column_t), allocatable :: tangents(:)
+      type(chaos_settings_t) :: chaos
+      type(chaos_t), allocatable :: indicators
    end type stepper_handle_t
 
 contains

@@ -11,11 +11,10 @@ module nutate_c_history
    use nutate_c_text, only: lock_texts, nth_name, copy_text, text_to_c, unlock_texts
    use nutate_event_history, only: event_history_t, events_name
    use nutate_files, only: same_file
-   use nutate_free_columns, only: free_columns, shows_derivatives, usual_sets
+   use nutate_free_columns, only: usual_sets
    use nutate_history, only: history_t
    use nutate_kinds, only: wp, long
    use nutate_scene, only: scene_t
-   use nutate_scene_error, only: error_line, scene_error_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_BAD_SCENE, &
       NUTATE_NO_MEMORY, NUTATE_OK
    use nutate_system, only: system_t
@@ -23,8 +22,8 @@ module nutate_c_history
    private
 
    public :: nutate_scene_run, nutate_scene_write, nutate_history_size, nutate_history_name, nutate_history_column, &
-      nutate_history_values, nutate_history_uncertified, nutate_history_accuracy, nutate_history_destroy
-   public :: find_tangents
+      nutate_history_values, nutate_history_uncertified, nutate_history_accuracy, nutate_history_chaos, &
+      nutate_history_destroy
 
 contains
 
@@ -165,6 +164,26 @@ contains
       code = NUTATE_OK
    end function nutate_history_accuracy
 
+   integer(c_int) function nutate_history_chaos(history, n, exponents, megno, fli, time) result(code) bind(C)
+      type(c_ptr), intent(in), value :: history
+      integer(c_size_t), intent(inout), optional :: n
+      real(c_double), intent(inout), optional :: exponents(*), megno, fli, time
+      type(history_handle_t), pointer :: handle
+      code = NUTATE_BAD_HANDLE
+      handle => find_history(history)
+      if (.not. associated(handle)) return
+      code = NUTATE_OK
+      if (present(n)) n = 0
+      if (.not. allocated(handle%indicators)) return
+      associate (chaos => handle%indicators)
+         if (present(n)) n = chaos%n
+         if (present(exponents)) exponents(1:chaos%n) = chaos%lyapunov()
+         if (present(megno)) megno = chaos%megno()
+         if (present(fli)) fli = chaos%fli()
+         if (present(time)) time = chaos%time
+      end associate
+   end function nutate_history_chaos
+
    integer(c_int) function nutate_history_destroy(history) result(code) bind(C)
       type(c_ptr), intent(in), value :: history
       type(c_ptr), pointer :: slot
@@ -193,11 +212,10 @@ contains
       call start_handle(stepper, status)
       if (.not. status%ok()) return
       associate (scene => from%scene, columns => stepper%columns)
-         call set_scene(stepper, from, status, scene%carried())
+         call set_scene(stepper, from, usual_sets(scene), status)
          call lock_texts()
          if (status%ok()) call columns%choose(usual_sets(scene), status, scene%output%degrees, scene%system%effects, &
                                               scene%carried())
-         if (status%ok() .and. columns%differentiates) call find_tangents(scene, stepper, status)
          handle%names = columns%header()
          call unlock_texts()
          if (status%ok()) then
@@ -208,6 +226,7 @@ contains
             stepper%poll = from%poll
             call travel(stepper, scene%plan, receiver, status)
             handle%found = stepper%found
+            if (allocated(stepper%indicators)) handle%indicators = stepper%indicators
             handle%uncertified_steps = stepper%run%summary%uncertified_steps
             handle%accuracy = scene%plan%goal%accuracy
             if (status%ok() .and. handle%accuracy > 0.0_wp) &
@@ -229,10 +248,7 @@ contains
       type(status_t) :: closing
       call start_handle(stepper, status)
       if (.not. status%ok()) return
-      call set_scene(stepper, from, status, from%scene%carried())
-      call lock_texts()
-      if (status%ok() .and. shows_derivatives(usual_sets(from%scene))) call find_tangents(from%scene, stepper, status)
-      call unlock_texts()
+      call set_scene(stepper, from, usual_sets(from%scene), status)
       if (status%ok()) call open_files(from%scene, stepper%system, name, file, events, status)
       if (status%ok()) then
          stepper%columns = file%columns
@@ -254,17 +270,6 @@ contains
       end if
       deallocate (stepper)
    end subroutine write_file
-
-   !> Finds the tangent columns of the free numbers of a scene, while texts are locked. Errors: `NUTATE_BAD_SCENE` for
-   !> what has none.
-   subroutine find_tangents(scene, stepper, status)
-      type(scene_t), intent(in) :: scene
-      type(stepper_handle_t), intent(inout) :: stepper
-      type(status_t), intent(inout) :: status
-      type(scene_error_t) :: error
-      call free_columns(scene, stepper%tangents, error)
-      if (error%raised) status = fail(NUTATE_BAD_SCENE, error_line(scene%file, error))
-   end subroutine find_tangents
 
    !> Opens the file of the rows, and beside it that of the events where there are any. Errors: those of the files; the
    !> rows are not kept then.

@@ -7,6 +7,7 @@ module nutate_c_reading
    use nutate_c_rows, only: present_record
    use nutate_c_text, only: lock_texts, nth_name, copy_text, text_to_c, unlock_texts
    use nutate_columns, only: columns_t, need_attitude
+   use nutate_free_columns, only: shows_derivatives
    use nutate_hamiltonian, only: angular_velocity, body_momentum, kinetic_energy, potential_energy, space_momentum
    use nutate_invariants, only: conserved_momentum
    use nutate_keys, only: name_length
@@ -23,7 +24,7 @@ module nutate_c_reading
       nutate_stepper_angular_momentum_space, nutate_stepper_matrix, nutate_stepper_euler, nutate_stepper_energy, &
       nutate_stepper_constraints, nutate_stepper_conserved, nutate_stepper_solver, nutate_stepper_uncertified, &
       nutate_stepper_accuracy
-   public :: nutate_stepper_set_columns, nutate_stepper_width, nutate_stepper_column, nutate_stepper_row
+   public :: nutate_stepper_set_columns, nutate_stepper_width, nutate_stepper_column, nutate_stepper_row, choose_columns
 
 contains
 
@@ -177,7 +178,10 @@ contains
    integer(c_int) function nutate_stepper_set_columns(stepper, sets) result(code) bind(C)
       type(c_ptr), intent(in), value :: stepper, sets
       type(stepper_handle_t), pointer :: handle
+      character(len=name_length), allocatable :: names(:)
       character(len=:), allocatable :: list
+      type(status_t) :: status
+      integer :: i
       code = NUTATE_BAD_HANDLE
       handle => find_stepper(stepper)
       if (.not. associated(handle)) return
@@ -185,7 +189,12 @@ contains
       if (list == '') then
          code = conclude(handle, fail(NUTATE_BAD_ARGUMENT, 'no set of columns is given', 'sets'))
       else
-         code = choose(handle, list)
+         allocate (names(count([(list(i:i) == ',', i=1, len(list))]) + 1))
+         do i = 1, size(names)
+            names(i) = nth_name(list, i)
+         end do
+         call choose_columns(handle, names, status)
+         code = conclude(handle, status)
       end if
    end function nutate_stepper_set_columns
 
@@ -222,6 +231,9 @@ contains
             status = null_argument('row')
          else if (size >= 0 .and. size < width) then
             status = fail(NUTATE_BAD_ARGUMENT, 'the array for the row is too small', 'size')
+         else if (handle%columns%differentiates) then
+            status = fail(NUTATE_BAD_ARGUMENT, 'only runs have columns of what they carry along (expected other '// &
+                          'columns, or a run)', 'row')
          else
             handle%failure = 0
             call handle%columns%evaluate(handle%system, handle%run%state, present_record(handle), row(1:width))
@@ -249,40 +261,36 @@ contains
       if (.not. complete) code = NUTATE_BAD_ARGUMENT
    end subroutine look
 
-   !> Sets a list of sets of columns.
-   integer(c_int) function choose(handle, list) result(code)
+   !> Sets the sets of columns. Errors: those of `choose` of the columns, those of callbacks.
+   subroutine choose_columns(handle, sets, status)
       type(stepper_handle_t), intent(inout) :: handle
-      character(len=*), intent(in) :: list
-      character(len=name_length), allocatable :: sets(:)
+      !> Their names.
+      character(len=*), intent(in) :: sets(:)
+      type(status_t), intent(out) :: status
+      character(len=name_length), allocatable :: chosen(:)
       character(len=:), allocatable :: names
       type(columns_t) :: columns
-      type(status_t) :: status
-      integer :: i, commas
-      commas = count([(list(i:i) == ',', i=1, len(list))])
-      allocate (sets(commas + 1))
-      do i = 1, size(sets)
-         sets(i) = nth_name(list, i)
-      end do
+      chosen = sets
       call lock_texts()
-      call columns%choose(sets, status, effects=handle%system%effects)
+      call columns%choose(chosen, status, effects=handle%system%effects, carried=handle%carried)
       if (status%ok()) names = columns%header()
       call unlock_texts()
-      if (status%ok()) then
-         handle%failure = 0
-         call columns%start(handle%system, handle%first%state(), handle%run%requested%inverse_auxiliary_inertia, &
-                            handle%plan%time_step < 0.0_wp)
-         call add_failure(handle%failure, status)
-      end if
-      if (status%ok()) then
-         if (columns%follows_steps) call columns%follow(handle%run%state)
-         handle%columns = columns
-         handle%sets = sets
-         handle%names = names
-         if (need_attitude(sets)) handle%run%requested%attitude = .true.
-         handle%run%summary%settings%attitude = handle%run%requested%attitude
-         call unprepare(handle)
-      end if
-      code = conclude(handle, status)
-   end function choose
+      if (status%ok() .and. shows_derivatives(chosen) .and. .not. allocated(handle%tangents)) &
+         status = fail(NUTATE_BAD_ARGUMENT, 'nothing says by what runs differentiate (expected '// &
+                       'nutate_stepper_differentiate)', 'sets')
+      if (.not. status%ok()) return
+      handle%failure = 0
+      call columns%start(handle%system, handle%first%state(), handle%run%requested%inverse_auxiliary_inertia, &
+                         handle%plan%time_step < 0.0_wp)
+      call add_failure(handle%failure, status)
+      if (.not. status%ok()) return
+      if (columns%follows_steps) call columns%follow(handle%run%state)
+      handle%columns = columns
+      handle%sets = chosen
+      handle%names = names
+      if (need_attitude(chosen)) handle%run%requested%attitude = .true.
+      handle%run%summary%settings%attitude = handle%run%requested%attitude
+      call unprepare(handle)
+   end subroutine choose_columns
 
 end module nutate_c_reading

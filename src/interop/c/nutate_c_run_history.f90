@@ -5,21 +5,21 @@ module nutate_c_run_history
       c_ptr, c_size_t
    use nutate_c_handles, only: conclude, find_scene, find_stepper, history_handle_t, null_argument, open_slot, &
       scene_handle_t, stepper_handle_t, HISTORY_MARK
-   use nutate_c_history, only: find_tangents
    use nutate_c_polls, only: poll_t
+   use nutate_c_reading, only: choose_columns
    use nutate_c_rows, only: row_receiver_t
    use nutate_c_runs, only: run_to
-   use nutate_c_text, only: lock_texts, unlock_texts
-   use nutate_columns, only: columns_t
+   use nutate_c_stepper, only: find_tangents
    use nutate_kinds, only: wp
    use nutate_limits, only: is_moderate
    use nutate_run_plan, only: run_plan_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_NO_MEMORY, NUTATE_OK
+   use nutate_tangent_columns, only: carried_t
    implicit none
    private
 
-   public :: nutate_stepper_run_history, nutate_stepper_sensitivities, nutate_stepper_set_poll, &
-      nutate_scene_set_poll
+   public :: nutate_stepper_run_history, nutate_stepper_differentiate, nutate_stepper_follow_chaos, &
+      nutate_stepper_set_poll, nutate_scene_set_poll
 
 contains
 
@@ -45,38 +45,53 @@ contains
       code = conclude(handle, status)
    end function nutate_stepper_run_history
 
-   integer(c_int) function nutate_stepper_sensitivities(stepper, scene, end_time, times, n_times, history) &
-      result(code) bind(C)
-      type(c_ptr), intent(in), value :: stepper, scene, times, history
-      real(c_double), intent(in), value :: end_time
-      integer(c_size_t), intent(in), value :: n_times
-      type(c_ptr), pointer :: slot
+   integer(c_int) function nutate_stepper_differentiate(stepper, scene) result(code) bind(C)
+      type(c_ptr), intent(in), value :: stepper, scene
       type(stepper_handle_t), pointer :: handle
       type(scene_handle_t), pointer :: from
-      type(columns_t) :: columns
+      type(carried_t) :: before, carried
       type(status_t) :: status
-      slot => open_slot(history)
       code = NUTATE_BAD_HANDLE
       handle => find_stepper(stepper)
       from => find_scene(scene)
       if (.not. associated(handle) .or. .not. associated(from)) return
-      if (.not. associated(slot)) then
-         code = conclude(handle, null_argument('history'))
-         return
+      before = handle%carried
+      carried = from%scene%carried()
+      if (size(carried%names) == 0) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the scene has no free numbers (expected &free)', 'scene')
+      else
+         call find_tangents(from%scene, handle, status)
       end if
-      columns = handle%columns
-      call lock_texts()
-      call handle%columns%choose(['sensitivities'], status, effects=handle%system%effects, &
-                                 carried=from%scene%carried())
-      if (status%ok()) call find_tangents(from%scene, handle, status)
-      call unlock_texts()
-      if (status%ok()) call keep_run(handle, run_plan_t(end_time=end_time), times, n_times, handle%columns%header(), &
-                                     slot, status)
-      handle%columns = columns
-      if (allocated(handle%tangents)) deallocate (handle%tangents)
-      if (allocated(handle%run%tangent)) deallocate (handle%run%tangent, handle%run%last_tangent)
+      if (status%ok()) then
+         carried%exponents = before%exponents
+         handle%carried = carried
+         ! Columns that show them have other names now.
+         if (handle%columns%differentiates) call choose_columns(handle, handle%sets, status)
+         if (.not. status%ok()) handle%carried = before
+      end if
       code = conclude(handle, status)
-   end function nutate_stepper_sensitivities
+   end function nutate_stepper_differentiate
+
+   integer(c_int) function nutate_stepper_follow_chaos(stepper, scene) result(code) bind(C)
+      type(c_ptr), intent(in), value :: stepper, scene
+      type(stepper_handle_t), pointer :: handle
+      type(scene_handle_t), pointer :: from
+      type(status_t) :: status
+      integer :: before
+      code = NUTATE_BAD_HANDLE
+      handle => find_stepper(stepper)
+      from => find_scene(scene)
+      if (.not. associated(handle) .or. .not. associated(from)) return
+      before = handle%carried%exponents
+      handle%carried%exponents = from%scene%chaos%exponents
+      if (handle%columns%differentiates) call choose_columns(handle, handle%sets, status)
+      if (status%ok()) then
+         handle%chaos = from%scene%chaos
+      else
+         handle%carried%exponents = before
+      end if
+      code = conclude(handle, status)
+   end function nutate_stepper_follow_chaos
 
    !> Runs a stepper to the end of a plan and keeps the rows. Errors: `NUTATE_NO_MEMORY`, those of the run.
    subroutine keep_run(handle, plan, times, n_times, names, slot, status)
@@ -108,6 +123,7 @@ contains
       call run_to(handle, timed, receiver, status)
       rows%uncertified_steps = handle%run%summary%uncertified_steps
       rows%found = handle%found
+      if (allocated(handle%indicators)) rows%indicators = handle%indicators
       rows%accuracy = handle%plan%goal%accuracy
       if (status%ok() .and. rows%accuracy > 0.0_wp) &
          rows%error = [handle%run%summary%estimate, handle%run%summary%round_off]

@@ -11,6 +11,7 @@ module nutate_c_runs
    use nutate_control, only: free_senses, needs_control
    use nutate_kinds, only: wp, long
    use nutate_limits, only: is_countable, is_moderate
+   use nutate_method_choice, only: choose_with_tangent
    use nutate_run_plan, only: run_plan_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_OK
    implicit none
@@ -151,26 +152,48 @@ contains
       handle%failure = 0
       handle%found%n = 0
       if (.not. abs(plan%end_time - handle%run%state%t) > 0.0_wp) then
-         if (allocated(handle%tangents)) then
-            status = fail(NUTATE_BAD_ARGUMENT, 'a run without length has no derivatives', 'end_time')
-         else if (is_first_a_row(plan, receiver)) then
-            call write_row(handle, receiver, status)
-         end if
+         if (.not. is_first_a_row(plan, receiver)) return
+         call carry_along(handle, status)
+         if (allocated(handle%run%tangent)) receiver%tangent = handle%run%tangent
+         if (allocated(handle%run%summary%chaos)) receiver%chaos = handle%run%summary%chaos
+         if (status%ok()) call write_row(handle, receiver, status)
+         call put_down(handle)
          return
       end if
       is_watched = allocated(handle%run%events)
+      if (handle%chaos%exponents > 0 .and. plan%goal%active()) call choose_with_tangent(.true., handle%run%requested)
       call handle%run%set_plan(handle%system, plan, status)
       if (status%ok() .and. .not. is_watched) call handle%run%set_events(handle%events, handle%system, status)
       if (status%ok()) call find_steps_asking(handle%run, handle%poll, handle%failure, handle%system, status)
-      if (status%ok() .and. allocated(handle%tangents)) &
-         call handle%run%differentiate(handle%tangents, handle%system, status)
+      if (status%ok()) call carry_along(handle, status)
       if (status%ok()) call handle%run%run_to_end(handle%system, status, receiver)
+      call put_down(handle)
       call add_failure(handle%failure, status)
       if (allocated(handle%run%events)) call copy_effects(handle)
       if (allocated(handle%inside)) deallocate (handle%inside)
       ! The method of nominal steps has not been there.
       if (plan%goal%active() .and. allocated(handle%run%stepper)) deallocate (handle%run%stepper)
    end subroutine travel
+
+   !> Makes the run carry along what the stepper says. Errors: `NUTATE_BAD_ARGUMENT` for what has no derivative.
+   subroutine carry_along(handle, status)
+      type(stepper_handle_t), intent(inout) :: handle
+      type(status_t), intent(inout) :: status
+      if (allocated(handle%indicators)) deallocate (handle%indicators)
+      if (allocated(handle%tangents) .and. handle%columns%differentiates) &
+         call handle%run%differentiate(handle%tangents, handle%system, status)
+      if (status%ok()) call handle%run%follow_chaos(handle%chaos, handle%system, status)
+   end subroutine carry_along
+
+   !> Ends that: single steps carry nothing.
+   subroutine put_down(handle)
+      type(stepper_handle_t), intent(inout) :: handle
+      associate (run => handle%run)
+         if (allocated(run%summary%chaos)) call move_alloc(run%summary%chaos, handle%indicators)
+         if (allocated(run%last_chaos)) deallocate (run%last_chaos)
+         if (allocated(run%tangent)) deallocate (run%tangent, run%last_tangent)
+      end associate
+   end subroutine put_down
 
    !> True where the first state of a run that has nowhere to go is a row of it.
    pure logical function is_first_a_row(plan, receiver)

@@ -7,7 +7,9 @@ module nutate_c_stepper
       null_argument, open_slot, report, scene_handle_t, stepper_handle_t, system_handle_t, unprepare, STEPPER_MARK
    use nutate_c_settings, only: get_key, prepare, set_key
    use nutate_c_text, only: lock_texts, copy_text, text_to_c, unlock_texts
+   use nutate_column, only: column_t
    use nutate_effect_list, only: effect_list_t
+   use nutate_free_columns, only: free_columns, shows_derivatives
    use nutate_hamiltonian, only: body_momentum, conserved_energy, make_state
    use nutate_keys, only: name_length
    use nutate_kinds, only: wp
@@ -16,9 +18,11 @@ module nutate_c_stepper
    use nutate_quaternion, only: quat_normalized
    use nutate_range, only: check_attitude, check_motion
    use nutate_run_plan, only: run_plan_t
-   use nutate_tangent_columns, only: carried_t
+   use nutate_scene, only: scene_t
+   use nutate_scene_error, only: error_line, scene_error_t
    use nutate_state, only: state_t
-   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_NO_MEMORY, NUTATE_OK
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_BAD_SCENE, &
+      NUTATE_NO_MEMORY, NUTATE_OK
    use nutate_stepper, only: integrator_settings_t
    use nutate_system, only: system_t
    implicit none
@@ -27,7 +31,7 @@ module nutate_c_stepper
    public :: nutate_stepper_create, nutate_stepper_create_scene, nutate_stepper_destroy, nutate_stepper_set, &
       nutate_stepper_get, nutate_stepper_set_time_step, nutate_stepper_prepare, nutate_stepper_set_state, &
       nutate_stepper_set_canonical
-   public :: start_handle, set_scene
+   public :: find_tangents, start_handle, set_scene
 
    !> Sets of columns of a stepper that no scene has chosen.
    character(len=name_length), parameter :: usual_sets(4) = [character(len=name_length) :: &
@@ -76,7 +80,7 @@ contains
       else
          call start_handle(handle, status)
          if (status%ok()) then
-            call set_scene(handle, from, status)
+            call set_scene(handle, from, from%scene%output%columns, status)
             call finish_handle(slot, handle, status)
          end if
       end if
@@ -241,7 +245,7 @@ contains
          status = fail(NUTATE_NO_MEMORY, 'not enough memory for a stepper')
          return
       end if
-      allocate (handle%group%settings(0))
+      allocate (handle%group%settings(0), handle%carried%names(0), handle%carried%sigma(0))
       handle%group%name = 'integrator'
    end subroutine start_handle
 
@@ -258,13 +262,13 @@ contains
       end if
    end subroutine finish_handle
 
-   !> Sets system, start and settings of a scene.
-   subroutine set_scene(handle, from, status, carried)
+   !> Sets system, start and settings of a scene, and what its runs carry along.
+   subroutine set_scene(handle, from, sets, status)
       type(stepper_handle_t), intent(inout), target :: handle
       type(scene_handle_t), intent(in) :: from
+      !> Sets of columns.
+      character(len=*), intent(in) :: sets(:)
       type(status_t), intent(out) :: status
-      !> What its runs carry along, where their columns may show it.
-      type(carried_t), intent(in), optional :: carried
       integer :: i
       call copy_system(from%scene%system, handle%system, c_loc(handle%failure))
       handle%run%requested = from%scene%integrator
@@ -274,19 +278,36 @@ contains
       do i = 1, size(from%scene%groups)
          if (from%scene%groups(i)%name == 'integrator') handle%group = from%scene%groups(i)
       end do
-      call store_start(handle, from%scene%initial, from%scene%output%columns, status, carried)
+      handle%carried = from%scene%carried()
+      handle%chaos = from%scene%chaos
+      call store_start(handle, from%scene%initial, sets, status)
+      if (status%ok() .and. shows_derivatives(sets)) call find_tangents(from%scene, handle, status)
    end subroutine set_scene
 
+   !> Finds the tangent columns of the free numbers of a scene. Errors: `NUTATE_BAD_SCENE` for what has none.
+   subroutine find_tangents(scene, handle, status)
+      type(scene_t), intent(in) :: scene
+      !> Keeps those that it has where there is an error.
+      type(stepper_handle_t), intent(inout) :: handle
+      type(status_t), intent(out) :: status
+      type(column_t), allocatable :: columns(:)
+      type(scene_error_t) :: error
+      call lock_texts()
+      call free_columns(scene, columns, error)
+      if (error%raised) status = fail(NUTATE_BAD_SCENE, error_line(scene%file, error))
+      call unlock_texts()
+      if (status%ok()) call move_alloc(columns, handle%tangents)
+   end subroutine find_tangents
+
    !> Stores the first state and the sets of columns.
-   subroutine store_start(handle, state, sets, status, carried)
+   subroutine store_start(handle, state, sets, status)
       type(stepper_handle_t), intent(inout) :: handle
       type(state_t), intent(in) :: state
       character(len=*), intent(in) :: sets(:)
       type(status_t), intent(out) :: status
-      type(carried_t), intent(in), optional :: carried
       handle%sets = sets
       call lock_texts()
-      call handle%columns%choose(handle%sets, status, effects=handle%system%effects, carried=carried)
+      call handle%columns%choose(handle%sets, status, effects=handle%system%effects, carried=handle%carried)
       handle%names = handle%columns%header()
       call unlock_texts()
       if (status%ok()) call replace_state(handle, state, status)
