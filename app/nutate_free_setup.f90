@@ -72,6 +72,8 @@ contains
             call page%item(trim(free%name), text)
          end associate
       end do
+      if (.not. (shows_derivatives(scene%output%columns) .or. scene%fit%active())) &
+         call page%item('derivatives', 'none: no column shows them')
    end subroutine add_free_numbers
 
 end module nutate_free_setup

@@ -419,6 +419,8 @@ int test_c_chaos(void)
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_set_columns(b, "megno"));
     EXPECT(NUTATE_OK, nutate_stepper_follow_chaos(b, scene));
     EXPECT(NUTATE_OK, nutate_stepper_set_columns(b, "megno"));
+    EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_dense_output(b, 0.0, (const double[4]){1.0, 0.0, 0.0, 0.0}, row, NULL, 0.1, 1,
+                                                            &(const double){0.05}, exponents));
     EXPECT(NUTATE_OK, nutate_scene_get_initial(scene, q, omega));
     EXPECT(NUTATE_OK, nutate_stepper_set_state(b, 0.0, q, omega));
     EXPECT(NUTATE_OK, nutate_stepper_run_history(b, 40.0, 400, 0.0, NULL, 0, &history));

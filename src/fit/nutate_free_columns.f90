@@ -16,7 +16,7 @@ module nutate_free_columns
    implicit none
    private
 
-   public :: free_columns, shows_carried, shows_derivatives, usual_sets
+   public :: free_columns, shows_carried, shows_derivatives, shows_indicators, usual_sets
 
    !> A step that tells whether a method carries columns, as a part of the run.
    real(wp), parameter :: short = 1e-9_wp
@@ -52,9 +52,17 @@ contains
    pure logical function shows_carried(sets)
       !> Their names.
       character(len=*), intent(in) :: sets(:)
-      integer :: i
-      shows_carried = any([(any(sets == column_sets(i)%name) .and. column_sets(i)%carried > 0, i=1, size(column_sets))])
+      shows_carried = shows_derivatives(sets) .or. shows_indicators(sets)
    end function shows_carried
+
+   !> True if sets of columns are indicators of chaos.
+   pure logical function shows_indicators(sets)
+      !> Their names.
+      character(len=*), intent(in) :: sets(:)
+      integer :: i
+      shows_indicators = any([(any(sets == column_sets(i)%name) .and. column_sets(i)%carried > 0 .and. &
+                               .not. is_by_free(column_sets(i)%carried), i=1, size(column_sets))])
+   end function shows_indicators
 
    !> Makes the tangent columns of the free numbers of a scene. Raises an error, with its line, for what has no
    !> derivative: a number, a controller with samples, a method.

@@ -232,6 +232,9 @@ class Sensitivities(CommandLineTest):
         for text in (r"\nfree\n", r"  initial\.attitude\.1 +0, sigma = 0\.01\n", r"  body\.mass +2, sigma = 0\.05\n",
                      r"  gravity\.acceleration\.2 +1\n"):
             self.assertRegex(page, text)
+        self.assertNotIn("no column shows them", page)
+        page = self.succeed("check", "free.nml", "--set", "output.columns=quaternion").stdout
+        self.assertRegex(page, r"\n  derivatives +none: no column shows them\n")
 
     def test_what_has_no_derivative_is_refused(self):
         self.write("free.nml", SYSTEM + STEPS + FREE)

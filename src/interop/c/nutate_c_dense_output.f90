@@ -6,7 +6,7 @@ module nutate_c_dense_output
    use nutate_c_settings, only: prepare_if_needed
    use nutate_columns, only: columns_t
    use nutate_control, only: needs_control
-   use nutate_free_columns, only: shows_derivatives
+   use nutate_free_columns, only: shows_indicators
    use nutate_kinds, only: wp
    use nutate_limits, only: is_moderate, same_time
    use nutate_methods, only: make_stepper
@@ -80,7 +80,7 @@ contains
                        'with a sample or limits (expected rows of a run at user-defined times)', 'stepper')
          return
       end if
-      if (handle%columns%differentiates .and. .not. shows_derivatives(handle%sets)) then
+      if (shows_indicators(handle%sets)) then
          status = fail(NUTATE_BAD_ARGUMENT, 'indicators of chaos are those of a run (expected other columns)', &
                        'stepper')
          return
