@@ -116,7 +116,7 @@ class SensitivityTest(unittest.TestCase):
     def test_a_body_that_was_made_by_calls_has_names_too(self):
         system = nutate.System(tensor=(3, 2, 1.5, 0.1, 0, 0.2), mass=2.0, center_of_mass=(0.1, 0.05, 0.2))
         system.add("gravity", acceleration=(0.0, 1.0, -9.8))
-        system.add_force((0.1, 0, 0), (0, 0, 0.5), "body")
+        system.add_force((0.1, 0, 0), (0, 0, 0.5))
         start = {"q0": (0.8, 0.4, -0.4, 0.2), "omega0": (0.4, -0.3, 2.0), "t_span": (0, 1)}
         free = ["body.mass", "body.inertia_tensor.4", "force.force.3", "initial.angular_velocity.2"]
         solution = nutate.solve(system, free=free, **start, **STEPS)
@@ -127,7 +127,7 @@ class SensitivityTest(unittest.TestCase):
             given = {"mass": 2.0, "jxy": 0.1, "force": 0.5, "rate": -0.3, **keys}
             other = nutate.System(tensor=(3, 2, 1.5, given["jxy"], 0, 0.2), mass=given["mass"], center_of_mass=(0.1, 0.05, 0.2))
             other.add("gravity", acceleration=(0.0, 1.0, -9.8))
-            other.add_force((0.1, 0, 0), (0, 0, given["force"]), "body")
+            other.add_force((0.1, 0, 0), (0, 0, given["force"]))
             return nutate.solve(other, **{**start, "omega0": (0.4, given["rate"], 2.0)}, **STEPS)
 
         for i, (name, value) in enumerate((("mass", 2.0), ("jxy", 0.1), ("force", 0.5), ("rate", -0.3))):
@@ -142,10 +142,12 @@ class SensitivityTest(unittest.TestCase):
         system = nutate.System(shape="box", size=(0.3, 0.2, 0.1), density=2000.0)
         system.add_wheel((0, 0, 1), 0.001, 50.0, torque=0.01)
         solution = nutate.solve(system, omega0=(0.1, 0.2, 1.0), t_span=(0, 2), free=["wheel.speed", "body.size.1"], **STEPS)
-        other = nutate.System(shape="box", size=(0.3, 0.2, 0.1), density=2000.0)
-        other.add_wheel((0, 0, 1), 0.001, 50.0 + 1e-4, torque=0.01)
-        changed = nutate.solve(other, omega0=(0.1, 0.2, 1.0), t_span=(0, 2), **STEPS)
-        np.testing.assert_allclose(solution.sensitivity(2.0)[1][:, 0], (changed.omega[-1] - solution.omega[-1]) / 1e-4, rtol=0, atol=1e-9)
+        ends = []
+        for speed in (50.0 - 1e-3, 50.0 + 1e-3):
+            other = nutate.System(shape="box", size=(0.3, 0.2, 0.1), density=2000.0)
+            other.add_wheel((0, 0, 1), 0.001, speed, torque=0.01)
+            ends.append(nutate.solve(other, omega0=(0.1, 0.2, 1.0), t_span=(0, 2), **STEPS).omega[-1])
+        np.testing.assert_allclose(solution.sensitivity(2.0)[1][:, 0], (ends[1] - ends[0]) / 2e-3, rtol=0, atol=1e-9)
         # Inside of steps by a run to there.
         self.assertTrue(np.all(np.isfinite(solution.sensitivity([0.51, 1.013])[0])))
 
@@ -164,7 +166,7 @@ class SensitivityTest(unittest.TestCase):
         twin.set_columns("quaternion", "angular_velocity", "energy", "constraints")
         first, second = stepper.run_to(1.0), twin.run_to(1.0)
         self.assertEqual(list(first), list(second))
-        self.assertEqual(first["q1"][-1], second["q1"][-1])
+        self.assertAlmostEqual(first["q1"][-1], second["q1"][-1], delta=1e-12)
         with self.assertRaisesRegex(nutate.NutateValueError, "the scene has no free numbers"):
             stepper.differentiate(nutate.Scene(text=TOP))
         with self.assertRaisesRegex(nutate.NutateValueError, "nutate_stepper_differentiate|need free numbers"):
@@ -189,8 +191,9 @@ class ChaosTest(unittest.TestCase):
     def test_solutions_and_steppers_have_them(self):
         history = self.scene.run()
         solution = nutate.solve(self.scene, **STEPS)
-        np.testing.assert_array_equal(solution.exponents, history.exponents)
-        self.assertEqual((solution.megno, solution.fli), (history.megno, history.fli))
+        # The attitude of the start is normalised again.
+        np.testing.assert_allclose(solution.exponents, history.exponents, rtol=0, atol=1e-12)
+        np.testing.assert_allclose((solution.megno, solution.fli), (history.megno, history.fli), rtol=1e-12)
         self.assertIsNone(nutate.solve(nutate.Scene(text=TOP)).exponents)
         # A method that is left open can carry what they need.
         self.assertGreater(nutate.solve(self.scene, accuracy=1e-5).fli, 1.0)
@@ -199,7 +202,7 @@ class ChaosTest(unittest.TestCase):
         stepper.follow_chaos(self.scene)
         again = pickle.loads(pickle.dumps(stepper))
         for one in (stepper, again):
-            np.testing.assert_array_equal(one.run_to(20.0).exponents, history.exponents)
+            np.testing.assert_array_equal(one.run_to(20.0).exponents, solution.exponents)
 
     def test_free_numbers_stand_beside_them(self):
         plain, both = nutate.solve(self.scene, **STEPS), nutate.solve(self.scene, free=["body.mass"], **STEPS)

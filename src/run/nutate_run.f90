@@ -43,6 +43,8 @@ module nutate_run
       !> The requested settings and goal; method and steps that they leave open are chosen for each end time.
       type(integrator_settings_t) :: requested
       type(run_goal_t), private :: goal
+      !> The tangent columns as they were given, where there are any: those of a tangent follow the body.
+      type(column_t), allocatable, private :: columns(:)
       class(step_policy_t), allocatable :: policy
    contains
       !> Sets a plan and the first state; prepares the steppers, or copies those that are prepared.
@@ -299,6 +301,17 @@ contains
       type(column_t), intent(in) :: columns(:)
       type(system_t), intent(in) :: system
       type(status_t), intent(out) :: status
+      self%columns = columns
+      call begin_columns(self, columns, system, status)
+   end subroutine differentiate
+
+   !> Begins the columns at the present state. Errors: those of `differentiate`.
+   subroutine begin_columns(self, columns, system, status)
+      class(run_t), intent(inout), target :: self
+      !> Shape (n).
+      type(column_t), intent(in) :: columns(:)
+      type(system_t), intent(in) :: system
+      type(status_t), intent(out) :: status
       if (allocated(self%tangent)) deallocate (self%tangent, self%last_tangent)
       if (allocated(self%events)) call self%events%forget_changes()
       allocate (self%tangent, self%last_tangent)
@@ -308,7 +321,7 @@ contains
       else
          deallocate (self%tangent, self%last_tangent)
       end if
-   end subroutine differentiate
+   end subroutine begin_columns
 
    !> Follows indicators of chaos from here (`nutate_chaos`), by columns of their own behind those that the run
    !> carries: `summary%chaos` holds them. Does nothing for settings without exponents. Errors: `NUTATE_BAD_ARGUMENT`
@@ -323,11 +336,11 @@ contains
       integer :: n
       if (settings%exponents == 0) return
       n = 0
-      if (allocated(self%tangent)) n = self%tangent%n
+      if (allocated(self%tangent)) n = size(self%columns)
       allocate (columns(n + settings%exponents))
-      if (n > 0) columns(:n) = self%tangent%columns
+      if (n > 0) columns(:n) = self%columns
       columns(n + 1:)%name = 'tangent'
-      call self%differentiate(columns, system, status)
+      call begin_columns(self, columns, system, status)
       if (.not. status%ok()) return
       if (allocated(self%summary%chaos)) deallocate (self%summary%chaos)
       allocate (self%summary%chaos)

@@ -87,10 +87,11 @@ class Chaos(CommandLineTest):
 
     def test_free_numbers_stand_beside_them(self):
         columns = ("'angular_velocity', every = 100", "'angular_velocity', 'sensitivities', 'standard_deviations', every = 100")
-        free = "&free key = 'initial.angular_velocity', 'body.inertia.2', sigma = 0.1, 0.1, 0.1, 0.2 /\n"
-        self.write("free.nml", TOP.replace(*columns) + free)
-        self.write("both.nml", TOP.replace(*columns).replace("deviations'", "deviations', 'lyapunov', 'megno', 'fli'") + TANGENT + free)
-        self.write("chaos.nml", TOP.replace("'angular_velocity', ", "'angular_velocity', 'lyapunov', 'megno', 'fli', ") + TANGENT)
+        free = "&free key = 'initial.angular_velocity', 'body.mass', sigma = 0.1, 0.1, 0.1, 0.2 /\n"
+        top = TOP.replace("3, 2, 1 /", "3, 2, 1, mass = 2, center_of_mass = 0.1, 0.05, 0.2 /\n&gravity acceleration = 0, 1, -2 /")
+        self.write("free.nml", top.replace(*columns) + free)
+        self.write("both.nml", top.replace(*columns).replace("deviations'", "deviations', 'lyapunov', 'megno', 'fli'") + TANGENT + free)
+        self.write("chaos.nml", top.replace("'angular_velocity', ", "'angular_velocity', 'lyapunov', 'megno', 'fli', ") + TANGENT)
         pages = {}
         for name in ("free", "both", "chaos"):
             self.succeed("check", f"{name}.nml")
