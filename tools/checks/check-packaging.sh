@@ -40,12 +40,19 @@ as_fpm_dependency() {
       fpm run --directory "$project" --flag -O0
 }
 
-# The package that pip builds from a checkout: what finds its library, program and page. `make install` has the same
-# modules, all tested there. Without link-time optimisation it compiles faster; with less than -O3 it would have other bits.
+mpi_by_fpm() { (export FPM_FC=mpifort FPM_CC=gcc FFLAGS=-O0 && cd mpi && fpm_with_flags build); }
+
+# The package that pip builds from a checkout, tuned to this machine: what finds its library, program and page, and the bits, which
+# are those of the program of `make`. `make install` has the same modules, all tested there. It is built where check-bits.sh builds,
+# with the same flags; CMake must not take it for more than that afterwards.
 as_pip_package() {
+   local tuned=$top/build/cmake-native
    [ -x "$program" ] || bash tools/setup/build.sh || return 1
-   export CMAKE_ARGS=-DNUTATE_WHOLE=OFF
-   python3 -m venv "$scratch/venv" && "$scratch/venv/bin/pip" install --disable-pip-version-check . scipy &&
+   export CMAKE_GENERATOR='Unix Makefiles' CMAKE_BUILD_PARALLEL_LEVEL=$jobs
+   export CMAKE_ARGS="-DCMAKE_Fortran_FLAGS='$FFLAGS -march=native' -DCMAKE_C_FLAGS=-O2 -DNUTATE_OPENMP=$openmp -DNUTATE_LANES=$lanes"
+   python3 -m venv "$scratch/venv" && "$scratch/venv/bin/pip" install --disable-pip-version-check \
+      --config-settings build-dir="$tuned" --config-settings cmake.build-type=None . scipy &&
+      rm "$tuned/CMakeCache.txt" &&
       [ -f "$scratch"/venv/lib/python*/site-packages/nutate/page.js ] &&
       (cd "$scratch" && NUTATE=$program venv/bin/python "$top/tools/tests/run_python_tests.py" "$top/python/tests" \
          test_nutate test_sweeps test_view)
@@ -63,7 +70,10 @@ try_cmake() {
    expect "a project with add_subdirectory" as_part_of_a_cmake_project
    expect "a project with FetchContent" configure fetch
 }
-try_fpm() { expect "a dependency in fpm.toml" as_fpm_dependency; }
+try_fpm() {
+   expect "a dependency in fpm.toml" as_fpm_dependency
+   expect "nutate-mpi as the fpm project that it is" mpi_by_fpm
+}
 
 try_pip() { expect "pip install of a checkout" as_pip_package; }
 try_types() { expect "types of the Python package" types_of_python; }
