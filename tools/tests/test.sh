@@ -1,14 +1,16 @@
 #!/usr/bin/env bash
 # Builds with $FFLAGS and runs the unit tests and the command-line tests of test/cli/; the last line is the total.
-#    tools/tests/test.sh [unit|cli]... [as NAME]      NAME tells the logs of one build from those of another
+#    tools/tests/test.sh [unit|cli]... [with PROGRAM] [as NAME]      PROGRAM: one that is there, for the command-line tests;
+#                                                                   NAME tells the logs of one build from those of another
 set -u
 . "$(dirname "$0")/../environment.sh"
 
-parts=() name=release
+parts=() name=release nutate=
 while [ $# -gt 0 ]; do
    case $1 in
       unit | cli) parts+=("$1") ;;
       as) name=${2:?} && shift ;;
+      with) nutate=${2:?} && shift ;;
       *) die "test: unknown argument '$1'" ;;
    esac
    shift
@@ -57,8 +59,8 @@ queue() {
 
 # Each suite and each module in a process of its own, `jobs` at a time.
 run_parts() {
-   local folder=$logs/tests-$name unit nutate kind part log status
-   unit=none nutate=$(fpm_path run nutate)
+   local folder=$logs/tests-$name unit=none kind part log status
+   [ -n "$nutate" ] || nutate=$(fpm_path run nutate)
    [ ${#what[@]} -eq 0 ] || unit=$(fpm_path test unit)
    [ -n "$unit" ] && [ -n "$nutate" ] || { count "no program"; return; }
    say "Tests of $nutate, unit tests: $unit"
@@ -85,11 +87,14 @@ run_parts() {
    done < <(list_parts)
 }
 
-say "Building the tests with ${FPM_FC:-gfortran} $FFLAGS"
 what=()
 [[ " ${parts[*]} " != *' unit '* ]] || what=(--tests)
-if build "build-$name" ${what[@]+"${what[@]}"}; then
-   without_progress "$logs/build-$name.log" # warnings
+# What is there needs no building.
+build_tests() {
+   say "Building the tests with ${FPM_FC:-gfortran} $FFLAGS"
+   build "build-$name" ${what[@]+"${what[@]}"} && without_progress "$logs/build-$name.log" # warnings
+}
+if [ -n "$nutate" ] || build_tests; then
    run_parts
 else
    count "no build"
