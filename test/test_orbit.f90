@@ -3,10 +3,10 @@
 module test_orbit
    use nutate_attitude, only: quat_from_roll_pitch_yaw, roll_pitch_yaw_from_quat
    use nutate_hamiltonian, only: angular_velocity, conserved_energy, frame_rate_of, make_state, total_energy
-   use nutate_kepler_orbit, only: eccentric_anomaly, kepler_orbit_t
+   use nutate_kepler_orbit, only: eccentric_anomaly, kepler_orbit_t, n_elements
    use nutate_kinds, only: wp, eps, pi
    use nutate_orbit, only: earth_mu, orbit_t
-   use nutate_quaternion, only: quat_exp, quat_product, rotate_to_body, rotate_to_space
+   use nutate_quaternion, only: quat_conjugate, quat_exp, quat_product, rotate_to_body, rotate_to_space
    use nutate_run, only: integrate
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_scene, only: parse_scene, scene_t
@@ -32,6 +32,7 @@ contains
       testsuite = [ &
                   new_unittest("Kepler's equation is solved to round-off", kepler_equation), &
                   new_unittest("places on an ellipse, to 13 digits", places), &
+                  new_unittest("changes of elements are the derivatives of place, axes and rate", changes), &
                   new_unittest("axes, rates and velocities of an orbit belong together", axes_and_rates), &
                   new_unittest("roll, pitch and yaw there and back", roll_pitch_yaw), &
                   new_unittest("Lagrange's region is stable", lagrange_region), &
@@ -86,6 +87,71 @@ contains
          call check_close(error, path%radius(times(i)), norm2(path%position(times(i))), 1e7_wp*8*eps, "radius")
       end do
    end subroutine places
+
+   !> Against differences of 1 and ½ of a step, extrapolated: ellipses and all conics, also next to a parabola, before
+   !> the periapsis, after several revolutions, on a circle.
+   subroutine changes(error)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: shapes(9) = [0.01_wp, 0.4_wp, 0.8_wp, 0.01_wp, 0.5_wp, 0.98_wp, 1.0_wp, 1.03_wp, 3.0_wp]
+      real(wp), parameter :: times(5) = [-11.0_wp, -0.4_wp, 0.3_wp, 2.0_wp, 17.0_wp]
+      type(kepler_orbit_t) :: path
+      real(wp) :: change(n_elements), found(7), wanted(7)
+      integer :: i, j, k
+      do i = 1, size(shapes)
+         path = kepler_orbit_t(eccentricity=shapes(i), mu=1.7_wp, inclination=0.6_wp, raan=-0.9_wp, &
+                               argument_of_periapsis=0.5_wp)
+         if (i <= 3) then
+            path%semi_major_axis = 1.3_wp
+            path%mean_anomaly = 0.7_wp
+         else
+            path%periapsis_distance = 1.1_wp
+            path%periapsis_time = 0.2_wp
+         end if
+         do j = 1, size(times)
+            do k = 1, n_elements
+               change = 0.0_wp
+               change(k) = 1.0_wp
+               found = [path%position_change(change, times(j)), path%axes_change(change, times(j)), &
+                        path%turn_rate_change(change, times(j))]
+               wanted = (4*slope(0.5e-4_wp) - slope(1e-4_wp))/3
+               call check_below(error, maxval(abs(found - wanted))/max(1.0_wp, maxval(abs(wanted))), 1e-9_wp, 'change')
+               found(1) = path%mean_motion_change(change)
+               call check_below(error, abs(found(1) - (4*rise(0.5e-4_wp) - rise(1e-4_wp))/3), 1e-9_wp, 'mean motion')
+            end do
+         end do
+      end do
+
+   contains
+
+      type(kepler_orbit_t) function moved(part)
+         real(wp), intent(in) :: part
+         moved = path
+         call moved%shift(part*change)
+      end function moved
+
+      function slope(h) result(difference)
+         real(wp), intent(in) :: h
+         real(wp) :: difference(7), turn(4)
+         type(kepler_orbit_t) :: more, less
+         more = moved(h)
+         less = moved(-h)
+         turn = quat_product(more%axes(times(j)), quat_conjugate(less%axes(times(j))))
+         difference(1:3) = (more%position(times(j)) - less%position(times(j)))/(2*h)
+         difference(4:6) = turn(2:4)/h
+         difference(7) = (more%turn_rate(times(j)) - less%turn_rate(times(j)))/(2*h)
+      end function slope
+
+      real(wp) function rise(h)
+         real(wp), intent(in) :: h
+         type(kepler_orbit_t) :: more, less
+         more = moved(h)
+         less = moved(-h)
+         rise = 0.0_wp
+         ! Mean motion has a kink at the parabola.
+         if (abs(path%eccentricity - 1) > h) rise = (more%mean_motion() - less%mean_motion())/(2*h)
+      end function rise
+
+   end subroutine changes
 
    !> z points to the centre, y against the orbit's normal; the axes turn at ν̇ about y, and nothing jumps in three
    !> revolutions.

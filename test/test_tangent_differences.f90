@@ -7,11 +7,14 @@ module test_tangent_differences
    use nutate_effect_catalogue, only: effect_kind_t, effect_kinds
    use nutate_orbital_effects, only: build_on_orbit, goes_by_orbit
    use nutate_hamiltonian, only: body_momentum, make_state
-   use nutate_keys, only: group_t
+   use nutate_controller, only: controller_t
+   use nutate_controller_group, only: gain_changes
+   use nutate_controller_mounting, only: add_controller
+   use nutate_keys, only: group_t, KEY_REAL
    use nutate_kinds, only: wp
    use nutate_methods, only: make_stepper
    use nutate_quaternion, only: cross, quat_conjugate, quat_exp, quat_product
-   use nutate_scene, only: read_scene, scene_t
+   use nutate_scene, only: parse_scene, read_scene, scene_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_stepper, only: integrator_settings_t, stepper_t
@@ -30,6 +33,10 @@ module test_tangent_differences
    real(wp), parameter :: first_rate(3) = [0.7_wp, -1.1_wp, 0.9_wp]
    real(wp), parameter :: inertia(3, 3) = reshape([4.0_wp, 0.5_wp, -0.25_wp, 0.5_wp, 5.0_wp, 0.75_wp, -0.25_wp, &
                                                    0.75_wp, 6.0_wp], [3, 3])
+   character, parameter :: nl = new_line('a')
+   !> Keys by which effects are not differentiated here.
+   character(len=*), parameter :: without_derivative(5) = [character(len=13) :: 'start', 'stop', 'sun', &
+      'shadow_radius', 'target']
    real(wp), parameter :: mass = 2.0_wp, center(3) = [0.3_wp, -0.2_wp, 0.5_wp]
    real(wp), parameter :: time_step = 0.1_wp, first_time = 0.8_wp
    integer, parameter :: steps = 4
@@ -39,6 +46,8 @@ module test_tangent_differences
       type(group_t), allocatable :: groups(:)
       real(wp) :: inertia(3, 3) = inertia, center(3) = center
       real(wp) :: turn(3) = 0.0_wp, rate(3) = first_rate
+      !> The method has no derivatives by orbits.
+      logical :: by_series = .false.
    contains
       procedure :: build
    end type variant_t
@@ -60,6 +69,8 @@ contains
                   new_unittest("every effect by itself", differ_alone), &
                   new_unittest("all effects together", differ_together), &
                   new_unittest("all effects on an orbit", differ_on_orbit), &
+                  new_unittest("orbits of all shapes", differ_along_orbits), &
+                  new_unittest("a controller by wheels", differ_by_wheels), &
                   new_unittest("effects that cannot be differentiated are refused", refuse_effects)]
    end subroutine collect_tangent_differences
 
@@ -92,6 +103,8 @@ contains
             select type (effect)
             type is (wheel_t)
                call add_wheel(system, effect, status)
+            type is (controller_t)
+               call add_controller(system, effect, status)
             class default
                call system%effects%add(effect)
             end select
@@ -138,6 +151,64 @@ contains
       call compare(error, variant, 'orbit')
    end subroutine differ_on_orbit
 
+   !> What reads an orbit in inertial axes: an ellipse, a flyby by its periapsis, and several fast revolutions.
+   subroutine differ_along_orbits(error)
+      type(error_type), allocatable, intent(out) :: error
+      character(len=*), parameter :: angles = 'inclination = 0.5, raan = 0.3, argument_of_periapsis = -0.7, '
+      character(len=*), parameter :: controllers = &
+         "&controller law = 'quaternion', by = 'magnetorquers', target = 0.8, 0.0, 0.6, 0.0, target_from = 'lvlh', "// &
+         "attitude_gain = 0.3, rate_gain_matrix = 0.9, 1.1, 1.3, 0.1, 0.2, -0.1 /"//nl// &
+         "&controller law = 'bdot', gain = 0.5 /"//nl
+      character(len=*), parameter :: effects = '&gravity_gradient /'//nl// &
+         '&third_degree third_moments = 0.5, -0.2, 0.35, 0.1, -0.15, 0.05, 0.25, -0.1, -0.3, 0.15 /'//nl// &
+         '&earth_field moment = 0.4, -0.3, 0.5, epoch_angle = 0.7, coefficients = 3e-20, -1e-20, 5e-20 /'//nl
+      character(len=*), parameter :: force = &
+         "&force axes = 'lvlh', body_point = -0.2, 0.5, 0.3, force = 0.5, -0.4, 0.7 /"//nl
+      character(len=*), parameter :: timed = &
+         "&force axes = 'lvlh', start = 0.5, stop = 1.5, body_point = 0.5, 0.2, -0.4, force = -0.3, 0.8, 0.6 /"//nl
+      call compare_text(error, '&orbit semi_major_axis = 2.0, eccentricity = 0.3, mean_anomaly = 0.4, mu = 3.0, '// &
+                        angles//"/"//nl//effects//timed//controllers, 'ellipse')
+      call compare_text(error, '&orbit periapsis_distance = 1.5, eccentricity = 1.3, periapsis_time = 0.7, '// &
+                        'mu = 3.0, '//angles//'/'//nl//effects//force//controllers, 'flyby')
+      call compare_text(error, '&orbit periapsis_distance = 1.0, eccentricity = 0.3, periapsis_time = 0.1, '// &
+                        'mu = 400.0, '//angles//'/'//nl//force//timed// &
+                        "&controller law = 'quaternion', target = 0.8, 0.0, 0.6, 0.0, target_from = 'lvlh', "// &
+                        "attitude_gain_matrix = 0.3, 0.1, -0.2, 0.05, 0.4, 0.15, 0.25, -0.1, 0.5, "// &
+                        'rate_gain = 0.02, inertia = 3.0, 4.0, 5.0 /'//nl, 'revolutions', last=6)
+   end subroutine differ_along_orbits
+
+   !> The motors of wheels, which the conserving scheme does not have.
+   subroutine differ_by_wheels(error)
+      type(error_type), allocatable, intent(out) :: error
+      call compare_text(error, &
+         '&orbit semi_major_axis = 2.0, eccentricity = 0.3, mean_anomaly = 0.4, mu = 3.0, inclination = 0.5 /'//nl// &
+         '&wheel axis = 1.0, -2.0, 2.0, inertia = 0.4, speed = 3.0, friction = 0.05 /'//nl// &
+         '&wheel axis = 2.0, 1.0, 1.0, inertia = 0.3, speed = -1.0 /'//nl// &
+         "&controller law = 'quaternion', by = 'wheels', target = 0.8, 0.0, 0.6, 0.0, target_from = 'lvlh', "// &
+         "attitude_gain = 0.3, rate_gain = 0.5 /"//nl, 'wheels', first=5, last=6)
+   end subroutine differ_by_wheels
+
+   !> All columns of a scene's effects.
+   subroutine compare_text(error, text, label, first, last)
+      type(error_type), allocatable, intent(inout) :: error
+      character(len=*), intent(in) :: text, label
+      !> The first and the last of the settings; default: all of them.
+      integer, intent(in), optional :: first, last
+      type(variant_t) :: variant
+      type(scene_t) :: scene
+      type(status_t) :: status
+      character(len=:), allocatable :: message
+      if (allocated(error)) return
+      call parse_scene('&body inertia = 4.0, 5.0, 6.0, mass = 2.0 /'//nl//text//nl// &
+                       '&initial euler = 0.4, 1.1, -0.7, angular_velocity = 0.7, -1.1, 0.9 /'//nl// &
+                       "&integrator method = 'rk4', time_step = 0.05, end_time = 5.0 /"//nl, 's.nml', &
+                       scene, status, message)
+      call check(error, status%ok(), message)
+      if (allocated(error)) return
+      variant%groups = pack_effects(scene)
+      call compare(error, variant, label, first, last)
+   end subroutine compare_text
+
    !> The groups of a scene that are effects.
    function pack_effects(scene) result(groups)
       type(scene_t), intent(in) :: scene
@@ -165,11 +236,13 @@ contains
    end subroutine read_samples
 
    !> All columns of a variant by all settings.
-   subroutine compare(error, variant, label)
+   subroutine compare(error, variant, label, first, last)
       type(error_type), allocatable, intent(inout) :: error
       type(variant_t), intent(in) :: variant
       character(len=*), intent(in) :: label
       type(variant_t) :: varied
+      !> The first and the last of the settings; default: all of them.
+      integer, intent(in), optional :: first, last
       type(column_t), allocatable :: columns(:)
       type(variant_t), allocatable :: shifted(:, :)
       real(wp), allocatable :: shifts(:)
@@ -178,13 +251,18 @@ contains
       type(status_t) :: status
       type(tangent_t) :: tangent
       class(stepper_t), allocatable :: stepper
-      integer :: i, k, m
+      integer :: i, k, m, from, to
       varied = variant
+      from = 1
+      if (present(first)) from = first
+      to = size(settings)
+      if (present(last)) to = last
       call varied%build(system, state, status)
       call check(error, status%ok(), label//': '//status%message)
       if (allocated(error)) return
-      do m = 1, size(settings)
-         if (settings(m)%method == 'taylor') varied%groups = without_controllers(variant)
+      do m = from, to
+         varied%by_series = settings(m)%method == 'taylor'
+         if (varied%by_series) varied%groups = without_controllers(variant)
          call list_columns(varied, system, columns, shifted, shifts, error)
          if (allocated(error)) return
          call varied%build(system, state, status)
@@ -313,8 +391,9 @@ contains
          do i = 1, j - 1
             if (variant%groups(i)%name == variant%groups(j)%name) number = number + 1
          end do
-         ! Potentials come before torques: of the forces the last one.
-         if (variant%groups(j)%name == 'force') number = 1 + modulo(number, 3)
+         ! Potentials come before torques: of three forces the last one.
+         if (count(variant%groups%name == 'force') == 3 .and. variant%groups(j)%name == 'force') &
+            number = 1 + modulo(number, 3)
          call list_keys(variant, system, j, number, columns, shifted, shifts, n, error)
       end do
       columns = columns(:n)
@@ -334,19 +413,19 @@ contains
       integer, intent(inout) :: n
       type(error_type), allocatable, intent(inout) :: error
       type(status_t) :: status
-      real(wp) :: change(3)
+      real(wp), allocatable :: change(:)
       real(wp), parameter :: parts(4) = [1.0_wp, -1.0_wp, 0.5_wp, -0.5_wp]
       integer :: i, k, m
-      ! These have no derivatives by their numbers.
-      if (any(variant%groups(j)%name == [character(len=12) :: 'controller', 'orbit', 'third_degree'])) return
+      if (variant%by_series .and. variant%groups(j)%name == 'orbit') return
       associate (group => variant%groups(j))
          do k = 1, size(group%settings)
             associate (setting => group%settings(k))
                if (.not. allocated(setting%values)) cycle
-               if (any(setting%name == [character(len=13) :: 'start', 'stop', 'table', 'axes', 'interpolation', &
-                                        'outside'])) cycle
+               if (any(setting%name == without_derivative) .or. setting%kind /= KEY_REAL) cycle
+               ! How a controller shares its torque among wheels depends on their axes.
+               if (setting%name == 'axis' .and. variant%groups(size(variant%groups))%text('by', '') == 'wheels') cycle
                do m = 1, size(setting%values)
-                  change = 0.0_wp
+                  allocate (change(size(setting%values)), source=0.0_wp)
                   change(m) = 1.0_wp
                   n = n + 1
                   columns(n) = column_t()
@@ -357,10 +436,13 @@ contains
                      columns(n)%frame = change
                   case ('force')
                      call add_force(group, setting%name, change, system, number, columns(n), status)
+                  case ('controller')
+                     call add_to_controller(group, setting%name, change, system, number, columns(n), status)
                   case default
                      call columns(n)%add(system%effects, trim(group%name), number, trim(setting%name), &
-                                         change(:size(setting%values)), status)
+                                         change, status)
                   end select
+                  deallocate (change)
                   if (.not. status%ok()) then
                      call test_failed(error, trim(status%message))
                      return
@@ -368,6 +450,7 @@ contains
                   columns(n)%name = trim(group%name)//'.'//trim(setting%name)
                   shifts(n) = 2e-3_wp*max(maxval(abs(setting%values%number)), 1e-300_wp)
                   if (.not. maxval(abs(setting%values%number)) > 0.0_wp) shifts(n) = 2e-3_wp
+                  if (group%name == 'orbit') shifts(n) = 0.25_wp*shifts(n)
                   do i = 1, 4
                      shifted(i, n) = variant
                      associate (value => shifted(i, n)%groups(j)%settings(k)%values(m))
@@ -399,6 +482,25 @@ contains
          call column%add(system%effects, 'force', number, 'torque', cross(change, group%vector('force', none)), status)
       end if
    end subroutine add_force
+
+   !> Gains are what a key and the inertia make of them.
+   subroutine add_to_controller(group, key, change, system, number, column, status)
+      type(group_t), intent(in) :: group
+      character(len=*), intent(in) :: key
+      real(wp), intent(in) :: change(:)
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: number
+      type(column_t), intent(inout) :: column
+      type(status_t), intent(inout) :: status
+      real(wp) :: of_attitude(9), of_rate(9)
+      if (any(key == ['gain ', 'field'])) then
+         call column%add(system%effects, 'controller', number, key, change, status)
+         return
+      end if
+      call gain_changes(group, inertia, key, change, of_attitude, of_rate)
+      call column%add(system%effects, 'controller', number, 'attitude_gain_matrix', of_attitude, status)
+      call column%add(system%effects, 'controller', number, 'rate_gain_matrix', of_rate, status)
+   end subroutine add_to_controller
 
    !> A controller that samples, unknown parameters: rejected by name.
    subroutine refuse_effects(error)

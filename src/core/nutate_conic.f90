@@ -11,7 +11,7 @@ module nutate_conic
    implicit none
    private
 
-   public :: place_on_conic
+   public :: place_on_conic, change_on_conic
 
 contains
 
@@ -26,11 +26,7 @@ contains
       real(wp) :: s, u(0:3), half(0:3), turns, e, root
       e = eccentricity
       root = sqrt(1 + e)
-      turns = 0.0_wp
-      if (e < 1.0_wp) turns = anint(time/period_of(e))
-      s = time
-      if (e < 1.0_wp) s = time - turns*period_of(e)
-      s = sign(anomaly_of(e, abs(s)), s)
+      call find_anomaly(e, time, s, turns)
       u = universal(1 - e, s)
       half = universal(1 - e, 0.5_wp*s)
       radius = 1 + e*u(2)
@@ -38,6 +34,39 @@ contains
       velocity = [-u(1)/radius, root*u(0)/radius]
       true_anomaly = 2*atan2(root*half(1), half(0)) + 2*pi*turns
    end subroutine place_on_conic
+
+   !> Computes the derivatives of the place by time and eccentricity. With ∂Uₖ/∂s = Uₖ₋₁ and ∂Uₖ/∂e = ½(sUₖ₊₁ - kUₖ₊₂),
+   !> r∂s/∂e = -U₃ - e∂U₃/∂e, less what the revolutions behind have become longer.
+   pure subroutine change_on_conic(eccentricity, time, by_time, by_eccentricity)
+      !> As in `place_on_conic`.
+      real(wp), intent(in) :: eccentricity, time
+      !> In units of q, by time in units of √(q³/μ); shape (2).
+      real(wp), intent(out) :: by_time(2), by_eccentricity(2)
+      real(wp) :: s, u(0:5), turns, e, root, radius, s_by_e
+      e = eccentricity
+      root = sqrt(1 + e)
+      call find_anomaly(e, time, s, turns)
+      u(0:3) = universal(1 - e, s)
+      u(4:5) = higher(1 - e, s, u(2:3))
+      radius = 1 + e*u(2)
+      by_time = [-u(1)/radius, root*u(0)/radius]
+      s_by_e = -u(3) - 0.5_wp*e*(s*u(4) - 3*u(5))
+      if (e < 1.0_wp) s_by_e = s_by_e - 1.5_wp*turns*period_of(e)/(1 - e)
+      s_by_e = s_by_e/radius
+      by_eccentricity = [-u(1)*s_by_e - 0.5_wp*(s*u(3) - 2*u(4)), &
+                         0.5_wp*u(1)/root + root*(u(0)*s_by_e + 0.5_wp*(s*u(2) - u(3)))]
+   end subroutine change_on_conic
+
+   !> s, less whole revolutions of an ellipse, and these.
+   pure subroutine find_anomaly(e, time, s, turns)
+      real(wp), intent(in) :: e, time
+      real(wp), intent(out) :: s, turns
+      turns = 0.0_wp
+      if (e < 1.0_wp) turns = anint(time/period_of(e))
+      s = time
+      if (e < 1.0_wp) s = time - turns*period_of(e)
+      s = sign(anomaly_of(e, abs(s)), s)
+   end subroutine find_anomaly
 
    !> Period of an ellipse in units of √(q³/μ).
    pure real(wp) function period_of(e)
@@ -106,5 +135,25 @@ contains
          u = [cosh(w), sinh(w)/root, 2*(sinh(0.5_wp*w)/root)**2, (sinh(w) - w)/(root*root*root)]
       end if
    end function universal
+
+   !> U₄ and U₅: series where |αs²| <= 1, else (s²/2 - U₂)/α and (s³/6 - U₃)/α.
+   pure function higher(alpha, s, lower)
+      real(wp), intent(in) :: alpha, s
+      !> U₂ and U₃; shape (2).
+      real(wp), intent(in) :: lower(2)
+      real(wp) :: higher(2), z
+      integer :: j
+      z = alpha*s*s
+      if (abs(z) > 1.0_wp) then
+         higher = [0.5_wp*s*s - lower(1), s*s*s/6 - lower(2)]/alpha
+         return
+      end if
+      higher = 1.0_wp
+      do j = 9, 1, -1
+         higher(1) = 1 - z*higher(1)/((2*j + 3)*(2*j + 4))
+         higher(2) = 1 - z*higher(2)/((2*j + 4)*(2*j + 5))
+      end do
+      higher = [s**4/24, s**5/120]*higher
+   end function higher
 
 end module nutate_conic

@@ -9,15 +9,19 @@
 !> An orbit that is given by its periapsis may have any e >= 0 (`nutate_conic`); a table of positions takes the place of
 !> all elements (`nutate_track`).
 module nutate_kepler_orbit
-   use nutate_conic, only: place_on_conic
+   use nutate_conic, only: change_on_conic, place_on_conic
    use nutate_kinds, only: wp, eps, pi
    use nutate_power_series, only: inverses, power_term, product_term
-   use nutate_quaternion, only: quat_product, rotate_to_body, rotate_to_space
+   use nutate_quaternion, only: cross, quat_product, rotate_to_body, rotate_to_space
    use nutate_track, only: track_t
    implicit none
    private
 
    public :: kepler_orbit_t, eccentric_anomaly
+
+   !> Numbers of a *change of the elements*: of a or q, e, inclination, right ascension of the node, argument of the
+   !> periapsis, mean anomaly or time of the periapsis, and μ.
+   integer, parameter, public :: n_elements = 7
 
    !> Orbital axes from those along radius, transverse and normal: unit quaternion.
    real(wp), parameter :: from_radial(4) = [0.5_wp, -0.5_wp, -0.5_wp, 0.5_wp]
@@ -54,6 +58,15 @@ module nutate_kepler_orbit
       procedure :: axes
       !> Computes the power series of the position about a time.
       procedure :: position_series
+      !> Return what a change of the elements makes of the mean motion, of the position, of the LVLH frame, and of ν̇.
+      procedure :: mean_motion_change
+      procedure :: position_change
+      procedure :: axes_change
+      procedure :: turn_rate_change
+      !> Adds a change to the elements.
+      procedure :: shift
+      !> Returns true if all numbers are those of another orbit.
+      procedure :: equals
    end type kepler_orbit_t
 
 contains
@@ -308,5 +321,148 @@ contains
                                     [cos(half(2)), sin(half(2)), 0.0_wp, 0.0_wp]), &
                        [cos(half(3)), 0.0_wp, 0.0_wp, sin(half(3))])
    end function plane
+
+   !> Returns δn, rad/s.
+   pure real(wp) function mean_motion_change(self, change)
+      class(kepler_orbit_t), intent(in) :: self
+      !> Of the elements; shape (n_elements).
+      real(wp), intent(in) :: change(:)
+      real(wp) :: relative
+      mean_motion_change = 0.0_wp
+      if (allocated(self%track)) return
+      if (self%is_from_periapsis()) then
+         if (self%eccentricity >= 1.0_wp) return
+         relative = 0.5_wp*change(7)/self%mu - 1.5_wp*(change(1)/self%periapsis_distance + &
+                                                       change(2)/(1 - self%eccentricity))
+      else
+         relative = 0.5_wp*change(7)/self%mu - 1.5_wp*change(1)/self%semi_major_axis
+      end if
+      mean_motion_change = relative*self%mean_motion()
+   end function mean_motion_change
+
+   !> Place in the plane, as in `find_from_periapsis`, and its change: from that of M = E - e sin E, or of the place on
+   !> the conic.
+   pure subroutine find_change(self, change, t, place, moved)
+      class(kepler_orbit_t), intent(in) :: self
+      !> Of the elements; s.
+      real(wp), intent(in) :: change(:), t
+      !> m; shape (2).
+      real(wp), intent(out) :: place(2), moved(2)
+      real(wp) :: anomaly, c, s, flat, moved_anomaly, rate, time, moved_time, by_time(2), by_eccentricity(2)
+      real(wp) :: velocity(2), radius
+      if (self%is_from_periapsis()) then
+         call find_from_periapsis(self, t, place, velocity, radius, anomaly)
+         rate = periapsis_rate(self)
+         time = (t - self%periapsis_time)*rate
+         moved_time = time*(0.5_wp*change(7)/self%mu - 1.5_wp*change(1)/self%periapsis_distance) - rate*change(6)
+         call change_on_conic(self%eccentricity, time, by_time, by_eccentricity)
+         moved = (change(1)/self%periapsis_distance)*place + &
+                 self%periapsis_distance*(moved_time*by_time + change(2)*by_eccentricity)
+      else
+         anomaly = anomaly_at(self, t)
+         c = cos(anomaly)
+         s = sin(anomaly)
+         flat = flatness(self)
+         place = self%semi_major_axis*[c - self%eccentricity, flat*s]
+         moved_anomaly = (change(6) + t*self%mean_motion_change(change) + s*change(2))/(1 - self%eccentricity*c)
+         moved = (change(1)/self%semi_major_axis)*place + self%semi_major_axis* &
+                 [-s*moved_anomaly - change(2), flat*c*moved_anomaly - (self%eccentricity/flat)*s*change(2)]
+      end if
+   end subroutine find_change
+
+   !> The rotation of the plane, vector in inertial axes, rad; shape (3).
+   pure function plane_change(self, change) result(turn)
+      class(kepler_orbit_t), intent(in) :: self
+      real(wp), intent(in) :: change(:)
+      real(wp) :: turn(3)
+      turn = change(3)*[cos(self%raan), sin(self%raan), 0.0_wp] + change(5)*normal_of(self)
+      turn(3) = turn(3) + change(4)
+   end function plane_change
+
+   !> The unit vector along the orbit's normal, inertial axes; shape (3).
+   pure function normal_of(self) result(normal)
+      class(kepler_orbit_t), intent(in) :: self
+      real(wp) :: normal(3)
+      normal = rotate_to_space(plane(self, 0.0_wp), [0.0_wp, 0.0_wp, 1.0_wp])
+   end function normal_of
+
+   !> Returns δr at a time, inertial axes, m; shape (3). Zero for a table.
+   pure function position_change(self, change, t) result(moved)
+      class(kepler_orbit_t), intent(in) :: self
+      !> Of the elements, shape (n_elements); s.
+      real(wp), intent(in) :: change(:), t
+      real(wp) :: moved(3), place(2), moved_place(2)
+      moved = 0.0_wp
+      if (allocated(self%track)) return
+      call find_change(self, change, t, place, moved_place)
+      moved = rotate_to_space(plane(self, 0.0_wp), [moved_place, 0.0_wp]) + &
+              cross(plane_change(self, change), rotate_to_space(plane(self, 0.0_wp), [place, 0.0_wp]))
+   end function position_change
+
+   !> Returns the rotation of the LVLH frame at a time, vector in inertial axes, rad; shape (3). Zero for a table.
+   pure function axes_change(self, change, t) result(turn)
+      class(kepler_orbit_t), intent(in) :: self
+      !> Of the elements, shape (n_elements); s.
+      real(wp), intent(in) :: change(:), t
+      real(wp) :: turn(3), place(2), moved(2)
+      turn = 0.0_wp
+      if (allocated(self%track)) return
+      call find_change(self, change, t, place, moved)
+      place = place/norm2(place)**2
+      turn = plane_change(self, change) + (place(1)*moved(2) - place(2)*moved(1))*normal_of(self)
+   end function axes_change
+
+   !> Returns δν̇ at a time, rad/s; from ν̇ = √(μp)/r². Zero for a table.
+   pure real(wp) function turn_rate_change(self, change, t)
+      class(kepler_orbit_t), intent(in) :: self
+      !> Of the elements, shape (n_elements); s.
+      real(wp), intent(in) :: change(:), t
+      real(wp) :: place(2), moved(2), relative
+      turn_rate_change = 0.0_wp
+      if (allocated(self%track)) return
+      call find_change(self, change, t, place, moved)
+      relative = 0.5_wp*change(7)/self%mu - 2*dot_product(place, moved)/dot_product(place, place)
+      if (self%is_from_periapsis()) then
+         relative = relative + 0.5_wp*(change(1)/self%periapsis_distance + change(2)/(1 + self%eccentricity))
+      else
+         relative = relative + 0.5_wp*change(1)/self%semi_major_axis - self%eccentricity*change(2)/flatness(self)**2
+      end if
+      turn_rate_change = relative*self%turn_rate(t)
+   end function turn_rate_change
+
+   !> Adds a change to the elements.
+   pure subroutine shift(self, change)
+      class(kepler_orbit_t), intent(inout) :: self
+      !> Shape (n_elements).
+      real(wp), intent(in) :: change(:)
+      self%eccentricity = self%eccentricity + change(2)
+      self%inclination = self%inclination + change(3)
+      self%raan = self%raan + change(4)
+      self%argument_of_periapsis = self%argument_of_periapsis + change(5)
+      self%mu = self%mu + change(7)
+      if (self%is_from_periapsis()) then
+         self%periapsis_distance = self%periapsis_distance + change(1)
+         self%periapsis_time = self%periapsis_time + change(6)
+      else
+         self%semi_major_axis = self%semi_major_axis + change(1)
+         self%mean_anomaly = self%mean_anomaly + change(6)
+      end if
+   end subroutine shift
+
+   !> Returns true if all numbers are those of another orbit; of tables one is never that of another.
+   pure logical function equals(self, other)
+      class(kepler_orbit_t), intent(in) :: self
+      type(kepler_orbit_t), intent(in) :: other
+      equals = .not. (allocated(self%track) .or. allocated(other%track)) .and. .not. &
+               any(abs(numbers_of(self) - numbers_of(other)) > 0.0_wp)
+   end function equals
+
+   !> Shape (9).
+   pure function numbers_of(self) result(numbers)
+      class(kepler_orbit_t), intent(in) :: self
+      real(wp) :: numbers(9)
+      numbers = [self%semi_major_axis, self%eccentricity, self%mu, self%inclination, self%raan, &
+                 self%argument_of_periapsis, self%mean_anomaly, self%periapsis_distance, self%periapsis_time]
+   end function numbers_of
 
 end module nutate_kepler_orbit

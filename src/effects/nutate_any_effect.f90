@@ -1,6 +1,7 @@
 !> What all effects have in common: names and switches, and what is asked of each one.
 module nutate_any_effect
    use nutate_effect_bounds, only: effect_bounds_t, linear_map_t
+   use nutate_kepler_orbit, only: kepler_orbit_t
    use nutate_kinds, only: wp
    use nutate_limits, only: is_moderate
    implicit none
@@ -26,7 +27,7 @@ module nutate_any_effect
    !> A number, or so many of them, by which an effect can be differentiated.
    type :: parameter_t
       !> That of the scene's key where there is one.
-      character(len=16) :: name = ''
+      character(len=24) :: name = ''
       integer :: size = 1
    end type parameter_t
 
@@ -36,6 +37,8 @@ module nutate_any_effect
       character(len=24) :: name = ''
       !> Label by which switches name the effect; blank: none.
       character(len=24) :: label = ''
+      !> Place in the scene of the group that it was made from; 0: none.
+      integer :: group = 0
       !> The effect acts; one that is off costs nothing. A rotor always acts.
       logical :: on = .true.
       !> Bounds from the user, for effects that do not override `bound`.
@@ -54,9 +57,12 @@ module nutate_any_effect
       !> Returns true if a body axis is exactly an axis of symmetry of the effect; default `.false.`.
       procedure :: has_axis => no_axis
       !> What the effect can be differentiated by; nothing unless overridden. A *change* of its parameters is a vector
-      !> of all these numbers in this order. Two names have a meaning of their own: `inertia`, nine numbers, is J of the
-      !> body with its wheels locked, `mass_moment`, three, its mass times the centre of mass.
+      !> of all these numbers in this order. Three names have a meaning of their own: `inertia`, nine numbers, is J of
+      !> the body with its wheels locked, `mass_moment`, three, its mass times the centre of mass; `orbit` is the
+      !> elements of the orbit that the effect follows.
       procedure :: parameters => no_parameters
+      !> Returns true if the effect follows an orbit of this path; default `.false.`.
+      procedure :: follows => no_orbit
    end type effect_t
 
    !> A rotor of constant momentum along body axes: L = JΩ + h, T = ½(L-h)ᵀJ⁻¹(L-h).
@@ -81,6 +87,12 @@ contains
       type(parameter_t), allocatable :: list(:)
       allocate (list(0))
    end function no_parameters
+
+   pure logical function no_orbit(self, path)
+      class(effect_t), intent(in) :: self
+      type(kepler_orbit_t), intent(in) :: path
+      no_orbit = .false.
+   end function no_orbit
 
    !> Returns true if the effect is symmetric about a body axis: its torque in axes that rotate with the body is the
    !> same function of γ, Ω and t in all axes that differ from them by a rotation about that axis, and its potential the

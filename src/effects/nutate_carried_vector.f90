@@ -27,6 +27,8 @@ module nutate_carried_vector
       procedure :: rate_at
       !> v of another vector in the axes in which it stands still.
       procedure :: change_at
+      !> v by a change of the elements of the orbit.
+      procedure :: change_by_orbit
       !> Power series of v.
       procedure :: series
       !> It can be computed with.
@@ -59,6 +61,19 @@ contains
       other%vector = vector
       v = other%at(t)
    end function change_at
+
+   !> Returns δv at a time, in the space axes of the scene; shape (3).
+   pure function change_by_orbit(self, change, t) result(v)
+      class(carried_vector_t), intent(in) :: self
+      !> Of the elements, shape (n_elements); s.
+      real(wp), intent(in) :: change(:), t
+      real(wp) :: v(3)
+      if (self%from_orbit) then
+         v = rotate_to_body(self%path%axes(t), cross(self%vector, self%path%axes_change(change, t)))
+      else
+         v = cross(self%path%axes_change(change, t), self%at(t))
+      end if
+   end function change_by_orbit
 
    !> Returns v̇ at a time, in the space axes of the scene, unit of v per s; shape (3).
    pure function rate_at(self, t) result(rate)

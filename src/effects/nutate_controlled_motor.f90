@@ -3,7 +3,8 @@
 !> Where that has come to the limit of the motor's torque, the torque stays there until the law asks for less; where the
 !> wheel has come to the limit of its speed, the motor brakes but does not push. Runs locate these moments.
 module nutate_controlled_motor
-   use nutate_effect, only: torque_t
+   use nutate_effect, only: parameter_t, torque_t
+   use nutate_kepler_orbit, only: kepler_orbit_t
    use nutate_kinds, only: wp
    use nutate_controller, only: controller_t
    implicit none
@@ -27,6 +28,9 @@ module nutate_controlled_motor
    contains
       procedure :: torque => motor_torque
       procedure :: window => motor_window
+      procedure :: parameters => motor_parameters
+      procedure :: torque_change => motor_change
+      procedure :: follows => motor_follows
       !> What the law asks for.
       procedure :: command
    end type controlled_motor_t
@@ -62,5 +66,27 @@ contains
       start = self%controller%start
       stop = self%controller%stop
    end subroutine motor_window
+
+   !> Those of the controller.
+   pure function motor_parameters(self) result(list)
+      class(controlled_motor_t), intent(in) :: self
+      type(parameter_t), allocatable :: list(:)
+      list = self%controller%parameters()
+   end function motor_parameters
+
+   pure function motor_change(self, change, t, q, omega) result(tau)
+      class(controlled_motor_t), intent(in) :: self
+      real(wp), intent(in) :: change(:), t, q(4), omega(3)
+      real(wp) :: tau(3)
+      tau = 0.0_wp
+      if (self%blocked .or. self%saturated /= 0) return
+      tau(1) = dot_product(self%controller%share(:, self%wheel), self%controller%law_change(change, t, q, omega))
+   end function motor_change
+
+   pure logical function motor_follows(self, path)
+      class(controlled_motor_t), intent(in) :: self
+      type(kepler_orbit_t), intent(in) :: path
+      motor_follows = self%controller%follows(path)
+   end function motor_follows
 
 end module nutate_controlled_motor

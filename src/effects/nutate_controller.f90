@@ -18,8 +18,9 @@
 !> one sample to the next: they are what runs set there (`hold`).
 module nutate_controller
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
-   use nutate_effect, only: GENERAL_SERIES, NO_SERIES, torque_t
+   use nutate_effect, only: GENERAL_SERIES, NO_SERIES, parameter_t, torque_t
    use nutate_geomagnetic_field, only: geomagnetic_field_t
+   use nutate_kepler_orbit, only: kepler_orbit_t, n_elements
    use nutate_kinds, only: wp
    use nutate_limits, only: attitude_tolerance, is_moderate, is_unit, least_step, most_wheels
    use nutate_orbit, only: orbit_t
@@ -84,6 +85,13 @@ module nutate_controller
       procedure :: direction_series => series_of_field
       procedure :: series_torque => controller_series_torque
       procedure :: is_valid => controller_is_valid
+      procedure :: parameters => controller_parameters
+      procedure :: torque_change => controlling_change
+      procedure :: follows => controller_follows
+      !> Returns what a change of `parameters` makes of the commanded torque.
+      procedure :: law_change
+      !> Adds a change of `parameters`.
+      procedure :: shift
       !> Uses the field of the Earth for the magnetorquers.
       procedure :: follow
       !> Refers the target to the LVLH frame.
@@ -499,5 +507,138 @@ contains
       valid = strongest <= 1e50_wp
       if (valid) valid = is_moderate(self%gain*strongest**2)
    end function controller_is_valid
+
+   !> K and D, column by column, k, b, the limit, the orbit of field and target, G and θ₀ of the field of the Earth;
+   !> those that the law has have names.
+   pure function controller_parameters(self) result(list)
+      class(controller_t), intent(in) :: self
+      type(parameter_t), allocatable :: list(:)
+      list = [parameter_t('attitude_gain_matrix', 9), parameter_t('rate_gain_matrix', 9), parameter_t('gain'), &
+              parameter_t('field', 3), parameter_t('limit'), parameter_t('orbit', n_elements), &
+              parameter_t('coefficients', 3), parameter_t('epoch_angle')]
+      if (self%law == DETUMBLING) list(1:2)%name = ''
+      if (self%law == POINTING) list(3)%name = ''
+      if (self%by /= BY_MAGNETORQUERS .or. self%follows_earth) list(4)%name = ''
+      if (self%by == BY_WHEELS .or. self%limit >= huge(self%limit)) list(5)%name = ''
+      if (.not. self%follows_earth) list(7:8)%name = ''
+   end function controller_parameters
+
+   pure logical function controller_follows(self, path) result(follows)
+      class(controller_t), intent(in) :: self
+      type(kepler_orbit_t), intent(in) :: path
+      follows = self%follows_earth .and. self%earth%path%equals(path)
+      if (self%follows_orbit) follows = follows .or. self%orbit%path%equals(path)
+   end function controller_follows
+
+   !> Adds a change of `parameters`.
+   pure subroutine shift(self, change)
+      class(controller_t), intent(inout) :: self
+      real(wp), intent(in) :: change(:)
+      self%attitude_gain = self%attitude_gain + reshape(change(1:9), [3, 3])
+      self%rate_gain = self%rate_gain + reshape(change(10:18), [3, 3])
+      self%gain = self%gain + change(19)
+      self%field = self%field + change(20:22)
+      if (self%limit < huge(self%limit)) self%limit = self%limit + change(23)
+      if (self%follows_orbit) call self%orbit%shift(change(24:))
+      if (.not. self%follows_earth) return
+      call self%earth%path%shift(change(24:))
+      self%earth%coefficients = self%earth%coefficients + change(31:33)
+      self%earth%epoch_angle = self%earth%epoch_angle + change(34)
+   end subroutine shift
+
+   !> Change of the torque on the body; of what stands at the limit that of the limit.
+   pure function controlling_change(self, change, t, q, omega) result(tau)
+      class(controller_t), intent(in) :: self
+      real(wp), intent(in) :: change(:), t, q(4), omega(3)
+      real(wp) :: tau(3), b(3), moved(3), moment(3)
+      tau = 0.0_wp
+      if (self%by == BY_WHEELS .or. self%sample > 0.0_wp) return
+      if (.not. any(self%saturated /= 0)) then
+         tau = self%law_change(change, t, q, omega)
+      else if (self%by == BY_TORQUE) then
+         tau = cut_change(self, self%law_change(change, t, q, omega), change(23))
+      else
+         b = field_at(self, t, q)
+         moved = field_change(self, change, t, q)
+         if (self%law == DETUMBLING) then
+            moment = -change(19)*cross(b, omega) - self%gain*cross(moved, omega)
+         else
+            moment = pointing_moment_change(self, change, t, q, omega, b, moved)
+         end if
+         tau = cross(cut_change(self, moment, change(23)), b) + &
+               cross(cut_off(self, self%command(t, q, omega)), moved)
+      end if
+   end function controlling_change
+
+   !> Shape (3).
+   pure function cut_change(self, amount, limit) result(cut)
+      class(controller_t), intent(in) :: self
+      !> Change of the command, shape (3), and of the limit.
+      real(wp), intent(in) :: amount(3), limit
+      real(wp) :: cut(3)
+      cut = amount
+      where (self%saturated /= 0) cut = self%saturated*limit
+   end function cut_change
+
+   !> Returns the change of `law_torque`, body axes, N m; shape (3).
+   pure function law_change(self, change, t, q, omega) result(tau)
+      class(controller_t), intent(in) :: self
+      !> Of `parameters`; the others as in `law_torque`.
+      real(wp), intent(in) :: change(:), t, q(4), omega(3)
+      real(wp) :: tau(3), b(3), moved(3)
+      if (self%by /= BY_MAGNETORQUERS) then
+         tau = pointing_change(self, change, t, q, omega)
+         return
+      end if
+      b = field_at(self, t, q)
+      moved = field_change(self, change, t, q)
+      if (self%law == DETUMBLING) then
+         tau = -change(19)*cross(cross(b, omega), b) &
+               - self%gain*(cross(cross(moved, omega), b) + cross(cross(b, omega), moved))
+      else
+         ! m×B with m = B×τ/|B|².
+         tau = cross(pointing_moment_change(self, change, t, q, omega, b, moved), b) + &
+               cross(moment_for(b, pointing_torque(self, t, q, omega)), moved)
+      end if
+   end function law_change
+
+   !> Change of the moment B×τ/|B|²; nothing where there is no field; shape (3).
+   pure function pointing_moment_change(self, change, t, q, omega, b, moved) result(moment)
+      class(controller_t), intent(in) :: self
+      !> B and its change, T; shape (3).
+      real(wp), intent(in) :: change(:), t, q(4), omega(3), b(3), moved(3)
+      real(wp) :: moment(3), tau(3), size_of
+      moment = 0.0_wp
+      size_of = norm2(b)
+      if (.not. size_of > 0.0_wp) return
+      tau = pointing_torque(self, t, q, omega)
+      moment = moment_for(b, pointing_change(self, change, t, q, omega)) + cross(moved/size_of, tau/size_of) &
+               - (2*dot_product(b/size_of, moved/size_of))*moment_for(b, tau)
+   end function pointing_moment_change
+
+   !> Change of B in body axes, T; shape (3).
+   pure function field_change(self, change, t, q) result(b)
+      class(controller_t), intent(in) :: self
+      real(wp), intent(in) :: change(:), t, q(4)
+      real(wp) :: b(3)
+      b = change(20:22)
+      if (self%follows_earth) b = self%earth%change_by_orbit(change(24:), t) + &
+                                  self%earth%change_by_axis(change(31:33), change(34), t)
+      b = rotate_to_body(q, b)
+   end function field_change
+
+   !> -δK sgn(e₀) e_v - δD Ω; where the target turns by φ, e_v changes by -½(e₀φ + e_v×φ), φ as the body sees it.
+   pure function pointing_change(self, change, t, q, omega) result(tau)
+      class(controller_t), intent(in) :: self
+      real(wp), intent(in) :: change(:), t, q(4), omega(3)
+      real(wp) :: tau(3), e(4), turn(3)
+      e = error_of(self, t, q)
+      tau = -times_vector(reshape(change(1:9), [3, 3]), e(2:4)) &
+            - times_vector(reshape(change(10:18), [3, 3]), omega - rate_of_target(self, t, q))
+      if (.not. self%follows_orbit) return
+      turn = rotate_to_body(q, self%orbit%path%axes_change(change(24:), t))
+      tau = tau + 0.5_wp*times_vector(self%attitude_gain, e(1)*turn + cross(e(2:4), turn)) + &
+            times_vector(self%rate_gain, rotate_to_body(q, self%orbit%axes_rate_change(change(24:), t)))
+   end function pointing_change
 
 end module nutate_controller

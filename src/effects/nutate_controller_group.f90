@@ -12,7 +12,7 @@ module nutate_controller_group
    implicit none
    private
 
-   public :: controller_keys, build_controller
+   public :: controller_keys, build_controller, gain_changes
 
    !> Keys of the scene group `&controller`.
    type(key_t), parameter :: controller_keys(16) = [ &
@@ -104,19 +104,55 @@ contains
       type(status_t), intent(inout) :: status
       type(body_t) :: nominal
       real(wp) :: unit(3, 3)
-      unit = inertia
       if (group%has('inertia')) then
          ! Of moments and tensor only: idealised bodies break the triangle rule.
          call make_body(matrix_of(group, 'inertia'), nominal, status, check_triangle=.false.)
          if (.not. status%ok()) return
-         unit = nominal%inertia
       end if
-      if (group%text('gains', 'inertia') == 'scalar') unit = diagonal([1.0_wp, 1.0_wp, 1.0_wp])
+      unit = unit_of(group, inertia)
       controller%attitude_gain = group%number('attitude_gain', 0.0_wp)*unit
       if (group%has('attitude_gain_matrix')) controller%attitude_gain = matrix_of(group, 'attitude_gain_matrix')
       controller%rate_gain = group%number('rate_gain', 0.0_wp)*unit
       if (group%has('rate_gain_matrix')) controller%rate_gain = matrix_of(group, 'rate_gain_matrix')
    end subroutine set_gains
+
+   !> What gains are multiplied by; shape (3,3).
+   pure function unit_of(group, inertia) result(unit)
+      type(group_t), intent(in) :: group
+      real(wp), intent(in) :: inertia(3, 3)
+      real(wp) :: unit(3, 3)
+      unit = inertia
+      if (group%has('inertia')) unit = matrix_of(group, 'inertia')
+      if (group%text('gains', 'inertia') == 'scalar') unit = diagonal([1.0_wp, 1.0_wp, 1.0_wp])
+   end function unit_of
+
+   !> Returns what a change of a key makes of K and D, column by column; zero for a key that they do not come from.
+   pure subroutine gain_changes(group, inertia, key, change, of_attitude, of_rate)
+      type(group_t), intent(in) :: group
+      !> As `set_gains` uses it.
+      real(wp), intent(in) :: inertia(3, 3)
+      character(len=*), intent(in) :: key
+      !> Of the numbers of the key.
+      real(wp), intent(in) :: change(:)
+      real(wp), intent(out) :: of_attitude(9), of_rate(9)
+      of_attitude = 0.0_wp
+      of_rate = 0.0_wp
+      select case (key)
+      case ('attitude_gain')
+         of_attitude = change(1)*reshape(unit_of(group, inertia), [9])
+      case ('rate_gain')
+         of_rate = change(1)*reshape(unit_of(group, inertia), [9])
+      case ('attitude_gain_matrix')
+         of_attitude = reshape(matrix_from(change), [9])
+      case ('rate_gain_matrix')
+         of_rate = reshape(matrix_from(change), [9])
+      case ('inertia')
+         of_attitude = group%number('attitude_gain', 0.0_wp)*reshape(matrix_from(change), [9])
+         of_rate = group%number('rate_gain', 0.0_wp)*reshape(matrix_from(change), [9])
+      case default
+         continue
+      end select
+   end subroutine gain_changes
 
    !> The matrix of three numbers (its diagonal), six (a symmetric one: 11, 22, 33, 12, 13, 23) or nine (row by row).
    pure function matrix_of(group, key) result(matrix)
@@ -128,15 +164,22 @@ contains
       n = group%count_of(key)
       numbers = 0.0_wp
       numbers(1:n) = group%vector(key, numbers(1:n))
-      select case (n)
+      matrix = matrix_from(numbers(1:n))
+   end function matrix_of
+
+   pure function matrix_from(numbers) result(matrix)
+      !> Shape (3), (6) or (9).
+      real(wp), intent(in) :: numbers(:)
+      real(wp) :: matrix(3, 3)
+      select case (size(numbers))
       case (3)
          matrix = diagonal(numbers(1:3))
       case (6)
          matrix = symmetric(numbers(1:6))
       case default
-         matrix = transpose(reshape(numbers, [3, 3]))
+         matrix = transpose(reshape(numbers(1:9), [3, 3]))
       end select
-   end function matrix_of
+   end function matrix_from
 
    !> Errors: `NUTATE_BAD_ARGUMENT` for a key that the law does not have, or misses.
    subroutine check_keys(group, status)

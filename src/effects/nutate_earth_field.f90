@@ -4,6 +4,7 @@ module nutate_earth_field
    use nutate_effect, only: effect_t, parameter_t
    use nutate_geomagnetic_field, only: geomagnetic_field_t
    use nutate_keys, only: group_t, key_t, KEY_LOGICAL, KEY_TEXT
+   use nutate_kepler_orbit, only: kepler_orbit_t, n_elements
    use nutate_kinds, only: wp, pi
    use nutate_limits, only: is_moderate
    use nutate_moving_linear, only: moving_linear_t
@@ -33,6 +34,7 @@ module nutate_earth_field
       procedure :: parameters => parameters_of_field
       procedure :: direction_change => change_of_field
       procedure :: direction_change_series => change_of_series
+      procedure :: follows => field_follows
    end type earth_field_t
 
    !> A moment in the Earth's field.
@@ -91,32 +93,20 @@ contains
       n = self%field%at(t)
    end function direction_of_field
 
-   !> m, G, and θ₀ in rad.
+   !> m, G, θ₀ in rad, and the orbit.
    pure function parameters_of_field(self) result(list)
       class(earth_field_t), intent(in) :: self
       type(parameter_t), allocatable :: list(:)
-      list = [parameter_t('moment', 3), parameter_t('coefficients', 3), parameter_t('epoch_angle')]
+      list = [parameter_t('moment', 3), parameter_t('coefficients', 3), parameter_t('epoch_angle'), &
+              parameter_t('orbit', n_elements)]
    end function parameters_of_field
 
-   !> b is linear in G, and θ₀ turns G about the north.
    pure function change_of_field(self, change, t) result(n)
       class(earth_field_t), intent(in) :: self
       real(wp), intent(in) :: change(:), t
       real(wp) :: n(3)
-      type(geomagnetic_field_t) :: field
-      field = changed_field(self, change)
-      n = field%at(t)
+      n = self%field%change_by_axis(change(4:6), change(7), t) + self%field%change_by_orbit(change(8:), t)
    end function change_of_field
-
-   !> The field of the changed G.
-   pure type(geomagnetic_field_t) function changed_field(self, change) result(field)
-      class(earth_field_t), intent(in) :: self
-      real(wp), intent(in) :: change(:)
-      field = self%field
-      associate (g => self%field%coefficients)
-         field%coefficients = change(4:6) + change(7)*[-g(2), g(1), 0.0_wp]
-      end associate
-   end function changed_field
 
    pure subroutine change_of_series(self, change, t, time_unit, n, known)
       class(earth_field_t), intent(in) :: self
@@ -124,10 +114,17 @@ contains
       real(wp), intent(out) :: n(:, 0:)
       logical, intent(out) :: known
       type(geomagnetic_field_t) :: field
-      known = .true.
-      field = changed_field(self, change)
+      ! That of the orbit has no series.
+      known = .not. any(abs(change(8:)) > 0.0_wp)
+      field = self%field%with_axis(change(4:6), change(7))
       call field%series(t, time_unit, n)
    end subroutine change_of_series
+
+   pure logical function field_follows(self, path)
+      class(earth_field_t), intent(in) :: self
+      type(kepler_orbit_t), intent(in) :: path
+      field_follows = self%field%path%equals(path)
+   end function field_follows
 
    !> Returns ḃ at a time, space axes, T/s; shape (3).
    pure function rate_of_field(self, t) result(rate)

@@ -2,6 +2,8 @@
 !> axes that turn against these: those of an orbit seen from inertial ones, or inertial axes seen from an orbit.
 module nutate_force
    use nutate_carried_vector, only: carried_vector_t
+   use nutate_effect, only: parameter_t
+   use nutate_kepler_orbit, only: kepler_orbit_t, n_elements
    use nutate_kinds, only: wp
    use nutate_limits, only: is_moderate
    use nutate_linear_potential, only: linear_potential_t
@@ -23,8 +25,10 @@ module nutate_force
       procedure :: direction_rate => rate_of_force
       procedure :: direction_series => series_of_force
       procedure :: is_valid => force_is_valid
+      procedure :: parameters => parameters_of_force
       procedure :: direction_change => change_of_force
       procedure :: direction_change_series => change_of_series
+      procedure :: follows => force_follows
    end type moving_force_t
 
    !> A force at a point.
@@ -80,7 +84,7 @@ contains
       class(moving_force_t), intent(in) :: self
       real(wp), intent(in) :: change(:), t
       real(wp) :: n(3)
-      n = self%force%change_at(change(4:6), t)
+      n = self%force%change_at(change(4:6), t) + self%force%change_by_orbit(change(7:), t)
    end function change_of_force
 
    pure subroutine change_of_series(self, change, t, time_unit, n, known)
@@ -89,11 +93,25 @@ contains
       real(wp), intent(out) :: n(:, 0:)
       logical, intent(out) :: known
       type(carried_vector_t) :: other
-      known = .true.
+      ! That of the orbit has no series.
+      known = .not. any(abs(change(7:)) > 0.0_wp)
       other = self%force
       other%vector = change(4:6)
       call other%series(t, time_unit, n)
    end subroutine change_of_series
+
+   !> x, F, and the orbit.
+   pure function parameters_of_force(self) result(list)
+      class(moving_force_t), intent(in) :: self
+      type(parameter_t), allocatable :: list(:)
+      list = [self%linear_potential_t%parameters(), parameter_t('orbit', n_elements)]
+   end function parameters_of_force
+
+   pure logical function force_follows(self, path)
+      class(moving_force_t), intent(in) :: self
+      type(kepler_orbit_t), intent(in) :: path
+      force_follows = self%force%path%equals(path)
+   end function force_follows
 
    !> Returns Ḟ at a time, space axes, N/s; shape (3).
    pure function rate_of_force(self, t) result(rate)

@@ -39,6 +39,11 @@ module nutate_geomagnetic_field
       procedure :: at => field_at
       !> Returns Ḃ at a time, T/s.
       procedure :: rate_at
+      !> Return δB by a change of G and θ₀, and by one of the elements of the orbit, T.
+      procedure :: change_by_axis
+      !> Returns the field of a changed G alone.
+      procedure :: with_axis
+      procedure :: change_by_orbit
       !> Computes the power series of B.
       procedure :: series
       !> Returns a bound of the rate of its direction, 1/s.
@@ -112,6 +117,50 @@ contains
       end if
       rate = (reference_radius/distance)**3*rate
    end function rate_at
+
+   !> Returns δB at a time, in the space axes of the scene, T; shape (3). B is linear in G, and θ₀ turns G about the
+   !> north.
+   pure function change_by_axis(self, coefficients, angle, t) result(b)
+      class(geomagnetic_field_t), intent(in) :: self
+      !> δG, T, shape (3); δθ₀, rad; s.
+      real(wp), intent(in) :: coefficients(3), angle, t
+      real(wp) :: b(3)
+      type(geomagnetic_field_t) :: other
+      other = self%with_axis(coefficients, angle)
+      b = other%at(t)
+   end function change_by_axis
+
+   !> Returns the field of which δB is that of a change of G and θ₀.
+   pure type(geomagnetic_field_t) function with_axis(self, coefficients, angle) result(other)
+      class(geomagnetic_field_t), intent(in) :: self
+      !> δG, T, shape (3); δθ₀, rad.
+      real(wp), intent(in) :: coefficients(3), angle
+      other = self
+      associate (g => self%coefficients)
+         other%coefficients = coefficients + angle*[-g(2), g(1), 0.0_wp]
+      end associate
+   end function with_axis
+
+   !> Returns δB at a time, in the space axes of the scene, T; shape (3).
+   pure function change_by_orbit(self, change, t) result(b)
+      class(geomagnetic_field_t), intent(in) :: self
+      !> Of the elements, shape (n_elements); s.
+      real(wp), intent(in) :: change(:), t
+      real(wp) :: b(3)
+      real(wp) :: g(3), r(3), moved(3), distance, climb
+      g = axis_at(self, t)
+      distance = self%path%radius(t)
+      r = self%path%position(t)/distance
+      moved = self%path%position_change(change, t)/distance
+      climb = dot_product(r, moved)
+      if (self%in_orbit) then
+         b = below(rotate_to_body(self%path%axes(t), cross(g, self%path%axes_change(change, t))))
+      else
+         moved = moved - climb*r
+         b = 3*(dot_product(g, moved)*r + dot_product(g, r)*moved)
+      end if
+      b = (reference_radius/distance)**3*b - (3*climb)*self%at(t)
+   end function change_by_orbit
 
    !> Rate of the axes of a circular orbit, in themselves, rad/s; shape (3).
    pure function turn_of(self) result(rate)

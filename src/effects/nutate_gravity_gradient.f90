@@ -5,6 +5,7 @@ module nutate_gravity_gradient
    use nutate_effect, only: effect_t, GENERAL_SERIES, parameter_t, potential_t
    use nutate_effect_bounds, only: effect_bounds_t, linear_map_t, projection_curvature, projection_part, &
       projection_slope
+   use nutate_kepler_orbit, only: kepler_orbit_t, n_elements
    use nutate_keys, only: group_t, key_t, KEY_TEXT
    use nutate_kinds, only: wp
    use nutate_limits, only: is_direction, is_moderate
@@ -36,6 +37,9 @@ module nutate_gravity_gradient
       !> What they are made of, for their derivatives: μ/r³, s⁻², the length of the direction as given, J - J_m I and
       !> J_m, kg m², and the principal axis of J_m.
       real(wp) :: strength = 0.0_wp, reach = 1.0_wp, deviation(3, 3) = 0.0_wp, middle = 0.0_wp, middle_axis(3) = 0.0_wp
+      !> It belongs to an orbit, and which one.
+      logical :: on_orbit = .false.
+      type(kepler_orbit_t) :: path = kepler_orbit_t()
    contains
       procedure :: energy => quadratic_energy
       procedure :: is_valid => gradient_is_valid
@@ -54,6 +58,7 @@ module nutate_gravity_gradient
       procedure :: direction_change => quadratic_direction_change
       procedure :: gradient_change => quadratic_gradient_change
       procedure :: energy_change => quadratic_energy_change
+      procedure :: follows => gradient_follows
    end type gravity_gradient_t
 
    !> A gravity gradient on a body, along a direction or of a circular orbit.
@@ -105,6 +110,8 @@ contains
       type(orbit_t), intent(in) :: orbit
       type(gravity_gradient_t) :: gradient
       gradient = new_gravity_gradient(body, [0.0_wp, 0.0_wp, 1.0_wp], orbit%path%mean_motion()**2)
+      gradient%on_orbit = .true.
+      gradient%path = orbit%path
    end function gradient_on_orbit
 
    !> Builds a gravity gradient from its scene group. Errors: `NUTATE_BAD_ARGUMENT` where it lacks its direction or
@@ -281,12 +288,30 @@ contains
          gradient_is_valid = is_moderate(maxval(sum(abs(self%stiffness), dim=1)) + abs(self%offset))
    end function gradient_is_valid
 
-   !> n, μ/r³, and J.
+   !> n, μ/r³, J, and the orbit where there is one.
    pure function quadratic_parameters(self) result(list)
       class(gravity_gradient_t), intent(in) :: self
       type(parameter_t), allocatable :: list(:)
       list = [parameter_t('direction', 3), parameter_t('strength'), parameter_t('inertia', 9)]
+      if (.not. self%on_orbit) return
+      list(1)%name = ''
+      list = [list, parameter_t('orbit', n_elements)]
    end function quadratic_parameters
+
+   pure logical function gradient_follows(self, path)
+      class(gravity_gradient_t), intent(in) :: self
+      type(kepler_orbit_t), intent(in) :: path
+      gradient_follows = self%on_orbit .and. self%path%equals(path)
+   end function gradient_follows
+
+   !> δs; where the direction stands still on an orbit that of n².
+   pure real(wp) function strength_change(self, change)
+      class(gravity_gradient_t), intent(in) :: self
+      real(wp), intent(in) :: change(:)
+      strength_change = change(4)
+      if (self%on_orbit .and. .not. self%moves) &
+         strength_change = change(4) + 2*self%path%mean_motion()*self%path%mean_motion_change(change(14:))
+   end function strength_change
 
    !> The direction is given in any length.
    pure function quadratic_direction_change(self, change, t) result(n)
@@ -304,7 +329,7 @@ contains
       real(wp) :: gamma(3), inertia(3, 3)
       gamma = 0.5_wp*(gamma0 + gamma1)
       inertia = reshape(change(5:13), [3, 3])
-      gradient = (3*change(4))*times_vector(self%deviation, gamma) &
+      gradient = (3*strength_change(self, change))*times_vector(self%deviation, gamma) &
                  + (3*self%strength)*(times_vector(inertia, gamma) - middle_change(self, inertia)*gamma)
    end function quadratic_gradient_change
 
@@ -320,7 +345,7 @@ contains
       class(gravity_gradient_t), intent(in) :: self
       real(wp), intent(in) :: change(:), gamma(3)
       quadratic_energy_change = 0.5_wp*dot_product(gamma, self%gradient_change(change, gamma, gamma)) + 1.5_wp* &
-         (change(4)*self%middle + self%strength*middle_change(self, reshape(change(5:13), [3, 3])))
+         (strength_change(self, change)*self%middle + self%strength*middle_change(self, reshape(change(5:13), [3, 3])))
    end function quadratic_energy_change
 
 end module nutate_gravity_gradient

@@ -5,12 +5,12 @@
 module nutate_orbit
    use nutate_admissible, only: ANY_DIRECTION, NON_NEGATIVE, POSITIVE, SHAPE_LENGTH
    use nutate_body, only: body_t
-   use nutate_effect, only: effect_t
+   use nutate_effect, only: effect_t, parameter_t
    use nutate_kepler_orbit, only: kepler_orbit_t
    use nutate_keys, only: group_t, key_t, KEY_LOGICAL, KEY_TEXT
    use nutate_kinds, only: wp, pi
    use nutate_limits, only: is_moderate
-   use nutate_quaternion, only: rotate_to_space
+   use nutate_quaternion, only: cross, rotate_to_space
    use nutate_rotating_frame, only: rotating_frame_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    use nutate_track, only: make_track
@@ -59,6 +59,12 @@ module nutate_orbit
       real(wp) :: sun(3) = 0.0_wp, shadow_radius = earth_radius
    contains
       procedure :: is_valid => orbit_is_valid
+      procedure :: parameters => elements_of_orbit
+      !> Return what a change of the elements makes of the rate of the space axes, and of that of the orbital axes.
+      procedure :: frame_rate_change
+      procedure :: axes_rate_change
+      !> Adds a change to the elements.
+      procedure :: shift
       !> Unit quaternion from orbital to space axes at a time.
       procedure :: axes
       !> Rate of the orbital axes at a time, space axes, rad/s.
@@ -295,5 +301,52 @@ contains
             is_moderate(path%mean_motion()/(1 - path%eccentricity)**2) .and. is_moderate(path%semi_major_axis)
       end associate
    end function orbit_is_valid
+
+   !> The elements. Where the space axes are those of a circular orbit, it stays circular; a table has none.
+   pure function elements_of_orbit(self) result(list)
+      class(orbit_t), intent(in) :: self
+      type(parameter_t), allocatable :: list(:)
+      list = [parameter_t('semi_major_axis'), parameter_t('eccentricity'), parameter_t('inclination'), &
+              parameter_t('raan'), parameter_t('argument_of_periapsis'), parameter_t('mean_anomaly'), parameter_t('mu')]
+      if (self%path%is_from_periapsis()) then
+         list(1)%name = 'periapsis_distance'
+         list(6)%name = 'periapsis_time'
+      end if
+      if (self%is_frame) list(2)%name = ''
+      if (allocated(self%path%track)) list%name = ''
+   end function elements_of_orbit
+
+   !> Returns the change of the rate of the space axes, in these, rad/s; shape (3).
+   pure function frame_rate_change(self, change) result(rate)
+      class(orbit_t), intent(in) :: self
+      !> Of the elements; shape (n_elements).
+      real(wp), intent(in) :: change(:)
+      real(wp) :: rate(3)
+      rate = 0.0_wp
+      if (self%is_frame) rate(2) = -self%path%mean_motion_change(change)
+   end function frame_rate_change
+
+   !> Returns the change of `axes_rate` at a time, space axes, rad/s; shape (3).
+   pure function axes_rate_change(self, change, t) result(rate)
+      class(orbit_t), intent(in) :: self
+      !> Of the elements, shape (n_elements); s.
+      real(wp), intent(in) :: change(:), t
+      real(wp) :: rate(3)
+      if (self%is_frame) then
+         rate = self%frame_rate_change(change)
+      else
+         rate = cross(self%path%axes_change(change, t), self%axes_rate(t)) + &
+                rotate_to_space(self%axes(t), [0.0_wp, -self%path%turn_rate_change(change, t), 0.0_wp])
+      end if
+   end function axes_rate_change
+
+   !> Adds a change to the elements, and to the rate of the space axes that follows from them.
+   pure subroutine shift(self, change)
+      class(orbit_t), intent(inout) :: self
+      !> Shape (n_elements).
+      real(wp), intent(in) :: change(:)
+      call self%path%shift(change)
+      if (self%is_frame) self%rate = [0.0_wp, -self%path%mean_motion(), 0.0_wp]
+   end subroutine shift
 
 end module nutate_orbit

@@ -3,7 +3,6 @@
 module nutate_orbital_gradient
    use nutate_body, only: body_t
    use nutate_effect_bounds, only: effect_bounds_t, linear_map_t
-   use nutate_effect, only: parameter_t
    use nutate_gravity_gradient, only: gravity_gradient_t
    use nutate_kepler_orbit, only: kepler_orbit_t
    use nutate_kinds, only: wp
@@ -18,7 +17,6 @@ module nutate_orbital_gradient
    !> U(γ) = ½ γᵀAγ + ½·3J_m|γ|², A = 3(J - J_m I): the effect's V, whose isotropic part turns nothing but changes with
    !> the distance.
    type, extends(gravity_gradient_t) :: orbital_gradient_t
-      type(kepler_orbit_t) :: path = kepler_orbit_t()
       !> 3J_m, kg m².
       real(wp) :: isotropic = 0.0_wp
    contains
@@ -29,8 +27,7 @@ module nutate_orbital_gradient
       procedure :: is_valid => moving_is_valid
       procedure :: bound => not_bounded
       procedure :: has_axis => no_axis
-      procedure :: parameters => moving_parameters
-      procedure :: direction_change => no_direction_change
+      procedure :: direction_change => change_by_orbit
       procedure :: energy_change => moving_energy_change
    end type orbital_gradient_t
 
@@ -50,6 +47,7 @@ contains
       gradient%gravity_gradient_t = gravity_gradient_t(body, [0.0_wp, 0.0_wp, 1.0_wp], 1.0_wp)
       gradient%isotropic = 2*gradient%offset
       gradient%offset = 0.0_wp
+      gradient%on_orbit = .true.
       gradient%path = path
       gradient%moves = .true.
       gradient%pace = path%fastest_turn()
@@ -138,20 +136,18 @@ contains
       no_axis = .false.
    end function no_axis
 
-   !> Those of the effect in axes that stand still but for the direction, which is that of the orbit.
-   pure function moving_parameters(self) result(list)
-      class(orbital_gradient_t), intent(in) :: self
-      type(parameter_t), allocatable :: list(:)
-      list = self%gravity_gradient_t%parameters()
-      list(1)%name = ''
-   end function moving_parameters
-
-   pure function no_direction_change(self, change, t) result(n)
+   !> δn = ½(δμ/μ)n + √μ (δr - (5/2) r (r·δr)/|r|²)/|r|^(5/2).
+   pure function change_by_orbit(self, change, t) result(n)
       class(orbital_gradient_t), intent(in) :: self
       real(wp), intent(in) :: change(:), t
-      real(wp) :: n(3)
-      n = 0.0_wp
-   end function no_direction_change
+      real(wp) :: n(3), r(3), moved(3), distance
+      r = self%path%position(t)
+      distance = norm2(r)
+      r = r/distance
+      moved = self%path%position_change(change(14:), t)/distance
+      n = (sqrt(self%path%mu/distance)/distance)*(moved - (2.5_wp*dot_product(r, moved) - &
+                                                           0.5_wp*change(20)/self%path%mu)*r)
+   end function change_by_orbit
 
    !> The strength is a factor of the effect; the isotropic part goes with |γ|².
    pure real(wp) function moving_energy_change(self, change, gamma) result(energy)

@@ -7,9 +7,9 @@
 !> factor. The traces of T turn nothing, but would be felt at finite steps.
 module nutate_third_degree
    use nutate_body, only: body_t
-   use nutate_effect, only: effect_t, GENERAL_SERIES, potential_t
+   use nutate_effect, only: effect_t, GENERAL_SERIES, parameter_t, potential_t
    use nutate_effect_bounds, only: bounds_of_potential, effect_bounds_t, linear_map_t
-   use nutate_kepler_orbit, only: kepler_orbit_t
+   use nutate_kepler_orbit, only: kepler_orbit_t, n_elements
    use nutate_keys, only: group_t, key_t, KEY_TEXT
    use nutate_kinds, only: wp
    use nutate_limits, only: in_words, is_moderate
@@ -22,7 +22,7 @@ module nutate_third_degree
    private
 
    public :: third_degree_t, third_degree_keys, build_third_degree, third_degree_on_orbit, third_moments_of, &
-      check_points
+      change_of_third_moments, check_points
 
    !> Most points in a scene, as mass, x, y, z; a file may have any number.
    integer, parameter :: most_points = 64
@@ -59,6 +59,12 @@ module nutate_third_degree
       procedure :: series_torque => cubic_torque
       procedure :: series_derivative => cubic_series_derivative
       procedure :: is_valid => cubic_is_valid
+      procedure :: parameters => cubic_parameters
+      procedure :: direction_change => change_by_orbit
+      procedure :: gradient_change => cubic_gradient_change
+      procedure :: energy_change => cubic_energy_change
+      procedure :: series_change => cubic_series_change
+      procedure :: follows => cubic_follows
    end type third_degree_t
 
    !> The third degree from third moments.
@@ -143,6 +149,35 @@ contains
       end do
    end function third_moments_of
 
+   !> Returns what a change of point masses makes of their third moments, in the order of the key; shape (10). With c
+   !> the centre, M the mass of all and ρ = x - c: δc = (Σδm ρ + m δx)/M, δρ = δx - δc.
+   pure function change_of_third_moments(points, change) result(moments)
+      !> Mass, kg, and position, body axes, m, of each, and the change of these; shape (4, n).
+      real(wp), intent(in) :: points(:, :), change(:, :)
+      real(wp) :: moments(10), centre(3), moved(3), mass, rho(3), shift(3), products(3)
+      integer :: a, n
+      mass = sum(points(1, :))
+      centre = 0.0_wp
+      do a = 1, size(points, 2)
+         centre = centre + (points(1, a)/mass)*points(2:4, a)
+      end do
+      moved = 0.0_wp
+      do a = 1, size(points, 2)
+         moved = moved + (change(1, a)/mass)*(points(2:4, a) - centre) + (points(1, a)/mass)*change(2:4, a)
+      end do
+      moments = 0.0_wp
+      do a = 1, size(points, 2)
+         rho = points(2:4, a) - centre
+         shift = change(2:4, a) - moved
+         do n = 1, 10
+            associate (i => components(1, n), j => components(2, n), k => components(3, n))
+               products = [shift(i)*rho(j)*rho(k), rho(i)*shift(j)*rho(k), rho(i)*rho(j)*shift(k)]
+               moments(n) = moments(n) + change(1, a)*rho(i)*rho(j)*rho(k) + points(1, a)*sum(products)
+            end associate
+         end do
+      end do
+   end function change_of_third_moments
+
    !> A group that stands without an orbit. Errors: `NUTATE_BAD_ARGUMENT`.
    subroutine build_third_degree(group, body, effect, status)
       type(group_t), intent(in) :: group
@@ -223,26 +258,24 @@ contains
    end subroutine check_points
 
    !> S_ijk γ_k; shape (3,3).
-   pure function contracted(self, gamma) result(matrix)
-      class(third_degree_t), intent(in) :: self
-      real(wp), intent(in) :: gamma(3)
+   pure function contracted(s, gamma) result(matrix)
+      real(wp), intent(in) :: s(3, 3, 3), gamma(3)
       real(wp) :: matrix(3, 3)
-      matrix = gamma(1)*self%moments(:, :, 1) + gamma(2)*self%moments(:, :, 2) + gamma(3)*self%moments(:, :, 3)
+      matrix = gamma(1)*s(:, :, 1) + gamma(2)*s(:, :, 2) + gamma(3)*s(:, :, 3)
    end function contracted
 
    !> S_ijk γ_jγ_k; shape (3).
-   pure function contracted_twice(self, gamma) result(vector)
-      class(third_degree_t), intent(in) :: self
-      real(wp), intent(in) :: gamma(3)
+   pure function contracted_twice(s, gamma) result(vector)
+      real(wp), intent(in) :: s(3, 3, 3), gamma(3)
       real(wp) :: vector(3)
-      vector = matmul(contracted(self, gamma), gamma)
+      vector = matmul(contracted(s, gamma), gamma)
    end function contracted_twice
 
    !> Returns U(γ), J.
    pure real(wp) function cubic_energy(self, gamma)
       class(third_degree_t), intent(in) :: self
       real(wp), intent(in) :: gamma(3)
-      cubic_energy = -2.5_wp*dot_product(contracted_twice(self, gamma), gamma)
+      cubic_energy = -2.5_wp*dot_product(contracted_twice(self%moments, gamma), gamma)
    end function cubic_energy
 
    !> Returns ∇U(γ).
@@ -250,7 +283,7 @@ contains
       class(third_degree_t), intent(in) :: self
       real(wp), intent(in) :: gamma(3)
       real(wp) :: gradient(3)
-      gradient = -7.5_wp*contracted_twice(self, gamma)
+      gradient = -7.5_wp*contracted_twice(self%moments, gamma)
    end function cubic_gradient
 
    !> Returns the second derivatives -15 S_ijk γ_k.
@@ -258,7 +291,7 @@ contains
       class(third_degree_t), intent(in) :: self
       real(wp), intent(in) :: gamma(3)
       real(wp) :: hessian(3, 3)
-      hessian = -15*contracted(self, gamma)
+      hessian = -15*contracted(self%moments, gamma)
    end function cubic_hessian
 
    !> Returns ∇̄U, with ∇̄U·Δγ = ΔU exactly.
@@ -266,15 +299,22 @@ contains
       class(third_degree_t), intent(in) :: self
       real(wp), intent(in) :: gamma0(3), gamma1(3)
       real(wp) :: gradient(3)
-      gradient = -7.5_wp*(contracted_twice(self, 0.5_wp*(gamma0 + gamma1)) + contracted_twice(self, gamma1 - gamma0)/12)
+      gradient = mean_slope(self%moments, gamma0, gamma1)
    end function mean_gradient
+
+   !> -(15/2) S_ijk (γ̄_jγ̄_k + Δγ_jΔγ_k/12); shape (3).
+   pure function mean_slope(s, gamma0, gamma1) result(gradient)
+      real(wp), intent(in) :: s(3, 3, 3), gamma0(3), gamma1(3)
+      real(wp) :: gradient(3)
+      gradient = -7.5_wp*(contracted_twice(s, 0.5_wp*(gamma0 + gamma1)) + contracted_twice(s, gamma1 - gamma0)/12)
+   end function mean_slope
 
    !> Returns ∂∇̄U/∂γ1 = -(15/2) S_ijk (γ̄_k + Δγ_k/6).
    pure function mean_hessian(self, gamma0, gamma1) result(hessian)
       class(third_degree_t), intent(in) :: self
       real(wp), intent(in) :: gamma0(3), gamma1(3)
       real(wp) :: hessian(3, 3)
-      hessian = -7.5_wp*contracted(self, 0.5_wp*(gamma0 + gamma1) + (gamma1 - gamma0)/6)
+      hessian = -7.5_wp*contracted(self%moments, 0.5_wp*(gamma0 + gamma1) + (gamma1 - gamma0)/6)
    end function mean_hessian
 
    !> Returns n at a time, (kg m³)^(-1/3) J^(1/3); shape (3).
@@ -366,7 +406,7 @@ contains
       integer :: j
       gradient = 0.0_wp
       do j = 0, k
-         gradient = gradient + matmul(contracted(self, gamma(:, j)), gamma(:, k - j))
+         gradient = gradient + matmul(contracted(self%moments, gamma(:, j)), gamma(:, k - j))
       end do
       auxiliary(k, :) = -7.5_wp*gradient
       tau = 0.0_wp
@@ -414,5 +454,71 @@ contains
       if (moderate) moderate = is_moderate(7.5_wp*size*strength**2*strength) .and. is_moderate(self%path%fastest_turn())
       if (moderate) moderate = is_moderate(7.5_wp*size*strength**2*strength*self%path%fastest_turn())
    end function cubic_is_valid
+
+   !> T, in the order of the key, and the orbit.
+   pure function cubic_parameters(self) result(list)
+      class(third_degree_t), intent(in) :: self
+      type(parameter_t), allocatable :: list(:)
+      list = [parameter_t('third_moments', 10), parameter_t('orbit', n_elements)]
+   end function cubic_parameters
+
+   pure logical function cubic_follows(self, path)
+      class(third_degree_t), intent(in) :: self
+      type(kepler_orbit_t), intent(in) :: path
+      cubic_follows = self%path%equals(path)
+   end function cubic_follows
+
+   !> δn = ⅓(δμ/μ)n - (μ/d⁴)^⅓ (δr - (7/3) r (r·δr)/d²)/d; in the LVLH frame of a circular orbit n stays along z.
+   pure function change_by_orbit(self, change, t) result(n)
+      class(third_degree_t), intent(in) :: self
+      real(wp), intent(in) :: change(:), t
+      real(wp) :: n(3), r(3), moved(3), distance
+      r = self%path%position(t)
+      distance = norm2(r)
+      r = r/distance
+      moved = self%path%position_change(change(11:), t)/distance
+      if (self%moves) then
+         n = -strength_of(self%path%mu, distance)*(moved - (7*dot_product(r, moved)/3 - &
+                                                            change(17)/(3*self%path%mu))*r)
+      else
+         n = (change(17)/(3*self%path%mu) - 4*dot_product(r, moved)/3)*self%direction
+      end if
+   end function change_by_orbit
+
+   !> ∇̄U is linear in S.
+   pure function cubic_gradient_change(self, change, gamma0, gamma1) result(gradient)
+      class(third_degree_t), intent(in) :: self
+      real(wp), intent(in) :: change(:), gamma0(3), gamma1(3)
+      real(wp) :: gradient(3)
+      gradient = mean_slope(without_traces(change(:10)), gamma0, gamma1)
+   end function cubic_gradient_change
+
+   pure real(wp) function cubic_energy_change(self, change, gamma)
+      class(third_degree_t), intent(in) :: self
+      real(wp), intent(in) :: change(:), gamma(3)
+      cubic_energy_change = -2.5_wp*dot_product(contracted_twice(without_traces(change(:10)), gamma), gamma)
+   end function cubic_energy_change
+
+   !> Computes coefficient k of γ×δ∇U.
+   pure subroutine cubic_series_change(self, change, k, gamma, auxiliary, tau, known)
+      class(third_degree_t), intent(in) :: self
+      real(wp), intent(in) :: change(:)
+      integer, intent(in) :: k
+      real(wp), intent(in) :: gamma(3, 0:k), auxiliary(0:, :)
+      real(wp), intent(out) :: tau(3)
+      logical, intent(out) :: known
+      real(wp) :: s(3, 3, 3), gradient(3, 0:k)
+      integer :: i, j
+      known = .true.
+      s = without_traces(change(:10))
+      tau = 0.0_wp
+      do i = 0, k
+         gradient(:, i) = 0.0_wp
+         do j = 0, i
+            gradient(:, i) = gradient(:, i) - 7.5_wp*matmul(contracted(s, gamma(:, j)), gamma(:, i - j))
+         end do
+         tau = tau + cross(gamma(:, k - i), gradient(:, i))
+      end do
+   end subroutine cubic_series_change
 
 end module nutate_third_degree

@@ -4,6 +4,7 @@ module nutate_timed_force
    use nutate_carried_vector, only: carried_vector_t
    use nutate_effect, only: GENERAL_SERIES, parameter_t, torque_t
    use nutate_effect_bounds, only: bounds_of_torque, effect_bounds_t, linear_map_t
+   use nutate_kepler_orbit, only: kepler_orbit_t, n_elements
    use nutate_kinds, only: wp
    use nutate_limits, only: is_moderate
    use nutate_quaternion, only: cross, rotate_to_body
@@ -38,6 +39,7 @@ module nutate_timed_force
       procedure :: is_valid => force_is_valid
       procedure :: parameters => parameters_of_force
       procedure :: torque_change => change_by_parameters
+      procedure :: follows => force_follows
    end type timed_force_t
 
 contains
@@ -157,7 +159,8 @@ contains
       real(wp), intent(in) :: t, time_unit, gamma(3, 0:k), auxiliary(0:, :)
       real(wp), intent(out) :: tau(3)
       logical, intent(out) :: known
-      known = .true.
+      ! F of another orbit has no series.
+      known = .not. (self%moves .and. any(abs(change(7:)) > 0.0_wp))
       tau = cross(change(1:3), gamma(:, k))
    end subroutine change_of_terms
 
@@ -195,7 +198,14 @@ contains
       class(timed_force_t), intent(in) :: self
       type(parameter_t), allocatable :: list(:)
       list = [parameter_t('body_point', 3), parameter_t('force', 3)]
+      if (self%moves) list = [list, parameter_t('orbit', n_elements)]
    end function parameters_of_force
+
+   pure logical function force_follows(self, path)
+      class(timed_force_t), intent(in) :: self
+      type(kepler_orbit_t), intent(in) :: path
+      force_follows = self%moves .and. self%force%path%equals(path)
+   end function force_follows
 
    !> δx×RᵀF + x×RᵀδF.
    pure function change_by_parameters(self, change, t, q, omega) result(tau)
@@ -204,7 +214,7 @@ contains
       real(wp) :: tau(3)
       real(wp) :: force(3)
       force = change(4:6)
-      if (self%moves) force = self%force%change_at(force, t)
+      if (self%moves) force = self%force%change_at(force, t) + self%force%change_by_orbit(change(7:), t)
       tau = cross(change(1:3), rotate_to_body(q, force_at(self, t))) + cross(self%body_point, rotate_to_body(q, force))
    end function change_by_parameters
 

@@ -7,8 +7,11 @@
 !> friction's -cω². u is that of a motor of its own, or what a controller commands. Where |ω| has reached its limit the
 !> motor does not push further; it does so again once |ω| has fallen by a hundredth of it.
 module nutate_wheel
+   use nutate_applied_torque, only: applied_torque_t
    use nutate_body, only: body_t
+   use nutate_controlled_motor, only: controlled_motor_t
    use nutate_effect, only: effect_t, LINEAR_SERIES, parameter_t, torque_t
+   use nutate_kepler_orbit, only: kepler_orbit_t
    use nutate_keys, only: group_t, key_t, KEY_TEXT
    use nutate_admissible, only: ANY_DIRECTION, NON_NEGATIVE, POSITIVE
    use nutate_kinds, only: wp
@@ -78,6 +81,8 @@ module nutate_wheel
       !> Change of s and of u.
       procedure :: axis_change
       procedure :: drive_change
+      procedure :: motor_change
+      procedure :: follows => wheel_follows
    end type wheel_t
 
 contains
@@ -179,15 +184,45 @@ contains
       speed = momentum/self%inertia - dot_product(self%axis, omega)
    end function speed_of
 
-   !> s in the length in which it was given, Jw, ω0 and c; then those of the motor.
+   !> s in the length in which it was given, Jw, ω0 and c; then those of the motor, whose torque is a number.
    pure function wheel_parameters(self) result(list)
       class(wheel_t), intent(in) :: self
       type(parameter_t), allocatable :: list(:)
       list = [parameter_t('axis', 3), parameter_t('inertia'), parameter_t('speed'), parameter_t('friction')]
       if (.not. allocated(self%motor)) return
-      if (size(self%motor%parameters()) > 0) &
+      select type (motor => self%motor)
+      type is (applied_torque_t)
          list = [list, parameter_t('torque'), parameter_t('frequency'), parameter_t('phase')]
+      type is (controlled_motor_t)
+         ! How a controller shares its torque depends on the axes of all wheels.
+         list(1)%name = ''
+         list = [list, motor%parameters()]
+      class default
+         list = [list, motor%parameters()]
+      end select
    end function wheel_parameters
+
+   !> Returns true if the motor follows an orbit.
+   pure logical function wheel_follows(self, path) result(follows)
+      class(wheel_t), intent(in) :: self
+      type(kepler_orbit_t), intent(in) :: path
+      follows = .false.
+      if (allocated(self%motor)) follows = self%motor%follows(path)
+   end function wheel_follows
+
+   !> Returns the change of the parameters of the motor.
+   pure function motor_change(self, change) result(of_motor)
+      class(wheel_t), intent(in) :: self
+      !> Of `parameters`, with those of the motor.
+      real(wp), intent(in) :: change(:)
+      real(wp), allocatable :: of_motor(:)
+      select type (motor => self%motor)
+      type is (applied_torque_t)
+         of_motor = [change(7), 0.0_wp, 0.0_wp, change(8:)]
+      class default
+         of_motor = change(7:)
+      end select
+   end function motor_change
 
    !> Change of the unit vector s; shape (3).
    pure function axis_change(self, change) result(axis)
@@ -199,15 +234,14 @@ contains
    end function axis_change
 
    !> Change of u, N m.
-   pure real(wp) function drive_change(self, change, t) result(u)
+   pure real(wp) function drive_change(self, change, t, q, omega) result(u)
       class(wheel_t), intent(in) :: self
-      !> Of `parameters`; s.
-      real(wp), intent(in) :: change(:), t
-      real(wp), parameter :: unturned(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], at_rest(3) = 0.0_wp
+      !> Of `parameters`; s; attitude, unit quaternion, body→space, and Ω, body axes, rad/s; shapes (4), (3).
+      real(wp), intent(in) :: change(:), t, q(4), omega(3)
       real(wp) :: tau(3)
       u = 0.0_wp
-      if (size(change) < 9) return
-      tau = self%motor%torque_change([change(7), 0.0_wp, 0.0_wp, change(8:9)], t, unturned, at_rest)
+      if (size(change) <= 6 .or. .not. allocated(self%motor)) return
+      tau = self%motor%torque_change(self%motor_change(change), t, q, omega)
       u = tau(1)
    end function drive_change
 

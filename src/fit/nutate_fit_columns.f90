@@ -6,12 +6,15 @@
 module nutate_fit_columns
    use nutate_attitude, only: rotation_vector_from_quat
    use nutate_body, only: whole_body
-   use nutate_column, only: column_t
+   use nutate_column, only: column_t, OF_ORBIT
+   use nutate_controller_group, only: gain_changes
    use nutate_hamiltonian, only: angular_velocity
+   use nutate_keys, only: group_t
    use nutate_kinds, only: wp, pi
-   use nutate_quaternion, only: quat_conjugate, quat_product
+   use nutate_quaternion, only: cross, quat_conjugate, quat_product, rotate_to_body
    use nutate_scene, only: scene_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
+   use nutate_third_degree, only: change_of_third_moments
    implicit none
    private
 
@@ -58,17 +61,97 @@ contains
       character(len=*), intent(in) :: name
       type(column_t), intent(inout) :: column
       type(status_t), intent(out) :: status
-      real(wp) :: change(numbers)
+      real(wp) :: change(numbers), of_attitude(9), of_rate(9)
+      real(wp), allocatable :: of_parameter(:)
+      character(len=24) :: parameter
       change = 0.0_wp
       change(value) = 1.0_wp
-      if (key == 'epoch_angle' .and. scene%groups(group)%flag('degrees', .false.)) change = change*pi/180
-      associate (kind => scene%groups(group)%name)
-         call column%add(scene%system%effects, trim(kind), count(scene%groups(:group)%name == kind), trim(key), &
-            change, &
-                         status)
+      associate (given => scene%groups(group), effects => scene%system%effects)
+         if (given%name == 'controller' .and. (index(key, '_gain') > 0 .or. key == 'inertia')) then
+            call gain_changes(given, scene%nominal%inertia, key, change, of_attitude, of_rate)
+            call column%add_of_group(effects, group, 'attitude_gain_matrix', of_attitude, status)
+            if (status%ok()) call column%add_of_group(effects, group, 'rate_gain_matrix', of_rate, status)
+         else
+            call find_parameter(given, key, change, parameter, of_parameter)
+            call column%add_of_group(effects, group, trim(parameter), of_parameter, status)
+         end if
       end associate
+      if (status%ok()) call follow_start(scene, column, status)
       if (.not. status%ok()) status = fail(NUTATE_BAD_ARGUMENT, 'the motion has no derivative by '//trim(name)// &
                                            ': '//trim(status%message))
    end subroutine add_key
+
+   !> Adds what an effect's numbers change of the start: of attitude and rate that count from the axes of an orbit.
+   !> Errors: `NUTATE_BAD_ARGUMENT` for the start of a resonance, which the effects define.
+   subroutine follow_start(scene, column, status)
+      type(scene_t), intent(in) :: scene
+      type(column_t), intent(inout) :: column
+      type(status_t), intent(inout) :: status
+      real(wp) :: turn(3), rate(3), carried(3)
+      integer :: i, m
+      associate (initial => scene%groups(findloc(scene%groups%name, 'initial', dim=1)), &
+                 effects => scene%system%effects, q => scene%initial%q)
+         if (initial%has('resonance')) status = fail(NUTATE_BAD_ARGUMENT, 'it changes the start of the resonance '// &
+            '(expected a start without resonance)')
+         do m = 1, size(column%effects)
+            if (column%effects(m)%kind /= OF_ORBIT) cycle
+            i = column%effects(m)%place
+            associate (orbit => effects%orbits(i), change => column%effects(m)%change)
+               turn = 0.0_wp
+               rate = 0.0_wp
+               carried = 0.0_wp
+               if (orbit%label /= effects%orbit%label) cycle
+               if (initial%text('attitude_from', 'space') == 'lvlh' .and. .not. orbit%is_frame) &
+                  turn = rotate_to_body(q, orbit%path%axes_change(change, 0.0_wp))
+               if (initial%text('frame', 'body') == 'space') carried = angular_velocity(scene%system, scene%initial)
+               if (initial%text('rate_from', 'inertial') == 'lvlh') then
+                  rate = orbit%axes_rate_change(change, 0.0_wp)
+                  if (initial%text('frame', 'body') == 'body') carried = rotate_to_body(q, orbit%axes_rate(0.0_wp))
+               else if (initial%text('rate_from', 'inertial') == 'frame') then
+                  rate = orbit%frame_rate_change(change)
+               end if
+               column%attitude = column%attitude + turn
+               ! What stands still in space is seen to turn.
+               column%angular_velocity = column%angular_velocity + rotate_to_body(q, rate) + cross(carried, turn)
+            end associate
+         end do
+      end associate
+   end subroutine follow_start
+
+   !> The parameter of an effect that a key changes: that of its name, unless the effect is made from other numbers.
+   pure subroutine find_parameter(group, key, change, parameter, of_parameter)
+      type(group_t), intent(in) :: group
+      character(len=*), intent(in) :: key
+      !> Of the numbers of the key.
+      real(wp), intent(in) :: change(:)
+      character(len=*), intent(out) :: parameter
+      real(wp), allocatable, intent(out) :: of_parameter(:)
+      real(wp), parameter :: none(3) = 0.0_wp
+      character(len=*), parameter :: angles(4) = [character(len=21) :: 'inclination', 'raan', &
+                                                  'argument_of_periapsis', 'mean_anomaly']
+      integer :: n
+      parameter = key
+      of_parameter = change
+      select case (group%name)
+      case ('earth_field')
+         if (key == 'epoch_angle' .and. group%flag('degrees', .false.)) of_parameter = (pi/180)*change
+      case ('third_degree')
+         if (key /= 'points') return
+         parameter = 'third_moments'
+         n = size(change)
+         of_parameter = change_of_third_moments(reshape(group%vector('points', spread(0.0_wp, 1, n)), [4, n/4]), &
+                                                reshape(change, [4, n/4]))
+      case ('orbit')
+         if (key == 'altitude') parameter = 'semi_major_axis'
+         if (any(key == angles) .and. group%flag('degrees', .false.)) of_parameter = (pi/180)*change
+      case ('force')
+         if (group%text('axes', 'space') /= 'body') return
+         parameter = 'torque'
+         if (key == 'force') of_parameter = cross(group%vector('body_point', none), change)
+         if (key == 'body_point') of_parameter = cross(change, group%vector('force', none))
+      case default
+         continue
+      end select
+   end subroutine find_parameter
 
 end module nutate_fit_columns

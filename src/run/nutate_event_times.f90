@@ -5,8 +5,9 @@
 !>
 !> Attitude and rates are continuous in a switch, so θ does not jump, δL and δh do.
 module nutate_event_times
-   use nutate_column, only: OF_WHEEL
+   use nutate_column, only: OF_ORBIT, OF_WHEEL
    use nutate_event, only: CROSSING, event_t, most_parts, part_t, second_rate, time_scale
+   use nutate_kepler_orbit, only: kepler_orbit_t
    use nutate_kinds, only: wp, eps
    use nutate_motion, only: find_motion, find_rates, motion_t
    use nutate_moved_system, only: move_system
@@ -136,9 +137,20 @@ contains
          associate (item => tangent%columns(k)%effects(i))
             if (item%kind == OF_WHEEL) &
                size_of = max(size_of, abs(item%change(4))/system%effects%wheels(item%place)%inertia)
+            if (item%kind == OF_ORBIT) &
+               size_of = max(size_of, &
+                             turn_of_orbit(system%effects%orbits(item%place)%path, item%change, motion%state%t))
          end associate
       end do
    end function size_of_column
+
+   !> How far a unit of a column moves an orbit, in radians and parts of the distance.
+   pure real(wp) function turn_of_orbit(path, change, t) result(turn)
+      type(kepler_orbit_t), intent(in) :: path
+      real(wp), intent(in) :: change(:), t
+      turn = max(norm2(path%axes_change(change, t)), norm2(path%position_change(change, t))/path%radius(t), &
+                 abs(change(7))/path%mu)
+   end function turn_of_orbit
 
    !> g by its parts, or its rate for an extremum, at a place along a column.
    subroutine look_along(event, system, window_time, motion, tangent, k, m, part, parts)

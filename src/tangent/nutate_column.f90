@@ -2,22 +2,25 @@
 !> changes several of them (the mass of a shape, say) is one column with all of them in it.
 module nutate_column
    use nutate_any_effect, only: effect_t, parameter_t
+   use nutate_controller, only: controller_t, BY_WHEELS
+   use nutate_earth_field, only: earth_field_t
    use nutate_effect_list, only: effect_list_t
+   use nutate_kepler_orbit, only: kepler_orbit_t
    use nutate_kinds, only: wp
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    implicit none
    private
 
    public :: column_t, effect_change_t, attitude_column, rate_column, inertia_column
-   public :: OF_POTENTIAL, OF_TORQUE, OF_WHEEL
+   public :: OF_POTENTIAL, OF_TORQUE, OF_WHEEL, OF_ORBIT
 
    !> In which list of the effects one stands.
-   integer, parameter :: OF_POTENTIAL = 1, OF_TORQUE = 2, OF_WHEEL = 3
+   integer, parameter :: OF_POTENTIAL = 1, OF_TORQUE = 2, OF_WHEEL = 3, OF_ORBIT = 4
 
    !> A change of the parameters of one effect.
    type :: effect_change_t
       integer :: kind = 0
-      !> The `place` of a potential, the index of a torque or wheel.
+      !> The `place` of a potential, the index of a torque, wheel or orbit.
       integer :: place = 0
       !> In the order of the effect's `parameters`.
       real(wp), allocatable :: change(:)
@@ -38,10 +41,11 @@ module nutate_column
       !> Parameters of effects.
       type(effect_change_t), allocatable :: effects(:)
    contains
-      !> Adds a parameter of an effect.
-      procedure :: add
-      !> Adds what follows from the body.
+      !> Add a parameter of an effect, or of those that were made from a group of a scene.
+      procedure :: add, add_of_group
+      !> Add what follows from the body, and from orbits.
       procedure :: follow_body
+      procedure :: follow_orbits
       !> It changes a parameter.
       procedure :: is_parametric
    end type column_t
@@ -52,7 +56,7 @@ contains
    pure type(column_t) function attitude_column(axis) result(column)
       !> 1, 2 or 3.
       integer, intent(in) :: axis
-      column%name = 'initial.attitude.'//digit(axis)
+      column%name = 'initial.attitude.'//decimal(axis)
       column%attitude(axis) = 1.0_wp
    end function attitude_column
 
@@ -60,7 +64,7 @@ contains
    pure type(column_t) function rate_column(axis) result(column)
       !> 1, 2 or 3.
       integer, intent(in) :: axis
-      column%name = 'initial.angular_velocity.'//digit(axis)
+      column%name = 'initial.angular_velocity.'//decimal(axis)
       column%angular_velocity(axis) = 1.0_wp
    end function rate_column
 
@@ -68,15 +72,18 @@ contains
    pure type(column_t) function inertia_column(i, j) result(column)
       !> 1, 2 or 3.
       integer, intent(in) :: i, j
-      column%name = 'body.inertia.'//digit(i)//digit(j)
+      column%name = 'body.inertia.'//decimal(i)//decimal(j)
       column%inertia(i, j) = 1.0_wp
       column%inertia(j, i) = 1.0_wp
    end function inertia_column
 
-   pure character(len=1) function digit(i)
+   pure function decimal(i) result(digits)
       integer, intent(in) :: i
-      write (digit, '(i1)') i
-   end function digit
+      character(len=:), allocatable :: digits
+      character(len=12) :: room
+      write (room, '(i0)') i
+      digits = trim(room)
+   end function decimal
 
    !> Adds a change of a parameter of an effect. Errors: `NUTATE_BAD_ARGUMENT` where there is no such effect, and where
    !> it has no parameter of that name and size.
@@ -92,8 +99,36 @@ contains
       !> As many numbers as it has.
       real(wp), intent(in) :: change(:)
       type(status_t), intent(out) :: status
-      integer :: i, place, found
-      found = 0
+      call add_where(self, effects, effect, number, 0, parameter, change, status)
+   end subroutine add
+
+   !> Adds a change of a parameter of all effects that were made from one group of a scene. Errors: those of `add`.
+   subroutine add_of_group(self, effects, group, parameter, change, status)
+      class(column_t), intent(inout) :: self
+      type(effect_list_t), intent(in) :: effects
+      !> Place of the group.
+      integer, intent(in) :: group
+      !> As in `add`.
+      character(len=*), intent(in) :: parameter
+      real(wp), intent(in) :: change(:)
+      type(status_t), intent(out) :: status
+      call add_where(self, effects, '', 0, group, parameter, change, status)
+   end subroutine add_of_group
+
+   !> Adds a change of a parameter of the effect of a name and number, or of those of a group.
+   subroutine add_where(self, effects, effect, number, group, parameter, change, status)
+      class(column_t), intent(inout) :: self
+      type(effect_list_t), intent(in) :: effects
+      character(len=*), intent(in) :: effect, parameter
+      integer, intent(in) :: number
+      !> 0: none.
+      integer, intent(in) :: group
+      real(wp), intent(in) :: change(:)
+      type(status_t), intent(out) :: status
+      integer :: i, place, same_name
+      logical :: found
+      same_name = 0
+      found = .false.
       do place = 1, effects%n_potentials + effects%n_off
          do i = 1, effects%n_potentials + effects%n_off
             if (effects%potentials(i)%place == place) call look_at(effects%potentials(i)%item, OF_POTENTIAL, place)
@@ -105,23 +140,57 @@ contains
       do i = 1, effects%n_wheels
          call look_at(effects%wheels(i), OF_WHEEL, i)
       end do
-      if (number < 1 .or. found < number) &
-         status = fail(NUTATE_BAD_ARGUMENT, 'there is no effect '//trim(effect)//' to differentiate by')
+      if (allocated(effects%orbits)) then
+         do i = 1, size(effects%orbits)
+            call look_at(effects%orbits(i), OF_ORBIT, i)
+         end do
+      end if
+      if (.not. found) status = fail(NUTATE_BAD_ARGUMENT, 'there is no effect '//trim(effect)//' to differentiate by')
 
    contains
 
       subroutine look_at(item, kind, place)
          class(effect_t), intent(in) :: item
          integer, intent(in) :: kind, place
-         if (item%name /= effect) return
-         found = found + 1
-         if (found /= number) return
+         integer :: k
+         if (item%name == effect) same_name = same_name + 1
+         if (group > 0) then
+            if (item%group /= group) return
+         else
+            if (item%name /= effect .or. same_name /= number) return
+         end if
+         found = .true.
          if (.not. changes(self, item, kind, place, parameter, change)) &
-            status = fail(NUTATE_BAD_ARGUMENT, 'the effect '//trim(effect)//' has no derivative by '//parameter// &
+            status = fail(NUTATE_BAD_ARGUMENT, 'the effect '//trim(item%name)//' has no derivative by '//parameter// &
                           ' (expected '//trim(names_of(item))//')')
+         select type (item)
+         class is (controller_t)
+            if (item%by /= BY_WHEELS .or. item%sample > 0.0_wp) return
+            do k = 1, effects%n_wheels
+               if (.not. changes(self, effects%wheels(k), OF_WHEEL, k, parameter, change)) return
+            end do
+         class is (earth_field_t)
+            do k = 1, effects%n_torques
+               call follow_field(self, effects%torques(k)%item, k, parameter, change)
+            end do
+         end select
       end subroutine look_at
 
-   end subroutine add
+   end subroutine add_where
+
+   !> Adds a change of the field of the Earth to magnetorquers in it, which do not have its moment.
+   subroutine follow_field(self, item, place, parameter, change)
+      type(column_t), intent(inout) :: self
+      class(effect_t), intent(in) :: item
+      integer, intent(in) :: place
+      character(len=*), intent(in) :: parameter
+      real(wp), intent(in) :: change(:)
+      logical :: there
+      select type (item)
+      class is (controller_t)
+         if (item%follows_earth) there = changes(self, item, OF_TORQUE, place, parameter, change)
+      end select
+   end subroutine follow_field
 
    !> Adds a change to those of an effect; false where the effect has no derivative by that name.
    logical function changes(self, effect, kind, place, parameter, change)
@@ -153,7 +222,7 @@ contains
    !> The parameters of an effect with their sizes, for messages.
    function names_of(effect) result(names)
       class(effect_t), intent(in) :: effect
-      character(len=96) :: names
+      character(len=160) :: names
       type(parameter_t), allocatable :: list(:)
       integer :: i
       names = ''
@@ -162,7 +231,7 @@ contains
          if (list(i)%name == '') cycle
          if (names /= '') names = trim(names)//','
          names = trim(names)//' '//list(i)%name
-         if (list(i)%size > 1) names = trim(names)//'('//digit(list(i)%size)//')'
+         if (list(i)%size > 1) names = trim(names)//'('//decimal(list(i)%size)//')'
       end do
       names = adjustl(names)
       if (names == '') names = 'another effect'
@@ -203,6 +272,52 @@ contains
          end associate
       end do
    end subroutine follow_body
+
+   !> Adds the changes of effects, and of the rate of the space axes, that follow from those of orbits. Errors:
+   !> `NUTATE_BAD_ARGUMENT` where two orbits are equal, since effects know theirs by its numbers.
+   subroutine follow_orbits(self, effects, status)
+      class(column_t), intent(inout) :: self
+      type(effect_list_t), intent(in) :: effects
+      type(status_t), intent(inout) :: status
+      real(wp), allocatable :: change(:)
+      integer :: i, m
+      if (.not. allocated(self%effects)) return
+      do m = 1, size(self%effects)
+         if (self%effects(m)%kind /= OF_ORBIT) cycle
+         change = self%effects(m)%change
+         associate (orbit => effects%orbits(self%effects(m)%place))
+            if (count([(orbit%path%equals(effects%orbits(i)%path), i=1, size(effects%orbits))]) > 1) &
+               status = fail(NUTATE_BAD_ARGUMENT, 'orbits that are equal have no derivatives (expected different ones)')
+            self%frame = self%frame + orbit%frame_rate_change(change)
+            call follow_path(self, effects, orbit%path, change)
+         end associate
+      end do
+   end subroutine follow_orbits
+
+   !> Adds the changes of the effects that follow a path.
+   subroutine follow_path(self, effects, path, change)
+      class(column_t), intent(inout) :: self
+      type(effect_list_t), intent(in) :: effects
+      type(kepler_orbit_t), intent(in) :: path
+      !> Of its elements.
+      real(wp), intent(in) :: change(:)
+      integer :: i
+      logical :: there
+      do i = 1, effects%n_potentials + effects%n_off
+         associate (slot => effects%potentials(i))
+            if (slot%item%follows(path)) there = changes(self, slot%item, OF_POTENTIAL, slot%place, 'orbit', change)
+         end associate
+      end do
+      do i = 1, effects%n_torques
+         associate (item => effects%torques(i)%item)
+            if (item%follows(path)) there = changes(self, item, OF_TORQUE, i, 'orbit', change)
+         end associate
+      end do
+      do i = 1, effects%n_wheels
+         if (effects%wheels(i)%follows(path)) &
+            there = changes(self, effects%wheels(i), OF_WHEEL, i, 'orbit', change)
+      end do
+   end subroutine follow_path
 
    !> True for a column that changes more than the start.
    pure logical function is_parametric(self)

@@ -2,7 +2,9 @@
 !> by differences along the column. What effects know of their parameters' changes is added to first order.
 module nutate_moved_system
    use nutate_body, only: body_t, make_body
-   use nutate_column, only: OF_POTENTIAL, OF_TORQUE
+   use nutate_column, only: OF_ORBIT, OF_POTENTIAL, OF_TORQUE
+   use nutate_controlled_motor, only: controlled_motor_t
+   use nutate_controller, only: controller_t
    use nutate_kinds, only: wp, eps
    use nutate_potential, only: potential_t
    use nutate_quaternion, only: rotate_to_body
@@ -69,6 +71,9 @@ contains
                   end do
                case (OF_TORQUE)
                   call move_torque(effects%torques(item%place)%item, change)
+               case (OF_ORBIT)
+                  call effects%orbits(item%place)%shift(change)
+                  effects%orbit = effects%orbits(max(1, findloc(effects%orbits%is_main, .true., dim=1)))
                case default
                   call move_wheel(effects%wheels(item%place), change)
                end select
@@ -109,20 +114,28 @@ contains
       class(torque_t), allocatable, intent(inout) :: item
       real(wp), intent(in) :: change(:)
       type(moved_torque_t), allocatable :: moved
+      ! What runs watch over is that of a controller.
+      select type (item)
+      class is (controller_t)
+         call item%shift(change)
+         return
+      class is (controlled_motor_t)
+         call item%controller%shift(change)
+         return
+      end select
       allocate (moved)
       moved%change = change
       call move_alloc(item, moved%base)
       call move_alloc(moved, item)
    end subroutine move_torque
 
-   !> The parameters of a motor stand behind the six of the wheel; a motor's torque is component 1 of three.
    subroutine move_wheel(wheel, change)
       type(wheel_t), intent(inout) :: wheel
       real(wp), intent(in) :: change(:)
       wheel%axis = wheel%axis + wheel%axis_change(change)
       wheel%inertia = wheel%inertia + change(4)
       wheel%friction = wheel%friction + change(6)
-      if (size(change) > 6) call move_torque(wheel%motor, [change(7), 0.0_wp, 0.0_wp, change(8:)])
+      if (size(change) > 6) call move_torque(wheel%motor, wheel%motor_change(change))
    end subroutine move_wheel
 
    pure function moved_direction(self, t) result(n)

@@ -454,6 +454,8 @@ contains
       type(wheel_steps_t), intent(in) :: steps
       type(column_t), intent(in) :: column
       real(wp), intent(inout) :: mean(3), inner(:), work
+      ! Motors that follow attitude and rate have no such steps.
+      real(wp), parameter :: unturned(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], at_rest(3) = 0.0_wp
       real(wp) :: half, base, turned, share, carried, own, drive, speed, axis(3), moved
       integer :: i, m
       if (.not. allocated(column%effects)) return
@@ -469,7 +471,7 @@ contains
             axis = wheel%axis_change(c)
             moved = self%forces%rate*dot_product(axis, self%b)
             drive = 0.0_wp
-            if (steps%drives(i)) drive = wheel%drive_change(c, steps%asked(i))
+            if (steps%drives(i)) drive = wheel%drive_change(c, steps%asked(i), unturned, at_rest)
             own = share*base + sigma*half*drive + carried*turned &
                   + half*wheel%friction*sigma*moved
             speed = sigma*(base/wheel%inertia - turned)

@@ -105,7 +105,9 @@ contains
                 self%inner(self%n, system%effects%n_wheels), source=0.0_wp)
       do k = 1, self%n
          call self%columns(k)%follow_body(system%effects)
+         call self%columns(k)%follow_orbits(system%effects, status)
       end do
+      if (.not. status%ok()) return
       self%parametric = pack([(k, k=1, self%n)], [(self%columns(k)%is_parametric(), k=1, self%n)])
       allocate (self%inertia(3, 3, size(self%parametric)))
       do m = 1, size(self%parametric)

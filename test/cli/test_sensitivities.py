@@ -236,6 +236,64 @@ class Sensitivities(CommandLineTest):
         page = self.succeed("check", "free.nml", "--set", "output.columns=quaternion").stdout
         self.assertRegex(page, r"\n  derivatives +none: no column shows them\n")
 
+    def compare_scene(self, text, values):
+        """All derivatives of a scene by keys, whose settings at a distance from their value are given with the step."""
+        wheel = ", 'wheel1'" if "&wheel" in text else ""
+        self.write("plain.nml", text + f"&output times = 0.0, 1.0, 3.0, columns = 'quaternion', 'angular_velocity'{wheel} /\n")
+        for key, (changed, step) in values.items():
+            self.write("free.nml", text + f"&output times = 0.0, 1.0, 3.0, columns = 'sensitivities' /\n&free key = '{key}' /\n")
+            with self.subTest(key=key):
+                self.compare("plain.nml", key, changed, step)
+
+    def test_orbits_and_what_follows_them(self):
+        points = "1.0, 0.9, 0.1, 0.2, 2.0, -0.3, 0.5, 0.1, 1.5, 0.1, -0.4, -0.6"
+        start = "&initial roll_pitch_yaw = 10, -20, 30, attitude_from = 'lvlh', angular_velocity = 0.2, -0.1, 0.3, " \
+                "rate_from = 'lvlh', frame = 'space', degrees = .true. /\n"
+        text = ("&body inertia = 4.0, 5.0, 6.0 /\n" + start + "&gravity_gradient /\n&third_degree points = " + points + " /\n"
+                "&orbit semi_major_axis = 2.0, eccentricity = 0.3, inclination = 40, mean_anomaly = 25, mu = 3.0, degrees = .true. /\n"
+                "&integrator method = 'rk8', time_step = 0.05, end_time = 3.0 /\n")
+        moved = [float(x) for x in points.split(", ")]
+        self.compare_scene(text, {
+            "orbit.semi_major_axis": (lambda h: f"orbit.semi_major_axis={2 + h!r}", 1e-3),
+            "orbit.eccentricity": (lambda h: f"orbit.eccentricity={0.3 + h!r}", 1e-3),
+            "orbit.inclination": (lambda h: f"orbit.inclination={40 + h!r}", 0.1),
+            "orbit.mean_anomaly": (lambda h: f"orbit.mean_anomaly={25 + h!r}", 0.1),
+            "orbit.mu": (lambda h: f"orbit.mu={3 + h!r}", 1e-3),
+            "third_degree.points.5": (lambda h: "third_degree.points=" + ",".join(
+                repr(x + h * (i == 4)) for i, x in enumerate(moved)), 1e-3),
+            "third_degree.points.8": (lambda h: "third_degree.points=" + ",".join(
+                repr(x + h * (i == 7)) for i, x in enumerate(moved)), 1e-3)})
+        # A circular orbit in its own axes, whose rate is that of the start too.
+        circle = text.replace(", eccentricity = 0.3", "").replace("'rk8'", "'nielsen_krenk', order = 8").replace("'space'", "'body'")
+        self.compare_scene(circle, {
+            "orbit.semi_major_axis": (lambda h: f"orbit.semi_major_axis={2 + h!r}", 1e-3),
+            "orbit.mu": (lambda h: f"orbit.mu={3 + h!r}", 1e-3)})
+        rows = []
+        for size in ("altitude = 1.5e6", "semi_major_axis = 7878137.0"):
+            self.write("free.nml", circle.replace("semi_major_axis = 2.0", size).replace("mu = 3.0", "mu = 1e20")
+                       + f"&free key = 'orbit.{size.split()[0]}' /\n&output columns = 'sensitivities' /\n")
+            rows.append([list(row.values()) for row in self.rows("free.nml")])
+        self.assertEqual(*rows)
+        self.assertGreater(abs(rows[0][-1][4]), 1e-9)
+
+    def test_gains_and_forces(self):
+        text = ("&body inertia_tensor = 4.0, 5.0, 6.0, 0.1, -0.05, 0.2 /\n"
+                "&initial quaternion = 0.8, 0.4, -0.4, 0.2, angular_velocity = 0.4, -0.3, 0.6 /\n"
+                "&controller law = 'quaternion', attitude_gain = 0.3, rate_gain = 0.2, start = 0.72, limit = 1.1 /\n"
+                "&torque space = 0.5, -0.2, 0.8, frequency = 0.2, start = 0.513, stop = 2.031 /\n"
+                "&force axes = 'space', body_point = 0.5, 0.2, -0.4, force = -0.3, 0.8, 0.6, stop = 1.517 /\n"
+                "&force axes = 'space', body_point = 0.1, -0.3, 0.2, force = 1.0, 0.4, -0.5 /\n"
+                "&wheel axis = 0.0, 0.6, 0.8, inertia = 0.1, speed = 3.0, torque = 0.2, start = 0.41, stop = 2.2, friction = 0.01 /\n")
+        values = {
+            "controller.attitude_gain": (lambda h: f"controller.attitude_gain={0.3 + h!r}", 1e-3),
+            "controller.rate_gain": (lambda h: f"controller.rate_gain={0.2 + h!r}", 1e-3),
+            "controller.limit": (lambda h: f"controller.limit={1.1 + h!r}", 1e-3),
+            "force.1.force.2": (lambda h: f"force.1.force=-0.3,{0.8 + h!r},0.6", 1e-3),
+            "force.2.force.2": (lambda h: f"force.2.force=1.0,{0.4 + h!r},-0.5", 1e-3)}
+        for method in ("'rk8'", "'nielsen_krenk', order = 8", "'dop853'"):
+            with self.subTest(method=method):
+                self.compare_scene(text + f"&integrator method = {method}, time_step = 0.02, end_time = 3.0 /\n", values)
+
     def test_what_has_no_derivative_is_refused(self):
         self.write("free.nml", SYSTEM + STEPS + FREE)
         lines = self.read("free.nml").splitlines()
@@ -245,6 +303,11 @@ class Sensitivities(CommandLineTest):
                 ("&free key = 'integrator.end_time' /", last, "no derivative by 'integrator.end_time'"),
                 ("&torque body = 1, 0, 0, start = 0.5 /\n&free key = 'torque.start' /", last + 1,
                  "no derivative by torque.start"),
+                ("&orbit altitude = 5e5, sun = 1, 0, 0 /\n&free key = 'orbit.sun' /", last + 1, "no derivative by orbit.sun"),
+                ("&orbit altitude = 5e5, eccentricity = 0 /\n&free key = 'orbit.eccentricity' /", last + 1,
+                 "no derivative by orbit.eccentricity"),
+                ("&controller law = 'quaternion', attitude_gain = 0.1, rate_gain = 0.1, target = 1, 0, 0, 0 /\n"
+                 "&free key = 'controller.target' /", last + 1, "no derivative by controller.target"),
                 ("&controller law = 'quaternion', attitude_gain = 0.1, rate_gain = 0.1, sample = 0.1 /", last, "controller that samples"),
                 ("&output columns = 'covarance' /", last, "covariance")):
             with self.subTest(line=line):

@@ -73,7 +73,7 @@ contains
                else
                   call read_effect_table(groups(i), '', error)
                end if
-               if (.not. error%raised) call build_one(groups(i), kinds(k), body, system, error)
+               if (.not. error%raised) call build_one(groups(i), i, kinds(k), body, system, error)
                if (error%raised) return
             end do
          end do
@@ -95,8 +95,10 @@ contains
    end function pass_of
 
    !> Adds the effect that a group names.
-   subroutine build_one(group, kind, body, system, error)
+   subroutine build_one(group, place, kind, body, system, error)
       type(group_t), intent(in) :: group
+      !> Its place among all groups.
+      integer, intent(in) :: place
       !> What it is.
       type(effect_kind_t), intent(in) :: kind
       !> The whole body.
@@ -109,7 +111,7 @@ contains
       integer :: i
       if (.not. (system%effects%on_orbit .and. goes_by_orbit(group))) then
          call kind%build(group, body, effect, status)
-         call finish_one(group, effect, system, status, error)
+         call finish_one(group, place, effect, system, status, error)
          return
       end if
       call choose_orbits(group, system%effects, chosen, error)
@@ -118,20 +120,25 @@ contains
          if (.not. chosen(i)) cycle
          if (allocated(effect)) deallocate (effect)
          call build_on_orbit(group, system%effects%orbits(i), body, effect, status)
-         call finish_one(group, effect, system, status, error)
+         call finish_one(group, place, effect, system, status, error)
       end do
    end subroutine build_one
 
    !> Adds what was built from a group, and says what is wrong with it.
-   subroutine finish_one(group, effect, system, status, error)
+   subroutine finish_one(group, place, effect, system, status, error)
       type(group_t), intent(in) :: group
+      !> As in `build_one`.
+      integer, intent(in) :: place
       !> Allocated unless the status is an error.
       class(effect_t), allocatable, intent(inout) :: effect
       type(system_t), intent(inout) :: system
       type(status_t), intent(inout) :: status
       type(scene_error_t), intent(inout) :: error
       if (status%ok()) call check_strength(effect, status)
-      if (status%ok()) call read_switch(group, effect, error)
+      if (status%ok()) then
+         call read_switch(group, effect, error)
+         effect%group = place
+      end if
       if (status%ok() .and. .not. error%raised) call add_effect_of(system, effect, status)
       if (.not. status%ok()) call error%raise_status(group%line_of(trim(status%subject)), status)
    end subroutine finish_one

@@ -324,7 +324,7 @@ contains
                      inner = inner + h*axis
                      speed = -h*c(4)/wheel%inertia**2 - dot_product(axis, self%omega)
                      drive = 0.0_wp
-                     if (rates%driven(i)) drive = wheel%drive_change(c, self%asked(i))
+                     if (rates%driven(i)) drive = wheel%drive_change(c, self%asked(i), self%q, self%relative)
                      drive = drive - c(6)*self%speed(i)
                      change(8 + i) = change(8 + i) + rates%dt*(drive - wheel%friction*speed)
                      change(8) = change(8) + rates%dt*(drive*self%speed(i) + (self%drive(i) - 2*wheel%friction &
