@@ -351,9 +351,12 @@ contains
       call check(error, status%ok(), trim(status%message))
       call go(plain, system, start, settings, plan, events, other(1), status)
       if (allocated(error)) return
-      call check(error, all(abs([run%state%q - plain%state%q, run%state%p - plain%state%p]) <= 0.0_wp), &
-                 'bits of the state')
-      call check(error, all(abs(keeper%times - other(1)%times) <= 0.0_wp), 'bits of times')
+      ! Adaptive steps of explicit methods and series are chosen by the columns too.
+      if (settings%method == 'nielsen_krenk' .or. .not. plan%goal%active()) then
+         call check(error, all(abs([run%state%q - plain%state%q, run%state%p - plain%state%p]) <= 0.0_wp), &
+                    'bits of the state')
+         call check(error, all(abs(keeper%times - other(1)%times) <= 0.0_wp), 'bits of times')
+      end if
       do i = 1, size(expected)
          call check(error, run%events%watched(expected(i))%number > 0_long, 'event happens')
       end do

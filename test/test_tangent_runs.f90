@@ -1,8 +1,10 @@
 !> Tangent columns of runs: at rows inside of steps, by adaptive steps, from checkpoints on; and what is refused.
 module test_tangent_runs
+   use nutate_body, only: diagonal, make_body
    use nutate_byte_archive, only: byte_archive_t
    use nutate_column, only: attitude_column, column_t, inertia_column, rate_column
    use nutate_controller, only: controller_t
+   use nutate_hamiltonian, only: body_momentum, make_state
    use nutate_kinds, only: wp, long
    use nutate_methods, only: make_stepper
    use nutate_observer, only: observer_t, run_record_t
@@ -41,6 +43,7 @@ contains
       testsuite = [ &
                   new_unittest("rows inside steps have columns of their own", columns_inside), &
                   new_unittest("adaptive steps carry columns too", carry_adaptive), &
+                  new_unittest("adaptive steps keep columns to the tolerance", keep_tolerance), &
                   new_unittest("checkpoints hold columns", resume_columns), &
                   new_unittest("what has no derivative is refused by name", refuse)]
    end subroutine collect_tangent_runs
@@ -156,6 +159,52 @@ contains
          call check_close(error, recorder%momentum(i), expected%momentum(i), 1e-5_wp, 'momentum')
       end do
    end subroutine carry_adaptive
+
+   !> A box that turns about its middle axis, by explicit methods and series: the motion alone allows steps in which
+   !> columns, which grow e-fold in a sixth of a second, are followed badly or not at all.
+   subroutine keep_tolerance(error)
+      type(error_type), allocatable, intent(out) :: error
+      character(len=8), parameter :: names(4) = [character(len=8) :: 'taylor', 'dop853', 'rk8', 'rk4']
+      real(wp), parameter :: tolerances(3) = [1e-4_wp, 1e-7_wp, 1e-10_wp]
+      type(run_t) :: run, bare, exact
+      type(run_plan_t) :: plan
+      type(system_t) :: system
+      type(state_t) :: start
+      type(status_t) :: status
+      real(wp) :: off
+      integer :: i, m
+      call make_body(diagonal([5.0_wp, 20.0_wp, 17.0_wp]), system%body, status)
+      start = make_state(system, [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], [0.0_wp, 0.0_wp, 10.0_wp])
+      plan%end_time = 2.0_wp
+      plan%goal%local_tolerance = 1e-10_wp
+      call follow(exact, 'exact', .true.)
+      do m = 1, size(names)
+         do i = 1, merge(2, 3, names(m) == 'rk4')
+            plan%goal%local_tolerance = tolerances(i)
+            call follow(run, names(m), .true.)
+            call follow(bare, names(m), .false.)
+            if (allocated(error)) return
+            off = exact%tangent%relative(run%tangent%theta - exact%tangent%theta, run%tangent%momentum - &
+                                         exact%tangent%momentum, norm2(body_momentum(start)))
+            call check_below(error, off, tolerances(i)*run%summary%parts, trim(names(m))//': columns')
+            call check(error, run%summary%parts > bare%summary%parts .or. m > 2 .and. run%summary%parts >= &
+                       bare%summary%parts, trim(names(m))//': shorter steps')
+         end do
+      end do
+
+   contains
+
+      subroutine follow(run, method, differentiated)
+         type(run_t), intent(out) :: run
+         character(len=*), intent(in) :: method
+         logical, intent(in) :: differentiated
+         call run%begin(system, integrator_settings_t(method=method), start, plan, status)
+         if (status%ok() .and. differentiated) call run%differentiate(columns_of(), system, status)
+         if (status%ok()) call run%run_to_end(system, status)
+         call check(error, status%ok(), trim(method)//': '//trim(status%message))
+      end subroutine follow
+
+   end subroutine keep_tolerance
 
    !> A run from its checkpoint on ends with the columns of one that was not interrupted, bit by bit.
    subroutine resume_columns(error)

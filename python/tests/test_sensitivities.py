@@ -42,7 +42,7 @@ class SensitivityTest(unittest.TestCase):
             np.testing.assert_allclose(omega[:, :, number], (more.omega - less.omega) / (2 * step), rtol=0, atol=2e-9)
 
     def test_the_motion_itself_keeps_its_bits(self):
-        plain, free = (nutate.solve(self.scene, accuracy=1e-8, **keys) for keys in ({}, {"free": "body.mass"}))
+        plain, free = (nutate.solve(self.scene, **STEPS, **keys) for keys in ({}, {"free": "body.mass"}))
         np.testing.assert_array_equal(plain.q, free.q)
         before = free.sol(0.5)
         free.sensitivity(0.5)

@@ -1,6 +1,9 @@
 !> Adaptive steps: by the method itself before the step, where it can; else by its own estimate after it,
 !> where it has one; else by Richardson's from a whole step against two halves.
 !>
+!> With tangent columns explicit methods and series keep these to the same tolerance too, each relative to its own size;
+!> implicit steps have the columns of the steps that they take anyway.
+!>
 !> The halves are what is kept, so every invariant of the method is kept too. States between the ends of steps are
 !> computed by the method, where it has dense output, else by a branch: two shorter steps of the same method from the
 !> start of the step, which keep the invariants and leave the run as it is.
@@ -16,7 +19,7 @@ module nutate_error_control
    use nutate_progress, only: add_works, count_step, progress_t, put_works
    use nutate_quaternion, only: attitude_distance, quat_norm
    use nutate_step_subdivision, only: go_inside
-   use nutate_step_length, only: step_length_t
+   use nutate_step_length, only: most_growth, step_length_t
    use nutate_step_policy, only: step_policy_t
    use nutate_state, only: state_t, add_increment
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_CONVERGED
@@ -56,8 +59,8 @@ module nutate_error_control
       real(wp) :: t_compensation = 0.0_wp
       !> Noise of a trial run, for the ends of steps that nothing projects.
       type(noise_t) :: noise
-      !> Tangent columns of the run, moved along with the step that is tried.
-      type(tangent_t), allocatable :: trial
+      !> Tangent columns of the run, moved along with the step that is tried, and with a whole step.
+      type(tangent_t), allocatable :: trial, once
    contains
       !> Prepares the steppers and the first step.
       procedure :: begin
@@ -173,8 +176,9 @@ contains
       if (allocated(progress%record%works)) self%before = progress%record
       call put_works(progress%summary, self%before)
       if (allocated(progress%tangent)) self%trial = progress%tangent
+      self%longest = huge(self%longest)
       call try(self, system, progress, step, accepted, status)
-      self%longest = merge(huge(self%longest), self%length%next, accepted)
+      if (.not. accepted) self%longest = self%length%next
       if (status%ok() .and. accepted .and. step >= rest) then
          progress%state%t = t_end
          self%t_compensation = 0.0_wp
@@ -229,13 +233,14 @@ contains
                            status, self%trial)
          self%work(:) = self%half%work
          error = self%half%error_estimate
+         if (allocated(self%trial)) error = max(error, self%trial%error)
       end if
       if (.not. status%ok()) then
          accepted = .false.
          ! What the method cannot do at all no shorter step mends.
          if (status%code == NUTATE_BAD_ARGUMENT .and. status%subject == 'method') return
          if (.not. self%equal%suit) call reject(self, progress, 0.5_wp*step, status)
-      else if (self%method%dense .or. self%equal%suit) then
+      else if (self%equal%suit .or. self%method%dense .and. .not. error > 0.0_wp) then
          accepted = .true.
          call accept(self, progress, next, step)
       else
@@ -255,7 +260,8 @@ contains
       logical, intent(out) :: accepted
       type(status_t), intent(inout) :: status
       real(wp) :: allowed, turn, growth
-      turn = step*length_of(angular_velocity(system, next))
+      turn = 0.0_wp
+      if (.not. self%method%dense) turn = step*length_of(angular_velocity(system, next))
       associate (goal => progress%plan%goal)
          allowed = goal%local_tolerance
          if (goal%error_rate > 0.0_wp) allowed = goal%error_rate*step
@@ -264,7 +270,12 @@ contains
       accepted = self%length%keeps(allowed, error, turn)
       if (accepted) then
          call accept(self, progress, next, step)
-         call self%length%adapt(step, growth, turn)
+         if (self%method%dense) then
+            ! The motion chooses the next step, the columns may shorten it.
+            if (growth < most_growth) self%longest = step*growth
+         else
+            call self%length%adapt(step, growth, turn)
+         end if
       else
          call reject(self, progress, step*self%length%shrinkage(growth), status)
       end if
@@ -305,7 +316,8 @@ contains
       middle = state%t + 0.5_wp*self%sense*step
       once = state
       error = 0.0_wp
-      call perform_part(self%whole, system, once, self%sense*step, middle, record, status)
+      if (allocated(self%trial) .and. (.not. self%method%can_project)) self%once = self%trial
+      call perform_part(self%whole, system, once, self%sense*step, middle, record, status, self%once)
       if (status%ok()) &
          call perform_part(self%half, system, state, 0.5_wp*self%sense*step, middle, record, status, self%trial)
       self%work(:) = self%half%work
@@ -315,6 +327,9 @@ contains
       self%work(:) = self%work + self%half%work
       moved = moved + self%half%moved_by_round_off
       if (status%ok()) error = estimate(self, once, state, moved)
+      if (status%ok() .and. allocated(self%once)) &
+         error = max(error, self%trial%relative(self%once%theta - self%trial%theta, self%once%momentum - &
+                               self%trial%momentum, self%momentum_scale)/(2.0_wp**self%method%order - 1))
    end subroutine go_halves
 
    !> A step of one of the steppers, as a part of a step with the given middle, with tangent columns where there are

@@ -5,7 +5,7 @@ module nutate_step_length
    implicit none
    private
 
-   public :: step_length_t
+   public :: most_growth, step_length_t
 
    !> The next step, and what is known of the estimates of its error.
    type :: step_length_t

@@ -11,7 +11,7 @@
 !> **Who calls what.** A program describes columns (`nutate_column`) and gives them to a run, `run%differentiate`
 !> after `begin`; `begin` here makes the tangent of the first state. Wherever the run accepts a step of the method,
 !> `policy%carry` calls `stepper%carry` for each `advance` that the step is made of; rows inside steps carry a copy.
-!> States never depend on columns.
+!> States depend on columns only where these shorten adaptive steps (`nutate_error_control`).
 !>
 !> **What an override of `stepper_t%carry` must do**: move `theta`, `momentum` and `wheels` from the state `before` to
 !> the state `after`, of which `advance` has just made the second from the first: what that left in the stepper may be
@@ -57,6 +57,9 @@ module nutate_tangent
       !> freely of each, kg m²; shape (3, 3, n_parametric).
       integer, allocatable :: parametric(:)
       real(wp), allocatable :: inertia(:, :, :)
+      !> Estimated error of the last step of a method that has an estimate, of the column for which it is largest and
+      !> relative to it (`relative`); else zero. Not in checkpoint data.
+      real(wp) :: error = 0.0_wp
       !> Work space of steps; shape (n, 3).
       real(wp), allocatable :: mid(:, :), turn(:, :), change(:, :), mean(:, :), shift(:, :)
       !> The same; shape (n, n_wheels).
@@ -70,6 +73,8 @@ module nutate_tangent
       procedure :: rates
       !> Change of the momentum that rotors and wheels have in the body, of one column.
       procedure :: inner_change
+      !> Size of a change of the columns, relative to them.
+      procedure :: relative
       !> Change of what potentials conserve, and of l.
       procedure :: energy_row
       procedure :: momentum_row
@@ -247,6 +252,25 @@ contains
                                      self%momentum(k, :) - self%inner_change(system%effects, state, k) - own(:, k))
       end do
    end function rates
+
+   !> Returns by how much columns change, each relative to its own size, √(θ² + δL²/|L|²); the largest of all.
+   pure real(wp) function relative(self, theta, momentum, scale)
+      class(tangent_t), intent(in) :: self
+      !> Changes of θ, rad, and of δL, N m s; shape (n, 3).
+      real(wp), intent(in) :: theta(:, :), momentum(:, :)
+      !> |L|, N m s.
+      real(wp), intent(in) :: scale
+      real(wp) :: weight, square, change
+      integer :: k
+      weight = 0.0_wp
+      if (scale*scale > tiny(1.0_wp)) weight = 1/(scale*scale)
+      relative = 0.0_wp
+      do k = 1, self%n
+         square = sum(self%theta(k, :)**2) + weight*sum(self%momentum(k, :)**2)
+         change = sum(theta(k, :)**2) + weight*sum(momentum(k, :)**2)
+         if (square > tiny(1.0_wp)) relative = max(relative, sqrt(change/square))
+      end do
+   end function relative
 
    !> Returns dH·X with what the parameters change of H at fixed q, L and h, J; of H - ω·l where the space axes turn.
    !> Potentials keep it as it is, torques change it by `work`; shape (n).

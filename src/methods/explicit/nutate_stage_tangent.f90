@@ -28,6 +28,8 @@ module nutate_stage_tangent
       !> Times of the stages over Δt; shape (stages).
       real(wp), allocatable :: times(:)
       type(stage_rates_t) :: stage
+      !> Weights of the errors of the two estimates, as of dop853; allocated where there are any; shape (stages, 2).
+      real(wp), allocatable :: estimates(:, :)
       !> The axis about which the body turns in the frame of the step, 0: none; Δt(1/J₃ - 1/J₁), kg⁻¹ m⁻² s. y(8) is its
       !> angle then.
       integer :: axis = 0
@@ -50,15 +52,18 @@ module nutate_stage_tangent
 contains
 
    !> Sets the coefficients of a method.
-   pure subroutine set(self, a, b, c)
+   pure subroutine set(self, a, b, c, estimates)
       class(stage_tangent_t), intent(inout) :: self
       !> aᵢⱼ as a(j, i - 1), i from the second stage on; bᵢ; cᵢ.
       real(wp), intent(in) :: a(:, :), b(:), c(:)
+      !> Of the errors of two estimates, the second a hundredfold that of a lower order; shape (stages, 2).
+      real(wp), intent(in), optional :: estimates(:, :)
       if (allocated(self%weights)) deallocate (self%weights)
       allocate (self%weights(size(b), 2:size(b) + 1), source=0.0_wp)
       self%weights(:size(a, 1), 2:size(b)) = a
       self%weights(:, size(b) + 1) = b
       self%times = c
+      if (present(estimates)) self%estimates = estimates
    end subroutine set
 
    !> Moves tangent columns over a step in y = [q, L, W, h].
@@ -114,6 +119,8 @@ contains
       i = size(self%times) + 1
       call take_argument(self, i, tangent%n*m, self%weights(:, i), x)
       call finish_columns(tangent%n, m, x(1:4), self%point, tangent%theta, tangent%momentum)
+      tangent%error = 0.0_wp
+      if (allocated(self%estimates)) call estimate_error(self, x(5:7), tangent)
       if (self%stage%works) tangent%work = tangent%work + self%point(:, 8)
       if (self%axis > 0) call end_spin(self, x(5:7), tangent)
       do i = 1, rates%n_wheels
@@ -122,6 +129,31 @@ contains
       if (rates%attitude .and. system%effects%frame_turns .and. .not. rates%frame_turns) &
          call turn_columns(system, after, dt, tangent, status)
    end subroutine carry
+
+   !> Estimates the error of the columns at the end of a step as that of the motion is: |e|²/√(|e|² + |e'|²), each
+   !> relative to the size of its column.
+   pure subroutine estimate_error(self, momentum, tangent)
+      type(stage_tangent_t), intent(in) :: self
+      !> L at the end; shape (3).
+      real(wp), intent(in) :: momentum(3)
+      type(tangent_t), intent(inout) :: tangent
+      real(wp) :: off(7, 2), squares(2), weight, size_of
+      integer :: i, k, m
+      weight = max(sum(self%first(5:7)**2), sum(momentum**2))
+      if (weight > tiny(1.0_wp)) weight = 1/weight
+      do k = 1, tangent%n
+         do m = 1, 2
+            off(:, m) = 0.0_wp
+            do i = 1, size(self%times)
+               off(:, m) = off(:, m) + self%estimates(i, m)*self%rates(k, 1:7, i)
+            end do
+            squares(m) = 4*sum(off(1:4, m)**2) + weight*sum(off(5:7, m)**2)
+         end do
+         size_of = sum(tangent%theta(k, :)**2) + weight*sum(tangent%momentum(k, :)**2)
+         if (.not. (size_of > tiny(1.0_wp) .and. squares(1) > 0.0_wp)) cycle
+         tangent%error = max(tangent%error, squares(1)/sqrt(size_of*(squares(1) + squares(2))))
+      end do
+   end subroutine estimate_error
 
    !> Starts a step in the frame in which the body turns about its axis.
    pure subroutine begin_spin(self, rates)

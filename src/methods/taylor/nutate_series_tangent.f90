@@ -15,7 +15,7 @@ module nutate_series_tangent
    use nutate_limits, only: most_wheels
    use nutate_power_series, only: highest_order, inverses
    use nutate_quaternion, only: cross, rotate_to_body
-   use nutate_small_products, only: skew, times_columns, times_vector
+   use nutate_small_products, only: skew, times_columns, times_vector, vector_length
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    use nutate_system, only: system_t
@@ -482,15 +482,17 @@ contains
       call put(self, c, of_momentum, k + 1, get(self, c, of_momentum, k + 1) + (dt*inverses(k + 1))*tau)
    end subroutine add_own
 
-   !> Sums the series, the smallest terms first.
+   !> Sums the series, the smallest terms first. The last ones estimate the error.
    pure subroutine finish_columns(self, tangent)
       class(series_tangent_t), intent(in) :: self
       type(tangent_t), intent(inout) :: tangent
-      real(wp) :: theta(3), momentum(3)
+      real(wp) :: theta(3), momentum(3), last(tangent%n, 3, 2)
       integer :: c, k
       do c = 1, tangent%n
          theta = get(self, c, of_theta, self%order)
          momentum = get(self, c, of_momentum, self%order)
+         last(c, :, 1) = theta
+         last(c, :, 2) = momentum
          do k = self%order - 1, 0, -1
             theta = theta + get(self, c, of_theta, k)
             momentum = momentum + get(self, c, of_momentum, k)
@@ -499,6 +501,7 @@ contains
          tangent%momentum(c, :) = momentum
       end do
       tangent%wheels = tangent%wheels + self%gain
+      tangent%error = tangent%relative(last(:, :, 1), last(:, :, 2), vector_length(self%momentum(:, 0)))
    end subroutine finish_columns
 
 end module nutate_series_tangent
