@@ -263,9 +263,9 @@ contains
       do m = from, to
          varied%by_series = settings(m)%method == 'taylor'
          if (varied%by_series) varied%groups = without_controllers(variant)
+         call varied%build(system, state, status)
          call list_columns(varied, system, columns, shifted, shifts, error)
          if (allocated(error)) return
-         call varied%build(system, state, status)
          call tangent%begin(system, state, columns, status)
          if (status%ok()) call make_stepper(system, settings(m), stepper, status)
          do i = 1, steps
