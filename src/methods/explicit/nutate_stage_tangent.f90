@@ -116,11 +116,9 @@ contains
             call add_own(self, rates, system, tangent, j, x(1:m), i)
          end do
       end do
-      i = size(self%times) + 1
-      call take_argument(self, i, tangent%n*m, self%weights(:, i), x)
+      call take_argument(self, size(self%times) + 1, tangent%n*m, self%weights(:, size(self%times) + 1), x)
       call finish_columns(tangent%n, m, x(1:4), self%point, tangent%theta, tangent%momentum)
-      tangent%error = 0.0_wp
-      if (allocated(self%estimates)) call estimate_error(self, x(5:7), tangent)
+      call estimate_error(self, x(5:7), tangent)
       if (self%stage%works) tangent%work = tangent%work + self%point(:, 8)
       if (self%axis > 0) call end_spin(self, x(5:7), tangent)
       do i = 1, rates%n_wheels
@@ -131,7 +129,7 @@ contains
    end subroutine carry
 
    !> Estimates the error of the columns at the end of a step as that of the motion is: |e|²/√(|e|² + |e'|²), each
-   !> relative to the size of its column.
+   !> relative to the size of its column. Zero where the method has no estimates.
    pure subroutine estimate_error(self, momentum, tangent)
       type(stage_tangent_t), intent(in) :: self
       !> L at the end; shape (3).
@@ -139,6 +137,8 @@ contains
       type(tangent_t), intent(inout) :: tangent
       real(wp) :: off(7, 2), squares(2), weight, size_of
       integer :: i, k, m
+      tangent%error = 0.0_wp
+      if (.not. allocated(self%estimates)) return
       weight = max(sum(self%first(5:7)**2), sum(momentum**2))
       if (weight > tiny(1.0_wp)) weight = 1/weight
       do k = 1, tangent%n
