@@ -19,11 +19,11 @@ module test_stability_columns
    public :: collect_stability_columns, columns_cases
 
    !> Random scenes; part of them whose steps must all be possible.
-   integer, parameter :: many = 10, few = 6
+   integer, parameter :: many = 15, few = 6
    real(wp), parameter :: most = 0.7_wp
    !> Of |row||column| each stage, where a motion repeats itself and its rounding with it: of known bodies, and of
    !> bodies that all but stand in their axes.
-   real(wp), parameter :: repeated_rounding = 0.01_wp*eps, steady_rounding = 0.05_wp*eps
+   real(wp), parameter :: repeated_rounding = 0.01_wp*eps, steady_rounding = 0.1_wp*eps
 
 contains
 

@@ -280,8 +280,9 @@ def toutatis():
             + "\nThe errors are those of the observations and of the first state. The tides turn the body by much less "
             "(scene `test/cases/toutatis.nml`):\n\n"
             + table(("turned by the", "nutate", "reference"), [(name, f"{value:.3f}°", text) for name, value, text in turned])
-            + "\nThe orbit about the Sun has rounded elements, fitted to the closest approach to the Earth (8.23 December, 0.0242 au); it is "
-            "good to a percent or two.\n\n`nutate fit scenes/toutatis.nml` fits a torque-free body to the attitudes by radar; see "
+            + "\nThe orbit about the Sun has rounded elements, of which eccentricity and perihelion passage are fitted to the closest approach to the "
+            "Earth (8.23 December, 0.0242 au). Fitted by argument of the perihelion and passage, with an eccentricity of 0.634, it gives 0.275° "
+            "and 0.522°: these angles are good to a few per cent.\n\n`nutate fit scenes/toutatis.nml` fits a torque-free body to the attitudes by radar; see "
             "[toutatis](../gallery/toutatis.md):\n\n"
             + table(("quantity", "published", "nutate"), [("$J_1/J_3$", "3.0836", fitted["1"]), ("$J_2/J_3$", "3.235", fitted["2"])]))
 
