@@ -14,6 +14,8 @@ module nutate_scene_values
 
    !> Longest text: longer than any path.
    integer, parameter :: longest_text = 4096
+   !> Of the choices that a message lists where it knows which one was meant.
+   integer, parameter :: longest_choices = 300
 
 contains
 
@@ -173,6 +175,19 @@ contains
       if (.not. error%raised) call check_together(key, setting, error)
    end subroutine check_setting
 
+   !> Raises an error for a text that is not one of the key's choices.
+   subroutine raise_unknown(key, text, line, error)
+      type(key_t), intent(in) :: key
+      character(len=*), intent(in) :: text
+      integer, intent(in) :: line
+      type(scene_error_t), intent(inout) :: error
+      character(len=:), allocatable :: choices, nearest
+      choices = expectation(key)
+      nearest = trim(nearest_name(text, split_list(key%choices)))
+      if (len(choices) > longest_choices .and. nearest /= '') choices = 'a name of the reference'
+      call error%raise(line, quoted(text)//' is not available for '//trim(key%name), choices, nearest)
+   end subroutine raise_unknown
+
    !> Raises an error for a text that is not one of the key's choices, is too long or has control characters.
    subroutine check_text(key, text, line, error)
       type(key_t), intent(in) :: key
@@ -183,8 +198,7 @@ contains
 
       if (key%choices /= '') then
          if (is_listed(text, key%choices) .and. text /= '') return
-         call error%raise(line, quoted(text)//' is not available for '//trim(key%name), expected=expectation(key), &
-                          nearest=nearest_name(text, split_list(key%choices)))
+         call raise_unknown(key, text, line, error)
       else if (len(text) > longest_text) then
          call error%raise(line, quoted(text)//' is too long', expected='a shorter text for '//trim(key%name))
       end if
