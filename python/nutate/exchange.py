@@ -73,7 +73,7 @@ class AttitudeRows(Columns):
 
         With angular velocities in the message the rotation vector from one record to the next is a cubic polynomial of t that has them at
         both: attitude and rate are continuous, the error falls as the fourth power of the distance of the records. Without them the rate
-        is constant between records, and the error is h^2 |dOmega/dt|/8. Raises NutateValueError for times outside of the records, and
+        is constant between records, and the error is ``h^2 |dOmega/dt|/8``. Raises NutateValueError for times outside of the records, and
         where these are half a turn or more apart."""
         times = np.atleast_1d(np.asarray(t, dtype=np.float64)) + self._start_of(epoch, time_system)
         if len(self.t) < 2:
@@ -194,7 +194,7 @@ def constant_rate(q1: Array, q2: Array, s: Array) -> Array:
 def resampled(sol: Any, error: float) -> Array:
     """Times such that a rotation at a constant rate between them keeps to an attitude error, rad. From the whole motion on, an
     interval is halved as long as it turns the body by more than a radian, or that rotation departs from the motion by more than 0.9 of
-    the error at one of its quarters or at an end of a step inside it. That departure is h^2 |dOmega/dt|/8 at its largest."""
+    the error at one of its quarters or at an end of a step inside it. That departure is ``h^2 |dOmega/dt|/8`` at its largest."""
     if not 1e-12 <= error <= 1:
         raise refusal(f"error is {error!r} (expected 1e-12 to 1 rad)")
     starts, ends = np.array([sol.t_min]), np.array([sol.t_max])
