@@ -168,7 +168,8 @@ def to_rate(v: Array, change: Array) -> Array:
     safe = np.where(angle > 1e-3, angle, 1.0)
     weight = np.where(angle > 1e-3, (1 - np.sin(safe) / safe) / safe**2, 1 / 6)
     across = np.cross(v, change)
-    return change - np.sinc(angle / 2 / np.pi) ** 2 / 2 * across + weight * np.cross(v, across)
+    rate: Array = change - np.sinc(angle / 2 / np.pi) ** 2 / 2 * across + weight * np.cross(v, across)
+    return rate
 
 
 def body_text(system: System) -> str:
