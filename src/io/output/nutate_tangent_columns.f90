@@ -40,7 +40,7 @@ contains
 
    !> True for a set by free numbers.
    elemental logical function is_by_free(set)
-      !> `SENSITIVITIES`, ...; 0: none of them.
+      !> `SENSITIVITIES`, ...; 0: another set.
       integer, intent(in) :: set
       is_by_free = set >= SENSITIVITIES .and. set <= COVARIANCE
    end function is_by_free
