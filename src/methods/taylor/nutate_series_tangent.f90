@@ -6,6 +6,9 @@
 !> is one series of matrices, the same for all of them: it is made once from the derivatives by γ that the effects know
 !> (`series_derivative`), ∂τ/∂θ = (∂τ/∂γ)[γ]×. What parameters change is added column by column.
 !>
+!> Columns of the start without wheels are linear in θ and δL of the start, so that no more than a basis of these is
+!> expanded: six columns, and three of δL for a free body, whose θ1 is that of the start, turned, and what δL adds.
+!>
 !> It is the derivative of the flow, to the accuracy of the series. Its poles are of one order more than those of the
 !> motion, so that columns err by ten times as much at the same order: theirs is higher.
 module nutate_series_tangent
@@ -14,7 +17,7 @@ module nutate_series_tangent
    use nutate_kinds, only: wp
    use nutate_limits, only: most_wheels
    use nutate_power_series, only: highest_order, inverses
-   use nutate_quaternion, only: cross, rotate_to_body
+   use nutate_quaternion, only: cross, quat_conjugate, quat_product, rotate_to_body
    use nutate_small_products, only: skew, times_columns, times_vector, vector_length
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
@@ -29,11 +32,12 @@ module nutate_series_tangent
 
    !> By how much the order of the columns is higher.
    integer, parameter :: more_orders = 2
-   !> Columns that are computed together: those of the start, and whole vector instructions of any processor.
-   integer, parameter :: lanes = 6
+   !> Columns that are computed together, whose sums stay in registers.
+   integer, parameter :: lanes = 2
    !> Numbers of a column: θ, δL and u, by which ΔtδΩ is less than ΔtJ⁻¹δL; where each starts.
    integer, parameter :: of_theta = 0, of_momentum = 3, of_lack = 6, numbers = 9
-   !> Factors in a coefficient: ΔtΩ, L, and the matrices of δL and of θ in δL̇; where each starts.
+   !> Factors in a coefficient: ΔtΩ, L, and the matrices of δL and of θ in δL̇, of the latter E instead where there is but
+   !> the moment m of one row, m×(E×θ); where each starts.
    integer, parameter :: by_angle = 0, by_momentum = 3, for_momentum = 6, for_theta = 15, n_factors = 24
 
    !> The series of one step, with the step as the unit of time.
@@ -42,8 +46,11 @@ module nutate_series_tangent
       logical :: prepared = .false.
       !> Of the series; rows of which a torque or a parameter depends.
       integer :: order = 0, n_rows = 0
-      !> There are torques that depend on the attitude; the axes of space turn.
-      logical :: turned = .false., frame_turns = .false.
+      !> There are torques that depend on the attitude, of these but the moment of one row; the axes of space turn; the
+      !> matrices of δL have no diagonal.
+      logical :: turned = .false., of_row = .false., frame_turns = .false., hollow = .false.
+      !> Columns of the basis of the start; 0 where each column is expanded.
+      integer :: n_basis = 0
       !> ΔtJ⁻¹, its product with D, D, N m s; shape (3,3). Δtω along the rows; shape (3).
       real(wp) :: to_angle(3, 3) = 0.0_wp, damped(3, 3) = 0.0_wp, drag(3, 3) = 0.0_wp, turn(3) = 0.0_wp
       type(torque_series_t) :: torques
@@ -54,7 +61,7 @@ module nutate_series_tangent
       real(wp) :: relative(3, 0:highest_order) = 0.0_wp, row(3, 3, 0:highest_order) = 0.0_wp
       !> The factors; shape (n_factors, 0:highest_order).
       real(wp) :: factors(n_factors, 0:highest_order) = 0.0_wp
-      !> The columns, and which blocks have a u; shapes (lanes, numbers, 0:highest_order, blocks), (blocks).
+      !> The columns that are expanded, and which blocks have a u; shapes (lanes, numbers, 0:highest_order, blocks), (blocks).
       real(wp), allocatable :: columns(:, :, :, :)
       logical, allocatable :: lacking(:)
       !> Coefficient k of δh of each wheel, and its sum; shape (n, n_wheels).
@@ -76,10 +83,11 @@ contains
 
    !> Moves tangent columns over a step. Errors, with the columns as they were: `NUTATE_BAD_ARGUMENT` for an effect, or
    !> a change of its parameters, that has no series of its derivative.
-   subroutine carry(self, system, before, dt, start, order, acts, driven, tangent, status)
+   subroutine carry(self, system, before, after, dt, start, order, acts, driven, tangent, status)
       class(series_tangent_t), intent(inout) :: self
       type(system_t), intent(in) :: system
-      type(state_t), intent(in) :: before
+      !> The ends of the step.
+      type(state_t), intent(in) :: before, after
       !> s; time for torques, in the piece of each; order of the series of the motion.
       real(wp), intent(in) :: dt, start
       integer, intent(in) :: order
@@ -105,8 +113,7 @@ contains
          call add_motion(self, k, system, dt, acts, unknown)
          if (size(tangent%parametric) + self%wheels%n > 0) call add_lacks(self, k, system, dt, tangent)
          do b = 1, size(self%lacking)
-            call add_block(k, self%turned, self%lacking(b), self%factors, self%to_angle, self%drag, &
-                           self%columns(:, :, :, b))
+            call add_block(self, k, dt, self%lacking(b), self%columns(:, :, :, b))
          end do
          if (self%wheels%n > 0) call add_wheels(self, k, system, dt, tangent, unknown)
          do b = 1, size(tangent%parametric)
@@ -118,7 +125,7 @@ contains
             return
          end if
       end do
-      call finish_columns(self, tangent)
+      call finish_columns(self, quat_product(quat_conjugate(before%q), after%q), tangent)
    end subroutine carry
 
    !> Coefficient 0 of the motion, and the constants of the step.
@@ -135,6 +142,10 @@ contains
       self%damped = times_columns(self%drag, self%to_angle)
       self%frame_turns = system%effects%frame_turns
       self%turned = system%effects%n_potentials + system%effects%n_torques > 0
+      self%of_row = self%torques%n_moments == 1 .and. .not. self%torques%has_more
+      associate (a => self%to_angle)
+         self%hollow = abs(a(1, 2)) + abs(a(1, 3)) + abs(a(2, 3)) + maxval(abs(self%damped)) <= 0.0_wp
+      end associate
       self%turn = dt*matmul(system%effects%frame_rate, self%torques%basis)
       self%torques%start = start
       if (self%wheels%n > 0) then
@@ -151,8 +162,12 @@ contains
    pure subroutine start_columns(self, tangent)
       class(series_tangent_t), intent(inout) :: self
       type(tangent_t), intent(in) :: tangent
-      integer :: blocks, c, i
-      blocks = (tangent%n + lanes - 1)/lanes
+      integer :: blocks, c, i, m
+      m = size(tangent%parametric)
+      self%n_basis = 6
+      if (.not. (self%turned .or. self%frame_turns)) self%n_basis = 3
+      if (self%wheels%n > 0 .or. tangent%n - m <= self%n_basis) self%n_basis = 0
+      blocks = (merge(self%n_basis + m, tangent%n, self%n_basis > 0) + lanes - 1)/lanes
       if (allocated(self%columns)) then
          if (size(self%lacking) /= blocks .or. size(self%wheel, 1) /= tangent%n) &
             deallocate (self%columns, self%lacking, self%wheel, self%gain)
@@ -162,16 +177,32 @@ contains
          allocate (self%lacking(blocks), self%wheel(tangent%n, self%wheels%n), self%gain(tangent%n, self%wheels%n))
       end if
       self%lacking = self%wheels%n > 0
-      do i = 1, size(tangent%parametric)
-         self%lacking((tangent%parametric(i) + lanes - 1)/lanes) = .true.
+      do i = 1, m
+         self%lacking((place_of(self, tangent, i) + lanes - 1)/lanes) = .true.
       end do
-      do c = 1, tangent%n
-         call put(self, c, of_theta, 0, tangent%theta(c, :))
-         call put(self, c, of_momentum, 0, tangent%momentum(c, :))
-      end do
+      if (self%n_basis > 0) then
+         self%columns(:, :of_lack, 0, :) = 0.0_wp
+         do i = 1, self%n_basis
+            self%columns(1 + modulo(i - 1, lanes), of_lack - self%n_basis + i, 0, (i + lanes - 1)/lanes) = 1.0_wp
+         end do
+      else
+         do c = 1, tangent%n
+            call put(self, c, of_theta, 0, tangent%theta(c, :))
+            call put(self, c, of_momentum, 0, tangent%momentum(c, :))
+         end do
+      end if
       self%wheel = tangent%wheels
       self%gain = 0.0_wp
    end subroutine start_columns
+
+   !> Where a parametric column is among those that are expanded; what the start does to it is the basis's, if there is one.
+   pure integer function place_of(self, tangent, m)
+      class(series_tangent_t), intent(in) :: self
+      type(tangent_t), intent(in) :: tangent
+      integer, intent(in) :: m
+      place_of = tangent%parametric(m)
+      if (self%n_basis > 0) place_of = self%n_basis + m
+   end function place_of
 
    !> Coefficient k of the rates, and of the wheels.
    pure subroutine add_rates(self, k, system, dt)
@@ -216,6 +247,7 @@ contains
          if (self%frame_turns) &
             matrix = matrix - times_columns(self%drag, skew(self%angle(:, k) - self%relative(:, k)))
          self%factors(for_theta + 1:for_theta + 9, k) = [matrix(:, 1), matrix(:, 2), matrix(:, 3)]
+         if (self%of_row) self%factors(for_theta + 1:for_theta + 3, k) = self%row(:, 1, k)
       end if
       matrix = times_columns(skew(self%momentum(:, k)), self%to_angle) - skew(self%angle(:, k))
       if (k == 0) matrix = matrix + self%damped
@@ -261,10 +293,10 @@ contains
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: dt
       type(tangent_t), intent(in) :: tangent
-      real(wp) :: inner(3, tangent%n), own(3)
-      integer :: c, i, m
+      real(wp) :: inner(3, lanes*size(self%lacking)), own(3)
+      integer :: c, i, m, place
       inner = 0.0_wp
-      do c = 1, tangent%n
+      do c = 1, size(self%wheel, 1)
          do i = 1, self%wheels%n
             inner(:, c) = inner(:, c) + self%wheel(c, i)*system%effects%wheels(i)%axis
          end do
@@ -273,18 +305,20 @@ contains
          c = tangent%parametric(m)
          own = times_vector(tangent%inertia(:, :, m), self%angle(:, k)/dt)
          if (k == 0) own = own + tangent%columns(c)%rotor
-         inner(:, c) = inner(:, c) + own
+         place = place_of(self, tangent, m)
+         inner(:, place) = inner(:, place) + own
          if (.not. allocated(tangent%columns(c)%effects)) cycle
          do i = 1, size(tangent%columns(c)%effects)
             associate (item => tangent%columns(c)%effects(i))
-               if (item%kind == OF_WHEEL) inner(:, c) = inner(:, c) + self%wheels%momentum_term(k, item%place)* &
-                                                        system%effects%wheels(item%place)%axis_change(item%change)
+               if (item%kind == OF_WHEEL) &
+                  inner(:, place) = inner(:, place) + self%wheels%momentum_term(k, item%place)* &
+                                    system%effects%wheels(item%place)%axis_change(item%change)
             end associate
          end do
       end do
-      do c = 1, tangent%n
-         if (self%lacking((c + lanes - 1)/lanes)) &
-            call put(self, c, of_lack, k, times_vector(self%to_angle, inner(:, c)))
+      do place = 1, size(inner, 2)
+         if (self%lacking((place + lanes - 1)/lanes)) &
+            call put(self, place, of_lack, k, times_vector(self%to_angle, inner(:, place)))
       end do
    end subroutine add_lacks
 
@@ -311,92 +345,136 @@ contains
    end subroutine put
 
    !> Coefficient k + 1 of θ and δL of a block, without what parameters do.
-   pure subroutine add_block(k, turned, lacking, f, to_angle, drag, x)
+   pure subroutine add_block(self, k, dt, lacking, x)
+      class(series_tangent_t), intent(in) :: self
       integer, intent(in) :: k
-      !> There are torques; there is a u.
-      logical, intent(in) :: turned, lacking
-      !> The factors; ΔtJ⁻¹ and D, shape (3,3).
-      real(wp), intent(in) :: f(n_factors, 0:highest_order), to_angle(3, 3), drag(3, 3)
+      !> s.
+      real(wp), intent(in) :: dt
+      !> There is a u.
+      logical, intent(in) :: lacking
       real(wp), intent(inout) :: x(lanes, numbers, 0:highest_order)
-      real(wp) :: s(lanes, 6)
+      real(wp) :: s(lanes, 6), t(lanes, 3)
       integer :: j
-      s = 0.0_wp
-      do j = 0, k
-         call add_free(x(:, :, j), f(:, k - j), s)
-         if (turned) call add_turned(x(:, :, j), f(:, k - j), s)
-         if (lacking) call add_lacking(x(:, :, j), f(:, k - j), s)
-      end do
-      call add_rate(x(:, :, k), lacking, to_angle, drag, s)
+      call sum_free(k, self%factors, x, s)
+      if (.not. self%hollow) call add_diagonal(k, self%factors, x, s)
+      if (self%turned .and. self%of_row) then
+         call sum_row(k, self%factors, x, t)
+         associate (m => self%torques%moments(:, 1))
+            s(:, 4) = s(:, 4) + dt*(m(2)*t(:, 3) - m(3)*t(:, 2))
+            s(:, 5) = s(:, 5) + dt*(m(3)*t(:, 1) - m(1)*t(:, 3))
+            s(:, 6) = s(:, 6) + dt*(m(1)*t(:, 2) - m(2)*t(:, 1))
+         end associate
+      else if (self%turned) then
+         call add_turned(k, self%factors, x, s)
+      end if
+      associate (a => self%to_angle)
+         do j = 1, 3
+            s(:, j) = s(:, j) + (a(j, 1)*x(:, 4, k) + a(j, 2)*x(:, 5, k) + a(j, 3)*x(:, 6, k))
+         end do
+      end associate
+      if (lacking) call add_lacking(k, self%factors, self%drag, x, s)
       do j = 1, 6
          x(:, j, k + 1) = inverses(k + 1)*s(:, j)
       end do
    end subroutine add_block
 
-   !> Adds ΔtδΩ, and what the torques make of u.
-   pure subroutine add_rate(x, lacking, a, d, s)
-      real(wp), intent(in) :: x(lanes, numbers)
-      logical, intent(in) :: lacking
-      !> ΔtJ⁻¹ and D; shape (3,3).
-      real(wp), intent(in) :: a(3, 3), d(3, 3)
-      real(wp), intent(inout) :: s(lanes, 6)
-      integer :: i
-      !GCC$ unroll 1
-      do i = 1, lanes
-         s(i, 1) = s(i, 1) + (a(1, 1)*x(i, 4) + a(1, 2)*x(i, 5) + a(1, 3)*x(i, 6))
-         s(i, 2) = s(i, 2) + (a(2, 1)*x(i, 4) + a(2, 2)*x(i, 5) + a(2, 3)*x(i, 6))
-         s(i, 3) = s(i, 3) + (a(3, 1)*x(i, 4) + a(3, 2)*x(i, 5) + a(3, 3)*x(i, 6))
+   !> θ×Ω, and the matrices of δL without their diagonals times it.
+   pure subroutine sum_free(k, f, x, s)
+      integer, intent(in) :: k
+      real(wp), intent(in) :: f(n_factors, 0:highest_order), x(lanes, numbers, 0:highest_order)
+      real(wp), intent(out) :: s(lanes, 6)
+      real(wp), dimension(lanes) :: s1, s2, s3, s4, s5, s6
+      integer :: j
+      s1 = 0.0_wp
+      s2 = 0.0_wp
+      s3 = 0.0_wp
+      s4 = 0.0_wp
+      s5 = 0.0_wp
+      s6 = 0.0_wp
+      do j = 0, k
+         s1 = s1 + (x(:, 2, j)*f(3, k - j) - x(:, 3, j)*f(2, k - j))
+         s2 = s2 + (x(:, 3, j)*f(1, k - j) - x(:, 1, j)*f(3, k - j))
+         s3 = s3 + (x(:, 1, j)*f(2, k - j) - x(:, 2, j)*f(1, k - j))
+         s4 = s4 + (x(:, 5, j)*f(10, k - j) + x(:, 6, j)*f(13, k - j))
+         s5 = s5 + (x(:, 4, j)*f(8, k - j) + x(:, 6, j)*f(14, k - j))
+         s6 = s6 + (x(:, 4, j)*f(9, k - j) + x(:, 5, j)*f(12, k - j))
       end do
-      if (.not. lacking) return
-      !GCC$ unroll 1
-      do i = 1, lanes
-         s(i, 1) = s(i, 1) - x(i, 7)
-         s(i, 2) = s(i, 2) - x(i, 8)
-         s(i, 3) = s(i, 3) - x(i, 9)
-         s(i, 4) = s(i, 4) - (d(1, 1)*x(i, 7) + d(1, 2)*x(i, 8) + d(1, 3)*x(i, 9))
-         s(i, 5) = s(i, 5) - (d(2, 1)*x(i, 7) + d(2, 2)*x(i, 8) + d(2, 3)*x(i, 9))
-         s(i, 6) = s(i, 6) - (d(3, 1)*x(i, 7) + d(3, 2)*x(i, 8) + d(3, 3)*x(i, 9))
-      end do
-   end subroutine add_rate
+      s(:, 1) = s1
+      s(:, 2) = s2
+      s(:, 3) = s3
+      s(:, 4) = s4
+      s(:, 5) = s5
+      s(:, 6) = s6
+   end subroutine sum_free
 
-   !> Adds θ×Ω, and the matrix of δL times it. A loop over lanes that the compiler unrolls early is not vectorised.
-   pure subroutine add_free(x, f, s)
-      real(wp), intent(in) :: x(lanes, numbers), f(n_factors)
+   !> Adds the diagonals of the matrices of δL times it.
+   pure subroutine add_diagonal(k, f, x, s)
+      integer, intent(in) :: k
+      real(wp), intent(in) :: f(n_factors, 0:highest_order), x(lanes, numbers, 0:highest_order)
       real(wp), intent(inout) :: s(lanes, 6)
-      integer :: i
-      !GCC$ unroll 1
-      do i = 1, lanes
-         s(i, 1) = s(i, 1) + (x(i, 2)*f(3) - x(i, 3)*f(2))
-         s(i, 2) = s(i, 2) + (x(i, 3)*f(1) - x(i, 1)*f(3))
-         s(i, 3) = s(i, 3) + (x(i, 1)*f(2) - x(i, 2)*f(1))
-         s(i, 4) = s(i, 4) + (x(i, 4)*f(7) + x(i, 5)*f(10) + x(i, 6)*f(13))
-         s(i, 5) = s(i, 5) + (x(i, 4)*f(8) + x(i, 5)*f(11) + x(i, 6)*f(14))
-         s(i, 6) = s(i, 6) + (x(i, 4)*f(9) + x(i, 5)*f(12) + x(i, 6)*f(15))
+      integer :: j
+      do j = 0, k
+         s(:, 4) = s(:, 4) + x(:, 4, j)*f(7, k - j)
+         s(:, 5) = s(:, 5) + x(:, 5, j)*f(11, k - j)
+         s(:, 6) = s(:, 6) + x(:, 6, j)*f(15, k - j)
       end do
-   end subroutine add_free
+   end subroutine add_diagonal
 
-   !> Adds the matrix of θ times it.
-   pure subroutine add_turned(x, f, s)
-      real(wp), intent(in) :: x(lanes, numbers), f(n_factors)
-      real(wp), intent(inout) :: s(lanes, 6)
-      integer :: i
-      !GCC$ unroll 1
-      do i = 1, lanes
-         s(i, 4) = s(i, 4) + (x(i, 1)*f(16) + x(i, 2)*f(19) + x(i, 3)*f(22))
-         s(i, 5) = s(i, 5) + (x(i, 1)*f(17) + x(i, 2)*f(20) + x(i, 3)*f(23))
-         s(i, 6) = s(i, 6) + (x(i, 1)*f(18) + x(i, 2)*f(21) + x(i, 3)*f(24))
+   !> The change of a row, E×θ.
+   pure subroutine sum_row(k, f, x, t)
+      integer, intent(in) :: k
+      real(wp), intent(in) :: f(n_factors, 0:highest_order), x(lanes, numbers, 0:highest_order)
+      real(wp), intent(out) :: t(lanes, 3)
+      real(wp), dimension(lanes) :: t1, t2, t3
+      integer :: j
+      t1 = 0.0_wp
+      t2 = 0.0_wp
+      t3 = 0.0_wp
+      do j = 0, k
+         t1 = t1 + (x(:, 3, j)*f(17, k - j) - x(:, 2, j)*f(18, k - j))
+         t2 = t2 + (x(:, 1, j)*f(18, k - j) - x(:, 3, j)*f(16, k - j))
+         t3 = t3 + (x(:, 2, j)*f(16, k - j) - x(:, 1, j)*f(17, k - j))
       end do
+      t(:, 1) = t1
+      t(:, 2) = t2
+      t(:, 3) = t3
+   end subroutine sum_row
+
+   !> Adds the matrices of θ times it.
+   pure subroutine add_turned(k, f, x, s)
+      integer, intent(in) :: k
+      real(wp), intent(in) :: f(n_factors, 0:highest_order), x(lanes, numbers, 0:highest_order)
+      real(wp), intent(inout) :: s(lanes, 6)
+      real(wp), dimension(lanes) :: s4, s5, s6
+      integer :: j
+      s4 = s(:, 4)
+      s5 = s(:, 5)
+      s6 = s(:, 6)
+      do j = 0, k
+         s4 = s4 + (x(:, 1, j)*f(16, k - j) + x(:, 2, j)*f(19, k - j) + x(:, 3, j)*f(22, k - j))
+         s5 = s5 + (x(:, 1, j)*f(17, k - j) + x(:, 2, j)*f(20, k - j) + x(:, 3, j)*f(23, k - j))
+         s6 = s6 + (x(:, 1, j)*f(18, k - j) + x(:, 2, j)*f(21, k - j) + x(:, 3, j)*f(24, k - j))
+      end do
+      s(:, 4) = s4
+      s(:, 5) = s5
+      s(:, 6) = s6
    end subroutine add_turned
 
-   !> Adds u×L.
-   pure subroutine add_lacking(x, f, s)
-      real(wp), intent(in) :: x(lanes, numbers), f(n_factors)
+   !> Adds what u takes from ΔtδΩ, what the torques make of that, and u×L.
+   pure subroutine add_lacking(k, f, d, x, s)
+      integer, intent(in) :: k
+      !> The factors; D, shape (3,3).
+      real(wp), intent(in) :: f(n_factors, 0:highest_order), d(3, 3), x(lanes, numbers, 0:highest_order)
       real(wp), intent(inout) :: s(lanes, 6)
-      integer :: i
-      !GCC$ unroll 1
-      do i = 1, lanes
-         s(i, 4) = s(i, 4) + (x(i, 8)*f(6) - x(i, 9)*f(5))
-         s(i, 5) = s(i, 5) + (x(i, 9)*f(4) - x(i, 7)*f(6))
-         s(i, 6) = s(i, 6) + (x(i, 7)*f(5) - x(i, 8)*f(4))
+      integer :: j
+      do j = 0, k
+         s(:, 4) = s(:, 4) + (x(:, 8, j)*f(6, k - j) - x(:, 9, j)*f(5, k - j))
+         s(:, 5) = s(:, 5) + (x(:, 9, j)*f(4, k - j) - x(:, 7, j)*f(6, k - j))
+         s(:, 6) = s(:, 6) + (x(:, 7, j)*f(5, k - j) - x(:, 8, j)*f(4, k - j))
+      end do
+      do j = 1, 3
+         s(:, j) = s(:, j) - x(:, 6 + j, k)
+         s(:, 3 + j) = s(:, 3 + j) - (d(j, 1)*x(:, 7, k) + d(j, 2)*x(:, 8, k) + d(j, 3)*x(:, 9, k))
       end do
    end subroutine add_lacking
 
@@ -478,30 +556,69 @@ contains
          end if
       end associate
       tau = tau - times_vector(self%drag, turning)
+      c = place_of(self, tangent, m)
       call put(self, c, of_theta, k + 1, get(self, c, of_theta, k + 1) - (dt*inverses(k + 1))*turning)
       call put(self, c, of_momentum, k + 1, get(self, c, of_momentum, k + 1) + (dt*inverses(k + 1))*tau)
    end subroutine add_own
 
-   !> Sums the series, the smallest terms first. The last ones estimate the error.
-   pure subroutine finish_columns(self, tangent)
+   !> Sums the series, and makes the columns of the basis. The last terms estimate the error.
+   pure subroutine finish_columns(self, turn, tangent)
       class(series_tangent_t), intent(in) :: self
+      !> How the body has turned, of its axes at the start; shape (4).
+      real(wp), intent(in) :: turn(4)
       type(tangent_t), intent(inout) :: tangent
-      real(wp) :: theta(3), momentum(3), last(tangent%n, 3, 2)
-      integer :: c, k
-      do c = 1, tangent%n
-         theta = get(self, c, of_theta, self%order)
-         momentum = get(self, c, of_momentum, self%order)
-         last(c, :, 1) = theta
-         last(c, :, 2) = momentum
-         do k = self%order - 1, 0, -1
-            theta = theta + get(self, c, of_theta, k)
-            momentum = momentum + get(self, c, of_momentum, k)
-         end do
-         tangent%theta(c, :) = theta
-         tangent%momentum(c, :) = momentum
+      !> θ and δL of what is expanded, and their last terms.
+      real(wp), dimension(lanes*size(self%lacking), 3) :: theta, momentum, last_theta, last_momentum
+      real(wp) :: start(tangent%n, 6), last(tangent%n, 3, 2)
+      integer :: c, m, first
+      do c = 1, size(theta, 1)
+         call sum_column(self, c, theta(c, :), momentum(c, :), last_theta(c, :), last_momentum(c, :))
       end do
+      if (self%n_basis == 0) then
+         tangent%theta = theta(:tangent%n, :)
+         tangent%momentum = momentum(:tangent%n, :)
+         last(:, :, 1) = last_theta(:tangent%n, :)
+         last(:, :, 2) = last_momentum(:tangent%n, :)
+      else
+         start(:, :3) = tangent%theta
+         start(:, 4:) = tangent%momentum
+         first = 7 - self%n_basis
+         tangent%theta = matmul(start(:, first:), theta(:self%n_basis, :))
+         tangent%momentum = matmul(start(:, first:), momentum(:self%n_basis, :))
+         last(:, :, 1) = matmul(start(:, first:), last_theta(:self%n_basis, :))
+         last(:, :, 2) = matmul(start(:, first:), last_momentum(:self%n_basis, :))
+         if (self%n_basis == 3) then
+            do c = 1, tangent%n
+               tangent%theta(c, :) = tangent%theta(c, :) + rotate_to_body(turn, start(c, :3))
+            end do
+         end if
+         do m = 1, size(tangent%parametric)
+            c = tangent%parametric(m)
+            tangent%theta(c, :) = tangent%theta(c, :) + theta(self%n_basis + m, :)
+            tangent%momentum(c, :) = tangent%momentum(c, :) + momentum(self%n_basis + m, :)
+            last(c, :, 1) = last(c, :, 1) + last_theta(self%n_basis + m, :)
+            last(c, :, 2) = last(c, :, 2) + last_momentum(self%n_basis + m, :)
+         end do
+      end if
       tangent%wheels = tangent%wheels + self%gain
       tangent%error = tangent%relative(last(:, :, 1), last(:, :, 2), vector_length(self%momentum(:, 0)))
    end subroutine finish_columns
+
+   !> Sums the series of a column, the smallest terms first.
+   pure subroutine sum_column(self, c, theta, momentum, last_theta, last_momentum)
+      class(series_tangent_t), intent(in) :: self
+      integer, intent(in) :: c
+      !> At the end, and their last terms; shape (3).
+      real(wp), intent(out), dimension(3) :: theta, momentum, last_theta, last_momentum
+      integer :: k
+      last_theta = get(self, c, of_theta, self%order)
+      last_momentum = get(self, c, of_momentum, self%order)
+      theta = last_theta
+      momentum = last_momentum
+      do k = self%order - 1, 0, -1
+         theta = theta + get(self, c, of_theta, k)
+         momentum = momentum + get(self, c, of_momentum, k)
+      end do
+   end subroutine sum_column
 
 end module nutate_series_tangent

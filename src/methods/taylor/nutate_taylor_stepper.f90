@@ -512,7 +512,7 @@ contains
       if (works) tangent%work = tangent%work - tangent%energy_row(system, before)
       origin = before
       call origin%restore_left()
-      call self%tangent%carry(system, origin, dt, self%series%torques%start, self%series%order, self%acted, &
+      call self%tangent%carry(system, origin, after, dt, self%series%torques%start, self%series%order, self%acted, &
                               self%rates%driven, tangent, status)
       if (works) tangent%work = tangent%work + tangent%energy_row(system, after)
       if (status%ok() .and. self%conserve .and. self%attitude .and. after%balance%count == 0) &
