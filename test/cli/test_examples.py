@@ -14,8 +14,10 @@ def numbers(line):
 class Examples(unittest.TestCase):
     def output(self, name):
         """What an example prints, line by line."""
-        folder = os.path.dirname(os.path.dirname(os.path.realpath(os.environ["NUTATE"])))
-        done = subprocess.run([os.path.join(folder, "example", name)], capture_output=True, text=True, timeout=60,
+        folder = os.path.join(os.path.dirname(os.path.dirname(os.path.realpath(os.environ["NUTATE"]))), "example")
+        if not os.path.isdir(folder):
+            self.skipTest("a build of the program alone")
+        done = subprocess.run([os.path.join(folder, name)], capture_output=True, text=True, timeout=60,
                               check=False)
         self.assertEqual(done.returncode, 0, done.stderr)
         return done.stdout.splitlines()
