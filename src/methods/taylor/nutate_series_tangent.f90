@@ -36,8 +36,8 @@ module nutate_series_tangent
    integer, parameter :: lanes = 2
    !> Numbers of a column: θ, δL and u, by which ΔtδΩ is less than ΔtJ⁻¹δL; where each starts.
    integer, parameter :: of_theta = 0, of_momentum = 3, of_lack = 6, numbers = 9
-   !> Factors in a coefficient: ΔtΩ, L, and the matrices of δL and of θ in δL̇, of the latter E instead where there is but
-   !> the moment m of one row, m×(E×θ); where each starts.
+   !> Factors in a coefficient: ΔtΩ, L, and the matrices of δL and of θ in δL̇, of the latter E instead where there is
+   !> but the moment m of one row, m×(E×θ); where each starts.
    integer, parameter :: by_angle = 0, by_momentum = 3, for_momentum = 6, for_theta = 15, n_factors = 24
 
    !> The series of one step, with the step as the unit of time.
@@ -61,7 +61,8 @@ module nutate_series_tangent
       real(wp) :: relative(3, 0:highest_order) = 0.0_wp, row(3, 3, 0:highest_order) = 0.0_wp
       !> The factors; shape (n_factors, 0:highest_order).
       real(wp) :: factors(n_factors, 0:highest_order) = 0.0_wp
-      !> The columns that are expanded, and which blocks have a u; shapes (lanes, numbers, 0:highest_order, blocks), (blocks).
+      !> The columns that are expanded; shape (lanes, numbers, 0:highest_order, blocks). Which blocks have a u; shape
+      !> (blocks).
       real(wp), allocatable :: columns(:, :, :, :)
       logical, allocatable :: lacking(:)
       !> Coefficient k of δh of each wheel, and its sum; shape (n, n_wheels).
@@ -195,7 +196,7 @@ contains
       self%gain = 0.0_wp
    end subroutine start_columns
 
-   !> Where a parametric column is among those that are expanded; what the start does to it is the basis's, if there is one.
+   !> Where a parametric column is among those that are expanded. If there is a basis it begins as zero there.
    pure integer function place_of(self, tangent, m)
       class(series_tangent_t), intent(in) :: self
       type(tangent_t), intent(in) :: tangent
