@@ -141,6 +141,7 @@ contains
       type(page_t), intent(inout) :: page
       type(scene_t), intent(in) :: scene
       type(epoch_t) :: last
+      integer :: i
       associate (labels => scene%labels)
          if (labels%epoch%is_set()) then
             last = labels%epoch%after(scene%plan%end_time)
@@ -151,8 +152,31 @@ contains
             merge(', ', '  ', min(len(labels%object), len(labels%object_id)) > 0)//labels%object_id)
          if (labels%space_frame /= '') call page%item('space axes', labels%space_frame)
          if (labels%body_frame /= '') call page%item('body axes', labels%body_frame)
+         do i = 1, scene%system%effects%n_frames
+            call page%item('frame '//count_text(int(i, long)), frame_text(scene, i))
+         end do
       end associate
    end subroutine add_labels
+
+   !> The attitude of a frame: its file, and how much of the time it has.
+   pure function frame_text(scene, number) result(text)
+      type(scene_t), intent(in) :: scene
+      integer, intent(in) :: number
+      character(len=:), allocatable :: text
+      integer :: i, n
+      n = 0
+      text = ''
+      do i = 1, size(scene%groups)
+         if (scene%groups(i)%name /= 'frame') cycle
+         n = n + 1
+         if (n == number) text = trim(scene%groups(i)%text('attitude', ''))
+      end do
+      associate (frame => scene%system%effects%frames(number))
+         text = 'attitude of '//printable_path(text)//', '//plural(size(frame%t, kind=long), 'record')//' from '// &
+                rounded_text(frame%t(1))//' to '//rounded_text(frame%t(size(frame%t)))//' s'// &
+                trim(merge(', with rates', '            ', allocated(frame%omega)))
+      end associate
+   end function frame_text
 
    !> The tumbling elements of a free triaxial body.
    subroutine add_tumbling(page, system, state)

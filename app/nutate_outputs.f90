@@ -122,6 +122,8 @@ contains
          associate (group => scene%groups(i))
             if (group%name == 'measurement') &
                call self%read_file(path_beside(scene%file, group%text('file', '')), 'a file of measurements')
+            if (group%name == 'frame') &
+               call self%read_file(path_beside(scene%file, group%text('attitude', '')), 'the attitude of a frame')
             do k = 1, size(keys)
                if (group%has(trim(keys(k)))) &
                   call self%read_file(path_beside(scene%file, group%text(trim(keys(k)), '')), 'a table of the scene')

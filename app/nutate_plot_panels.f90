@@ -47,6 +47,8 @@ module nutate_plot_panels
       rule_t('theta', 'θ (%)', component_colours(2)), &
       rule_t('euler_###_#', 'Euler angles (%)'), &
       rule_t('pointing_error#', 'pointing error (%)'), &
+      rule_t('frame#_q#', 'q from frame #'), &
+      rule_t('frame#_angle', 'angle from frame # (%)', component_colours(3)), &
       rule_t('wheel#_speed', 'wheel speed (rad/s)'), &
       rule_t('wheel#_momentum', 'wheel momentum (N m s)'), &
       rule_t('controller#_commanded#', 'controller #, commanded (N m or A m²)'), &

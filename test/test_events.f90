@@ -8,6 +8,7 @@ module test_events
    use nutate_kinds, only: wp, eps, pi
    use nutate_methods, only: default_settings, methods
    use nutate_motion, only: displaced, find_motion, find_rates, motion_t
+   use nutate_moving_frame, only: make_frame
    use nutate_progress, only: run_summary_t
    use nutate_gravity_gradient, only: gravity_gradient_t
    use nutate_kepler_orbit, only: kepler_orbit_t
@@ -310,6 +311,7 @@ contains
             problem%start%q = quat_product(away, problem%start%q)
             problem%start%p = quat_product(away, problem%start%p)
          end if
+         call add_frames(problem%system)
          call find_motion(problem%system, problem%start, here)
          call find_rates(problem%system, 0.0_wp, here)
          at = 0
@@ -337,6 +339,21 @@ contains
          end do
       end do
    end subroutine column_rates
+
+   !> Adds frames that turn: with rates that are known, without them, and one against which the scalar is negative.
+   subroutine add_frames(system)
+      type(system_t), intent(inout) :: system
+      real(wp) :: numbers(8, 2)
+      integer :: i, far
+      numbers(:, 1) = [-0.6_wp, 0.8_wp, 0.0_wp, 0.6_wp, 0.0_wp, 0.3_wp, -0.9_wp, 0.5_wp]
+      numbers(:, 2) = [0.7_wp, 0.1_wp, 0.7_wp, 0.1_wp, 0.7_wp, -0.4_wp, 0.2_wp, 1.1_wp]
+      system%effects%n_frames = 3
+      allocate (system%effects%frames(3))
+      do i = 1, 3
+         if (i == 3) numbers(2:5, :) = -numbers(2:5, :)
+         call make_frame(numbers(:merge(5, 8, i == 2), :), system%effects%frames(i), far)
+      end do
+   end subroutine add_frames
 
    !> Puts a system on an orbit, with its gravity gradient, behind a small body in the sun.
    subroutine add_orbit(system, eccentricity)

@@ -1,11 +1,13 @@
 !> Calendar time, and what lies between rows of attitudes.
 module test_exchange
-   use nutate_attitude_rows, only: attitude_rows_t, between_rows, constant_rate, put_in_order, turn_rates
+   use nutate_attitude_between, only: constant_rate
+   use nutate_attitude_rows, only: attitude_rows_t, between_rows, put_in_order, turn_rates
    use nutate_calendar, only: date_of, day_of, seconds_of_day, tai_minus_utc
    use nutate_epoch, only: epoch_t, read_epoch
    use nutate_exact_free, only: free_body_t
-   use nutate_kinds, only: eps, wp
-   use nutate_quaternion, only: attitude_distance
+   use nutate_kinds, only: eps, pi, wp
+   use nutate_moving_frame, only: make_frame, moving_frame_t
+   use nutate_quaternion, only: attitude_distance, quat_product
    use nutate_resampling, only: resample
    use nutate_status, only: status_t
    use nutate_surface, only: surface_of, surface_t
@@ -34,6 +36,9 @@ contains
                   new_unittest("chosen rows keep to the error, and are not many more than it needs", chosen_rows), &
                   new_unittest("rows too far apart or too few are refused", refused_rows), &
                   new_unittest("rows backward in time are reversed; rates of a frame are taken off", order_and_rates), &
+                  new_unittest("a frame is what lies between its rows, and its sign does not jump", frames), &
+                  new_unittest("a frame stands still 1e-6 s beyond its ends", ends_of_frames), &
+                  new_unittest("a frame says where its rows are too far apart", far_rows), &
                   new_unittest("the box of inertia has the moments of the body", inertia_box)]
    end subroutine collect_exchange
 
@@ -227,6 +232,94 @@ contains
       call check(error, norm2(rows%omega(:, 1) - [0.0_wp, -0.5_wp, 2.0_wp]) < 4*eps)
       call check(error, norm2(rows%omega(:, 2) - [0.0_wp, 0.0_wp, 0.5_wp]) < 4*eps)
    end subroutine order_and_rates
+
+   !> The rows as a frame.
+   subroutine make_frame_of(rows, frame, far)
+      type(attitude_rows_t), intent(in) :: rows
+      type(moving_frame_t), intent(out) :: frame
+      integer, intent(out) :: far
+      real(wp) :: numbers(8, rows%count())
+      numbers(1, :) = rows%t
+      numbers(2:5, :) = rows%q
+      if (allocated(rows%omega)) numbers(6:, :) = rows%omega
+      call make_frame(numbers(:merge(8, 5, allocated(rows%omega)), :), frame, far)
+   end subroutine make_frame_of
+
+   subroutine frames(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(attitude_rows_t) :: rows
+      type(moving_frame_t) :: frame
+      real(wp) :: q(4), omega(3), q_rows(4), omega_rows(3), before(4), t, seen(4), angle
+      integer :: i, k, n, far
+      call sample(41, 2.0_wp, rows)
+      n = rows%count()
+      ! Signs and lengths of a file are of no account.
+      rows%q(:, 2:n:3) = -rows%q(:, 2:n:3)
+      rows%q(:, 7) = 1.0005_wp*rows%q(:, 7)
+      do k = 1, 2
+         if (k == 2) deallocate (rows%omega)
+         call make_frame_of(rows, frame, far)
+         call check(error, far, 0)
+         call check(error, frame%fastest > 5.6_wp .and. frame%fastest < 5.8_wp, 'the greatest rate')
+         before = rows%q(:, 1)
+         do i = 0, 400
+            t = i*0.005_wp
+            call frame%at(t, q, omega)
+            call check(error, dot_product(q, before) > 0.99_wp, 'the sign jumps')
+            before = q
+            associate (place => min(1 + i/10, n - 1))
+               if (k == 1) then
+                  call between_rows(rows, place, place + 1, t, q_rows, omega_rows)
+                  call check(error, norm2(omega - omega_rows) < 1e3_wp*eps, 'rate')
+               else
+                  q_rows = constant_rate(rows%q(:, place), rows%q(:, place + 1), (t - rows%t(place))/0.05_wp)
+               end if
+            end associate
+            call check(error, attitude_distance(q, q_rows) < 64*eps, 'attitude')
+            call frame%relative(t, quat_product(q, [0.0_wp, 0.6_wp, 0.0_wp, 0.8_wp]), seen, angle)
+            call check(error, norm2(seen - [0.0_wp, 0.6_wp, 0.0_wp, 0.8_wp]) < 8*eps .and. abs(angle - pi) < 8*eps)
+            if (allocated(error)) return
+         end do
+      end do
+   end subroutine frames
+
+   subroutine ends_of_frames(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(attitude_rows_t) :: rows
+      type(moving_frame_t) :: frame
+      real(wp) :: q(4), omega(3), last(4)
+      integer :: far
+      call sample(41, 2.0_wp, rows)
+      call make_frame_of(rows, frame, far)
+      call check(error, frame%contains_time(-1e-6_wp) .and. frame%contains_time(2.0_wp + 0.9e-6_wp), 'near')
+      call check(error, .not. (frame%contains_time(-1.1e-6_wp) .or. frame%contains_time(2.0_wp + 1.1e-6_wp)), 'far')
+      call frame%at(2.0_wp + 0.9e-6_wp, last, omega)
+      call check(error, abs(attitude_distance(last, rows%q(:, 41)) - 0.9e-6_wp*norm2(rows%omega(:, 41))) < 1e-10_wp)
+      call check(error, norm2(omega - rows%omega(:, 41)) < 1e-4_wp)
+      call frame%at(2.0_wp + 1e-6_wp, last, omega)
+      call frame%at(1e300_wp, q, omega)
+      call check(error, attitude_distance(q, last) < 1e-12_wp .and. norm2(omega) <= 0.0_wp, 'it moves on')
+      call frame%at(-1e300_wp, q, omega)
+      call check(error, attitude_distance(q, rows%q(:, 1)) < 1e-5_wp .and. norm2(omega) <= 0.0_wp, 'it moved before')
+   end subroutine ends_of_frames
+
+   subroutine far_rows(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(moving_frame_t) :: frame
+      real(wp) :: numbers(8, 3)
+      integer :: far
+      ! A tenth of a turn about z, by the attitudes; three half turns by the rates.
+      numbers(:, 1) = [0.0_wp, unit, 0.0_wp, 0.0_wp, 1.0_wp]
+      numbers(:, 2) = [1.0_wp, cos(0.1_wp*pi), 0.0_wp, 0.0_wp, sin(0.1_wp*pi), 0.0_wp, 0.0_wp, 3*pi]
+      numbers(:, 3) = [2.0_wp, cos(0.2_wp*pi), 0.0_wp, 0.0_wp, sin(0.2_wp*pi), 0.0_wp, 0.0_wp, 3*pi]
+      call make_frame(numbers, frame, far)
+      call check(error, far, 2)
+      call make_frame(numbers(:5, :), frame, far)
+      call check(error, far, 0)
+      numbers(2:5, 2) = [0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp]
+      call make_frame(numbers(:5, :), frame, far)
+      call check(error, far, 1)
+   end subroutine far_rows
 
    subroutine inertia_box(error)
       type(error_type), allocatable, intent(out) :: error

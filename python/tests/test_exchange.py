@@ -166,6 +166,35 @@ class Messages(Folder):
         bound = np.linalg.norm(after - before, axis=1) / 2e-4 / 16**2 / 8
         np.testing.assert_allclose(errors, bound, rtol=0.05, atol=1e-4 * bound.max())
 
+    def test_columns_of_a_scene_are_those_of_relative(self):
+        times = np.linspace(0, 6, 101)
+        for version in ("2.0", "1.0"):
+            _, rows = self.frame_of(1 / 16, version=version)
+            text = SCENE.replace("24.75", "6").replace("5.6", "-2") + f"&frame attitude = '{self.path('f.aem')}' /\n"
+            with nutate.Scene(text=text + "&output columns = 'quaternion', 'frame1', times = " + ", ".join(map(str, times)) + " /\n") as scene:
+                found = scene.run()
+            expected = rows.relative(times, np.stack([found[f"q{i}"] for i in range(4)], axis=-1))
+            relative = np.stack([found[f"frame1_q{i}"] for i in range(4)], axis=-1)
+            sign = np.where(relative[:, :1] < 0, -1, 1)
+            np.testing.assert_allclose(sign * relative, expected, rtol=0, atol=16 * EPS)
+            np.testing.assert_allclose(found["frame1_angle"], 2 * np.arctan2(np.linalg.norm(expected[:, 1:], axis=1), expected[:, 0]),
+                                       rtol=0, atol=16 * EPS)
+            # No sign jumps but that of the message would show.
+            self.assertTrue(np.all(np.sum(relative[1:] * relative[:-1], axis=1) > 0.8))
+
+    def test_a_run_beyond_the_records_ends(self):
+        _, rows = self.frame_of(1 / 16)
+        scene = nutate.Scene(text=SCENE.replace("24.75", "6") + f"&frame attitude = '{self.path('f.aem')}' /\n")
+        with self.assertRaisesRegex(nutate.NutateValueError, "end_time is outside of the records"):
+            nutate.Scene(text=SCENE + f"&frame attitude = '{self.path('f.aem')}' /\n")
+        stepper = nutate.Stepper(scene)
+        stepper.set_columns("frame1")
+        self.assertLess(np.max(stepper.run_to(6.0, interval=0.5)["frame1_angle"]), 1e-3)
+        with self.assertRaisesRegex(nutate.NutateError, "not finite"):
+            stepper.run_to(30.0, interval=0.5)
+        with self.assertRaisesRegex(nutate.NutateError, "&frame is not allowed here"):
+            nutate.System(moments=(1, 2, 2.5)).add("frame", attitude=self.path("f.aem"))
+
     def test_times_of_a_frame_may_count_from_a_date(self):
         solution, rows = self.frame_of(1 / 16)
         np.testing.assert_allclose(rows.relative(2.0, solution.q[16], "2029-04-13T21:46:11.75", "TDB")[1:], 0, atol=3e-6)

@@ -9,6 +9,7 @@ module nutate_effect_list
    use nutate_kinds, only: wp
    use nutate_controlled_motor, only: controlled_motor_t
    use nutate_controller, only: controller_t, BY_WHEELS
+   use nutate_moving_frame, only: moving_frame_t
    use nutate_orbit, only: orbit_t
    use nutate_rotating_frame, only: rotating_frame_t
    use nutate_saturation_count, only: transfer_integers
@@ -61,6 +62,10 @@ module nutate_effect_list
       !> The body is in the field of the Earth, on or off, which controllers use.
       logical :: in_earth_field = .false.
       type(geomagnetic_field_t) :: earth_field = geomagnetic_field_t()
+      !> Frames that columns and events refer to, and their number; they move nothing. Not allocated where there is
+      !> none.
+      integer :: n_frames = 0
+      type(moving_frame_t), allocatable :: frames(:)
    contains
       !> Adds a copy of an effect.
       procedure :: add
@@ -179,7 +184,8 @@ contains
       end do
    end function wheel_energy
 
-   !> Adds copies of all effects of another list, with the momentum of its rotors.
+   !> Adds copies of all effects of another list, with the momentum of its rotors; its frames, where it has some, take
+   !> the place of those of this list.
    subroutine append(self, other)
       class(effect_list_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: other
@@ -198,6 +204,10 @@ contains
       self%n_rotors = self%n_rotors + (other%n_rotors - other%n_wheels)
       self%rotor_momentum = self%rotor_momentum + other%rotor_momentum
       call turn_frame(self, other%frame_rate)
+      if (other%n_frames > 0) then
+         self%n_frames = other%n_frames
+         self%frames = other%frames
+      end if
       if (.not. other%on_orbit) return
       do i = 1, size(other%orbits)
          call turn_frame(self, -other%orbits(i)%rate)

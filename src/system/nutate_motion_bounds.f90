@@ -34,7 +34,8 @@ module nutate_motion_bounds
       real(wp) :: curved_torque = 0.0_wp
       !> The potentials depend on the attitude alone; and that against axes that stand still.
       logical :: potentials_stand = .true., energy_stands = .true.
-      !> Rate of change of the torque that changes fastest with time, 1/s; how fast the space axes turn, rad/s.
+      !> Rate of change of what changes fastest with time, a torque or a frame, 1/s; how fast the space axes turn,
+      !> rad/s.
       real(wp) :: frequency = 0.0_wp, frame_speed = 0.0_wp
       !> Roots of the least and the greatest moment, √(kg m²).
       real(wp) :: least_root = 1.0_wp, greatest_root = 1.0_wp
@@ -116,6 +117,9 @@ contains
          call add_wheels(system, whole, bounds, others)
          bounds%known = potentials%known .and. others%known
          if (effects%frame_turns) bounds%frame_speed = vector_length(effects%frame_rate)
+         do i = 1, effects%n_frames
+            bounds%frequency = max(bounds%frequency, effects%frames(i)%fastest)
+         end do
          bounds%energy_stands = bounds%potentials_stand .and. .not. effects%frame_turns
          bounds%drag = others%drag_slope
          bounds%potential_torque = potentials%force

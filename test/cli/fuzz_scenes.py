@@ -77,6 +77,11 @@ def write_scene(dice):
         parts.append(labels(dice))
         if dice.random() < 0.5:
             parts[3] = parts[3].rstrip()[:-1] + " calendar = .true. /\n"
+        if dice.random() < 0.5:
+            parts[3] = parts[3].replace("columns = ", "columns = 'frame1', ")
+            parts.append(group("frame", [f"attitude = '{dice.choice(('frame.aem', 'frame.aem', 'frame.aem', 'table.csv'))}'"]))
+            parts.append(group("event", [f"when = 'frame1_{dice.choice(('angle', 'q2'))}'",
+                                         dice.choice(("crosses = 0.5", "extremum = 'both'"))]))
     if dice.random() < 0.2:
         parts += [*dict.fromkeys(free(dice, scales) for _ in range(dice.choice((1, 1, 2)))), measurement(dice, scales), fit(dice)]
     elif dice.random() < 0.2:
@@ -219,6 +224,27 @@ def labels(dice):
     lines += [f"{key} = '{dice.choice(('APOPHIS', 'a b', 'ICRF'))}'" for key in ("title", "object", "object_id", "space_frame", "body_frame")
               if dice.random() < 0.3]
     return group("scene", lines)
+
+
+# Stands beside every scene: intervals of ages and of moments.
+FRAME = b"""CCSDS_AEM_VERS = 2.0
+META_START
+OBJECT_NAME = TARGET
+OBJECT_ID = TARGET
+REF_FRAME_A = ICRF
+REF_FRAME_B = SC_BODY_1
+TIME_SYSTEM = TDB
+ATTITUDE_TYPE = QUATERNION
+META_STOP
+DATA_START
+1972-01-01T00:00:50 0 0 0 1
+2016-12-31T23:59:58 0.6 0 0 0.8
+2029-04-13T21:46:12.5 0 0.6 0 0.8
+2029-04-13T21:46:12.50001 0 0 0.6 0.8
+2029-04-13T21:46:13 0.5 0.5 0.5 0.5
+9999-12-31T23:59:59 0 0 0.6 -0.8
+DATA_STOP
+"""
 
 
 def event(dice, scales):

@@ -14,7 +14,7 @@ import subprocess
 import tempfile
 
 from fuzz_mutations import BASES, MUTATIONS, make_overrides, stretch
-from fuzz_scenes import MEASURED, MOTOR, POINTS, TABLE, TRACK, write_scene
+from fuzz_scenes import FRAME, MEASURED, MOTOR, POINTS, TABLE, TRACK, write_scene
 
 LONGEST_RUN = 1000
 
@@ -166,6 +166,7 @@ def put_scene(folder, text):
     (folder / "track.csv").write_bytes(TRACK)
     (folder / "points.csv").write_bytes(POINTS)
     (folder / "measured.csv").write_bytes(MEASURED)
+    (folder / "frame.aem").write_bytes(FRAME)
 
 
 def call(program, arguments, folder, patience=PATIENCE):
@@ -212,7 +213,8 @@ def fault_of(command, case, done, folder):
 
 def fault_of_files(folder, expected):
     events = {name.replace("history.", "history.events.") for name in expected}
-    found = sorted(set(os.listdir(folder)) - {"scene.nml", "table.csv", "motor.csv", "track.csv", "points.csv", "measured.csv"} - events)
+    found = sorted(set(os.listdir(folder)) - {"scene.nml", "table.csv", "motor.csv", "track.csv", "points.csv", "measured.csv",
+                                           "frame.aem"} - events)
     return "" if found == expected else f"left {found} instead of {expected}"
 
 

@@ -1,7 +1,7 @@
 """Malformed scenes: one clear line, exit status 2, nothing written.
 
 Every file in `malformed/` begins with a comment `! expect: LINE: fragment of the message`, or `! expect: TABLE.csv:LINE: ...`
-where the error is in the table of that name beside it. The program under test is
+or `MESSAGE.aem` where the error is in the file of that name beside it. The program under test is
 named by the environment variable NUTATE (default: `nutate` on the search path).
 """
 
@@ -58,11 +58,11 @@ class OneLine(unittest.TestCase):
 
     def check_file(self, path, command):
         first = path.read_bytes().split(b"\n")[0].decode().strip()
-        file, line, fragment = re.fullmatch(r"! expect: (?:(\w+\.csv):)?(\d+): (.*)", first).groups()
+        file, line, fragment = re.fullmatch(r"! expect: (?:(\w+\.(?:csv|aem)):)?(\d+): (.*)", first).groups()
         shutil.copy(path, self.folder.name)
-        table = path.with_suffix(".csv")
-        if table.exists():
-            shutil.copy(table, self.folder.name)
+        for suffix in (".csv", ".aem"):
+            if path.with_suffix(suffix).exists():
+                shutil.copy(path.with_suffix(suffix), self.folder.name)
         message = self.complaint(command, path.name)
         self.assertTrue(message.startswith(f"{file or path.name}:{line}: "), f"{message!r} is not about line {line}")
         self.assertIn(fragment, message)

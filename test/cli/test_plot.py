@@ -104,6 +104,14 @@ class Pictures(CommandLineTest):
         self.assertEqual(sorted(drawn), sorted([f"controller1_{kind}{k}" for kind in ("commanded", "applied") for k in (1, 2, 3)]
                                                + ["controller1_saturations", "pointing_error1", "B1", "B2", "B3"]))
 
+    def test_attitudes_relative_to_frames_are_drawn(self):
+        self.write("seen.csv", "t,frame1_q0,frame1_q1,frame1_q2,frame1_q3,frame1_angle_deg\n0,1,0,0,0,0\n1,0.8,0.6,0,0,73.7\n")
+        self.assertEqual(self.succeed("plot", "seen.csv").stderr, "")
+        picture = self.read("seen.svg")
+        self.assertEqual(legend(picture), ["frame1_q0", "frame1_q1", "frame1_q2", "frame1_q3", "frame1_angle_deg"])
+        self.assertIn("angle from frame 1 (°)", picture)
+        self.assertIn("q from frame 1", picture)
+
     def test_names_in_quotes_may_hold_commas(self):
         self.write("sheet.csv", '"t","x, seen from above","omega1","omega2",omega3\r\n0,"1",2,3,4\r\n1,"1",3,"3",5\r\n')
         self.succeed("plot", "sheet.csv")

@@ -371,7 +371,8 @@ contains
       type(scene_error_t), intent(inout) :: error
       integer :: i
       do i = 1, size(groups)
-         if (any(groups(i)%name == ['scene     ', 'initial   ', 'integrator', 'output    ', 'event     ']) .or. &
+         if (any(groups(i)%name == ['scene     ', 'initial   ', 'integrator', 'output    ', 'event     ', &
+                                       'frame     ']) .or. &
              (groups(i)%name == 'body' .and. .not. with_body)) &
             call error%raise(groups(i)%line, '&'//trim(groups(i)%name)//' is not allowed here')
       end do

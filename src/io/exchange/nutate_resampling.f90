@@ -5,7 +5,8 @@
 !> rate departs from the motion by more than 0.9 of the error at one of its quarters or at a row inside it. That
 !> departure is h²|Ω̇|/8 at its largest, near the middle.
 module nutate_resampling
-   use nutate_attitude_rows, only: attitude_rows_t, between_rows, constant_rate
+   use nutate_attitude_between, only: constant_rate
+   use nutate_attitude_rows, only: attitude_rows_t, between_rows
    use nutate_decimal, only: rounded_text
    use nutate_kinds, only: wp
    use nutate_quaternion, only: attitude_distance

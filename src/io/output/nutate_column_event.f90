@@ -15,7 +15,7 @@ module nutate_column_event
    implicit none
    private
 
-   public :: column_event_t, event_columns, natural_period, needs_attitude, shows_orbit, shows_sun, &
+   public :: column_event_t, event_columns, frame_of, natural_period, needs_attitude, shows_orbit, shows_sun, &
       shows_tumbling, wheel_of
 
    !> Most columns of an event.
@@ -27,6 +27,8 @@ module nutate_column_event
       'L1,L2,L3,l_x,l_y,l_z,phi,theta,psi,kinetic,potential,total,jacobi,'// &
       'roll,pitch,yaw,orbit_radius,true_anomaly,shadow_depth,'// &
       'energy_ratio,precession_period_short,precession_period_long,rotation_period,pole_longitude,pole_latitude,'// &
+      'frame1_q0,frame1_q1,frame1_q2,frame1_q3,frame1_angle,frame2_q0,frame2_q1,frame2_q2,frame2_q3,frame2_angle,'// &
+      'frame3_q0,frame3_q1,frame3_q2,frame3_q3,frame3_angle,'// &
       'wheel1_speed,wheel1_momentum,wheel2_speed,wheel2_momentum,wheel3_speed,wheel3_momentum,'// &
       'wheel4_speed,wheel4_momentum,wheel5_speed,wheel5_momentum,wheel6_speed,wheel6_momentum'
 
@@ -34,7 +36,9 @@ module nutate_column_event
    integer, parameter :: AT_Q0 = 1, AT_P0 = 5, AT_OMEGA1 = 9, AT_OMEGA_X = 12, AT_L1 = 15, AT_L_X = 18, AT_PHI = 21, &
       AT_THETA = 22, AT_PSI = 23, AT_KINETIC = 24, AT_POTENTIAL = 25, AT_TOTAL = 26, AT_JACOBI = 27, &
       AT_ROLL = 28, AT_PITCH = 29, AT_YAW = 30, AT_RADIUS = 31, AT_TRUE_ANOMALY = 32, AT_SHADOW = 33, &
-      AT_ENERGY_RATIO = 34, AT_LONGITUDE = 38, AT_LATITUDE = 39, AT_WHEEL = 40
+      AT_ENERGY_RATIO = 34, AT_LONGITUDE = 38, AT_LATITUDE = 39, AT_FRAME = 40, AT_WHEEL = 55
+   !> Columns of a frame.
+   integer, parameter :: of_frame = 5
 
    !> A sum of columns with weights.
    type, extends(event_t) :: column_event_t
@@ -150,7 +154,8 @@ contains
       type(system_t), intent(in) :: system
       type(motion_t), intent(in) :: motion
       select case (column)
-      case (AT_Q0:AT_Q0 + 3, AT_PHI:AT_PSI, AT_ROLL:AT_YAW, AT_TRUE_ANOMALY, AT_LONGITUDE, AT_LATITUDE)
+      case (AT_Q0:AT_Q0 + 3, AT_PHI:AT_PSI, AT_ROLL:AT_YAW, AT_TRUE_ANOMALY, AT_LONGITUDE, AT_LATITUDE, &
+            AT_FRAME:AT_WHEEL - 1)
          x = 1.0_wp
       case (AT_P0:AT_P0 + 3)
          x = quat_norm(motion%state%p)
@@ -195,6 +200,8 @@ contains
             x = orbit_value(column, system, motion)
          case (AT_ENERGY_RATIO:AT_LATITUDE)
             x = tumbling_value(element(column), system, motion)
+         case (AT_FRAME:AT_WHEEL - 1)
+            x = frame_value(column - AT_FRAME, system, motion)
          case (AT_WHEEL:)
             x = wheel_value(column - AT_WHEEL, system, motion)
          case default
@@ -332,6 +339,49 @@ contains
       if (mod(place, 2) == 0) x = system%effects%wheels(i)%speed_of(x, motion%acceleration)
    end function wheel_rate
 
+   !> Attitude relative to a frame, or its angle, rad; 0 for a frame that does not exist.
+   pure real(wp) function frame_value(place, system, motion) result(x)
+      !> 0: q0 of the first, 1: q1, ..., 4: its angle, 5: q0 of the second, ...
+      integer, intent(in) :: place
+      type(system_t), intent(in) :: system
+      type(motion_t), intent(in) :: motion
+      real(wp) :: values(of_frame)
+      x = 0.0_wp
+      if (place/of_frame >= system%effects%n_frames) return
+      associate (frame => system%effects%frames(1 + place/of_frame))
+         call frame%relative(motion%state%t, motion%state%q, values(:4), values(of_frame))
+      end associate
+      x = values(1 + mod(place, of_frame))
+   end function frame_value
+
+   !> Its rate along the motion.
+   pure real(wp) function frame_rate(place, system, motion) result(x)
+      integer, intent(in) :: place
+      type(system_t), intent(in) :: system
+      type(motion_t), intent(in) :: motion
+      real(wp) :: rates(4)
+      x = 0.0_wp
+      if (place/of_frame >= system%effects%n_frames) return
+      associate (frame => system%effects%frames(1 + place/of_frame), t => motion%state%t, q => motion%state%q)
+         if (mod(place, of_frame) == 4) then
+            x = frame%angle_rate(t, q, motion%relative)
+         else
+            rates = frame%quaternion_rate(t, q, motion%relative)
+            x = rates(1 + mod(place, of_frame))
+         end if
+      end associate
+   end function frame_rate
+
+   !> The frame that a column refers to; 0: none.
+   pure integer function frame_of(column) result(i)
+      character(len=*), intent(in) :: column
+      integer :: k
+      i = 0
+      do k = 1, size(column_sets)
+         if (index(','//trim(column_sets(k)%headers)//',', ','//trim(column)//',') > 0) i = column_sets(k)%frame
+      end do
+   end function frame_of
+
    !> The wheel that a column shows; 0: it is no wheel's.
    pure integer function wheel_of(column) result(i)
       character(len=*), intent(in) :: column
@@ -387,6 +437,8 @@ contains
             x = orbit_rate(column, system, motion)
          case (AT_ENERGY_RATIO:AT_LATITUDE)
             x = tumbling_rate(element(column), system, motion)
+         case (AT_FRAME:AT_WHEEL - 1)
+            x = frame_rate(column - AT_FRAME, system, motion)
          case default
             x = wheel_rate(column - AT_WHEEL, system, motion)
          end select

@@ -1,6 +1,7 @@
 !> The columns of a history: which sets there are, and what stands in them. A new set is a line of the table and a
 !> case of `write_set`.
 module nutate_columns
+   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use nutate_archive, only: archive_t
    use nutate_attitude, only: roll_pitch_yaw_from_quat
    use nutate_chaos, only: chaos_t
@@ -49,6 +50,8 @@ module nutate_columns
       logical :: orbit = .false., sun = .false.
       !> It shows tumbling elements.
       logical :: tumbling = .false.
+      !> The frame against which it shows the attitude, 1 or more; 0: none.
+      integer :: frame = 0
       !> Its columns are the Euler angles of this sequence of axes.
       character(len=3) :: sequence = ''
       !> `SENSITIVITIES`, ... of `nutate_tangent_columns`; 0: the run need not carry anything. These sets stand last.
@@ -134,6 +137,12 @@ module nutate_columns
       column_set_t('tumbling', tumbling_width, 'energy_ratio,short_axis_mode,precession_period_short,'// &
                    'precession_period_long,rotation_period,pole_longitude,pole_latitude', first_angle=6, last_angle=7, &
                    tumbling=.true.), &
+      column_set_t('frame1', 5, 'frame1_q0,frame1_q1,frame1_q2,frame1_q3,frame1_angle', first_angle=5, last_angle=5, &
+                   frame=1), &
+      column_set_t('frame2', 5, 'frame2_q0,frame2_q1,frame2_q2,frame2_q3,frame2_angle', first_angle=5, last_angle=5, &
+                   frame=2), &
+      column_set_t('frame3', 5, 'frame3_q0,frame3_q1,frame3_q2,frame3_q3,frame3_angle', first_angle=5, last_angle=5, &
+                   frame=3), &
       column_set_t('sensitivities', 0, 'd_COMPONENT/d_KEY', carried=SENSITIVITIES), &
       column_set_t('standard_deviations', 0, 'sigma_COMPONENT', carried=DEVIATIONS), &
       column_set_t('covariance', 0, 'covariance_COMPONENT_COMPONENT', carried=COVARIANCE), &
@@ -325,6 +334,9 @@ contains
       else if (set%tumbling .and. effects%n_rotors > 0) then
          status = fail(NUTATE_BAD_ARGUMENT, "columns 'tumbling' need a body without rotors and wheels "// &
                        '(expected no &rotor and no &wheel)', 'columns')
+      else if (set%frame > effects%n_frames) then
+         status = fail(NUTATE_BAD_ARGUMENT, "columns '"//trim(set%name)//"' refer to a frame that does not exist "// &
+                       '(expected one group &frame for each)', 'columns')
       else if (set%sun .and. .not. effects%orbit%has_sun()) then
          status = fail(NUTATE_BAD_ARGUMENT, "columns '"//trim(set%name)//"' refer to a sun that does not exist "// &
                        '(expected sun in &orbit)', 'columns')
@@ -523,7 +535,7 @@ contains
       end select
    end subroutine write_set
 
-   !> The values of a set of a wheel, of a controller, of the field or of tumbling elements.
+   !> The values of a set of a wheel, of a controller, of the field, of tumbling elements or of a frame.
    pure subroutine write_part(set, system, state, values)
       type(column_set_t), intent(in) :: set
       type(system_t), intent(in) :: system
@@ -534,6 +546,8 @@ contains
          values = of_wheel(set%wheel, system, state)
       else if (set%tumbling) then
          values = tumbling_values(system, state)
+      else if (set%frame > 0) then
+         values = seen_from_frame(set%frame, system, state)
       else if (set%field) then
          values = field_in_body(system%effects, state)
       else if (set%points) then
@@ -551,6 +565,20 @@ contains
       q = state%q
       if (system%effects%on_orbit) q = quat_product(quat_conjugate(system%effects%orbit%axes(state%t)), q)
    end function attitude_in_lvlh
+
+   !> Attitude relative to a frame, and its angle, rad; not finite where that of the frame is not known, which ends a
+   !> run. Shape (5).
+   pure function seen_from_frame(i, system, state) result(values)
+      integer, intent(in) :: i
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      real(wp) :: values(5)
+      values = ieee_value(values, ieee_quiet_nan)
+      if (i > system%effects%n_frames) return
+      associate (frame => system%effects%frames(i))
+         if (frame%contains_time(state%t)) call frame%relative(state%t, state%q, values(:4), values(5))
+      end associate
+   end function seen_from_frame
 
    !> Speed relative to the body, rad/s, absolute momentum about the axis, N m s, work of the motor and of the friction
    !> so far, J; zeros for a wheel that does not exist. Shape (4).

@@ -80,7 +80,7 @@ contains
       integer :: position, last, most
       reader%problem = ''
       most = count_lines(text)
-      allocate (rows%t(most), rows%q(4, most), rows%omega(3, most))
+      allocate (rows%t(most), rows%q(4, most), rows%omega(3, most), rows%lines(most))
       position = begin_of(text)
       do while (position <= len(text) .and. reader%problem == '')
          last = index(text(position:), line_feed)
@@ -106,6 +106,7 @@ contains
       end if
       rows%t = rows%t(:reader%n)
       rows%q = rows%q(:, :reader%n)
+      rows%lines = rows%lines(:reader%n)
       if (reader%kind%has_rates) then
          rows%omega = rows%omega(:, :reader%n)
       else
@@ -335,6 +336,7 @@ contains
       reader%starts_segment = .false.
       reader%n = reader%n + 1
       rows%t(reader%n) = t
+      rows%lines(reader%n) = reader%line
       rows%q(:, reader%n) = q
       if (.not. reader%kind%has_rates) return
       rows%omega(:, reader%n) = values(5:7)*degree

@@ -1,4 +1,5 @@
-!> Attitudes and angular velocities of an Attitude Ephemeris Message (CCSDS 504.0-B) as measurements of a scene.
+!> Attitudes and angular velocities of an Attitude Ephemeris Message (CCSDS 504.0-B) at times and in axes of a scene: as
+!> measurements, or as those of a frame.
 module nutate_measured_message
    use nutate_aem_keywords, only: equatorial, from_ecliptic, is_ecliptic
    use nutate_aem_reading, only: parse_aem
@@ -10,7 +11,7 @@ module nutate_measured_message
    implicit none
    private
 
-   public :: is_message, read_message
+   public :: is_message, read_message, read_records
 
    real(wp), parameter :: degree = pi/180
 
@@ -36,6 +37,33 @@ contains
       logical, intent(out) :: has_place
       type(attitude_rows_t) :: read
       integer :: i
+      call read_records(text, path, labels, read, problem, has_place)
+      if (problem == '' .and. labels%body_frame /= '' .and. labels%body_frame /= read%labels%body_frame) &
+         problem = 'REF_FRAME_B of '//printable_path(path)//' is '//quoted(read%labels%body_frame)// &
+                   ', not the body_frame of &scene (expected '//quoted(labels%body_frame)//')'
+      if (problem /= '') return
+      times = read%t
+      allocate (rows(size(columns), read%count()))
+      do i = 1, size(columns)
+         call find_column(read, trim(columns(i)), rows(i, :), problem)
+         if (problem == '') cycle
+         problem = printable_path(path)//' has no column '//quoted(trim(columns(i)))//problem
+         return
+      end do
+   end subroutine read_message
+
+   !> Reads the records of a message, whatever body they are of: times past the epoch of the scene, attitudes in its
+   !> space axes.
+   subroutine read_records(text, path, labels, read, problem, has_place)
+      character(len=*), intent(in) :: text, path
+      !> Of the scene.
+      type(labels_t), intent(in) :: labels
+      type(attitude_rows_t), intent(out) :: read
+      !> What is wrong; empty on success.
+      character(len=:), allocatable, intent(out) :: problem
+      !> The problem begins with file and line.
+      logical, intent(out) :: has_place
+      integer :: i
       call parse_aem(text, path, read, problem)
       has_place = problem /= ''
       if (problem == '') call check_labels(labels, read%labels, printable_path(path), problem)
@@ -45,15 +73,8 @@ contains
             read%q(:, i) = quat_product(quat_conjugate(from_ecliptic()), read%q(:, i))
          end do
       end if
-      times = read%t + past(labels, read%labels)
-      allocate (rows(size(columns), read%count()))
-      do i = 1, size(columns)
-         call find_column(read, trim(columns(i)), rows(i, :), problem)
-         if (problem == '') cycle
-         problem = printable_path(path)//' has no column '//quoted(trim(columns(i)))//problem
-         return
-      end do
-   end subroutine read_message
+      read%t = read%t + past(labels, read%labels)
+   end subroutine read_records
 
    !> Seconds from the epoch of the scene to that of a message.
    pure real(wp) function past(scene, message)
@@ -79,9 +100,6 @@ contains
       else if (frame /= '' .and. frame /= message%space_frame) then
          problem = 'REF_FRAME_A of '//path//' is '//quoted(message%space_frame)//', not the space_frame of &scene'// &
                    ' (expected '//quoted(frame)//')'
-      else if (scene%body_frame /= '' .and. scene%body_frame /= message%body_frame) then
-         problem = 'REF_FRAME_B of '//path//' is '//quoted(message%body_frame)//', not the body_frame of &scene'// &
-                   ' (expected '//quoted(scene%body_frame)//')'
       end if
    end subroutine check_labels
 

@@ -25,6 +25,7 @@ module nutate_scene
    use nutate_scene_error, only: scene_error_t, error_line
    use nutate_scene_events, only: build_events, event_keys, events_need_attitude
    use nutate_scene_fit, only: build_fit, fit_keys
+   use nutate_scene_frame, only: build_frames, check_frames, frame_keys
    use nutate_scene_free, only: free_keys
    use nutate_scene_initial, only: initial_keys, build_initial, rebuild_initial, check_initial
    use nutate_scene_integrator, only: integrator_keys, build_integrator
@@ -48,9 +49,9 @@ module nutate_scene
    public :: scene_t, output_settings_t, read_scene, parse_scene, changed_part, keep_added, rebuild_scene, scene_kinds
 
    !> Groups that are no effects.
-   character(len=name_length), parameter :: fixed_parts(12) = [character(len=name_length) :: &
+   character(len=name_length), parameter :: fixed_parts(13) = [character(len=name_length) :: &
       'scene', 'body', 'initial', 'integrator', 'output', 'event', 'ensemble', 'vary', 'free', 'measurement', 'fit', &
-      'tangent']
+      'tangent', 'frame']
    !> Parts of a scene, each with those before it: its start, its body without effects, body and effects, the whole.
    integer, parameter :: ITS_START = 1, ITS_BODY = 2, ITS_MOTION = 3, ALL_OF_IT = 4
 
@@ -190,6 +191,8 @@ contains
       kinds(10)%repeatable = .true.
       kinds(11)%keys = fit_keys()
       kinds(12)%keys = tangent_keys()
+      kinds(13)%keys = frame_keys
+      kinds(13)%repeatable = .true.
       kinds(2:4)%required = .true.
    end function scene_kinds
 
@@ -276,7 +279,9 @@ contains
          scene%named_potentials = effects%n_potentials + effects%n_off
          scene%named_torques = effects%n_torques
          call effects%append(scene%added)
+         call build_frames(scene%groups, scene%labels, scene%file, effects, error)
       end associate
+      if (error%raised) return
       call build_initial(first_group(scene%groups, 'initial'), scene%system, q, omega, scene%periodic, error)
       if (.not. error%raised) scene%initial = make_state(scene%system, q, omega)
    end subroutine build_motion
@@ -290,6 +295,7 @@ contains
             call check_control(effects, scene%plan, integrator, error)
             if (error%raised) return
             call check_tables(groups, effects, scene%plan, integrator, error)
+            call check_frames(groups, effects, scene%plan, error)
             if (scene%integrator%method == 'exact') call check_free(effects, integrator, error)
             call check_initial(scene%system, scene%initial, scene%plan, groups(place_of(groups, 'initial')), &
                                integrator, error)

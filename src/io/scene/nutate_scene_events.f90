@@ -1,8 +1,8 @@
 !> `&event`: what to look for in a run, and what to do then.
 module nutate_scene_events
    use nutate_admissible, only: POSITIVE
-   use nutate_column_event, only: column_event_t, event_columns, most_columns, natural_period, needs_attitude, &
-      shows_orbit, shows_sun, shows_tumbling, wheel_of
+   use nutate_column_event, only: column_event_t, event_columns, frame_of, most_columns, natural_period, &
+      needs_attitude, shows_orbit, shows_sun, shows_tumbling, wheel_of
    use nutate_control, only: beyond_accuracy
    use nutate_effect_list, only: effect_list_t
    use nutate_event, only: CROSSING, EXTREMUM, MAXIMUM, MINIMUM, SWITCH_OFF, SWITCH_ON, SWITCH_TOGGLE
@@ -150,6 +150,9 @@ contains
             group%line_of('when'), "'"//trim(event%columns(i))//"' of a body with a rotor or wheel", &
             expected='a body without them')
          if (error%raised) return
+         if (frame_of(event%columns(i)) > effects%n_frames) call error%raise( &
+            group%line_of('when'), "'"//trim(event%columns(i))//"' refers to a frame that does not exist", &
+            expected='one group &frame for each')
          if (wheel_of(event%columns(i)) <= effects%n_wheels) cycle
          call error%raise(group%line_of('when'), "'"// &
                           trim(event%columns(i))//"' refers to a wheel that does not exist", &

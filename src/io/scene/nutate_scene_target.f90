@@ -20,8 +20,8 @@ module nutate_scene_target
 
    character(len=*), parameter :: form = 'GROUP.KEY, GROUP.N.KEY, GROUP.KEY.I or GROUP.N.KEY.I'
    !> Groups that say nothing about the motion.
-   character(len=*), parameter :: no_motion(8) = [character(len=11) :: &
-      'output', 'scene', 'ensemble', 'vary', 'free', 'measurement', 'fit', 'tangent']
+   character(len=*), parameter :: no_motion(9) = [character(len=11) :: &
+      'output', 'scene', 'ensemble', 'vary', 'free', 'measurement', 'fit', 'tangent', 'frame']
 
 contains
 

@@ -10,7 +10,7 @@ module nutate_scene_text
 
    public :: scene_text
 
-   !> Keys that name files beside the scene, and in the group `&measurement`.
+   !> Keys that name files beside the scene; others do in the groups `&measurement` and `&frame`.
    character(len=*), parameter :: file_keys(2) = [character(len=10) :: 'table', 'times_file']
    character, parameter :: line_feed = achar(10)
    integer, parameter :: longest_path = 4096
@@ -53,7 +53,8 @@ contains
       character(len=12) :: whole
       logical :: is_file
       integer :: i
-      is_file = any(file_keys == setting%name) .or. (group == 'measurement' .and. setting%name == 'file')
+      is_file = any(file_keys == setting%name) .or. (group == 'measurement' .and. setting%name == 'file') .or. &
+                (group == 'frame' .and. setting%name == 'attitude')
       text = trim(setting%name)//' = '
       do i = 1, size(setting%values)
          if (i > 1) text = text//', '
