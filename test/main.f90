@@ -137,6 +137,7 @@ program unit
    use test_tangent_events, only: collect_tangent_events
    use test_tangent_differences, only: collect_tangent_differences
    use test_tangent_explicit, only: collect_tangent_explicit
+   use test_tangent_windows, only: collect_tangent_windows
    use test_taylor, only: collect_taylor
    use test_taylor_steps, only: collect_taylor_steps
    use test_threads, only: collect_threads
@@ -358,6 +359,7 @@ contains
          new_testsuite("tangent_runs", collect_tangent_runs), &
          new_testsuite("tangent_attack", collect_tangent_attack), &
          new_testsuite("tangent_explicit", collect_tangent_explicit), &
+         new_testsuite("tangent_windows", collect_tangent_windows), &
          new_testsuite("torque_physics", collect_torque_physics), &
          new_testsuite("controllers", collect_controllers), &
          new_testsuite("saturation", collect_saturation), &

@@ -39,6 +39,7 @@ module nutate_tabulated_torque
       procedure :: is_valid => table_is_valid
       procedure :: derivatives => tabulated_derivatives
       procedure :: window => tabulated_window
+      procedure :: own_ends => tabulated_own_ends
       procedure :: piece => tabulated_piece
       procedure :: next_break => tabulated_break
       procedure :: needs_attitude => attitude_in_space
@@ -246,6 +247,13 @@ contains
       start = self%start
       stop = self%stop
    end subroutine tabulated_window
+
+   !> Returns which ends of the window are not those of the table: those inside of it, and both if it is periodic.
+   pure function tabulated_own_ends(self) result(own)
+      class(tabulated_torque_t), intent(in) :: self
+      logical :: own(2)
+      own = [self%start > self%curve%x(0), self%stop < self%curve%x(self%curve%n)] .or. self%periodic
+   end function tabulated_own_ends
 
    !> Returns the interval of the table that contains a time, s, so that all calls within a step use one polynomial.
    pure subroutine tabulated_piece(self, moment, start, stop)

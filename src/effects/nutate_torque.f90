@@ -21,6 +21,8 @@ module nutate_torque
       procedure :: derivatives => difference_derivatives
       !> Returns the times between which the torque acts, s; steps end on them. Outside of them `torque` is not called.
       procedure :: window => always
+      !> Returns which ends of the window are numbers of the torque's own, `start` and `stop`: both unless overridden.
+      procedure :: own_ends => both_ends
       !> Returns true if the torque acts at a time.
       procedure :: acts_at
       !> Returns the interval around a time in which the torque, at fixed attitude and rate, is a smooth function of
@@ -151,6 +153,13 @@ contains
       start = -huge(1.0_wp)
       stop = huge(1.0_wp)
    end subroutine always
+
+   !> Returns which ends of the window move with `start` and `stop`; shape (2). Here: both.
+   pure function both_ends(self) result(own)
+      class(torque_t), intent(in) :: self
+      logical :: own(2)
+      own = .true.
+   end function both_ends
 
    !> Returns true inside the window and at its ends, for a torque that is on.
    pure logical function acts_at(self, t)

@@ -89,6 +89,7 @@ contains
       type(status_t), intent(inout) :: status
       real(wp) :: turn(3), rate(3), carried(3)
       integer :: i, m
+      if (.not. allocated(column%effects)) return
       associate (initial => scene%groups(findloc(scene%groups%name, 'initial', dim=1)), &
                  effects => scene%system%effects, q => scene%initial%q)
          if (initial%has('resonance')) status = fail(NUTATE_BAD_ARGUMENT, 'it changes the start of the resonance '// &
@@ -129,6 +130,7 @@ contains
       real(wp), parameter :: none(3) = 0.0_wp
       character(len=*), parameter :: angles(4) = [character(len=21) :: 'inclination', 'raan', &
                                                   'argument_of_periapsis', 'mean_anomaly']
+      character(len=*), parameter :: edges(2) = [character(len=5) :: 'start', 'stop']
       integer :: n
       parameter = key
       of_parameter = change
@@ -145,7 +147,7 @@ contains
          if (key == 'altitude') parameter = 'semi_major_axis'
          if (any(key == angles) .and. group%flag('degrees', .false.)) of_parameter = (pi/180)*change
       case ('force')
-         if (group%text('axes', 'space') /= 'body') return
+         if (group%text('axes', 'space') /= 'body' .or. any(key == edges)) return
          parameter = 'torque'
          if (key == 'force') of_parameter = cross(group%vector('body_point', none), change)
          if (key == 'body_point') of_parameter = cross(change, group%vector('force', none))

@@ -114,6 +114,7 @@ module nutate_fit_model
    !> Beside the largest of several differences: rounding.
    real(wp), parameter :: negligible = 1e-11_wp
    character(len=*), parameter :: triangle_key = 'check_triangle'
+   character(len=*), parameter :: window_keys(2) = [character(len=5) :: 'start', 'stop']
    !> Groups of which start and body are differentiated; effects know their own derivatives.
    character(len=*), parameter :: differentiated(4) = [character(len=24) :: 'initial', 'body', 'rotor', &
       'rotating_frame']
@@ -154,7 +155,9 @@ contains
          do i = 1, size(free)
             if (free(i)%target == 0) cycle
             associate (target => numbers%targets(free(i)%target))
-               self%changes_system(i) = numbers%groups(target%group)%name /= 'initial'
+               ! When torques act changes the motion alone.
+               self%changes_system(i) = numbers%groups(target%group)%name /= 'initial' .and. &
+                                        all(target%key%name /= window_keys)
                self%values(i) = numbers%groups(target%group)%settings(target%setting)%values(target%value)%number
             end associate
          end do

@@ -100,6 +100,8 @@ module nutate_progress
       type(tangent_t), allocatable :: tangent, last_tangent
       !> Indicators of chaos, where the run follows any, at the start of the last step.
       type(chaos_t), allocatable :: last_chaos
+      !> Start of the last step in which columns may have passed the start or stop of a torque, s.
+      real(wp) :: windows_since = 0.0_wp
       !> Length of the last step of a stepper, as that was told, s.
       real(wp) :: last_length = 0.0_wp
    end type progress_t

@@ -22,6 +22,7 @@ module nutate_run
    use nutate_method_choice, only: choose_settings
    use nutate_methods, only: make_stepper
    use nutate_observer, only: observer_t, run_record_t
+   use nutate_passed_windows, only: begin_windows, pass_windows_inside
    use nutate_progress, only: conclude_run, end_of_step, is_over, progress_t, run_summary_t, start_run, way_t
    use nutate_run_loop, only: drive, transfer_run
    use nutate_run_plan, only: run_goal_t, run_plan_t
@@ -317,6 +318,7 @@ contains
       allocate (self%tangent, self%last_tangent)
       call self%tangent%begin(system, self%state, columns, status)
       if (status%ok()) then
+         call begin_windows(self%progress_t, system)
          self%last_tangent = self%tangent
       else
          deallocate (self%tangent, self%last_tangent)
@@ -574,6 +576,8 @@ contains
       if (allocated(self%policy)) then
          call point_to_stepper(self)
          call self%policy%state_inside(system, self%progress_t, t, state, record, status, tangent)
+         if (present(tangent) .and. status%ok()) &
+            call pass_windows_inside(self%progress_t, system, state, tangent)
       else if (allocated(self%stepper)) then
          call self%stepper%state_at(system, t, state, work, status)
       else

@@ -9,6 +9,7 @@ module nutate_run_loop
    use nutate_kinds, only: wp, eps, long
    use nutate_limits, only: same_time
    use nutate_observer, only: observer_t, run_record_t
+   use nutate_passed_windows, only: pass_windows, pass_windows_inside
    use nutate_progress, only: few_rows, fraction_done, is_over, progress_t, put_works, transfer_progress
    use nutate_run_mark, only: go_back, mark_progress, mark_t
    use nutate_state, only: state_t
@@ -193,6 +194,7 @@ contains
          if (allocated(progress%summary%chaos)) progress%last_chaos = progress%summary%chaos
       end if
       call policy%carry(system, before, progress, status)
+      if (status%code == 0) call pass_windows(progress, system, before%t)
       if (.not. allocated(progress%summary%chaos) .or. status%code /= 0) return
       ! A switch that is due needs the columns by which the derivative of its time was computed.
       if (is_switch_due(progress)) return
@@ -440,6 +442,7 @@ contains
                observer%tangent = progress%last_tangent
                if (allocated(progress%last_chaos)) observer%chaos = progress%last_chaos
                call policy%state_inside(system, progress, t, state, record, status, observer%tangent)
+               if (status%ok()) call pass_windows_inside(progress, system, state, observer%tangent)
             else
                call policy%state_inside(system, progress, t, state, record, status)
             end if

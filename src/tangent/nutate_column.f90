@@ -2,20 +2,26 @@
 !> changes several of them (the mass of a shape, say) is one column with all of them in it.
 module nutate_column
    use nutate_any_effect, only: effect_t, parameter_t
+   use nutate_controlled_motor, only: controlled_motor_t
    use nutate_controller, only: controller_t, BY_WHEELS
    use nutate_earth_field, only: earth_field_t
    use nutate_effect_list, only: effect_list_t
    use nutate_kepler_orbit, only: kepler_orbit_t
    use nutate_kinds, only: wp
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
+   use nutate_torque, only: torque_t
+   use nutate_wheel, only: wheel_t
    implicit none
    private
 
-   public :: column_t, effect_change_t, attitude_column, rate_column, inertia_column
+   public :: column_t, effect_change_t, window_change_t, attitude_column, rate_column, inertia_column
    public :: OF_POTENTIAL, OF_TORQUE, OF_WHEEL, OF_ORBIT
 
    !> In which list of the effects one stands.
    integer, parameter :: OF_POTENTIAL = 1, OF_TORQUE = 2, OF_WHEEL = 3, OF_ORBIT = 4
+
+   !> Names of the ends of a window.
+   character(len=*), parameter :: edge_names(2) = [character(len=5) :: 'start', 'stop']
 
    !> A change of the parameters of one effect.
    type :: effect_change_t
@@ -25,6 +31,14 @@ module nutate_column
       !> In the order of the effect's `parameters`.
       real(wp), allocatable :: change(:)
    end type effect_change_t
+
+   !> A change of the times at which a torque, or the motor of a wheel, starts and stops.
+   type :: window_change_t
+      !> `OF_TORQUE` or `OF_WHEEL`, and which one.
+      integer :: kind = 0, place = 0
+      !> Of start and stop.
+      real(wp) :: change(2) = 0.0_wp
+   end type window_change_t
 
    !> The change of the start and of the parameters that a unit of the column stands for. Where a parameter changes, the
    !> start keeps its rates, Ω0 and those of the wheels.
@@ -40,6 +54,8 @@ module nutate_column
       real(wp) :: rotor(3) = 0.0_wp, frame(3) = 0.0_wp
       !> Parameters of effects.
       type(effect_change_t), allocatable :: effects(:)
+      !> Times at which torques and motors start and stop.
+      type(window_change_t), allocatable :: windows(:)
    contains
       !> Add a parameter of an effect, or of those that were made from a group of a scene.
       procedure :: add, add_of_group
@@ -160,9 +176,11 @@ contains
             if (item%name /= effect .or. same_name /= number) return
          end if
          found = .true.
-         if (.not. changes(self, item, kind, place, parameter, change)) &
+         if (.not. changes(self, item, kind, place, parameter, change)) then
+            if (moves_edge(self, effects, item, kind, place, parameter, change)) return
             status = fail(NUTATE_BAD_ARGUMENT, 'the effect '//trim(item%name)//' has no derivative by '//parameter// &
                           ' (expected '//trim(names_of(item))//')')
+         end if
          select type (item)
          class is (controller_t)
             if (item%by /= BY_WHEELS .or. item%sample > 0.0_wp) return
@@ -177,6 +195,80 @@ contains
       end subroutine look_at
 
    end subroutine add_where
+
+   !> Adds a change of the time at which a torque or a motor starts or stops; false for an effect that acts before or
+   !> behind all times. A controller of wheels acts by their motors.
+   logical function moves_edge(self, effects, item, kind, place, edge, change) result(moves)
+      type(column_t), intent(inout) :: self
+      type(effect_list_t), intent(in) :: effects
+      class(effect_t), intent(in) :: item
+      integer, intent(in) :: kind, place
+      !> Name of the parameter, and its change.
+      character(len=*), intent(in) :: edge
+      real(wp), intent(in) :: change(:)
+      real(wp) :: times(2)
+      integer :: side, k
+      side = findloc(edge_names == edge, .true., dim=1)
+      moves = side > 0 .and. size(change) == 1
+      if (.not. moves) return
+      times = window_of(item)
+      moves = abs(times(side)) < huge(1.0_wp)
+      if (.not. moves) return
+      select type (item)
+      class is (controller_t)
+         if (item%by == BY_WHEELS) then
+            do k = 1, effects%n_wheels
+               if (is_controlled(effects%wheels(k))) call append_edge(self, OF_WHEEL, k, side, change(1))
+            end do
+            return
+         end if
+      end select
+      call append_edge(self, kind, place, side, change(1))
+   end function moves_edge
+
+   !> True for a wheel that a controller drives at all times.
+   pure logical function is_controlled(wheel)
+      type(wheel_t), intent(in) :: wheel
+      is_controlled = .false.
+      if (.not. allocated(wheel%motor)) return
+      select type (motor => wheel%motor)
+      type is (controlled_motor_t)
+         is_controlled = .true.
+      end select
+   end function is_controlled
+
+   !> The times between which an effect acts by numbers of its own, s; shape (2).
+   pure function window_of(item) result(times)
+      class(effect_t), intent(in) :: item
+      real(wp) :: times(2)
+      times = [-huge(1.0_wp), huge(1.0_wp)]
+      select type (item)
+      class is (controller_t)
+         times = [item%start, item%stop]
+      class is (torque_t)
+         call item%window(times(1), times(2))
+      class is (wheel_t)
+         if (allocated(item%motor) .and. .not. is_controlled(item)) call item%motor%window(times(1), times(2))
+      end select
+   end function window_of
+
+   !> Adds a change of one end of a window.
+   subroutine append_edge(self, kind, place, side, change)
+      type(column_t), intent(inout) :: self
+      integer, intent(in) :: kind, place
+      !> 1: start; 2: stop.
+      integer, intent(in) :: side
+      real(wp), intent(in) :: change
+      type(window_change_t) :: one
+      integer :: i
+      if (.not. allocated(self%windows)) allocate (self%windows(0))
+      do i = 1, size(self%windows)
+         if (self%windows(i)%kind == kind .and. self%windows(i)%place == place) exit
+      end do
+      one = window_change_t(kind=kind, place=place)
+      if (i > size(self%windows)) self%windows = [self%windows, one]
+      self%windows(i)%change(side) = self%windows(i)%change(side) + change
+   end subroutine append_edge
 
    !> Adds a change of the field of the Earth to magnetorquers in it, which do not have its moment.
    subroutine follow_field(self, item, place, parameter, change)
@@ -224,6 +316,7 @@ contains
       class(effect_t), intent(in) :: effect
       character(len=160) :: names
       type(parameter_t), allocatable :: list(:)
+      real(wp) :: times(2)
       integer :: i
       names = ''
       list = effect%parameters()
@@ -232,6 +325,12 @@ contains
          if (names /= '') names = trim(names)//','
          names = trim(names)//' '//list(i)%name
          if (list(i)%size > 1) names = trim(names)//'('//decimal(list(i)%size)//')'
+      end do
+      times = window_of(effect)
+      do i = 1, 2
+         if (.not. abs(times(i)) < huge(1.0_wp)) cycle
+         if (names /= '') names = trim(names)//','
+         names = trim(names)//' '//edge_names(i)
       end do
       names = adjustl(names)
       if (names == '') names = 'another effect'

@@ -57,6 +57,8 @@ module nutate_tangent
       !> freely of each, kg m²; shape (3, 3, n_parametric).
       integer, allocatable :: parametric(:)
       real(wp), allocatable :: inertia(:, :, :)
+      !> Columns change the times at which torques or motors start or stop: `nutate_window_edges` moves them over these.
+      logical :: moves_windows = .false.
       !> Estimated error of the last step of a method that has an estimate, of the column for which it is largest and
       !> relative to it (`relative`); else zero. Not in checkpoint data.
       real(wp) :: error = 0.0_wp
@@ -113,6 +115,7 @@ contains
          call self%columns(k)%follow_orbits(system%effects, status)
       end do
       if (.not. status%ok()) return
+      self%moves_windows = any([(allocated(self%columns(k)%windows), k=1, self%n)])
       self%parametric = pack([(k, k=1, self%n)], [(self%columns(k)%is_parametric(), k=1, self%n)])
       allocate (self%inertia(3, 3, size(self%parametric)))
       do m = 1, size(self%parametric)

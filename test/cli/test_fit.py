@@ -42,6 +42,19 @@ class Fit(CommandLineTest):
         again = self.succeed("fit", "gyro.fit.nml", "--set", "fit.start=scene").stdout
         self.assertIn("fit                 0 iterations from start 1 of 1", again)
 
+    def test_when_a_thruster_fired(self):
+        burn = "&torque body = 0.4, -0.3, 0.8, start = {}, stop = {} /\n"
+        body = "&body inertia = 2.0, 3.0, 4.0 /\n&initial angular_velocity = 0.3, 0.2, 0.1 /\n"
+        run = "&integrator method = 'rk8', time_step = 0.02, end_time = 3.0 /\n"
+        self.write("truth.nml", body + burn.format(0.713, 1.871) + run + "&output every = 5, columns = 'angular_velocity' /\n")
+        self.succeed("run", "truth.nml", "--quiet", "--output", "burn.csv")
+        self.write("burn.nml", body + burn.format(0.5, 2.2) + run + "&free key = 'torque.start', 'torque.stop' /\n"
+                   "&measurement file = 'burn.csv', columns = 'omega1', 'omega2', 'omega3', sigma = 0.01 /\n")
+        page = self.succeed("fit", "burn.nml").stdout
+        values = {name: float(value) for name, value in re.findall(r"(torque\.\w+) +(\S+) ±", page)}
+        self.assertAlmostEqual(values["torque.start"], 0.713, delta=1e-6)
+        self.assertAlmostEqual(values["torque.stop"], 1.871, delta=1e-6)
+
     def test_the_fitted_scene_reads_its_files_from_any_folder(self):
         for folder in ("one", "one/two", "other"):
             os.mkdir(self.path(folder))

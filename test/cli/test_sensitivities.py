@@ -289,7 +289,13 @@ class Sensitivities(CommandLineTest):
             "controller.rate_gain": (lambda h: f"controller.rate_gain={0.2 + h!r}", 1e-3),
             "controller.limit": (lambda h: f"controller.limit={1.1 + h!r}", 1e-3),
             "force.1.force.2": (lambda h: f"force.1.force=-0.3,{0.8 + h!r},0.6", 1e-3),
-            "force.2.force.2": (lambda h: f"force.2.force=1.0,{0.4 + h!r},-0.5", 1e-3)}
+            "force.2.force.2": (lambda h: f"force.2.force=1.0,{0.4 + h!r},-0.5", 1e-3),
+            "controller.start": (lambda h: f"controller.start={0.72 + h!r}", 1e-3),
+            "torque.start": (lambda h: f"torque.start={0.513 + h!r}", 1e-3),
+            "torque.stop": (lambda h: f"torque.stop={2.031 + h!r}", 1e-3),
+            "force.1.stop": (lambda h: f"force.1.stop={1.517 + h!r}", 1e-3),
+            "wheel.start": (lambda h: f"wheel.start={0.41 + h!r}", 1e-3),
+            "wheel.stop": (lambda h: f"wheel.stop={2.2 + h!r}", 1e-3)}
         for method in ("'rk8'", "'nielsen_krenk', order = 8", "'dop853'"):
             with self.subTest(method=method):
                 self.compare_scene(text + f"&integrator method = {method}, time_step = 0.02, end_time = 3.0 /\n", values)
@@ -301,8 +307,6 @@ class Sensitivities(CommandLineTest):
         for line, at, text in (
                 ("&free key = 'event.crosses' /", last, "no group that 'event.crosses' means"),
                 ("&free key = 'integrator.end_time' /", last, "no derivative by 'integrator.end_time'"),
-                ("&torque body = 1, 0, 0, start = 0.5 /\n&free key = 'torque.start' /", last + 1,
-                 "no derivative by torque.start"),
                 ("&orbit altitude = 5e5, sun = 1, 0, 0 /\n&free key = 'orbit.sun' /", last + 1, "no derivative by orbit.sun"),
                 ("&orbit altitude = 5e5, eccentricity = 0 /\n&free key = 'orbit.eccentricity' /", last + 1,
                  "no derivative by orbit.eccentricity"),

@@ -16,6 +16,7 @@ module nutate_c_dense_output
       NUTATE_OFF_BRANCH, NUTATE_SINGULAR
    use nutate_stepper, only: dense_stepper_t, step_goal_t
    use nutate_tangent, only: tangent_t
+   use nutate_window_edges, only: cross_window_edges
    implicit none
    private
 
@@ -134,25 +135,42 @@ contains
             inside = tangent
             if (tangent%n > 0 .and. status%code == 0) &
                call handle%inside%carry_inside(handle%system, there, inside, status)
+            if (tangent%n > 0 .and. status%code == 0 .and. .not. abs(times(i) - state%t) > 0.0_wp) &
+               call cross_windows(handle, there, dt, inside)
             if (status%code == 0) call columns%evaluate(handle%system, there, record, rows(:, i), inside)
             i = i + 1
          end do
-         if (tangent%n > 0 .and. i <= size(times)) call carry_on(handle, state, tangent, status)
+         if (tangent%n > 0 .and. i <= size(times)) call carry_on(handle, state, dt, tangent, status)
          works = works + handle%inside%work
       end do
    end subroutine look_from
 
    !> Moves columns over the step that led to a state.
-   subroutine carry_on(handle, state, tangent, status)
+   subroutine carry_on(handle, state, dt, tangent, status)
       type(stepper_handle_t), intent(inout) :: handle
       type(state_t), intent(in) :: state
+      !> Of whole steps, s.
+      real(wp), intent(in) :: dt
       type(tangent_t), intent(inout) :: tangent
       type(status_t), intent(inout) :: status
       associate (stepper => handle%inside)
          call stepper%carry(handle%system, stepper%last_start, state, state%t - stepper%last_start%t, &
                             stepper%last_window, tangent, status)
       end associate
+      if (status%code == 0) call cross_windows(handle, state, dt, tangent)
    end subroutine carry_on
+
+   !> Moves columns at the end of a step over the torques that start or stop there.
+   subroutine cross_windows(handle, state, dt, tangent)
+      type(stepper_handle_t), intent(in) :: handle
+      type(state_t), intent(in) :: state
+      !> Of whole steps, s.
+      real(wp), intent(in) :: dt
+      type(tangent_t), intent(inout) :: tangent
+      real(wp), allocatable :: change(:)
+      if (tangent%moves_windows) call cross_window_edges( &
+         handle%system, state, [handle%inside%last_start%t, state%t] + same_time*dt, sign(1.0_wp, dt), tangent, change)
+   end subroutine cross_windows
 
    !> A step, shorter where a torque starts or stops before its end, where the method chooses it so, or where it fails.
    subroutine take_step(handle, state, dt, status)

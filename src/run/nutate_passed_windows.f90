@@ -1,0 +1,97 @@
+!> The columns of a run on their way over the times at which torques and motors start and stop. Steps end there, and one
+!> that ends so near that no step was made for it counts as ending there.
+module nutate_passed_windows
+   use nutate_fixed_steps, only: step_margin
+   use nutate_kinds, only: wp
+   use nutate_progress, only: progress_t
+   use nutate_state, only: state_t
+   use nutate_system, only: system_t
+   use nutate_tangent, only: tangent_t
+   use nutate_window_edges, only: cross_window_edges
+   implicit none
+   private
+
+   public :: begin_windows, pass_windows, pass_windows_inside
+
+contains
+
+   !> Moves the columns of a run over what starts or stops just where they begin: it counts as behind.
+   subroutine begin_windows(progress, system)
+      !> Its columns begun.
+      type(progress_t), intent(inout) :: progress
+      type(system_t), intent(in) :: system
+      real(wp) :: sense, t, margin
+      real(wp), allocatable :: change(:)
+      if (.not. progress%tangent%moves_windows) return
+      t = progress%state%t
+      sense = sense_of(progress)
+      margin = margin_at(progress, t)
+      call cross_window_edges(system, progress%state, [t - sense*max(margin, spacing(t)), t + sense*margin], sense, &
+                              progress%tangent, change)
+      call note_change(progress, change)
+   end subroutine begin_windows
+
+   !> Moves the columns of a run over what has started or stopped in the last step.
+   subroutine pass_windows(progress, system, since)
+      !> At the end of the step, and its columns.
+      type(progress_t), intent(inout) :: progress
+      type(system_t), intent(in) :: system
+      !> Start of the step, s.
+      real(wp), intent(in) :: since
+      real(wp), allocatable :: change(:)
+      if (.not. progress%tangent%moves_windows) return
+      progress%windows_since = since
+      call cross_window_edges(system, progress%state, behind(progress, [since, progress%state%t]), &
+                              sense_of(progress), progress%tangent, change)
+      call note_change(progress, change)
+   end subroutine pass_windows
+
+   !> Moves columns at a time inside the last step over what has started or stopped since its start: at its end alone.
+   subroutine pass_windows_inside(progress, system, state, tangent)
+      !> At the end of the step.
+      type(progress_t), intent(in) :: progress
+      type(system_t), intent(in) :: system
+      !> At the time.
+      type(state_t), intent(in) :: state
+      type(tangent_t), intent(inout) :: tangent
+      real(wp), allocatable :: change(:)
+      if (.not. tangent%moves_windows .or. abs(state%t - progress%state%t) > 0.0_wp) return
+      call cross_window_edges(system, state, behind(progress, [progress%windows_since, state%t]), &
+                              sense_of(progress), tangent, change)
+   end subroutine pass_windows_inside
+
+   !> What jumps at the start or stop of a torque has the derivative of its time.
+   subroutine note_change(progress, change)
+      type(progress_t), intent(inout) :: progress
+      !> Not allocated: nothing has started or stopped.
+      real(wp), allocatable, intent(inout) :: change(:)
+      if (.not. (allocated(change) .and. allocated(progress%events))) return
+      progress%events%switch_time = progress%state%t
+      call move_alloc(change, progress%events%switch_change)
+   end subroutine note_change
+
+   !> The times up to which starts and stops are passed, s; shape (2).
+   pure function behind(progress, times) result(passed)
+      type(progress_t), intent(in) :: progress
+      real(wp), intent(in) :: times(2)
+      real(wp) :: passed(2)
+      integer :: i
+      passed = times + sense_of(progress)*[(margin_at(progress, times(i)), i=1, 2)]
+   end function behind
+
+   !> How near to the end of a step a start or stop is passed with it, s.
+   pure real(wp) function margin_at(progress, t) result(margin)
+      type(progress_t), intent(in) :: progress
+      !> s.
+      real(wp), intent(in) :: t
+      margin = 0.0_wp
+      if (progress%n_steps >= 0) margin = step_margin(t, progress%plan%end_time, progress%plan%time_step)
+   end function margin_at
+
+   !> Which way time goes: 1 or -1.
+   pure real(wp) function sense_of(progress) result(sense)
+      type(progress_t), intent(in) :: progress
+      sense = sign(1.0_wp, progress%plan%end_time - progress%t_first)
+   end function sense_of
+
+end module nutate_passed_windows
