@@ -186,7 +186,7 @@ class Messages(Folder):
         _, rows = self.frame_of(1 / 16)
         scene = nutate.Scene(text=SCENE.replace("24.75", "6") + f"&frame attitude = '{self.path('f.aem')}' /\n")
         with self.assertRaisesRegex(nutate.NutateValueError, "end_time is outside of the records"):
-            nutate.Scene(text=SCENE + f"&frame attitude = '{self.path('f.aem')}' /\n")
+            nutate.Scene(text=SCENE.replace("24.75", "25") + f"&frame attitude = '{self.path('f.aem')}' /\n")
         stepper = nutate.Stepper(scene)
         stepper.set_columns("frame1")
         self.assertLess(np.max(stepper.run_to(6.0, interval=0.5)["frame1_angle"]), 1e-3)
