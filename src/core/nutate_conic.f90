@@ -11,7 +11,7 @@ module nutate_conic
    implicit none
    private
 
-   public :: place_on_conic, change_on_conic
+   public :: place_on_conic, change_on_conic, velocity_change_on_conic
 
 contains
 
@@ -50,12 +50,39 @@ contains
       u(4:5) = higher(1 - e, s, u(2:3))
       radius = 1 + e*u(2)
       by_time = [-u(1)/radius, root*u(0)/radius]
-      s_by_e = -u(3) - 0.5_wp*e*(s*u(4) - 3*u(5))
-      if (e < 1.0_wp) s_by_e = s_by_e - 1.5_wp*turns*period_of(e)/(1 - e)
-      s_by_e = s_by_e/radius
+      s_by_e = anomaly_by_eccentricity(e, s, turns, u, radius)
       by_eccentricity = [-u(1)*s_by_e - 0.5_wp*(s*u(3) - 2*u(4)), &
                          0.5_wp*u(1)/root + root*(u(0)*s_by_e + 0.5_wp*(s*u(2) - u(3)))]
    end subroutine change_on_conic
+
+   !> Computes the derivative of the velocity by eccentricity: that of the place, differentiated by time, with s' = 1/r
+   !> and ∂s'/∂e = -(U₂ + e ∂U₂/∂e)/r². By time it is -x/r³.
+   pure subroutine velocity_change_on_conic(eccentricity, time, by_eccentricity)
+      !> As in `place_on_conic`.
+      real(wp), intent(in) :: eccentricity, time
+      !> In units of √(μ/q); shape (2).
+      real(wp), intent(out) :: by_eccentricity(2)
+      real(wp) :: s, u(0:5), turns, e, root, radius, s_by_e, rate_by_e
+      e = eccentricity
+      root = sqrt(1 + e)
+      call find_anomaly(e, time, s, turns)
+      u(0:3) = universal(1 - e, s)
+      u(4:5) = higher(1 - e, s, u(2:3))
+      radius = 1 + e*u(2)
+      s_by_e = anomaly_by_eccentricity(e, s, turns, u, radius)
+      rate_by_e = -(u(2) + e*(u(1)*s_by_e + 0.5_wp*(s*u(3) - 2*u(4))))/radius**2
+      by_eccentricity = [-u(0)*s_by_e/radius - u(1)*rate_by_e - 0.5_wp*(s*u(2) - u(3))/radius, &
+                         (0.5_wp*u(0)/root + root*(0.5_wp*s*u(1) - (1 - e)*u(1)*s_by_e))/radius + root*u(0)*rate_by_e]
+   end subroutine velocity_change_on_conic
+
+   !> ∂s/∂e at a time.
+   pure real(wp) function anomaly_by_eccentricity(e, s, turns, u, radius) result(s_by_e)
+      !> e, s, whole revolutions of an ellipse, U₀ to U₅ and r.
+      real(wp), intent(in) :: e, s, turns, u(0:5), radius
+      s_by_e = -u(3) - 0.5_wp*e*(s*u(4) - 3*u(5))
+      if (e < 1.0_wp) s_by_e = s_by_e - 1.5_wp*turns*period_of(e)/(1 - e)
+      s_by_e = s_by_e/radius
+   end function anomaly_by_eccentricity
 
    !> s, less whole revolutions of an ellipse, and these.
    pure subroutine find_anomaly(e, time, s, turns)

@@ -9,7 +9,7 @@
 !> An orbit that is given by its periapsis may have any e >= 0 (`nutate_conic`); a table of positions takes the place of
 !> all elements (`nutate_track`).
 module nutate_kepler_orbit
-   use nutate_conic, only: change_on_conic, place_on_conic
+   use nutate_conic, only: change_on_conic, place_on_conic, velocity_change_on_conic
    use nutate_kinds, only: wp, eps, pi
    use nutate_power_series, only: inverses, power_term, product_term
    use nutate_quaternion, only: cross, quat_product, rotate_to_body, rotate_to_space
@@ -63,6 +63,12 @@ module nutate_kepler_orbit
       procedure :: position_change
       procedure :: axes_change
       procedure :: turn_rate_change
+      !> Compute the power series of the position with what a change of the elements makes of it, and of the rotation
+      !> of the LVLH frame.
+      procedure :: position_change_series
+      procedure :: axes_change_series
+      !> Computes that of the change of a power of μ times the position times one of the distance.
+      procedure :: pull_change_series
       !> Adds a change to the elements.
       procedure :: shift
       !> Returns true if all numbers are those of another orbit.
@@ -369,6 +375,144 @@ contains
                  [-s*moved_anomaly - change(2), flat*c*moved_anomaly - (self%eccentricity/flat)*s*change(2)]
       end if
    end subroutine find_change
+
+   !> The change of the velocity in the plane, m/s; shape (2).
+   pure function velocity_change_in_plane(self, change, t) result(moved)
+      class(kepler_orbit_t), intent(in) :: self
+      !> Of the elements; s.
+      real(wp), intent(in) :: change(:), t
+      real(wp) :: moved(2), place(2), velocity(2), by_eccentricity(2), radius, anomaly, c, s, flat, moved_anomaly
+      real(wp) :: distance, rate, time, moved_time
+      if (self%is_from_periapsis()) then
+         call find_from_periapsis(self, t, place, velocity, radius, anomaly)
+         rate = periapsis_rate(self)
+         time = (t - self%periapsis_time)*rate
+         moved_time = time*(0.5_wp*change(7)/self%mu - 1.5_wp*change(1)/self%periapsis_distance) - rate*change(6)
+         call velocity_change_on_conic(self%eccentricity, time, by_eccentricity)
+         distance = radius/self%periapsis_distance
+         moved = (0.5_wp*change(7)/self%mu - 0.5_wp*change(1)/self%periapsis_distance)*velocity + &
+                 rate*(self%periapsis_distance*change(2)*by_eccentricity &
+                       - (moved_time/distance/distance/distance)*place)
+      else
+         anomaly = anomaly_at(self, t)
+         c = cos(anomaly)
+         s = sin(anomaly)
+         flat = flatness(self)
+         distance = 1 - self%eccentricity*c
+         moved_anomaly = (change(6) + t*self%mean_motion_change(change) + s*change(2))/distance
+         velocity = (self%semi_major_axis*self%mean_motion()/distance)*[-s, flat*c]
+         moved = (0.5_wp*change(7)/self%mu - 0.5_wp*change(1)/self%semi_major_axis &
+                  + (c*change(2) - self%eccentricity*s*moved_anomaly)/distance)*velocity &
+                 + (self%semi_major_axis*self%mean_motion()/distance)* &
+                 [-c*moved_anomaly, -flat*s*moved_anomaly - (self%eccentricity/flat)*c*change(2)]
+      end if
+   end function velocity_change_in_plane
+
+   !> Computes the coefficients of the power series of x = r/r₀, as `position_series` does, and of δx, δr over the same
+   !> r₀, from ẍ = -(μ/r₀³) x w differentiated: δẍ = -(μ/r₀³)(δx w + x δw + (δμ/μ) x w), δw = -3 (x·δx)(x·x)^(-5/2).
+   pure subroutine position_change_series(self, change, t, time_unit, x, moved, square, along)
+      class(kepler_orbit_t), intent(in) :: self
+      !> Of the elements, shape (n_elements); s.
+      real(wp), intent(in) :: change(:), t, time_unit
+      !> Inertial axes; shape (0:order, 3).
+      real(wp), intent(out) :: x(0:, :), moved(0:, :)
+      !> x·x and x·δx; shape (0:order).
+      real(wp), intent(out) :: square(0:), along(0:)
+      real(wp), dimension(0:ubound(x, 1)) :: w, steep, moved_w
+      real(wp) :: start, pull, velocity(3)
+      integer :: i, k
+      call self%position_series(t, time_unit, x, square, w)
+      start = self%radius(t)
+      pull = self%mu/start/start/start
+      moved(0, :) = self%position_change(change, t)/start
+      velocity = rotate_to_space(plane(self, 0.0_wp), [velocity_change_in_plane(self, change, t), 0.0_wp]) + &
+                 cross(plane_change(self, change), self%velocity(t))
+      if (ubound(x, 1) > 0) moved(1, :) = (time_unit/start)*velocity
+      do k = 0, ubound(x, 1)
+         along(k) = product_term(k, x(0:k, 1), moved(0:k, 1)) + product_term(k, x(0:k, 2), moved(0:k, 2)) &
+                    + product_term(k, x(0:k, 3), moved(0:k, 3))
+         if (k == 0) then
+            steep(0) = w(0)/square(0)
+         else
+            steep(k) = power_term(k, -2.5_wp, square(0:k), steep(0:k - 1))
+         end if
+         moved_w(k) = (change(7)/self%mu)*w(k) - 3*product_term(k, along(0:k), steep(0:k))
+         if (k + 2 > ubound(x, 1)) cycle
+         do i = 1, 3
+            moved(k + 2, i) = -(pull*time_unit*time_unit)*inverses(k + 1)*inverses(k + 2)* &
+                              (product_term(k, moved(0:k, i), w(0:k)) + product_term(k, x(0:k, i), moved_w(0:k)))
+         end do
+      end do
+   end subroutine position_change_series
+
+   !> Computes the coefficients of the power series of the change of μ^a x (x·x)^b over μ^a:
+   !> (a(δμ/μ)x + δx)(x·x)^b + 2b x (x·δx)(x·x)^(b-1).
+   pure subroutine pull_change_series(self, change, of_mu, exponent, t, time_unit, n)
+      class(kepler_orbit_t), intent(in) :: self
+      !> Of the elements, shape (n_elements); a and b; s.
+      real(wp), intent(in) :: change(:), of_mu, exponent, t, time_unit
+      !> Inertial axes; shape (3, 0:order).
+      real(wp), intent(out) :: n(:, 0:)
+      real(wp), dimension(0:ubound(n, 2), 3) :: x, moved
+      real(wp), dimension(0:ubound(n, 2)) :: square, along, u, steep, moved_u
+      integer :: i, k
+      call self%position_change_series(change, t, time_unit, x, moved, square, along)
+      do k = 0, ubound(n, 2)
+         if (k == 0) then
+            u(0) = square(0)**exponent
+            steep(0) = u(0)/square(0)
+         else
+            u(k) = power_term(k, exponent, square(0:k), u(0:k - 1))
+            steep(k) = power_term(k, exponent - 1, square(0:k), steep(0:k - 1))
+         end if
+         moved_u(k) = (of_mu*change(7)/self%mu)*u(k) + 2*exponent*product_term(k, along(0:k), steep(0:k))
+         do i = 1, 3
+            n(i, k) = product_term(k, moved(0:k, i), u(0:k)) + product_term(k, x(0:k, i), moved_u(0:k))
+         end do
+      end do
+   end subroutine pull_change_series
+
+   !> Computes the coefficients of the power series of the rotation of the LVLH frame, a vector, rad: that of the plane,
+   !> P, and about the normal n that in the plane, n·(x×δx)/(x·x) - P·n.
+   pure subroutine axes_change_series(self, change, t, time_unit, in_orbit, turn)
+      class(kepler_orbit_t), intent(in) :: self
+      !> Of the elements, shape (n_elements); s.
+      real(wp), intent(in) :: change(:), t, time_unit
+      !> The rotation is seen from the LVLH frame of a circular orbit; else from inertial axes.
+      logical, intent(in) :: in_orbit
+      !> Shape (3, 0:order).
+      real(wp), intent(out) :: turn(:, 0:)
+      real(wp), dimension(0:ubound(turn, 2), 3) :: x, moved
+      real(wp), dimension(0:ubound(turn, 2)) :: square, along, inverse, across
+      real(wp) :: normal(3), axis(3), tilt(3)
+      integer :: j, k
+      call self%position_change_series(change, t, time_unit, x, moved, square, along)
+      normal = normal_of(self)
+      do k = 0, ubound(turn, 2)
+         if (k == 0) then
+            inverse(0) = 1/square(0)
+         else
+            inverse(k) = power_term(k, -1.0_wp, square(0:k), inverse(0:k - 1))
+         end if
+         across(k) = 0.0_wp
+         do j = 0, k
+            across(k) = across(k) + dot_product(normal, cross(x(j, :), moved(k - j, :)))
+         end do
+      end do
+      tilt = plane_change(self, change)
+      tilt = tilt - dot_product(tilt, normal)*normal
+      axis = normal
+      if (in_orbit) then
+         axis = [0.0_wp, -1.0_wp, 0.0_wp]
+         tilt = rotate_to_body(self%axes(t), tilt)
+      end if
+      do k = 0, ubound(turn, 2)
+         turn(:, k) = product_term(k, across(0:k), inverse(0:k))*axis
+         if (k == 0 .or. in_orbit) turn(:, k) = turn(:, k) + tilt
+         ! What stands still turns back in the frame.
+         tilt = (time_unit*self%mean_motion()*inverses(k + 1))*cross(tilt, axis)
+      end do
+   end subroutine axes_change_series
 
    !> The rotation of the plane, vector in inertial axes, rad; shape (3).
    pure function plane_change(self, change) result(turn)

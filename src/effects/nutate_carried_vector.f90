@@ -31,6 +31,8 @@ module nutate_carried_vector
       procedure :: change_by_orbit
       !> Power series of v.
       procedure :: series
+      !> Power series of what a change of the vector and of the elements of the orbit makes of it.
+      procedure :: change_series
       !> It can be computed with.
       procedure :: is_valid => vector_is_valid
    end type carried_vector_t
@@ -121,6 +123,31 @@ contains
          v(:, k + 1) = inverses(k + 1)*cross(axis, turned)
       end do
    end subroutine series
+
+   !> Computes the coefficients of the power series of δv about a time: of another vector, and of δθ×v, δθ the rotation
+   !> of the LVLH frame; seen from that frame of v×δθ.
+   pure subroutine change_series(self, vector, change, t, time_unit, v)
+      class(carried_vector_t), intent(in) :: self
+      !> In the axes in which v stands still, shape (3); of the elements, shape (n_elements); s.
+      real(wp), intent(in) :: vector(3), change(:), t, time_unit
+      !> Shape (3, 0:order).
+      real(wp), intent(out) :: v(:, 0:)
+      type(carried_vector_t) :: other
+      real(wp), dimension(3, 0:ubound(v, 2)) :: own, turn
+      integer :: j, k
+      other = self
+      other%vector = vector
+      call other%series(t, time_unit, v)
+      if (.not. any(abs(change) > 0.0_wp)) return
+      call self%series(t, time_unit, own)
+      call self%path%axes_change_series(change, t, time_unit, self%from_orbit, turn)
+      if (self%from_orbit) own = -own
+      do k = 0, ubound(v, 2)
+         do j = 0, k
+            v(:, k) = v(:, k) + cross(turn(:, j), own(:, k - j))
+         end do
+      end do
+   end subroutine change_series
 
    !> Returns true if the vector, and its rate at the periapsis, are of a size that can be computed with.
    pure logical function vector_is_valid(self) result(valid)

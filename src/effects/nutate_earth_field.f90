@@ -114,10 +114,13 @@ contains
       real(wp), intent(out) :: n(:, 0:)
       logical, intent(out) :: known
       type(geomagnetic_field_t) :: field
-      ! That of the orbit has no series.
-      known = .not. any(abs(change(8:)) > 0.0_wp)
+      real(wp) :: by_orbit(3, 0:ubound(n, 2))
+      known = .true.
       field = self%field%with_axis(change(4:6), change(7))
       call field%series(t, time_unit, n)
+      if (.not. any(abs(change(8:)) > 0.0_wp)) return
+      call self%field%change_series(change(8:), t, time_unit, by_orbit)
+      n = n + by_orbit
    end subroutine change_of_series
 
    pure logical function field_follows(self, path)

@@ -92,12 +92,8 @@ contains
       real(wp), intent(in) :: change(:), t, time_unit
       real(wp), intent(out) :: n(:, 0:)
       logical, intent(out) :: known
-      type(carried_vector_t) :: other
-      ! That of the orbit has no series.
-      known = .not. any(abs(change(7:)) > 0.0_wp)
-      other = self%force
-      other%vector = change(4:6)
-      call other%series(t, time_unit, n)
+      known = .true.
+      call self%force%change_series(change(4:6), change(7:), t, time_unit, n)
    end subroutine change_of_series
 
    !> x, F, and the orbit.

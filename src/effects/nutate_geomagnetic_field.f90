@@ -44,8 +44,9 @@ module nutate_geomagnetic_field
       !> Returns the field of a changed G alone.
       procedure :: with_axis
       procedure :: change_by_orbit
-      !> Computes the power series of B.
+      !> Computes the power series of B, and of what a change of the elements of the orbit makes of it.
       procedure :: series
+      procedure :: change_series
       !> Returns a bound of the rate of its direction, 1/s.
       procedure :: pace
       !> Returns a bound of |B|, T.
@@ -183,6 +184,19 @@ contains
       end if
    end subroutine series
 
+   !> G in inertial axes, which turns with the Earth.
+   pure subroutine expand_axis(self, t, time_unit, g)
+      class(geomagnetic_field_t), intent(in) :: self
+      real(wp), intent(in) :: t, time_unit
+      !> T; shape (0:order, 3).
+      real(wp), intent(out) :: g(0:, :)
+      integer :: k
+      g(0, :) = axis_at(self, t)
+      do k = 1, ubound(g, 1)
+         g(k, :) = (time_unit*earth_rate*inverses(k))*cross(north, g(k - 1, :))
+      end do
+   end subroutine expand_axis
+
    !> With x = r/r₀: B = (a/r₀)³ (3 (G·x) x (x·x)^(-5/2) - G (x·x)^(-3/2)), Ġ = ω_E×G.
    pure subroutine expand_in_space(self, t, time_unit, b)
       class(geomagnetic_field_t), intent(in) :: self
@@ -193,10 +207,7 @@ contains
       real(wp) :: scale
       integer :: i, k
       call self%path%position_series(t, time_unit, x, square, w)
-      g(0, :) = axis_at(self, t)
-      do k = 1, ubound(b, 2)
-         g(k, :) = (time_unit*earth_rate*inverses(k))*cross(north, g(k - 1, :))
-      end do
+      call expand_axis(self, t, time_unit, g)
       scale = (reference_radius/self%path%radius(t))**3
       do k = 0, ubound(b, 2)
          if (k == 0) u(0) = w(0)/square(0)
@@ -214,18 +225,32 @@ contains
       end do
    end subroutine expand_in_space
 
-   !> In the LVLH frame r̂ = (0, 0, -1), B = (a/r)³ (-G₁, -G₂, 2G₃); the north e turns with ė = e×ν, G with
-   !> Ġ = (ω_E e - ν)×G, ν the rate of the axes.
+   !> In the LVLH frame r̂ = (0, 0, -1), B = (a/r)³ (-G₁, -G₂, 2G₃).
    pure subroutine expand_in_orbit(self, t, time_unit, b)
       class(geomagnetic_field_t), intent(in) :: self
       real(wp), intent(in) :: t, time_unit
       real(wp), intent(out) :: b(:, 0:)
-      real(wp) :: pole(3, 0:ubound(b, 2)), g(3, 0:ubound(b, 2)), turn(3), rate(3), scale
+      real(wp) :: g(3, 0:ubound(b, 2)), scale
+      integer :: k
+      call expand_axis_in_orbit(self, t, time_unit, g)
+      scale = (reference_radius/self%path%radius(t))**3
+      do k = 0, ubound(b, 2)
+         b(:, k) = scale*below(g(:, k))
+      end do
+   end subroutine expand_in_orbit
+
+   !> G in the LVLH frame: the north e turns with ė = e×ν, G with Ġ = (ω_E e - ν)×G, ν the rate of the axes.
+   pure subroutine expand_axis_in_orbit(self, t, time_unit, g)
+      class(geomagnetic_field_t), intent(in) :: self
+      real(wp), intent(in) :: t, time_unit
+      !> T; shape (3, 0:order).
+      real(wp), intent(out) :: g(:, 0:)
+      real(wp) :: pole(3, 0:ubound(g, 2)), turn(3), rate(3)
       integer :: j, k
       turn = time_unit*turn_of(self)
       pole(:, 0) = rotate_to_body(self%path%axes(t), north)
       g(:, 0) = rotate_to_body(self%path%axes(t), axis_at(self, t))
-      do k = 0, ubound(b, 2) - 1
+      do k = 0, ubound(g, 2) - 1
          pole(:, k + 1) = inverses(k + 1)*cross(pole(:, k), turn)
          rate = -cross(turn, g(:, k))
          do j = 0, k
@@ -233,11 +258,81 @@ contains
          end do
          g(:, k + 1) = inverses(k + 1)*rate
       end do
+   end subroutine expand_axis_in_orbit
+
+   !> Computes the coefficients of the power series of δB by a change of the elements of the orbit about a time.
+   pure subroutine change_series(self, change, t, time_unit, b)
+      class(geomagnetic_field_t), intent(in) :: self
+      !> Of the elements, shape (n_elements); s.
+      real(wp), intent(in) :: change(:), t, time_unit
+      !> T; shape (3, 0:order).
+      real(wp), intent(out) :: b(:, 0:)
+      if (self%in_orbit) then
+         call change_in_orbit(self, change, t, time_unit, b)
+      else
+         call change_in_space(self, change, t, time_unit, b)
+      end if
+   end subroutine change_series
+
+   !> With δx = δr/r₀, c = (x·x)^(-5/2): the change of 3 ((G·x) c) x - G (x·x)^(-3/2), where that of c is
+   !> -5 (x·δx)(x·x)^(-7/2), and that of the last power -3 (x·δx) c.
+   pure subroutine change_in_space(self, change, t, time_unit, b)
+      class(geomagnetic_field_t), intent(in) :: self
+      real(wp), intent(in) :: change(:), t, time_unit
+      real(wp), intent(out) :: b(:, 0:)
+      real(wp), dimension(0:ubound(b, 2)) :: square, along, u, steep, factor, moved_factor, moved_w, gx, gm, moved_u
+      real(wp), dimension(0:ubound(b, 2), 3) :: x, moved, g
+      real(wp) :: scale
+      integer :: i, k
+      call self%path%position_change_series(change, t, time_unit, x, moved, square, along)
+      call expand_axis(self, t, time_unit, g)
       scale = (reference_radius/self%path%radius(t))**3
       do k = 0, ubound(b, 2)
-         b(:, k) = scale*below(g(:, k))
+         if (k == 0) then
+            u(0) = 1/(square(0)**2*sqrt(square(0)))
+            steep(0) = u(0)/square(0)
+         else
+            u(k) = power_term(k, -2.5_wp, square(0:k), u(0:k - 1))
+            steep(k) = power_term(k, -3.5_wp, square(0:k), steep(0:k - 1))
+         end if
+         moved_u(k) = -5*product_term(k, along(0:k), steep(0:k))
+         moved_w(k) = -3*product_term(k, along(0:k), u(0:k))
+         gx(k) = 0.0_wp
+         gm(k) = 0.0_wp
+         do i = 1, 3
+            gx(k) = gx(k) + product_term(k, g(0:k, i), x(0:k, i))
+            gm(k) = gm(k) + product_term(k, g(0:k, i), moved(0:k, i))
+         end do
+         factor(k) = 3*product_term(k, gx(0:k), u(0:k))
+         moved_factor(k) = 3*(product_term(k, gm(0:k), u(0:k)) + product_term(k, gx(0:k), moved_u(0:k)))
+         do i = 1, 3
+            b(i, k) = scale*(product_term(k, moved_factor(0:k), x(0:k, i)) &
+                             + product_term(k, factor(0:k), moved(0:k, i)) - product_term(k, g(0:k, i), moved_w(0:k)))
+         end do
       end do
-   end subroutine expand_in_orbit
+   end subroutine change_in_space
+
+   !> In the LVLH frame G changes by G×δθ, δθ the rotation of the frame, and B by the distance, which does not move.
+   pure subroutine change_in_orbit(self, change, t, time_unit, b)
+      class(geomagnetic_field_t), intent(in) :: self
+      real(wp), intent(in) :: change(:), t, time_unit
+      real(wp), intent(out) :: b(:, 0:)
+      real(wp), dimension(3, 0:ubound(b, 2)) :: g, turn
+      real(wp) :: moved(3), scale, climb
+      integer :: j, k
+      call expand_axis_in_orbit(self, t, time_unit, g)
+      call self%path%axes_change_series(change, t, time_unit, .true., turn)
+      scale = (reference_radius/self%path%radius(t))**3
+      climb = dot_product(self%path%position(t)/self%path%radius(t), self%path%position_change(change, t))/ &
+              self%path%radius(t)
+      do k = 0, ubound(b, 2)
+         moved = -3*climb*g(:, k)
+         do j = 0, k
+            moved = moved + cross(g(:, j), turn(:, k - j))
+         end do
+         b(:, k) = scale*below(moved)
+      end do
+   end subroutine change_in_orbit
 
    !> Returns a bound of the rate at which the direction of B changes, 1/s.
    pure real(wp) function pace(self)

@@ -28,6 +28,7 @@ module nutate_orbital_gradient
       procedure :: bound => not_bounded
       procedure :: has_axis => no_axis
       procedure :: direction_change => change_by_orbit
+      procedure :: direction_change_series => change_series_by_orbit
       procedure :: energy_change => moving_energy_change
    end type orbital_gradient_t
 
@@ -148,6 +149,20 @@ contains
       n = (sqrt(self%path%mu/distance)/distance)*(moved - (2.5_wp*dot_product(r, moved) - &
                                                            0.5_wp*change(20)/self%path%mu)*r)
    end function change_by_orbit
+
+   !> Computes the coefficients of δn: with x = r/r₀, δx = δr/r₀ and strength √(μ/r₀³) those of
+   !> (½(δμ/μ)x + δx)(x·x)^(-5/4) - (5/2)x (x·δx)(x·x)^(-9/4).
+   pure subroutine change_series_by_orbit(self, change, t, time_unit, n, known)
+      class(orbital_gradient_t), intent(in) :: self
+      real(wp), intent(in) :: change(:), t, time_unit
+      real(wp), intent(out) :: n(:, 0:)
+      logical, intent(out) :: known
+      known = .true.
+      n = 0.0_wp
+      if (.not. any(abs(change(14:)) > 0.0_wp)) return
+      call self%path%pull_change_series(change(14:), 0.5_wp, -1.25_wp, t, time_unit, n)
+      n = sqrt(self%path%mu/self%path%radius(t)/self%path%radius(t)/self%path%radius(t))*n
+   end subroutine change_series_by_orbit
 
    !> The strength is a factor of the effect; the isotropic part goes with |γ|².
    pure real(wp) function moving_energy_change(self, change, gamma) result(energy)

@@ -61,6 +61,7 @@ module nutate_third_degree
       procedure :: is_valid => cubic_is_valid
       procedure :: parameters => cubic_parameters
       procedure :: direction_change => change_by_orbit
+      procedure :: direction_change_series => change_series_by_orbit
       procedure :: gradient_change => cubic_gradient_change
       procedure :: energy_change => cubic_energy_change
       procedure :: series_change => cubic_series_change
@@ -484,6 +485,24 @@ contains
          n = (change(17)/(3*self%path%mu) - 4*dot_product(r, moved)/3)*self%direction
       end if
    end function change_by_orbit
+
+   !> Computes the coefficients of δn: with x = r/r₀, δx = δr/r₀ and strength -(μ/r₀⁴)^⅓ those of
+   !> (⅓(δμ/μ)x + δx)(x·x)^(-7/6) - (7/3)x (x·δx)(x·x)^(-13/6).
+   pure subroutine change_series_by_orbit(self, change, t, time_unit, n, known)
+      class(third_degree_t), intent(in) :: self
+      real(wp), intent(in) :: change(:), t, time_unit
+      real(wp), intent(out) :: n(:, 0:)
+      logical, intent(out) :: known
+      known = .true.
+      n = 0.0_wp
+      if (.not. any(abs(change(11:)) > 0.0_wp)) return
+      if (self%moves) then
+         call self%path%pull_change_series(change(11:), 1.0_wp/3, -7.0_wp/6, t, time_unit, n)
+         n = -strength_of(self%path%mu, self%path%radius(t))*n
+      else
+         n(:, 0) = self%direction_change(change, t)
+      end if
+   end subroutine change_series_by_orbit
 
    !> ∇̄U is linear in S.
    pure function cubic_gradient_change(self, change, gamma0, gamma1) result(gradient)

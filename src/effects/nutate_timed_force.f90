@@ -159,8 +159,7 @@ contains
       real(wp), intent(in) :: t, time_unit, gamma(3, 0:k), auxiliary(0:, :)
       real(wp), intent(out) :: tau(3)
       logical, intent(out) :: known
-      ! F of another orbit has no series.
-      known = .not. (self%moves .and. any(abs(change(7:)) > 0.0_wp))
+      known = .true.
       tau = cross(change(1:3), gamma(:, k))
    end subroutine change_of_terms
 
@@ -169,13 +168,12 @@ contains
       class(timed_force_t), intent(in) :: self
       real(wp), intent(in) :: change(:), t, time_unit
       real(wp), intent(out) :: n(:, 0:)
-      type(carried_vector_t) :: other
-      n = 0.0_wp
-      n(:, 0) = change(4:6)
-      if (.not. self%moves) return
-      other = self%force
-      other%vector = change(4:6)
-      call other%series(t, time_unit, n)
+      if (self%moves) then
+         call self%force%change_series(change(4:6), change(7:), t, time_unit, n)
+      else
+         n = 0.0_wp
+         n(:, 0) = change(4:6)
+      end if
    end subroutine change_of_series
 
    !> Returns true if x lies along the axis and F is fixed in space.

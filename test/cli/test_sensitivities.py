@@ -263,6 +263,13 @@ class Sensitivities(CommandLineTest):
                 repr(x + h * (i == 4)) for i, x in enumerate(moved)), 1e-3),
             "third_degree.points.8": (lambda h: "third_degree.points=" + ",".join(
                 repr(x + h * (i == 7)) for i, x in enumerate(moved)), 1e-3)})
+        # Effects whose directions move with the orbit, by series too.
+        lines = ("&force axes = 'lvlh', body_point = -0.2, 0.5, 0.3, force = 0.5, -0.4, 0.7 /\n"
+                 "&earth_field moment = 0.4, -0.3, 0.5, coefficients = 3e-20, -1e-20, 5e-20 /\n")
+        self.compare_scene((text + lines).replace("'rk8', time_step = 0.05", "'taylor', time_step = 0.1"), {
+            "orbit.inclination": (lambda h: f"orbit.inclination={40 + h!r}", 0.1),
+            "orbit.eccentricity": (lambda h: f"orbit.eccentricity={0.3 + h!r}", 1e-3),
+            "orbit.mu": (lambda h: f"orbit.mu={3 + h!r}", 1e-3)})
         # A circular orbit in its own axes, whose rate is that of the start too.
         circle = text.replace(", eccentricity = 0.3", "").replace("'rk8'", "'nielsen_krenk', order = 8").replace("'space'", "'body'")
         self.compare_scene(circle, {
