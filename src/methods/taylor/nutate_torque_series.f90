@@ -469,9 +469,7 @@ contains
             n = self%slot(n)
             call potential%series_change(change, k, self%gamma(:, 0:k, n), self%auxiliary(:, self%columns(1, n): &
                                          self%columns(2, n)), tau, known)
-            do j = 0, k
-               tau = tau + times_vector(self%derivative(:, :, k - j, n), moved(:, j))
-            end do
+            call add_change_of_direction(self, k, n, moved, tau)
          else
             do j = 0, k
                gamma(:, j) = times_vector(rows(:, :, j), matmul(potential%direction, self%basis))
@@ -519,7 +517,7 @@ contains
       logical, intent(out) :: known
       real(wp), parameter :: unturned(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
       real(wp) :: moved(3, 0:k)
-      integer :: j, n
+      integer :: n
       n = self%torque_slot(i)
       associate (torque => effects%torques(i)%item)
          known = n >= 0
@@ -530,11 +528,22 @@ contains
                                    :, self%columns(1, n):self%columns(2, n)), tau, known)
          call torque%direction_change_series(change, self%start, time_unit, moved)
          call see_from_body(self, k, rows, moved)
-         do j = 0, k
-            tau = tau + times_vector(self%derivative(:, :, k - j, n), moved(:, j))
-         end do
+         call add_change_of_direction(self, k, n, moved, tau)
       end associate
    end subroutine torque_change
+
+   !> Adds coefficient k of (∂τ/∂γ)δγ of one slot.
+   pure subroutine add_change_of_direction(self, k, n, moved, tau)
+      class(torque_series_t), intent(in) :: self
+      integer, intent(in) :: k, n
+      !> Coefficients 0..k of δγ, body axes.
+      real(wp), intent(in) :: moved(3, 0:k)
+      real(wp), intent(inout) :: tau(3)
+      integer :: j
+      do j = 0, k
+         tau = tau + times_vector(self%derivative(:, :, k - j, n), moved(:, j))
+      end do
+   end subroutine add_change_of_direction
 
    !> Coefficient k of γ of all directions that move, and no torque yet of the potentials that do; with the first one
    !> the series of n.
