@@ -15,6 +15,7 @@ module nutate_scene
    use nutate_hamiltonian, only: make_state
    use nutate_keys, only: group_t, group_kind_t, name_length
    use nutate_kinds, only: wp
+   use nutate_moving_frame, only: moving_frame_t
    use nutate_periodic_start, only: periodic_start_t
    use nutate_printable, only: printable_path
    use nutate_run_plan, only: run_plan_t
@@ -431,10 +432,21 @@ contains
       end associate
    end subroutine rebuild_free_motion
 
-   !> Leaves nothing of what was built.
+   !> Leaves nothing of what was built but the frames, which no number of a scene changes.
    subroutine forget_system(system)
-      type(system_t), intent(out) :: system
+      type(system_t), intent(inout) :: system
+      type(moving_frame_t), allocatable :: frames(:)
+      integer :: n
+      n = system%effects%n_frames
+      call move_alloc(system%effects%frames, frames)
+      call forget_all(system)
+      call move_alloc(frames, system%effects%frames)
+      system%effects%n_frames = n
    end subroutine forget_system
+
+   subroutine forget_all(system)
+      type(system_t), intent(out) :: system
+   end subroutine forget_all
 
    subroutine forget_run(events, plan, output)
       type(event_list_t), intent(out) :: events

@@ -28,7 +28,7 @@ module nutate_scene_frame
 
 contains
 
-   !> Builds the frames that the groups name, in their order.
+   !> Builds the frames that the groups name, in their order, unless they have been built.
    subroutine build_frames(groups, labels, scene, effects, error)
       !> The messages that they name are read, once.
       type(group_t), intent(inout) :: groups(:)
@@ -41,7 +41,7 @@ contains
       type(scene_error_t), intent(inout) :: error
       integer :: i, n, far
       n = count(groups%name == 'frame')
-      if (n == 0) return
+      if (n == 0 .or. effects%n_frames > 0) return
       allocate (effects%frames(n))
       do i = 1, size(groups)
          if (groups(i)%name /= 'frame' .or. error%raised) cycle
