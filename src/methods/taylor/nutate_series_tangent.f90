@@ -97,7 +97,7 @@ contains
       type(tangent_t), intent(inout) :: tangent
       type(status_t), intent(inout) :: status
       character(len=24) :: unknown
-      integer :: k, b
+      integer :: k, b, place
       if (.not. self%prepared) call self%torques%prepare(system%effects, status)
       if (.not. self%prepared .and. status%ok()) call self%wheels%prepare(system%effects, status)
       if (.not. status%ok()) return
@@ -108,6 +108,7 @@ contains
       if (system%effects%frame_turns .or. size(tangent%parametric) > 0) self%n_rows = 3
       call start_motion(self, system, before, dt, start, acts, driven)
       call start_columns(self, tangent)
+      call self%torques%expect_changes(changes_in(tangent))
       do k = 0, self%order
          call add_rates(self, k, system, dt)
          if (k == self%order) exit
@@ -117,8 +118,9 @@ contains
             call add_block(self, k, dt, self%lacking(b), self%columns(:, :, :, b))
          end do
          if (self%wheels%n > 0) call add_wheels(self, k, system, dt, tangent, unknown)
+         place = 0
          do b = 1, size(tangent%parametric)
-            call add_own(self, k, system, dt, acts, tangent, b, unknown)
+            call add_own(self, k, system, dt, acts, tangent, b, place, unknown)
          end do
          if (unknown /= '') then
             status = fail(NUTATE_BAD_ARGUMENT, "method = 'taylor' has no tangent columns of "//trim(unknown)// &
@@ -195,6 +197,18 @@ contains
       self%wheel = tangent%wheels
       self%gain = 0.0_wp
    end subroutine start_columns
+
+   !> Changes of effects in all columns.
+   pure integer function changes_in(tangent) result(n)
+      type(tangent_t), intent(in) :: tangent
+      integer :: m
+      n = 0
+      do m = 1, size(tangent%parametric)
+         associate (column => tangent%columns(tangent%parametric(m)))
+            if (allocated(column%effects)) n = n + size(column%effects)
+         end associate
+      end do
+   end function changes_in
 
    !> Where a parametric column is among those that are expanded. If there is a basis it begins as zero there.
    pure integer function place_of(self, tangent, m)
@@ -516,7 +530,7 @@ contains
    end subroutine add_wheels
 
    !> Adds what parameters of torques and the rate of the axes do to coefficient k + 1 of θ and δL.
-   pure subroutine add_own(self, k, system, dt, acts, tangent, m, unknown)
+   pure subroutine add_own(self, k, system, dt, acts, tangent, m, place, unknown)
       class(series_tangent_t), intent(inout) :: self
       integer, intent(in) :: k
       type(system_t), intent(in) :: system
@@ -525,6 +539,8 @@ contains
       type(tangent_t), intent(in) :: tangent
       !> Which of the parametric columns.
       integer, intent(in) :: m
+      !> Changes of effects of the columns before it, and with it.
+      integer, intent(inout) :: place
       character(len=*), intent(inout) :: unknown
       real(wp) :: tau(3), one(3), turning(3)
       integer :: c, e, p
@@ -536,18 +552,19 @@ contains
          if (self%frame_turns) turning = times_vector(self%row(:, :, k), matmul(column%frame, self%torques%basis))
          if (allocated(column%effects)) then
             do e = 1, size(column%effects)
+               place = place + 1
                associate (item => column%effects(e))
                   if (item%kind == OF_TORQUE) then
                      if (.not. acts(item%place)) cycle
-                     call self%torques%torque_change(system%effects, item%place, item%change, k, dt, &
-                                                     self%row(:, :, 0:k), one, known)
+                     call self%torques%torque_change(system%effects, item%place, item%change, place, k, self%order, &
+                                                     dt, self%row(:, :, 0:k), one, known)
                      tau = tau + one
                      if (.not. known) unknown = system%effects%torques(item%place)%item%name
                   else if (item%kind == OF_POTENTIAL) then
                      do p = 1, system%effects%n_potentials
                         if (system%effects%potentials(p)%place /= item%place) cycle
-                        call self%torques%potential_change(system%effects, p, item%change, k, dt, &
-                                                           self%row(:, :, 0:k), one, known)
+                        call self%torques%potential_change(system%effects, p, item%change, place, k, self%order, &
+                                                           dt, self%row(:, :, 0:k), one, known)
                         tau = tau + one
                         if (.not. known) unknown = system%effects%potentials(p)%item%name
                      end do

@@ -60,6 +60,10 @@ module nutate_torque_series
       real(wp), allocatable, private :: torque(:, :, :)
       !> ∂τ/∂γ of all slots, for derivatives; shape (3,3, 0:highest_order, slots).
       real(wp), allocatable, private :: derivative(:, :, :, :)
+      !> Series of δn that parameters make, in the basis, and of R(q)ᵀδn, shape (3, 0:highest_order, any); which are not
+      !> zero, and which are known.
+      real(wp), allocatable, private :: shift(:, :, :), shifted(:, :, :)
+      logical, allocatable, private :: shifts(:), shift_known(:)
    contains
       !> Finds out what the effects need.
       procedure :: prepare
@@ -71,6 +75,8 @@ module nutate_torque_series
       procedure :: add_derivatives
       !> D of all torques together.
       procedure :: total_drag
+      !> Makes room for changes of parameters.
+      procedure :: expect_changes
       !> A coefficient of what changes of parameters make of the torque of one effect.
       procedure :: potential_change
       procedure :: torque_change
@@ -444,71 +450,95 @@ contains
       end do
    end function total_drag
 
+   !> Makes room for changes of parameters of so many effects.
+   pure subroutine expect_changes(self, n)
+      class(torque_series_t), intent(inout) :: self
+      integer, intent(in) :: n
+      if (allocated(self%shifts)) then
+         if (size(self%shifts) == n) return
+         deallocate (self%shift, self%shifted, self%shifts, self%shift_known)
+      end if
+      allocate (self%shift(3, 0:highest_order, n), self%shifted(3, 0:highest_order, n), source=0.0_wp)
+      allocate (self%shifts(n), self%shift_known(n), source=.false.)
+   end subroutine expect_changes
+
    !> Coefficient k of what changes of the parameters of a potential make of its torque; called after `add_derivatives`.
-   pure subroutine potential_change(self, effects, i, change, k, time_unit, rows, tau, known)
-      class(torque_series_t), intent(in) :: self
+   pure subroutine potential_change(self, effects, i, change, place, k, order, time_unit, rows, tau, known)
+      class(torque_series_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
       !> Position in the list.
       integer, intent(in) :: i
       real(wp), intent(in) :: change(:)
-      integer, intent(in) :: k
+      !> Which of the changes that are expected; coefficient, and that of the last call.
+      integer, intent(in) :: place, k, order
       real(wp), intent(in) :: time_unit
       !> Coefficients 0..k of the rows R(q)ᵀeᵢ as columns; shape (3, 3, 0:k).
       real(wp), intent(in) :: rows(3, 3, 0:k)
       !> Body axes, N m; shape (3).
       real(wp), intent(out) :: tau(3)
       logical, intent(out) :: known
-      real(wp) :: gamma(3, 0:k), moved(3, 0:k), none(0:k, 0)
+      real(wp) :: gamma(3, 0:k), moved(3, 0:order), none(0:k, 0)
       integer :: j, n
-      logical :: moves_known
       associate (potential => effects%potentials(i)%item)
-         call potential%direction_change_series(change, self%start, time_unit, moved, moves_known)
-         call see_from_body(self, k, rows, moved)
+         if (k == 0) then
+            call potential%direction_change_series(change, self%start, time_unit, moved, self%shift_known(place))
+            call keep_shift(self, place, moved)
+         end if
+         call turn_shift(self, place, k, rows)
          n = findloc(self%general(:self%n_general), i, 1)
          if (n > 0) then
             n = self%slot(n)
             call potential%series_change(change, k, self%gamma(:, 0:k, n), self%auxiliary(:, self%columns(1, n): &
                                          self%columns(2, n)), tau, known)
-            call add_change_of_direction(self, k, n, moved, tau)
+            call add_shift(self, place, k, n, tau)
          else
             do j = 0, k
                gamma(:, j) = times_vector(rows(:, :, j), matmul(potential%direction, self%basis))
             end do
             call potential%series_change(change, k, gamma, none, tau, known)
-            tau = tau + cross(potential%series_moment(), moved(:, k))
+            tau = tau + cross(potential%series_moment(), self%shifted(:, k, place))
          end if
       end associate
-      known = known .and. moves_known
+      known = known .and. self%shift_known(place)
    end subroutine potential_change
 
-   !> Turns a series of a direction, space axes, to the body.
-   pure subroutine see_from_body(self, k, rows, n)
-      class(torque_series_t), intent(in) :: self
-      integer, intent(in) :: k
+   !> Keeps the series of the change of a direction.
+   pure subroutine keep_shift(self, place, n)
+      class(torque_series_t), intent(inout) :: self
+      integer, intent(in) :: place
+      !> Space axes; shape (3, 0:order).
+      real(wp), intent(in) :: n(:, 0:)
+      self%shift(:, :ubound(n, 2), place) = matmul(transpose(self%basis), n)
+      self%shifts(place) = any(abs(n) > 0.0_wp)
+   end subroutine keep_shift
+
+   !> Coefficient k of the change of a direction as the body sees it.
+   pure subroutine turn_shift(self, place, k, rows)
+      class(torque_series_t), intent(inout) :: self
+      integer, intent(in) :: place, k
       !> Coefficients 0..k of the rows R(q)ᵀeᵢ as columns.
       real(wp), intent(in) :: rows(3, 3, 0:k)
-      !> Shape (3, 0:k).
-      real(wp), intent(inout) :: n(3, 0:k)
-      real(wp) :: along(3, 0:k)
-      integer :: i, j
-      along = matmul(transpose(self%basis), n)
-      n = 0.0_wp
-      do j = 0, k
-         if (.not. any(abs(along(:, j)) > 0.0_wp)) cycle
-         do i = j, k
-            n(:, i) = n(:, i) + times_vector(rows(:, :, i - j), along(:, j))
+      real(wp) :: sum(3)
+      integer :: j
+      sum = 0.0_wp
+      if (self%shifts(place)) then
+         do j = 0, k
+            if (any(abs(self%shift(:, j, place)) > 0.0_wp)) &
+               sum = sum + times_vector(rows(:, :, k - j), self%shift(:, j, place))
          end do
-      end do
-   end subroutine see_from_body
+      end if
+      self%shifted(:, k, place) = sum
+   end subroutine turn_shift
 
    !> Coefficient k of what changes of its parameters make of a torque that acts; called after `add_derivatives`.
-   pure subroutine torque_change(self, effects, i, change, k, time_unit, rows, tau, known)
-      class(torque_series_t), intent(in) :: self
+   pure subroutine torque_change(self, effects, i, change, place, k, order, time_unit, rows, tau, known)
+      class(torque_series_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
       !> Position in the list.
       integer, intent(in) :: i
       real(wp), intent(in) :: change(:)
-      integer, intent(in) :: k
+      !> Which of the changes that are expected; coefficient, and that of the last call.
+      integer, intent(in) :: place, k, order
       real(wp), intent(in) :: time_unit
       !> Coefficients 0..k of the rows R(q)ᵀeᵢ as columns; shape (3, 3, 0:k).
       real(wp), intent(in) :: rows(3, 3, 0:k)
@@ -516,7 +546,7 @@ contains
       real(wp), intent(out) :: tau(3)
       logical, intent(out) :: known
       real(wp), parameter :: unturned(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
-      real(wp) :: moved(3, 0:k)
+      real(wp) :: moved(3, 0:order)
       integer :: n
       n = self%torque_slot(i)
       associate (torque => effects%torques(i)%item)
@@ -526,24 +556,26 @@ contains
          if (n <= 0) return
          call torque%series_change(change, k, self%start, time_unit, self%gamma(:, 0:k, n), self%auxiliary( &
                                    :, self%columns(1, n):self%columns(2, n)), tau, known)
-         call torque%direction_change_series(change, self%start, time_unit, moved)
-         call see_from_body(self, k, rows, moved)
-         call add_change_of_direction(self, k, n, moved, tau)
+         if (k == 0) then
+            call torque%direction_change_series(change, self%start, time_unit, moved)
+            call keep_shift(self, place, moved)
+         end if
+         call turn_shift(self, place, k, rows)
+         call add_shift(self, place, k, n, tau)
       end associate
    end subroutine torque_change
 
-   !> Adds coefficient k of (∂τ/∂γ)δγ of one slot.
-   pure subroutine add_change_of_direction(self, k, n, moved, tau)
+   !> Adds coefficient k of (∂τ/∂γ)R(q)ᵀδn of one slot.
+   pure subroutine add_shift(self, place, k, n, tau)
       class(torque_series_t), intent(in) :: self
-      integer, intent(in) :: k, n
-      !> Coefficients 0..k of δγ, body axes.
-      real(wp), intent(in) :: moved(3, 0:k)
+      integer, intent(in) :: place, k, n
       real(wp), intent(inout) :: tau(3)
       integer :: j
+      if (.not. self%shifts(place)) return
       do j = 0, k
-         tau = tau + times_vector(self%derivative(:, :, k - j, n), moved(:, j))
+         tau = tau + times_vector(self%derivative(:, :, k - j, n), self%shifted(:, j, place))
       end do
-   end subroutine add_change_of_direction
+   end subroutine add_shift
 
    !> Coefficient k of γ of all directions that move, and no torque yet of the potentials that do; with the first one
    !> the series of n.
