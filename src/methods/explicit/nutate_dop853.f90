@@ -20,7 +20,8 @@ module nutate_dop853
    !> One step of the method. `step` allocates nothing.
    type, extends(stepper_t) :: dop853_t
       type(rigid_rates_t), private :: rates
-      type(stage_tangent_t), private :: tangent
+      !> Made by the first `carry`.
+      type(stage_tangent_t), allocatable, private :: tangent
    contains
       procedure :: set_up
       procedure :: advance
@@ -36,11 +37,7 @@ contains
       type(system_t), intent(in) :: system
       type(integrator_settings_t), intent(in) :: settings
       type(status_t), intent(inout) :: status
-      real(wp) :: third(n_stages)
       call prepare_rates(self%rates, system, settings%attitude, settings%conserve, a)
-      third = b
-      third([1, 9, 12]) = third([1, 9, 12]) - b3
-      call self%tangent%set(a, b, c, reshape([e5, 0.1_wp*third], [n_stages, 2]))
    end subroutine set_up
 
    !> One step. Errors, with the state as it was: `NUTATE_OFF_BRANCH` for a step so long that its stages run away,
@@ -136,6 +133,13 @@ contains
       real(wp), intent(in) :: dt, window_time
       type(tangent_t), intent(inout) :: tangent
       type(status_t), intent(inout) :: status
+      real(wp) :: third(n_stages)
+      if (.not. allocated(self%tangent)) then
+         allocate (self%tangent)
+         third = b
+         third([1, 9, 12]) = third([1, 9, 12]) - b3
+         call self%tangent%set(a, b, c, reshape([e5, 0.1_wp*third], [n_stages, 2]))
+      end if
       call self%tangent%carry(self%rates, system, before, after, dt, window_time, tangent, status)
    end subroutine carry
 

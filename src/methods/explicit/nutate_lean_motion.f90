@@ -50,8 +50,8 @@ module nutate_lean_motion
       !> There is no force; all directions are parallel; the body's frame does not spin; space axes are others.
       logical, public :: free = .true.
       logical :: single = .true., symmetric = .false., turned = .false.
-      !> The turn of a motion that does not know of it.
-      type(axes_turn_t) :: turn
+      !> The turn of a motion that does not know of it; not allocated where there is none.
+      type(axes_turn_t), allocatable :: turn
       !> The space axes turn, and the motion knows of it: their rate in the space axes of the equations, rad/s; shape
       !> (3).
       logical :: frame_turns = .false.
@@ -62,10 +62,9 @@ module nutate_lean_motion
       real(wp) :: moments(3) = 1.0_wp
       !> Space axes of the equations ← space axes; unit quaternion.
       real(wp) :: space(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
-      !> τᵢ = Σ torque(i, j, k) R(k, j), of the equations' axes, N m; shape (3,3,3).
-      real(wp) :: torque(3, 3, 3) = 0.0_wp
-      !> The constants of the rates.
-      type(lean_rates_t) :: rates
+      !> κ of the rates; shape (3); their constants in uniform fields, not allocated where there is no force.
+      real(wp) :: kappa(3) = 0.0_wp
+      type(lean_rates_t), allocatable :: rates
       !> Δt, s; ½Δt/J and its reciprocal; J₁/J₃ - 1 for the spin, or 0.
       real(wp) :: dt = 0.0_wp, half(3) = 0.0_wp, back(3) = 0.0_wp, spin = 0.0_wp
       !> What |w| is multiplied by to see whether a step is too long; what pull and turning axes add.
@@ -102,8 +101,13 @@ contains
          if (.not. self%possible) return
          call common_direction(effects, components, axis)
          self%free = components == ALL_COMPONENTS
-         call self%turn%prepare(effects, attitude)
-         self%frame_turns = effects%frame_turns .and. .not. self%turn%there
+         if (allocated(self%turn)) deallocate (self%turn)
+         if (effects%frame_turns) then
+            allocate (self%turn)
+            call self%turn%prepare(effects, attitude)
+            if (.not. self%turn%there) deallocate (self%turn)
+         end if
+         self%frame_turns = effects%frame_turns .and. .not. allocated(self%turn)
          if (self%free .and. self%frame_turns) self%possible = .false.
          if (.not. self%possible) return
          self%single = components == ALONG_AXIS
@@ -114,16 +118,16 @@ contains
          if (self%single) self%space = to_third(from_axis(axis, self%first - 1))
          self%turned = any(abs(self%space(2:4)) > 0.0_wp)
          self%frame_rate = rotate_to_space(self%space, from_axis(effects%frame_rate, self%first - 1))
-         call add_torques(self, effects, axis)
+         if (allocated(self%rates)) deallocate (self%rates)
+         self%symmetric = .false.
+         if (.not. self%free) call add_torques(self, effects, axis)
       end associate
-      self%symmetric = .not. self%free .and. equal(self%moments(1), self%moments(2)) .and. &
-                       .not. any(abs(self%torque(3, :, :)) > 0.0_wp) .and. &
-                       .not. any(abs(self%torque(:, 3, :)) > 0.0_wp)
       self%spin = 0.0_wp
       if (self%symmetric) self%spin = self%moments(1)/self%moments(3) - 1
-      self%rates%kappa = 2*(from_axis(self%moments, 1) - from_axis(self%moments, 2))/self%moments
-      if (self%symmetric) self%rates%kappa = 0.0_wp
-      self%stiffness = max(3.0_wp, maxval(abs(self%rates%kappa)))
+      self%kappa = 2*(from_axis(self%moments, 1) - from_axis(self%moments, 2))/self%moments
+      if (self%symmetric) self%kappa = 0.0_wp
+      self%stiffness = max(3.0_wp, maxval(abs(self%kappa)))
+      if (allocated(self%rates)) self%rates%kappa = self%kappa
    end subroutine prepare
 
    !> True if all potentials are linear in a direction that stands still.
@@ -187,7 +191,7 @@ contains
       q = q/norm2(q)
    end function to_third
 
-   !> Sums Σ m nᵀ into the torques: those of all directions along n, or each of three axes.
+   !> Sums Σ m nᵀ into the torques: those of all directions along n, or each of three axes; a top may be symmetric then.
    pure subroutine add_torques(self, effects, axis)
       type(lean_motion_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
@@ -195,21 +199,27 @@ contains
       real(wp), intent(in) :: axis(3)
       real(wp) :: m(3), n(3), along(3)
       integer :: i, k
-      self%torque = 0.0_wp
+      allocate (self%rates)
       along = from_axis(axis, self%first - 1)
       do i = 1, effects%n_potentials
          m = from_axis(effects%potentials(i)%item%series_moment(), self%first - 1)
          n = from_axis(effects%potentials(i)%item%direction, self%first - 1)
          if (self%single) n = [0.0_wp, 0.0_wp, sign(1.0_wp, along(3))*dot_product(n, along)]
-         do k = 1, 3
-            self%torque(1, 3, k) = self%torque(1, 3, k) + m(2)*n(k)
-            self%torque(1, 2, k) = self%torque(1, 2, k) - m(3)*n(k)
-            self%torque(2, 1, k) = self%torque(2, 1, k) + m(3)*n(k)
-            self%torque(2, 3, k) = self%torque(2, 3, k) - m(1)*n(k)
-            self%torque(3, 2, k) = self%torque(3, 2, k) + m(1)*n(k)
-            self%torque(3, 1, k) = self%torque(3, 1, k) - m(2)*n(k)
-         end do
+         associate (torque => self%rates%torque)
+            do k = 1, 3
+               torque(1, 3, k) = torque(1, 3, k) + m(2)*n(k)
+               torque(1, 2, k) = torque(1, 2, k) - m(3)*n(k)
+               torque(2, 1, k) = torque(2, 1, k) + m(3)*n(k)
+               torque(2, 3, k) = torque(2, 3, k) - m(1)*n(k)
+               torque(3, 2, k) = torque(3, 2, k) + m(1)*n(k)
+               torque(3, 1, k) = torque(3, 1, k) - m(2)*n(k)
+            end do
+         end associate
       end do
+      associate (torque => self%rates%torque)
+         self%symmetric = equal(self%moments(1), self%moments(2)) .and. .not. any(abs(torque(3, :, :)) > 0.0_wp) .and. &
+                          .not. any(abs(torque(:, 3, :)) > 0.0_wp)
+      end associate
    end subroutine add_torques
 
    !> How fast a motion is in these variables at most, 1/s, about: what falls gains some 8 τ/J of Ω². What is beyond all
@@ -226,9 +236,10 @@ contains
       rate = from_axis(momentum, self%first - 1)
       do i = 1, 3
          rate(i) = bounded_ratio(rate(i), inertia(i))
-         pull(i) = bounded_ratio(maxval(abs(self%torque(i, :, :))), inertia(i))
+         pull(i) = 0.0_wp
+         if (.not. self%free) pull(i) = bounded_ratio(maxval(abs(self%rates%torque(i, :, :))), inertia(i))
       end do
-      pace = sqrt(dot_product(rate, rate) + 8*maxval(pull))*sqrt(max(1.0_wp, maxval(abs(self%rates%kappa))))
+      pace = sqrt(dot_product(rate, rate) + 8*maxval(pull))*sqrt(max(1.0_wp, maxval(abs(self%kappa))))
    end function pace
 
    !> |x|/y, or a number as large as can be squared.
@@ -260,16 +271,21 @@ contains
       if (self%symmetric) inertia = self%moments(1)
       self%half = 0.5_wp*dt/inertia
       yes = all(abs(self%half) >= least_half) .and. all(abs(self%half) <= greatest_half)
-      if (yes .and. self%turn%there) call self%turn%set_length(dt, yes)
+      if (yes .and. allocated(self%turn)) call self%turn%set_length(dt, yes)
       self%dt = 0.0_wp
       if (.not. yes) return
       self%back = 1/self%half
-      do k = 1, 3
-         do j = 1, 3
-            self%rates%pull(:, j, k) = merge(1, 2, j == k)*((0.5_wp*dt*dt/inertia)*self%torque(:, j, k))
-         end do
-      end do
-      self%pulled = sqrt(self%stiffness*maxval(abs(self%rates%pull)))
+      self%pulled = 0.0_wp
+      if (.not. self%free) then
+         associate (rates => self%rates)
+            do k = 1, 3
+               do j = 1, 3
+                  rates%pull(:, j, k) = merge(1, 2, j == k)*((0.5_wp*dt*dt/inertia)*rates%torque(:, j, k))
+               end do
+            end do
+            self%pulled = sqrt(self%stiffness*maxval(abs(rates%pull)))
+         end associate
+      end if
       if (self%frame_turns) then
          self%rates%frame_turn = (0.5_wp*dt)*self%frame_rate
          self%pulled = self%pulled + maxval(abs(self%rates%frame_turn))
@@ -306,7 +322,7 @@ contains
       end if
       if (moved) moved = abs(y(5)) + abs(y(6)) + abs(y(7)) <= huge(1.0_wp)
       if (.not. moved) return
-      if (self%turn%there) y(1:4) = y(1:4) + turned(self%turn%change, y(1:4))
+      if (allocated(self%turn)) y(1:4) = y(1:4) + turned(self%turn%change, y(1:4))
       state%q = inverse_root(y(1)*y(1) + y(2)*y(2) + y(3)*y(3) + y(4)*y(4))*y(1:4)
       state%p = quat_vector_product(state%q, 2*y(5:7))
       state%q_compensation = 0.0_wp
@@ -344,7 +360,7 @@ contains
       inverse = 1/sqrt(square)
       axis = inverse*y(5:7)
       along = self%back*(inverse*axis)
-      call free_stages(self%rates, w, axis, along, change, angle, followed)
+      call free_stages(self%kappa, w, axis, along, change, angle, followed)
       if (.not. followed) return
       y(5:7) = y(5:7) + self%back*change(1:3)
       last = inverse*y(5:7)

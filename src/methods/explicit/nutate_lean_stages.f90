@@ -17,10 +17,12 @@ module nutate_lean_stages
    !> Least 1 + u₀·u: the shortest rotation from u to u₀ must stay away from half a turn, where it has no axis.
    real(wp), parameter :: least_cosine = 0.1_wp
 
-   !> The constants of the rates.
+   !> The constants of the rates in uniform fields.
    type :: lean_rates_t
       !> κ; shape (3).
       real(wp) :: kappa(3) = 0.0_wp
+      !> τᵢ = Σ torque(i, j, k) R(k, j), of the equations' axes, N m; shape (3,3,3).
+      real(wp) :: torque(3, 3, 3) = 0.0_wp
       !> ½Δt² torque/J, for off-diagonal R(k, j) without their factor 2; shape (3,3,3).
       real(wp) :: pull(3, 3, 3) = 0.0_wp
       !> φ = ½Δt ω of space axes that turn, in these axes, rad; shape (3).
@@ -49,7 +51,8 @@ contains
 
    !> Increments of w and of φ/2 in a step of a free body.
    pure subroutine free_stages(rates, start, axis, along, change, turn, followed)
-      type(lean_rates_t), intent(in) :: rates
+      !> κ, all that the rates consist of; shape (3).
+      real(wp), intent(in) :: rates(3)
       !> w at the start, u₀, and what makes u₀·u from w; shape (3).
       real(wp), intent(in) :: start(3), axis(3), along(3)
       real(wp), intent(out) :: change(4), turn
@@ -78,15 +81,16 @@ contains
    end subroutine free_stages
 
    !> The rates of a stage, wᵢ' = κᵢ wⱼwₖ, and with them the next one: `sum + factor*rate`.
-   pure subroutine evaluate_free_stage(self, w, sum, factor, rate, next)
-      type(lean_rates_t), intent(in) :: self
+   pure subroutine evaluate_free_stage(kappa, w, sum, factor, rate, next)
+      !> Shape (3).
+      real(wp), intent(in) :: kappa(3)
       !> Padded by a zero; shape (4).
       real(wp), intent(in) :: w(4), sum(4), factor
       real(wp), intent(out) :: rate(4), next(4)
       real(wp) :: r1, r2, r3
-      r1 = self%kappa(1)*w(2)*w(3)
-      r2 = self%kappa(2)*w(3)*w(1)
-      r3 = self%kappa(3)*w(1)*w(2)
+      r1 = kappa(1)*w(2)*w(3)
+      r2 = kappa(2)*w(3)*w(1)
+      r3 = kappa(3)*w(1)*w(2)
       next(1) = sum(1) + factor*r1
       next(2) = sum(2) + factor*r2
       next(3) = sum(3) + factor*r3

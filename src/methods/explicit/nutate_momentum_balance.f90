@@ -13,8 +13,6 @@ module nutate_momentum_balance
 
    !> The balance of one step.
    type :: momentum_balance_t
-      !> It is kept.
-      logical :: kept = .false.
       !> l at the start of the step, and ∫ Rτ dt so far, N m s; shape (3).
       real(wp), private :: first(3) = 0.0_wp, impulse(3) = 0.0_wp
       !> ΔtRτ of the stages so far that count, N m s, shape (3, most_stages), and how many stages there were.

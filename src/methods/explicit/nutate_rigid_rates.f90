@@ -35,6 +35,20 @@ module nutate_rigid_rates
    !> follow a motion, and overflows some stages later.
    real(wp), parameter :: largest_angle = 1e3_wp
 
+   !> The wheels in a step.
+   type :: wheel_stages_t
+      !> Gain of each in the step, N m s, and work of motor and friction, J; shapes (most_wheels), (2, most_wheels).
+      real(wp) :: gain(most_wheels) = 0.0_wp, work(2, most_wheels) = 0.0_wp
+      !> The motor acts in this step; when it may be asked, s; shapes (most_wheels), (2, most_wheels).
+      logical :: driven(most_wheels) = .false.
+      real(wp) :: window(2, most_wheels) = 0.0_wp
+      !> aᵢⱼ of the method as a(j, i); Δtḣ of the stages so far, shape (most_wheels, stages); momentum at the start and
+      !> in the stage, N m s, shape (most_wheels); the stage.
+      real(wp), allocatable, private :: a(:, :), turns(:, :)
+      real(wp), private :: first_momentum(most_wheels) = 0.0_wp, momentum(most_wheels) = 0.0_wp
+      integer, private :: stage = 0
+   end type wheel_stages_t
+
    !> What stays the same during a step, and the work done in it.
    type :: rigid_rates_t
       !> Start and length of the step, s.
@@ -43,22 +57,13 @@ module nutate_rigid_rates
       real(wp) :: to_angle(3, 3) = 0.0_wp
       !> h of the rotors and, in the present stage, of the wheels, body axes, N m s; shape (3).
       real(wp) :: rotor(3) = 0.0_wp
-      !> Number of wheels; gain of each in the step, N m s, shape (most_wheels), and work of motor and friction, J,
-      !> shape (2, most_wheels).
+      !> Number of wheels, and what they do; not allocated where there are none.
       integer :: n_wheels = 0
-      real(wp) :: gain(most_wheels) = 0.0_wp, wheel_work(2, most_wheels) = 0.0_wp
-      !> The motor acts in this step; when it may be asked, s; shapes (most_wheels), (2, most_wheels).
-      logical :: driven(most_wheels) = .false.
-      real(wp) :: drive_window(2, most_wheels) = 0.0_wp
-      !> aᵢⱼ of the method as a(j, i); Δtḣ of the stages so far, shape (most_wheels, stages); momentum at the start and
-      !> in the stage, N m s, shape (most_wheels); the stage.
-      real(wp), allocatable, private :: a(:, :), turns(:, :)
-      real(wp), private :: first_momentum(most_wheels) = 0.0_wp, momentum(most_wheels) = 0.0_wp
-      integer, private :: stage = 0
+      type(wheel_stages_t), allocatable :: wheels
       !> Integrate the attitude; else its rates are zero. They are so, or the space axes turn.
       logical :: attitude = .true., general = .false.
-      !> The turn of a motion that does not know of it.
-      type(axes_turn_t), private :: turn
+      !> The turn of a motion that does not know of it; not allocated where there is none.
+      type(axes_turn_t), allocatable, private :: turn
       !> The space axes turn, and the motion knows of it: half their turn in the step, ½Δt ω, rad, in these axes; shape
       !> (3).
       logical :: frame_turns = .false.
@@ -80,8 +85,8 @@ module nutate_rigid_rates
       real(wp), allocatable :: work(:)
       !> The error of steps is wanted in the axes of the body.
       logical :: estimates = .false.
-      !> The balance of l, for the same.
-      type(momentum_balance_t), private :: momentum_balance
+      !> The balance of l, for the same; allocated where it is kept.
+      type(momentum_balance_t), allocatable, private :: momentum_balance
    end type rigid_rates_t
 
 contains
@@ -99,20 +104,27 @@ contains
       real(wp), intent(in), optional :: a(:, :)
       integer :: i
       self%attitude = attitude
-      call self%turn%prepare(system%effects, attitude .and. present(a))
-      self%frame_turns = system%effects%frame_turns .and. .not. self%turn%there
+      if (allocated(self%turn)) deallocate (self%turn)
+      if (system%effects%frame_turns .and. attitude .and. present(a)) then
+         allocate (self%turn)
+         call self%turn%prepare(system%effects, attitude)
+         if (.not. self%turn%there) deallocate (self%turn)
+      end if
+      self%frame_turns = system%effects%frame_turns .and. .not. allocated(self%turn)
       self%general = self%frame_turns .or. .not. attitude
       self%forced = system%effects%n_potentials + system%effects%n_works() > 0
       self%n_wheels = system%effects%n_wheels
       self%moves = system%effects%moves
       call self%potentials%prepare(system%effects)
-      if (allocated(self%a)) deallocate (self%a, self%turns)
+      if (allocated(self%wheels)) deallocate (self%wheels)
+      if (self%n_wheels > 0) allocate (self%wheels)
       if (self%n_wheels > 0 .and. present(a)) then
-         allocate (self%a, source=a)
-         allocate (self%turns(most_wheels, size(a, 2) + 1), source=0.0_wp)
+         allocate (self%wheels%a, source=a)
+         allocate (self%wheels%turns(most_wheels, size(a, 2) + 1), source=0.0_wp)
       end if
       self%estimates = conserve .and. system%effects%n_works() > 0
-      self%momentum_balance%kept = self%estimates .and. present(a) .and. attitude .and. .not. self%frame_turns
+      if (allocated(self%momentum_balance)) deallocate (self%momentum_balance)
+      if (self%estimates .and. present(a) .and. attitude .and. .not. self%frame_turns) allocate (self%momentum_balance)
       if (allocated(self%acts)) deallocate (self%acts, self%in_pieces, self%window, self%work)
       associate (n => system%effects%n_torques)
          allocate (self%acts(n), self%in_pieces(n), source=.false.)
@@ -155,8 +167,8 @@ contains
       if (self%moves) self%work(size(self%work)) = 0.0_wp
       if (self%n_wheels > 0) call begin_wheels(self, system, state, window_time)
       call read_state(self, state, dt, y)
-      if (self%momentum_balance%kept .and. self%failure == 0) call self%momentum_balance%start(y(1:4), y(5:7))
-      if (self%turn%there) then
+      if (allocated(self%momentum_balance) .and. self%failure == 0) call self%momentum_balance%start(y(1:4), y(5:7))
+      if (allocated(self%turn)) then
          possible = .true.
          if (abs(dt - self%turn%length) > 0.0_wp) call self%turn%set_length(dt, possible)
          if (.not. possible .and. self%failure == 0) self%failure = NUTATE_OFF_BRANCH
@@ -175,16 +187,16 @@ contains
       !> Time that decides which motors act, s.
       real(wp), intent(in) :: window_time
       integer :: i
-      self%first_momentum = state%wheel_momentum
-      self%momentum = state%wheel_momentum
+      self%wheels%first_momentum = state%wheel_momentum
+      self%wheels%momentum = state%wheel_momentum
       self%rotor = system%effects%inner_momentum(state%wheel_momentum)
-      self%gain = 0.0_wp
-      self%wheel_work = 0.0_wp
-      self%stage = 0
+      self%wheels%gain = 0.0_wp
+      self%wheels%work = 0.0_wp
+      self%wheels%stage = 0
       do i = 1, self%n_wheels
          associate (wheel => system%effects%wheels(i))
-            self%driven(i) = wheel%is_driven(window_time)
-            if (self%driven(i)) self%drive_window(:, i) = wheel%drive_window(window_time)
+            self%wheels%driven(i) = wheel%is_driven(window_time)
+            if (self%wheels%driven(i)) self%wheels%window(:, i) = wheel%drive_window(window_time)
          end associate
       end do
    end subroutine begin_wheels
@@ -326,7 +338,7 @@ contains
          k(5) = k(5) + self%dt*tau(1)
          k(6) = k(6) + self%dt*tau(2)
          k(7) = k(7) + self%dt*tau(3)
-         if (self%momentum_balance%kept) call self%momentum_balance%add(y(1:4), square, weight, self%dt, tau)
+         if (allocated(self%momentum_balance)) call self%momentum_balance%add(y(1:4), square, weight, self%dt, tau)
       else
          self%failure = NUTATE_NOT_FINITE
       end if
@@ -346,27 +358,29 @@ contains
       omega = times_vector(system%body%inverse_inertia, y(5:7) - self%rotor)
       relative = omega
       if (self%frame_turns) relative = omega - rotate_to_body(q, system%effects%frame_rate)
-      self%stage = self%stage + 1
-      do i = 1, self%n_wheels
-         associate (wheel => system%effects%wheels(i))
-            speed = wheel%speed_of(self%momentum(i), omega)
-            drive = 0.0_wp
-            t = min(max(self%t + fraction*self%dt, self%drive_window(1, i)), self%drive_window(2, i))
-            if (self%driven(i)) drive = wheel%drive(t, q, relative)
-            rate = drive - wheel%friction*speed
-            self%turns(i, self%stage) = self%dt*rate
-            gain = gain + self%dt*rate*speed
-            self%gain(i) = self%gain(i) + weight*self%dt*rate
-            self%wheel_work(1, i) = self%wheel_work(1, i) + weight*self%dt*drive*speed
-            self%wheel_work(2, i) = self%wheel_work(2, i) - weight*self%dt*(wheel%friction*speed)*speed
-         end associate
-      end do
-      if (self%stage > size(self%a, 2)) return
-      self%momentum = self%first_momentum
-      do j = 1, self%stage
-         self%momentum = self%momentum + self%a(j, self%stage)*self%turns(:, j)
-      end do
-      self%rotor = system%effects%inner_momentum(self%momentum)
+      associate (stages => self%wheels)
+         stages%stage = stages%stage + 1
+         do i = 1, self%n_wheels
+            associate (wheel => system%effects%wheels(i))
+               speed = wheel%speed_of(stages%momentum(i), omega)
+               drive = 0.0_wp
+               t = min(max(self%t + fraction*self%dt, stages%window(1, i)), stages%window(2, i))
+               if (stages%driven(i)) drive = wheel%drive(t, q, relative)
+               rate = drive - wheel%friction*speed
+               stages%turns(i, stages%stage) = self%dt*rate
+               gain = gain + self%dt*rate*speed
+               stages%gain(i) = stages%gain(i) + weight*self%dt*rate
+               stages%work(1, i) = stages%work(1, i) + weight*self%dt*drive*speed
+               stages%work(2, i) = stages%work(2, i) - weight*self%dt*(wheel%friction*speed)*speed
+            end associate
+         end do
+         if (stages%stage > size(stages%a, 2)) return
+         stages%momentum = stages%first_momentum
+         do j = 1, stages%stage
+            stages%momentum = stages%momentum + stages%a(j, stages%stage)*stages%turns(:, j)
+         end do
+         self%rotor = system%effects%inner_momentum(stages%momentum)
+      end associate
    end subroutine turn_wheels
 
    !> Adds the torque of potentials of which some move, and the work of those.
@@ -436,7 +450,7 @@ contains
          return
       end if
       if (self%attitude) state%q = (1/sqrt(square))*y(1:4)
-      if (self%turn%there) state%q = state%q + turned(self%turn%change, state%q)
+      if (allocated(self%turn)) state%q = state%q + turned(self%turn%change, state%q)
       state%p = quat_vector_product(state%q, 2*y(5:7))
       state%q_compensation = 0.0_wp
       state%p_compensation = 0.0_wp
@@ -451,9 +465,9 @@ contains
       integer :: i, last
       last = size(self%acts)
       do i = 1, self%n_wheels
-         call add_increment(state%wheel_momentum(i), state%wheel_compensation(i), self%gain(i))
-         state%wheel_work(:, i) = state%wheel_work(:, i) + self%wheel_work(:, i)
-         self%work(last + 1:last + 2) = self%wheel_work(:, i)
+         call add_increment(state%wheel_momentum(i), state%wheel_compensation(i), self%wheels%gain(i))
+         state%wheel_work(:, i) = state%wheel_work(:, i) + self%wheels%work(:, i)
+         self%work(last + 1:last + 2) = self%wheels%work(:, i)
          last = last + 2
       end do
    end subroutine end_wheels
@@ -474,10 +488,10 @@ contains
       end associate
       error%momentum = off(5:7)
       error%work = off(8)
-      error%balances = self%momentum_balance%kept
-      if (self%momentum_balance%kept) call self%momentum_balance%tell(y(1:4), y(5:7), weights, error)
+      error%balances = allocated(self%momentum_balance)
+      if (error%balances) call self%momentum_balance%tell(y(1:4), y(5:7), weights, error)
       do i = 1, self%n_wheels
-         error%wheels(i) = dot_product(self%turns(i, :), weights)
+         error%wheels(i) = dot_product(self%wheels%turns(i, :), weights)
       end do
    end subroutine get_error
 

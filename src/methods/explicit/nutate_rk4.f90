@@ -26,7 +26,8 @@ module nutate_rk4
    type, extends(stepper_t) :: rk4_t
       private
       type(rigid_rates_t) :: rates
-      type(stage_tangent_t) :: tangent
+      !> Made by the first `carry`.
+      type(stage_tangent_t), allocatable :: tangent
    contains
       procedure :: set_up
       procedure :: advance
@@ -43,7 +44,6 @@ contains
       type(integrator_settings_t), intent(in) :: settings
       type(status_t), intent(inout) :: status
       call prepare_rates(self%rates, system, settings%attitude, settings%conserve, a)
-      call self%tangent%set(a, [outer, inner, inner, outer], [0.0_wp, 0.5_wp, 0.5_wp, 1.0_wp])
    end subroutine set_up
 
    !> One step. Errors, with the state as it was: `NUTATE_OFF_BRANCH` for a step so long that its stages run away,
@@ -79,6 +79,10 @@ contains
       real(wp), intent(in) :: dt, window_time
       type(tangent_t), intent(inout) :: tangent
       type(status_t), intent(inout) :: status
+      if (.not. allocated(self%tangent)) then
+         allocate (self%tangent)
+         call self%tangent%set(a, [outer, inner, inner, outer], [0.0_wp, 0.5_wp, 0.5_wp, 1.0_wp])
+      end if
       call self%tangent%carry(self%rates, system, before, after, dt, window_time, tangent, status)
    end subroutine carry
 

@@ -28,9 +28,10 @@ module nutate_rk8
    type, extends(stepper_t) :: rk8_t
       private
       type(rigid_rates_t) :: rates
-      type(stage_tangent_t) :: tangent
-      type(free_tangent_t) :: free
       type(lean_motion_t) :: lean
+      !> Made by the first `carry` that needs it.
+      type(stage_tangent_t), allocatable :: tangent
+      type(free_tangent_t), allocatable :: free
    contains
       procedure :: set_up
       procedure :: advance
@@ -47,7 +48,6 @@ contains
       type(integrator_settings_t), intent(in) :: settings
       type(status_t), intent(inout) :: status
       call prepare_rates(self%rates, system, settings%attitude, settings%conserve, a)
-      call self%tangent%set(a, b, c)
       call self%lean%prepare(system, settings%attitude)
    end subroutine set_up
 
@@ -101,16 +101,22 @@ contains
       type(status_t), intent(inout) :: status
       logical :: is_lean, carried
       call self%lean%fits(dt, is_lean)
-      carried = .false.
       if (is_lean .and. self%lean%free) then
+         if (.not. allocated(self%free)) allocate (self%free)
          call self%free%carry(system, before, after, dt, tangent, status, carried)
-      else if (is_lean) then
+         if (carried) return
+         is_lean = .false.
+      end if
+      if (.not. allocated(self%tangent)) then
+         allocate (self%tangent)
+         call self%tangent%set(a, b, c)
+      end if
+      if (is_lean) then
          call self%tangent%carry(self%rates, system, before, after, dt, window_time, tangent, status, &
                                  homogeneous=.true., axis=self%lean%spin_axis())
-         carried = .true.
+      else
+         call self%tangent%carry(self%rates, system, before, after, dt, window_time, tangent, status)
       end if
-      if (carried) return
-      call self%tangent%carry(self%rates, system, before, after, dt, window_time, tangent, status)
    end subroutine carry
 
    !> A step remembers nothing of the ones before.

@@ -215,9 +215,9 @@ contains
       associate (wheel => system%effects%wheels(i), dt => rates%dt)
          speed = wheel%speed_of(momentum, self%omega)
          drive = 0.0_wp
-         self%asked(i) = min(max(self%t, rates%drive_window(1, i)), rates%drive_window(2, i))
-         if (rates%driven(i)) drive = wheel%drive(self%asked(i), self%q, self%relative)
-         if (rates%driven(i) .and. allocated(wheel%motor)) then
+         self%asked(i) = min(max(self%t, rates%wheels%window(1, i)), rates%wheels%window(2, i))
+         if (rates%wheels%driven(i)) drive = wheel%drive(self%asked(i), self%q, self%relative)
+         if (rates%wheels%driven(i) .and. allocated(wheel%motor)) then
             call wheel%motor%derivatives(self%asked(i), self%q, self%relative, rotation, by_rate)
             self%by_turn(8 + i, :) = dt*rotation(1, :)
             self%by_turn(8, :) = self%by_turn(8, :) + (dt*speed)*rotation(1, :)
@@ -324,7 +324,7 @@ contains
                      inner = inner + h*axis
                      speed = -h*c(4)/wheel%inertia**2 - dot_product(axis, self%omega)
                      drive = 0.0_wp
-                     if (rates%driven(i)) drive = wheel%drive_change(c, self%asked(i), self%q, self%relative)
+                     if (rates%wheels%driven(i)) drive = wheel%drive_change(c, self%asked(i), self%q, self%relative)
                      drive = drive - c(6)*self%speed(i)
                      change(8 + i) = change(8 + i) + rates%dt*(drive - wheel%friction*speed)
                      change(8) = change(8) + rates%dt*(drive*self%speed(i) + (self%drive(i) - 2*wheel%friction &

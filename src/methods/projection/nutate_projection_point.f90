@@ -23,6 +23,16 @@ module nutate_projection_point
    !> |qᵀq - 1| up to which the first term of 1/|q| is exact: the next one, 3/8 of its square, is below ε/4.
    real(wp), parameter :: nearly_unit = 1e-8_wp
 
+   !> The wheels of a system.
+   type :: planned_wheels_t
+      !> Momenta of the state last taken, N m s; shape (most_wheels).
+      real(wp) :: momentum(most_wheels) = 0.0_wp
+      !> The momentum has errors, and takes part in moves; 1/Jw, kg⁻¹ m⁻², shape (most_wheels), and the axis, body axes,
+      !> shape (3, most_wheels).
+      logical :: moves(most_wheels) = .false.
+      real(wp) :: inverse_inertia(most_wheels) = 0.0_wp, axis(3, most_wheels) = 0.0_wp
+   end type planned_wheels_t
+
    !> What the energy and the invariants of a system consist of.
    type :: projection_plan_t
       !> The conserved components of l (`nutate_invariants`) and n, space axes; shape (3).
@@ -46,14 +56,10 @@ module nutate_projection_point
       !> There are potentials that move; the time of the state last taken, s.
       logical :: moves = .false.
       real(wp) :: t = 0.0_wp
-      !> There are wheels, and h counts theirs. Of the state last taken their momenta, N m s, shape (most_wheels), and
-      !> energy, J.
-      logical :: has_wheels = .false.
-      real(wp) :: wheels(most_wheels) = 0.0_wp, wheel_energy = 0.0_wp
-      !> Momenta of wheels have errors, and take part in moves; of each: it does, 1/Jw, kg⁻¹ m⁻², shape (most_wheels),
-      !> and its axis, body axes, shape (3, most_wheels).
-      logical :: moves_wheels = .false., moves_wheel(most_wheels) = .false.
-      real(wp) :: inverse_wheels(most_wheels) = 0.0_wp, wheel_axes(3, most_wheels) = 0.0_wp
+      !> There are wheels, and h counts theirs; some take part in moves; their energy in the state last taken, J.
+      logical :: has_wheels = .false., moves_wheels = .false.
+      type(planned_wheels_t), allocatable :: wheels
+      real(wp) :: wheel_energy = 0.0_wp
    contains
       procedure :: prepare
       !> Copies the wheels of a state.
@@ -122,6 +128,8 @@ contains
                                      self%inverse_inertia(2, 3)]) > 0.0_wp)
       self%has_rotor = system%effects%n_rotors > 0
       self%has_wheels = system%effects%n_wheels > 0
+      self%moves_wheels = .false.
+      if (allocated(self%wheels)) deallocate (self%wheels)
       if (self%has_wheels) call sort_wheels(self, system%effects)
       self%moves = system%effects%moves
       self%wheel_energy = 0.0_wp
@@ -136,14 +144,15 @@ contains
       class(projection_plan_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
       integer :: i
+      allocate (self%wheels)
       do i = 1, effects%n_wheels
          associate (wheel => effects%wheels(i))
-            self%moves_wheel(i) = wheel%friction > 0.0_wp .or. wheel%series_kind() == NO_SERIES
-            self%inverse_wheels(i) = 1/wheel%inertia
-            self%wheel_axes(:, i) = wheel%axis
+            self%wheels%moves(i) = wheel%friction > 0.0_wp .or. wheel%series_kind() == NO_SERIES
+            self%wheels%inverse_inertia(i) = 1/wheel%inertia
+            self%wheels%axis(:, i) = wheel%axis
          end associate
       end do
-      self%moves_wheels = any(self%moves_wheel(:effects%n_wheels))
+      self%moves_wheels = any(self%wheels%moves)
    end subroutine sort_wheels
 
    !> Moves the wheels down a slope.
@@ -154,10 +163,10 @@ contains
       type(slope_t), intent(in) :: slope
       integer :: n
       n = effects%n_wheels
-      self%wheels(:n) = self%wheels(:n) - c*slope%wheels(:n)
-      self%rotor = effects%inner_momentum(self%wheels)
+      self%wheels%momentum(:n) = self%wheels%momentum(:n) - c*slope%wheels(:n)
+      self%rotor = effects%inner_momentum(self%wheels%momentum)
       self%rotor_length = norm2(self%rotor)
-      self%wheel_energy = effects%wheel_energy(self%wheels)
+      self%wheel_energy = effects%wheel_energy(self%wheels%momentum)
    end subroutine move_wheels
 
    !> Energy of the wheels that do not move, J, of the state last taken.
@@ -165,8 +174,10 @@ contains
       class(projection_plan_t), intent(in) :: self
       integer :: i
       energy = 0.0_wp
+      if (.not. self%has_wheels) return
       do i = 1, most_wheels
-         if (.not. self%moves_wheel(i)) energy = energy + 0.5_wp*self%inverse_wheels(i)*self%wheels(i)**2
+         if (.not. self%wheels%moves(i)) &
+            energy = energy + 0.5_wp*self%wheels%inverse_inertia(i)*self%wheels%momentum(i)**2
       end do
    end function still_energy
 
@@ -175,7 +186,7 @@ contains
       class(projection_plan_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
       type(state_t), intent(in) :: state
-      self%wheels = state%wheel_momentum
+      self%wheels%momentum = state%wheel_momentum
       self%rotor = effects%inner_momentum(state%wheel_momentum)
       self%rotor_length = norm2(self%rotor)
       self%wheel_energy = effects%wheel_energy(state%wheel_momentum)
@@ -419,11 +430,12 @@ contains
       energy = 0.0_wp
       slope%wheels = 0.0_wp
       do i = 1, most_wheels
-         if (.not. self%moves_wheel(i)) cycle
-         speed = self%inverse_wheels(i)*self%wheels(i) - dot_product(self%wheel_axes(:, i), point%omega)
+         if (.not. self%wheels%moves(i)) cycle
+         speed = self%wheels%inverse_inertia(i)*self%wheels%momentum(i) &
+                 - dot_product(self%wheels%axis(:, i), point%omega)
          slope%wheels(i) = speed
          square = square + speed*speed
-         energy = energy + speed*speed/self%inverse_wheels(i)
+         energy = energy + speed*speed/self%wheels%inverse_inertia(i)
       end do
       if (square <= tiny(1.0_wp)/eps) then
          slope%wheels = 0.0_wp
@@ -443,7 +455,7 @@ contains
       integer :: i
       if (self%moves_wheels) then
          do i = 1, most_wheels
-            moved = self%wheels(i) - state%wheel_momentum(i)
+            moved = self%wheels%momentum(i) - state%wheel_momentum(i)
             if (abs(moved) > 0.0_wp) call add_increment(state%wheel_momentum(i), state%wheel_compensation(i), moved)
          end do
       end if

@@ -89,14 +89,19 @@ contains
 
    !> Puts the state that a step left in the place of a copy that was shown. Before the first step there is no balance:
    !> the one that a state brings along may be that of another system.
-   pure subroutine find_origin(self, state)
+   pure subroutine find_origin(self, state, restored)
       class(spaced_projection_t), intent(in) :: self
       type(state_t), intent(inout) :: state
+      !> The state was such a copy, and has become the one that the step left: its balance belongs to it.
+      logical, intent(out), optional :: restored
+      logical :: was_shown
+      was_shown = state%balance%shown .and. .not. self%fresh
       if (self%fresh) then
          state%balance%open = .false.
       else
          call state%restore_left()
       end if
+      if (present(restored)) restored = was_shown .and. .not. state%balance%shown
    end subroutine find_origin
 
    !> Prepares the state from which a step starts; one whose balance starts anew is projected after its
@@ -105,8 +110,9 @@ contains
       class(spaced_projection_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(inout) :: state
-      call self%find_origin(state)
-      call self%projection%follow(system, state)
+      logical :: restored
+      call self%find_origin(state, restored)
+      if (.not. restored) call self%projection%follow(system, state)
    end subroutine begin_step
 
    !> Counts a step, and projects the state if that is due. Errors, with state and count as they were: those of the

@@ -146,8 +146,9 @@ contains
       wheels = 0.0_wp
       if (plan%moves_wheels) then
          do i = 1, most_wheels
-            if (.not. plan%moves_wheel(i)) cycle
-            speed = plan%inverse_wheels(i)*plan%wheels(i) - dot_product(plan%wheel_axes(:, i), point%omega)
+            if (.not. plan%wheels%moves(i)) cycle
+            speed = plan%wheels%inverse_inertia(i)*plan%wheels%momentum(i) &
+                    - dot_product(plan%wheels%axis(:, i), point%omega)
             wheels = wheels + (to_order_one*speed*error%wheels(i))**2
          end do
       end if

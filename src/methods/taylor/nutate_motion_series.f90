@@ -50,8 +50,8 @@ module nutate_motion_series
       type(torque_series_t) :: torques
       !> What comes after the highest coefficient.
       type(series_tail_t) :: tail
-      !> The momenta of the wheels.
-      type(wheel_series_t) :: wheels
+      !> The momenta of the wheels, where there are any.
+      type(wheel_series_t), allocatable :: wheels
       !> `TWO_PAIRS`, ...: of the system, and of the present series.
       integer :: best = TWO_PAIRS, equations = TWO_PAIRS
       !> Lanes (L, E1) and (E2, E3), of a top (E1, E2); body axes; shape (2, 3, 0:highest_order).
@@ -114,7 +114,7 @@ contains
       !> J is diagonal and there are no rotors; the attitude is wanted.
       logical, intent(in) :: diagonal, attitude
       self%best = TWO_PAIRS
-      if (self%wheels%n > 0) return
+      if (allocated(self%wheels)) return
       if (.not. self%torques%has_more .and. self%torques%rank == 0) then
          self%best = ONE_PAIR
          if (diagonal) self%best = FREE_BODY
@@ -213,7 +213,7 @@ contains
       integer :: i
       self%equations = self%best
       associate (torques => self%torques, f => self%frame)
-         if (torques%has_more .or. torques%rank > 0 .or. self%wheels%n > 0) then
+         if (torques%has_more .or. torques%rank > 0 .or. allocated(self%wheels)) then
             do i = 1, 3
                f(:, i) = rotate_to_body(q, torques%basis(:, i))
             end do
@@ -256,17 +256,17 @@ contains
       b(1, :) = self%frame(:, 2)
       b(2, :) = self%frame(:, 3)
       w = self%momentum - system%effects%rotor_momentum
-      if (self%wheels%n > 0) call self%wheels%start(self%torques%start, self%time_unit)
+      if (allocated(self%wheels)) call self%wheels%start(self%torques%start, self%time_unit)
       bound = steepest_growth
       converges = max(maxval(abs(turn)), abs(self%time_unit)*self%torques%pace) <= bound
       if (.not. converges) return
       do k = 0, self%order
          self%lanes_1(:, :, k) = a
          self%lanes_2(:, :, k) = b
-         if (self%wheels%n > 0) w = w - self%wheels%term(k)
+         if (allocated(self%wheels)) w = w - self%wheels%term(k)
          w = to_omega(:, 1)*w(1) + to_omega(:, 2)*w(2) + to_omega(:, 3)*w(3)
          omega = w
-         if (self%wheels%n > 0) call self%wheels%add_term(system%effects, k, omega/self%time_unit)
+         if (allocated(self%wheels)) call self%wheels%add_term(system%effects, k, omega/self%time_unit)
          if (self%axial%axis > 0) then
             w = across*a(1, :)
             if (k < self%order) self%angle(k + 1) = inverses(k + 1)*(omega(self%axial%axis) - w(self%axial%axis))

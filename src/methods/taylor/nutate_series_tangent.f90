@@ -68,19 +68,11 @@ module nutate_series_tangent
       !> Coefficient k of δh of each wheel, and its sum; shape (n, n_wheels).
       real(wp), allocatable :: wheel(:, :), gain(:, :)
    contains
-      !> Forgets the effects of a system.
-      procedure :: reset
       !> Moves tangent columns over a step.
       procedure :: carry
    end type series_tangent_t
 
 contains
-
-   !> Forgets the effects of a system, which have changed.
-   pure subroutine reset(self)
-      class(series_tangent_t), intent(inout) :: self
-      self%prepared = .false.
-   end subroutine reset
 
    !> Moves tangent columns over a step. Errors, with the columns as they were: `NUTATE_BAD_ARGUMENT` for an effect, or
    !> a change of its parameters, that has no series of its derivative.

@@ -9,6 +9,7 @@ module nutate_taylor_stepper
    use nutate_hamiltonian, only: body_momentum, moving_energy
    use nutate_invariants, only: follows_turning_axes
    use nutate_kinds, only: wp, eps
+   use nutate_limits, only: most_wheels
    use nutate_motion_series, only: motion_series_t, TWO_PAIRS
    use nutate_noise, only: noise_t
    use nutate_power_series, only: highest_order
@@ -71,7 +72,7 @@ module nutate_taylor_stepper
       real(wp) :: turned_time = 0.0_wp, turn(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
       !> The state that the step under way leads to.
       type(state_t) :: next = state_t()
-      type(series_tangent_t) :: tangent
+      type(series_tangent_t), allocatable :: tangent
    contains
       procedure :: disturb
       procedure :: set_up
@@ -99,10 +100,14 @@ contains
       end if
       call self%series%torques%prepare(system%effects, status)
       if (.not. status%ok()) return
-      call self%series%wheels%prepare(system%effects, status)
-      if (.not. status%ok()) return
+      if (allocated(self%series%wheels)) deallocate (self%series%wheels)
+      if (system%effects%n_wheels > 0) then
+         allocate (self%series%wheels)
+         call self%series%wheels%prepare(system%effects, status)
+         if (.not. status%ok()) return
+      end if
       call self%series%prepare(system, settings%attitude)
-      call self%tangent%reset()
+      if (allocated(self%tangent)) deallocate (self%tangent)
       self%order = settings%series_order
       self%conserve = settings%conserve
       self%attitude = settings%attitude
@@ -151,11 +156,12 @@ contains
       real(wp), intent(in) :: dt, window_time
       type(status_t), intent(inout) :: status
       real(wp) :: y(n_rates), done, given
-      logical :: chosen, converges
+      logical :: chosen, converges, restored
       integer :: i
       converges = .true.
       call self%next%copy_from(state, self%rates%n_wheels > 0, self%conserve)
-      if (self%conserve) call self%projection%find_origin(self%next)
+      restored = .false.
+      if (self%conserve) call self%projection%find_origin(self%next, restored)
       chosen = is_expanded(self, system, self%next, dt, window_time)
       if (.not. chosen) then
          call begin_step(self%rates, system, self%next, dt, window_time, y)
@@ -168,7 +174,7 @@ contains
       if (self%rates%failure == 0) then
          call self%series%tail%use_in_step(dt/self%series%time_unit)
          if (self%conserve) then
-            call self%projection%begin_step(system, self%next)
+            if (.not. restored) call self%projection%begin_step(system, self%next)
             call self%first%balance%copy_from(self%next%balance, self%rates%n_wheels > 0)
          end if
          call get_state(self, dt, y)
@@ -341,7 +347,7 @@ contains
       integer :: i
       self%series%t = state%t
       self%series%time_unit = time_unit
-      if (self%rates%n_wheels > 0) call self%series%wheels%set_start(state, self%rates%driven)
+      if (self%rates%n_wheels > 0) call self%series%wheels%set_start(state, self%rates%wheels%driven)
       associate (start => self%series%torques%start)
          start = state%t
          ! On the end of a piece, or rounded beyond it, the step decides which it is.
@@ -350,14 +356,19 @@ contains
                start = min(max(start, self%rates%window(1, i)), self%rates%window(2, i))
          end do
          do i = 1, self%rates%n_wheels
-            if (self%rates%driven(i)) &
-               start = min(max(start, self%rates%drive_window(1, i)), self%rates%drive_window(2, i))
+            if (self%rates%wheels%driven(i)) &
+               start = min(max(start, self%rates%wheels%window(1, i)), self%rates%wheels%window(2, i))
          end do
       end associate
       call self%series%expand(system, self%rates%acts, y(1:4), y(5:7), converges)
       if (converges) call self%series%fit_tail()
       self%expanded = converges
-      self%first = state
+      if (self%conserve) then
+         ! Its balance is not known before the step.
+         call self%first%copy_from(state, self%rates%n_wheels > 0, .false.)
+      else
+         self%first = state
+      end if
       do i = 1, size(self%acted)
          self%acted(i) = self%rates%acts(i)
       end do
@@ -390,8 +401,8 @@ contains
       y(8) = 0.0_wp
       self%step_error%work = 0.0_wp
       if (self%rates%n_wheels > 0) call self%series%wheels%evaluate( &
-         self%series%order, time/self%series%time_unit, self%series%tail, self%rates%gain, self%rates%wheel_work, &
-         self%step_error%wheels, self%step_error%work)
+         self%series%order, time/self%series%time_unit, self%series%tail, self%rates%wheels%gain, &
+         self%rates%wheels%work, self%step_error%wheels, self%step_error%work)
    end subroutine get_state
 
    !> Puts the change last computed in the place of the values that it led to.
@@ -507,13 +518,16 @@ contains
       type(tangent_t), intent(inout) :: tangent
       type(status_t), intent(inout) :: status
       type(state_t) :: origin
-      logical :: works
+      logical :: works, driven(most_wheels)
       works = system%effects%n_works() > 0 .and. .not. system%effects%moves
       if (works) tangent%work = tangent%work - tangent%energy_row(system, before)
       origin = before
       call origin%restore_left()
+      driven = .false.
+      if (self%rates%n_wheels > 0) driven = self%rates%wheels%driven
+      if (.not. allocated(self%tangent)) allocate (self%tangent)
       call self%tangent%carry(system, origin, after, dt, self%series%torques%start, self%series%order, self%acted, &
-                              self%rates%driven, tangent, status)
+                              driven, tangent, status)
       if (works) tangent%work = tangent%work + tangent%energy_row(system, after)
       if (status%ok() .and. self%conserve .and. self%attitude .and. after%balance%count == 0) &
          call project_columns(system, after, tangent)

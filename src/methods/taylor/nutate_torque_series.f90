@@ -55,9 +55,8 @@ module nutate_torque_series
       !> D of linear torques; shape (3,3, number of torques).
       real(wp), allocatable, private :: drag(:, :, :)
       !> Ω, rad/s, shape (3, 0:highest_order), and each torque, last that of potentials that move, N m, shape
-      !> (0:highest_order, 3, number of torques + 1); body axes.
-      real(wp), private :: omega(3, 0:highest_order) = 0.0_wp
-      real(wp), allocatable, private :: torque(:, :, :)
+      !> (0:highest_order, 3, number of torques + 1); body axes. Without coefficients where nothing asks for them.
+      real(wp), allocatable, private :: omega(:, :), torque(:, :, :)
       !> ∂τ/∂γ of all slots, for derivatives; shape (3,3, 0:highest_order, slots).
       real(wp), allocatable, private :: derivative(:, :, :, :)
       !> Series of δn that parameters make, in the basis, and of R(q)ᵀδn, shape (3, 0:highest_order, any); which are not
@@ -252,7 +251,8 @@ contains
       type(effect_list_t), intent(in) :: effects
       integer :: i, n, last
       if (allocated(self%slot)) deallocate (self%slot, self%torque_slot, self%components, self%gamma, self%columns, &
-                                            self%auxiliary, self%drag, self%torque, self%mover, self%moving)
+                                            self%auxiliary, self%drag, self%omega, self%torque, self%mover, &
+                                            self%moving)
       if (allocated(self%derivative)) deallocate (self%derivative)
       n = self%n_general + effects%n_torques
       allocate (self%slot(self%n_general), self%torque_slot(effects%n_torques), self%columns(2, n), source=0)
@@ -284,7 +284,9 @@ contains
       allocate (self%moving(3, 0:highest_order, maxval([0, self%mover])), source=0.0_wp)
       self%moves = size(self%moving, 3) > 0
       allocate (self%gamma(3, 0:highest_order, n), self%auxiliary(0:highest_order, last), source=0.0_wp)
-      allocate (self%torque(0:highest_order, 3, effects%n_torques + 1), source=0.0_wp)
+      n = -1
+      if (self%has_more .or. effects%moves) n = highest_order
+      allocate (self%omega(3, 0:n), self%torque(0:n, 3, effects%n_torques + 1), source=0.0_wp)
    end subroutine make_slots
 
    !> Marks the torques in space axes, and makes room for them.
