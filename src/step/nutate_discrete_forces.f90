@@ -68,6 +68,8 @@ module nutate_discrete_forces
       procedure :: split_turn
       !> Work of each torque in the step.
       procedure :: get_work
+      !> Moves them to another place.
+      procedure :: move_to
    end type discrete_forces_t
 
 contains
@@ -98,6 +100,22 @@ contains
       end do
       self%in_fields = effects%n_torques == 0 .and. all(self%is_linear)
    end subroutine prepare
+
+   !> Moves them to another place, without a copy of what is allocated; they have to be moved back.
+   pure subroutine move_to(self, other)
+      class(discrete_forces_t), intent(inout) :: self
+      type(discrete_forces_t), intent(inout) :: other
+      other%active = self%active
+      other%by_attitude = self%by_attitude
+      other%projection = self%projection
+      other%in_fields = self%in_fields
+      if (allocated(self%acts)) call move_alloc(self%acts, other%acts)
+      if (.not. allocated(self%direction)) return
+      call move_alloc(self%direction, other%direction)
+      call move_alloc(self%gamma0, other%gamma0)
+      call move_alloc(self%slope, other%slope)
+      call move_alloc(self%is_linear, other%is_linear)
+   end subroutine move_to
 
    !> Starts a step at the attitude q0 = |q0| u.
    pure subroutine start(self, effects, t, frame, norm, window_time)

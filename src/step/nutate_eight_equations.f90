@@ -59,7 +59,8 @@ module nutate_eight_equations
       type(discrete_forces_t) :: forces
       !> Of space axes that turn.
       type(frame_turn_t) :: turn
-      type(wheel_steps_t) :: wheels
+      !> Allocated where there are wheels.
+      type(wheel_steps_t), allocatable :: wheels
    contains
       !> Chooses the unit of momentum.
       procedure :: set_momentum_unit
@@ -83,6 +84,8 @@ module nutate_eight_equations
       procedure :: increments
       !> The constraint (5), q·p = 0, holds but for rounding, and stays so.
       procedure :: is_tangent
+      !> The step is short enough for the friction of the wheels.
+      procedure :: is_short
       !> Removes what rounding left of q·p.
       procedure :: make_tangent
       !> Shows to an archive what stays from step to step.
@@ -102,7 +105,7 @@ contains
       self%momentum_unit = momentum_unit
       self%scaled = .true.
       self%inverse_inertia = system%body%inverse_inertia
-      if (self%wheels%n > 0) then
+      if (allocated(self%wheels)) then
          call self%wheels%set_step(system%effects, self%dt)
          call self%wheels%add_to_inverse(system%effects, self%inverse_inertia)
       end if
@@ -128,7 +131,7 @@ contains
       self%x0 = [norm, 0.0_wp, 0.0_wp, 0.0_wp]
       self%y0 = quat_product(quat_conjugate(self%frame), state%p)/self%momentum_unit
       self%w0 = norm*self%y0
-      if (self%wheels%n > 0) then
+      if (allocated(self%wheels)) then
          call self%wheels%start(system%effects, state, window_time)
          self%rotor = 2*(system%effects%rotor_momentum + self%wheels%rotor)/self%momentum_unit
       end if
@@ -182,13 +185,15 @@ contains
       type(system_t), intent(in) :: system
       !> b = ¼Δt Ω̄, body axes; shape (3).
       real(wp), intent(in) :: b(3)
-      real(wp) :: z(8), c(4), w(4)
+      real(wp) :: z(8), c(4), w(4), carried(3, 3)
+      carried = 0.0_wp
+      if (allocated(self%wheels)) carried = self%wheels%carried
       c(2:4) = b
       if (self%turn%there) c(2:4) = self%turn%to_relative(b)
       c(1) = -dot_product(c(2:4), c(2:4))
       z(1:4) = (2*self%x0(1)/(1 - c(1)))*c
       w(1) = self%w0(1)
-      w(2:4) = (16/(self%dt*self%momentum_unit))*times_vector(system%body%inertia + self%wheels%carried, b) &
+      w(2:4) = (16/(self%dt*self%momentum_unit))*times_vector(system%body%inertia + carried, b) &
                + 2*self%rotor - self%w0(2:4)
       c = self%x0 + z(1:4)
       z(5:8) = quat_product(c, w)/dot_product(c, c) - self%y0
@@ -380,6 +385,13 @@ contains
       class(eight_equations_t), intent(in) :: self
       is_tangent = self%forces%projection .and. abs(self%w0(1)) <= product_noise*maxval(abs(self%w0(2:4)))
    end function is_tangent
+
+   !> True where there are no wheels, or the step is short enough for their friction.
+   pure logical function is_short(self)
+      class(eight_equations_t), intent(in) :: self
+      is_short = .true.
+      if (allocated(self%wheels)) is_short = self%wheels%is_short
+   end function is_short
 
    !> Subtracts from the increment of p what the rounding of the last steps left of q·p: 1e-16 of |p|, which changes
    !> neither the angular momentum nor the energy, but adds up from step to step, and with a finite J0 moves |q|. A turn

@@ -68,7 +68,8 @@ module nutate_reduced_equations
       logical :: is_relative = .false.
       !> Without forces F is a cubic polynomial of b, whose coefficients are nearly those in axes that stand still.
       logical :: is_cubic = .false.
-      type(wheel_steps_t) :: wheels
+      !> Allocated where there are wheels.
+      type(wheel_steps_t), allocatable :: wheels
    contains
       !> Sets the step's length.
       procedure :: set_step
@@ -121,9 +122,9 @@ contains
       self%rotor = self%scale*system%effects%rotor_momentum
       call self%turn%prepare(system%effects)
       self%is_relative = self%turn%there .and. self%forces%active
-      self%is_cubic = .not. self%forces%active .and. self%wheels%n == 0 .and. &
+      self%is_cubic = .not. self%forces%active .and. .not. allocated(self%wheels) .and. &
                       (0.25_wp*dt)**2*dot_product(self%turn%rate, self%turn%rate) <= slow_frame
-      if (self%wheels%n == 0) return
+      if (.not. allocated(self%wheels)) return
       call self%wheels%set_step(system%effects, dt)
       self%inertia = self%inertia + self%wheels%carried/largest
    end subroutine set_step
@@ -141,7 +142,7 @@ contains
       self%half_momentum = 0.5_wp*quat_product(quat_conjugate(self%frame), state%p)
       self%momentum = self%scale*self%half_momentum(2:4)
       self%too_strong = .false.
-      if (self%wheels%n > 0) then
+      if (allocated(self%wheels)) then
          call self%wheels%start(system%effects, state, window_time)
          self%rotor = self%scale*(system%effects%rotor_momentum + self%wheels%rotor)
       end if
@@ -158,7 +159,8 @@ contains
    !> True if the momenta are of a size that a step can follow.
    pure logical function is_in_scale(self)
       class(reduced_equations_t), intent(in) :: self
-      is_in_scale = max(maxval(abs(self%momentum)), maxval(abs(self%rotor))) <= greatest .and. self%wheels%is_short
+      is_in_scale = max(maxval(abs(self%momentum)), maxval(abs(self%rotor))) <= greatest
+      if (allocated(self%wheels)) is_in_scale = is_in_scale .and. self%wheels%is_short
    end function is_in_scale
 
    !> b = ¼Δt J⁻¹(L0 - h): the momentum of the start all through the step; shape (3).
@@ -166,8 +168,10 @@ contains
       class(reduced_equations_t), intent(in) :: self
       type(system_t), intent(in) :: system
       real(wp) :: b(3)
-      b = (0.25_wp*self%dt)*times_vector(system%body%inverse_inertia, &
-                                         self%half_momentum(2:4) - (system%effects%rotor_momentum + self%wheels%first))
+      real(wp) :: inner(3)
+      inner = system%effects%rotor_momentum
+      if (allocated(self%wheels)) inner = inner + self%wheels%first
+      b = (0.25_wp*self%dt)*times_vector(system%body%inverse_inertia, self%half_momentum(2:4) - inner)
    end function explicit_guess
 
    !> Computes the mean momentum of a turn, for F and its derivative.

@@ -71,7 +71,8 @@ contains
       !> Of the step, started.
       type(discrete_forces_t), intent(in) :: forces
       type(frame_turn_t), intent(in) :: turn
-      type(wheel_steps_t), intent(in) :: wheels
+      !> Present where there are wheels.
+      type(wheel_steps_t), intent(in), optional :: wheels
       type(tangent_t), intent(inout) :: tangent
       type(status_t), intent(inout) :: status
       real(wp) :: largest, r(3)
@@ -80,7 +81,7 @@ contains
       self%scale = 0.25_wp*self%dt/largest
       self%inertia = (1/largest)*system%body%inertia
       self%inverse_inertia = system%body%inverse_inertia
-      if (wheels%n > 0) then
+      if (present(wheels)) then
          self%inertia = self%inertia + wheels%carried/largest
          call wheels%add_to_inverse(system%effects, self%inverse_inertia)
       end if
@@ -90,7 +91,8 @@ contains
       call self%forces%set(system%effects, forces, r, 4/self%dt)
       call set_matrices(self, forces%active, turn, status)
       if (status%code /= 0) return
-      plain = .not. (turn%there .or. wheels%n > 0 .or. size(tangent%parametric) > 0 .or. system%effects%n_torques > 0)
+      plain = .not. (turn%there .or. present(wheels) .or. size(tangent%parametric) > 0 .or. &
+                     system%effects%n_torques > 0)
       if (plain .and. .not. forces%active) then
          call move_free(self, tangent%n, tangent%theta, tangent%momentum)
       else if (plain) then
@@ -106,17 +108,18 @@ contains
       type(system_t), intent(in) :: system
       type(discrete_forces_t), intent(in) :: forces
       type(frame_turn_t), intent(in) :: turn
-      type(wheel_steps_t), intent(in) :: wheels
+      !> Present where there are wheels.
+      type(wheel_steps_t), intent(in), optional :: wheels
       type(tangent_t), intent(inout) :: tangent
       logical :: extended
       integer :: i
       call find_changes(self, tangent%n, forces%active .or. turn%there, tangent%theta, tangent%momentum, tangent%mid, &
                         tangent%change)
-      extended = wheels%n > 0 .or. size(tangent%parametric) > 0
+      extended = present(wheels) .or. size(tangent%parametric) > 0
       if (extended .or. turn%there) tangent%shift = 0.0_wp
       if (extended) then
          tangent%mean = 0.0_wp
-         do i = 1, wheels%n
+         do i = 1, system%effects%n_wheels
             call begin_wheel(system%effects%wheels(i)%axis, wheels%share(i), tangent%wheels(:, i), &
                              tangent%inner(:, i), tangent%mean)
          end do
@@ -129,7 +132,7 @@ contains
          tangent%turn = tangent%momentum + tangent%change
       end if
       call turn_columns(self%turn_by_mean, tangent%n, tangent%turn)
-      do i = 1, wheels%n
+      do i = 1, system%effects%n_wheels
          call finish_wheel(self, system%effects%wheels(i), wheels, i, tangent)
       end do
       tangent%momentum = tangent%momentum + 2*tangent%change
@@ -416,7 +419,7 @@ contains
       type(system_t), intent(in) :: system
       type(discrete_forces_t), intent(in) :: forces
       type(frame_turn_t), intent(in) :: turn
-      type(wheel_steps_t), intent(in) :: wheels
+      type(wheel_steps_t), intent(in), optional :: wheels
       type(tangent_t), intent(inout) :: tangent
       !> Which of the parametric columns.
       integer, intent(in) :: m
@@ -425,7 +428,7 @@ contains
       k = tangent%parametric(m)
       associate (column => tangent%columns(k), b => self%b, rate => self%forces%rate)
          mean = rate*times_vector(tangent%inertia(:, :, m), b) + column%rotor
-         if (wheels%n > 0) call add_wheel_parameters(self, system%effects%wheels, wheels, column, mean, &
+         if (present(wheels)) call add_wheel_parameters(self, system%effects%wheels, wheels, column, mean, &
                                                      tangent%inner(k, :), tangent%work(k))
          rhs = 0.0_wp
          if (forces%active) then

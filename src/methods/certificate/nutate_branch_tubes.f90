@@ -13,7 +13,7 @@ module nutate_branch_tubes
    use nutate_kinds, only: wp, eps
    use nutate_quaternion, only: cross
    use nutate_reduced_equations, only: reduced_equations_t
-   use nutate_root_certificate, only: root_certificate_t
+   use nutate_root_certificate, only: all_bounds_t, root_certificate_t
    use nutate_small_products, only: times_columns, times_vector, vector_length
    use nutate_state, only: state_t
    use nutate_status, only: status_t
@@ -71,7 +71,7 @@ module nutate_branch_tubes
 contains
 
    !> Follows the branch of a stage from t = 0; the whole stage is reached if `part` is 1 afterwards.
-   subroutine follow(self, certificate, equations, system, state, dt, window_time)
+   subroutine follow(self, certificate, equations, system, state, dt, window_time, here)
       class(branch_t), intent(inout) :: self
       !> Which has taken the state.
       type(root_certificate_t), intent(in) :: certificate
@@ -82,6 +82,8 @@ contains
       type(state_t), intent(in) :: state
       !> s, and the time that decides which torques act.
       real(wp), intent(in) :: dt, window_time
+      !> Bounds from `holds_here` of the certificate.
+      type(all_bounds_t), intent(in), optional :: here
       type(tube_t) :: tube
       real(wp) :: last, delta, radius
       logical :: found
@@ -89,7 +91,7 @@ contains
       call set_length(equations, system, state, dt, window_time)
       self%start = equations%explicit_guess(system)
       self%start_length = vector_length(self%start)
-      call certificate%first_part(dt, self%start_length, self%part, radius)
+      call certificate%first_part(dt, self%start_length, self%part, radius, here)
       if (.not. self%part > 0.0_wp) return
       self%b = self%part*self%start
       call find_root(self, equations, system, state, window_time, self%part, 2*radius, found)

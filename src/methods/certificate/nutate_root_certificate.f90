@@ -30,7 +30,7 @@ module nutate_root_certificate
    implicit none
    private
 
-   public :: root_certificate_t
+   public :: root_certificate_t, all_bounds_t
 
    !> ρ: the finer the grid, the nearer to the largest b0 that can be certified; beyond the last θ < 1 for no body. The
    !> small ones are for the first part of a step of needles, whose κ is large.
@@ -59,6 +59,7 @@ module nutate_root_certificate
 
    !> The same for each radius: those that are known, the smallest radii.
    type :: all_bounds_t
+      private
       integer :: known = 0
       type(ball_bounds_t) :: balls(size(radii)) = ball_bounds_t()
    end type all_bounds_t
@@ -80,9 +81,9 @@ module nutate_root_certificate
       type(linear_map_t), allocatable, private :: identity
       !> |ω| of space axes that turn, rad/s.
       real(wp), private :: frame_rate = 0.0_wp
-      !> Bounds of all effects for each radius: at any attitude, and in a stage from the state last asked for. Not
-      !> allocated where there are neither effects nor space axes that turn.
-      type(all_bounds_t), allocatable, private :: everywhere, here
+      !> Bounds of all effects for each radius at any attitude. Not allocated where there are neither effects nor space
+      !> axes that turn.
+      type(all_bounds_t), allocatable, private :: everywhere
       !> γ of each potential at the start of that stage; shape (3, number of potentials).
       real(wp), allocatable, private :: gamma(:, :)
       !> Largest |b0| and largest |b| of a root that is the true one.
@@ -90,6 +91,8 @@ module nutate_root_certificate
    contains
       !> Sets a system.
       procedure :: set_up
+      !> There are bounds that depend on the attitude at the start of a stage, for `holds_here`.
+      procedure :: has_bounds
       !> The root is the true one.
       procedure :: holds
       !> Sets the state at the start of a stage, and tells whether the root is then certified.
@@ -118,14 +121,20 @@ contains
          allocate (self%acts(effects%n_torques), source=.true.)
          if (allocated(self%gamma)) deallocate (self%gamma)
          allocate (self%gamma(3, effects%n_potentials), source=0.0_wp)
-         if (allocated(self%everywhere)) deallocate (self%everywhere, self%here)
+         if (allocated(self%everywhere)) deallocate (self%everywhere)
          if (effects%n_potentials + effects%n_torques > 0 .or. self%frame_rate > 0.0_wp) &
-            allocate (self%everywhere, self%here)
+            allocate (self%everywhere)
       end associate
       ! Which torques act is known in a step only.
       self%steady_from = huge(1.0_wp)
       self%steady_to = -huge(1.0_wp)
    end subroutine set_up
+
+   !> True if there are bounds that depend on the attitude at the start of a stage.
+   pure logical function has_bounds(self)
+      class(root_certificate_t), intent(in) :: self
+      has_bounds = allocated(self%everywhere)
+   end function has_bounds
 
    !> True if the root is certified to be the true one, wherever the body was at the start of the stage.
    logical function holds(self, system, dt, window_time, start, root)
@@ -148,7 +157,7 @@ contains
    end function holds
 
    !> Sets the state at the start of a stage. True if the root is certified by the bounds that belong to its attitude.
-   pure subroutine holds_here(self, system, state, dt, start, root, certified)
+   pure subroutine holds_here(self, system, state, dt, start, root, certified, here)
       class(root_certificate_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       !> At the start of the stage.
@@ -158,34 +167,38 @@ contains
       !> |b0| and |b|; the second huge where no root is known.
       real(wp), intent(in) :: start, root
       logical, intent(out) :: certified
+      !> Of all effects for each radius, in a stage from that state; present where there are any.
+      type(all_bounds_t), intent(inout), optional :: here
       real(wp) :: reach, radius, near
       integer :: i
       do i = 1, system%effects%n_potentials
          self%gamma(:, i) = rotate_to_body(state%q, system%effects%potentials(i)%item%direction)
       end do
-      if (allocated(self%here)) call bound_balls(self, system, 0.0_wp, dt, self%here)
-      call find_ball(self, dt, reach, radius, near, self%here)
+      if (present(here)) call bound_balls(self, system, 0.0_wp, dt, here)
+      call find_ball(self, dt, reach, radius, near, here)
       certified = start <= reach .and. root <= radius
       ! Tubes are derived for space axes that stand still.
       self%followable = .not. self%frame_rate > 0.0_wp
-      if (self%followable .and. allocated(self%here)) &
-         self%followable = self%here%known > 0 .and. strength_of(self%here%balls(1), dt) <= dominating
+      if (self%followable .and. present(here)) &
+         self%followable = here%known > 0 .and. strength_of(here%balls(1), dt) <= dominating
    end subroutine holds_here
 
    !> The longest part of a stage from the state last taken, among the powers of 0.8, whose root lies in a ball that
    !> contains no other; 0 where there is none.
-   pure subroutine first_part(self, dt, start, part, radius)
+   pure subroutine first_part(self, dt, start, part, radius, here)
       class(root_certificate_t), intent(in) :: self
       !> s, and |b0|.
       real(wp), intent(in) :: dt, start
       real(wp), intent(out) :: part
       !> The root's |b| is below.
       real(wp), intent(out) :: radius
+      !> From `holds_here`.
+      type(all_bounds_t), intent(in), optional :: here
       real(wp) :: reach, near
       integer :: i
       part = 1.0_wp
       do i = 1, most_parts
-         call find_ball(self, part*dt, reach, radius, near, self%here)
+         call find_ball(self, part*dt, reach, radius, near, here)
          if (part*start <= reach) return
          part = shorter*part
       end do

@@ -2,9 +2,10 @@
 !> Δt = 0, or beyond what can be certified.
 module nutate_root_proof
    use nutate_branch_tubes, only: branch_t
+   use nutate_discrete_forces, only: discrete_forces_t
    use nutate_kinds, only: wp
    use nutate_reduced_equations, only: reduced_equations_t
-   use nutate_root_certificate, only: root_certificate_t
+   use nutate_root_certificate, only: all_bounds_t, root_certificate_t
    use nutate_state, only: state_t
    use nutate_system, only: system_t
    implicit none
@@ -40,7 +41,7 @@ module nutate_root_proof
       logical, private :: is_free = .true.
       type(root_certificate_t), private :: certificate
       !> Of parts of a stage; not allocated where there are no effects, which need the room.
-      type(reduced_equations_t), allocatable, private :: equations
+      type(discrete_forces_t), allocatable, private :: forces
    contains
       !> Sets a system.
       procedure :: set_up
@@ -62,10 +63,10 @@ contains
                      .not. (system%body%breaks_triangle .or. system%effects%frame_turns)
       self%applies = system%effects%n_wheels == 0
       call self%certificate%set_up(system)
-      if (allocated(self%equations)) deallocate (self%equations)
+      if (allocated(self%forces)) deallocate (self%forces)
       if (system%effects%n_potentials + system%effects%n_torques > 0) then
-         allocate (self%equations)
-         call self%equations%forces%prepare(system%effects, .true.)
+         allocate (self%forces)
+         call self%forces%prepare(system%effects, .true.)
       end if
       self%length = 0.0_wp
    end subroutine set_up
@@ -102,27 +103,42 @@ contains
       !> b0 = ¼Δt J⁻¹(L0 - h), and the root found, huge where none was; shape (3).
       real(wp), intent(in) :: start(3), root(3)
       integer, intent(out) :: verdict
-      type(branch_t) :: branch
-      type(reduced_equations_t) :: free
-      logical :: proved_here
+      type(all_bounds_t) :: here
       self%tried = 0
       self%b = root
+      if (self%certificate%has_bounds()) then
+         call judge_by(self, system, state, dt, window_time, start, root, verdict, here)
+      else
+         call judge_by(self, system, state, dt, window_time, start, root, verdict)
+      end if
+   end subroutine judge
+
+   !> The same with bounds of all effects for the stage, if there are any.
+   subroutine judge_by(self, system, state, dt, window_time, start, root, verdict, here)
+      type(root_proof_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      real(wp), intent(in) :: dt, window_time
+      real(wp), intent(in) :: start(3), root(3)
+      integer, intent(out) :: verdict
+      type(all_bounds_t), intent(inout), optional :: here
+      type(branch_t) :: branch
+      type(reduced_equations_t) :: equations
+      logical :: proved_here
       verdict = CERTIFIED
-      call self%certificate%holds_here(system, state, dt, length_of(start), length_of(root), proved_here)
+      call self%certificate%holds_here(system, state, dt, length_of(start), length_of(root), proved_here, here)
       if (proved_here) return
       verdict = BEYOND_PROOF
       if (.not. self%certificate%followable) return
-      if (allocated(self%equations)) then
-         call branch%follow(self%certificate, self%equations, system, state, dt, window_time)
-      else
-         call branch%follow(self%certificate, free, system, state, dt, window_time)
-      end if
+      if (allocated(self%forces)) call self%forces%move_to(equations%forces)
+      call branch%follow(self%certificate, equations, system, state, dt, window_time, here)
+      if (allocated(self%forces)) call equations%forces%move_to(self%forces)
       self%tried = branch%tried
       self%b = branch%b
       if (branch%is_unbounded) return
       verdict = ENDED
       if (branch%part >= 1.0_wp) verdict = CERTIFIED
-   end subroutine judge
+   end subroutine judge_by
 
    !> True if a root is the one last followed to.
    pure logical function is_root(self, b)

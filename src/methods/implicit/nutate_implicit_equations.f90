@@ -10,7 +10,7 @@ module nutate_implicit_equations
    use nutate_root_proof, only: root_proof_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_stepper, only: integrator_settings_t, stepper_t
+   use nutate_stepper, only: stepper_t
    use nutate_system, only: system_t
    implicit none
    private
@@ -19,7 +19,6 @@ module nutate_implicit_equations
 
    !> Equations of a step in their unknowns, and what the steppers that solve them keep.
    type, abstract, extends(stepper_t) :: implicit_equations_t
-      type(integrator_settings_t) :: settings
       type(predictor_t) :: predictor
       type(root_proof_t) :: proof
       type(root_judge_t) :: judge

@@ -20,7 +20,6 @@ module nutate_implicit_step
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_CONVERGED, NUTATE_NOT_FINITE, &
       NUTATE_OFF_BRANCH
-   use nutate_stepper, only: integrator_settings_t
    use nutate_system, only: system_t
    implicit none
    private
@@ -62,10 +61,9 @@ module nutate_implicit_step
 contains
 
    !> Starts anew with a system. Errors: those of `check_system`.
-   subroutine begin(self, system, settings, unknowns, slow, status)
+   subroutine begin(self, system, unknowns, slow, status)
       class(implicit_stepper_t), intent(inout) :: self
       type(system_t), intent(in) :: system
-      type(integrator_settings_t), intent(in) :: settings
       !> Number of unknowns.
       integer, intent(in) :: unknowns
       !> Iterations of a step above which the next one starts with a new Jacobian.
@@ -76,7 +74,6 @@ contains
          NUTATE_BAD_ARGUMENT, 'a continuous controller drives wheels (expected sample in it, or method = '// &
                                                        "'dop853' with conserve = .true.)", 'method')
       if (.not. status%ok()) return
-      self%settings = settings
       self%slow = slow
       self%untested = .true.
       self%kept_dt = 0.0_wp
@@ -165,7 +162,7 @@ contains
       if (self%on_manifold .and. self%proof%applies) then
          call self%get_start_vector(system, start)
          if (self%proof%holds(system, dt, window_time, start, b, self%determinant)) return
-         if (self%settings%max_iterations >= fewest) &
+         if (self%prepared_with%max_iterations >= fewest) &
             call self%proof%judge(system, state, dt, window_time, start, b, verdict)
          self%continued = self%proof%tried
       end if
@@ -194,13 +191,13 @@ contains
          call self%explicit_guess(system, self%predictor%guess)
       end if
       z = self%predictor%guess
-      call iterate(self, system, z, self%settings%max_iterations, status)
+      call iterate(self, system, z, self%prepared_with%max_iterations, status)
       if (status%code == NUTATE_NOT_CONVERGED .and. self%predictor%known == 0 .and. self%judge%forced) then
          ! A stiff force may hold the body where it is.
          status = status_t()
          z = 0.0_wp
          self%kept_dt = 0.0_wp
-         call iterate(self, system, z, self%settings%max_iterations, status)
+         call iterate(self, system, z, self%prepared_with%max_iterations, status)
       end if
    end subroutine find_root
 
@@ -214,7 +211,7 @@ contains
       status = status_t()
       call self%unknowns_of(system, self%proof%b, z)
       self%kept_dt = 0.0_wp
-      call iterate(self, system, z, self%settings%max_iterations, status, known=.true.)
+      call iterate(self, system, z, self%prepared_with%max_iterations, status, known=.true.)
       if (status%code /= 0) return
       call self%get_cayley_vector(z, b)
       if (.not. self%proof%is_root(b)) status = fail(NUTATE_OFF_BRANCH, too_long)
@@ -243,7 +240,7 @@ contains
          if (self%judge%continues(root, last)) return
          status = fail(NUTATE_OFF_BRANCH, too_long)
       end if
-      if (self%settings%max_iterations >= fewest) &
+      if (self%prepared_with%max_iterations >= fewest) &
          call continue_to_root(self, system, state, dt, window_time, z, status)
    end subroutine use_likely_root
 
@@ -290,7 +287,7 @@ contains
          end if
          z = predicted
          self%kept_dt = 0.0_wp
-         call iterate(self, system, z, min(near, self%settings%max_iterations), trial)
+         call iterate(self, system, z, min(near, self%prepared_with%max_iterations), trial)
          ! The determinant counts at the root itself.
          if (trial%code == 0) call self%linearize(system, z, trial)
          found = trial%code == 0
@@ -337,11 +334,11 @@ contains
          if (status%code /= 0) return
          if (increment%diverged) exit
          if (increment%is_last) exit
-         if (has_converged(increment, previous, self%settings%tolerance, &
+         if (has_converged(increment, previous, self%prepared_with%tolerance, &
                            merge(self%cancellation, usual_cancellation, to_noise))) exit
          if (increment%size > too_slow*previous) then
             if (increment%size > 0.5_wp*previous .and. increment%attitude <= attitude_noise) stalls = stalls + 1
-            if (stalls >= most_stalls .and. self%settings%tolerance <= 0.0_wp) exit
+            if (stalls >= most_stalls .and. self%prepared_with%tolerance <= 0.0_wp) exit
             self%kept_dt = 0.0_wp
          end if
       end do

@@ -52,8 +52,9 @@ module nutate_nielsen_krenk
       real(wp) :: inverse(8, 8) = 0.0_wp
       !> a = J⁻¹(w̄ - 2h) of the root last found, rad/s.
       real(wp) :: rate(4) = 0.0_wp
-      !> The step done last: its root, and what its tangent is made of.
-      type(conserving_step_t) :: last
+      !> b of the step done last; shape (3); and what its tangent is made of, from the first `carry` on.
+      real(wp) :: root(3) = 0.0_wp
+      type(conserving_step_t), allocatable :: last
    contains
       procedure :: set_up
       procedure :: start
@@ -94,9 +95,13 @@ contains
                        in_words(least_size, greatest_number)//' kg m2', 'auxiliary_inertia')
          return
       end if
-      call self%begin(system, settings, most_unknowns, slow, status)
+      call self%begin(system, most_unknowns, slow, status)
       call self%equations%forces%prepare(system%effects, settings%projection)
-      call self%equations%wheels%prepare(system%effects)
+      if (allocated(self%equations%wheels)) deallocate (self%equations%wheels)
+      if (system%effects%n_wheels > 0) then
+         allocate (self%equations%wheels)
+         call self%equations%wheels%prepare(system%effects)
+      end if
       self%equations%scaled = .false.
    end subroutine set_up
 
@@ -116,12 +121,14 @@ contains
          status = fail(NUTATE_BAD_ARGUMENT, 'the time is not finite')
       else
          if (maxval(abs(state%p)) > outgrown*self%equations%momentum_unit) self%kept_dt = 0.0_wp
-         if (self%equations%wheels%n > 0 .and. dt /= self%equations%wheels%dt) then
-            self%equations%dt = dt
-            self%equations%scaled = .false.
+         if (allocated(self%equations%wheels)) then
+            if (dt /= self%equations%wheels%dt) then
+               self%equations%dt = dt
+               self%equations%scaled = .false.
+            end if
          end if
          if (.not. self%equations%scaled) &
-            call self%equations%set_momentum_unit(system, self%settings%inverse_auxiliary_inertia, &
+            call self%equations%set_momentum_unit(system, self%prepared_with%inverse_auxiliary_inertia, &
                                                    self%equations%momentum_unit)
          call self%equations%start(system, state, dt, window_time)
          self%on_manifold = stays_on_manifold(self%equations)
@@ -156,11 +163,12 @@ contains
       if (size <= 0.0_wp) size = natural
       size = max(size, least_share*natural, least_unit)
       old = self%equations%momentum_unit
-      call self%equations%set_momentum_unit(system, self%settings%inverse_auxiliary_inertia, 2.0_wp**exponent(size))
+      call self%equations%set_momentum_unit(system, self%prepared_with%inverse_auxiliary_inertia, &
+                                            2.0_wp**exponent(size))
       call self%equations%start(system, state, dt, window_time)
       if (.not. (max(maxval(abs(self%equations%inverse_inertia)), self%equations%inverse_j0, &
                     maxval(abs(self%equations%mean_rate(at_start))))*abs(dt) <= greatest_turn .and. &
-             self%equations%wheels%is_short)) &
+             self%equations%is_short())) &
          status = fail(NUTATE_OFF_BRANCH, 'the step is too long to follow the motion')
       call self%predictor%change_unit(5, old/self%equations%momentum_unit)
       self%kept_dt = 0.0_wp
@@ -276,14 +284,14 @@ contains
       real(wp), intent(in) :: dt
       real(wp), intent(in) :: z(most_unknowns)
       real(wp) :: dq(4), dp(4), excess
-      self%last%b = (0.125_wp*dt)*self%rate(2:4)
+      self%root = (0.125_wp*dt)*self%rate(2:4)
       if (system%effects%n_torques > 0) call self%equations%forces%get_work( &
          system%effects, dt, self%equations%x0 + 0.5_wp*z(1:4), self%equations%relative_rate(z, self%rate), self%work)
       call self%equations%increments(state, z, self%rate, dq, dp, excess)
       call add_turned(dq, excess, state%q, state%q_compensation)
       call self%equations%make_tangent(state%q, dp)
       call add_turned(dp, excess, state%p, state%p_compensation)
-      if (self%equations%wheels%n > 0) &
+      if (allocated(self%equations%wheels)) &
          call self%equations%wheels%finish(system%effects, 0.5_wp*self%rate(2:4), state, self%work)
       state%t = state%t + dt
    end subroutine finish
@@ -297,19 +305,21 @@ contains
       real(wp), intent(in) :: dt, window_time
       type(tangent_t), intent(inout) :: tangent
       type(status_t), intent(inout) :: status
-      if (.not. self%settings%attitude) then
+      if (.not. self%prepared_with%attitude) then
          status = fail(NUTATE_BAD_ARGUMENT, 'tangent columns need the attitude (expected attitude = .true.)', &
                        'attitude')
-      else if (.not. (self%on_manifold .and. (self%settings%inverse_auxiliary_inertia <= 0.0_wp .or. &
+      else if (.not. (self%on_manifold .and. (self%prepared_with%inverse_auxiliary_inertia <= 0.0_wp .or. &
                                               self%equations%is_tangent()))) then
          status = fail(NUTATE_BAD_ARGUMENT, 'tangent columns need |q| = 1, q.p = 0 and the projection', 'projection')
       end if
       if (status%code /= 0) return
+      if (.not. allocated(self%last)) allocate (self%last)
       self%last%dt = self%equations%dt
+      self%last%b = self%root
       self%last%frame = self%equations%frame
       self%last%momentum = (0.5_wp*self%equations%momentum_unit)*self%equations%w0(2:4)
       self%last%rotor = system%effects%rotor_momentum
-      if (self%equations%wheels%n > 0) self%last%rotor = self%last%rotor + self%equations%wheels%rotor
+      if (allocated(self%equations%wheels)) self%last%rotor = self%last%rotor + self%equations%wheels%rotor
       call self%last%carry(system, self%equations%forces, self%equations%turn, self%equations%wheels, tangent, status)
    end subroutine carry
 

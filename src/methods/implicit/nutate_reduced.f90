@@ -46,8 +46,9 @@ module nutate_reduced
       real(wp) :: rows(3, 3) = 0.0_wp, raw_determinant = 0.0_wp
       !> Way that b went since the Jacobian was taken, and last.
       real(wp) :: moved = 0.0_wp, change = 0.0_wp
-      !> The step done last: its root, and what its tangent is made of.
-      type(conserving_step_t) :: last
+      !> b of the step done last; shape (3); and what its tangent is made of, from the first `carry` on.
+      real(wp) :: root(3) = 0.0_wp
+      type(conserving_step_t), allocatable :: last
    contains
       procedure :: set_up
       procedure :: start
@@ -78,9 +79,13 @@ contains
          status = fail(NUTATE_BAD_ARGUMENT, 'the reduced formulation needs the projection', 'projection')
          return
       end if
-      call self%begin(system, settings, 3, slow, status)
+      call self%begin(system, 3, slow, status)
       call self%equations%forces%prepare(system%effects, .true.)
-      call self%equations%wheels%prepare(system%effects)
+      if (allocated(self%equations%wheels)) deallocate (self%equations%wheels)
+      if (system%effects%n_wheels > 0) then
+         allocate (self%equations%wheels)
+         call self%equations%wheels%prepare(system%effects)
+      end if
       self%equations%dt = 0.0_wp
    end subroutine set_up
 
@@ -154,7 +159,7 @@ contains
       self%moved = self%moved + increment%size
       self%change = increment%size
       ! F is a cubic polynomial: its second derivative bounds the next increment.
-      if (self%settings%tolerance <= 0.0_wp .and. self%equations%is_cubic) increment%is_last = &
+      if (self%prepared_with%tolerance <= 0.0_wp .and. self%equations%is_cubic) increment%is_last = &
          curvature*self%moved*increment%size <= (0.5_wp*eps)*increment%length*self%raw_determinant
    end subroutine correct
 
@@ -218,7 +223,7 @@ contains
       real(wp), intent(in) :: dt
       real(wp), intent(in) :: z(most_unknowns)
       real(wp) :: f(3)
-      self%last%b = z(1:3)
+      self%root = z(1:3)
       if (self%equations%forces%active) then
          if (self%change*max(1.0_wp, maxval(abs(self%equations%by_forces))) > 4*eps*maxval(abs(z(1:3)))) &
             call self%equations%residual(system, z(1:3), f)
@@ -227,9 +232,9 @@ contains
       if (self%equations%turn%there) then
          call self%equations%finish_in_frame(z(1:3), state)
       else
-         call self%equations%finish(z(1:3), self%settings%attitude, state)
+         call self%equations%finish(z(1:3), self%prepared_with%attitude, state)
       end if
-      if (self%equations%wheels%n > 0) &
+      if (allocated(self%equations%wheels)) &
          call self%equations%wheels%finish(system%effects, self%equations%mean_rate(z(1:3)), state, self%work)
    end subroutine finish
 
@@ -241,16 +246,18 @@ contains
       real(wp), intent(in) :: dt, window_time
       type(tangent_t), intent(inout) :: tangent
       type(status_t), intent(inout) :: status
-      if (.not. self%settings%attitude) then
+      if (.not. self%prepared_with%attitude) then
          status = fail(NUTATE_BAD_ARGUMENT, 'tangent columns need the attitude (expected attitude = .true.)', &
                        'attitude')
          return
       end if
+      if (.not. allocated(self%last)) allocate (self%last)
       self%last%dt = self%equations%dt
+      self%last%b = self%root
       self%last%frame = self%equations%frame
       self%last%momentum = self%equations%half_momentum(2:4)
       self%last%rotor = system%effects%rotor_momentum
-      if (self%equations%wheels%n > 0) self%last%rotor = self%last%rotor + self%equations%wheels%rotor
+      if (allocated(self%equations%wheels)) self%last%rotor = self%last%rotor + self%equations%wheels%rotor
       call self%last%carry(system, self%equations%forces, self%equations%turn, self%equations%wheels, tangent, status)
    end subroutine carry
 
