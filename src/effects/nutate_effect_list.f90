@@ -54,14 +54,14 @@ module nutate_effect_list
       !> There is a time-dependent potential, on or off.
       logical :: moves = .false.
       !> The body moves on an orbit, which columns, starts and controllers refer to: of several the main one, or else
-      !> the first.
+      !> the first; not allocated where there is none.
       logical :: on_orbit = .false.
-      type(orbit_t) :: orbit = orbit_t()
+      type(orbit_t), allocatable :: orbit
       !> All orbits, with different labels: one for each attracting body. Not allocated where there is none.
       type(orbit_t), allocatable :: orbits(:)
       !> The body is in the field of the Earth, on or off, which controllers use.
       logical :: in_earth_field = .false.
-      type(geomagnetic_field_t) :: earth_field = geomagnetic_field_t()
+      type(geomagnetic_field_t), allocatable :: earth_field
       !> Frames that columns and events refer to, and their number; they move nothing. Not allocated where there is
       !> none.
       integer :: n_frames = 0

@@ -361,7 +361,7 @@ contains
          end do
       end if
       list%in_earth_field = effects%in_earth_field
-      list%earth_field = effects%earth_field
+      if (effects%in_earth_field) list%earth_field = effects%earth_field
    end subroutine copy_surroundings
 
    !> Raises an error for a group that is no part of a system, for a key or a body that is missing.

@@ -14,6 +14,7 @@ module nutate_columns
    use nutate_kinds, only: wp, pi
    use nutate_quaternion, only: quat_conjugate, quat_normalized, quat_product, rotate_to_space
    use nutate_observer, only: run_record_t
+   use nutate_orbit, only: orbit_t
    use nutate_tangent_columns, only: carried_t, carried_headers, carried_values, &
       carried_width, is_by_free, COVARIANCE, DEVIATIONS, FLI, LYAPUNOV, MEGNO, SENSITIVITIES
    use nutate_spelling, only: comma_list, nearest_name, split_list
@@ -183,7 +184,7 @@ module nutate_columns
       !> Number of the chosen sets that need none, which come first, and of their columns, that of t included.
       integer, private :: n_plain = 0
       integer :: plain_width = 1
-      type(carried_t), private :: carried
+      type(carried_t), allocatable, private :: carried
       integer, private :: n_wheels = 0
       !> Angles in degrees, rates in degrees per second.
       logical, private :: degrees = .false.
@@ -337,7 +338,7 @@ contains
       else if (set%frame > effects%n_frames) then
          status = fail(NUTATE_BAD_ARGUMENT, "columns '"//trim(set%name)//"' refer to a frame that does not exist "// &
                        '(expected one group &frame for each)', 'columns')
-      else if (set%sun .and. .not. effects%orbit%has_sun()) then
+      else if (set%sun .and. .not. has_sun(effects)) then
          status = fail(NUTATE_BAD_ARGUMENT, "columns '"//trim(set%name)//"' refer to a sun that does not exist "// &
                        '(expected sun in &orbit)', 'columns')
       else if (set%name == 'energies' .and. energy_headers(effects) == '') then
@@ -515,13 +516,9 @@ contains
       case (LVLH_ATTITUDE)
          values(4:7) = attitude_in_lvlh(system, state)
          values(1:3) = roll_pitch_yaw_from_quat(values(4:7))
-      case (ORBIT)
-         associate (path => system%effects%orbit%path)
-            values = [path%position(state%t), path%radius(state%t), path%true_anomaly(state%t)]
-         end associate
-      case (ECLIPSE)
-         values(2) = system%effects%orbit%shadow_depth(state%t)
-         values(1) = merge(1.0_wp, 0.0_wp, values(2) > 0.0_wp)
+      case (ORBIT, ECLIPSE)
+         values = 0.0_wp
+         if (system%effects%on_orbit) call write_orbit(set, system%effects%orbit, state%t, values)
       case (TIME_DEPENDENT_WORK)
          values = state%time_dependent_work
       case (ENERGIES)
@@ -534,6 +531,22 @@ contains
          call write_part(column_sets(set), system, state, values)
       end select
    end subroutine write_set
+
+   !> The values of the sets `orbit` and `eclipse`.
+   pure subroutine write_orbit(set, orbit, t, values)
+      integer, intent(in) :: set
+      type(orbit_t), intent(in) :: orbit
+      !> s.
+      real(wp), intent(in) :: t
+      !> Shape (width of the set).
+      real(wp), intent(inout) :: values(:)
+      if (set == ECLIPSE) then
+         values(2) = orbit%shadow_depth(t)
+         values(1) = merge(1.0_wp, 0.0_wp, values(2) > 0.0_wp)
+      else
+         values = [orbit%path%position(t), orbit%path%radius(t), orbit%path%true_anomaly(t)]
+      end if
+   end subroutine write_orbit
 
    !> The values of a set of a wheel, of a controller, of the field, of tumbling elements or of a frame.
    pure subroutine write_part(set, system, state, values)
@@ -556,6 +569,13 @@ contains
          values = controller_values(set%controller, system, state)
       end if
    end subroutine write_part
+
+   !> True for an orbit with a sun.
+   pure logical function has_sun(effects)
+      type(effect_list_t), intent(in) :: effects
+      has_sun = .false.
+      if (effects%on_orbit) has_sun = effects%orbit%has_sun()
+   end function has_sun
 
    !> The attitude from the body to the LVLH frame, or to the space axes where there is no orbit; shape (4).
    pure function attitude_in_lvlh(system, state) result(q)

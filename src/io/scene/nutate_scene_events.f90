@@ -9,6 +9,7 @@ module nutate_scene_events
    use nutate_event_tracker, only: event_list_t
    use nutate_keys, only: group_t, key_t, name_length, KEY_INTEGER, KEY_LOGICAL, KEY_TEXT
    use nutate_kinds, only: wp, long
+   use nutate_orbit, only: orbit_t
    use nutate_printable, only: quoted
    use nutate_scene_error, only: scene_error_t, allow_one_of
    implicit none
@@ -139,12 +140,7 @@ contains
             group%line_of('when'), "'"//trim(event%columns(i))//"' refers to an orbit that does not exist", &
             expected='&orbit')
          if (error%raised) return
-         if (event%columns(i) == 'true_anomaly' .and. allocated(effects%orbit%path%track)) call error%raise( &
-            group%line_of('when'), "an event of 'true_anomaly' with a table of &orbit", expected='orbit_radius')
-         if (error%raised) return
-         if (shows_sun(event%columns(i)) .and. .not. effects%orbit%has_sun()) call error%raise( &
-            group%line_of('when'), "'"//trim(event%columns(i))//"' refers to a sun that does not exist", &
-            expected='sun in &orbit')
+         if (effects%on_orbit) call check_orbit_column(event%columns(i), effects%orbit, group%line_of('when'), error)
          if (error%raised) return
          if (shows_tumbling(event%columns(i)) .and. effects%n_rotors > 0) call error%raise( &
             group%line_of('when'), "'"//trim(event%columns(i))//"' of a body with a rotor or wheel", &
@@ -171,6 +167,19 @@ contains
       if (n == 1 .and. .not. group%has('weights')) event%period = natural_period(event%columns(1))
       event%period = group%number('modulo', event%period)
    end subroutine read_quantity
+
+   !> Raises an error for a column that an orbit does not have.
+   subroutine check_orbit_column(column, orbit, line, error)
+      character(len=*), intent(in) :: column
+      type(orbit_t), intent(in) :: orbit
+      integer, intent(in) :: line
+      type(scene_error_t), intent(inout) :: error
+      if (column == 'true_anomaly' .and. allocated(orbit%path%track)) then
+         call error%raise(line, "an event of 'true_anomaly' with a table of &orbit", expected='orbit_radius')
+      else if (shows_sun(column) .and. .not. orbit%has_sun()) then
+         call error%raise(line, "'"//trim(column)//"' refers to a sun that does not exist", expected='sun in &orbit')
+      end if
+   end subroutine check_orbit_column
 
    !> Crossing or extremum, and its direction.
    subroutine read_kind(group, event, error)
