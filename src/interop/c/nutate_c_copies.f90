@@ -173,6 +173,7 @@ contains
          allocate (handle%given, source=handle%system%effects)
       call handle%system%effects%transfer_switches(archive)
       call transfer_run(handle, archive, status)
+      if (.not. allocated(handle%found)) allocate (handle%found)
       if (status%ok()) call handle%found%transfer(archive, status)
       if (.not. (status%ok() .and. archive%is_whole())) return
       if (archive%is_reading() .and. .not. stale) call prepare(handle, status)

@@ -74,7 +74,9 @@ contains
       type(stepper_handle_t), pointer :: handle
       code = NUTATE_BAD_HANDLE
       handle => find_stepper(stepper)
-      if (associated(handle)) code = handle%found%give_count(n)
+      if (.not. associated(handle)) return
+      if (.not. allocated(handle%found)) allocate (handle%found)
+      code = handle%found%give_count(n)
    end function nutate_stepper_event_count
 
    integer(c_int) function nutate_stepper_event(stepper, i, name, size, number, t, q, omega) result(code) bind(C)
@@ -85,7 +87,9 @@ contains
       type(stepper_handle_t), pointer :: handle
       code = NUTATE_BAD_HANDLE
       handle => find_stepper(stepper)
-      if (associated(handle)) code = handle%found%give(i, name, size, number, t, q, omega)
+      if (.not. associated(handle)) return
+      if (.not. allocated(handle%found)) allocate (handle%found)
+      code = handle%found%give(i, name, size, number, t, q, omega)
    end function nutate_stepper_event
 
    integer(c_int) function nutate_history_event_count(history, n) result(code) bind(C)

@@ -34,7 +34,7 @@ module nutate_c_handles
    public :: SYSTEM_MARK, SCENE_MARK, STEPPER_MARK, HISTORY_MARK, BODIES_MARK
    public :: find_system, find_scene, find_stepper, find_history, find_bodies, find_handle
    public :: open_slot, erase_mark, copy_system, null_argument, report, whole_message, conclude, make_room
-   public :: unprepare
+   public :: unprepare, get_carried, set_carried, set_chaos
 
    !> Marks of the kinds.
    integer(c_int64_t), parameter :: SYSTEM_MARK = 7811887110843601971_c_int64_t, &
@@ -106,9 +106,12 @@ module nutate_c_handles
 
    !> A run of a system, which single steps can go on with.
    type, extends(handle_t) :: stepper_handle_t
-      !> A step of `tested_dt` needs nothing but the method's step: there is no callback, work or angle to follow, and
-      !> no run has been there since.
+      !> A step of `tested_dt` needs nothing but the method's step, and its works counted: there is no callback or angle
+      !> to follow, and no run has been there since.
       logical :: plain = .false.
+      !> The settings are to be read from `group`: what was set, as a scene's `&integrator`.
+      logical :: stale = .false.
+      type(group_t) :: group
       !> The step that was found admissible last, s; 0: none.
       real(wp) :: tested_dt = 0.0_wp
       !> With what is switched on, and held, now.
@@ -118,9 +121,6 @@ module nutate_c_handles
       type(run_t) :: run
       !> Performs steps again, for `nutate_stepper_dense_output`; made where it is needed.
       class(stepper_t), allocatable :: inside
-      !> The settings are to be read from `group`: what was set, as a scene's `&integrator`.
-      logical :: stale = .false.
-      type(group_t) :: group
       !> The nominal step, or the goal, of its runs.
       type(run_plan_t) :: plan
       !> Status and what the callback returned, of a callback that failed; shape (2).
@@ -132,18 +132,18 @@ module nutate_c_handles
       real(wp) :: first_energy = 0.0_wp
       !> What runs look for, and what the last one found.
       type(event_list_t) :: events
-      type(found_events_t) :: found
+      type(found_events_t), allocatable :: found
       !> The effects as they were when the state was set, where something has been switched, or held, since.
       type(effect_list_t), allocatable :: given
       character(len=name_length), allocatable :: sets(:)
       type(columns_t) :: columns
       !> Names of the columns, comma separated.
       character(len=:), allocatable :: names
-      !> What runs carry along: the tangent columns by free numbers, where columns show them; indicators of chaos, and
-      !> those of the last run.
-      type(carried_t) :: carried
+      !> What runs carry along, if anything: the tangent columns by free numbers, where columns show them; indicators of
+      !> chaos, and those of the last run.
+      type(carried_t), allocatable :: carried
       type(column_t), allocatable :: tangents(:)
-      type(chaos_settings_t) :: chaos
+      type(chaos_settings_t), allocatable :: chaos
       type(chaos_t), allocatable :: indicators
    end type stepper_handle_t
 
@@ -255,6 +255,33 @@ contains
       state%p = self%p
       state%wheel_momentum = self%wheel_momentum
    end function state_of_start
+
+   !> Gives what the runs of a stepper carry along.
+   subroutine get_carried(handle, carried)
+      type(stepper_handle_t), intent(in) :: handle
+      type(carried_t), intent(out) :: carried
+      if (allocated(handle%carried)) then
+         carried = handle%carried
+      else
+         allocate (carried%names(0), carried%sigma(0))
+      end if
+   end subroutine get_carried
+
+   !> Sets what the runs of a stepper carry along.
+   subroutine set_carried(handle, carried)
+      type(stepper_handle_t), intent(inout) :: handle
+      type(carried_t), intent(in) :: carried
+      if (allocated(handle%carried)) deallocate (handle%carried)
+      if (size(carried%names) > 0 .or. carried%exponents > 0) handle%carried = carried
+   end subroutine set_carried
+
+   !> Sets the indicators of chaos that the runs of a stepper follow.
+   subroutine set_chaos(handle, chaos)
+      type(stepper_handle_t), intent(inout) :: handle
+      type(chaos_settings_t), intent(in) :: chaos
+      if (allocated(handle%chaos)) deallocate (handle%chaos)
+      if (chaos%exponents > 0) handle%chaos = chaos
+   end subroutine set_chaos
 
    !> Makes a stepper forget its method: the next step or run takes its settings and state anew.
    subroutine unprepare(handle)

@@ -225,7 +225,7 @@ contains
             call receiver%open_array(columns%width, 0_long, status)
             stepper%poll = from%poll
             call travel(stepper, scene%plan, receiver, status)
-            handle%found = stepper%found
+            if (allocated(stepper%found)) handle%found = stepper%found
             if (allocated(stepper%indicators)) handle%indicators = stepper%indicators
             handle%uncertified_steps = stepper%run%summary%uncertified_steps
             handle%accuracy = scene%plan%goal%accuracy

@@ -158,6 +158,7 @@ contains
       if (status%code == 0 .and. associated(self%file)) then
          call self%events%write(self%file, system, trim(event%name), number, state, record, status)
       else if (status%code == 0) then
+         if (.not. allocated(self%handle%found)) allocate (self%handle%found)
          call self%handle%found%put(system, event, number, state, status)
       end if
    end subroutine receive_event

@@ -3,8 +3,8 @@
 module nutate_c_run_history
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_funptr, c_int, c_int64_t, c_loc, &
       c_ptr, c_size_t
-   use nutate_c_handles, only: conclude, find_scene, find_stepper, history_handle_t, null_argument, open_slot, &
-      scene_handle_t, stepper_handle_t, HISTORY_MARK
+   use nutate_c_handles, only: conclude, find_scene, find_stepper, get_carried, history_handle_t, null_argument, &
+      open_slot, scene_handle_t, set_carried, set_chaos, stepper_handle_t, HISTORY_MARK
    use nutate_c_polls, only: poll_t
    use nutate_c_reading, only: choose_columns
    use nutate_c_rows, only: row_receiver_t
@@ -55,7 +55,7 @@ contains
       handle => find_stepper(stepper)
       from => find_scene(scene)
       if (.not. associated(handle) .or. .not. associated(from)) return
-      before = handle%carried
+      call get_carried(handle, before)
       carried = from%scene%carried()
       if (size(carried%names) == 0) then
          status = fail(NUTATE_BAD_ARGUMENT, 'the scene has no free numbers (expected &free)', 'scene')
@@ -64,10 +64,10 @@ contains
       end if
       if (status%ok()) then
          carried%exponents = before%exponents
-         handle%carried = carried
+         call set_carried(handle, carried)
          ! Columns that show them have other names now.
          if (handle%columns%differentiates) call choose_columns(handle, handle%sets, status)
-         if (.not. status%ok()) handle%carried = before
+         if (.not. status%ok()) call set_carried(handle, before)
       end if
       code = conclude(handle, status)
    end function nutate_stepper_differentiate
@@ -76,19 +76,21 @@ contains
       type(c_ptr), intent(in), value :: stepper, scene
       type(stepper_handle_t), pointer :: handle
       type(scene_handle_t), pointer :: from
+      type(carried_t) :: before, carried
       type(status_t) :: status
-      integer :: before
       code = NUTATE_BAD_HANDLE
       handle => find_stepper(stepper)
       from => find_scene(scene)
       if (.not. associated(handle) .or. .not. associated(from)) return
-      before = handle%carried%exponents
-      handle%carried%exponents = from%scene%chaos%exponents
+      call get_carried(handle, before)
+      carried = before
+      carried%exponents = from%scene%chaos%exponents
+      call set_carried(handle, carried)
       if (handle%columns%differentiates) call choose_columns(handle, handle%sets, status)
       if (status%ok()) then
-         handle%chaos = from%scene%chaos
+         call set_chaos(handle, from%scene%chaos)
       else
-         handle%carried%exponents = before
+         call set_carried(handle, before)
       end if
       code = conclude(handle, status)
    end function nutate_stepper_follow_chaos
@@ -122,7 +124,7 @@ contains
       receiver%history => rows
       call run_to(handle, timed, receiver, status)
       rows%uncertified_steps = handle%run%summary%uncertified_steps
-      rows%found = handle%found
+      if (allocated(handle%found)) rows%found = handle%found
       if (allocated(handle%indicators)) rows%indicators = handle%indicators
       rows%accuracy = handle%plan%goal%accuracy
       if (status%ok() .and. rows%accuracy > 0.0_wp) &

@@ -150,7 +150,7 @@ contains
       receiver%checks_steps = has_callbacks(handle%system%effects) .or. handle%events%count() > 0
       handle%plain = .false.
       handle%failure = 0
-      handle%found%n = 0
+      if (allocated(handle%found)) handle%found%n = 0
       if (.not. abs(plan%end_time - handle%run%state%t) > 0.0_wp) then
          if (.not. is_first_a_row(plan, receiver)) return
          call carry_along(handle, status)
@@ -161,7 +161,7 @@ contains
          return
       end if
       is_watched = allocated(handle%run%events)
-      if (handle%chaos%exponents > 0 .and. plan%goal%active()) call choose_with_tangent(.true., handle%run%requested)
+      if (allocated(handle%chaos) .and. plan%goal%active()) call choose_with_tangent(.true., handle%run%requested)
       call handle%run%set_plan(handle%system, plan, status)
       if (status%ok() .and. .not. is_watched) call handle%run%set_events(handle%events, handle%system, status)
       if (status%ok()) call find_steps_asking(handle%run, handle%poll, handle%failure, handle%system, status)
@@ -182,7 +182,7 @@ contains
       if (allocated(handle%indicators)) deallocate (handle%indicators)
       if (allocated(handle%tangents) .and. handle%columns%differentiates) &
          call handle%run%differentiate(handle%tangents, handle%system, status)
-      if (status%ok()) call handle%run%follow_chaos(handle%chaos, handle%system, status)
+      if (status%ok() .and. allocated(handle%chaos)) call handle%run%follow_chaos(handle%chaos, handle%system, status)
    end subroutine carry_along
 
    !> Ends that: single steps carry nothing.
