@@ -109,6 +109,8 @@ module nutate_c_handles
       !> A step of `tested_dt` needs nothing but the method's step, and its works counted: there is no callback or angle
       !> to follow, and no run has been there since.
       logical :: plain = .false.
+      !> There are works to count.
+      logical :: works = .false.
       !> The settings are to be read from `group`: what was set, as a scene's `&integrator`.
       logical :: stale = .false.
       type(group_t) :: group

@@ -33,6 +33,8 @@ contains
       if (handle%mark /= STEPPER_MARK) return
       if (handle%plain .and. dt == handle%tested_dt) then
          call handle%run%stepper%step(handle%system, handle%run%state, dt, handle%status)
+         if (handle%works .and. handle%status%code == NUTATE_OK) &
+            call count_works(handle%run%progress_t, handle%run%stepper)
       else
          call step_with_care(handle, dt, handle%status)
       end if
@@ -61,6 +63,8 @@ contains
       do i = 1, n
          if (handle%plain .and. dt == handle%tested_dt) then
             call handle%run%stepper%step(handle%system, handle%run%state, dt, handle%status)
+            if (handle%works .and. handle%status%code == NUTATE_OK) &
+               call count_works(handle%run%progress_t, handle%run%stepper)
          else
             call step_with_care(handle, dt, handle%status)
          end if
@@ -101,8 +105,8 @@ contains
       else if (status%code == 0) then
          call count_works(handle%run%progress_t, handle%run%stepper)
          if (handle%columns%follows_steps) call handle%columns%follow(handle%run%state)
-         handle%plain = size(handle%run%stepper%work) == 0 .and. .not. &
-                        (has_callbacks(handle%system%effects) .or. handle%columns%follows_steps)
+         handle%works = size(handle%run%stepper%work) > 0
+         handle%plain = .not. (has_callbacks(handle%system%effects) .or. handle%columns%follows_steps)
       else if (status%code == NUTATE_NOT_CONVERGED) then
          call add_jump(handle%system, status)
       end if
