@@ -1,7 +1,12 @@
-!> Between the first and the last row of a run nothing is allocated, by whatever method and with whatever effects.
+!> Between the first and the last row of a run nothing is allocated, by whatever method and with whatever effects; and
+!> steppers of C are small.
 module test_heap
-   use, intrinsic :: iso_c_binding, only: c_long_long
+   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_loc, c_long_long, c_null_char, c_null_ptr, c_ptr, c_size_t
    use, intrinsic :: iso_fortran_env, only: compiler_version
+   use nutate_c_stepper, only: nutate_stepper_create, nutate_stepper_destroy, nutate_stepper_set, &
+      nutate_stepper_set_state
+   use nutate_c_stepping, only: nutate_stepper_step
+   use nutate_c_system, only: nutate_system_add_groups, nutate_system_create_moments, nutate_system_destroy
    use nutate_kinds, only: wp
    use nutate_methods, only: methods
    use nutate_observer, only: observer_t, run_record_t
@@ -33,6 +38,12 @@ module test_heap
          import :: c_long_long
          integer(c_long_long) :: count
       end function count_allocations
+
+      !> Bytes of the heap in use; always 0 where they cannot be counted.
+      function heap_in_use() bind(c, name='test_heap_in_use') result(bytes)
+         import :: c_long_long
+         integer(c_long_long) :: bytes
+      end function heap_in_use
    end interface
 
 contains
@@ -43,7 +54,8 @@ contains
                   new_unittest("fixed steps allocate nothing", fixed_steps_allocate_nothing), &
                   new_unittest("steps subdivided allocate nothing", subdivided_steps_allocate_nothing), &
                   new_unittest("controlled steps allocate nothing", controlled_steps_allocate_nothing), &
-                  new_unittest("without attitude nothing is allocated", no_attitude_allocates_nothing)]
+                  new_unittest("without attitude nothing is allocated", no_attitude_allocates_nothing), &
+                  new_unittest("steppers are small", steppers_are_small)]
    end subroutine collect_heap
 
    subroutine count_at_row(self, system, state, record, status)
@@ -171,5 +183,77 @@ contains
          watch%last - watch%first, summary%steps, trim(status%message)
       if (summary%steps == 0 .or. watch%last > watch%first) call test_failed(error, trim(text))
    end subroutine try_run
+
+   !> A stepper of C that has made a step needs less than 8 kB where no effect needs more, so that thousands of them
+   !> stay in the cache; a series needs room for its coefficients.
+   subroutine steppers_are_small(error)
+      type(error_type), allocatable, intent(out) :: error
+      character(len=*), parameter :: weight = '&gravity acceleration = 0, 0, -9.81 /', &
+                                     damping = '&damping coefficient = 0.01, 0.01, 0.01 /'
+      call demand_counter(error)
+      if (.not. allocated(error) .and. heap_in_use() == 0) call skip_test(error, "the heap cannot be measured here")
+      if (allocated(error)) return
+      call check_size(error, '', 'nielsen_krenk', 'reduced', 8000)
+      call check_size(error, '', 'nielsen_krenk', 'full', 8000)
+      call check_size(error, '', 'rk4', '', 8000)
+      call check_size(error, '', 'rk8', '', 8000)
+      call check_size(error, '', 'dop853', '', 8000)
+      call check_size(error, '', 'taylor', '', 15000)
+      call check_size(error, weight, 'nielsen_krenk', 'reduced', 9500)
+      call check_size(error, damping, 'nielsen_krenk', 'reduced', 9500)
+      call check_size(error, weight, 'rk8', '', 8600)
+      call check_size(error, damping, 'rk8', '', 8600)
+   end subroutine steppers_are_small
+
+   !> Checks the bytes of a stepper after a step, the mean of some.
+   subroutine check_size(error, group, method, formulation, most)
+      type(error_type), allocatable, intent(inout) :: error
+      !> Of the effect; blank: none. Blank formulation: that of the method.
+      character(len=*), intent(in) :: group, method, formulation
+      !> Bytes.
+      integer, intent(in) :: most
+      integer, parameter :: number = 50
+      type(c_ptr), target :: system, steppers(number)
+      integer(c_long_long) :: before, bytes
+      integer(c_int) :: code
+      character(len=200) :: text
+      integer :: i
+      system = c_null_ptr
+      steppers = c_null_ptr
+      code = nutate_system_create_moments([5.0_wp, 20.0_wp, 17.0_wp], 1.0_wp, [0.0_wp, 0.0_wp, 0.5_wp], 0, &
+                                          c_loc(system), c_null_ptr, 0_c_size_t)
+      if (group /= '') code = code + nutate_system_add_groups(system, text_to_c(group))
+      before = heap_in_use()
+      do i = 1, number
+         code = code + nutate_stepper_create(system, c_loc(steppers(i)), c_null_ptr, 0_c_size_t)
+         code = code + nutate_stepper_set(steppers(i), text_to_c('method'), text_to_c(method))
+         if (formulation /= '') code = code + nutate_stepper_set(steppers(i), text_to_c('formulation'), &
+                                                                 text_to_c(formulation))
+         code = code + nutate_stepper_set_state(steppers(i), 0.0_wp, [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], &
+                                                [0.1_wp, 0.0_wp, 10.0_wp])
+         code = code + nutate_stepper_step(steppers(i), 0.01_wp)
+      end do
+      bytes = (heap_in_use() - before)/number
+      do i = 1, number
+         code = code + nutate_stepper_destroy(c_loc(steppers(i)))
+      end do
+      code = code + nutate_system_destroy(c_loc(system))
+      write (text, '(i0," bytes of a stepper by ",3(a,1x),"(status ",i0,")")') bytes, method, formulation, group, code
+      call check(error, code == 0 .and. bytes > 0 .and. bytes < most, trim(text))
+   end subroutine check_size
+
+   !> The address of a text as C has it, until the next five are asked for.
+   type(c_ptr) function text_to_c(text)
+      character(len=*), intent(in) :: text
+      character(kind=c_char), save, target :: texts(100, 5) = c_null_char
+      integer, save :: last = 0
+      integer :: i
+      last = 1 + modulo(last, size(texts, 2))
+      do i = 1, len(text)
+         texts(i, last) = text(i:i)
+      end do
+      texts(len(text) + 1, last) = c_null_char
+      text_to_c = c_loc(texts(1, last))
+   end function text_to_c
 
 end module test_heap
