@@ -59,12 +59,14 @@ module nutate_series_tangent
       !> (3, 0:highest_order), (3, 3, 0:highest_order).
       real(wp) :: momentum(3, 0:highest_order) = 0.0_wp, angle(3, 0:highest_order) = 0.0_wp
       real(wp) :: relative(3, 0:highest_order) = 0.0_wp, row(3, 3, 0:highest_order) = 0.0_wp
-      !> The factors; shape (n_factors, 0:highest_order).
-      real(wp) :: factors(n_factors, 0:highest_order) = 0.0_wp
+      !> The factors, the same in each lane; shape (lanes, n_factors, 0:highest_order).
+      real(wp) :: factors(lanes, n_factors, 0:highest_order) = 0.0_wp
       !> The columns that are expanded; shape (lanes, numbers, 0:highest_order, blocks). Which blocks have a u; shape
       !> (blocks).
       real(wp), allocatable :: columns(:, :, :, :)
       logical, allocatable :: lacking(:)
+      !> Sums of the columns that are expanded, and their last terms; shape (12, lanes*blocks).
+      real(wp), allocatable :: ends(:, :)
       !> Coefficient k of δh of each wheel, and its sum; shape (n, n_wheels).
       real(wp), allocatable :: wheel(:, :), gain(:, :)
    contains
@@ -114,12 +116,12 @@ contains
          do b = 1, size(tangent%parametric)
             call add_own(self, k, system, dt, acts, tangent, b, place, unknown)
          end do
-         if (unknown /= '') then
-            status = fail(NUTATE_BAD_ARGUMENT, "method = 'taylor' has no tangent columns of "//trim(unknown)// &
-                          ' (expected another method)', 'method')
-            return
-         end if
       end do
+      if (unknown /= '') then
+         status = fail(NUTATE_BAD_ARGUMENT, "method = 'taylor' has no tangent columns of "//trim(unknown)// &
+                       ' (expected another method)', 'method')
+         return
+      end if
       call finish_columns(self, quat_product(quat_conjugate(before%q), after%q), tangent)
    end subroutine carry
 
@@ -165,11 +167,12 @@ contains
       blocks = (merge(self%n_basis + m, tangent%n, self%n_basis > 0) + lanes - 1)/lanes
       if (allocated(self%columns)) then
          if (size(self%lacking) /= blocks .or. size(self%wheel, 1) /= tangent%n) &
-            deallocate (self%columns, self%lacking, self%wheel, self%gain)
+            deallocate (self%columns, self%lacking, self%ends, self%wheel, self%gain)
       end if
       if (.not. allocated(self%columns)) then
          allocate (self%columns(lanes, numbers, 0:highest_order, blocks), source=0.0_wp)
-         allocate (self%lacking(blocks), self%wheel(tangent%n, self%wheels%n), self%gain(tangent%n, self%wheels%n))
+         allocate (self%lacking(blocks), self%ends(12, lanes*blocks), self%wheel(tangent%n, self%wheels%n), &
+                   self%gain(tangent%n, self%wheels%n))
       end if
       self%lacking = self%wheels%n > 0
       do i = 1, m
@@ -239,9 +242,8 @@ contains
       real(wp), intent(in) :: dt
       logical, intent(in) :: acts(:)
       character(len=*), intent(inout) :: unknown
-      real(wp) :: tau(3), matrix(3, 3), sum(3)
+      real(wp) :: tau(3), s1, s2, s3
       integer :: i, j
-      matrix = 0.0_wp
       tau = 0.0_wp
       if (self%turned) then
          if (self%torques%has_more) call self%torques%add_terms( &
@@ -249,29 +251,91 @@ contains
          do i = 1, self%torques%n_moments
             tau = tau + cross(self%torques%moments(:, i), self%row(:, i, k))
          end do
-         call self%torques%add_derivatives(system%effects, k, dt, acts, self%row(:, :, k), matrix, unknown)
-         matrix = dt*matrix
-         if (self%frame_turns) &
-            matrix = matrix - times_columns(self%drag, skew(self%angle(:, k) - self%relative(:, k)))
-         self%factors(for_theta + 1:for_theta + 9, k) = [matrix(:, 1), matrix(:, 2), matrix(:, 3)]
-         if (self%of_row) self%factors(for_theta + 1:for_theta + 3, k) = self%row(:, 1, k)
+         if (self%of_row) then
+            call set_vector(self%factors(:, :, k), for_theta, self%row(:, 1, k))
+         else
+            call set_turn_matrix(self, k, system, dt, acts, unknown)
+         end if
       end if
-      matrix = times_columns(skew(self%momentum(:, k)), self%to_angle) - skew(self%angle(:, k))
-      if (k == 0) matrix = matrix + self%damped
-      self%factors(for_momentum + 1:for_momentum + 9, k) = [matrix(:, 1), matrix(:, 2), matrix(:, 3)]
-      self%factors(by_angle + 1:by_angle + 3, k) = self%angle(:, k)
-      self%factors(by_momentum + 1:by_momentum + 3, k) = self%momentum(:, k)
-      sum = dt*tau
-      do j = 0, k
-         associate (l => self%momentum, w => self%angle)
-            sum(1) = sum(1) + (l(2, j)*w(3, k - j) - l(3, j)*w(2, k - j))
-            sum(2) = sum(2) + (l(3, j)*w(1, k - j) - l(1, j)*w(3, k - j))
-            sum(3) = sum(3) + (l(1, j)*w(2, k - j) - l(2, j)*w(1, k - j))
-         end associate
-      end do
-      self%momentum(:, k + 1) = inverses(k + 1)*sum
+      call set_vector(self%factors(:, :, k), by_angle, self%angle(:, k))
+      call set_vector(self%factors(:, :, k), by_momentum, self%momentum(:, k))
+      call set_momentum_matrix(self, k, self%factors(:, :, k))
+      s1 = dt*tau(1)
+      s2 = dt*tau(2)
+      s3 = dt*tau(3)
+      associate (l => self%momentum, w => self%angle)
+         do j = 0, k
+            s1 = s1 + (l(2, j)*w(3, k - j) - l(3, j)*w(2, k - j))
+            s2 = s2 + (l(3, j)*w(1, k - j) - l(1, j)*w(3, k - j))
+            s3 = s3 + (l(1, j)*w(2, k - j) - l(2, j)*w(1, k - j))
+         end do
+      end associate
+      self%momentum(:, k + 1) = inverses(k + 1)*[s1, s2, s3]
       call add_rows(self%n_rows, k, self%relative, self%row)
    end subroutine add_motion
+
+   !> Sets the matrix of θ, Δt∂τ/∂θ, and what turning axes add to it.
+   pure subroutine set_turn_matrix(self, k, system, dt, acts, unknown)
+      class(series_tangent_t), intent(inout) :: self
+      integer, intent(in) :: k
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: dt
+      logical, intent(in) :: acts(:)
+      character(len=*), intent(inout) :: unknown
+      real(wp) :: matrix(3, 3)
+      matrix = 0.0_wp
+      call self%torques%add_derivatives(system%effects, k, dt, acts, self%row(:, :, k), matrix, unknown)
+      matrix = dt*matrix
+      if (self%frame_turns) &
+         matrix = matrix - times_columns(self%drag, skew(self%angle(:, k) - self%relative(:, k)))
+      call set_matrix(self%factors(:, :, k), for_theta, matrix)
+   end subroutine set_turn_matrix
+
+   !> Sets the matrix of δL, [L]×ΔtJ⁻¹ - [ΔtΩ]× and what torques add to it.
+   pure subroutine set_momentum_matrix(self, k, f)
+      class(series_tangent_t), intent(in) :: self
+      integer, intent(in) :: k
+      real(wp), intent(inout) :: f(lanes, n_factors)
+      real(wp) :: matrix(3, 3), l(3), w(3)
+      l = self%momentum(:, k)
+      w = self%angle(:, k)
+      if (self%hollow) then
+         associate (a => self%to_angle)
+            f(:, 8) = l(3)*a(1, 1) - w(3)
+            f(:, 9) = w(2) - l(2)*a(1, 1)
+            f(:, 10) = w(3) - l(3)*a(2, 2)
+            f(:, 12) = l(1)*a(2, 2) - w(1)
+            f(:, 13) = l(2)*a(3, 3) - w(2)
+            f(:, 14) = w(1) - l(1)*a(3, 3)
+         end associate
+      else
+         matrix = times_columns(skew(l), self%to_angle) - skew(w)
+         if (k == 0) matrix = matrix + self%damped
+         call set_matrix(f, for_momentum, matrix)
+      end if
+   end subroutine set_momentum_matrix
+
+   !> Sets three factors of a coefficient.
+   pure subroutine set_vector(f, first, v)
+      real(wp), intent(inout) :: f(lanes, n_factors)
+      integer, intent(in) :: first
+      real(wp), intent(in) :: v(3)
+      integer :: i
+      do i = 1, 3
+         f(:, first + i) = v(i)
+      end do
+   end subroutine set_vector
+
+   !> Sets nine.
+   pure subroutine set_matrix(f, first, matrix)
+      real(wp), intent(inout) :: f(lanes, n_factors)
+      integer, intent(in) :: first
+      real(wp), intent(in) :: matrix(3, 3)
+      integer :: j
+      do j = 1, 3
+         call set_vector(f, first + 3*(j - 1), matrix(:, j))
+      end do
+   end subroutine set_matrix
 
    !> Coefficient k + 1 of the rows, E×Ω; of those that are not needed zero.
    pure subroutine add_rows(n_rows, k, w, row)
@@ -360,124 +424,160 @@ contains
       !> There is a u.
       logical, intent(in) :: lacking
       real(wp), intent(inout) :: x(lanes, numbers, 0:highest_order)
-      real(wp) :: s(lanes, 6), t(lanes, 3)
+      real(wp) :: s(lanes, 6)
       integer :: j
       call sum_free(k, self%factors, x, s)
-      if (.not. self%hollow) call add_diagonal(k, self%factors, x, s)
+      if (.not. self%hollow) call add_rest(k, self%factors, self%to_angle, x, s)
       if (self%turned .and. self%of_row) then
-         call sum_row(k, self%factors, x, t)
-         associate (m => self%torques%moments(:, 1))
-            s(:, 4) = s(:, 4) + dt*(m(2)*t(:, 3) - m(3)*t(:, 2))
-            s(:, 5) = s(:, 5) + dt*(m(3)*t(:, 1) - m(1)*t(:, 3))
-            s(:, 6) = s(:, 6) + dt*(m(1)*t(:, 2) - m(2)*t(:, 1))
-         end associate
+         call add_row(k, self%factors, dt*self%torques%moments(:, 1), x, s)
       else if (self%turned) then
          call add_turned(k, self%factors, x, s)
       end if
-      associate (a => self%to_angle)
-         do j = 1, 3
-            s(:, j) = s(:, j) + (a(j, 1)*x(:, 4, k) + a(j, 2)*x(:, 5, k) + a(j, 3)*x(:, 6, k))
-         end do
-      end associate
+      do j = 1, 3
+         s(:, j) = s(:, j) + self%to_angle(j, j)*x(:, 3 + j, k)
+      end do
       if (lacking) call add_lacking(k, self%factors, self%drag, x, s)
       do j = 1, 6
          x(:, j, k + 1) = inverses(k + 1)*s(:, j)
       end do
    end subroutine add_block
 
-   !> θ×Ω, and the matrices of δL without their diagonals times it.
+   !> Sets θ×Ω, and the matrices of δL without their diagonals times it. Here and below the loop over lanes is the outer one,
+   !> which is vectorised where the inner one surely runs: then the sums stay in registers.
    pure subroutine sum_free(k, f, x, s)
       integer, intent(in) :: k
-      real(wp), intent(in) :: f(n_factors, 0:highest_order), x(lanes, numbers, 0:highest_order)
+      real(wp), intent(in) :: f(lanes, n_factors, 0:highest_order), x(lanes, numbers, 0:highest_order)
       real(wp), intent(out) :: s(lanes, 6)
-      real(wp), dimension(lanes) :: s1, s2, s3, s4, s5, s6
-      integer :: j
-      s1 = 0.0_wp
-      s2 = 0.0_wp
-      s3 = 0.0_wp
-      s4 = 0.0_wp
-      s5 = 0.0_wp
-      s6 = 0.0_wp
-      do j = 0, k
-         s1 = s1 + (x(:, 2, j)*f(3, k - j) - x(:, 3, j)*f(2, k - j))
-         s2 = s2 + (x(:, 3, j)*f(1, k - j) - x(:, 1, j)*f(3, k - j))
-         s3 = s3 + (x(:, 1, j)*f(2, k - j) - x(:, 2, j)*f(1, k - j))
-         s4 = s4 + (x(:, 5, j)*f(10, k - j) + x(:, 6, j)*f(13, k - j))
-         s5 = s5 + (x(:, 4, j)*f(8, k - j) + x(:, 6, j)*f(14, k - j))
-         s6 = s6 + (x(:, 4, j)*f(9, k - j) + x(:, 5, j)*f(12, k - j))
+      real(wp) :: s1, s2, s3, s4, s5, s6
+      integer :: i, j
+      if (k < 0) then
+         s = 0.0_wp
+         return
+      end if
+      !GCC$ unroll 1
+      do i = 1, lanes
+         s1 = 0.0_wp
+         s2 = 0.0_wp
+         s3 = 0.0_wp
+         s4 = 0.0_wp
+         s5 = 0.0_wp
+         s6 = 0.0_wp
+         do j = 0, k
+            s1 = s1 + (x(i, 2, j)*f(i, 3, k - j) - x(i, 3, j)*f(i, 2, k - j))
+            s2 = s2 + (x(i, 3, j)*f(i, 1, k - j) - x(i, 1, j)*f(i, 3, k - j))
+            s3 = s3 + (x(i, 1, j)*f(i, 2, k - j) - x(i, 2, j)*f(i, 1, k - j))
+            s4 = s4 + (x(i, 5, j)*f(i, 10, k - j) + x(i, 6, j)*f(i, 13, k - j))
+            s5 = s5 + (x(i, 4, j)*f(i, 8, k - j) + x(i, 6, j)*f(i, 14, k - j))
+            s6 = s6 + (x(i, 4, j)*f(i, 9, k - j) + x(i, 5, j)*f(i, 12, k - j))
+         end do
+         s(i, 1) = s1
+         s(i, 2) = s2
+         s(i, 3) = s3
+         s(i, 4) = s4
+         s(i, 5) = s5
+         s(i, 6) = s6
       end do
-      s(:, 1) = s1
-      s(:, 2) = s2
-      s(:, 3) = s3
-      s(:, 4) = s4
-      s(:, 5) = s5
-      s(:, 6) = s6
    end subroutine sum_free
 
-   !> Adds the diagonals of the matrices of δL times it.
-   pure subroutine add_diagonal(k, f, x, s)
+   !> Adds the diagonals of the matrices of δL times it, and what ΔtJ⁻¹ has off its diagonal.
+   pure subroutine add_rest(k, f, a, x, s)
       integer, intent(in) :: k
-      real(wp), intent(in) :: f(n_factors, 0:highest_order), x(lanes, numbers, 0:highest_order)
+      !> The factors; ΔtJ⁻¹, shape (3,3).
+      real(wp), intent(in) :: f(lanes, n_factors, 0:highest_order), a(3, 3), x(lanes, numbers, 0:highest_order)
       real(wp), intent(inout) :: s(lanes, 6)
-      integer :: j
-      do j = 0, k
-         s(:, 4) = s(:, 4) + x(:, 4, j)*f(7, k - j)
-         s(:, 5) = s(:, 5) + x(:, 5, j)*f(11, k - j)
-         s(:, 6) = s(:, 6) + x(:, 6, j)*f(15, k - j)
+      real(wp) :: s4, s5, s6
+      integer :: i, j
+      if (k < 0) return
+      !GCC$ unroll 1
+      do i = 1, lanes
+         s4 = s(i, 4)
+         s5 = s(i, 5)
+         s6 = s(i, 6)
+         do j = 0, k
+            s4 = s4 + x(i, 4, j)*f(i, 7, k - j)
+            s5 = s5 + x(i, 5, j)*f(i, 11, k - j)
+            s6 = s6 + x(i, 6, j)*f(i, 15, k - j)
+         end do
+         s(i, 4) = s4
+         s(i, 5) = s5
+         s(i, 6) = s6
       end do
-   end subroutine add_diagonal
+      s(:, 1) = s(:, 1) + (a(1, 2)*x(:, 5, k) + a(1, 3)*x(:, 6, k))
+      s(:, 2) = s(:, 2) + (a(2, 1)*x(:, 4, k) + a(2, 3)*x(:, 6, k))
+      s(:, 3) = s(:, 3) + (a(3, 1)*x(:, 4, k) + a(3, 2)*x(:, 5, k))
+   end subroutine add_rest
 
-   !> The change of a row, E×θ.
-   pure subroutine sum_row(k, f, x, t)
+   !> Adds m×(E×θ).
+   pure subroutine add_row(k, f, m, x, s)
       integer, intent(in) :: k
-      real(wp), intent(in) :: f(n_factors, 0:highest_order), x(lanes, numbers, 0:highest_order)
-      real(wp), intent(out) :: t(lanes, 3)
-      real(wp), dimension(lanes) :: t1, t2, t3
-      integer :: j
-      t1 = 0.0_wp
-      t2 = 0.0_wp
-      t3 = 0.0_wp
-      do j = 0, k
-         t1 = t1 + (x(:, 3, j)*f(17, k - j) - x(:, 2, j)*f(18, k - j))
-         t2 = t2 + (x(:, 1, j)*f(18, k - j) - x(:, 3, j)*f(16, k - j))
-         t3 = t3 + (x(:, 2, j)*f(16, k - j) - x(:, 1, j)*f(17, k - j))
+      !> The factors; Δt times the moment, shape (3).
+      real(wp), intent(in) :: f(lanes, n_factors, 0:highest_order), m(3), x(lanes, numbers, 0:highest_order)
+      real(wp), intent(inout) :: s(lanes, 6)
+      real(wp) :: t1, t2, t3
+      integer :: i, j
+      if (k < 0) return
+      !GCC$ unroll 1
+      do i = 1, lanes
+         t1 = 0.0_wp
+         t2 = 0.0_wp
+         t3 = 0.0_wp
+         do j = 0, k
+            t1 = t1 + (x(i, 3, j)*f(i, 17, k - j) - x(i, 2, j)*f(i, 18, k - j))
+            t2 = t2 + (x(i, 1, j)*f(i, 18, k - j) - x(i, 3, j)*f(i, 16, k - j))
+            t3 = t3 + (x(i, 2, j)*f(i, 16, k - j) - x(i, 1, j)*f(i, 17, k - j))
+         end do
+         s(i, 4) = s(i, 4) + (m(2)*t3 - m(3)*t2)
+         s(i, 5) = s(i, 5) + (m(3)*t1 - m(1)*t3)
+         s(i, 6) = s(i, 6) + (m(1)*t2 - m(2)*t1)
       end do
-      t(:, 1) = t1
-      t(:, 2) = t2
-      t(:, 3) = t3
-   end subroutine sum_row
+   end subroutine add_row
 
    !> Adds the matrices of θ times it.
    pure subroutine add_turned(k, f, x, s)
       integer, intent(in) :: k
-      real(wp), intent(in) :: f(n_factors, 0:highest_order), x(lanes, numbers, 0:highest_order)
+      real(wp), intent(in) :: f(lanes, n_factors, 0:highest_order), x(lanes, numbers, 0:highest_order)
       real(wp), intent(inout) :: s(lanes, 6)
-      real(wp), dimension(lanes) :: s4, s5, s6
-      integer :: j
-      s4 = s(:, 4)
-      s5 = s(:, 5)
-      s6 = s(:, 6)
-      do j = 0, k
-         s4 = s4 + (x(:, 1, j)*f(16, k - j) + x(:, 2, j)*f(19, k - j) + x(:, 3, j)*f(22, k - j))
-         s5 = s5 + (x(:, 1, j)*f(17, k - j) + x(:, 2, j)*f(20, k - j) + x(:, 3, j)*f(23, k - j))
-         s6 = s6 + (x(:, 1, j)*f(18, k - j) + x(:, 2, j)*f(21, k - j) + x(:, 3, j)*f(24, k - j))
+      real(wp) :: s4, s5, s6
+      integer :: i, j
+      if (k < 0) return
+      !GCC$ unroll 1
+      do i = 1, lanes
+         s4 = s(i, 4)
+         s5 = s(i, 5)
+         s6 = s(i, 6)
+         do j = 0, k
+            s4 = s4 + (x(i, 1, j)*f(i, 16, k - j) + x(i, 2, j)*f(i, 19, k - j) + x(i, 3, j)*f(i, 22, k - j))
+            s5 = s5 + (x(i, 1, j)*f(i, 17, k - j) + x(i, 2, j)*f(i, 20, k - j) + x(i, 3, j)*f(i, 23, k - j))
+            s6 = s6 + (x(i, 1, j)*f(i, 18, k - j) + x(i, 2, j)*f(i, 21, k - j) + x(i, 3, j)*f(i, 24, k - j))
+         end do
+         s(i, 4) = s4
+         s(i, 5) = s5
+         s(i, 6) = s6
       end do
-      s(:, 4) = s4
-      s(:, 5) = s5
-      s(:, 6) = s6
    end subroutine add_turned
 
    !> Adds what u takes from ΔtδΩ, what the torques make of that, and u×L.
    pure subroutine add_lacking(k, f, d, x, s)
       integer, intent(in) :: k
       !> The factors; D, shape (3,3).
-      real(wp), intent(in) :: f(n_factors, 0:highest_order), d(3, 3), x(lanes, numbers, 0:highest_order)
+      real(wp), intent(in) :: f(lanes, n_factors, 0:highest_order), d(3, 3), x(lanes, numbers, 0:highest_order)
       real(wp), intent(inout) :: s(lanes, 6)
-      integer :: j
-      do j = 0, k
-         s(:, 4) = s(:, 4) + (x(:, 8, j)*f(6, k - j) - x(:, 9, j)*f(5, k - j))
-         s(:, 5) = s(:, 5) + (x(:, 9, j)*f(4, k - j) - x(:, 7, j)*f(6, k - j))
-         s(:, 6) = s(:, 6) + (x(:, 7, j)*f(5, k - j) - x(:, 8, j)*f(4, k - j))
+      real(wp) :: s4, s5, s6
+      integer :: i, j
+      if (k < 0) return
+      !GCC$ unroll 1
+      do i = 1, lanes
+         s4 = s(i, 4)
+         s5 = s(i, 5)
+         s6 = s(i, 6)
+         do j = 0, k
+            s4 = s4 + (x(i, 8, j)*f(i, 6, k - j) - x(i, 9, j)*f(i, 5, k - j))
+            s5 = s5 + (x(i, 9, j)*f(i, 4, k - j) - x(i, 7, j)*f(i, 6, k - j))
+            s6 = s6 + (x(i, 7, j)*f(i, 5, k - j) - x(i, 8, j)*f(i, 4, k - j))
+         end do
+         s(i, 4) = s4
+         s(i, 5) = s5
+         s(i, 6) = s6
       end do
       do j = 1, 3
          s(:, j) = s(:, j) - x(:, 6 + j, k)
@@ -571,64 +671,85 @@ contains
       call put(self, c, of_momentum, k + 1, get(self, c, of_momentum, k + 1) + (dt*inverses(k + 1))*tau)
    end subroutine add_own
 
-   !> Sums the series, and makes the columns of the basis. The last terms estimate the error.
+   !> Sums the series, and makes the columns from the basis. The last terms estimate the error.
    pure subroutine finish_columns(self, turn, tangent)
-      class(series_tangent_t), intent(in) :: self
+      class(series_tangent_t), intent(inout) :: self
       !> How the body has turned, of its axes at the start; shape (4).
       real(wp), intent(in) :: turn(4)
       type(tangent_t), intent(inout) :: tangent
-      !> θ and δL of what is expanded, and their last terms.
-      real(wp), dimension(lanes*size(self%lacking), 3) :: theta, momentum, last_theta, last_momentum
-      real(wp) :: start(tangent%n, 6), last(tangent%n, 3, 2)
-      integer :: c, m, first
-      do c = 1, size(theta, 1)
-         call sum_column(self, c, theta(c, :), momentum(c, :), last_theta(c, :), last_momentum(c, :))
+      real(wp) :: turned(3, 3), x(6), y(12)
+      integer :: b, c, i
+      do b = 1, size(self%lacking)
+         call sum_block(self%order, self%columns(:, :, :, b), self%ends(:, lanes*(b - 1) + 1:lanes*b))
       end do
-      if (self%n_basis == 0) then
-         tangent%theta = theta(:tangent%n, :)
-         tangent%momentum = momentum(:tangent%n, :)
-         last(:, :, 1) = last_theta(:tangent%n, :)
-         last(:, :, 2) = last_momentum(:tangent%n, :)
-      else
-         start(:, :3) = tangent%theta
-         start(:, 4:) = tangent%momentum
-         first = 7 - self%n_basis
-         tangent%theta = matmul(start(:, first:), theta(:self%n_basis, :))
-         tangent%momentum = matmul(start(:, first:), momentum(:self%n_basis, :))
-         last(:, :, 1) = matmul(start(:, first:), last_theta(:self%n_basis, :))
-         last(:, :, 2) = matmul(start(:, first:), last_momentum(:self%n_basis, :))
-         if (self%n_basis == 3) then
-            do c = 1, tangent%n
-               tangent%theta(c, :) = tangent%theta(c, :) + rotate_to_body(turn, start(c, :3))
-            end do
-         end if
-         do m = 1, size(tangent%parametric)
-            c = tangent%parametric(m)
-            tangent%theta(c, :) = tangent%theta(c, :) + theta(self%n_basis + m, :)
-            tangent%momentum(c, :) = tangent%momentum(c, :) + momentum(self%n_basis + m, :)
-            last(c, :, 1) = last(c, :, 1) + last_theta(self%n_basis + m, :)
-            last(c, :, 2) = last(c, :, 2) + last_momentum(self%n_basis + m, :)
+      do i = 1, 3
+         x(:3) = 0.0_wp
+         x(i) = 1.0_wp
+         turned(:, i) = rotate_to_body(turn, x(:3))
+      end do
+      do c = 1, tangent%n
+         x = [tangent%theta(c, 1), tangent%theta(c, 2), tangent%theta(c, 3), &
+              tangent%momentum(c, 1), tangent%momentum(c, 2), tangent%momentum(c, 3)]
+         y = 0.0_wp
+         if (self%n_basis == 0) y = self%ends(:, c)
+         do i = 1, self%n_basis
+            y = y + x(6 - self%n_basis + i)*self%ends(:, i)
+         end do
+         if (self%n_basis == 3) y(:3) = y(:3) + times_vector(turned, x(:3))
+         call set_column(y, c, tangent)
+      end do
+      if (self%n_basis > 0) then
+         do i = 1, size(tangent%parametric)
+            call add_column(self%ends(:, self%n_basis + i), tangent%parametric(i), tangent)
          end do
       end if
       tangent%wheels = tangent%wheels + self%gain
-      tangent%error = tangent%relative(last(:, :, 1), last(:, :, 2), vector_length(self%momentum(:, 0)))
+      tangent%error = tangent%relative(tangent%mid, tangent%change, vector_length(self%momentum(:, 0)))
    end subroutine finish_columns
 
-   !> Sums the series of a column, the smallest terms first.
-   pure subroutine sum_column(self, c, theta, momentum, last_theta, last_momentum)
-      class(series_tangent_t), intent(in) :: self
+   !> Sets θ and δL of a column, and its last terms in `mid` and `change`.
+   pure subroutine set_column(y, c, tangent)
+      real(wp), intent(in) :: y(12)
       integer, intent(in) :: c
-      !> At the end, and their last terms; shape (3).
-      real(wp), intent(out), dimension(3) :: theta, momentum, last_theta, last_momentum
-      integer :: k
-      last_theta = get(self, c, of_theta, self%order)
-      last_momentum = get(self, c, of_momentum, self%order)
-      theta = last_theta
-      momentum = last_momentum
-      do k = self%order - 1, 0, -1
-         theta = theta + get(self, c, of_theta, k)
-         momentum = momentum + get(self, c, of_momentum, k)
+      type(tangent_t), intent(inout) :: tangent
+      integer :: i
+      do i = 1, 3
+         tangent%theta(c, i) = y(i)
+         tangent%momentum(c, i) = y(3 + i)
+         tangent%mid(c, i) = y(6 + i)
+         tangent%change(c, i) = y(9 + i)
       end do
-   end subroutine sum_column
+   end subroutine set_column
+
+   !> Adds to them.
+   pure subroutine add_column(y, c, tangent)
+      real(wp), intent(in) :: y(12)
+      integer, intent(in) :: c
+      type(tangent_t), intent(inout) :: tangent
+      tangent%theta(c, :) = tangent%theta(c, :) + y(1:3)
+      tangent%momentum(c, :) = tangent%momentum(c, :) + y(4:6)
+      tangent%mid(c, :) = tangent%mid(c, :) + y(7:9)
+      tangent%change(c, :) = tangent%change(c, :) + y(10:12)
+   end subroutine add_column
+
+   !> Sums the series of a block, the smallest terms first.
+   pure subroutine sum_block(order, x, ends)
+      integer, intent(in) :: order
+      real(wp), intent(in) :: x(lanes, numbers, 0:highest_order)
+      !> The sums, and the last terms.
+      real(wp), intent(out) :: ends(12, lanes)
+      real(wp) :: sums(lanes, 6)
+      integer :: i, k
+      sums = x(:, :6, order)
+      do i = 1, lanes
+         ends(7:12, i) = sums(i, :)
+      end do
+      do k = order - 1, 0, -1
+         sums = sums + x(:, :6, k)
+      end do
+      do i = 1, lanes
+         ends(:6, i) = sums(i, :)
+      end do
+   end subroutine sum_block
 
 end module nutate_series_tangent
