@@ -8,7 +8,8 @@ module nutate_free_tangent
    use nutate_kinds, only: wp
    use nutate_order_eight, only: a, b, n_stages
    use nutate_quaternion, only: cross, quat_conjugate, quat_product, rotate_to_body
-   use nutate_small_products, only: times_vector
+   use nutate_small_products, only: skew, times_columns, times_vector
+   use nutate_stage_tangent, only: add_weighted, list_weights
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_system, only: system_t
@@ -93,14 +94,14 @@ contains
       integer, intent(in) :: stages
       real(wp), intent(in) :: weights(n_stages), first(3)
       real(wp), intent(out) :: last(3)
-      integer :: j
+      real(wp) :: w(n_stages)
+      integer :: which(n_stages), count, j
+      call list_weights(weights(:stages), count, which, w)
       last = first
-      self%point = self%start
-      do j = 1, stages
-         if (.not. abs(weights(j)) > 0.0_wp) cycle
-         last = last + weights(j)*self%rate(:, j)
-         self%point = self%point + weights(j)*self%rates(:, :, j)
+      do j = 1, count
+         last = last + w(j)*self%rate(:, which(j))
       end do
+      call add_weighted(size(self%start), n_stages, count, which, w, self%start, self%rates, self%point)
    end subroutine take_argument
 
    !> The rates of a stage, L̇ = L×Ω, and its part of the angle, ½(u₀ + u)·Ω/(1 + u₀·u).
@@ -111,15 +112,11 @@ contains
       real(wp), intent(in) :: first(3), last(3)
       type(system_t), intent(in) :: system
       type(tangent_t), intent(in) :: tangent
-      real(wp) :: angle(3), m(3, 3), unit(3), own(3), own_first(3), cosine, pace, sum(3), row(3), of_axis(3)
+      real(wp) :: angle(3), m(3, 3), own(3), own_first(3), cosine, pace, sum(3), row(3), of_axis(3)
       integer :: j, k
       angle = times_vector(self%to_angle, last)
       self%rate(:, i) = cross(last, angle)
-      do j = 1, 3
-         unit = 0.0_wp
-         unit(j) = 1.0_wp
-         m(:, j) = cross(last, self%to_angle(:, j)) - cross(angle, unit)
-      end do
+      m = times_columns(skew(last), self%to_angle) - skew(angle)
       do j = 1, 3
          self%rates(:, j, i) = m(j, 1)*self%point(:, 1) + m(j, 2)*self%point(:, 2) + m(j, 3)*self%point(:, 3)
       end do

@@ -17,7 +17,7 @@ module nutate_stage_tangent
    implicit none
    private
 
-   public :: stage_tangent_t
+   public :: stage_tangent_t, add_weighted, list_weights
 
    !> The coefficients of a method, and the columns inside of a step.
    type :: stage_tangent_t
@@ -106,7 +106,7 @@ contains
       x = self%first
       self%point(:, :) = self%start
       do i = 1, size(self%times)
-         if (i > 1) call take_argument(self, i, tangent%n*m, self%weights(:i - 1, i), x)
+         if (i > 1) call take_argument(self, tangent%n*m, self%weights(:i - 1, i), x)
          call self%stage%evaluate(rates, system, self%times(i), x(1:m))
          self%rate(:, i) = self%stage%rate(1:m)
          if (self%axis > 0) self%stage%jacobian(8, 4 + self%axis) = self%slip
@@ -116,7 +116,7 @@ contains
             call add_own(self, rates, system, tangent, j, x(1:m), i)
          end do
       end do
-      call take_argument(self, size(self%times) + 1, tangent%n*m, self%weights(:, size(self%times) + 1), x)
+      call take_argument(self, tangent%n*m, self%weights(:, size(self%times) + 1), x)
       call finish_columns(tangent%n, m, x(1:4), self%point, tangent%theta, tangent%momentum)
       call estimate_error(self, x(5:7), tangent)
       if (self%stage%works) tangent%work = tangent%work + self%point(:, 8)
@@ -234,15 +234,29 @@ contains
    end subroutine start_columns
 
    !> The argument of a stage, or the end of the step: of the motion and of the columns.
-   pure subroutine take_argument(self, i, length, weights, x)
+   pure subroutine take_argument(self, length, weights, x)
       type(stage_tangent_t), intent(inout) :: self
-      !> The stage; how many numbers all columns have.
-      integer, intent(in) :: i, length
+      !> How many numbers all columns have.
+      integer, intent(in) :: length
       !> Of the stages before; shape (i - 1).
       real(wp), intent(in) :: weights(:)
       real(wp), intent(inout) :: x(most_numbers)
       real(wp) :: w(12)
       integer :: which(12), count, j
+      call list_weights(weights, count, which, w)
+      x(1:self%stage%n) = self%first(1:self%stage%n)
+      do j = 1, count
+         x(1:self%stage%n) = x(1:self%stage%n) + w(j)*self%rate(:, which(j))
+      end do
+      call add_weighted(length, size(self%times), count, which, w, self%start, self%rates, self%point)
+   end subroutine take_argument
+
+   !> The weights that are not zero, and of which stage each is.
+   pure subroutine list_weights(weights, count, which, w)
+      real(wp), intent(in) :: weights(:)
+      integer, intent(out) :: count, which(12)
+      real(wp), intent(out) :: w(12)
+      integer :: j
       count = 0
       do j = 1, size(weights)
          if (.not. abs(weights(j)) > 0.0_wp) cycle
@@ -250,12 +264,7 @@ contains
          which(count) = j
          w(count) = weights(j)
       end do
-      x(1:self%stage%n) = self%first(1:self%stage%n)
-      do j = 1, count
-         x(1:self%stage%n) = x(1:self%stage%n) + w(j)*self%rate(:, which(j))
-      end do
-      call add_weighted(length, size(self%times), count, which, w, self%start, self%rates, self%point)
-   end subroutine take_argument
+   end subroutine list_weights
 
    !> start + Σ w(j) rates(:, which(j)), four at a time.
    pure subroutine add_weighted(length, stages, count, which, w, start, rates, point)
