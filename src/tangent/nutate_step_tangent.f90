@@ -91,12 +91,11 @@ contains
       call self%forces%set(system%effects, forces, r, 4/self%dt)
       call set_matrices(self, forces%active, turn, status)
       if (status%code /= 0) return
-      plain = .not. (turn%there .or. present(wheels) .or. size(tangent%parametric) > 0 .or. &
-                     system%effects%n_torques > 0)
+      plain = .not. (turn%there .or. present(wheels) .or. size(tangent%parametric) > 0)
       if (plain .and. .not. forces%active) then
          call move_free(self, tangent%n, tangent%theta, tangent%momentum)
       else if (plain) then
-         call move_plain(self, tangent%n, tangent%theta, tangent%momentum)
+         call move_plain(self, tangent%n, system%effects%n_torques > 0, tangent%theta, tangent%momentum, tangent%work)
       else
          call move_extended(self, system, forces, turn, wheels, tangent)
       end if
@@ -313,18 +312,24 @@ contains
       end do
    end subroutine move_free
 
-   !> The same under potentials.
-   pure subroutine move_plain(self, n, theta, momentum)
+   !> The same under potentials and torques.
+   pure subroutine move_plain(self, n, works, theta, momentum, work)
       type(conserving_step_t), intent(in) :: self
       integer, intent(in) :: n
-      !> Shape (n,3).
-      real(wp), intent(inout) :: theta(n, 3), momentum(n, 3)
-      real(wp) :: h(3, 3), w(3, 3), p(3, 3), g(3, 3), x, y, z, a, b, c, u, v, t
+      !> There are torques.
+      logical, intent(in) :: works
+      !> Shapes (n,3), (n).
+      real(wp), intent(inout) :: theta(n, 3), momentum(n, 3), work(n)
+      real(wp) :: h(3, 3), w(3, 3), p(3, 3), g(3, 3), by_mid(3), by_turn(3), x, y, z, a, b, c, u, v, t
       integer :: i
       h = self%forces%swing
       w = self%by_momentum
       p = self%by_mid
       g = (4*self%forces%shrink)*self%turn_by_mean
+      by_mid = 0.0_wp
+      by_turn = 0.0_wp
+      if (works) call find_work_rows(self%forces, by_mid, by_turn)
+      by_turn = by_turn/(4*self%forces%shrink)
       do i = 1, n
          a = theta(i, 1)
          b = theta(i, 2)
@@ -344,9 +349,14 @@ contains
          momentum(i, 1) = a + u
          momentum(i, 2) = b + v
          momentum(i, 3) = c + t
-         u = x + (g(1, 1)*a + g(1, 2)*b + g(1, 3)*c)
-         v = y + (g(2, 1)*a + g(2, 2)*b + g(2, 3)*c)
-         t = z + (g(3, 1)*a + g(3, 2)*b + g(3, 3)*c)
+         u = g(1, 1)*a + g(1, 2)*b + g(1, 3)*c
+         v = g(2, 1)*a + g(2, 2)*b + g(2, 3)*c
+         t = g(3, 1)*a + g(3, 2)*b + g(3, 3)*c
+         if (works) work(i) = work(i) + (by_mid(1)*x + by_mid(2)*y + by_mid(3)*z) &
+                              + (by_turn(1)*u + by_turn(2)*v + by_turn(3)*t)
+         u = x + u
+         v = y + v
+         t = z + t
          theta(i, 1) = u + (h(1, 1)*u + h(1, 2)*v + h(1, 3)*t)
          theta(i, 2) = v + (h(2, 1)*u + h(2, 2)*v + h(2, 3)*t)
          theta(i, 3) = t + (h(3, 1)*u + h(3, 2)*v + h(3, 3)*t)
@@ -556,14 +566,22 @@ contains
       real(wp), intent(inout) :: work(n)
       real(wp) :: a(3), c(3)
       integer :: i
-      do i = 1, 3
-         a(i) = 4*dot_product(forces%r, forces%working_by_mid(:, i))
-         c(i) = 4*(forces%working(i) + dot_product(forces%r, forces%working_by_r(:, i)))
-      end do
+      call find_work_rows(forces, a, c)
       do i = 1, n
          work(i) = work(i) + (a(1)*mid(i, 1) + a(2)*mid(i, 2) + a(3)*mid(i, 3)) &
                    + (c(1)*shift(i, 1) + c(2)*shift(i, 2) + c(3)*shift(i, 3))
       end do
    end subroutine add_work
+
+   !> Its derivatives by φ and by δr; shape (3).
+   pure subroutine find_work_rows(forces, by_mid, by_turn)
+      type(forces_tangent_t), intent(in) :: forces
+      real(wp), intent(out) :: by_mid(3), by_turn(3)
+      integer :: i
+      do i = 1, 3
+         by_mid(i) = 4*dot_product(forces%r, forces%working_by_mid(:, i))
+         by_turn(i) = 4*(forces%working(i) + dot_product(forces%r, forces%working_by_r(:, i)))
+      end do
+   end subroutine find_work_rows
 
 end module nutate_step_tangent

@@ -141,7 +141,7 @@ contains
       integer, intent(in) :: i
       !> γ0; shape (3).
       real(wp), intent(in) :: start(3)
-      real(wp) :: middle(3), end(3), mean(3), by_start(3, 3), by_end(3, 3), part(3, 3)
+      real(wp) :: middle(3), end(3), mean(3), by_start(3, 3), by_end(3, 3), part(3, 3), half_back(3, 3)
       middle = times_vector(self%half, start)
       end = times_vector(self%half, middle)
       mean = self%shrink*middle
@@ -150,9 +150,10 @@ contains
          by_start = potential%discrete_hessian(end, start)
          by_end = potential%discrete_hessian(start, end)
       end associate
+      half_back = transpose(self%half)
       part = between(mean, times_columns(by_end, self%half), middle)
       self%by_r = self%by_r + (4*self%shrink)*part
-      self%by_mid = self%by_mid + part + between(mean, times_columns(by_start, transpose(self%half)), middle)
+      self%by_mid = self%by_mid + part + between(mean, times_columns(by_start, half_back), middle)
    end subroutine add_curvature
 
    !> [a]× K [b]×; shape (3,3).
