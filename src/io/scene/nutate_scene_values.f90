@@ -14,7 +14,7 @@ module nutate_scene_values
 
    !> Longest text: longer than any path.
    integer, parameter :: longest_text = 4096
-   !> Of the choices that a message lists where it knows which one was meant.
+   !> Of the choices that a message lists.
    integer, parameter :: longest_choices = 300
 
 contains
@@ -184,7 +184,7 @@ contains
       character(len=:), allocatable :: choices, nearest
       choices = expectation(key)
       nearest = trim(nearest_name(text, split_list(key%choices)))
-      if (len(choices) > longest_choices .and. nearest /= '') choices = 'a name of the reference'
+      if (len(choices) > longest_choices) choices = 'a name of the reference'
       call error%raise(line, quoted(text)//' is not available for '//trim(key%name), choices, nearest)
    end subroutine raise_unknown
 
