@@ -37,8 +37,8 @@ total() {
 }
 
 # Those that take longest, which begin first: whoever waits for the last one then waits least.
-longest='stability_stiff exact_round_off path_attack test_cost test_fuzz test_signals stability_large_steps stability_scales'
-longest+=' effects test_sweep test_malformed accuracy wheel_limits random_controllers event_attack'
+longest='fit test_fuzz test_determinism test_cost path_attack test_checkpoint test_docs test_effect_columns test_run test_sweep'
+longest+=' resume random_controllers wheel_limits test_malformed effects exact_round_off tangent_differences stability_stiff'
 
 # What is to be run, `unit SUITE` or `cli MODULE`, a line each.
 list_parts() {
