@@ -95,7 +95,9 @@ contains
       if (plain .and. .not. forces%active) then
          call move_free(self, tangent%n, tangent%theta, tangent%momentum)
       else if (plain) then
-         call move_plain(self, tangent%n, system%effects%n_torques > 0, tangent%theta, tangent%momentum, tangent%work)
+         if (system%effects%n_torques > 0) &
+            call add_plain_work(self, tangent%n, tangent%theta, tangent%momentum, tangent%work)
+         call move_plain(self, tangent%n, tangent%theta, tangent%momentum)
       else
          call move_extended(self, system, forces, turn, wheels, tangent)
       end if
@@ -313,23 +315,17 @@ contains
    end subroutine move_free
 
    !> The same under potentials and torques.
-   pure subroutine move_plain(self, n, works, theta, momentum, work)
+   pure subroutine move_plain(self, n, theta, momentum)
       type(conserving_step_t), intent(in) :: self
       integer, intent(in) :: n
-      !> There are torques.
-      logical, intent(in) :: works
-      !> Shapes (n,3), (n).
-      real(wp), intent(inout) :: theta(n, 3), momentum(n, 3), work(n)
-      real(wp) :: h(3, 3), w(3, 3), p(3, 3), g(3, 3), by_mid(3), by_turn(3), x, y, z, a, b, c, u, v, t
+      !> Shape (n,3).
+      real(wp), intent(inout) :: theta(n, 3), momentum(n, 3)
+      real(wp) :: h(3, 3), w(3, 3), p(3, 3), g(3, 3), x, y, z, a, b, c, u, v, t
       integer :: i
       h = self%forces%swing
       w = self%by_momentum
       p = self%by_mid
       g = (4*self%forces%shrink)*self%turn_by_mean
-      by_mid = 0.0_wp
-      by_turn = 0.0_wp
-      if (works) call find_work_rows(self%forces, by_mid, by_turn)
-      by_turn = by_turn/(4*self%forces%shrink)
       do i = 1, n
          a = theta(i, 1)
          b = theta(i, 2)
@@ -349,19 +345,44 @@ contains
          momentum(i, 1) = a + u
          momentum(i, 2) = b + v
          momentum(i, 3) = c + t
-         u = g(1, 1)*a + g(1, 2)*b + g(1, 3)*c
-         v = g(2, 1)*a + g(2, 2)*b + g(2, 3)*c
-         t = g(3, 1)*a + g(3, 2)*b + g(3, 3)*c
-         if (works) work(i) = work(i) + (by_mid(1)*x + by_mid(2)*y + by_mid(3)*z) &
-                              + (by_turn(1)*u + by_turn(2)*v + by_turn(3)*t)
-         u = x + u
-         v = y + v
-         t = z + t
+         u = x + (g(1, 1)*a + g(1, 2)*b + g(1, 3)*c)
+         v = y + (g(2, 1)*a + g(2, 2)*b + g(2, 3)*c)
+         t = z + (g(3, 1)*a + g(3, 2)*b + g(3, 3)*c)
          theta(i, 1) = u + (h(1, 1)*u + h(1, 2)*v + h(1, 3)*t)
          theta(i, 2) = v + (h(2, 1)*u + h(2, 2)*v + h(2, 3)*t)
          theta(i, 3) = t + (h(3, 1)*u + h(3, 2)*v + h(3, 3)*t)
       end do
    end subroutine move_plain
+
+   !> Change of the work of the torques by such columns, before they are moved: 4r·τ as rows by θ0 and δL0.
+   pure subroutine add_plain_work(self, n, theta, momentum, work)
+      type(conserving_step_t), intent(in) :: self
+      integer, intent(in) :: n
+      !> Shapes (n,3), (n).
+      real(wp), intent(in) :: theta(n, 3), momentum(n, 3)
+      real(wp), intent(inout) :: work(n)
+      real(wp) :: by_mid(3), by_turn(3), by_theta(3), by_momentum(3)
+      integer :: i
+      call find_work_rows(self%forces, by_mid, by_turn)
+      by_turn = row_times(by_turn, self%turn_by_mean)
+      by_mid = by_mid + row_times(by_turn, self%by_mid)
+      by_theta = by_mid + row_times(by_mid, self%forces%swing)
+      by_momentum = by_turn + row_times(by_turn, self%by_momentum)
+      do i = 1, n
+         work(i) = work(i) + (by_theta(1)*theta(i, 1) + by_theta(2)*theta(i, 2) + by_theta(3)*theta(i, 3)) &
+                   + (by_momentum(1)*momentum(i, 1) + by_momentum(2)*momentum(i, 2) + by_momentum(3)*momentum(i, 3))
+      end do
+   end subroutine add_plain_work
+
+   !> A row times a matrix; shape (3).
+   pure function row_times(row, m) result(product)
+      real(wp), intent(in) :: row(3), m(3, 3)
+      real(wp) :: product(3)
+      integer :: j
+      do j = 1, 3
+         product(j) = row(1)*m(1, j) + row(2)*m(2, j) + row(3)*m(3, j)
+      end do
+   end function row_times
 
    !> φ and y of columns without parameters of their own.
    pure subroutine find_changes(self, n, turned, theta, momentum, mid, change)
