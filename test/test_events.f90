@@ -340,7 +340,7 @@ contains
       end do
    end subroutine column_rates
 
-   !> Adds frames that turn: with rates that are known, without them, and one against which the scalar is negative.
+   !> Adds rotating frames: with known rates, without them, and one relative to which the scalar part is negative.
    subroutine add_frames(system)
       type(system_t), intent(inout) :: system
       real(wp) :: numbers(8, 2)

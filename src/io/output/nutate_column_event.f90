@@ -375,22 +375,24 @@ contains
    !> The frame that a column refers to; 0: none.
    pure integer function frame_of(column) result(i)
       character(len=*), intent(in) :: column
-      integer :: k
-      i = 0
-      do k = 1, size(column_sets)
-         if (index(','//trim(column_sets(k)%headers)//',', ','//trim(column)//',') > 0) i = column_sets(k)%frame
-      end do
+      i = set_of(column)
+      if (i > 0) i = column_sets(i)%frame
    end function frame_of
 
    !> The wheel that a column shows; 0: it is no wheel's.
    pure integer function wheel_of(column) result(i)
       character(len=*), intent(in) :: column
-      integer :: k
-      i = 0
-      do k = 1, size(column_sets)
-         if (index(','//trim(column_sets(k)%headers)//',', ','//trim(column)//',') > 0) i = column_sets(k)%wheel
-      end do
+      i = set_of(column)
+      if (i > 0) i = column_sets(i)%wheel
    end function wheel_of
+
+   !> The set that a column belongs to; 0: none.
+   pure integer function set_of(column) result(i)
+      character(len=*), intent(in) :: column
+      do i = size(column_sets), 1, -1
+         if (index(','//trim(column_sets(i)%headers)//',', ','//trim(column)//',') > 0) return
+      end do
+   end function set_of
 
    !> Its rate along the motion.
    pure real(wp) function column_rate(column, system, motion) result(x)

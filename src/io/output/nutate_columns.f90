@@ -51,7 +51,7 @@ module nutate_columns
       logical :: orbit = .false., sun = .false.
       !> It shows tumbling elements.
       logical :: tumbling = .false.
-      !> The frame against which it shows the attitude, 1 or more; 0: none.
+      !> The frame relative to which it shows the attitude, 1 or more; 0: none.
       integer :: frame = 0
       !> Its columns are the Euler angles of this sequence of axes.
       character(len=3) :: sequence = ''
