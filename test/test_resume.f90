@@ -5,31 +5,29 @@ module test_resume
    use nutate_byte_archive, only: byte_archive_t
    use nutate_kinds, only: wp, long
    use nutate_methods, only: make_stepper, method_t, methods
-   use nutate_observer, only: observer_t, run_record_t
+   use nutate_observer, only: run_record_t
    use nutate_rotating_frame, only: rotating_frame_t
    use nutate_run, only: run_t
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_state, only: state_t
-   use nutate_status, only: NUTATE_BAD_ARGUMENT, NUTATE_STEP_LIMIT, NUTATE_STOPPED, fail, status_t
+   use nutate_status, only: NUTATE_BAD_ARGUMENT, NUTATE_STEP_LIMIT, NUTATE_STOPPED, status_t
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_system, only: system_t
    use test_problems, only: box, bruls_top, forced_body, problem_t
+   use test_stopping_observer, only: stopping_observer_t
    use test_support, only: check, error_type, is_slow_build, new_unittest, test_failed, unittest_type
    implicit none
    private
    public :: collect_resume, check_run, check_stepper, label_of, settings_of
 
    !> Keeps all rows as bytes, and the last archive with the rows until then.
-   type, extends(observer_t) :: recorder_t
-      character(len=:), allocatable :: rows, archive
+   type, extends(stopping_observer_t) :: recorder_t
+      character(len=:), allocatable :: rows
       integer :: rows_kept = 0
-      !> Ask for an archive, and end the run, at the poll of this number; 0: never.
-      integer :: stops_at = 0, polls = 0
       !> Steps that had to be subdivided.
       integer(long) :: subdivided_steps = 0
    contains
       procedure :: observe => record_row
-      procedure :: poll => count_poll
       procedure :: save_checkpoint => keep_archive
    end type recorder_t
 
@@ -87,6 +85,15 @@ contains
       if (archive%problem() /= '') bytes = ''
    end function remembered_by
 
+   subroutine keep_archive(self, archive, status)
+      class(recorder_t), intent(inout) :: self
+      type(byte_archive_t), intent(inout) :: archive
+      type(status_t), intent(out) :: status
+      self%archive = archive%content()
+      if (.not. allocated(self%rows)) self%rows = ''
+      self%rows_kept = len(self%rows)
+   end subroutine keep_archive
+
    subroutine record_row(self, system, state, record, status)
       class(recorder_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -96,25 +103,6 @@ contains
       if (.not. allocated(self%rows)) self%rows = ''
       self%rows = self%rows//bytes_of(state, record)
    end subroutine record_row
-
-   subroutine count_poll(self, fraction, status)
-      class(recorder_t), intent(inout) :: self
-      real(wp), intent(in) :: fraction
-      type(status_t), intent(out) :: status
-      self%polls = self%polls + 1
-      if (self%polls /= self%stops_at) return
-      self%wants_checkpoint = .true.
-      status = fail(NUTATE_STOPPED, 'asked to')
-   end subroutine count_poll
-
-   subroutine keep_archive(self, archive, status)
-      class(recorder_t), intent(inout) :: self
-      type(byte_archive_t), intent(inout) :: archive
-      type(status_t), intent(out) :: status
-      self%archive = archive%content()
-      if (.not. allocated(self%rows)) self%rows = ''
-      self%rows_kept = len(self%rows)
-   end subroutine keep_archive
 
    !> Settings of a row of the table of methods; implicit steps of order 4 with the projection.
    pure type(integrator_settings_t) function settings_of(method) result(settings)

@@ -14,19 +14,20 @@ module test_tangent_events
    use nutate_event_tracker, only: event_list_t
    use nutate_hamiltonian, only: body_momentum, make_state
    use nutate_kinds, only: wp, long, pi
-   use nutate_observer, only: observer_t, run_record_t
+   use nutate_observer, only: run_record_t
    use nutate_progress, only: total_work
    use nutate_quaternion, only: quat_conjugate, quat_exp, quat_product
    use nutate_run, only: run_t
    use nutate_run_plan, only: run_plan_t
    use nutate_spring, only: spring_t
    use nutate_state, only: state_t
-   use nutate_status, only: status_t, fail, NUTATE_STOPPED
+   use nutate_status, only: status_t, NUTATE_STOPPED
    use nutate_stepper, only: integrator_settings_t
    use nutate_system, only: system_t
    use nutate_wheel, only: wheel_t
    use nutate_wheel_mounting, only: add_wheel
    use test_event_support, only: angle_event_t, rate_event_t, tilt_event_t
+   use test_stopping_observer, only: stopping_observer_t
    use test_support, only: check, check_below, check_close, error_type, new_unittest, unittest_type
    implicit none
    private
@@ -37,15 +38,12 @@ module test_tangent_events
    integer, parameter :: room = 60, most = 10
 
    !> Keeps events and the derivatives of their times.
-   type, extends(observer_t) :: keeper_t
-      integer :: n = 0, polls = 0, stops_at = 0
+   type, extends(stopping_observer_t) :: keeper_t
+      integer :: n = 0
       integer :: which(room) = 0
       logical :: known(room) = .false.
       real(wp) :: times(room) = 0.0_wp, changes(most, room) = 0.0_wp, theta(room) = 0.0_wp
-      character(len=:), allocatable :: archive
    contains
-      procedure :: poll => count_poll
-      procedure :: save_checkpoint => keep_archive
       procedure :: observe => ignore_row
       procedure :: observe_event => keep_event
    end type keeper_t
@@ -79,24 +77,6 @@ contains
       type(run_record_t), intent(in) :: record
       type(status_t), intent(out) :: status
    end subroutine ignore_row
-
-   !> Ends the run at a poll, with a checkpoint.
-   subroutine count_poll(self, fraction, status)
-      class(keeper_t), intent(inout) :: self
-      real(wp), intent(in) :: fraction
-      type(status_t), intent(out) :: status
-      self%polls = self%polls + 1
-      if (self%polls /= self%stops_at) return
-      self%wants_checkpoint = .true.
-      status = fail(NUTATE_STOPPED, 'asked to')
-   end subroutine count_poll
-
-   subroutine keep_archive(self, archive, status)
-      class(keeper_t), intent(inout) :: self
-      type(byte_archive_t), intent(inout) :: archive
-      type(status_t), intent(out) :: status
-      self%archive = archive%content()
-   end subroutine keep_archive
 
    subroutine keep_event(self, system, event, which, number, state, record, status)
       class(keeper_t), intent(inout) :: self

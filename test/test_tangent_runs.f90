@@ -7,15 +7,16 @@ module test_tangent_runs
    use nutate_hamiltonian, only: body_momentum, make_state
    use nutate_kinds, only: wp, long
    use nutate_methods, only: make_stepper
-   use nutate_observer, only: observer_t, run_record_t
+   use nutate_observer, only: run_record_t
    use nutate_run, only: run_t
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
-   use nutate_status, only: status_t, fail, NUTATE_STOPPED
+   use nutate_status, only: status_t, NUTATE_STOPPED
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_system, only: system_t
    use nutate_tangent, only: tangent_t
    use test_problems, only: forced_body, problem_t
+   use test_stopping_observer, only: stopping_observer_t
    use test_support, only: check, check_below, check_close, error_type, new_unittest, unittest_type
    implicit none
    private
@@ -23,14 +24,11 @@ module test_tangent_runs
    public :: collect_tangent_runs, column_recorder_t
 
    !> Keeps the columns of rows, and the checkpoint of one poll, at which it ends the run.
-   type, extends(observer_t) :: column_recorder_t
-      integer :: n = 0, polls = 0, stops_at = 0
+   type, extends(stopping_observer_t) :: column_recorder_t
+      integer :: n = 0
       real(wp) :: t(100) = 0.0_wp, theta(100) = 0.0_wp, momentum(100) = 0.0_wp
-      character(len=:), allocatable :: archive
    contains
       procedure :: observe => record_columns
-      procedure :: poll => count_poll
-      procedure :: save_checkpoint => keep_archive
    end type column_recorder_t
 
    type(integrator_settings_t), parameter :: of_order_four = &
@@ -66,23 +64,6 @@ contains
       self%theta(self%n) = self%tangent%theta(1, 2)
       self%momentum(self%n) = self%tangent%momentum(3, 1)
    end subroutine record_columns
-
-   subroutine count_poll(self, fraction, status)
-      class(column_recorder_t), intent(inout) :: self
-      real(wp), intent(in) :: fraction
-      type(status_t), intent(out) :: status
-      self%polls = self%polls + 1
-      if (self%polls /= self%stops_at) return
-      self%wants_checkpoint = .true.
-      status = fail(NUTATE_STOPPED, 'asked to')
-   end subroutine count_poll
-
-   subroutine keep_archive(self, archive, status)
-      class(column_recorder_t), intent(inout) :: self
-      type(byte_archive_t), intent(inout) :: archive
-      type(status_t), intent(out) :: status
-      self%archive = archive%content()
-   end subroutine keep_archive
 
    !> A row inside of the third step: two whole steps and a part of one.
    subroutine columns_inside(error)

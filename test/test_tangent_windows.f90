@@ -12,13 +12,13 @@ module test_tangent_windows
    use nutate_event_tracker, only: event_list_t
    use nutate_hamiltonian, only: body_momentum, make_state
    use nutate_kinds, only: wp, long
-   use nutate_observer, only: observer_t, run_record_t
+   use nutate_observer, only: run_record_t
    use nutate_progress, only: total_work
    use nutate_quaternion, only: quat_conjugate, quat_product
    use nutate_run, only: run_t
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
-   use nutate_status, only: status_t, fail, NUTATE_STOPPED
+   use nutate_status, only: status_t, NUTATE_STOPPED
    use nutate_stepper, only: integrator_settings_t
    use nutate_system, only: system_t
    use nutate_tabulated_torque, only: make_tabulated_torque, tabulated_torque_t
@@ -26,6 +26,7 @@ module test_tangent_windows
    use nutate_wheel, only: wheel_t
    use nutate_wheel_mounting, only: add_wheel
    use test_event_support, only: rate_event_t
+   use test_stopping_observer, only: stopping_observer_t
    use test_support, only: check, check_below, check_close, error_type, new_unittest, unittest_type
    implicit none
    private
@@ -45,13 +46,10 @@ module test_tangent_windows
    real(wp), parameter :: attitude(4) = [0.8_wp, 0.4_wp, -0.4_wp, 0.2_wp], rate(3) = [0.4_wp, -0.3_wp, 0.6_wp]
 
    !> Keeps what the tests compare.
-   type, extends(observer_t) :: keeper_t
-      integer :: n = 0, polls = 0, stops_at = 0
+   type, extends(stopping_observer_t) :: keeper_t
+      integer :: n = 0
       real(wp) :: time = 0.0_wp, change(2) = 0.0_wp, momentum(100) = 0.0_wp, row_times(100) = 0.0_wp
-      character(len=:), allocatable :: archive
    contains
-      procedure :: poll => count_poll
-      procedure :: save_checkpoint => keep_archive
       procedure :: observe => keep_row
       procedure :: observe_event => keep_event
    end type keeper_t
@@ -80,23 +78,6 @@ contains
                   new_unittest("a checkpoint behind a start holds what it made", resume), &
                   new_unittest("effects without start and stop are refused", refuse)]
    end subroutine collect_tangent_windows
-
-   subroutine count_poll(self, fraction, status)
-      class(keeper_t), intent(inout) :: self
-      real(wp), intent(in) :: fraction
-      type(status_t), intent(out) :: status
-      self%polls = self%polls + 1
-      if (self%polls /= self%stops_at) return
-      self%wants_checkpoint = .true.
-      status = fail(NUTATE_STOPPED, 'asked to')
-   end subroutine count_poll
-
-   subroutine keep_archive(self, archive, status)
-      class(keeper_t), intent(inout) :: self
-      type(byte_archive_t), intent(inout) :: archive
-      type(status_t), intent(out) :: status
-      self%archive = archive%content()
-   end subroutine keep_archive
 
    subroutine keep_row(self, system, state, record, status)
       class(keeper_t), intent(inout) :: self
