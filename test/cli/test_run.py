@@ -2,6 +2,7 @@
 import math
 import os
 import subprocess
+import time
 import unittest
 
 from support import COLUMNS, CommandLineTest, all_columns, parse
@@ -217,9 +218,16 @@ class Summary(CommandLineTest):
 
 
 class ProgressBar(CommandLineTest):
-    # Runs of a second and more, in slow builds too.
-    SHARE = 4 if os.environ.get("NUTATE_SLOW_BUILD") else 1
-    LONG = ("run", "box.nml", "--set", f"integrator.end_time={20000/SHARE}", "--set", "output.every=1000000")
+    def long_run(self, scene, guess, *settings):
+        """Arguments of a run that takes a good second, whatever machine and build: found from a run to a first guess of its end."""
+        def arguments(end):
+            return ("run", scene, "--set", f"integrator.end_time={end}", *settings)
+        begun = time.monotonic()
+        self.succeed(*arguments(guess))
+        return arguments(guess * math.ceil(1.3 / (time.monotonic() - begun)))
+
+    def long_box(self):
+        return self.long_run("box.nml", 1000, "--set", "output.every=1000000")
 
     def on_terminal(self, *arguments):
         """Standard error of a run whose standard error is a terminal, and its exit status."""
@@ -244,7 +252,7 @@ class ProgressBar(CommandLineTest):
         return seen.decode(), run.returncode
 
     def test_a_long_run_on_a_terminal_shows_a_bar_and_removes_it(self):
-        seen, status = self.on_terminal(*self.LONG)
+        seen, status = self.on_terminal(*self.long_box())
         self.assertEqual(status, 0)
         pictures = seen.split("\r[")
         self.assertGreater(len(pictures), 2)
@@ -258,11 +266,11 @@ class ProgressBar(CommandLineTest):
         self.assertNotIn("[.", seen)
 
     def test_quiet_shows_none(self):
-        self.assertEqual(self.on_terminal(*self.LONG, "--quiet"), ("", 0))
+        self.assertEqual(self.on_terminal(*self.long_box(), "--quiet"), ("", 0))
 
     def test_pilot_runs_show_a_bar_each(self):
-        long = ("run", "top.nml", "--set", "integrator.accuracy=1e-7", "--set", "integrator.method=nielsen_krenk",
-                "--set", f"integrator.end_time={200/self.SHARE}", "--set", "output.interval=100")
+        long = self.long_run("top.nml", 20, "--set", "integrator.accuracy=1e-7", "--set", "integrator.method=nielsen_krenk",
+                             "--set", "output.interval=100")
         seen, status = self.on_terminal(*long)
         self.assertEqual(status, 0)
         self.assertRegex(seen, r"\rtrial run \d+ \[#*\.*\] \d+ % +\r")
@@ -270,7 +278,7 @@ class ProgressBar(CommandLineTest):
         self.assertNotIn("pilot", self.on_terminal(*long, "--quiet")[0])
 
     def test_no_terminal_no_bar(self):
-        self.assertNotIn("\r", self.succeed(*self.LONG).stderr)
+        self.assertNotIn("\r", self.succeed(*self.long_box()).stderr)
 
 
 def digits(text):
