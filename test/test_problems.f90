@@ -7,7 +7,7 @@ module test_problems
    use nutate_gravity, only: gravity_t
    use nutate_hamiltonian, only: make_state
    use nutate_kinds, only: wp, pi
-   use nutate_nielsen_krenk, only: nielsen_krenk_t
+   use nutate_methods, only: make_stepper
    use nutate_spring, only: spring_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
@@ -138,11 +138,11 @@ contains
       type(state_t), intent(out) :: state
       type(status_t), intent(out) :: status
       real(wp), intent(in), optional :: inverse_j0
-      type(nielsen_krenk_t) :: stepper
+      class(stepper_t), allocatable :: stepper
       type(integrator_settings_t) :: settings
       if (present(inverse_j0)) settings%inverse_auxiliary_inertia = inverse_j0
       state = problem%start
-      call stepper%prepare(problem%system, settings, status)
+      call make_stepper(problem%system, settings, stepper, status)
       if (status%ok()) call march(problem%system, stepper, state, dt, n, status)
    end subroutine solve
 

@@ -8,10 +8,15 @@ module nutate_power_series
    implicit none
    private
 
-   public :: highest_order, inverses, product_term, power_term, cosine_term
+   public :: fixed_step_order, highest_order, inverses, least_order, product_term, power_term, cosine_term
 
    !> Longest series: coefficients 0 to this. A tolerance at round-off asks for 24 or so, a user may for some more.
    integer, parameter :: highest_order = 28
+   !> Lowest order of a method: the last two terms, which choose the step, must lie beyond the first three, which give
+   !> its scale.
+   integer, parameter :: least_order = 4
+   !> Order of fixed steps where none is asked for: that of a tolerance of 1e-8, from where on the series pays.
+   integer, parameter :: fixed_step_order = 16
 
    !> 1, 2, ...; shape (29).
    integer, parameter :: numbers(highest_order + 1) = [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, &

@@ -1,25 +1,15 @@
-!> The integration methods a scene can name: one line each. A new method is a file of its own, and here a `use`, a line
-!> of the table and a case of `make_stepper`.
+!> The integration methods a scene can name: one line each. A new method is a file of its own, a line of the table here,
+!> and a `use` and a case of `make_stepper` in `nutate_method_steppers`.
 module nutate_methods
-   use nutate_composition, only: composition_t
-   use nutate_projected_stepper, only: projected_stepper_t
-   use nutate_dop853, only: dop853_t
-   use nutate_exact_stepper, only: exact_t
-   use nutate_invariants, only: follows_turning_axes
-   use nutate_nielsen_krenk, only: nielsen_krenk_t
-   use nutate_reduced, only: reduced_t
-   use nutate_rk4, only: rk4_t
-   use nutate_rk8, only: rk8_t
-   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
+   use nutate_power_series, only: fixed_step_order
+   use nutate_status, only: status_t
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_system, only: system_t
-   use nutate_taylor_stepper, only: fixed_step_order, taylor_t
-   use nutate_turned_stepper, only: turned_stepper_t
    implicit none
    private
 
    public :: method_t, methods, make_stepper, get_stepper, compose_stepper, default_settings, equations_of, family_of, &
-      method_of, with_defaults
+      leaves_attitude_out, method_of, with_defaults
 
    !> One method: how scene files and messages speak of it, and what it can do.
    type :: method_t
@@ -76,6 +66,39 @@ module nutate_methods
       method_t('taylor', '', fixed_step_order, 1, series, projected=.true., dense=.true.), &
       method_t('taylor', '', fixed_step_order, 1, series, dense=.true., conserving=.false.), &
       method_t('exact', '', 0, 1, closed, dense=.true.)]
+
+   interface
+
+      !> Makes a stepper of the method that the settings name, prepared for a system. Without attitude it is the reduced
+      !> form, whichever the formulation: the body momentum has three equations.
+      !>
+      !> Errors: `NUTATE_BAD_ARGUMENT` for a combination that does not exist, and those of the method's `prepare`.
+      module subroutine make_stepper(system, settings, stepper, status)
+         type(system_t), intent(in) :: system
+         type(integrator_settings_t), intent(in) :: settings
+         class(stepper_t), allocatable, intent(out) :: stepper
+         type(status_t), intent(out) :: status
+      end subroutine make_stepper
+
+      !> A stepper of these settings, prepared for a system: the one that is there, or a new one. Errors: those of
+      !> `make_stepper`.
+      module subroutine get_stepper(system, settings, stepper, status)
+         type(system_t), intent(in) :: system
+         type(integrator_settings_t), intent(in) :: settings
+         !> If allocated, one that was made with the same settings.
+         class(stepper_t), allocatable, intent(inout) :: stepper
+         type(status_t), intent(inout) :: status
+      end subroutine get_stepper
+
+      !> Puts the composition of a stepper of order 2, still to be prepared, in its place. Errors: those of `compose`.
+      module subroutine compose_stepper(order, stepper, status)
+         !> 4, 6 or 8.
+         integer, intent(in) :: order
+         class(stepper_t), allocatable, intent(inout) :: stepper
+         type(status_t), intent(out) :: status
+      end subroutine compose_stepper
+
+   end interface
 
 contains
 
@@ -161,95 +184,5 @@ contains
       type(integrator_settings_t), intent(in) :: settings
       leaves_attitude_out = .not. settings%attitude .and. settings%method == 'nielsen_krenk'
    end function leaves_attitude_out
-
-   !> Makes a stepper of the method that the settings name, prepared for a system. Without attitude it is the reduced
-   !> form, whichever the formulation: the body momentum has three equations.
-   !>
-   !> Errors: `NUTATE_BAD_ARGUMENT` for a combination that does not exist, and those of the method's `prepare`.
-   subroutine make_stepper(system, settings, stepper, status)
-      type(system_t), intent(in) :: system
-      type(integrator_settings_t), intent(in) :: settings
-      class(stepper_t), allocatable, intent(out) :: stepper
-      type(status_t), intent(out) :: status
-      type(integrator_settings_t) :: complete
-      integer :: row
-      complete = with_defaults(settings)
-      row = row_of(complete)
-      if (row == 0) then
-         status = fail(NUTATE_BAD_ARGUMENT, "no method '"//trim(settings%method)// &
-                       "' of this order and formulation, with or without conserve as asked for", 'method')
-         return
-      end if
-      select case (complete%method)
-      case ('rk4')
-         allocate (rk4_t :: stepper)
-      case ('rk8')
-         allocate (rk8_t :: stepper)
-      case ('dop853')
-         allocate (dop853_t :: stepper)
-      case ('taylor')
-         allocate (taylor_t :: stepper)
-      case ('exact')
-         allocate (exact_t :: stepper)
-      case default
-         if (complete%formulation == 'reduced' .or. leaves_attitude_out(complete)) then
-            allocate (reduced_t :: stepper)
-         else
-            allocate (nielsen_krenk_t :: stepper)
-         end if
-         if (complete%order > 2) call compose_stepper(complete%order, stepper, status)
-      end select
-      if (complete%method == 'nielsen_krenk' .and. complete%attitude .and. follows_turning_axes(system%effects)) &
-         call turn_stepper(stepper)
-      if (complete%conserve .and. complete%method /= 'taylor') call project_stepper(methods(row)%spacing, stepper)
-      if (status%ok()) call stepper%prepare(system, complete, status)
-   end subroutine make_stepper
-
-   !> A stepper of these settings, prepared for a system: the one that is there, or a new one. Errors: those of
-   !> `make_stepper`.
-   subroutine get_stepper(system, settings, stepper, status)
-      type(system_t), intent(in) :: system
-      type(integrator_settings_t), intent(in) :: settings
-      !> If allocated, one that was made with the same settings.
-      class(stepper_t), allocatable, intent(inout) :: stepper
-      type(status_t), intent(inout) :: status
-      if (allocated(stepper)) then
-         call stepper%prepare(system, settings, status)
-      else
-         call make_stepper(system, settings, stepper, status)
-      end if
-   end subroutine get_stepper
-
-   !> Puts a stepper with the turn of space axes that its motion does not know of in its place.
-   subroutine turn_stepper(stepper)
-      class(stepper_t), allocatable, intent(inout) :: stepper
-      type(turned_stepper_t), allocatable :: turned
-      allocate (turned)
-      call turned%wrap(stepper)
-      call move_alloc(turned, stepper)
-   end subroutine turn_stepper
-
-   !> Puts a stepper with the projection onto the invariants in its place.
-   subroutine project_stepper(spacing, stepper)
-      !> Steps to a projection.
-      integer, intent(in) :: spacing
-      class(stepper_t), allocatable, intent(inout) :: stepper
-      type(projected_stepper_t), allocatable :: projected
-      allocate (projected)
-      call projected%wrap(stepper, spacing)
-      call move_alloc(projected, stepper)
-   end subroutine project_stepper
-
-   !> Puts the composition of a stepper of order 2, still to be prepared, in its place. Errors: those of `compose`.
-   subroutine compose_stepper(order, stepper, status)
-      !> 4, 6 or 8.
-      integer, intent(in) :: order
-      class(stepper_t), allocatable, intent(inout) :: stepper
-      type(status_t), intent(out) :: status
-      type(composition_t), allocatable :: composition
-      allocate (composition)
-      call composition%compose(stepper, order, status)
-      call move_alloc(composition, stepper)
-   end subroutine compose_stepper
 
 end module nutate_methods

@@ -54,7 +54,8 @@ class Module:
     """The definitions of one module."""
 
     def __init__(self, path):
-        self.lines = list(statements(lines_of(path)))
+        # The interface of what a submodule holds reads as any other.
+        self.lines = [re.sub(r"^module (?=.*\b(?:subroutine|function) )", "", line) for line in statements(lines_of(path))]
         self.procedures = {}
         self.types = {}
         self.constants = {}

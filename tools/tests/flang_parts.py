@@ -1,4 +1,5 @@
-"""Writes the Fortran sources of library and program as a few files, each module before those that use it.
+"""Writes the Fortran sources of library and program as a few files, each module before those that use it and before its
+submodules.
 
     tools/tests/flang_parts.py FOLDER COUNT
 
@@ -11,7 +12,7 @@ import re
 import sys
 
 MODULE = re.compile(r"^\s*module\s+(?!procedure\b)(\w+)\s*(?:!.*)?$", re.IGNORECASE | re.MULTILINE)
-USE = re.compile(r"^\s*use\b\s*(?:,[^:\n]*::|::)?\s*(\w+)", re.IGNORECASE | re.MULTILINE)
+USE = re.compile(r"^\s*(?:use\b\s*(?:,[^:\n]*::|::)?|submodule\s*\()\s*(\w+)", re.IGNORECASE | re.MULTILINE)
 
 
 def in_order(texts):

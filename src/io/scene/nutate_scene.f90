@@ -2,59 +2,30 @@
 !>
 !> The work is done in steps, each a module of its own: the text is read (`nutate_text_file`), cut into tokens
 !> (`nutate_scene_lexer`), checked against the tables of keys (`nutate_scene_check`), and built part by part
-!> (`nutate_scene_body`, `..._initial`, `..._effects`, `..._integrator`, `..._output`). The first error ends it.
+!> (`nutate_scene_body`, `..._initial`, `..._effects`, `..._integrator`, `..._output`). The submodule
+!> `nutate_scene_building` calls them in this order; the first error ends it.
 module nutate_scene
    use nutate_body, only: body_t
    use nutate_chaos, only: chaos_settings_t
-   use nutate_columns, only: columns_t, need_attitude
-   use nutate_control, only: beyond_accuracy, needs_control
    use nutate_effect_list, only: effect_list_t
    use nutate_ensemble_plan, only: ensemble_plan_t
    use nutate_event_tracker, only: event_list_t
    use nutate_fit_plan, only: fit_plan_t
-   use nutate_hamiltonian, only: make_state
-   use nutate_keys, only: group_t, group_kind_t, name_length
-   use nutate_kinds, only: wp
-   use nutate_moving_frame, only: moving_frame_t
+   use nutate_keys, only: group_t, group_kind_t
    use nutate_periodic_start, only: periodic_start_t
-   use nutate_printable, only: printable_path
    use nutate_run_plan, only: run_plan_t
-   use nutate_scene_body, only: body_keys, build_body, rebuild_body
-   use nutate_scene_check, only: check_complete, read_groups
-   use nutate_scene_effects, only: add_effect_kinds, build_effects
-   use nutate_scene_ensemble, only: build_ensemble, ensemble_keys
-   use nutate_scene_error, only: scene_error_t, error_line
-   use nutate_scene_events, only: build_events, event_keys, events_need_attitude
-   use nutate_scene_fit, only: build_fit, fit_keys
-   use nutate_scene_frame, only: build_frames, check_frames, frame_keys
-   use nutate_scene_free, only: free_keys
-   use nutate_scene_initial, only: initial_keys, build_initial, rebuild_initial, check_initial
-   use nutate_scene_integrator, only: integrator_keys, build_integrator
-   use nutate_scene_labels, only: build_labels, check_calendar, label_keys, labels_t
-   use nutate_scene_measurement, only: measurement_keys
-   use nutate_scene_output, only: output_keys, output_settings_t, build_output
-   use nutate_scene_override, only: apply_override
-   use nutate_scene_table, only: read_table, time_units
-   use nutate_scene_tangent, only: build_tangent, check_tangent, tangent_keys
-   use nutate_scene_vary, only: vary_keys
+   use nutate_scene_error, only: scene_error_t
+   use nutate_scene_labels, only: labels_t
+   use nutate_scene_output, only: output_settings_t
    use nutate_tangent_columns, only: carried_t
-   use nutate_spelling, only: lower_case
    use nutate_state, only: state_t
-   use nutate_status, only: status_t, fail, NUTATE_BAD_SCENE, NUTATE_IO
+   use nutate_status, only: status_t
    use nutate_stepper, only: integrator_settings_t
    use nutate_system, only: system_t
-   use nutate_text_file, only: read_text_file
    implicit none
    private
 
    public :: scene_t, output_settings_t, read_scene, parse_scene, changed_part, keep_added, rebuild_scene, scene_kinds
-
-   !> Groups that are no effects.
-   character(len=name_length), parameter :: fixed_parts(13) = [character(len=name_length) :: &
-      'scene', 'body', 'initial', 'integrator', 'output', 'event', 'ensemble', 'vary', 'free', 'measurement', 'fit', &
-      'tangent', 'frame']
-   !> Parts of a scene, each with those before it: its start, its body without effects, body and effects, the whole.
-   integer, parameter :: ITS_START = 1, ITS_BODY = 2, ITS_MOTION = 3, ALL_OF_IT = 4
 
    !> A scene (input file), checked and built: everything that a run needs.
    type :: scene_t
@@ -100,359 +71,66 @@ module nutate_scene
       procedure :: carried
    end type scene_t
 
+   interface
+
+      !> Reads a scene file.
+      !>
+      !> Errors: `NUTATE_IO` where the file cannot be read, `NUTATE_BAD_SCENE` for anything wrong in it or in an
+      !> override.
+      module subroutine read_scene(path, scene, status, message, overrides)
+         character(len=*), intent(in) :: path
+         type(scene_t), intent(out) :: scene
+         type(status_t), intent(out) :: status
+         !> What is wrong, one printable line: `FILE:LINE: ...`, `override: ...`, `override with '-': ...` or
+         !> `FILE: cannot be read (...)`; empty on success.
+         character(len=:), allocatable, intent(out) :: message
+         !> `GROUP.KEY=VALUE` or `-GROUP.KEY`, applied in order after the file.
+         character(len=*), intent(in), optional :: overrides(:)
+      end subroutine read_scene
+
+      !> Reads a scene from memory. Errors as for `read_scene`, without `NUTATE_IO` of the file.
+      module subroutine parse_scene(text, path, scene, status, message, overrides)
+         !> The scene: lines ended by LF or CR LF.
+         character(len=*), intent(in) :: text
+         !> Name used in messages; its file name is the name of the scene.
+         character(len=*), intent(in) :: path
+         type(scene_t), intent(out) :: scene
+         type(status_t), intent(out) :: status
+         !> What is wrong, one printable line; empty on success.
+         character(len=:), allocatable, intent(out) :: message
+         !> `GROUP.KEY=VALUE` or `-GROUP.KEY`, applied in order after the text.
+         character(len=*), intent(in), optional :: overrides(:)
+      end subroutine parse_scene
+
+      !> Every group that a scene can have, with its keys.
+      module function scene_kinds() result(kinds)
+         type(group_kind_t), allocatable :: kinds(:)
+      end function scene_kinds
+
+      !> What has to be built again where numbers of some groups change: one of `ITS_START`, ...
+      module pure integer function changed_part(groups, changed) result(part)
+         type(group_t), intent(in) :: groups(:)
+         !> Numbers of the group change; shape (groups).
+         logical, intent(in) :: changed(:)
+      end function changed_part
+
+      !> Keeps the user-defined potentials and torques of a scene, which were added after those that its groups name.
+      module subroutine keep_added(scene)
+         type(scene_t), intent(inout) :: scene
+      end subroutine keep_added
+
+      !> Builds a scene again after numbers of its groups have changed.
+      module subroutine rebuild_scene(scene, part, error)
+         !> Read; its files are not read again.
+         type(scene_t), intent(inout) :: scene
+         !> Its `changed_part`.
+         integer, intent(in) :: part
+         type(scene_error_t), intent(inout) :: error
+      end subroutine rebuild_scene
+
+   end interface
+
 contains
-
-   !> Reads a scene file.
-   !>
-   !> Errors: `NUTATE_IO` where the file cannot be read, `NUTATE_BAD_SCENE` for anything wrong in it or in an override.
-   subroutine read_scene(path, scene, status, message, overrides)
-      character(len=*), intent(in) :: path
-      type(scene_t), intent(out) :: scene
-      type(status_t), intent(out) :: status
-      !> What is wrong, one printable line: `FILE:LINE: ...`, `override: ...`, `override with '-': ...` or
-      !> `FILE: cannot be read (...)`; empty on success.
-      character(len=:), allocatable, intent(out) :: message
-      !> `GROUP.KEY=VALUE` or `-GROUP.KEY`, applied in order after the file.
-      character(len=*), intent(in), optional :: overrides(:)
-      character(len=:), allocatable :: text, reason
-
-      call read_text_file(path, text, reason)
-      if (reason /= '') then
-         message = printable_path(path)//': cannot be read ('//reason//')'
-         status = fail(NUTATE_IO, message)
-         return
-      end if
-      ! Where it is absent it is not handed on: gfortran 12 would compute with the bounds that it lacks.
-      if (present(overrides)) then
-         call parse_scene(text, path, scene, status, message, overrides)
-      else
-         call parse_scene(text, path, scene, status, message)
-      end if
-   end subroutine read_scene
-
-   !> Reads a scene from memory. Errors as for `read_scene`, without `NUTATE_IO` of the file.
-   subroutine parse_scene(text, path, scene, status, message, overrides)
-      !> The scene: lines ended by LF or CR LF.
-      character(len=*), intent(in) :: text
-      !> Name used in messages; its file name is the name of the scene.
-      character(len=*), intent(in) :: path
-      type(scene_t), intent(out) :: scene
-      type(status_t), intent(out) :: status
-      !> What is wrong, one printable line; empty on success.
-      character(len=:), allocatable, intent(out) :: message
-      !> `GROUP.KEY=VALUE` or `-GROUP.KEY`, applied in order after the text.
-      character(len=*), intent(in), optional :: overrides(:)
-      type(group_kind_t), allocatable :: kinds(:)
-      type(scene_error_t) :: error
-      integer :: i, last_line
-
-      kinds = scene_kinds()
-      call read_groups(text, kinds, scene%groups, last_line, error)
-      if (present(overrides)) then
-         do i = 1, size(overrides)
-            call apply_override(trim(overrides(i)), kinds, scene%groups, error)
-         end do
-      end if
-      call check_complete(kinds, scene%groups, last_line, error)
-      if (.not. error%raised) call build_scene(path, scene, error)
-      if (.not. error%raised) &
-         call build_ensemble(scene%groups, kinds, scene%name, path, scene%ensemble, error)
-      if (.not. error%raised) &
-         call build_fit(scene%groups, kinds, path, scene%labels, scene%system, scene%initial, scene%plan%end_time, &
-                        scene%fit, error)
-      if (.not. error%raised .and. scene%chaos%exponents > 0) &
-         call check_tangent(first_group(scene%groups, 'tangent'), scene%system, scene%initial, scene%plan, &
-                            scene%integrator, error)
-      message = ''
-      if (.not. error%raised) return
-      message = error_line(path, error)
-      status = fail(NUTATE_BAD_SCENE, message)
-   end subroutine parse_scene
-
-   !> Every group that a scene can have, with its keys.
-   function scene_kinds() result(kinds)
-      type(group_kind_t), allocatable :: kinds(:)
-      integer, parameter :: parts = size(fixed_parts)
-
-      call add_effect_kinds(parts, kinds)
-      kinds(1:parts)%name = fixed_parts
-      kinds(1)%keys = label_keys
-      kinds(2)%keys = body_keys()
-      kinds(3)%keys = initial_keys
-      kinds(4)%keys = integrator_keys()
-      kinds(5)%keys = output_keys()
-      kinds(6)%keys = event_keys()
-      kinds(6)%repeatable = .true.
-      kinds(7)%keys = ensemble_keys()
-      kinds(8)%keys = vary_keys()
-      kinds(8)%repeatable = .true.
-      kinds(9)%keys = free_keys()
-      kinds(9)%repeatable = .true.
-      kinds(10)%keys = measurement_keys()
-      kinds(10)%repeatable = .true.
-      kinds(11)%keys = fit_keys()
-      kinds(12)%keys = tangent_keys()
-      kinds(13)%keys = frame_keys
-      kinds(13)%repeatable = .true.
-      kinds(2:4)%required = .true.
-   end function scene_kinds
-
-   !> Raises an error where the closed solution of a free body is asked for and the body is not free.
-   subroutine check_free(effects, integrator, error)
-      type(effect_list_t), intent(in) :: effects
-      !> The group `&integrator`.
-      type(group_t), intent(in) :: integrator
-      type(scene_error_t), intent(inout) :: error
-      if (effects%n_potentials + effects%n_off + effects%n_torques + effects%n_rotors > 0 .or. effects%frame_turns) &
-         call error%raise( &
-         integrator%line_of('method'), "method 'exact' solves free bodies only", expected='no effects with it')
-   end subroutine check_free
-
-   !> Raises an error where an accuracy is asked for and a run would have to watch over wheels or controllers.
-   subroutine check_control(effects, plan, integrator, error)
-      type(effect_list_t), intent(in) :: effects
-      type(run_plan_t), intent(in) :: plan
-      !> The group `&integrator`.
-      type(group_t), intent(in) :: integrator
-      type(scene_error_t), intent(inout) :: error
-      if (plan%goal%accuracy > 0.0_wp .and. needs_control(effects)) &
-         call error%raise(integrator%line_of('accuracy'), beyond_accuracy(effects, .false.), &
-                          expected='time_step or local_tolerance')
-   end subroutine check_control
-
-   !> Builds the parts from groups that have been checked one by one.
-   subroutine build_scene(path, scene, error)
-      character(len=*), intent(in) :: path
-      type(scene_t), intent(inout) :: scene
-      type(scene_error_t), intent(inout) :: error
-      type(group_t) :: group
-
-      scene%file = path
-      scene%name = scene_name(path)
-      group = first_group(scene%groups, 'scene')
-      scene%title = group%text('title', scene%name)
-      call build_labels(group, scene%labels, error)
-      if (error%raised) return
-      call build_motion(scene, error)
-      if (error%raised) return
-      call build_integrator(first_group(scene%groups, 'integrator'), scene%integrator, scene%plan, error)
-      if (.not. error%raised) call check_calendar(scene%labels, group, scene%plan%end_time, error)
-      if (error%raised) return
-      call check_motion_with_steps(scene, error)
-      if (error%raised) return
-      call read_times(scene%groups, path, error)
-      call build_output(first_group(scene%groups, 'output'), scene%name, path, scene%plan, scene%output, error)
-      if (error%raised) return
-      if (.not. error%raised) call give_calendar(first_group(scene%groups, 'output'), scene, error)
-      if (error%raised) return
-      call check_columns(first_group(scene%groups, 'output'), scene, error)
-      call build_events(scene%groups, scene%system%effects, scene%plan%goal%accuracy, scene%events, error)
-      if (error%raised) return
-      call find_need_of_attitude(scene)
-      if (place_of(scene%groups, 'tangent') > 0) &
-         call build_tangent(first_group(scene%groups, 'tangent'), scene%plan, scene%chaos, scene%integrator, error)
-   end subroutine build_scene
-
-   !> Gives the output its epoch where it has dates. Raises an error where there is no epoch.
-   subroutine give_calendar(group, scene, error)
-      !> The group `&output`.
-      type(group_t), intent(in) :: group
-      type(scene_t), intent(inout) :: scene
-      type(scene_error_t), intent(inout) :: error
-      if (.not. group%flag('calendar', .false.)) return
-      scene%output%epoch = scene%labels%epoch
-      if (.not. scene%labels%epoch%is_set()) &
-         call error%raise(group%line_of('calendar'), 'calendar needs the date of t = 0', expected='epoch in &scene')
-   end subroutine give_calendar
-
-   !> What moves, and how it starts.
-   subroutine build_motion(scene, error)
-      type(scene_t), intent(inout) :: scene
-      type(scene_error_t), intent(inout) :: error
-      real(wp) :: q(4), omega(3)
-      call build_body(first_group(scene%groups, 'body'), scene%system%body, scene%shape, error)
-      if (error%raised) return
-      if (.not. allocated(scene%nominal)) scene%nominal = scene%system%body
-      call build_effects(scene%groups, scene%system, error, scene%file(1:index(scene%file, '/', back=.true.)), &
-                         scene%nominal)
-      if (error%raised) return
-      associate (effects => scene%system%effects)
-         scene%named_potentials = effects%n_potentials + effects%n_off
-         scene%named_torques = effects%n_torques
-         call effects%append(scene%added)
-         call build_frames(scene%groups, scene%labels, scene%file, effects, error)
-      end associate
-      if (error%raised) return
-      call build_initial(first_group(scene%groups, 'initial'), scene%system, q, omega, scene%periodic, error)
-      if (.not. error%raised) scene%initial = make_state(scene%system, q, omega)
-   end subroutine build_motion
-
-   !> Raises an error for what moves, or how it starts, where method, steps or goal do not admit it.
-   subroutine check_motion_with_steps(scene, error)
-      type(scene_t), intent(in) :: scene
-      type(scene_error_t), intent(inout) :: error
-      associate (groups => scene%groups, effects => scene%system%effects)
-         associate (integrator => groups(place_of(groups, 'integrator')))
-            call check_control(effects, scene%plan, integrator, error)
-            if (error%raised) return
-            call check_tables(groups, effects, scene%plan, integrator, error)
-            call check_frames(groups, effects, scene%plan, error)
-            if (scene%integrator%method == 'exact') call check_free(effects, integrator, error)
-            call check_initial(scene%system, scene%initial, scene%plan, groups(place_of(groups, 'initial')), &
-                               integrator, error)
-         end associate
-      end associate
-   end subroutine check_motion_with_steps
-
-   !> Raises an error for a run that goes beyond the table of an orbit.
-   subroutine check_tables(groups, effects, plan, integrator, error)
-      type(group_t), intent(in) :: groups(:)
-      type(effect_list_t), intent(in) :: effects
-      type(run_plan_t), intent(in) :: plan
-      !> The group `&integrator`.
-      type(group_t), intent(in) :: integrator
-      type(scene_error_t), intent(inout) :: error
-      character(len=60) :: range
-      integer :: i
-      if (.not. effects%on_orbit) return
-      do i = 1, size(effects%orbits)
-         if (.not. allocated(effects%orbits(i)%path%track)) cycle
-         associate (track => effects%orbits(i)%path%track)
-            write (range, '(g0.6, " to ", g0.6, " s")') track%curve%x(0), track%curve%x(track%curve%n)
-            if (.not. track%contains_time(0.0_wp)) call error%raise( &
-               line_of_table(effects%orbits(i)%label), 'the table of &orbit goes from '//trim(range), &
-               expected='one that contains t = 0')
-            if (.not. track%contains_time(plan%end_time)) call error%raise(integrator%line_of('end_time'), &
-               'end_time is outside of the table of &orbit', expected=trim(range))
-         end associate
-      end do
-
-   contains
-
-      !> Line of the key `table` of an orbit.
-      pure integer function line_of_table(label) result(line)
-         character(len=*), intent(in) :: label
-         integer :: k
-         line = 0
-         do k = 1, size(groups)
-            if (groups(k)%name == 'orbit' .and. groups(k)%has('table') .and. groups(k)%text('name', '') == label) &
-               line = groups(k)%line_of('table')
-         end do
-      end function line_of_table
-
-   end subroutine check_tables
-
-   !> Whether the attitude is to be integrated. An accuracy is one of the attitude.
-   subroutine find_need_of_attitude(scene)
-      type(scene_t), intent(inout) :: scene
-      scene%integrator%attitude = scene%system%effects%needs_attitude() .or. scene%plan%goal%accuracy > 0.0_wp .or. &
-                                  scene%added%n_torques > 0 .or. need_attitude(scene%output%columns) .or. &
-                                  events_need_attitude(scene%groups) .or. scene%chaos%exponents > 0
-   end subroutine find_need_of_attitude
-
-   !> What has to be built again where numbers of some groups change: one of `ITS_START`, ...
-   pure integer function changed_part(groups, changed) result(part)
-      type(group_t), intent(in) :: groups(:)
-      !> Numbers of the group change; shape (groups).
-      logical, intent(in) :: changed(:)
-      character(len=name_length), parameter :: steps_and_rows(3) = [character(len=name_length) :: &
-                                                                    'integrator', 'output', 'event']
-      integer :: i
-      logical :: is_free
-      is_free = .true.
-      part = ITS_START
-      do i = 1, size(groups)
-         if (all(groups(i)%name /= fixed_parts)) is_free = .false.
-         if (.not. changed(i) .or. groups(i)%name == 'initial') cycle
-         part = max(part, ITS_BODY)
-         if (groups(i)%name /= 'body') part = max(part, ITS_MOTION)
-         if (any(groups(i)%name == steps_and_rows)) part = ALL_OF_IT
-      end do
-      if (part == ITS_BODY .and. .not. is_free) part = ITS_MOTION
-   end function changed_part
-
-   !> Keeps the user-defined potentials and torques of a scene, which were added after those that its groups name.
-   subroutine keep_added(scene)
-      type(scene_t), intent(inout) :: scene
-      integer :: place, i
-      associate (effects => scene%system%effects)
-         do place = scene%named_potentials + 1, effects%n_potentials + effects%n_off
-            do i = 1, effects%n_potentials + effects%n_off
-               if (effects%potentials(i)%place == place) call scene%added%add(effects%potentials(i)%item)
-            end do
-         end do
-         do i = scene%named_torques + 1, effects%n_torques
-            call scene%added%add(effects%torques(i)%item)
-         end do
-      end associate
-   end subroutine keep_added
-
-   !> Builds a scene again after numbers of its groups have changed.
-   subroutine rebuild_scene(scene, part, error)
-      !> Read; its files are not read again.
-      type(scene_t), intent(inout) :: scene
-      !> Its `changed_part`.
-      integer, intent(in) :: part
-      type(scene_error_t), intent(inout) :: error
-      character(len=:), allocatable :: path
-      select case (part)
-      case (ALL_OF_IT)
-         path = scene%file
-         call forget_system(scene%system)
-         call forget_run(scene%events, scene%plan, scene%output)
-         call build_scene(path, scene, error)
-      case (ITS_MOTION)
-         call forget_system(scene%system)
-         call build_motion(scene, error)
-         if (.not. error%raised) call check_motion_with_steps(scene, error)
-         if (.not. error%raised) call find_need_of_attitude(scene)
-      case default
-         call rebuild_free_motion(scene, part, error)
-      end select
-   end subroutine rebuild_scene
-
-   !> Builds the start again, and the body, on which no effects act.
-   subroutine rebuild_free_motion(scene, part, error)
-      type(scene_t), intent(inout) :: scene
-      !> `ITS_START` or `ITS_BODY`.
-      integer, intent(in) :: part
-      type(scene_error_t), intent(inout) :: error
-      real(wp) :: q(4), omega(3)
-      associate (groups => scene%groups)
-         if (part == ITS_BODY) &
-            call rebuild_body(groups(place_of(groups, 'body')), scene%shape, scene%system%body, error)
-         if (error%raised) return
-         associate (initial => groups(place_of(groups, 'initial')))
-            call rebuild_initial(initial, scene%system, q, omega, scene%periodic, error)
-            if (error%raised) return
-            scene%initial = make_state(scene%system, q, omega)
-            call check_initial(scene%system, scene%initial, scene%plan, initial, &
-                               groups(place_of(groups, 'integrator')), error)
-         end associate
-      end associate
-   end subroutine rebuild_free_motion
-
-   !> Leaves nothing of what was built but the frames, which no number of a scene changes.
-   subroutine forget_system(system)
-      type(system_t), intent(inout) :: system
-      type(moving_frame_t), allocatable :: frames(:)
-      integer :: n
-      n = system%effects%n_frames
-      call move_alloc(system%effects%frames, frames)
-      call forget_all(system)
-      call move_alloc(frames, system%effects%frames)
-      system%effects%n_frames = n
-   end subroutine forget_system
-
-   subroutine forget_all(system)
-      type(system_t), intent(out) :: system
-   end subroutine forget_all
-
-   subroutine forget_run(events, plan, output)
-      type(event_list_t), intent(out) :: events
-      type(run_plan_t), intent(out) :: plan
-      type(output_settings_t), intent(out) :: output
-   end subroutine forget_run
 
    !> Returns the free numbers and the number of exponents that runs follow, none where the scene has none.
    pure type(carried_t) function carried(self) result(list)
@@ -463,65 +141,5 @@ contains
       list%names = self%fit%free%name
       list%sigma = self%fit%free%sigma
    end function carried
-
-   !> Raises an error for columns of a wheel, an orbit, a free number or an indicator of chaos that does not exist.
-   subroutine check_columns(group, scene, error)
-      !> The group `&output`.
-      type(group_t), intent(in) :: group
-      type(scene_t), intent(in) :: scene
-      type(scene_error_t), intent(inout) :: error
-      type(columns_t) :: columns
-      type(carried_t) :: carried
-      type(status_t) :: status
-      integer :: i
-      ! Their names are read later.
-      carried%names = pack(scene%groups%name, scene%groups%name == 'free')
-      carried%sigma = pack([(merge(1.0_wp, 0.0_wp, scene%groups(i)%has('sigma')), i=1, size(scene%groups))], &
-                           scene%groups%name == 'free')
-      carried%exponents = merge(1, 0, any(scene%groups%name == 'tangent'))
-      call columns%choose(scene%output%columns, status, effects=scene%system%effects, carried=carried)
-      if (.not. status%ok()) call error%raise_status(group%line_of('columns'), status)
-   end subroutine check_columns
-
-   !> Reads the times of rows where a file has them.
-   subroutine read_times(groups, path, error)
-      type(group_t), intent(inout) :: groups(:)
-      character(len=*), intent(in) :: path
-      type(scene_error_t), intent(inout) :: error
-      integer :: i
-      do i = 1, size(groups)
-         if (groups(i)%name == 'output' .and. groups(i)%has('times_file') .and. .not. allocated(groups(i)%table)) &
-            call read_table(groups(i), 'times_file', time_units, path(1:index(path, '/', back=.true.)), error)
-      end do
-   end subroutine read_times
-
-   !> The first group of a name; one without keys where there is none.
-   pure function first_group(groups, name) result(group)
-      type(group_t), intent(in) :: groups(:)
-      character(len=*), intent(in) :: name
-      type(group_t) :: group
-      integer :: i
-      i = place_of(groups, name)
-      if (i > 0) group = groups(i)
-   end function first_group
-
-   !> Where the first group of a name stands; 0 where there is none.
-   pure integer function place_of(groups, name) result(i)
-      type(group_t), intent(in) :: groups(:)
-      character(len=*), intent(in) :: name
-      do i = 1, size(groups)
-         if (groups(i)%name == name) return
-      end do
-      i = 0
-   end function place_of
-
-   !> A path's file name without folder and `.nml`.
-   pure function scene_name(path) result(name)
-      character(len=*), intent(in) :: path
-      character(len=:), allocatable :: name
-      name = trim(path(index(path, '/', back=.true.) + 1:))
-      if (len(name) <= 4) return
-      if (lower_case(name(len(name) - 3:)) == '.nml') name = name(1:len(name) - 4)
-   end function scene_name
 
 end module nutate_scene

@@ -8,10 +8,9 @@ module nutate_scene_integrator
    use nutate_methods, only: default_settings, methods
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_scene_error, only: allow_one_of, demand_one_of, scene_error_t
-   use nutate_power_series, only: highest_order
+   use nutate_power_series, only: highest_order, least_order
    use nutate_spelling, only: comma_list, distinct, joined
    use nutate_stepper, only: integrator_settings_t
-   use nutate_taylor_stepper, only: least_order
    implicit none
    private
 

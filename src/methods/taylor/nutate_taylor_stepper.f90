@@ -12,7 +12,7 @@ module nutate_taylor_stepper
    use nutate_limits, only: most_wheels
    use nutate_motion_series, only: motion_series_t, TWO_PAIRS
    use nutate_noise, only: noise_t
-   use nutate_power_series, only: highest_order
+   use nutate_power_series, only: fixed_step_order, highest_order, least_order
    use nutate_quaternion, only: quat_exp, quat_product
    use nutate_rigid_rates, only: begin_step, end_step, end_wheels, n_rates, prepare_rates, rigid_rates_t
    use nutate_row_change, only: add_change, get_change, row_change_t
@@ -27,12 +27,8 @@ module nutate_taylor_stepper
    implicit none
    private
 
-   public :: taylor_t, least_order, fixed_step_order, usual_interval
+   public :: taylor_t, usual_interval
 
-   !> Lowest order: the last two terms, which choose the step, must lie beyond the first three, which give its scale.
-   integer, parameter :: least_order = 4
-   !> Order of fixed steps where none is asked for: that of a tolerance of 1e-8, from where on the series pays.
-   integer, parameter :: fixed_step_order = 16
    !> Order for a tolerance, per binary digit (one per decimal digit) and beside: up to there the cost of a step grows
    !> more slowly than its length. `make bench BENCH=bench_series` shows the time of a run by order.
    real(wp), parameter :: order_per_digit = 0.3_wp, extra_order = 8.0_wp
