@@ -8,8 +8,8 @@ module test_bodies
    use nutate_kinds, only: wp, eps
    use nutate_quaternion, only: attitude_distance, cross, quat_norm, rotate_to_body, rotate_to_space, rotation_matrix
    use nutate_status, only: status_t, NUTATE_BAD_ARGUMENT, NUTATE_BAD_BODY, NUTATE_NOT_FINITE
-   use test_support, only: check, check_below, check_close, draws_fewer, error_type, is_slow_build, new_unittest, &
-                           random_unit, random_unit_quaternion, random_vector, unittest_type
+   use test_support, only: check, check_below, check_close, draws_fewer, error_type, new_unittest, random_unit, &
+      random_unit_quaternion, random_vector, unittest_type
    implicit none
    private
 
@@ -311,8 +311,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       real(wp) :: coarse, fine, means(10)
       integer :: n
-      n = merge(100000, 1000000, draws_fewer())
-      if (is_slow_build()) n = 20000
+      n = merge(20000, 1000000, draws_fewer())
       call measure_energy(0.05_wp, n, coarse, means)
       call check_below(error, coarse, 5e-3_wp, 'largest error')
       call check_below(error, maxval(means) - minval(means), 0.05_wp*coarse, 'spread of the means')
@@ -373,7 +372,7 @@ contains
       integer(int64) :: seed
       integer :: i, k, parts
       seed = 13_int64
-      parts = merge(1000, 4000, is_slow_build())
+      parts = merge(1000, 4000, draws_fewer())
       do i = 1, n
          moments(:, i) = 1 + random_vector(seed)/3
          q(:, i) = random_unit_quaternion(seed)

@@ -7,8 +7,8 @@ module test_bodies_attack
    use nutate_kinds, only: wp, eps
    use nutate_quaternion, only: attitude_distance, quat_norm, rotate_to_body, rotate_to_space
    use nutate_status, only: status_t
-   use test_support, only: check, check_below, draws_fewer, error_type, is_slow_build, new_unittest, random_unit, &
-                           random_unit_quaternion, random_vector, unittest_type
+   use test_support, only: check, check_below, draws_fewer, error_type, new_unittest, random_unit, &
+      random_unit_quaternion, random_vector, unittest_type
    implicit none
    private
 
@@ -35,8 +35,7 @@ contains
 
    !> Calls to make, each with other bodies.
    integer function calls()
-      calls = merge(20, 200, draws_fewer())
-      if (is_slow_build()) calls = 2
+      calls = merge(5, 200, draws_fewer())
    end function calls
 
    !> Bodies of any shape, symmetric, nearly so, flat and needles; moments of 1e-47 to 1e38 kg m²; Δt|Ω| to 30 rad.

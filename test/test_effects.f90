@@ -17,8 +17,7 @@ module test_effects
    use nutate_system, only: system_t
    use test_effect_samples, only: effect_samples_t, quartic_t, sample_body
    use test_problems, only: problem_t, solve
-   use test_support, only: check, check_below, check_close, draws_fewer, error_type, is_slow_build, new_unittest, &
-                           unittest_type
+   use test_support, only: check, check_below, check_close, draws_fewer, error_type, new_unittest, unittest_type
    implicit none
    private
 
@@ -54,7 +53,7 @@ contains
       if (allocated(error)) return
       do combination = 0, 2**size(samples%names) - 1
          system = sample_body()
-         steps = merge(50, 150, is_slow_build())
+         steps = merge(50, 150, draws_fewer())
          if (btest(combination, samples%position('earth_field') - 1) .or. &
              btest(combination, samples%position('force') - 1)) steps = merge(8, 40, draws_fewer())
          do k = 1, size(samples%names)

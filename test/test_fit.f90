@@ -14,8 +14,8 @@ module test_fit
    use nutate_scene, only: parse_scene, scene_t
    use nutate_status, only: status_t, NUTATE_BAD_ARGUMENT, NUTATE_STEP_LIMIT
    use nutate_system, only: system_t
-   use test_support, only: check, check_below, check_close, draws_fewer, error_type, is_slow_build, new_unittest, &
-      random_unit, random_unit_quaternion, random_vector, test_failed, unittest_type
+   use test_support, only: check, check_below, check_close, draws_fewer, error_type, new_unittest, random_unit, &
+      random_unit_quaternion, random_vector, test_failed, unittest_type
    implicit none
    private
 
@@ -332,8 +332,7 @@ contains
       integer(int64) :: seed
       integer :: i, starts, arrived(3), way
       seed = 40_int64
-      starts = merge(8, 40, draws_fewer())
-      if (is_slow_build()) starts = 4
+      starts = merge(3, 40, draws_fewer())
       arrived = 0
       ! Fixed steps, which cost the same however fast the motions are that the fits try.
       call read("&body inertia = 5, 20, 17 /&initial angular_velocity = 3, 1, 5 /&integrator time_step = 0.02, "// &

@@ -28,8 +28,8 @@ module test_motion_bounds
    use nutate_wheel_mounting, only: add_wheel
    use test_attack_case, only: attack_case_t, draw_case, make_system
    use test_event_support, only: keeper_t, rate_event_t
-   use test_support, only: check, check_below, error_type, is_slow_build, new_unittest, random_unit, &
-                           random_unit_quaternion, random_vector, unittest_type
+   use test_support, only: check, check_below, draws_fewer, error_type, new_unittest, random_unit, &
+      random_unit_quaternion, random_vector, unittest_type
    implicit none
    private
    public :: collect_motion_bounds
@@ -97,7 +97,7 @@ contains
    end subroutine drag_bound
 
    integer function motions()
-      motions = merge(few, many, is_slow_build())
+      motions = merge(few, many, draws_fewer())
    end function motions
 
    subroutine no_motion_exceeds_its_bounds(error)

@@ -17,8 +17,8 @@ module test_near_rest
    use nutate_status, only: status_t
    use nutate_stepper, only: integrator_settings_t
    use test_problems, only: problem_t
-   use test_support, only: check, error_type, is_slow_build, new_unittest, random_unit_quaternion, random_vector, &
-                           unittest_type
+   use test_support, only: check, draws_fewer, error_type, new_unittest, random_unit_quaternion, random_vector, &
+      unittest_type
    implicit none
    private
 
@@ -79,7 +79,7 @@ contains
       integer :: i, k, exponent
       do k = 1, size(methods)
          seed = 7_int64
-         do i = 1, merge(3, motions, is_slow_build())
+         do i = 1, merge(3, motions, draws_fewer())
             call draw(seed, problem)
             limit = huge(limit)
             do exponent = 9, 14
@@ -119,7 +119,7 @@ contains
       real(wp) :: accuracy, distance
       integer :: i, k, exponent
       seed = 8_int64
-      do i = 1, merge(3, motions, is_slow_build())
+      do i = 1, merge(3, motions, draws_fewer())
          call draw(seed, problem)
          reference = problem%start
          call integrate(problem%system, settings_of('taylor'), reference, run_plan_t( &
@@ -159,7 +159,7 @@ contains
       integer :: i, k
       call hang_gyroscope(problem)
       do k = 1, size(all_methods)
-         do i = 1, merge(2, size(steps), is_slow_build())
+         do i = 1, merge(2, size(steps), draws_fewer())
             state = problem%start
             call integrate(problem%system, settings_of(trim(all_methods(k))), state, &
                            run_plan_t(time_step=steps(i), end_time=2e4_wp), status, summary=summary)

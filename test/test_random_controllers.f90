@@ -23,8 +23,8 @@ module test_random_controllers
    use nutate_wheel, only: wheel_t
    use nutate_wheel_mounting, only: add_wheel
    use test_problems, only: problem_t
-   use test_support, only: check, check_below, error_type, is_slow_build, new_unittest, random_unit, &
-                           random_unit_quaternion, random_vector, unittest_type
+   use test_support, only: check, check_below, draws_fewer, error_type, new_unittest, random_unit, &
+      random_unit_quaternion, random_vector, unittest_type
    implicit none
    private
 
@@ -63,7 +63,7 @@ contains
       character(len=32) :: label
       real(wp) :: step
       integer :: i
-      do i = 1, merge(50, 150, is_slow_build())
+      do i = 1, merge(50, 150, draws_fewer())
          call make_stiff_loop(i, problem, step)
          state = problem%start
          watcher = limit_watcher_t()
@@ -212,8 +212,8 @@ contains
       character(len=32) :: label
       real(wp) :: ratio
       integer :: i
-      ! Every method, torque and accuracy; in slow builds the largest accuracy alone.
-      do i = 1, merge(12, 36, is_slow_build())
+      ! Every method, torque and accuracy; where fewer are drawn the largest accuracy alone.
+      do i = 1, merge(12, 36, draws_fewer())
          call jump_error(i, ratio, status)
          write (label, '(a,i0)') 'run ', i
          call check(error, status%ok(), trim(label)//': '//trim(status%message))

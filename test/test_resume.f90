@@ -15,7 +15,7 @@ module test_resume
    use nutate_system, only: system_t
    use test_problems, only: box, bruls_top, forced_body, problem_t
    use test_stopping_observer, only: stopping_observer_t
-   use test_support, only: check, error_type, is_slow_build, new_unittest, test_failed, unittest_type
+   use test_support, only: check, error_type, draws_fewer, new_unittest, test_failed, unittest_type
    implicit none
    private
    public :: collect_resume, check_run, check_stepper, label_of, settings_of
@@ -290,7 +290,7 @@ contains
       integer :: i
       call run(problem, settings, plan, whole, wanted, status)
       call check(error, status%ok(), label//": "//trim(status%message))
-      do i = 1, size(limits), merge(3, 1, is_slow_build())
+      do i = 1, size(limits), merge(3, 1, draws_fewer())
          if (allocated(error)) return
          limited = plan
          limited%max_steps = limits(i)

@@ -19,8 +19,8 @@ module test_tangent_identities
    use nutate_wheel_mounting, only: add_wheel
    use test_problems, only: box, precessing_top, problem_t
    use test_random_scenes, only: make_random_scene, random_scene_t
-   use test_support, only: check, check_below, draws_fewer, error_type, is_slow_build, new_unittest, random_unit, &
-      random_vector, unittest_type
+   use test_support, only: check, check_below, draws_fewer, error_type, new_unittest, random_unit, random_vector, &
+      unittest_type
    implicit none
    private
 
@@ -178,8 +178,7 @@ contains
       integer :: number, m, done
       character(len=160) :: label
       done = 0
-      do number = 1, merge(60, 400, draws_fewer())
-         if (is_slow_build() .and. number > 10) exit
+      do number = 1, merge(20, 400, draws_fewer())
          call make_random_scene(number, scene)
          call enrich(scene, number)
          m = 1 + modulo(number, size(settings))
@@ -284,7 +283,7 @@ contains
       real(wp) :: energy, momentum
       integer(int64) :: steps
       integer :: m
-      steps = merge(2000_int64, 20000_int64, is_slow_build())
+      steps = merge(2000_int64, 20000_int64, draws_fewer())
       do m = 1, 2
          problem = box()
          call worst_defect(problem%system, settings(m), problem%start, 0.05_wp, steps, [0.0_wp, 0.0_wp, 0.0_wp], &

@@ -25,6 +25,16 @@ SUBDIVIDED = """
 
 
 class Study(CommandLineTest):
+    studies = {}
+
+    def study(self, scene, *options):
+        """What `cost` prints of a scene of `CommandLineTest`; each study is made once."""
+        if (scene, *options) not in self.studies:
+            done = self.succeed("cost", scene, *options)
+            self.assertEqual(done.stderr, "")
+            self.studies[(scene, *options)] = done.stdout
+        return self.studies[(scene, *options)]
+
     def answer(self, text):
         """The rows for each accuracy: accuracy, time, energy, mark, settings."""
         blocks = []
@@ -39,21 +49,20 @@ class Study(CommandLineTest):
         return list(csv.DictReader(self.read(name).splitlines()))
 
     def test_table_has_every_method_and_answers(self):
-        done = self.succeed("cost", "box.nml", *SHORT)
-        self.assertEqual(done.stderr, "")
-        lines = done.stdout.splitlines()
+        text = self.study("box.nml", *SHORT)
+        lines = text.splitlines()
         for method in LABELS:
             self.assertEqual(sum(line.startswith(method + ",") for line in lines), 1, method)
         for words in ("box.nml: Free box", "exact motion of a free body", "exact, the closed solution", "time_step="):
-            self.assertIn(words, done.stdout)
+            self.assertIn(words, text)
         self.assertLessEqual(max(map(len, lines)), 110)
         # The answer is the last table, and nothing stands below it.
-        self.assertEqual([rows[0][0] for rows in self.answer(done.stdout)], ["1E-4", "1E-6", "1E-8", "1E-10"])
+        self.assertEqual([rows[0][0] for rows in self.answer(text)], ["1E-4", "1E-6", "1E-8", "1E-10"])
         self.assertEqual(self.names(), ["box.nml", "top.nml"])
 
     def test_settings_for_each_accuracy_are_cheapest_first_and_can_be_pasted(self):
         tried = 0
-        for rows in self.answer(self.succeed("cost", "top.nml", *SHORT).stdout):
+        for rows in self.answer(self.study("top.nml", *SHORT)):
             rows = [row for row in rows if row[1] != "-"]
             times = [float(row[1]) for row in rows]
             self.assertEqual(times, sorted(times))
@@ -64,7 +73,7 @@ class Study(CommandLineTest):
         self.assertGreaterEqual(tried, 2)
 
     def test_the_cheapest_that_keeps_the_invariants_and_the_choice_of_auto_are_marked(self):
-        for rows in self.answer(self.succeed("cost", "top.nml", *SHORT).stdout):
+        for rows in self.answer(self.study("top.nml", *SHORT)):
             keeping = [row for row in rows if row[1] != "-" and float(row[2]) < 1e-11 and "conserve=.false." not in row[4]
                        and ("conserve=.true." in row[4] or not re.match("method='(rk4|dop853)'", row[4]))]
             self.assertEqual([row for row in rows if "*" in row[3]], keeping[:1])
@@ -75,14 +84,14 @@ class Study(CommandLineTest):
                 self.assertEqual([re.match("method='([a-z0-9_]+)'", text)[1] for text in chosen], [method])
 
     def test_auto_takes_the_closed_solution_where_there_is_one(self):
-        for rows in self.answer(self.succeed("cost", "box.nml", *SHORT).stdout):
+        for rows in self.answer(self.study("box.nml", *SHORT)):
             # The study of so short a motion finds steps that cost no more.
             chosen = [row[4] for row in rows if "auto" in row[3]]
             self.assertEqual(chosen, [f"method='exact', accuracy={rows[0][0]}"])
-        self.assertNotIn("exact, ", self.succeed("cost", "top.nml", "--seconds", "0.5").stdout)
+        self.assertNotIn("exact, ", self.study("top.nml", *SHORT))
 
     def test_numbers_stand_in_one_notation_under_each_other(self):
-        lines = self.succeed("cost", "top.nml", *SHORT).stdout.splitlines()
+        lines = self.study("top.nml", *SHORT).splitlines()
         rows = [line for line in lines if re.match(r" *[0-9.E-]+ +\d+ .*E-1\d", line)]
         self.assertGreater(len(rows), 10)
         self.assertEqual(len({re.search(r"[.E][^ ]*$", row).start() for row in rows}), 1)
@@ -90,7 +99,7 @@ class Study(CommandLineTest):
             self.assertEqual(len({"E" in row.split()[column] for row in rows if row.split()[column] != "0"}), 1)
 
     def test_reference_is_named(self):
-        self.assertIn("exact motion of Lagrange's top", self.succeed("cost", "top.nml", *SHORT).stdout)
+        self.assertIn("exact motion of Lagrange's top", self.study("top.nml", *SHORT))
         self.write("damped.nml", TOP + "&damping coefficient = 1, 1, 1 /")
         text = self.succeed("cost", "damped.nml", *SHORT).stdout
         self.assertIn("nielsen_krenk order 8 (reduced) and dop853", text)
@@ -209,9 +218,16 @@ class Plot(CommandLineTest):
         self.assertEqual(self.read("a.svg"), "<svg>earlier</svg>")
         self.assertEqual(self.names(), ["a.svg", "bin", "box.nml", "top.nml"])
 
+    scripts = {}
+
     def script(self, *options):
-        """The script that gnuplot gets."""
-        os.makedirs(self.path("bin"), exist_ok=True)
+        """The script that gnuplot gets; each is made once."""
+        if options not in self.scripts:
+            self.scripts[options] = self.make_script(*options)
+        return self.scripts[options]
+
+    def make_script(self, *options):
+        os.mkdir(self.path("bin"))
         self.write("bin/gnuplot", '#!/bin/sh\ncp "$2" kept.gp && echo "<svg></svg>" >"$3"\n')
         os.chmod(self.path("bin/gnuplot"), stat.S_IRWXU)
         self.succeed("cost", "box.nml", "--seconds", "0.5", "--plot", "a.svg", *options,

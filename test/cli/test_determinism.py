@@ -3,13 +3,9 @@ import glob
 import os
 import unittest
 
-from support import CommandLineTest, all_columns
+from support import DRAWS_FEWER, CommandLineTest, all_columns
 
 SCENES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "scenes")
-
-
-# In slow builds each scene is run by one of the solvers, every other by the other one.
-SLOW = bool(os.environ.get("NUTATE_SLOW_BUILD"))
 
 
 class Determinism(CommandLineTest):
@@ -23,6 +19,7 @@ class Determinism(CommandLineTest):
         self.assertEqual(first, piped.stdout, f"{name} {settings}, as a pipe")
 
     def test_every_scene_with_every_column_and_solver(self):
+        """Where fewer cases do, each scene is run by one of the solvers, every other by the other one."""
         scenes = sorted(glob.glob(os.path.join(SCENES, "*.nml")))
         self.assertTrue(scenes)
         for table in glob.glob(os.path.join(SCENES, "*.csv")):
@@ -32,9 +29,9 @@ class Determinism(CommandLineTest):
         for number, scene in enumerate(scenes):
             with open(scene, encoding="utf-8") as file:
                 self.write(os.path.basename(scene), file.read())
-            if not SLOW:
+            if not DRAWS_FEWER:
                 self.check(scene)
-            for solver in [solvers[number % 2]] if SLOW else solvers:
+            for solver in [solvers[number % 2]] if DRAWS_FEWER else solvers:
                 self.check(scene, "--set", f"output.columns={all_columns()}", "--set", "integrator.method='nielsen_krenk'", "--set",
                            f"integrator.formulation='{solver}'", "--set", "integrator.order=4", "--set", "output.every=3")
 

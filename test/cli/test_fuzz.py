@@ -1,4 +1,4 @@
-"""Mutated and extreme scenes (fuzzing.py), the first 500 of those that `make fuzz` tries; slow builds try 200."""
+"""Mutated and extreme scenes (fuzzing.py), the first 200 of those that `make fuzz` tries, or 500 in `make stress`."""
 import collections
 import os
 import pathlib
@@ -7,10 +7,10 @@ import unittest
 import unittest.mock
 
 import fuzzing
-from support import ROOT, CommandLineTest
+from support import DRAWS_FEWER, ROOT, CommandLineTest
 
 SEED = 1
-CASES = 200 if os.environ.get("NUTATE_SLOW_BUILD") else 500
+CASES, WIDE_CASES = (200, 8) if DRAWS_FEWER else (500, 20)
 EXTREME = pathlib.Path(__file__).resolve().parent / "extreme"
 
 
@@ -28,11 +28,11 @@ class Fuzz(CommandLineTest):
 
 
 class Wide(CommandLineTest):
-    """The first 20 of the scenes that `make fuzz` gives to `cost`, `plot` and `sweep`, and the scenes that come along."""
+    """The first of the scenes that `make fuzz` gives to `cost`, `plot` and `sweep`, and the scenes that come along."""
 
     def test_cost_plot_and_sweep_succeed_or_name_the_reason(self):
         costs = collections.Counter()
-        for number in range(20):
+        for number in range(WIDE_CASES):
             verdict = fuzzing.judge_wide(self.program, fuzzing.make_wide_case(self.program, SEED, number))
             with self.subTest(repeat=f"make fuzz FUZZ='--seed {SEED} --wide-case {number}'"):
                 self.assertEqual(verdict.fault, "")

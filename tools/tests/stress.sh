@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Runs the stability cases at full length, all groups or those named, puts their rows into docs/results/hard-cases.csv and the
-# tables made of them into docs/results/hard-cases.md. Fails if a case misses its bound. All groups are followed by the unit
-# tests, with all of their random cases.
+# tables made of them into docs/results/hard-cases.md. Fails if a case misses its bound. All groups are followed by the tests
+# of `make test`, with all of their random cases.
 #    tools/tests/stress.sh [GROUP]...
 set -u
 . "$(dirname "$0")/../environment.sh"
@@ -13,7 +13,7 @@ quietly build-stress build build-stress --tests || exit 1
 path=$(fpm_path test unit)
 mkdir -p "$parts"
 "$path" --stress >"$parts/cases.txt" || exit 1
-tests=unit
+tests='unit cli'
 [ $# -eq 0 ] || tests=
 # shellcheck disable=SC2046
 [ $# -gt 0 ] || set -- $(sed -n 's/^\([a-z_]*\)\t.*/\1/p' "$parts/cases.txt")
@@ -27,5 +27,6 @@ for group; do
    { grep -v "^$group," "$rows"; cat "$parts/$group.csv"; } >"$parts/rows.csv" && cat "$parts/rows.csv" >"$rows"
 done
 python3 tools/docs/hard_cases.py "$parts/cases.txt" "$rows" docs/results/hard-cases.md || status=1
-[ -z "$tests" ] || NUTATE_WHOLE=1 bash tools/tests/test.sh $tests as stress || status=1
+# shellcheck disable=SC2086
+[ -z "$tests" ] || FFLAGS=$FFLAGS NUTATE_WHOLE=1 bash tools/tests/test.sh $tests as stress || status=1
 exit $status
