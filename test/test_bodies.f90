@@ -311,7 +311,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       real(wp) :: coarse, fine, means(10)
       integer :: n
-      n = merge(20000, 1000000, draws_fewer())
+      n = merge(100000, 1000000, draws_fewer())
       call measure_energy(0.05_wp, n, coarse, means)
       call check_below(error, coarse, 5e-3_wp, 'largest error')
       call check_below(error, maxval(means) - minval(means), 0.05_wp*coarse, 'spread of the means')
@@ -372,7 +372,7 @@ contains
       integer(int64) :: seed
       integer :: i, k, parts
       seed = 13_int64
-      parts = merge(1000, 4000, draws_fewer())
+      parts = merge(1400, 4000, draws_fewer())
       do i = 1, n
          moments(:, i) = 1 + random_vector(seed)/3
          q(:, i) = random_unit_quaternion(seed)

@@ -35,7 +35,7 @@ contains
 
    !> Calls to make, each with other bodies.
    integer function calls()
-      calls = merge(5, 200, draws_fewer())
+      calls = merge(20, 200, draws_fewer())
    end function calls
 
    !> Bodies of any shape, symmetric, nearly so, flat and needles; moments of 1e-47 to 1e38 kg m²; Δt|Ω| to 30 rad.

@@ -34,7 +34,7 @@ module test_dying_motion
    !> The first two keep the accuracy without exception; of the others the bounds are those of `make accuracy`.
    character(len=6), parameter :: methods(4) = [character(len=6) :: 'taylor', 'auto', 'dop853', 'rk8']
    integer, parameter :: keeping = 2
-   !> Cases in `make test`, in slow builds, and in `make accuracy`; each is run by one method after the other.
+   !> Cases in `make stress`, a third of them, and those of `make accuracy`; each is run by one method after the other.
    integer, parameter :: short = 60, shortest = 20, all_cases = 500
    !> Error of a step of the oracle: far below all accuracies that are asked for.
    real(qp), parameter :: oracle_tolerance = 1e-20_qp

@@ -43,7 +43,7 @@ contains
    end subroutine collect_effects
 
    !> All combinations of the kinds, with J0 infinite and finite; of those with the kinds that only an orbit has, which
-   !> are three out of four, fewer steps, and in slow builds fewer still.
+   !> are three out of four, fewer steps, and in `make test` fewer still.
    subroutine account_closes_for_every_combination(error)
       type(error_type), allocatable, intent(out) :: error
       type(effect_samples_t) :: samples

@@ -26,7 +26,7 @@ module test_exact_round_off
 
    character(len=20), parameter :: kinds(8) = [character(len=20) :: 'any moments', 'symmetric', 'nearly symmetric', &
       'near the separatrix', 'near an axis', 'turned axes', 'extreme moments', 'about an axis']
-   !> Cases of the full report, and of `make test`.
+   !> Cases of the full report, and of `make stress`.
    integer, parameter :: all_cases = 2000, some_cases = 160
    !> The oracle follows no more than this, rad.
    real(wp), parameter :: longest_turn = 300.0_wp
@@ -62,7 +62,7 @@ contains
          return
       end if
       n = some_cases
-      if (draws_fewer()) n = some_cases/5
+      if (draws_fewer()) n = some_cases/3
       allocate (outcomes(n))
       do i = 1, n
          call run_case(i, outcomes(i))

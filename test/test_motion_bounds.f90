@@ -34,8 +34,8 @@ module test_motion_bounds
    private
    public :: collect_motion_bounds
 
-   !> Motions drawn; fewer in slow builds. Rows of each.
-   integer, parameter :: many = 600, few = 60, rows = 100
+   !> Motions drawn, and a third of them. Rows of each.
+   integer, parameter :: many = 600, few = 200, rows = 100
    !> Longest turn between two rows, rad, that is followed to more than the digits that count; of the bound, for
    !> round-off and the errors of the reference; the margins of events, which the bounds have to do without here.
    real(wp), parameter :: followed = 0.15_wp, round_off = 1e-7_wp, noise = 1e-11_wp, margin_of_rates = 1.25_wp, &

@@ -24,7 +24,7 @@ module test_near_rest
 
    public :: collect_near_rest
 
-   !> Pendulums drawn at random; slow builds draw three.
+   !> Pendulums drawn at random; `make test` draws three.
    integer, parameter :: motions = 8
    !> A turn about the vertical is not damped out: the body comes to rest wherever it is. s.
    real(wp), parameter :: end_time = 60.0_wp

@@ -15,7 +15,7 @@ module test_resume
    use nutate_system, only: system_t
    use test_problems, only: box, bruls_top, forced_body, problem_t
    use test_stopping_observer, only: stopping_observer_t
-   use test_support, only: check, error_type, draws_fewer, new_unittest, test_failed, unittest_type
+   use test_support, only: check, draws_fewer, error_type, new_unittest, test_failed, unittest_type
    implicit none
    private
    public :: collect_resume, check_run, check_stepper, label_of, settings_of
@@ -280,7 +280,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(integrator_settings_t), intent(in) :: settings
       type(run_plan_t), intent(in) :: plan
-      !> Numbers of steps to interrupt the run at; in slow builds a third of them.
+      !> Numbers of steps to interrupt the run at; in `make test` a third of them.
       integer, intent(in) :: limits(:)
       character(len=*), intent(in) :: label
       type(recorder_t) :: whole, begun, resumed

@@ -299,7 +299,7 @@ contains
       call effects%add(effect)
       call forces%prepare(effects, .true.)
       body = random_body(seed)
-      do i = 1, merge(5, 20, draws_fewer())
+      do i = 1, merge(7, 20, draws_fewer())
          q = random_unit_quaternion(seed)
          call forces%start(effects, 0.7_wp, q, 1.0_wp, 0.7_wp)
          map = map_of(reshape([random_vector(seed), random_vector(seed), random_vector(seed)], [3, 3]), body%axes)
@@ -413,7 +413,7 @@ contains
             scene%integrator%order = methods(row)%order
             plan%time_step = scene%plan%time_step
             plan%end_time = scene%initial%t + min(scene%plan%end_time - scene%initial%t, &
-                                                  merge(50, 400, draws_fewer())*plan%time_step)
+                                                  merge(134, 400, draws_fewer())*plan%time_step)
             state = scene%initial
             effort%continued = 0
             call integrate(scene%system, scene%integrator, state, plan, status, effort, summary)

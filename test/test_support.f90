@@ -121,7 +121,7 @@ contains
       is_slow_build = is_set('NUTATE_SLOW_BUILD')
    end function is_slow_build
 
-   !> True where a part of the cases does: everywhere but in `make stress`, which sets NUTATE_WHOLE.
+   !> True where a part of the cases is enough: everywhere but in `make stress`, which sets NUTATE_WHOLE.
    logical function draws_fewer()
       draws_fewer = is_slow_build() .or. .not. is_set('NUTATE_WHOLE')
    end function draws_fewer

@@ -178,7 +178,7 @@ contains
       integer :: number, m, done
       character(len=160) :: label
       done = 0
-      do number = 1, merge(20, 400, draws_fewer())
+      do number = 1, merge(60, 400, draws_fewer())
          call make_random_scene(number, scene)
          call enrich(scene, number)
          m = 1 + modulo(number, size(settings))
@@ -283,7 +283,7 @@ contains
       real(wp) :: energy, momentum
       integer(int64) :: steps
       integer :: m
-      steps = merge(2000_int64, 20000_int64, draws_fewer())
+      steps = merge(7000_int64, 20000_int64, draws_fewer())
       do m = 1, 2
          problem = box()
          call worst_defect(problem%system, settings(m), problem%start, 0.05_wp, steps, [0.0_wp, 0.0_wp, 0.0_wp], &

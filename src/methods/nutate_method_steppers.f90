@@ -21,7 +21,7 @@ contains
       type(integrator_settings_t) :: complete
       type(method_t) :: method
       complete = with_defaults(settings)
-      method = method_of(complete)
+      method = method_of(settings)
       if (method%name == '') then
          status = fail(NUTATE_BAD_ARGUMENT, "no method '"//trim(settings%method)// &
                        "' of this order and formulation, with or without conserve as asked for", 'method')

@@ -25,7 +25,7 @@ TOP = """&body inertia = 5.0, 5.0, 1.0, mass = 1.0, center_of_mass = 0.0, 0.0, 1
 &integrator time_step = 0.005, end_time = 1.0 /
 """
 
-# A part of the cases does, but for `make stress`.
+# Everywhere but in `make stress` a part of the cases is enough.
 DRAWS_FEWER = not os.environ.get("NUTATE_WHOLE")
 
 # How long a hanging program is waited for, s; sanitizers and their like take their time.

@@ -19,7 +19,7 @@ class Determinism(CommandLineTest):
         self.assertEqual(first, piped.stdout, f"{name} {settings}, as a pipe")
 
     def test_every_scene_with_every_column_and_solver(self):
-        """Where fewer cases do, each scene is run by one of the solvers, every other by the other one."""
+        """In `make test` the scenes take turns with the solvers; in `make stress` each is run by both."""
         scenes = sorted(glob.glob(os.path.join(SCENES, "*.nml")))
         self.assertTrue(scenes)
         for table in glob.glob(os.path.join(SCENES, "*.csv")):

@@ -28,7 +28,7 @@ class Fuzz(CommandLineTest):
 
 
 class Wide(CommandLineTest):
-    """The first of the scenes that `make fuzz` gives to `cost`, `plot` and `sweep`, and the scenes that come along."""
+    """The first of the scenes that `make fuzz` gives to `cost`, `plot` and `sweep`, and the bundled scenes."""
 
     def test_cost_plot_and_sweep_succeed_or_name_the_reason(self):
         costs = collections.Counter()
@@ -40,7 +40,7 @@ class Wide(CommandLineTest):
         # Where all were refused nothing would be shown.
         self.assertGreater(costs[0], 2, costs)
 
-    def test_cost_of_every_scene_that_comes_along(self):
+    def test_cost_of_every_bundled_scene(self):
         for scene in sorted((ROOT / "scenes").glob("*.nml")):
             with self.subTest(scene.name):
                 done = fuzzing.call(self.program, ("cost", str(scene), *fuzzing.COST), self.folder)

@@ -217,18 +217,19 @@ class Summary(CommandLineTest):
 
 
 class ProgressBar(CommandLineTest):
+    box = None
+
     def long_run(self, seconds, scene, guess, *settings):
-        """Arguments of a run that takes about so much processor time on any machine, in any build: found by a run to a
-        first guess of its end."""
+        """Arguments of a run that takes about so many seconds of processor time, on any machine and in any build: a run to a
+        first guess of its end shows how long it must be."""
         def arguments(end):
             return ("run", scene, "--set", f"integrator.end_time={end}", *settings)
         before = os.times().children_user
         self.succeed(*arguments(guess))
         return arguments(guess * math.ceil(seconds / max(os.times().children_user - before, 0.01)))
 
-    box = None
-
     def long_box(self):
+        """The arguments of a long run of the box, found once."""
         if ProgressBar.box is None:
             ProgressBar.box = self.long_run(1.2, "box.nml", 2000, "--set", "output.every=1000000")
         return self.box
@@ -272,13 +273,14 @@ class ProgressBar(CommandLineTest):
     def test_quiet_shows_none(self):
         self.assertEqual(self.on_terminal(*self.long_box(), "--quiet"), ("", 0))
 
-    def test_pilot_runs_show_a_bar_each(self):
+    def test_trial_runs_show_a_bar_each(self):
         long = self.long_run(2.5, "top.nml", 20, "--set", "integrator.accuracy=1e-7", "--set",
                              "integrator.method=nielsen_krenk", "--set", "output.interval=100")
         seen, status = self.on_terminal(*long)
         self.assertEqual(status, 0)
         self.assertRegex(seen, r"\rtrial run \d+ \[#*\.*\] \d+ % +\r")
         self.assertRegex(seen, r"\r {76}\rtop.nml: \d+ steps")
+        self.assertEqual(self.on_terminal(*long, "--quiet"), ("", 0))
 
     def test_no_terminal_no_bar(self):
         self.assertNotIn("\r", self.succeed(*self.long_box()).stderr)
