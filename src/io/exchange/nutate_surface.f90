@@ -77,6 +77,8 @@ contains
       allocate (surface%points(3, around*size(radii)), surface%corners(3, 2*around*(size(radii) - 1)))
       n = 0
       do i = 1, size(radii)
+         ! No vector functions: their last digits are others than those of the scalar ones.
+         !GCC$ novector
          do k = 0, around - 1
             angle = 2*pi*k/around
             surface%points(:, around*(i - 1) + k + 1) = [radii(i)*cos(angle), radii(i)*sin(angle), heights(i)]
@@ -95,10 +97,14 @@ contains
       !> m; shape (3).
       real(wp), intent(in) :: axes(:)
       type(surface_t) :: surface
-      real(wp) :: polar(around/2 + 1)
+      real(wp) :: radii(0:around/2), heights(0:around/2)
       integer :: i
-      polar = [(pi*i/(around/2), i=0, around/2)]
-      surface = turned_profile(sin(polar), -cos(polar))
+      !GCC$ novector
+      do i = 0, around/2
+         radii(i) = sin(pi*i/(around/2))
+         heights(i) = -cos(pi*i/(around/2))
+      end do
+      surface = turned_profile(radii, heights)
       do i = 1, size(surface%points, 2)
          surface%points(:, i) = axes*surface%points(:, i)
       end do
