@@ -9,10 +9,12 @@ scratch=$(mktemp -d) || exit 1
 trap 'rm -rf "$scratch"' EXIT
 passed=0 failed=0
 
-bash tools/setup/build.sh && quietly build-tests build build-tests || exit 1
+bash tools/setup/build.sh || exit 1
+usual=$FFLAGS FFLAGS=$tested_flags
+quietly build-tests build build-tests || exit 1
 tested=$(fpm_path run nutate)
 [ -n "$tested" ] || die "fpm does not say where it put the program"
-cmake_folder=$top/build/cmake-native FFLAGS="$FFLAGS -march=native"
+cmake_folder=$top/build/cmake-native FFLAGS="$usual -march=native"
 cmake_build build-native --target nutate_program || exit 1
 programs=("$program" "$tested" "$cmake_folder/nutate")
 # A copy of the first program needs no run.

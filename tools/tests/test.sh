@@ -1,9 +1,11 @@
 #!/usr/bin/env bash
-# Builds with $FFLAGS and runs the unit tests and the command-line tests of test/cli/; the last line is the total.
+# Builds at -O1, or with $FFLAGS where it is set, and runs the unit tests and the command-line tests of test/cli/; the last
+# line is the total.
 #    tools/tests/test.sh [unit|cli]... [with PROGRAM] [as NAME]      PROGRAM: one that is there, for the command-line tests;
 #                                                                   NAME tells the logs of one build from those of another
 set -u
 . "$(dirname "$0")/../environment.sh"
+FFLAGS=$tested_flags
 
 parts=() name=release nutate=
 while [ $# -gt 0 ]; do
