@@ -164,7 +164,7 @@ contains
       !> Roll, pitch, yaw (rad). Shape: (3).
       real(wp), intent(in) :: angles(3)
       real(wp) :: q(4), c(3), s(3)
-      ! One by one: gfortran at -O3 takes the elements of an array by its vector functions, which err by up to 4 roundings.
+      ! One by one: gfortran at -O3 takes those of an array by its vector functions, which err by up to 4 roundings.
       c = [cos(angles(1)/2), cos(angles(2)/2), cos(angles(3)/2)]
       s = [sin(angles(1)/2), sin(angles(2)/2), sin(angles(3)/2)]
       q(1) = c(1)*c(2)*c(3) + s(1)*s(2)*s(3)
