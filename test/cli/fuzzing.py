@@ -96,7 +96,8 @@ def judge(program, case):
 
 
 # A study, and its picture where gnuplot draws it.
-COST = ("--seconds", "0.3") + (("--plot", "cost.svg") if shutil.which("gnuplot") else ())
+COST_PLOT = ("--plot", "cost.svg") if shutil.which("gnuplot") else ()
+COST = ("--seconds", "0.3", *COST_PLOT)
 WIDE_COMMANDS = (("cost", "scene.nml", *COST), ("run", "scene.nml", "--quiet", "--max-steps", "200", "--output", "h.csv"),
                  ("plot", "h.csv", "--output", "h.svg"),
                  ("sweep", "scene.nml", "--set", "ensemble.members=3", "--output", "rows.npy"))

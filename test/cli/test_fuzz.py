@@ -1,4 +1,4 @@
-"""Mutated and extreme scenes (fuzzing.py), the first 200 of those that `make fuzz` tries, or 500 in `make stress`."""
+"""Mutated and extreme scenes (fuzzing.py), the first 100 of those that `make fuzz` tries, or 500 in `make stress`."""
 import collections
 import os
 import pathlib
@@ -10,7 +10,7 @@ import fuzzing
 from support import DRAWS_FEWER, ROOT, CommandLineTest
 
 SEED = 1
-CASES, WIDE_CASES = (200, 8) if DRAWS_FEWER else (500, 20)
+CASES, WIDE_CASES = (100, 6) if DRAWS_FEWER else (500, 20)
 EXTREME = pathlib.Path(__file__).resolve().parent / "extreme"
 
 
@@ -43,7 +43,7 @@ class Wide(CommandLineTest):
     def test_cost_of_every_bundled_scene(self):
         for scene in sorted((ROOT / "scenes").glob("*.nml")):
             with self.subTest(scene.name):
-                done = fuzzing.call(self.program, ("cost", str(scene), *fuzzing.COST), self.folder)
+                done = fuzzing.call(self.program, ("cost", str(scene), "--seconds", "0.1", *fuzzing.COST_PLOT), self.folder)
                 self.assertEqual(fuzzing.fault_of_wide(done), "")
 
 
