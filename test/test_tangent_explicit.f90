@@ -42,6 +42,7 @@ contains
       type(unittest_type), allocatable, intent(out) :: testsuite(:)
       testsuite = [ &
                   new_unittest("columns are differences of the steps", differ), &
+                  new_unittest("columns of the start are the same beside those of parameters", stand_alone), &
                   new_unittest("columns converge as the method", converge), &
                   new_unittest("columns are those of flows in 50 digits", follow_flows), &
                   new_unittest("projected columns keep what the states keep", keep_rows), &
@@ -183,6 +184,33 @@ contains
          end do
       end do
    end subroutine differ
+
+   !> rk8 takes columns of the start through its equations for uniform fields, and through the general ones where there
+   !> are columns of parameters: one derivative, to the round-off of four steps.
+   subroutine stand_alone(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(integrator_settings_t), parameter :: settings = integrator_settings_t(method='rk8')
+      integer, parameter :: numbers(5) = [1, 2, 6, 13, 30]
+      type(column_t), allocatable :: columns(:)
+      type(tangent_t) :: alone, beside
+      type(state_t) :: state
+      integer :: i, k, n
+      do i = 1, size(scenes)
+         do k = 1, size(numbers)
+            n = numbers(k)
+            columns = [(rate_column(1 + mod(n, 3)), attitude_column(1 + mod(n, 3)), n=1, numbers(k))]
+            n = numbers(k)
+            call follow(trim(scenes(i)), start_t(), settings, 0.3_wp, 4, state, columns(:n), alone, error)
+            call follow(trim(scenes(i)), start_t(), settings, 0.3_wp, 4, state, [columns(:n), inertia_column(1, 1)], &
+                        beside, error)
+            if (allocated(error)) return
+            call check_below(error, maxval(abs(alone%theta - beside%theta(:n, :)))/maxval(abs(alone%theta)), &
+                             1e-13_wp, trim(scenes(i)))
+            call check_below(error, maxval(abs(alone%momentum - beside%momentum(:n, :)))/maxval(abs(alone%momentum)), &
+                             1e-13_wp, trim(scenes(i)))
+         end do
+      end do
+   end subroutine stand_alone
 
    !> The six columns of a state's start as a matrix, (θ, δL) by (θ, δL); shape (6,6).
    function matrix_of(system, state, settings, time_step, steps, end, error) result(matrix)

@@ -22,13 +22,16 @@ module nutate_lean_motion
    use nutate_effect_list, only: effect_list_t
    use nutate_invariants, only: common_direction, ALL_COMPONENTS, ALONG_AXIS
    use nutate_kinds, only: wp
-   use nutate_lean_stages, only: free_stages, heavy_stages, lean_rates_t, evaluate_field_stage, &
+   use nutate_lean_stages, only: column_stages, free_stages, heavy_stages, lean_rates_t, evaluate_field_stage, &
       evaluate_turning_field_stage, evaluate_turning_stage, evaluate_upright_stage
    use nutate_limits, only: manifold_tolerance
    use nutate_linear_potential, only: linear_potential_t
-   use nutate_quaternion, only: quat_conjugate, quat_product, quat_vector_product, rotate_to_space
+   use nutate_order_eight, only: n_stages
+   use nutate_quaternion, only: quat_conjugate, quat_product, quat_vector_product, rotate_to_body, &
+      rotate_to_space
    use nutate_state, only: state_t
    use nutate_system, only: system_t
+   use nutate_tangent, only: tangent_t
    implicit none
    private
 
@@ -41,6 +44,9 @@ module nutate_lean_motion
    real(wp), parameter :: fastest = 1e150_wp
    !> Steps whose ½Δt/J is outside of these are left to the general equations: its reciprocal is a number in between.
    real(wp), parameter :: least_half = 1e-150_wp, greatest_half = 1e150_wp
+
+   !> Pairs of tangent columns that are taken through the stages together.
+   integer, parameter :: most_pairs = 6
 
    !> What does not change from step to step.
    type :: lean_motion_t
@@ -76,6 +82,8 @@ module nutate_lean_motion
       procedure :: fits
       !> One step.
       procedure :: move
+      !> Moves tangent columns over a step.
+      procedure :: carry
       !> How fast a motion is in these variables.
       procedure :: pace
       !> The axis of a symmetric top that turns in the frame of its steps.
@@ -299,7 +307,7 @@ contains
       class(lean_motion_t), intent(in) :: self
       type(state_t), intent(inout) :: state
       logical, intent(out) :: moved
-      real(wp) :: y(8), square, length, product, half
+      real(wp) :: y(8), square, length, product
       associate (q => state%q, p => state%p)
          square = q(1)*q(1) + q(2)*q(2) + q(3)*q(3) + q(4)*q(4)
          length = p(1)*p(1) + p(2)*p(2) + p(3)*p(3) + p(4)*p(4)
@@ -307,14 +315,8 @@ contains
          moved = abs(square - 1) <= manifold_tolerance .and. product**2 <= manifold_tolerance**2*length .and. &
                  length <= huge(1.0_wp) .and. abs(state%t + self%dt) <= huge(1.0_wp)
          if (.not. moved) return
-         ! 0.5/square, so near to 1.
-         half = 1 - 0.5_wp*square
-         y(5) = half*(q(1)*p(2) - q(2)*p(1) - q(3)*p(4) + q(4)*p(3))
-         y(6) = half*(q(1)*p(3) - q(3)*p(1) - q(4)*p(2) + q(2)*p(4))
-         y(7) = half*(q(1)*p(4) - q(4)*p(1) - q(2)*p(3) + q(3)*p(2))
-         y(1:4) = q
-         y(8) = 0.0_wp
       end associate
+      call read_motion(state, square, y)
       if (self%free) then
          call move_free(self, y, moved)
       else
@@ -329,6 +331,24 @@ contains
       state%p_compensation = 0.0_wp
       state%t = state%t + self%dt
    end subroutine move
+
+   !> [q, L, 0] of a state.
+   pure subroutine read_motion(state, square, y)
+      type(state_t), intent(in) :: state
+      !> |q|², nearly 1.
+      real(wp), intent(in) :: square
+      real(wp), intent(out) :: y(8)
+      real(wp) :: half
+      ! 0.5/square, so near to 1.
+      half = 1 - 0.5_wp*square
+      associate (q => state%q, p => state%p)
+         y(5) = half*(q(1)*p(2) - q(2)*p(1) - q(3)*p(4) + q(4)*p(3))
+         y(6) = half*(q(1)*p(3) - q(3)*p(1) - q(4)*p(2) + q(2)*p(4))
+         y(7) = half*(q(1)*p(4) - q(4)*p(1) - q(2)*p(3) + q(3)*p(2))
+         y(1:4) = q
+         y(8) = 0.0_wp
+      end associate
+   end subroutine read_motion
 
    !> 1/√x, from the first terms of its series where x is so near to 1 that the next is below ε: in steps that wait for
    !> each other root and division take as long as a stage.
@@ -381,11 +401,7 @@ contains
       real(wp), intent(inout) :: y(8)
       logical, intent(out) :: followed
       real(wp) :: change(8)
-      if (self%first /= 1) call permute(self%first, y)
-      if (self%turned) y(1:4) = quat_product(self%space, y(1:4))
-      y(5) = self%half(1)*y(5)
-      y(6) = self%half(2)*y(6)
-      y(7) = self%half(3)*y(7)
+      call to_equations(self, y)
       followed = self%stiffness*max(abs(y(5)), abs(y(6)), abs(y(7))) + self%pulled <= longest
       if (.not. followed) return
       if (self%frame_turns) then
@@ -407,6 +423,91 @@ contains
       if (self%symmetric) call turn_body(self, y)
       if (self%first /= 1) call permute(5 - self%first, y)
    end subroutine move_heavy
+
+   !> From [q, L, 0] to [q, w, 0] of the axes of the equations.
+   pure subroutine to_equations(self, y)
+      type(lean_motion_t), intent(in) :: self
+      real(wp), intent(inout) :: y(8)
+      if (self%first /= 1) call permute(self%first, y)
+      if (self%turned) y(1:4) = quat_product(self%space, y(1:4))
+      y(5) = self%half(1)*y(5)
+      y(6) = self%half(2)*y(6)
+      y(7) = self%half(3)*y(7)
+   end subroutine to_equations
+
+   !> Moves tangent columns over a step, in the equations of the step, as its exact derivative. False, with these as they
+   !> were, but for bodies under one direction in axes that do not turn, and for columns of parameters.
+   pure subroutine carry(self, before, tangent, carried)
+      !> Of the length of the step.
+      class(lean_motion_t), intent(inout) :: self
+      !> The start of the step, which succeeded.
+      type(state_t), intent(in) :: before
+      type(tangent_t), intent(inout) :: tangent
+      logical, intent(out) :: carried
+      real(wp) :: y(8 + 14*most_pairs), start(8), spin(4), room(8 + 14*most_pairs, 2*n_stages + 2)
+      integer :: i, k, n, first, last
+      carried = self%single .and. .not. (self%free .or. self%frame_turns) .and. size(tangent%parametric) == 0
+      if (.not. carried) return
+      call read_motion(before, dot_product(before%q, before%q), start)
+      call to_equations(self, start)
+      do first = 1, tangent%n, 2*most_pairs
+         last = min(first + 2*most_pairs - 1, tangent%n)
+         self%rates%pairs = (last - first)/2 + 1
+         n = 8 + 14*self%rates%pairs
+         y(1:8) = start
+         y(9:n) = 0.0_wp
+         do i = first, last
+            k = 9 + 14*((i - first)/2) + modulo(i - first, 2)
+            call start_column(self, tangent%theta(i, :), tangent%momentum(i, :), start(1:4), y(k:k + 12:2))
+         end do
+         call column_stages(self%rates, n, y, room, room(1, n_stages + 1))
+         if (first == 1 .and. self%symmetric) spin = [cos(self%spin*y(7)), 0.0_wp, 0.0_wp, sin(self%spin*y(7))]
+         do i = first, last
+            k = 9 + 14*((i - first)/2) + modulo(i - first, 2)
+            call finish_column(self, y(1:8), y(k:k + 12:2), spin, tangent%theta(i, :), tangent%momentum(i, :))
+         end do
+      end do
+   end subroutine carry
+
+   !> A column in the variables of the equations, δq = ½q∘θ.
+   pure subroutine start_column(self, theta, momentum, q, column)
+      type(lean_motion_t), intent(in) :: self
+      !> θ and δL; shape (3).
+      real(wp), intent(in) :: theta(:), momentum(:)
+      !> In the axes of the equations.
+      real(wp), intent(in) :: q(4)
+      !> Shape (7).
+      real(wp), intent(inout) :: column(:)
+      ! Copied first: a row of a matrix as an array of given shape would be packed on the heap.
+      real(wp) :: turn(3), along(3)
+      turn = theta
+      along = momentum
+      column(1:4) = 0.5_wp*quat_vector_product(q, from_axis(turn, self%first - 1))
+      column(5:7) = self%half*from_axis(along, self%first - 1)
+   end subroutine start_column
+
+   !> θ = 2 vec(q*∘δq)/|q|² and δL at the end of a step, in the axes of the body.
+   pure subroutine finish_column(self, y, column, spin, theta, momentum)
+      type(lean_motion_t), intent(in) :: self
+      !> [q, w, 0], and a column; shapes (8), (7).
+      real(wp), intent(in) :: y(8), column(:)
+      !> How a symmetric top has turned in the frame of the step; unit quaternion.
+      real(wp), intent(in) :: spin(4)
+      !> Shape (3).
+      real(wp), intent(inout) :: theta(:), momentum(:)
+      real(wp) :: change(4), turn(3), along(3), across(3)
+      change = column(1:4)
+      change = quat_product(quat_conjugate(y(1:4)), change)
+      turn = (2/(y(1)*y(1) + y(2)*y(2) + y(3)*y(3) + y(4)*y(4)))*change(2:4)
+      along = self%back*column(5:7)
+      if (self%symmetric) then
+         turn = rotate_to_body(spin, turn) + [0.0_wp, 0.0_wp, 2*self%spin*column(7)]
+         across = rotate_to_body(spin, self%back*y(5:7))
+         along = rotate_to_body(spin, along) + (2*self%spin*column(7))*[across(2), -across(1), 0.0_wp]
+      end if
+      theta = from_axis(turn, 4 - self%first)
+      momentum = from_axis(along, 4 - self%first)
+   end subroutine finish_column
 
    !> Axes in cyclic order from a first one on, of body and space alike: attitude and momentum only change places.
    pure subroutine permute(first, x)

@@ -11,7 +11,7 @@ module nutate_lean_stages
    implicit none
    private
 
-   public :: lean_rates_t, free_stages, heavy_stages, evaluate_upright_stage, evaluate_field_stage, &
+   public :: lean_rates_t, free_stages, heavy_stages, column_stages, evaluate_upright_stage, evaluate_field_stage, &
       evaluate_turning_stage, evaluate_turning_field_stage
 
    !> Least 1 + u₀·u: the shortest rotation from u to u₀ must stay away from half a turn, where it has no axis.
@@ -27,6 +27,8 @@ module nutate_lean_stages
       real(wp) :: pull(3, 3, 3) = 0.0_wp
       !> φ = ½Δt ω of space axes that turn, in these axes, rad; shape (3).
       real(wp) :: frame_turn(3) = 0.0_wp
+      !> Pairs of tangent columns that go with the motion.
+      integer :: pairs = 0
    end type lean_rates_t
 
    abstract interface
@@ -42,9 +44,9 @@ module nutate_lean_stages
       end subroutine stage_evaluator
    end interface
 
-   !> The stage of free bodies, under the name that the text of the stages calls.
+   !> The stages of free bodies and of columns, under the name that the text of the stages calls.
    interface evaluate_stage
-      module procedure evaluate_free_stage
+      module procedure evaluate_free_stage, evaluate_column_stage
    end interface evaluate_stage
 
 contains
@@ -154,6 +156,62 @@ contains
       next(6) = sum(6) + factor*r6
       next(7) = sum(7) + factor*r7
    end subroutine evaluate_upright_stage
+
+   !> Moves q and w and tangent columns over a step under one direction.
+   pure subroutine column_stages(rates, n, y, k, x)
+      type(lean_rates_t), intent(in) :: rates
+      !> Numbers of y.
+      integer, intent(in) :: n
+      !> [q, w, 0], and [δq, δw] of pairs of columns, both numbers of a pair side by side; shape (8 + 14*pairs).
+      real(wp), intent(inout) :: y(n)
+      !> Room for the stages: an automatic array would come from the heap.
+      real(wp), intent(inout) :: k(n, n_stages), x(n, n_stages + 2)
+      associate (sum => x(:, n_stages + 2))
+         x(:, 1) = y
+         include 'order_eight_stages.inc'
+      end associate
+      y = y + x(:, n_stages + 1)
+   end subroutine column_stages
+
+   !> As `evaluate_upright_stage`, with the derivatives of its rates times the columns.
+   pure subroutine evaluate_column_stage(self, y, sum, factor, rate, next)
+      type(lean_rates_t), intent(in) :: self
+      !> As in `column_stages`.
+      real(wp), intent(in) :: y(8 + 14*self%pairs), sum(8 + 14*self%pairs), factor
+      real(wp), intent(out) :: rate(8 + 14*self%pairs), next(8 + 14*self%pairs)
+      integer :: j
+      call evaluate_upright_stage(self, y, sum, factor, rate, next)
+      next(8) = 0.0_wp
+      do j = 9, size(y), 14
+         call evaluate_pair(self, y, y(j), sum(j), factor, rate(j), next(j))
+      end do
+   end subroutine evaluate_column_stage
+
+   !> The derivatives of the rates of `evaluate_upright_stage` times two columns.
+   pure subroutine evaluate_pair(self, y, columns, sum, factor, rate, next)
+      type(lean_rates_t), intent(in) :: self
+      !> [q, w, 0]; shape (8).
+      real(wp), intent(in) :: y(8)
+      !> Shapes (2,7): δq in the first four, and δw.
+      real(wp), intent(in) :: columns(2, 7), sum(2, 7), factor
+      real(wp), intent(out) :: rate(2, 7), next(2, 7)
+      real(wp) :: g1(2), g2(2), g3(2)
+      associate (q => y(1:4), w => y(5:7), c => self%pull, kappa => self%kappa, &
+                 dq1 => columns(:, 1), dq2 => columns(:, 2), dq3 => columns(:, 3), dq4 => columns(:, 4), &
+                 dw1 => columns(:, 5), dw2 => columns(:, 6), dw3 => columns(:, 7))
+         rate(:, 1) = -(w(1)*dq2 + w(2)*dq3 + w(3)*dq4) - (q(2)*dw1 + q(3)*dw2 + q(4)*dw3)
+         rate(:, 2) = (w(1)*dq1 + w(3)*dq3 - w(2)*dq4) + (q(1)*dw1 + q(3)*dw3 - q(4)*dw2)
+         rate(:, 3) = (w(2)*dq1 + w(1)*dq4 - w(3)*dq2) + (q(1)*dw2 + q(4)*dw1 - q(2)*dw3)
+         rate(:, 4) = (w(3)*dq1 + w(2)*dq2 - w(1)*dq3) + (q(1)*dw3 + q(2)*dw2 - q(3)*dw1)
+         g1 = (q(2)*dq4 + q(4)*dq2) - (q(1)*dq3 + q(3)*dq1)
+         g2 = (q(3)*dq4 + q(4)*dq3) + (q(1)*dq2 + q(2)*dq1)
+         g3 = 2*((q(1)*dq1 + q(4)*dq4) - (q(2)*dq2 + q(3)*dq3))
+         rate(:, 5) = kappa(1)*(w(2)*dw3 + w(3)*dw2) + (c(1, 2, 3)*g2 + c(1, 3, 3)*g3)
+         rate(:, 6) = kappa(2)*(w(3)*dw1 + w(1)*dw3) + (c(2, 1, 3)*g1 + c(2, 3, 3)*g3)
+         rate(:, 7) = kappa(3)*(w(1)*dw2 + w(2)*dw1) + (c(3, 1, 3)*g1 + c(3, 2, 3)*g2)
+      end associate
+      next = sum + factor*rate
+   end subroutine evaluate_pair
 
    !> The same in space axes that turn, q' = q∘w - φ∘q: in the sums and differences of w and φ, with no products more.
    pure subroutine evaluate_turning_stage(self, y, sum, factor, rate, next)

@@ -18,6 +18,7 @@ module nutate_rk8
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_system, only: system_t
    use nutate_tangent, only: tangent_t
+   use nutate_turned_stepper, only: turn_columns
    use nutate_work_share, only: step_error_t
    implicit none
    private
@@ -106,6 +107,11 @@ contains
          call self%free%carry(system, before, after, dt, tangent, status, carried)
          if (carried) return
          is_lean = .false.
+      end if
+      if (is_lean) then
+         call self%lean%carry(before, tangent, carried)
+         if (carried .and. system%effects%frame_turns) call turn_columns(system, after, dt, tangent, status)
+         if (carried) return
       end if
       if (.not. allocated(self%tangent)) then
          allocate (self%tangent)
