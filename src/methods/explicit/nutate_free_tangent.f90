@@ -9,7 +9,7 @@ module nutate_free_tangent
    use nutate_order_eight, only: a, b, n_stages
    use nutate_quaternion, only: cross, quat_conjugate, quat_product, rotate_to_body
    use nutate_small_products, only: skew, times_columns, times_vector
-   use nutate_stage_tangent, only: add_weighted, list_weights
+   use nutate_stage_tangent, only: add_weighted, stage_weights_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_system, only: system_t
@@ -29,6 +29,7 @@ module nutate_free_tangent
       real(wp) :: to_angle(3, 3) = 0.0_wp, momentum(3, n_stages) = 0.0_wp, rate(3, n_stages) = 0.0_wp
       !> u₀, the step's half angle about it, and 1/|L0|.
       real(wp) :: axis(3) = 0.0_wp, half = 0.0_wp, inverse = 0.0_wp
+      type(stage_weights_t) :: weights
    contains
       !> Moves tangent columns over a step.
       procedure :: carry
@@ -47,7 +48,7 @@ contains
       type(tangent_t), intent(inout) :: tangent
       type(status_t), intent(inout) :: status
       logical, intent(out) :: carried
-      real(wp) :: first(3), last(3), square, weights(n_stages)
+      real(wp) :: first(3), last(3), square
       integer :: i
       first = body_momentum(before)
       square = dot_product(first, first)
@@ -59,13 +60,11 @@ contains
       self%half = 0.0_wp
       call start_columns(self, 3 + size(tangent%parametric))
       do i = 1, n_stages
-         weights = 0.0_wp
-         if (i > 1) weights(:i - 1) = a(:i - 1, i)
-         call take_argument(self, i - 1, weights, first, last)
+         call take_argument(self, i, first, last)
          self%momentum(:, i) = last
          call add_stage(self, i, first, last, system, tangent)
       end do
-      call take_argument(self, n_stages, b, first, last)
+      call take_argument(self, n_stages + 1, first, last)
       call finish_columns(self, last, tangent)
       if (system%effects%frame_turns) call turn_columns(system, after, dt, tangent, status)
    end subroutine carry
@@ -78,8 +77,10 @@ contains
       if (allocated(self%start)) then
          if (size(self%start, 1) /= n) deallocate (self%start, self%point, self%rates, self%angle)
       end if
-      if (.not. allocated(self%start)) allocate (self%start(n, 3), self%point(n, 3), self%rates(n, 3, n_stages), &
-                                                 self%angle(n))
+      if (.not. allocated(self%start)) then
+         allocate (self%start(n, 3), self%point(n, 3), self%rates(n, 3, n_stages), self%angle(n))
+         call self%weights%list(a, b)
+      end if
       self%start = 0.0_wp
       do i = 1, 3
          self%start(i, i) = 1.0_wp
@@ -88,20 +89,22 @@ contains
    end subroutine start_columns
 
    !> L and δL in a stage, or at the end of the step.
-   pure subroutine take_argument(self, stages, weights, first, last)
+   pure subroutine take_argument(self, i, first, last)
       type(free_tangent_t), intent(inout) :: self
-      !> Stages before.
-      integer, intent(in) :: stages
-      real(wp), intent(in) :: weights(n_stages), first(3)
+      !> The stage; one more: the end.
+      integer, intent(in) :: i
+      real(wp), intent(in) :: first(3)
       real(wp), intent(out) :: last(3)
-      real(wp) :: w(n_stages)
-      integer :: which(n_stages), count, j
-      call list_weights(weights(:stages), count, which, w)
+      integer :: j
       last = first
-      do j = 1, count
-         last = last + w(j)*self%rate(:, which(j))
-      end do
-      call add_weighted(size(self%start), n_stages, count, which, w, self%start, self%rates, self%point)
+      if (i == 1) self%point = self%start
+      if (i == 1) return
+      associate (count => self%weights%counts(i), which => self%weights%which(:, i), w => self%weights%w(:, i))
+         do j = 1, count
+            last = last + w(j)*self%rate(:, which(j))
+         end do
+         call add_weighted(size(self%start), n_stages, count, which, w, self%start, self%rates, self%point)
+      end associate
    end subroutine take_argument
 
    !> The rates of a stage, L̇ = L×Ω, and its part of the angle, ½(u₀ + u)·Ω/(1 + u₀·u).

@@ -17,14 +17,26 @@ module nutate_stage_tangent
    implicit none
    private
 
-   public :: stage_tangent_t, add_weighted, list_weights
+   public :: stage_tangent_t, stage_weights_t, add_weighted
+
+   !> Stages of a method at most.
+   integer, parameter :: most_stages = 12
+
+   !> The weights of a method that are not zero.
+   type :: stage_weights_t
+      !> In each stage from the second on, and last in the step: how many, of which stages before, and the weights; shapes
+      !> (2:stages+1), (most_stages, 2:stages+1).
+      integer :: counts(2:most_stages + 1) = 0, which(most_stages, 2:most_stages + 1) = 0
+      real(wp) :: w(most_stages, 2:most_stages + 1) = 0.0_wp
+   contains
+      !> Lists them.
+      procedure :: list
+   end type stage_weights_t
 
    !> The coefficients of a method, and the columns inside of a step.
    type :: stage_tangent_t
       private
-      !> Weights of the stages before in each from the second on, and last those of the step; shape
-      !> (stages, 2:stages+1).
-      real(wp), allocatable :: weights(:, :)
+      type(stage_weights_t) :: weights
       !> Times of the stages over Δt; shape (stages).
       real(wp), allocatable :: times(:)
       type(stage_rates_t) :: stage
@@ -58,10 +70,7 @@ contains
       real(wp), intent(in) :: a(:, :), b(:), c(:)
       !> Of the errors of two estimates, the second a hundredfold that of a lower order; shape (stages, 2).
       real(wp), intent(in), optional :: estimates(:, :)
-      if (allocated(self%weights)) deallocate (self%weights)
-      allocate (self%weights(size(b), 2:size(b) + 1), source=0.0_wp)
-      self%weights(:size(a, 1), 2:size(b)) = a
-      self%weights(:, size(b) + 1) = b
+      call self%weights%list(a, b)
       self%times = c
       if (present(estimates)) self%estimates = estimates
    end subroutine set
@@ -106,7 +115,7 @@ contains
       x = self%first
       self%point(:, :) = self%start
       do i = 1, size(self%times)
-         if (i > 1) call take_argument(self, tangent%n*m, self%weights(:i - 1, i), x)
+         if (i > 1) call take_argument(self, tangent%n*m, i, x)
          call self%stage%evaluate(rates, system, self%times(i), x(1:m))
          self%rate(:, i) = self%stage%rate(1:m)
          if (self%axis > 0) self%stage%jacobian(8, 4 + self%axis) = self%slip
@@ -116,7 +125,7 @@ contains
             call add_own(self, rates, system, tangent, j, x(1:m), i)
          end do
       end do
-      call take_argument(self, tangent%n*m, self%weights(:, size(self%times) + 1), x)
+      call take_argument(self, tangent%n*m, size(self%times) + 1, x)
       call finish_columns(tangent%n, m, x(1:4), self%point, tangent%theta, tangent%momentum)
       call estimate_error(self, x(5:7), tangent)
       if (self%stage%works) tangent%work = tangent%work + self%point(:, 8)
@@ -234,42 +243,49 @@ contains
    end subroutine start_columns
 
    !> The argument of a stage, or the end of the step: of the motion and of the columns.
-   pure subroutine take_argument(self, length, weights, x)
+   pure subroutine take_argument(self, length, i, x)
       type(stage_tangent_t), intent(inout) :: self
-      !> How many numbers all columns have.
-      integer, intent(in) :: length
-      !> Of the stages before; shape (i - 1).
-      real(wp), intent(in) :: weights(:)
+      !> How many numbers all columns have; the stage.
+      integer, intent(in) :: length, i
       real(wp), intent(inout) :: x(most_numbers)
-      real(wp) :: w(12)
-      integer :: which(12), count, j
-      call list_weights(weights, count, which, w)
+      integer :: j
       x(1:self%stage%n) = self%first(1:self%stage%n)
-      do j = 1, count
-         x(1:self%stage%n) = x(1:self%stage%n) + w(j)*self%rate(:, which(j))
-      end do
-      call add_weighted(length, size(self%times), count, which, w, self%start, self%rates, self%point)
+      associate (count => self%weights%counts(i), which => self%weights%which(:, i), w => self%weights%w(:, i))
+         do j = 1, count
+            x(1:self%stage%n) = x(1:self%stage%n) + w(j)*self%rate(:, which(j))
+         end do
+         call add_weighted(length, size(self%times), count, which, w, self%start, self%rates, self%point)
+      end associate
    end subroutine take_argument
 
-   !> The weights that are not zero, and of which stage each is.
-   pure subroutine list_weights(weights, count, which, w)
-      real(wp), intent(in) :: weights(:)
-      integer, intent(out) :: count, which(12)
-      real(wp), intent(out) :: w(12)
-      integer :: j
-      count = 0
-      do j = 1, size(weights)
-         if (.not. abs(weights(j)) > 0.0_wp) cycle
-         count = count + 1
-         which(count) = j
-         w(count) = weights(j)
+   !> Lists the weights of a method that are not zero.
+   pure subroutine list(self, a, b)
+      class(stage_weights_t), intent(inout) :: self
+      !> As in `set`.
+      real(wp), intent(in) :: a(:, :), b(:)
+      real(wp) :: weights(most_stages)
+      integer :: i, j
+      do i = 2, size(b) + 1
+         weights = 0.0_wp
+         if (i <= size(b)) then
+            weights(:i - 1) = a(:i - 1, i - 1)
+         else
+            weights(:size(b)) = b
+         end if
+         self%counts(i) = 0
+         do j = 1, size(b)
+            if (.not. abs(weights(j)) > 0.0_wp) cycle
+            self%counts(i) = self%counts(i) + 1
+            self%which(self%counts(i), i) = j
+            self%w(self%counts(i), i) = weights(j)
+         end do
       end do
-   end subroutine list_weights
+   end subroutine list
 
    !> start + Σ w(j) rates(:, which(j)), four at a time.
    pure subroutine add_weighted(length, stages, count, which, w, start, rates, point)
-      integer, intent(in) :: length, stages, count, which(12)
-      real(wp), intent(in) :: w(12), start(length), rates(length, stages)
+      integer, intent(in) :: length, stages, count, which(most_stages)
+      real(wp), intent(in) :: w(most_stages), start(length), rates(length, stages)
       real(wp), intent(out) :: point(length)
       integer :: j, first
       first = modulo(count, 4)
