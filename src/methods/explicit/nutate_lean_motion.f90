@@ -435,8 +435,8 @@ contains
       y(7) = self%half(3)*y(7)
    end subroutine to_equations
 
-   !> Moves tangent columns over a step, in the equations of the step, as its exact derivative. False, with these as they
-   !> were, but for bodies under one direction in axes that do not turn, and for columns of parameters.
+   !> Moves tangent columns over a step, in the equations of the step, as its exact derivative. False, with the columns
+   !> as they were, for free bodies, several directions, axes that turn, and where there are columns of parameters.
    pure subroutine carry(self, before, tangent, carried)
       !> Of the length of the step.
       class(lean_motion_t), intent(inout) :: self

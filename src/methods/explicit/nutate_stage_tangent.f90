@@ -24,8 +24,8 @@ module nutate_stage_tangent
 
    !> The weights of a method that are not zero.
    type :: stage_weights_t
-      !> In each stage from the second on, and last in the step: how many, of which stages before, and the weights; shapes
-      !> (2:stages+1), (most_stages, 2:stages+1).
+      !> In each stage from the second on, and last in the step: how many, of which stages before, and the weights;
+      !> shapes (2:stages+1), (most_stages, 2:stages+1).
       integer :: counts(2:most_stages + 1) = 0, which(most_stages, 2:most_stages + 1) = 0
       real(wp) :: w(most_stages, 2:most_stages + 1) = 0.0_wp
    contains
