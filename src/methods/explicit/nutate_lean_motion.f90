@@ -450,6 +450,7 @@ contains
       if (.not. carried) return
       call read_motion(before, dot_product(before%q, before%q), start)
       call to_equations(self, start)
+      spin = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
       do first = 1, tangent%n, 2*most_pairs
          last = min(first + 2*most_pairs - 1, tangent%n)
          self%rates%pairs = (last - first)/2 + 1
