@@ -53,7 +53,7 @@ contains
       if (allocated(error)) return
       do combination = 0, 2**size(samples%names) - 1
          system = sample_body()
-         steps = merge(25, 150, draws_fewer())
+         steps = merge(50, 150, draws_fewer())
          if (btest(combination, samples%position('earth_field') - 1) .or. &
              btest(combination, samples%position('force') - 1)) steps = merge(8, 40, draws_fewer())
          do k = 1, size(samples%names)

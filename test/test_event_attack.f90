@@ -27,8 +27,8 @@ module test_event_attack
 
    public :: collect_event_attack, attack_events, report_event_attack
 
-   !> Cases of the shortened attack, and a sixth of them.
-   integer, parameter :: short = 1500, shortest = 250
+   !> Cases of the shortened attack, and a third of them.
+   integer, parameter :: short = 1500, shortest = 500
    !> Steps of a case, and places that the search of a step looks at.
    integer, parameter :: steps = 2, places = 96
    !> Times nearer to a place, in distances of places, are on either side of it.

@@ -62,7 +62,7 @@ contains
          return
       end if
       n = some_cases
-      if (draws_fewer()) n = some_cases/6
+      if (draws_fewer()) n = some_cases/3
       allocate (outcomes(n))
       do i = 1, n
          call run_case(i, outcomes(i))

@@ -332,7 +332,7 @@ contains
       integer(int64) :: seed
       integer :: i, starts, arrived(3), way
       seed = 40_int64
-      starts = merge(2, 40, draws_fewer())
+      starts = merge(3, 40, draws_fewer())
       arrived = 0
       ! Fixed steps, which cost the same however fast the motions are that the fits try.
       call read("&body inertia = 5, 20, 17 /&initial angular_velocity = 3, 1, 5 /&integrator time_step = 0.02, "// &

@@ -18,8 +18,8 @@ module test_path_attack
 
    public :: collect_path_attack, report_path_attack
 
-   !> Cases of the shortened attack, and a sixth of them.
-   integer, parameter :: short = 400, shortest = 67
+   !> Cases of the shortened attack, and a third of them.
+   integer, parameter :: short = 400, shortest = 134
    !> Times nearer to a place, in distances of places, are on either side of it.
    real(wp), parameter :: blur = 1e-4_wp
    !> What round-off makes of a difference, over the size of the quantity; what steps that another run projects

@@ -63,7 +63,7 @@ contains
       character(len=32) :: label
       real(wp) :: step
       integer :: i
-      do i = 1, merge(25, 150, draws_fewer())
+      do i = 1, merge(50, 150, draws_fewer())
          call make_stiff_loop(i, problem, step)
          state = problem%start
          watcher = limit_watcher_t()

@@ -207,7 +207,7 @@ contains
       integer :: i
       logical :: selected(size(ways))
       selected = item%selected
-      if (draws_fewer()) selected = one_of(item)
+      if (draws_fewer()) selected = third_of(item)
       do i = 1, size(ways)
          if (.not. selected(i)) cycle
          record = record_t()
@@ -216,15 +216,15 @@ contains
       end do
    end subroutine check_case
 
-   !> One of the ways of a case: which, the length of its name says.
-   pure function one_of(item) result(selected)
+   !> Of the ways of a case those with one solver and kind of J0, in every order: which, the length of its name says.
+   pure function third_of(item) result(selected)
       type(stability_case_t), intent(in) :: item
       logical :: selected(size(ways))
       integer :: first, i
-      do first = len_trim(item%name), len_trim(item%name) + size(ways) - 1
-         selected = item%selected .and. [(mod(i + first, size(ways)) == 0, i=1, size(ways))]
+      do first = len_trim(item%name), len_trim(item%name) + 2
+         selected = item%selected .and. [(mod(i + first, 3) == 0, i=1, size(ways))]
          if (any(selected)) return
       end do
-   end function one_of
+   end function third_of
 
 end module test_stability_case

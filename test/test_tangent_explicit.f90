@@ -194,11 +194,10 @@ contains
       type(column_t), allocatable :: columns(:)
       type(tangent_t) :: alone, beside
       type(state_t) :: state
-      integer :: i, k, n
+      integer :: i, j, k, n
+      columns = [(rate_column(1 + mod(j, 3)), attitude_column(1 + mod(j, 3)), j=1, maxval(numbers))]
       do i = 1, size(scenes)
          do k = 1, size(numbers)
-            n = numbers(k)
-            columns = [(rate_column(1 + mod(n, 3)), attitude_column(1 + mod(n, 3)), n=1, numbers(k))]
             n = numbers(k)
             call follow(trim(scenes(i)), start_t(), settings, 0.3_wp, 4, state, columns(:n), alone, error)
             call follow(trim(scenes(i)), start_t(), settings, 0.3_wp, 4, state, [columns(:n), inertia_column(1, 1)], &

@@ -270,6 +270,9 @@ class ProgressBar(CommandLineTest):
         self.assertNotIn("[#", seen)
         self.assertNotIn("[.", seen)
 
+    def test_quiet_shows_none(self):
+        self.assertEqual(self.on_terminal(*self.long_box(), "--quiet"), ("", 0))
+
     def test_trial_runs_show_a_bar_each(self):
         long = self.long_run(2.5, "top.nml", 20, "--set", "integrator.accuracy=1e-7", "--set",
                              "integrator.method=nielsen_krenk", "--set", "output.interval=100")

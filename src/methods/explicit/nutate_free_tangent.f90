@@ -29,6 +29,7 @@ module nutate_free_tangent
       real(wp) :: to_angle(3, 3) = 0.0_wp, momentum(3, n_stages) = 0.0_wp, rate(3, n_stages) = 0.0_wp
       !> u₀, the step's half angle about it, and 1/|L0|.
       real(wp) :: axis(3) = 0.0_wp, half = 0.0_wp, inverse = 0.0_wp
+      !> Weights of the stages.
       type(stage_weights_t) :: weights
    contains
       !> Moves tangent columns over a step.
@@ -97,8 +98,10 @@ contains
       real(wp), intent(out) :: last(3)
       integer :: j
       last = first
-      if (i == 1) self%point = self%start
-      if (i == 1) return
+      if (i == 1) then
+         self%point = self%start
+         return
+      end if
       associate (count => self%weights%counts(i), which => self%weights%which(:, i), w => self%weights%w(:, i))
          do j = 1, count
             last = last + w(j)*self%rate(:, which(j))
