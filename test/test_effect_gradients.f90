@@ -116,12 +116,18 @@ contains
       class(potential_t), intent(in) :: potential
       character(len=*), intent(in) :: label
       real(wp), parameter :: gamma0(3) = [0.3_wp, 0.8_wp, -0.7_wp], gamma1(3) = [-0.2_wp, 0.9_wp, 0.4_wp]
-      real(wp) :: h, shift(3), slope(3), hessian(3, 3), mixed(3, 3)
+      real(wp) :: h, shift(3), slope(3), hessian(3, 3), mixed(3, 3), between(3), by_start(3, 3), by_end(3, 3)
       integer :: i
       h = eps**(1.0_wp/3)
       slope = potential%gradient(gamma1)
       hessian = potential%hessian(gamma1)
       mixed = potential%discrete_hessian(gamma0, gamma1)
+      call potential%linearize(gamma0, gamma1, between, by_start, by_end)
+      call check_close(error, between, potential%discrete_gradient(gamma0, gamma1), 4*eps*norm2(between), &
+                       label//", discrete gradient with its derivatives")
+      call check_below(error, maxval(abs(by_end - mixed)), 8*eps*maxval(abs(mixed)), label//", derivative by the end")
+      call check_below(error, maxval(abs(by_start - potential%discrete_hessian(gamma1, gamma0))), &
+                       8*eps*maxval(abs(by_start)), label//", derivative by the start")
       do i = 1, 3
          shift = 0.0_wp
          shift(i) = h
@@ -134,6 +140,9 @@ contains
          call check_close(error, mixed(:, i), (potential%discrete_gradient(gamma0, gamma1 + shift) &
                                                - potential%discrete_gradient(gamma0, gamma1 - shift))/(2*h), 5e-9_wp, &
                           label//", derivative of the discrete gradient")
+         call check_close(error, by_start(:, i), (potential%discrete_gradient(gamma0 + shift, gamma1) &
+                                                  - potential%discrete_gradient(gamma0 - shift, gamma1))/(2*h), &
+                          5e-9_wp, label//", derivative of the discrete gradient by the start")
       end do
    end subroutine check_derivatives
 

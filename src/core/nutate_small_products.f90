@@ -5,7 +5,8 @@ module nutate_small_products
    implicit none
    private
 
-   public :: skew, times_vector, times_columns, vector_length, lies_along, is_symmetric_about
+   public :: skew, times_vector, times_columns, multiply, add_multiple, add_outer, vector_length, lies_along, &
+      is_symmetric_about
 
 contains
 
@@ -36,6 +37,52 @@ contains
          product(:, j) = times_vector(a, b(:, j))
       end do
    end function times_columns
+
+   !> A B, all elements written out: for matrices that are made and used at once. What is stored as numbers and read as
+   !> a vector waits until it has reached the memory.
+   pure subroutine multiply(a, b, product)
+      real(wp), intent(in) :: a(3, 3), b(3, 3)
+      real(wp), intent(out) :: product(3, 3)
+      product(1, 1) = a(1, 1)*b(1, 1) + a(1, 2)*b(2, 1) + a(1, 3)*b(3, 1)
+      product(2, 1) = a(2, 1)*b(1, 1) + a(2, 2)*b(2, 1) + a(2, 3)*b(3, 1)
+      product(3, 1) = a(3, 1)*b(1, 1) + a(3, 2)*b(2, 1) + a(3, 3)*b(3, 1)
+      product(1, 2) = a(1, 1)*b(1, 2) + a(1, 2)*b(2, 2) + a(1, 3)*b(3, 2)
+      product(2, 2) = a(2, 1)*b(1, 2) + a(2, 2)*b(2, 2) + a(2, 3)*b(3, 2)
+      product(3, 2) = a(3, 1)*b(1, 2) + a(3, 2)*b(2, 2) + a(3, 3)*b(3, 2)
+      product(1, 3) = a(1, 1)*b(1, 3) + a(1, 2)*b(2, 3) + a(1, 3)*b(3, 3)
+      product(2, 3) = a(2, 1)*b(1, 3) + a(2, 2)*b(2, 3) + a(2, 3)*b(3, 3)
+      product(3, 3) = a(3, 1)*b(1, 3) + a(3, 2)*b(2, 3) + a(3, 3)*b(3, 3)
+   end subroutine multiply
+
+   !> Adds a multiple of a matrix, written out as `multiply`.
+   pure subroutine add_multiple(factor, matrix, sum)
+      real(wp), intent(in) :: factor, matrix(3, 3)
+      real(wp), intent(inout) :: sum(3, 3)
+      sum(1, 1) = sum(1, 1) + factor*matrix(1, 1)
+      sum(2, 1) = sum(2, 1) + factor*matrix(2, 1)
+      sum(3, 1) = sum(3, 1) + factor*matrix(3, 1)
+      sum(1, 2) = sum(1, 2) + factor*matrix(1, 2)
+      sum(2, 2) = sum(2, 2) + factor*matrix(2, 2)
+      sum(3, 2) = sum(3, 2) + factor*matrix(3, 2)
+      sum(1, 3) = sum(1, 3) + factor*matrix(1, 3)
+      sum(2, 3) = sum(2, 3) + factor*matrix(2, 3)
+      sum(3, 3) = sum(3, 3) + factor*matrix(3, 3)
+   end subroutine add_multiple
+
+   !> Adds a multiple of abᵀ.
+   pure subroutine add_outer(factor, a, b, sum)
+      real(wp), intent(in) :: factor, a(3), b(3)
+      real(wp), intent(inout) :: sum(3, 3)
+      sum(1, 1) = sum(1, 1) + factor*(a(1)*b(1))
+      sum(2, 1) = sum(2, 1) + factor*(a(2)*b(1))
+      sum(3, 1) = sum(3, 1) + factor*(a(3)*b(1))
+      sum(1, 2) = sum(1, 2) + factor*(a(1)*b(2))
+      sum(2, 2) = sum(2, 2) + factor*(a(2)*b(2))
+      sum(3, 2) = sum(3, 2) + factor*(a(3)*b(2))
+      sum(1, 3) = sum(1, 3) + factor*(a(1)*b(3))
+      sum(2, 3) = sum(2, 3) + factor*(a(2)*b(3))
+      sum(3, 3) = sum(3, 3) + factor*(a(3)*b(3))
+   end subroutine add_outer
 
    !> |v|: the same digits in whatever unit of a power of two, where `norm2` rounds differently above and below 1. For
    !> components whose squares are numbers.

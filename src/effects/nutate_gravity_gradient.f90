@@ -47,6 +47,7 @@ module nutate_gravity_gradient
       procedure :: hessian => quadratic_hessian
       procedure :: discrete_gradient => midpoint_gradient
       procedure :: discrete_hessian => half_hessian
+      procedure :: linearize => linearize_quadratic
       procedure :: bound => quadratic_bound
       procedure :: series_kind => quadratic_series
       procedure :: auxiliary_series => quadratic_auxiliary
@@ -170,6 +171,16 @@ contains
       real(wp) :: hessian(3, 3)
       hessian = 0.5_wp*self%stiffness
    end function half_hessian
+
+   !> Computes ∇̄U and its derivatives by the ends, which are equal.
+   pure subroutine linearize_quadratic(self, gamma0, gamma1, gradient, by_start, by_end)
+      class(gravity_gradient_t), intent(in) :: self
+      real(wp), intent(in) :: gamma0(3), gamma1(3)
+      real(wp), intent(out) :: gradient(3), by_start(3, 3), by_end(3, 3)
+      by_end = 0.5_wp*self%stiffness
+      by_start = by_end
+      gradient = times_vector(by_end, gamma0 + gamma1)
+   end subroutine linearize_quadratic
 
    !> Bounds the torque in a step: γ½×Aγ̄, γ̄ the mean of γ at the ends, has in principal axes components (A_k -
    !> A_l)γ_kγ_l, and none exceeds the larger of |A_k|, |A_l|. With A they lie in a box, whose image under the map is

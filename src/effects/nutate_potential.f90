@@ -32,6 +32,8 @@ module nutate_potential
       procedure :: discrete_gradient => gonzalez_gradient
       !> Returns ∂∇̄U/∂γ1; that of Gonzalez's unless overridden.
       procedure :: discrete_hessian => gonzalez_hessian
+      !> Computes ∇̄U and its derivatives by both ends; by the two before unless overridden.
+      procedure :: linearize => linearize_gradient
       procedure :: bound => bound_potential
       !> Returns m of a linear series: the torque γ×∇U is m×γ; body axes.
       procedure :: series_moment => no_moment
@@ -168,6 +170,18 @@ contains
          hessian(j, j) = hessian(j, j) + defect
       end do
    end function gonzalez_hessian
+
+   !> Computes ∇̄U, ∂∇̄U/∂γ0 and ∂∇̄U/∂γ1; discrete gradients are symmetric in their ends.
+   pure subroutine linearize_gradient(self, gamma0, gamma1, gradient, by_start, by_end)
+      class(potential_t), intent(in) :: self
+      !> γ at the ends of the step, body axes; shape (3).
+      real(wp), intent(in) :: gamma0(3), gamma1(3)
+      !> Body axes, J per unit of γ, shape (3); and per unit of γ again, shape (3,3).
+      real(wp), intent(out) :: gradient(3), by_start(3, 3), by_end(3, 3)
+      gradient = self%discrete_gradient(gamma0, gamma1)
+      by_start = self%discrete_hessian(gamma1, gamma0)
+      by_end = self%discrete_hessian(gamma0, gamma1)
+   end subroutine linearize_gradient
 
    !> |Δγ| < ε^(1/3) |γ|: ΔU - ∇U(γ̄)·Δγ, of third order in Δγ, is round-off of U.
    pure logical function is_short(delta, gamma)

@@ -53,6 +53,7 @@ module nutate_spring
       procedure :: hessian => spring_hessian
       procedure :: discrete_gradient => spring_discrete_gradient
       procedure :: discrete_hessian => spring_discrete_hessian
+      procedure :: linearize => linearize_spring
       procedure :: bound => spring_bound
       procedure :: series_kind => spring_series
       procedure :: auxiliary_series => spring_auxiliary
@@ -145,26 +146,52 @@ contains
                  *(self%body_point - (0.5_wp*self%closeness)*(gamma0 + gamma1))
    end function spring_discrete_gradient
 
-   !> Returns the derivative of the discrete gradient by γ1: ½ck(1 - 2l₀/s) I + 2k l₀/s² (x - cγ̄)(x - cγ1)ᵀ/ℓ1, s = ℓ0
-   !> + ℓ1.
+   !> Returns the derivative of the discrete gradient by γ1.
    pure function spring_discrete_hessian(self, gamma0, gamma1) result(hessian)
       class(spring_t), intent(in) :: self
       real(wp), intent(in) :: gamma0(3), gamma1(3)
-      real(wp) :: hessian(3, 3), mean(3), end(3), l1, s
-      integer :: j
-      l1 = length(self, gamma1)
-      s = length(self, gamma0) + l1
-      hessian = 0.0_wp
-      do j = 1, 3
-         hessian(j, j) = 0.5_wp*self%closeness*self%stiffness*slackness(self%rest_length, 0.5_wp*s)
-      end do
-      if (self%rest_length == 0.0_wp .or. l1 <= negligible*abs(self%rest_length)) return
-      mean = (self%body_point - (0.5_wp*self%closeness)*(gamma0 + gamma1))/s
-      end = (self%body_point - self%closeness*gamma1)/l1
-      do j = 1, 3
-         hessian(:, j) = hessian(:, j) + (2*self%stiffness*(self%rest_length/s)*end(j))*mean
-      end do
+      real(wp) :: hessian(3, 3), gradient(3), by_start(3, 3)
+      call linearize_spring(self, gamma0, gamma1, gradient, by_start, hessian)
    end function spring_discrete_hessian
+
+   !> Computes the discrete gradient and its derivatives by the ends, by γ1: ½ck(1 - 2l₀/s) I + 2k l₀/s² (x - cγ̄)
+   !> (x - cγ1)ᵀ/ℓ1, s = ℓ0 + ℓ1.
+   pure subroutine linearize_spring(self, gamma0, gamma1, gradient, by_start, by_end)
+      class(spring_t), intent(in) :: self
+      real(wp), intent(in) :: gamma0(3), gamma1(3)
+      real(wp), intent(out) :: gradient(3), by_start(3, 3), by_end(3, 3)
+      real(wp) :: mean(3), slope(3), l0, l1, s, stiffness, inverse
+      l0 = length(self, gamma0)
+      l1 = length(self, gamma1)
+      s = l0 + l1
+      stiffness = self%stiffness*slackness(self%rest_length, 0.5_wp*s)
+      mean = self%body_point - (0.5_wp*self%closeness)*(gamma0 + gamma1)
+      gradient = -stiffness*mean
+      slope = 0.0_wp
+      if (s > negligible*abs(self%rest_length)) then
+         inverse = 1/s
+         slope = (2*self%stiffness*(self%rest_length*inverse))*(inverse*mean)
+      end if
+      stiffness = 0.5_wp*self%closeness*stiffness
+      call set_derivative(self, gamma0, l0, slope, stiffness, by_start)
+      call set_derivative(self, gamma1, l1, slope, stiffness, by_end)
+   end subroutine linearize_spring
+
+   !> The derivative by one end; without what the change of ℓ makes where that vanishes.
+   pure subroutine set_derivative(self, gamma, length, slope, stiffness, derivative)
+      type(spring_t), intent(in) :: self
+      !> The end, ℓ there, 2k l₀/s² (x - cγ̄) and ½ck(1 - 2l₀/s).
+      real(wp), intent(in) :: gamma(3), length, slope(3), stiffness
+      real(wp), intent(out) :: derivative(3, 3)
+      real(wp) :: end(3)
+      integer :: j
+      end = 0.0_wp
+      if (length > negligible*abs(self%rest_length)) end = (1/length)*(self%body_point - self%closeness*gamma)
+      do j = 1, 3
+         derivative(:, j) = end(j)*slope
+         derivative(j, j) = derivative(j, j) + stiffness
+      end do
+   end subroutine set_derivative
 
    !> ℓ², m²; may be negative by round-off where c = 0.
    !>

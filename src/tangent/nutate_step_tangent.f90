@@ -8,27 +8,34 @@
 !>     Aδb = (1-β+d)(δL0 - δL̄) - 2b×δL̄ - Be - Cδτ̄
 !>     δr  = Dδb + e,   D = (1 + [δ̄]×N)⁻¹,   e = -Dδ̄×φ
 !>     θ1  = Rh(φ + 4δr/(1+ρ)),   δL1 = 2((4/Δt)Jδb + δL̄) - δL0
-!>     C   = -½Δt((1+ρ)1 - 2rbᵀ),   B = -½Δt(2τ̄rᵀ - 2(b·τ̄)1) + C ∂τ̄/∂r
+!>     C   = -½Δt(1+ρ)F,   F = 1 - 2rbᵀ/(1+ρ),   B = -½Δt(2τ̄rᵀ - 2(b·τ̄)1) + C ∂τ̄/∂r
 !>     A   = (1-β+d)(4/Δt)J + 2[b]×(4/Δt)J - 2(L̄-L0)bᵀ - 2[L̄]× + Δt rτ̄ᵀ + BD
 !>
 !> Every part of A is taken at the root: what Newton keeps from earlier steps is not good enough. δL1 is L̄ = ½(L0 + L1)
-!> = (4/Δt)Jb + h differentiated. Solved is for y, half of what δL gains, so that only the gain is rounded: with M =
-!> (Δt/4)AJ⁻¹ = 1-β+d + R,
+!> = (4/Δt)Jb + h differentiated. Solved is for y, half of what δL gains, so that only the gain is rounded: with
+!> T = (Δt/4)J⁻¹ and M = AT = 1-β+d - S,
 !>
-!>     My = -R(δL0 - δL̄) - 2b×δL̄ - Be - Cδτ̄,   δb = (Δt/4)J⁻¹(δL0 + y - δL̄),   δL1 = δL0 + 2y
+!>     My = S(δL0 - δL̄) - 2b×δL̄ - Be - Cδτ̄,   δb = T(δL0 + y - δL̄),   δL1 = δL0 + 2y
 !>
-!> Equations are multiplied by Δt/4s as those of the step are, s a size of J.
+!> With the parts of δτ̄ (`nutate_tangent_forces`), τp that of the potentials:
+!>
+!>     B   = Δt((b·τ̄)1 - F(X0(1 - [r]×) + 2E) + (Fτp - τ̄)rᵀ) - 2(1+ρ)F ∂τ̄/∂Ω
+!>     -Cδτ̄ = ½Δt(1+ρ)F((X0 + E)Rh + S0)θ0
+!>
+!> Elements of matrices are written out: what has been stored as numbers and is read as a vector at once waits for the
+!> memory, which here cost as much as the arithmetic.
 module nutate_step_tangent
    use nutate_column, only: column_t, OF_WHEEL
+   use nutate_column_moves, only: move_forced, move_free, turn_columns
    use nutate_discrete_forces, only: discrete_forces_t
    use nutate_frame_turn, only: frame_turn_t
    use nutate_kinds, only: wp
    use nutate_quaternion, only: rotate_to_body
-   use nutate_small_products, only: times_columns, times_vector
+   use nutate_small_products, only: add_multiple, add_outer, multiply, times_columns, times_vector
    use nutate_status, only: status_t, fail, NUTATE_SINGULAR
    use nutate_system, only: system_t
    use nutate_tangent, only: tangent_t
-   use nutate_tangent_forces, only: across, forces_tangent_t
+   use nutate_tangent_forces, only: across, forces_tangent_t, full_swing_back, half_swing_back
    use nutate_wheel, only: wheel_t
    use nutate_wheel_steps, only: wheel_steps_t
    implicit none
@@ -50,13 +57,14 @@ module nutate_step_tangent
       !> h of rotors, and of wheels at fixed b, N m s; shape (3).
       real(wp) :: rotor(3) = 0.0_wp
       type(forces_tangent_t), private :: forces
-      !> Δt/4s; J/s with what wheels carry, and its inverse; shape (3,3).
-      real(wp), private :: scale = 0.0_wp, inertia(3, 3) = 0.0_wp, inverse_inertia(3, 3) = 0.0_wp
-      !> M⁻¹; B and C times Δt/4s; D and ∂e/∂φ; shape (3,3).
-      real(wp), private :: inverse(3, 3) = 0.0_wp, by_relative(3, 3) = 0.0_wp, by_torque(3, 3) = 0.0_wp
-      real(wp), private :: by_absolute(3, 3) = 0.0_wp, by_turn(3, 3) = 0.0_wp
-      !> y by δL0, by φ, and δb by δL̄; shape (3,3).
-      real(wp), private :: by_momentum(3, 3) = 0.0_wp, by_mid(3, 3) = 0.0_wp, turn_by_mean(3, 3) = 0.0_wp
+      !> T, J with what wheels carry; shape (3,3); it is diagonal.
+      real(wp), private :: turn_by_mean(3, 3) = 0.0_wp
+      logical, private :: is_diagonal = .true.
+      !> M⁻¹; B, D and ∂e/∂φ where the space axes turn; shape (3,3).
+      real(wp), private :: inverse(3, 3) = 0.0_wp
+      real(wp), private :: by_relative(3, 3) = 0.0_wp, by_absolute(3, 3) = 0.0_wp, by_turn(3, 3) = 0.0_wp
+      !> y by δL0, and by θ0; shape (3,3).
+      real(wp), private :: by_momentum(3, 3) = 0.0_wp, by_start(3, 3) = 0.0_wp
    contains
       !> Moves tangent columns over the step.
       procedure :: carry
@@ -75,33 +83,38 @@ contains
       type(wheel_steps_t), intent(in), optional :: wheels
       type(tangent_t), intent(inout) :: tangent
       type(status_t), intent(inout) :: status
-      real(wp) :: largest, r(3)
-      logical :: plain
-      largest = max(system%body%inertia(1, 1), system%body%inertia(2, 2), system%body%inertia(3, 3))
-      self%scale = 0.25_wp*self%dt/largest
-      self%inertia = (1/largest)*system%body%inertia
-      self%inverse_inertia = system%body%inverse_inertia
-      if (present(wheels)) then
-         self%inertia = self%inertia + wheels%carried/largest
-         call wheels%add_to_inverse(system%effects, self%inverse_inertia)
-      end if
-      self%inverse_inertia = largest*self%inverse_inertia
-      r = self%b
-      if (turn%there) r = turn%to_relative(self%b)
-      call self%forces%set(system%effects, forces, r, 4/self%dt)
-      call set_matrices(self, forces%active, turn, status)
-      if (status%code /= 0) return
-      plain = .not. (turn%there .or. present(wheels) .or. size(tangent%parametric) > 0)
-      if (plain .and. .not. forces%active) then
-         call move_free(self, tangent%n, tangent%theta, tangent%momentum)
-      else if (plain) then
-         if (system%effects%n_torques > 0) &
-            call add_plain_work(self, tangent%n, tangent%theta, tangent%momentum, tangent%work)
-         call move_plain(self, tangent%n, tangent%theta, tangent%momentum)
+      self%turn_by_mean = (0.25_wp*self%dt)*system%body%inverse_inertia
+      if (present(wheels)) call add_wheels(self, system, wheels)
+      associate (t => self%turn_by_mean)
+         self%is_diagonal = .not. abs(t(1, 2)) + abs(t(1, 3)) + abs(t(2, 3)) > 0.0_wp
+      end associate
+      if (turn%there) then
+         call self%forces%set(system%effects, forces, turn%to_relative(self%b), self%dt)
       else
+         call self%forces%set(system%effects, forces, self%b, self%dt)
+      end if
+      call set_matrices(self, system%body%inertia, forces%active, turn, status)
+      if (status%code /= 0) return
+      if (turn%there .or. present(wheels) .or. size(tangent%parametric) > 0) then
          call move_extended(self, system, forces, turn, wheels, tangent)
+      else
+         if (self%forces%works) &
+            call add_plain_work(self, tangent%n, tangent%theta, tangent%momentum, tangent%work)
+         call move_plain(self, forces%active, tangent)
       end if
    end subroutine carry
+
+   !> Adds what the friction of wheels carries to h and T.
+   subroutine add_wheels(self, system, wheels)
+      type(conserving_step_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(wheel_steps_t), intent(in) :: wheels
+      real(wp) :: inverse(3, 3)
+      self%rotor = self%rotor + (4/self%dt)*times_vector(wheels%carried, self%b)
+      inverse = system%body%inverse_inertia
+      call wheels%add_to_inverse(system%effects, inverse)
+      self%turn_by_mean = (0.25_wp*self%dt)*inverse
+   end subroutine add_wheels
 
    !> Moves columns with all that parameters, wheels, torques and axes that turn bring with them.
    subroutine move_extended(self, system, forces, turn, wheels, tangent)
@@ -112,6 +125,7 @@ contains
       !> Present where there are wheels.
       type(wheel_steps_t), intent(in), optional :: wheels
       type(tangent_t), intent(inout) :: tangent
+      real(wp) :: half_swing(3, 3)
       logical :: extended
       integer :: i
       call find_changes(self, tangent%n, forces%active .or. turn%there, tangent%theta, tangent%momentum, tangent%mid, &
@@ -141,67 +155,88 @@ contains
          call shift_columns(self, tangent%n, tangent%mid, tangent%turn, tangent%shift)
          tangent%turn = tangent%shift
       end if
-      if (system%effects%n_torques > 0) call add_work(self%forces, tangent%n, tangent%mid, tangent%turn, tangent%work)
+      if (self%forces%works) call add_work(self%forces, tangent%n, tangent%mid, tangent%turn, tangent%work)
       tangent%theta = tangent%mid + (4*self%forces%shrink)*tangent%turn
       tangent%turn = tangent%theta
-      call turn_columns(self%forces%swing, tangent%n, tangent%turn)
+      call half_swing_back(self%forces%r, self%forces%shrink, half_swing)
+      call turn_columns(half_swing, tangent%n, tangent%turn)
       tangent%theta = tangent%theta + tangent%turn
    end subroutine move_extended
 
    !> M⁻¹ with all that it is made of, and the matrices of the columns.
-   pure subroutine set_matrices(self, active, turn, status)
+   pure subroutine set_matrices(self, inertia, active, turn, status)
       type(conserving_step_t), intent(inout) :: self
+      !> J, shape (3,3).
+      real(wp), intent(in) :: inertia(3, 3)
       !> There are effects with a force.
       logical, intent(in) :: active
       type(frame_turn_t), intent(in) :: turn
       type(status_t), intent(inout) :: status
-      real(wp) :: s(3, 3), m(3, 3), mean(3), change(3), twice(3), rest, factor
-      integer :: j
-      associate (b => self%b)
+      real(wp) :: s(3, 3), inverse(3, 3), force(3, 3), by_start(3, 3), mean(3), change(3), rest, rate
+      associate (b => self%b, j => inertia)
          rest = 1 - (b(1)*b(1) + b(2)*b(2) + b(3)*b(3))
-         if (turn%there) rest = rest + turn%square
-         mean = times_vector(self%inertia, b) + self%scale*self%rotor
-         change = 2*(self%scale*self%momentum - mean)
-         do j = 1, 3
-            s(:, j) = b(j)*change
-         end do
-         call add_cross(-2*mean, s)
-         if (turn%there) call set_frame(self, turn)
-         if (active) call add_forces(self, turn%there, s)
-         call times_inverse_inertia(self%inverse_inertia, s)
-         twice = 2*b
-         call add_cross(twice, s)
+         if (turn%there) then
+            rest = rest + turn%square
+            call set_frame(self, turn)
+         end if
+         rate = 2*self%forces%rate
+         mean(1) = rate*(j(1, 1)*b(1) + j(1, 2)*b(2) + j(1, 3)*b(3)) + 2*self%rotor(1)
+         mean(2) = rate*(j(2, 1)*b(1) + j(2, 2)*b(2) + j(2, 3)*b(3)) + 2*self%rotor(2)
+         mean(3) = rate*(j(3, 1)*b(1) + j(3, 2)*b(2) + j(3, 3)*b(3)) + 2*self%rotor(3)
+         change(1) = mean(1) - 2*self%momentum(1)
+         change(2) = mean(2) - 2*self%momentum(2)
+         change(3) = mean(3) - 2*self%momentum(3)
+         if (active) call find_forces(self, turn%there, change, force, by_start)
+         s(1, 1) = b(1)*change(1)
+         s(2, 1) = b(1)*change(2) + mean(3)
+         s(3, 1) = b(1)*change(3) - mean(2)
+         s(1, 2) = b(2)*change(1) - mean(3)
+         s(2, 2) = b(2)*change(2)
+         s(3, 2) = b(2)*change(3) + mean(1)
+         s(1, 3) = b(3)*change(1) + mean(2)
+         s(2, 3) = b(3)*change(2) - mean(1)
+         s(3, 3) = b(3)*change(3)
       end associate
-      m = s
-      do j = 1, 3
-         m(j, j) = m(j, j) + rest
-      end do
-      call invert(m, self%inverse, status)
+      if (active) call add_multiple(1.0_wp, force, s)
+      call finish_matrix(self, s)
+      call invert(rest, s, inverse, status)
       if (status%code /= 0) return
-      self%by_momentum = -times_columns(self%inverse, s)
-      self%turn_by_mean = self%scale*self%inverse_inertia
-      if (.not. (active .or. turn%there)) return
-      m = 0.0_wp
-      if (active) call times_force_factor(self, self%forces%by_mid, m)
-      if (turn%there) m = m + times_columns(self%by_relative, self%by_turn)
-      factor = -1/self%scale
-      m = factor*m
-      self%by_mid = times_columns(self%inverse, m)
+      self%inverse = inverse
+      call multiply(inverse, s, self%by_momentum)
+      if (turn%there) then
+         if (.not. active) by_start = 0.0_wp
+         by_start = by_start - (2*self%forces%shrink)*times_columns(times_columns(self%by_relative, self%by_turn), &
+                                                                    self%forces%back)
+      end if
+      if (active .or. turn%there) call multiply(inverse, by_start, self%by_start)
    end subroutine set_matrices
 
-   !> A matrix times J⁻¹, which has no elements off the diagonal in principal axes.
-   pure subroutine times_inverse_inertia(inverse, matrix)
-      real(wp), intent(in) :: inverse(3, 3)
-      real(wp), intent(inout) :: matrix(3, 3)
-      integer :: j
-      if (abs(inverse(1, 2)) + abs(inverse(1, 3)) + abs(inverse(2, 3)) > 0.0_wp) then
-         matrix = times_columns(matrix, inverse)
-      else
-         do j = 1, 3
-            matrix(:, j) = inverse(j, j)*matrix(:, j)
-         end do
-      end if
-   end subroutine times_inverse_inertia
+   !> S from what is to be multiplied by T.
+   pure subroutine finish_matrix(self, s)
+      type(conserving_step_t), intent(in) :: self
+      real(wp), intent(inout) :: s(3, 3)
+      real(wp) :: full(3, 3), x, y, z
+      associate (b => self%b, t => self%turn_by_mean)
+         x = 2*b(1)
+         y = 2*b(2)
+         z = 2*b(3)
+         if (self%is_diagonal) then
+            s(1, 1) = t(1, 1)*s(1, 1)
+            s(2, 1) = t(1, 1)*s(2, 1) - z
+            s(3, 1) = t(1, 1)*s(3, 1) + y
+            s(1, 2) = t(2, 2)*s(1, 2) + z
+            s(2, 2) = t(2, 2)*s(2, 2)
+            s(3, 2) = t(2, 2)*s(3, 2) - x
+            s(1, 3) = t(3, 3)*s(1, 3) - y
+            s(2, 3) = t(3, 3)*s(2, 3) + x
+            s(3, 3) = t(3, 3)*s(3, 3)
+         else
+            full = s
+            s = times_columns(full, t)
+            call add_cross(-2*b, s)
+         end if
+      end associate
+   end subroutine finish_matrix
 
    !> Adds [v]× to a matrix.
    pure subroutine add_cross(v, matrix)
@@ -215,21 +250,33 @@ contains
       matrix(2, 3) = matrix(2, 3) - v(1)
    end subroutine add_cross
 
-   !> The inverse from the adjugate. Errors: `NUTATE_SINGULAR`.
-   pure subroutine invert(m, inverse, status)
-      real(wp), intent(in) :: m(3, 3)
+   !> (rest·1 - s)⁻¹ from the adjugate. Errors: `NUTATE_SINGULAR`.
+   pure subroutine invert(rest, s, inverse, status)
+      real(wp), intent(in) :: rest, s(3, 3)
       real(wp), intent(out) :: inverse(3, 3)
       type(status_t), intent(inout) :: status
-      real(wp) :: rows(3, 3), determinant
-      rows(:, 1) = across(m(:, 2), m(:, 3))
-      rows(:, 2) = across(m(:, 3), m(:, 1))
-      rows(:, 3) = across(m(:, 1), m(:, 2))
-      determinant = rows(1, 1)*m(1, 1) + rows(2, 1)*m(2, 1) + rows(3, 1)*m(3, 1)
+      real(wp) :: m(3), row(3), determinant, factor
+      m(1) = rest - s(1, 1)
+      m(2) = rest - s(2, 2)
+      m(3) = rest - s(3, 3)
+      row(1) = m(2)*m(3) - s(3, 2)*s(2, 3)
+      row(2) = s(3, 2)*s(1, 3) + s(1, 2)*m(3)
+      row(3) = s(1, 2)*s(2, 3) + m(2)*s(1, 3)
+      determinant = m(1)*row(1) - s(2, 1)*row(2) - s(3, 1)*row(3)
       if (.not. abs(determinant) > least_determinant) then
          status = fail(NUTATE_SINGULAR, 'the linear system of the step is singular')
-      else
-         inverse = (1/determinant)*transpose(rows)
+         return
       end if
+      factor = 1/determinant
+      inverse(1, 1) = factor*row(1)
+      inverse(1, 2) = factor*row(2)
+      inverse(1, 3) = factor*row(3)
+      inverse(2, 1) = factor*(s(2, 3)*s(3, 1) + s(2, 1)*m(3))
+      inverse(2, 2) = factor*(m(1)*m(3) - s(3, 1)*s(1, 3))
+      inverse(2, 3) = factor*(s(2, 1)*s(1, 3) + m(1)*s(2, 3))
+      inverse(3, 1) = factor*(s(2, 1)*s(3, 2) + s(3, 1)*m(2))
+      inverse(3, 2) = factor*(s(3, 1)*s(1, 2) + m(1)*s(3, 2))
+      inverse(3, 3) = factor*(m(1)*m(2) - s(2, 1)*s(1, 2))
    end subroutine invert
 
    !> D and ∂e/∂φ = -D[δ̄]×.
@@ -243,116 +290,152 @@ contains
       self%by_relative = 0.0_wp
    end subroutine set_frame
 
-   !> Adds Δt rτ̄ᵀ + BD to S, and sets B; in units of the step.
-   pure subroutine add_forces(self, relative, s)
+   !> The effects' part of -A, -Δt rτ̄ᵀ - BD, and -Cδτ̄ by θ0. Where D = 1, and r = b, what B has along rᵀ is added to
+   !> the factor of bᵀ instead.
+   pure subroutine find_forces(self, relative, change, force, by_start)
       type(conserving_step_t), intent(inout) :: self
       !> D is not 1.
       logical, intent(in) :: relative
-      real(wp), intent(inout) :: s(3, 3)
-      real(wp) :: along, tau(3), by_relative(3, 3)
-      integer :: j
-      associate (b => self%b, r => self%forces%r)
-         tau = (self%dt*self%scale)*self%forces%torque
-         along = b(1)*tau(1) + b(2)*tau(2) + b(3)*tau(3)
-         call times_force_factor(self, self%forces%by_r, by_relative)
-         do j = 1, 3
-            by_relative(:, j) = by_relative(:, j) - r(j)*tau
-            by_relative(j, j) = by_relative(j, j) + along
-            s(:, j) = s(:, j) + tau(j)*r
-         end do
+      !> 2(L̄ - L0), the factor of bᵀ; shape (3).
+      real(wp), intent(inout) :: change(3)
+      !> Shape (3,3).
+      real(wp), intent(out) :: force(3, 3), by_start(3, 3)
+      real(wp) :: v(3), along, share, x(3, 3)
+      logical :: simple
+      simple = .not. (self%forces%works .or. self%forces%bends)
+      associate (b => self%b, r => self%forces%r, impulse => self%forces%impulse, working => self%forces%working)
+         v(1) = (2*self%forces%shrink)*r(1)
+         v(2) = (2*self%forces%shrink)*r(2)
+         v(3) = (2*self%forces%shrink)*r(3)
+         x = self%forces%by_mid
+         ! F is to the left of all, and taken where there is least for it.
+         if (simple) call project(v, b, x)
+         call turn_by_relative(x, r, force)
+         if (self%forces%works) call add_multiple(2/self%forces%shrink, self%forces%working_by_rate, force)
+         if (self%forces%bends) then
+            call add_multiple(2.0_wp, self%forces%by_end, force)
+            call add_multiple(1.0_wp, self%forces%by_end, x)
+         end if
+         call multiply(x, self%forces%back, by_start)
+         if (self%forces%bends) call add_multiple(1.0_wp, self%forces%by_start, by_start)
+         if (.not. simple) then
+            call project(v, b, force)
+            call project(v, b, by_start)
+         end if
+         along = b(1)*impulse(1) + b(2)*impulse(2) + b(3)*impulse(3)
+         force(1, 1) = force(1, 1) - along
+         force(2, 2) = force(2, 2) - along
+         force(3, 3) = force(3, 3) - along
+         share = along
+         if (self%forces%works) then
+            share = along - (b(1)*working(1) + b(2)*working(2) + b(3)*working(3))
+            v(1) = v(1)*share + working(1)
+            v(2) = v(2)*share + working(2)
+            v(3) = v(3)*share + working(3)
+            share = 1.0_wp
+         end if
+         if (relative) then
+            call add_outer(share, v, r, force)
+            self%by_relative = -force
+            force = times_columns(force, self%by_absolute)
+         else
+            change(1) = change(1) + share*v(1)
+            change(2) = change(2) + share*v(2)
+            change(3) = change(3) + share*v(3)
+         end if
+         call add_outer(-1.0_wp, r, impulse, force)
       end associate
-      self%by_relative = by_relative
-      if (relative) by_relative = times_columns(by_relative, self%by_absolute)
-      s = s + by_relative
-   end subroutine add_forces
+   end subroutine find_forces
 
-   !> C times a matrix, in units of the step: -½Δt((1+ρ)X - 2r(bᵀX)).
-   pure subroutine times_force_factor(self, x, product)
-      type(conserving_step_t), intent(in) :: self
-      real(wp), intent(in) :: x(3, 3)
+   !> Multiplies a matrix by F from the left.
+   pure subroutine project(v, b, x)
+      !> v = 2r/(1+ρ); shape (3).
+      real(wp), intent(in) :: v(3), b(3)
+      real(wp), intent(inout) :: x(3, 3)
+      real(wp) :: along(3)
+      along(1) = b(1)*x(1, 1) + b(2)*x(2, 1) + b(3)*x(3, 1)
+      along(2) = b(1)*x(1, 2) + b(2)*x(2, 2) + b(3)*x(3, 2)
+      along(3) = b(1)*x(1, 3) + b(2)*x(2, 3) + b(3)*x(3, 3)
+      call add_outer(-1.0_wp, v, along, x)
+   end subroutine project
+
+   !> x(1 - [r]×).
+   pure subroutine turn_by_relative(x, r, product)
+      real(wp), intent(in) :: x(3, 3), r(3)
       real(wp), intent(out) :: product(3, 3)
-      real(wp) :: weight, straight, along
-      integer :: j
-      weight = self%dt*self%scale
-      straight = -0.5_wp*weight/self%forces%shrink
-      do j = 1, 3
-         along = weight*(self%b(1)*x(1, j) + self%b(2)*x(2, j) + self%b(3)*x(3, j))
-         product(1, j) = straight*x(1, j) + along*self%forces%r(1)
-         product(2, j) = straight*x(2, j) + along*self%forces%r(2)
-         product(3, j) = straight*x(3, j) + along*self%forces%r(3)
-      end do
-   end subroutine times_force_factor
+      product(1, 1) = x(1, 1) - (x(1, 2)*r(3) - x(1, 3)*r(2))
+      product(2, 1) = x(2, 1) - (x(2, 2)*r(3) - x(2, 3)*r(2))
+      product(3, 1) = x(3, 1) - (x(3, 2)*r(3) - x(3, 3)*r(2))
+      product(1, 2) = x(1, 2) - (x(1, 3)*r(1) - x(1, 1)*r(3))
+      product(2, 2) = x(2, 2) - (x(2, 3)*r(1) - x(2, 1)*r(3))
+      product(3, 2) = x(3, 2) - (x(3, 3)*r(1) - x(3, 1)*r(3))
+      product(1, 3) = x(1, 3) - (x(1, 1)*r(2) - x(1, 2)*r(1))
+      product(2, 3) = x(2, 3) - (x(2, 1)*r(2) - x(2, 2)*r(1))
+      product(3, 3) = x(3, 3) - (x(3, 1)*r(2) - x(3, 2)*r(1))
+   end subroutine turn_by_relative
 
-   !> Columns of a free body, all at once: φ, y, δL̄, θ1 and δL1.
-   pure subroutine move_free(self, n, theta, momentum)
+   !> Moves columns that have nothing of their own in the step.
+   subroutine move_plain(self, active, tangent)
       type(conserving_step_t), intent(in) :: self
-      integer, intent(in) :: n
-      !> Shape (n,3).
-      real(wp), intent(inout) :: theta(n, 3), momentum(n, 3)
-      real(wp) :: h(3, 3), w(3, 3), g(3, 3), x, y, z, a, b, c
-      integer :: i
-      w = self%by_momentum
-      ! θ1 = Rh²θ0 + 4Rh δb/(1+ρ), of the turn what it adds: then only that is rounded.
-      h = 2*self%forces%swing + times_columns(self%forces%swing, self%forces%swing)
-      g = (4*self%forces%shrink)*times_columns(self%forces%half, self%turn_by_mean)
-      do i = 1, n
-         x = w(1, 1)*momentum(i, 1) + w(1, 2)*momentum(i, 2) + w(1, 3)*momentum(i, 3)
-         y = w(2, 1)*momentum(i, 1) + w(2, 2)*momentum(i, 2) + w(2, 3)*momentum(i, 3)
-         z = w(3, 1)*momentum(i, 1) + w(3, 2)*momentum(i, 2) + w(3, 3)*momentum(i, 3)
-         a = momentum(i, 1) + x
-         b = momentum(i, 2) + y
-         c = momentum(i, 3) + z
-         momentum(i, 1) = a + x
-         momentum(i, 2) = b + y
-         momentum(i, 3) = c + z
-         x = theta(i, 1)
-         y = theta(i, 2)
-         z = theta(i, 3)
-         theta(i, 1) = x + ((h(1, 1)*x + h(1, 2)*y + h(1, 3)*z) + (g(1, 1)*a + g(1, 2)*b + g(1, 3)*c))
-         theta(i, 2) = y + ((h(2, 1)*x + h(2, 2)*y + h(2, 3)*z) + (g(2, 1)*a + g(2, 2)*b + g(2, 3)*c))
-         theta(i, 3) = z + ((h(3, 1)*x + h(3, 2)*y + h(3, 3)*z) + (g(3, 1)*a + g(3, 2)*b + g(3, 3)*c))
-      end do
-   end subroutine move_free
-
-   !> The same under potentials and torques.
-   pure subroutine move_plain(self, n, theta, momentum)
-      type(conserving_step_t), intent(in) :: self
-      integer, intent(in) :: n
-      !> Shape (n,3).
-      real(wp), intent(inout) :: theta(n, 3), momentum(n, 3)
-      real(wp) :: h(3, 3), w(3, 3), p(3, 3), g(3, 3), x, y, z, a, b, c, u, v, t
-      integer :: i
-      h = self%forces%swing
-      w = self%by_momentum
-      p = self%by_mid
-      g = (4*self%forces%shrink)*self%turn_by_mean
-      do i = 1, n
-         a = theta(i, 1)
-         b = theta(i, 2)
-         c = theta(i, 3)
-         x = a + (h(1, 1)*a + h(1, 2)*b + h(1, 3)*c)
-         y = b + (h(2, 1)*a + h(2, 2)*b + h(2, 3)*c)
-         z = c + (h(3, 1)*a + h(3, 2)*b + h(3, 3)*c)
-         a = momentum(i, 1)
-         b = momentum(i, 2)
-         c = momentum(i, 3)
-         u = (p(1, 1)*x + p(1, 2)*y + p(1, 3)*z) + (w(1, 1)*a + w(1, 2)*b + w(1, 3)*c)
-         v = (p(2, 1)*x + p(2, 2)*y + p(2, 3)*z) + (w(2, 1)*a + w(2, 2)*b + w(2, 3)*c)
-         t = (p(3, 1)*x + p(3, 2)*y + p(3, 3)*z) + (w(3, 1)*a + w(3, 2)*b + w(3, 3)*c)
-         a = a + u
-         b = b + v
-         c = c + t
-         momentum(i, 1) = a + u
-         momentum(i, 2) = b + v
-         momentum(i, 3) = c + t
-         u = x + (g(1, 1)*a + g(1, 2)*b + g(1, 3)*c)
-         v = y + (g(2, 1)*a + g(2, 2)*b + g(2, 3)*c)
-         t = z + (g(3, 1)*a + g(3, 2)*b + g(3, 3)*c)
-         theta(i, 1) = u + (h(1, 1)*u + h(1, 2)*v + h(1, 3)*t)
-         theta(i, 2) = v + (h(2, 1)*u + h(2, 2)*v + h(2, 3)*t)
-         theta(i, 3) = t + (h(3, 1)*u + h(3, 2)*v + h(3, 3)*t)
-      end do
+      !> y depends on θ0.
+      logical, intent(in) :: active
+      type(tangent_t), intent(inout) :: tangent
+      real(wp) :: swing(3, 3), turned(3, 3)
+      integer :: n
+      n = tangent%n
+      call full_swing_back(self%forces%r, self%forces%shrink, swing)
+      call set_turned(self, turned)
+      if (modulo(n, 2) == 0) then
+         call move_pairs(self, active, swing, turned, n/2, tangent%theta, tangent%momentum)
+      else
+         tangent%even(:n, :3) = tangent%theta
+         tangent%even(:n, 4:) = tangent%momentum
+         call move_pairs(self, active, swing, turned, (n + 1)/2, tangent%even(:, :3), tangent%even(:, 4:))
+         tangent%theta = tangent%even(:n, :3)
+         tangent%momentum = tangent%even(:n, 4:)
+      end if
    end subroutine move_plain
+
+   !> 4RhT/(1+ρ).
+   pure subroutine set_turned(self, turned)
+      type(conserving_step_t), intent(in) :: self
+      real(wp), intent(out) :: turned(3, 3)
+      real(wp) :: factor, x, y, z
+      factor = 8*self%forces%shrink**2
+      associate (back => self%forces%back, t => self%turn_by_mean)
+         if (self%is_diagonal) then
+            x = factor*t(1, 1)
+            y = factor*t(2, 2)
+            z = factor*t(3, 3)
+            turned(1, 1) = x*back(1, 1)
+            turned(2, 1) = x*back(2, 1)
+            turned(3, 1) = x*back(3, 1)
+            turned(1, 2) = y*back(1, 2)
+            turned(2, 2) = y*back(2, 2)
+            turned(3, 2) = y*back(3, 2)
+            turned(1, 3) = z*back(1, 3)
+            turned(2, 3) = z*back(2, 3)
+            turned(3, 3) = z*back(3, 3)
+         else
+            turned = factor*times_columns(back, t)
+         end if
+      end associate
+   end subroutine set_turned
+
+   !> θ1 and δL1 of pairs of columns.
+   pure subroutine move_pairs(self, active, h, g, n, theta, momentum)
+      type(conserving_step_t), intent(in) :: self
+      logical, intent(in) :: active
+      !> Rh² - 1 and 4RhT/(1+ρ); shape (3,3).
+      real(wp), intent(in) :: h(3, 3), g(3, 3)
+      integer, intent(in) :: n
+      real(wp), intent(inout) :: theta(2, n, 3), momentum(2, n, 3)
+      if (active) then
+         call move_forced(n, self%by_start, self%by_momentum, h, g, theta, momentum)
+      else
+         call move_free(n, self%by_momentum, h, g, theta, momentum)
+      end if
+   end subroutine move_pairs
 
    !> Change of the work of the torques by such columns, before they are moved: 4r·τ as rows by θ0 and δL0.
    pure subroutine add_plain_work(self, n, theta, momentum, work)
@@ -365,8 +448,7 @@ contains
       integer :: i
       call find_work_rows(self%forces, by_mid, by_turn)
       by_turn = row_times(by_turn, self%turn_by_mean)
-      by_mid = by_mid + row_times(by_turn, self%by_mid)
-      by_theta = by_mid + row_times(by_mid, self%forces%swing)
+      by_theta = (2*self%forces%shrink)*row_times(by_mid, self%forces%back) + row_times(by_turn, self%by_start)
       by_momentum = by_turn + row_times(by_turn, self%by_momentum)
       do i = 1, n
          work(i) = work(i) + (by_theta(1)*theta(i, 1) + by_theta(2)*theta(i, 2) + by_theta(3)*theta(i, 3)) &
@@ -388,13 +470,15 @@ contains
    pure subroutine find_changes(self, n, turned, theta, momentum, mid, change)
       type(conserving_step_t), intent(in) :: self
       integer, intent(in) :: n
-      !> y depends on φ.
+      !> y depends on θ0.
       logical, intent(in) :: turned
       !> Shape (n,3).
       real(wp), intent(in) :: theta(n, 3), momentum(n, 3)
       real(wp), intent(out) :: mid(n, 3), change(n, 3)
+      real(wp) :: h(3, 3)
       integer :: i, j
-      associate (h => self%forces%swing, w => self%by_momentum, p => self%by_mid)
+      call half_swing_back(self%forces%r, self%forces%shrink, h)
+      associate (w => self%by_momentum, p => self%by_start)
          do j = 1, 3
             do i = 1, n
                mid(i, j) = theta(i, j) + (h(j, 1)*theta(i, 1) + h(j, 2)*theta(i, 2) + h(j, 3)*theta(i, 3))
@@ -404,29 +488,11 @@ contains
          if (.not. turned) return
          do j = 1, 3
             do i = 1, n
-               change(i, j) = change(i, j) + (p(j, 1)*mid(i, 1) + p(j, 2)*mid(i, 2) + p(j, 3)*mid(i, 3))
+               change(i, j) = change(i, j) + (p(j, 1)*theta(i, 1) + p(j, 2)*theta(i, 2) + p(j, 3)*theta(i, 3))
             end do
          end do
       end associate
    end subroutine find_changes
-
-   !> A matrix times each column, in place.
-   pure subroutine turn_columns(m, n, columns)
-      real(wp), intent(in) :: m(3, 3)
-      integer, intent(in) :: n
-      !> Shape (n,3).
-      real(wp), intent(inout) :: columns(n, 3)
-      real(wp) :: x, y, z
-      integer :: i
-      do i = 1, n
-         x = columns(i, 1)
-         y = columns(i, 2)
-         z = columns(i, 3)
-         columns(i, 1) = m(1, 1)*x + m(1, 2)*y + m(1, 3)*z
-         columns(i, 2) = m(2, 1)*x + m(2, 2)*y + m(2, 3)*z
-         columns(i, 3) = m(3, 1)*x + m(3, 2)*y + m(3, 3)*z
-      end do
-   end subroutine turn_columns
 
    !> δL̄ of a wheel at fixed b, from its momentum at the start alone.
    pure subroutine begin_wheel(axis, share, start, inner, mean)
@@ -464,18 +530,18 @@ contains
          rhs = 0.0_wp
          if (forces%active) then
             call self%forces%own_change(system%effects, forces, column, torque, working)
-            rhs = (0.5_wp*self%dt*self%scale)*(torque/self%forces%shrink - (2*dot_product(b, torque))*self%forces%r)
+            rhs = (0.5_wp*self%dt)*(torque/self%forces%shrink - (2*dot_product(b, torque))*self%forces%r)
             tangent%work(k) = tangent%work(k) + 4*dot_product(self%forces%r, working)
          end if
          if (turn%there) then
-            shift = (-0.25_wp*self%dt)*times_vector(self%by_absolute, times_vector( &
-                                               self%forces%half, rotate_to_body(self%frame, column%frame)))
+            shift = (-0.5_wp*self%dt*self%forces%shrink)*times_vector(self%by_absolute, times_vector( &
+                                               self%forces%back, rotate_to_body(self%frame, column%frame)))
             tangent%shift(k, :) = shift
             rhs = rhs - times_vector(self%by_relative, shift) &
-                  - (2*(0.25_wp*self%dt)**2*dot_product(turn%rate, column%frame))* &
-                  (times_vector(self%inertia, b) + self%scale*(self%rotor - self%momentum))
+                  - (2*(0.25_wp*self%dt)**2*dot_product(turn%rate, column%frame))*( &
+                  self%forces%rate*times_vector(system%body%inertia, b) + self%rotor - self%momentum)
          end if
-         tangent%change(k, :) = tangent%change(k, :) + times_vector(self%inverse, rhs)/self%scale
+         tangent%change(k, :) = tangent%change(k, :) + times_vector(self%inverse, rhs)
          tangent%mean(k, :) = tangent%mean(k, :) + mean
       end associate
    end subroutine add_parameters
@@ -598,11 +664,11 @@ contains
    pure subroutine find_work_rows(forces, by_mid, by_turn)
       type(forces_tangent_t), intent(in) :: forces
       real(wp), intent(out) :: by_mid(3), by_turn(3)
-      integer :: i
-      do i = 1, 3
-         by_mid(i) = 4*dot_product(forces%r, forces%working_by_mid(:, i))
-         by_turn(i) = 4*(forces%working(i) + dot_product(forces%r, forces%working_by_r(:, i)))
-      end do
+      associate (r => forces%r)
+         by_mid = row_times(4*r, forces%working_by_mid)
+         by_turn = forces%rate*forces%working + (2*forces%shrink)*(by_mid - across(by_mid, r)) &
+                   + row_times((4*forces%rate)*r, forces%working_by_rate)
+      end associate
    end subroutine find_work_rows
 
 end module nutate_step_tangent

@@ -64,6 +64,8 @@ module nutate_tangent
       real(wp) :: error = 0.0_wp
       !> Work space of steps; shape (n, 3).
       real(wp), allocatable :: mid(:, :), turn(:, :), change(:, :), mean(:, :), shift(:, :)
+      !> The same, of an even number of columns; shape (n, 6) or (n + 1, 6).
+      real(wp), allocatable :: even(:, :)
       !> The same; shape (n, n_wheels).
       real(wp), allocatable :: inner(:, :)
    contains
@@ -109,6 +111,7 @@ contains
       allocate (self%theta(self%n, 3), self%momentum(self%n, 3), self%wheels(self%n, system%effects%n_wheels), &
                 self%work(self%n), self%energy(self%n), self%space_momentum(self%n, 3), self%mid(self%n, 3), &
                 self%turn(self%n, 3), self%change(self%n, 3), self%mean(self%n, 3), self%shift(self%n, 3), &
+                self%even(self%n + modulo(self%n, 2), 6), &
                 self%inner(self%n, system%effects%n_wheels), source=0.0_wp)
       do k = 1, self%n
          call self%columns(k)%follow_body(system%effects)

@@ -1,30 +1,36 @@
 !> The effects of one step of the conserving scheme and their derivatives, seen from mid step: what a step's tangent
 !> needs of them.
 !>
-!> With γm = Rh γ0, γ̄ = γm/(1+ρ), Rh = R(c½)ᵀ, a rotation φ of the body at mid step at fixed r changes τ̄ = γ̄×g by
-!> (γ̄×φ)×g + γ̄×(H0Rhᵀ + H1Rh)(γm×φ), and a change δr by that of φ = Nδr at the middle, N = 2(1 - [r]×)/(1+ρ), by
-!> γ̄×H1·4Rh(γm×δr)/(1+ρ) at the end, and by -2τ̄(r·δr)/(1+ρ), since γ̄ is of the length of the mean.
+!> With γm = Rh γ0, γ̄ = γm/(1+ρ), Rh = R(c½)ᵀ, the parts of a change of τ̄ = γ̄×g are: X0φ = (γ̄×φ)×g of a rotation φ
+!> of the body at mid step; S0θ0 = γ̄×H0(γ0×θ0) of the rotation at the start; E(φ + 4δr/(1+ρ)) = γ̄×H1(γ1×θ1) of that at
+!> the end, θ1 = Rh(φ + 4δr/(1+ρ)). A change δr turns mid step by Nδr, N = 2(1 - [r]×)/(1+ρ), and scales potentials by
+!> -2(r·δr)/(1+ρ), since γ̄ is of the length of the mean.
 module nutate_tangent_forces
    use nutate_column, only: column_t, OF_POTENTIAL, OF_TORQUE
    use nutate_discrete_forces, only: discrete_forces_t
    use nutate_effect_list, only: effect_list_t
    use nutate_kinds, only: wp
-   use nutate_quaternion, only: quat_product, rotate_to_body
-   use nutate_small_products, only: times_columns, times_vector
+   use nutate_quaternion, only: rotate_to_body
+   use nutate_small_products, only: add_multiple, multiply, times_vector
    implicit none
    private
 
-   public :: forces_tangent_t, half_turn_back, across
+   public :: forces_tangent_t, across, half_swing_back, full_swing_back
 
    !> Of one step.
    type :: forces_tangent_t
-      !> r and 4/Δt.
-      real(wp) :: r(3) = 0.0_wp, rate = 0.0_wp
-      !> 1/(1+ρ), Rh and Rh - 1; shape (3,3).
-      real(wp) :: shrink = 1.0_wp, half(3, 3) = 0.0_wp, swing(3, 3) = 0.0_wp
-      !> τ̄ and its derivatives by φ and r; the same of the torques alone; shapes (3), (3,3).
-      real(wp) :: torque(3) = 0.0_wp, by_mid(3, 3) = 0.0_wp, by_r(3, 3) = 0.0_wp
-      real(wp) :: working(3) = 0.0_wp, working_by_mid(3, 3) = 0.0_wp, working_by_r(3, 3) = 0.0_wp
+      !> r; 4/Δt, 1/s; 1/(1+ρ).
+      real(wp) :: r(3) = 0.0_wp, rate = 0.0_wp, shrink = 1.0_wp
+      !> ½(1+ρ)Rh; shape (3,3).
+      real(wp) :: back(3, 3) = 0.0_wp
+      !> Δtτ̄ of all effects, and of the torques alone, N m s; shape (3).
+      real(wp) :: impulse(3) = 0.0_wp, working(3) = 0.0_wp
+      !> Δt X0 of all effects, Δt E and ½Δt(1+ρ)S0; shape (3,3).
+      real(wp) :: by_mid(3, 3) = 0.0_wp, by_end(3, 3) = 0.0_wp, by_start(3, 3) = 0.0_wp
+      !> Derivatives of the torques alone by a rotation and by the rate, N m and N m s; shape (3,3).
+      real(wp) :: working_by_mid(3, 3) = 0.0_wp, working_by_rate(3, 3) = 0.0_wp
+      !> Torques act; and there are potentials whose discrete gradient depends on the ends.
+      logical :: works = .false., bends = .false.
    contains
       !> Sets the step.
       procedure :: set
@@ -35,164 +41,205 @@ module nutate_tangent_forces
 contains
 
    !> Sets the step that turns the body by the Cayley map of r.
-   pure subroutine set(self, effects, forces, r, rate)
+   pure subroutine set(self, effects, forces, r, dt)
       class(forces_tangent_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
       !> Started with the step.
       type(discrete_forces_t), intent(in) :: forces
-      !> Shape (3), and 4/Δt, 1/s.
-      real(wp), intent(in) :: r(3), rate
-      real(wp) :: own(3)
-      integer :: i, j
+      !> Shape (3), and s.
+      real(wp), intent(in) :: r(3), dt
+      real(wp) :: square, rest
+      integer :: i
+      square = r(1)*r(1) + r(2)*r(2) + r(3)*r(3)
+      rest = 0.5_wp*(1 - square)
       self%r = r
-      self%rate = rate
-      self%shrink = 1/(1 + (r(1)*r(1) + r(2)*r(2) + r(3)*r(3)))
-      call half_turn_back(r, self%shrink, self%half, self%swing)
+      self%rate = 4/dt
+      self%shrink = 1/(1 + square)
+      self%back(1, 1) = rest + r(1)*r(1)
+      self%back(2, 1) = r(1)*r(2) - r(3)
+      self%back(3, 1) = r(1)*r(3) + r(2)
+      self%back(1, 2) = r(1)*r(2) + r(3)
+      self%back(2, 2) = rest + r(2)*r(2)
+      self%back(3, 2) = r(2)*r(3) - r(1)
+      self%back(1, 3) = r(1)*r(3) - r(2)
+      self%back(2, 3) = r(2)*r(3) + r(1)
+      self%back(3, 3) = rest + r(3)*r(3)
       if (.not. forces%active) return
-      self%torque = 0.0_wp
+      self%impulse = 0.0_wp
       self%by_mid = 0.0_wp
+      self%bends = .false.
       do i = 1, effects%n_potentials
-         call add_potential(self, effects, forces, i)
+         call add_potential(self, effects, forces, i, dt)
       end do
-      own = (-2*self%shrink)*self%torque
-      if (effects%n_torques > 0) then
-         call set_torques(self, effects, forces)
-         self%torque = self%torque + self%working
-         self%by_mid = self%by_mid + self%working_by_mid
-      end if
-      self%by_r = turned_columns(self%by_mid, r, 2*self%shrink)
-      do j = 1, 3
-         self%by_r(:, j) = self%by_r(:, j) + r(j)*own
-      end do
-      if (effects%n_torques > 0) then
-         self%by_r = self%by_r + self%working_by_r
-         self%working_by_r = self%working_by_r + turned_columns(self%working_by_mid, r, 2*self%shrink)
-      end if
-      do i = 1, effects%n_potentials
-         if (.not. forces%is_linear(i)) call add_curvature(self, effects, i, forces%gamma0(:, i))
-      end do
+      self%works = .false.
+      if (effects%n_torques > 0) call add_torques(self, effects, forces, dt)
    end subroutine set
 
-   !> A matrix times N; shape (3,3).
-   pure function turned_columns(a, r, factor) result(product)
-      real(wp), intent(in) :: a(3, 3), r(3)
-      !> 2/(1+ρ).
-      real(wp), intent(in) :: factor
-      real(wp) :: product(3, 3), v(3)
-      integer :: i
-      v = factor*r
-      do i = 1, 3
-         product(i, 1) = factor*a(i, 1) + (v(2)*a(i, 3) - v(3)*a(i, 2))
-         product(i, 2) = factor*a(i, 2) + (v(3)*a(i, 1) - v(1)*a(i, 3))
-         product(i, 3) = factor*a(i, 3) + (v(1)*a(i, 2) - v(2)*a(i, 1))
-      end do
-   end function turned_columns
-
-   !> Rh = 1 + 2(rrᵀ - ρ1 - [r]×)/(1+ρ), and Rh - 1, to its own digits; shape (3,3).
-   pure subroutine half_turn_back(r, shrink, half, swing)
+   !> Rh - 1 to its own digits; shape (3,3).
+   pure subroutine half_swing_back(r, shrink, swing)
       !> Shape (3), and 1/(1+ρ).
       real(wp), intent(in) :: r(3), shrink
-      real(wp), intent(out) :: half(3, 3), swing(3, 3)
+      real(wp), intent(out) :: swing(3, 3)
       real(wp) :: v(3)
-      integer :: i
       v = (2*shrink)*r
-      swing(1, 1) = -(v(2)*r(2) + v(3)*r(3))
-      swing(2, 2) = -(v(3)*r(3) + v(1)*r(1))
-      swing(3, 3) = -(v(1)*r(1) + v(2)*r(2))
-      swing(1, 2) = v(1)*r(2) + v(3)
-      swing(2, 1) = v(1)*r(2) - v(3)
-      swing(1, 3) = v(1)*r(3) - v(2)
-      swing(3, 1) = v(1)*r(3) + v(2)
-      swing(2, 3) = v(2)*r(3) + v(1)
-      swing(3, 2) = v(2)*r(3) - v(1)
-      half = swing
-      do i = 1, 3
-         half(i, i) = 1 + swing(i, i)
-      end do
-   end subroutine half_turn_back
+      call swing_back(r, v, v, swing)
+   end subroutine half_swing_back
 
-   !> Adds one potential, without what the change of its discrete gradient makes.
-   pure subroutine add_potential(self, effects, forces, i)
+   !> Rh² - 1 to its own digits; shape (3,3).
+   pure subroutine full_swing_back(r, shrink, swing)
+      !> Shape (3), and 1/(1+ρ).
+      real(wp), intent(in) :: r(3), shrink
+      real(wp), intent(out) :: swing(3, 3)
+      real(wp) :: v(3), w(3), x(3)
+      v = (2*shrink)*r
+      w = 2*v
+      x = ((2 - 1/shrink)*shrink)*w
+      call swing_back(v, w, x, swing)
+   end subroutine full_swing_back
+
+   !> R - 1 of a rotation back by the unit quaternion (c, v): vwᵀ - (v·w)1 - [x]×, w = 2v, x = cw.
+   pure subroutine swing_back(v, w, x, swing)
+      real(wp), intent(in) :: v(3), w(3), x(3)
+      real(wp), intent(out) :: swing(3, 3)
+      swing(1, 1) = -(v(2)*w(2) + v(3)*w(3))
+      swing(2, 1) = v(1)*w(2) - x(3)
+      swing(3, 1) = v(1)*w(3) + x(2)
+      swing(1, 2) = v(1)*w(2) + x(3)
+      swing(2, 2) = -(v(3)*w(3) + v(1)*w(1))
+      swing(3, 2) = v(2)*w(3) - x(1)
+      swing(1, 3) = v(1)*w(3) - x(2)
+      swing(2, 3) = v(2)*w(3) + x(1)
+      swing(3, 3) = -(v(1)*w(1) + v(2)*w(2))
+   end subroutine swing_back
+
+   !> Adds one potential.
+   pure subroutine add_potential(self, effects, forces, i, dt)
       type(forces_tangent_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
       type(discrete_forces_t), intent(in) :: forces
       integer, intent(in) :: i
-      real(wp) :: mean(3), gradient(3), along
-      integer :: j
-      mean = times_vector(self%half, forces%gamma0(:, i))
+      real(wp), intent(in) :: dt
+      real(wp) :: middle(3), mean(3), gradient(3), end(3), by_start(3, 3), by_end(3, 3), part(3, 3), twice
+      twice = 2*self%shrink
+      ! γm is twice/(1+ρ) times this.
+      middle = times_vector(self%back, forces%gamma0(:, i))
+      mean = (dt*self%shrink*twice)*middle
       if (forces%is_linear(i)) then
          gradient = forces%slope(:, i)
       else
-         gradient = effects%potentials(i)%item%discrete_gradient(forces%gamma0(:, i), times_vector(self%half, mean))
+         end = (twice*twice)*times_vector(self%back, middle)
+         call effects%potentials(i)%item%linearize(forces%gamma0(:, i), end, gradient, by_start, by_end)
+         call multiply_between(twice*mean, by_end, end, part)
+         mean = (dt*self%shrink)*middle
+         if (.not. self%bends) then
+            self%bends = .true.
+            call multiply(part, self%back, self%by_end)
+            call multiply_between(mean, by_start, forces%gamma0(:, i), self%by_start)
+         else
+            call multiply(part, self%back, by_end)
+            call add_multiple(1.0_wp, by_end, self%by_end)
+            call multiply_between(mean, by_start, forces%gamma0(:, i), part)
+            call add_multiple(1.0_wp, part, self%by_start)
+         end if
+         mean = twice*mean
       end if
-      mean = self%shrink*mean
-      self%torque = self%torque + across(mean, gradient)
-      along = mean(1)*gradient(1) + mean(2)*gradient(2) + mean(3)*gradient(3)
-      do j = 1, 3
-         self%by_mid(:, j) = self%by_mid(:, j) - gradient(j)*mean
-         self%by_mid(j, j) = self%by_mid(j, j) + along
-      end do
+      call add_torque(mean, gradient, self%impulse, self%by_mid)
    end subroutine add_potential
 
-   !> Adds what the change of the discrete gradient makes.
-   pure subroutine add_curvature(self, effects, i, start)
-      type(forces_tangent_t), intent(inout) :: self
-      type(effect_list_t), intent(in) :: effects
-      integer, intent(in) :: i
-      !> γ0; shape (3).
-      real(wp), intent(in) :: start(3)
-      real(wp) :: middle(3), end(3), mean(3), by_start(3, 3), by_end(3, 3), part(3, 3), half_back(3, 3)
-      middle = times_vector(self%half, start)
-      end = times_vector(self%half, middle)
-      mean = self%shrink*middle
-      associate (potential => effects%potentials(i)%item)
-         ! Discrete gradients are symmetric in their ends.
-         by_start = potential%discrete_hessian(end, start)
-         by_end = potential%discrete_hessian(start, end)
-      end associate
-      half_back = transpose(self%half)
-      part = between(mean, times_columns(by_end, self%half), middle)
-      self%by_r = self%by_r + (4*self%shrink)*part
-      self%by_mid = self%by_mid + part + between(mean, times_columns(by_start, half_back), middle)
-   end subroutine add_curvature
+   !> Adds m×g and its derivative (m×φ)×g.
+   pure subroutine add_torque(m, g, torque, by_mid)
+      real(wp), intent(in) :: m(3), g(3)
+      real(wp), intent(inout) :: torque(3), by_mid(3, 3)
+      torque(1) = torque(1) + (m(2)*g(3) - m(3)*g(2))
+      torque(2) = torque(2) + (m(3)*g(1) - m(1)*g(3))
+      torque(3) = torque(3) + (m(1)*g(2) - m(2)*g(1))
+      by_mid(1, 1) = by_mid(1, 1) + (m(2)*g(2) + m(3)*g(3))
+      by_mid(2, 1) = by_mid(2, 1) - m(2)*g(1)
+      by_mid(3, 1) = by_mid(3, 1) - m(3)*g(1)
+      by_mid(1, 2) = by_mid(1, 2) - m(1)*g(2)
+      by_mid(2, 2) = by_mid(2, 2) + (m(3)*g(3) + m(1)*g(1))
+      by_mid(3, 2) = by_mid(3, 2) - m(3)*g(2)
+      by_mid(1, 3) = by_mid(1, 3) - m(1)*g(3)
+      by_mid(2, 3) = by_mid(2, 3) - m(2)*g(3)
+      by_mid(3, 3) = by_mid(3, 3) + (m(1)*g(1) + m(2)*g(2))
+   end subroutine add_torque
 
-   !> [a]× K [b]×; shape (3,3).
-   pure function between(a, k, b) result(product)
+   !> [a]× K [b]×.
+   pure subroutine multiply_between(a, k, b, product)
       real(wp), intent(in) :: a(3), k(3, 3), b(3)
-      real(wp) :: product(3, 3)
-      product(:, 1) = across(a, b(3)*k(:, 2) - b(2)*k(:, 3))
-      product(:, 2) = across(a, b(1)*k(:, 3) - b(3)*k(:, 1))
-      product(:, 3) = across(a, b(2)*k(:, 1) - b(1)*k(:, 2))
-   end function between
+      real(wp), intent(out) :: product(3, 3)
+      real(wp) :: c(3)
+      c(1) = b(3)*k(1, 2) - b(2)*k(1, 3)
+      c(2) = b(3)*k(2, 2) - b(2)*k(2, 3)
+      c(3) = b(3)*k(3, 2) - b(2)*k(3, 3)
+      product(1, 1) = a(2)*c(3) - a(3)*c(2)
+      product(2, 1) = a(3)*c(1) - a(1)*c(3)
+      product(3, 1) = a(1)*c(2) - a(2)*c(1)
+      c(1) = b(1)*k(1, 3) - b(3)*k(1, 1)
+      c(2) = b(1)*k(2, 3) - b(3)*k(2, 1)
+      c(3) = b(1)*k(3, 3) - b(3)*k(3, 1)
+      product(1, 2) = a(2)*c(3) - a(3)*c(2)
+      product(2, 2) = a(3)*c(1) - a(1)*c(3)
+      product(3, 2) = a(1)*c(2) - a(2)*c(1)
+      c(1) = b(2)*k(1, 1) - b(1)*k(1, 2)
+      c(2) = b(2)*k(2, 1) - b(1)*k(2, 2)
+      c(3) = b(2)*k(3, 1) - b(1)*k(3, 2)
+      product(1, 3) = a(2)*c(3) - a(3)*c(2)
+      product(2, 3) = a(3)*c(1) - a(1)*c(3)
+      product(3, 3) = a(1)*c(2) - a(2)*c(1)
+   end subroutine multiply_between
 
-   !> Sets the torques; of their derivative by r the part of the rate alone.
-   pure subroutine set_torques(self, effects, forces)
+   !> Adds the torques.
+   pure subroutine add_torques(self, effects, forces, dt)
       type(forces_tangent_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
       type(discrete_forces_t), intent(in) :: forces
-      real(wp) :: attitude(4), rotation(3, 3), by_rate(3, 3)
+      real(wp), intent(in) :: dt
+      real(wp) :: attitude(4), omega(3), one(3), rotation(3, 3), by_rate(3, 3)
+      logical :: first
       integer :: i
       self%working = 0.0_wp
-      self%working_by_mid = 0.0_wp
-      self%working_by_r = 0.0_wp
+      first = .true.
       attitude = mid_attitude(self, forces)
+      omega = self%rate*self%r
       do i = 1, effects%n_torques
          if (.not. forces%acts(i)) cycle
          associate (torque => effects%torques(i)%item)
-            self%working = self%working + torque%torque(forces%t, attitude, self%rate*self%r)
-            call torque%derivatives(forces%t, attitude, self%rate*self%r, rotation, by_rate)
+            one = torque%torque(forces%t, attitude, omega)
+            self%working(1) = self%working(1) + dt*one(1)
+            self%working(2) = self%working(2) + dt*one(2)
+            self%working(3) = self%working(3) + dt*one(3)
+            if (first) then
+               call torque%derivatives(forces%t, attitude, omega, self%working_by_mid, self%working_by_rate)
+               first = .false.
+            else
+               call torque%derivatives(forces%t, attitude, omega, rotation, by_rate)
+               call add_multiple(1.0_wp, rotation, self%working_by_mid)
+               call add_multiple(1.0_wp, by_rate, self%working_by_rate)
+            end if
          end associate
-         self%working_by_mid = self%working_by_mid + rotation
-         self%working_by_r = self%working_by_r + self%rate*by_rate
       end do
-   end subroutine set_torques
+      self%works = .not. first
+      if (first) return
+      self%impulse(1) = self%impulse(1) + self%working(1)
+      self%impulse(2) = self%impulse(2) + self%working(2)
+      self%impulse(3) = self%impulse(3) + self%working(3)
+      call add_multiple(dt, self%working_by_mid, self%by_mid)
+   end subroutine add_torques
 
    !> u∘(1+r)/|1+r|: attitude at mid step, body→space; shape (4).
    pure function mid_attitude(self, forces) result(q)
       type(forces_tangent_t), intent(in) :: self
       type(discrete_forces_t), intent(in) :: forces
       real(wp) :: q(4)
-      q = sqrt(self%shrink)*quat_product(forces%frame, [1.0_wp, self%r])
+      real(wp) :: length
+      length = sqrt(self%shrink)
+      associate (u => forces%frame, r => self%r)
+         q(1) = length*(u(1) - u(2)*r(1) - u(3)*r(2) - u(4)*r(3))
+         q(2) = length*(u(2) + u(1)*r(1) + (u(3)*r(3) - u(4)*r(2)))
+         q(3) = length*(u(3) + u(1)*r(2) + (u(4)*r(1) - u(2)*r(3)))
+         q(4) = length*(u(4) + u(1)*r(3) + (u(2)*r(2) - u(3)*r(1)))
+      end associate
    end function mid_attitude
 
    !> Change of τ̄ by the parameters of a column, at fixed r and attitude of the start; that of the torques alone. N m;
@@ -233,20 +280,21 @@ contains
       real(wp), intent(in) :: change(:)
       real(wp) :: torque(3)
       real(wp) :: mean(3), end(3), moved(3), moved_mean(3), moved_end(3), gradient(3), by_change(3)
+      real(wp) :: half(3, 3), by_start(3, 3), by_end(3, 3)
       associate (potential => effects%potentials(i)%item, start => forces%gamma0(:, i))
-         mean = times_vector(self%half, start)
-         end = times_vector(self%half, mean)
+         half = (2*self%shrink)*self%back
+         mean = times_vector(half, start)
+         end = times_vector(half, mean)
          mean = self%shrink*mean
          by_change = potential%gradient_change(change, start, end)
          torque = across(mean, by_change)
          moved = potential%direction_change(change, forces%t)
          if (.not. any(abs(moved) > 0.0_wp)) return
          moved = rotate_to_body(forces%frame, moved)
-         moved_mean = times_vector(self%half, moved)
-         moved_end = times_vector(self%half, moved_mean)
-         gradient = potential%discrete_gradient(start, end)
-         by_change = times_vector(potential%discrete_hessian(end, start), moved) &
-                     + times_vector(potential%discrete_hessian(start, end), moved_end)
+         moved_mean = times_vector(half, moved)
+         moved_end = times_vector(half, moved_mean)
+         call potential%linearize(start, end, gradient, by_start, by_end)
+         by_change = times_vector(by_start, moved) + times_vector(by_end, moved_end)
          torque = torque + across(self%shrink*moved_mean, gradient) + across(mean, by_change)
       end associate
    end function potential_change
