@@ -9,7 +9,7 @@ module nutate_column_moves
    implicit none
    private
 
-   public :: move_free, move_forced, turn_columns
+   public :: move_free, move_forced, turn_columns, add_products
 
 contains
 
@@ -96,5 +96,18 @@ contains
          columns(i, 3) = m(3, 1)*x + m(3, 2)*y + m(3, 3)*z
       end do
    end subroutine turn_columns
+
+   !> Adds a row times each column.
+   pure subroutine add_products(n, row, columns, sums)
+      integer, intent(in) :: n
+      real(wp), intent(in) :: row(3)
+      !> Shapes (n,3), (n).
+      real(wp), intent(in) :: columns(n, 3)
+      real(wp), intent(inout) :: sums(n)
+      integer :: i
+      do i = 1, n
+         sums(i) = sums(i) + (row(1)*columns(i, 1) + row(2)*columns(i, 2) + row(3)*columns(i, 3))
+      end do
+   end subroutine add_products
 
 end module nutate_column_moves

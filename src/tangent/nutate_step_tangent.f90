@@ -26,7 +26,7 @@
 !> memory, which here cost as much as the arithmetic.
 module nutate_step_tangent
    use nutate_column, only: column_t, OF_WHEEL
-   use nutate_column_moves, only: move_forced, move_free, turn_columns
+   use nutate_column_moves, only: add_products, move_forced, move_free, turn_columns
    use nutate_discrete_forces, only: discrete_forces_t
    use nutate_frame_turn, only: frame_turn_t
    use nutate_kinds, only: wp
@@ -35,7 +35,7 @@ module nutate_step_tangent
    use nutate_status, only: status_t, fail, NUTATE_SINGULAR
    use nutate_system, only: system_t
    use nutate_tangent, only: tangent_t
-   use nutate_tangent_forces, only: across, forces_tangent_t, full_swing_back, half_swing_back
+   use nutate_tangent_forces, only: forces_tangent_t, full_swing_back, half_swing_back
    use nutate_wheel, only: wheel_t
    use nutate_wheel_steps, only: wheel_steps_t
    implicit none
@@ -83,6 +83,8 @@ contains
       type(wheel_steps_t), intent(in), optional :: wheels
       type(tangent_t), intent(inout) :: tangent
       type(status_t), intent(inout) :: status
+      real(wp) :: by_start(3), by_mean(3)
+      logical :: plain
       self%turn_by_mean = (0.25_wp*self%dt)*system%body%inverse_inertia
       if (present(wheels)) call add_wheels(self, system, wheels)
       associate (t => self%turn_by_mean)
@@ -93,15 +95,20 @@ contains
       else
          call self%forces%set(system%effects, forces, self%b, self%dt)
       end if
-      call set_matrices(self, system%body%inertia, forces%active, turn, status)
+      plain = .not. (turn%there .or. present(wheels) .or. size(tangent%parametric) > 0)
+      call set_matrices(self, system%body%inertia, forces%active, plain, turn, status)
       if (status%code /= 0) return
-      if (turn%there .or. present(wheels) .or. size(tangent%parametric) > 0) then
+      if (.not. plain) then
          call move_extended(self, system, forces, turn, wheels, tangent)
-      else
-         if (self%forces%works) &
-            call add_plain_work(self, tangent%n, tangent%theta, tangent%momentum, tangent%work)
-         call move_plain(self, forces%active, tangent)
+         return
       end if
+      if (self%forces%works) then
+         call find_plain_rows(self, by_start, by_mean)
+         call add_products(tangent%n, by_start, tangent%theta, tangent%work)
+         call add_products(tangent%n, by_mean, tangent%momentum, tangent%work)
+      end if
+      call move_plain(self, forces%active, tangent)
+      if (self%forces%works) call add_products(tangent%n, by_mean, tangent%momentum, tangent%work)
    end subroutine carry
 
    !> Adds what the friction of wheels carries to h and T.
@@ -125,7 +132,7 @@ contains
       !> Present where there are wheels.
       type(wheel_steps_t), intent(in), optional :: wheels
       type(tangent_t), intent(inout) :: tangent
-      real(wp) :: half_swing(3, 3)
+      real(wp) :: half_swing(3, 3), by_mid(3), by_turn(3)
       logical :: extended
       integer :: i
       call find_changes(self, tangent%n, forces%active .or. turn%there, tangent%theta, tangent%momentum, tangent%mid, &
@@ -155,7 +162,11 @@ contains
          call shift_columns(self, tangent%n, tangent%mid, tangent%turn, tangent%shift)
          tangent%turn = tangent%shift
       end if
-      if (self%forces%works) call add_work(self%forces, tangent%n, tangent%mid, tangent%turn, tangent%work)
+      if (self%forces%works) then
+         call find_work_rows(self%forces, by_mid, by_turn)
+         call add_products(tangent%n, by_mid, tangent%mid, tangent%work)
+         call add_products(tangent%n, by_turn, tangent%turn, tangent%work)
+      end if
       tangent%theta = tangent%mid + (4*self%forces%shrink)*tangent%turn
       tangent%turn = tangent%theta
       call half_swing_back(self%forces%r, self%forces%shrink, half_swing)
@@ -164,12 +175,12 @@ contains
    end subroutine move_extended
 
    !> M⁻¹ with all that it is made of, and the matrices of the columns.
-   pure subroutine set_matrices(self, inertia, active, turn, status)
+   pure subroutine set_matrices(self, inertia, active, plain, turn, status)
       type(conserving_step_t), intent(inout) :: self
       !> J, shape (3,3).
       real(wp), intent(in) :: inertia(3, 3)
-      !> There are effects with a force.
-      logical, intent(in) :: active
+      !> There are effects with a force; M⁻¹ is not wanted for itself.
+      logical, intent(in) :: active, plain
       type(frame_turn_t), intent(in) :: turn
       type(status_t), intent(inout) :: status
       real(wp) :: s(3, 3), inverse(3, 3), force(3, 3), by_start(3, 3), mean(3), change(3), rest, rate
@@ -201,7 +212,7 @@ contains
       call finish_matrix(self, s)
       call invert(rest, s, inverse, status)
       if (status%code /= 0) return
-      self%inverse = inverse
+      if (.not. plain) self%inverse = inverse
       call multiply(inverse, s, self%by_momentum)
       if (turn%there) then
          if (.not. active) by_start = 0.0_wp
@@ -437,34 +448,25 @@ contains
       end if
    end subroutine move_pairs
 
-   !> Change of the work of the torques by such columns, before they are moved: 4r·τ as rows by θ0 and δL0.
-   pure subroutine add_plain_work(self, n, theta, momentum, work)
+   !> What θ0, and both δL0 and δL1, of such columns change of the work of the torques, 4r·τ: δr = ½T(δL0 + δL1).
+   pure subroutine find_plain_rows(self, by_start, by_mean)
       type(conserving_step_t), intent(in) :: self
-      integer, intent(in) :: n
-      !> Shapes (n,3), (n).
-      real(wp), intent(in) :: theta(n, 3), momentum(n, 3)
-      real(wp), intent(inout) :: work(n)
-      real(wp) :: by_mid(3), by_turn(3), by_theta(3), by_momentum(3)
-      integer :: i
+      !> Shape (3).
+      real(wp), intent(out) :: by_start(3), by_mean(3)
+      real(wp) :: by_mid(3), by_turn(3)
       call find_work_rows(self%forces, by_mid, by_turn)
-      by_turn = row_times(by_turn, self%turn_by_mean)
-      by_theta = (2*self%forces%shrink)*row_times(by_mid, self%forces%back) + row_times(by_turn, self%by_start)
-      by_momentum = by_turn + row_times(by_turn, self%by_momentum)
-      do i = 1, n
-         work(i) = work(i) + (by_theta(1)*theta(i, 1) + by_theta(2)*theta(i, 2) + by_theta(3)*theta(i, 3)) &
-                   + (by_momentum(1)*momentum(i, 1) + by_momentum(2)*momentum(i, 2) + by_momentum(3)*momentum(i, 3))
-      end do
-   end subroutine add_plain_work
+      call multiply_row(2*self%forces%shrink, by_mid, self%forces%back, by_start)
+      call multiply_row(0.5_wp, by_turn, self%turn_by_mean, by_mean)
+   end subroutine find_plain_rows
 
-   !> A row times a matrix; shape (3).
-   pure function row_times(row, m) result(product)
-      real(wp), intent(in) :: row(3), m(3, 3)
-      real(wp) :: product(3)
-      integer :: j
-      do j = 1, 3
-         product(j) = row(1)*m(1, j) + row(2)*m(2, j) + row(3)*m(3, j)
-      end do
-   end function row_times
+   !> A multiple of a row times a matrix.
+   pure subroutine multiply_row(factor, row, m, product)
+      real(wp), intent(in) :: factor, row(3), m(3, 3)
+      real(wp), intent(out) :: product(3)
+      product(1) = factor*(row(1)*m(1, 1) + row(2)*m(2, 1) + row(3)*m(3, 1))
+      product(2) = factor*(row(1)*m(1, 2) + row(2)*m(2, 2) + row(3)*m(3, 2))
+      product(3) = factor*(row(1)*m(1, 3) + row(2)*m(2, 3) + row(3)*m(3, 3))
+   end subroutine multiply_row
 
    !> φ and y of columns without parameters of their own.
    pure subroutine find_changes(self, n, turned, theta, momentum, mid, change)
@@ -643,31 +645,21 @@ contains
       end associate
    end subroutine shift_columns
 
-   !> Change of the work of the torques, 4r·τ.
-   pure subroutine add_work(forces, n, mid, shift, work)
-      type(forces_tangent_t), intent(in) :: forces
-      integer, intent(in) :: n
-      !> φ and δr; shape (n,3).
-      real(wp), intent(in) :: mid(n, 3), shift(n, 3)
-      !> Shape (n).
-      real(wp), intent(inout) :: work(n)
-      real(wp) :: a(3), c(3)
-      integer :: i
-      call find_work_rows(forces, a, c)
-      do i = 1, n
-         work(i) = work(i) + (a(1)*mid(i, 1) + a(2)*mid(i, 2) + a(3)*mid(i, 3)) &
-                   + (c(1)*shift(i, 1) + c(2)*shift(i, 2) + c(3)*shift(i, 3))
-      end do
-   end subroutine add_work
-
-   !> Its derivatives by φ and by δr; shape (3).
+   !> Derivatives of the work of the torques, 4r·τ, by φ and by δr; shape (3).
    pure subroutine find_work_rows(forces, by_mid, by_turn)
       type(forces_tangent_t), intent(in) :: forces
       real(wp), intent(out) :: by_mid(3), by_turn(3)
+      real(wp) :: by_rate(3), twice, x, y, z
       associate (r => forces%r)
-         by_mid = row_times(4*r, forces%working_by_mid)
-         by_turn = forces%rate*forces%working + (2*forces%shrink)*(by_mid - across(by_mid, r)) &
-                   + row_times((4*forces%rate)*r, forces%working_by_rate)
+         call multiply_row(4.0_wp, r, forces%working_by_mid, by_mid)
+         call multiply_row(4*forces%rate, r, forces%working_by_rate, by_rate)
+         twice = 2*forces%shrink
+         x = twice*(by_mid(1) - (by_mid(2)*r(3) - by_mid(3)*r(2)))
+         y = twice*(by_mid(2) - (by_mid(3)*r(1) - by_mid(1)*r(3)))
+         z = twice*(by_mid(3) - (by_mid(1)*r(2) - by_mid(2)*r(1)))
+         by_turn(1) = (forces%rate*forces%working(1) + by_rate(1)) + x
+         by_turn(2) = (forces%rate*forces%working(2) + by_rate(2)) + y
+         by_turn(3) = (forces%rate*forces%working(3) + by_rate(3)) + z
       end associate
    end subroutine find_work_rows
 

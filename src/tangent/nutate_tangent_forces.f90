@@ -15,7 +15,7 @@ module nutate_tangent_forces
    implicit none
    private
 
-   public :: forces_tangent_t, across, half_swing_back, full_swing_back
+   public :: forces_tangent_t, half_swing_back, full_swing_back
 
    !> Of one step.
    type :: forces_tangent_t
