@@ -104,11 +104,15 @@ contains
       end if
       if (self%forces%works) then
          call find_plain_rows(self, by_start, by_mean)
-         call add_products(tangent%n, by_start, tangent%theta, tangent%work)
-         call add_products(tangent%n, by_mean, tangent%momentum, tangent%work)
+         ! Summed first, and added once: works grow large beside columns that decay.
+         tangent%change(:, 1) = 0.0_wp
+         call add_products(tangent%n, by_start, tangent%theta, tangent%change)
+         call add_products(tangent%n, by_mean, tangent%momentum, tangent%change)
       end if
       call move_plain(self, forces%active, tangent)
-      if (self%forces%works) call add_products(tangent%n, by_mean, tangent%momentum, tangent%work)
+      if (.not. self%forces%works) return
+      call add_products(tangent%n, by_mean, tangent%momentum, tangent%change)
+      tangent%work(:) = tangent%work + tangent%change(:, 1)
    end subroutine carry
 
    !> Adds what the friction of wheels carries to h and T.
@@ -164,8 +168,10 @@ contains
       end if
       if (self%forces%works) then
          call find_work_rows(self%forces, by_mid, by_turn)
-         call add_products(tangent%n, by_mid, tangent%mid, tangent%work)
-         call add_products(tangent%n, by_turn, tangent%turn, tangent%work)
+         tangent%change(:, 1) = 0.0_wp
+         call add_products(tangent%n, by_mid, tangent%mid, tangent%change)
+         call add_products(tangent%n, by_turn, tangent%turn, tangent%change)
+         tangent%work(:) = tangent%work + tangent%change(:, 1)
       end if
       tangent%theta = tangent%mid + (4*self%forces%shrink)*tangent%turn
       tangent%turn = tangent%theta

@@ -64,14 +64,14 @@ contains
       self%back(1, 3) = r(1)*r(3) - r(2)
       self%back(2, 3) = r(2)*r(3) + r(1)
       self%back(3, 3) = rest + r(3)*r(3)
+      self%works = .false.
+      self%bends = .false.
       if (.not. forces%active) return
       self%impulse = 0.0_wp
       self%by_mid = 0.0_wp
-      self%bends = .false.
       do i = 1, effects%n_potentials
          call add_potential(self, effects, forces, i, dt)
       end do
-      self%works = .false.
       if (effects%n_torques > 0) call add_torques(self, effects, forces, dt)
    end subroutine set
 
