@@ -9,7 +9,7 @@ module nutate_column_moves
    implicit none
    private
 
-   public :: move_free, move_forced, turn_columns, add_products
+   public :: move_free, move_forced, turn_columns, set_products, add_products
 
 contains
 
@@ -97,16 +97,27 @@ contains
       end do
    end subroutine turn_columns
 
-   !> Adds a row times each column.
-   pure subroutine add_products(n, row, columns, sums)
+   !> Two rows times each column.
+   pure subroutine set_products(n, a, x, b, y, products)
       integer, intent(in) :: n
-      real(wp), intent(in) :: row(3)
-      !> Shapes (n,3), (n).
-      real(wp), intent(in) :: columns(n, 3)
+      !> Shapes (3), (n,3), (n).
+      real(wp), intent(in) :: a(3), x(n, 3), b(3), y(n, 3)
+      real(wp), intent(out) :: products(n)
+      integer :: i
+      do i = 1, n
+         products(i) = (a(1)*x(i, 1) + a(2)*x(i, 2) + a(3)*x(i, 3)) + (b(1)*y(i, 1) + b(2)*y(i, 2) + b(3)*y(i, 3))
+      end do
+   end subroutine set_products
+
+   !> Adds such products, and another row times each column, in one sum.
+   pure subroutine add_products(n, products, row, columns, sums)
+      integer, intent(in) :: n
+      !> Shapes (n), (3), (n,3), (n).
+      real(wp), intent(in) :: products(n), row(3), columns(n, 3)
       real(wp), intent(inout) :: sums(n)
       integer :: i
       do i = 1, n
-         sums(i) = sums(i) + (row(1)*columns(i, 1) + row(2)*columns(i, 2) + row(3)*columns(i, 3))
+         sums(i) = sums(i) + (products(i) + (row(1)*columns(i, 1) + row(2)*columns(i, 2) + row(3)*columns(i, 3)))
       end do
    end subroutine add_products
 

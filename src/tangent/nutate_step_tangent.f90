@@ -26,7 +26,7 @@
 !> memory, which here cost as much as the arithmetic.
 module nutate_step_tangent
    use nutate_column, only: column_t, OF_WHEEL
-   use nutate_column_moves, only: add_products, move_forced, move_free, turn_columns
+   use nutate_column_moves, only: add_products, move_forced, move_free, set_products, turn_columns
    use nutate_discrete_forces, only: discrete_forces_t
    use nutate_frame_turn, only: frame_turn_t
    use nutate_kinds, only: wp
@@ -105,14 +105,11 @@ contains
       if (self%forces%works) then
          call find_plain_rows(self, by_start, by_mean)
          ! Summed first, and added once: works grow large beside columns that decay.
-         tangent%change(:, 1) = 0.0_wp
-         call add_products(tangent%n, by_start, tangent%theta, tangent%change)
-         call add_products(tangent%n, by_mean, tangent%momentum, tangent%change)
+         call set_products(tangent%n, by_start, tangent%theta, by_mean, tangent%momentum, tangent%change)
       end if
       call move_plain(self, forces%active, tangent)
-      if (.not. self%forces%works) return
-      call add_products(tangent%n, by_mean, tangent%momentum, tangent%change)
-      tangent%work(:) = tangent%work + tangent%change(:, 1)
+      if (self%forces%works) &
+         call add_products(tangent%n, tangent%change, by_mean, tangent%momentum, tangent%work)
    end subroutine carry
 
    !> Adds what the friction of wheels carries to h and T.
@@ -168,9 +165,7 @@ contains
       end if
       if (self%forces%works) then
          call find_work_rows(self%forces, by_mid, by_turn)
-         tangent%change(:, 1) = 0.0_wp
-         call add_products(tangent%n, by_mid, tangent%mid, tangent%change)
-         call add_products(tangent%n, by_turn, tangent%turn, tangent%change)
+         call set_products(tangent%n, by_mid, tangent%mid, by_turn, tangent%turn, tangent%change)
          tangent%work(:) = tangent%work + tangent%change(:, 1)
       end if
       tangent%theta = tangent%mid + (4*self%forces%shrink)*tangent%turn
