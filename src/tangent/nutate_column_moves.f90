@@ -9,45 +9,12 @@ module nutate_column_moves
    implicit none
    private
 
-   public :: move_free, move_forced, turn_columns, set_products, add_products
+   public :: move_pairs, turn_columns, set_products, add_products
 
 contains
 
-   !> Without effects.
-   pure subroutine move_free(n, w, h, g, theta, momentum)
-      !> Number of pairs.
-      integer, intent(in) :: n
-      !> y by δL0; Rh² - 1; 4RhT/(1+ρ).
-      real(wp), intent(in) :: w(3, 3), h(3, 3), g(3, 3)
-      real(wp), intent(inout) :: theta(2, n, 3), momentum(2, n, 3)
-      real(wp) :: x, y, z, a, b, c, u, v, t
-      integer :: i, k
-      do i = 1, n
-         do k = 1, 2
-            a = momentum(k, i, 1)
-            b = momentum(k, i, 2)
-            c = momentum(k, i, 3)
-            x = theta(k, i, 1)
-            y = theta(k, i, 2)
-            z = theta(k, i, 3)
-            u = w(1, 1)*a + w(1, 2)*b + w(1, 3)*c
-            v = w(2, 1)*a + w(2, 2)*b + w(2, 3)*c
-            t = w(3, 1)*a + w(3, 2)*b + w(3, 3)*c
-            a = a + u
-            b = b + v
-            c = c + t
-            momentum(k, i, 1) = a + u
-            momentum(k, i, 2) = b + v
-            momentum(k, i, 3) = c + t
-            theta(k, i, 1) = x + ((h(1, 1)*x + h(1, 2)*y + h(1, 3)*z) + (g(1, 1)*a + g(1, 2)*b + g(1, 3)*c))
-            theta(k, i, 2) = y + ((h(2, 1)*x + h(2, 2)*y + h(2, 3)*z) + (g(2, 1)*a + g(2, 2)*b + g(2, 3)*c))
-            theta(k, i, 3) = z + ((h(3, 1)*x + h(3, 2)*y + h(3, 3)*z) + (g(3, 1)*a + g(3, 2)*b + g(3, 3)*c))
-         end do
-      end do
-   end subroutine move_free
-
-   !> With effects: y depends on θ0 too.
-   pure subroutine move_forced(n, p, w, h, g, theta, momentum)
+   !> Moves pairs of columns.
+   pure subroutine move_pairs(n, p, w, h, g, theta, momentum)
       !> Number of pairs.
       integer, intent(in) :: n
       !> y by θ0 and by δL0; Rh² - 1; 4RhT/(1+ρ).
@@ -77,7 +44,7 @@ contains
             theta(k, i, 3) = z + ((h(3, 1)*x + h(3, 2)*y + h(3, 3)*z) + (g(3, 1)*a + g(3, 2)*b + g(3, 3)*c))
          end do
       end do
-   end subroutine move_forced
+   end subroutine move_pairs
 
    !> A matrix times each column, in place.
    pure subroutine turn_columns(m, n, columns)

@@ -26,7 +26,7 @@
 !> memory, which here cost as much as the arithmetic.
 module nutate_step_tangent
    use nutate_column, only: column_t, OF_WHEEL
-   use nutate_column_moves, only: add_products, move_forced, move_free, set_products, turn_columns
+   use nutate_column_moves, only: add_products, move_pairs, set_products, turn_columns
    use nutate_discrete_forces, only: discrete_forces_t
    use nutate_frame_turn, only: frame_turn_t
    use nutate_kinds, only: wp
@@ -57,7 +57,7 @@ module nutate_step_tangent
       !> h of rotors, and of wheels at fixed b, N m s; shape (3).
       real(wp) :: rotor(3) = 0.0_wp
       type(forces_tangent_t), private :: forces
-      !> T, J with what wheels carry; shape (3,3); it is diagonal.
+      !> T, of J with what wheels carry, shape (3,3), and whether it is diagonal.
       real(wp), private :: turn_by_mean(3, 3) = 0.0_wp
       logical, private :: is_diagonal = .true.
       !> M⁻¹; B, D and ∂e/∂φ where the space axes turn; shape (3,3).
@@ -102,13 +102,13 @@ contains
          call move_extended(self, system, forces, turn, wheels, tangent)
          return
       end if
-      if (self%forces%works) then
+      if (self%forces%has_torques) then
          call find_plain_rows(self, by_start, by_mean)
          ! Summed first, and added once: works grow large beside columns that decay.
          call set_products(tangent%n, by_start, tangent%theta, by_mean, tangent%momentum, tangent%change)
       end if
-      call move_plain(self, forces%active, tangent)
-      if (self%forces%works) &
+      call move_plain(self, tangent)
+      if (self%forces%has_torques) &
          call add_products(tangent%n, tangent%change, by_mean, tangent%momentum, tangent%work)
    end subroutine carry
 
@@ -136,8 +136,8 @@ contains
       real(wp) :: half_swing(3, 3), by_mid(3), by_turn(3)
       logical :: extended
       integer :: i
-      call find_changes(self, tangent%n, forces%active .or. turn%there, tangent%theta, tangent%momentum, tangent%mid, &
-                        tangent%change)
+      call half_swing_back(self%forces%r, self%forces%shrink, half_swing)
+      call find_changes(self, half_swing, tangent%n, tangent%theta, tangent%momentum, tangent%mid, tangent%change)
       extended = present(wheels) .or. size(tangent%parametric) > 0
       if (extended .or. turn%there) tangent%shift = 0.0_wp
       if (extended) then
@@ -163,14 +163,13 @@ contains
          call shift_columns(self, tangent%n, tangent%mid, tangent%turn, tangent%shift)
          tangent%turn = tangent%shift
       end if
-      if (self%forces%works) then
+      if (self%forces%has_torques) then
          call find_work_rows(self%forces, by_mid, by_turn)
          call set_products(tangent%n, by_mid, tangent%mid, by_turn, tangent%turn, tangent%change)
          tangent%work(:) = tangent%work + tangent%change(:, 1)
       end if
       tangent%theta = tangent%mid + (4*self%forces%shrink)*tangent%turn
       tangent%turn = tangent%theta
-      call half_swing_back(self%forces%r, self%forces%shrink, half_swing)
       call turn_columns(half_swing, tangent%n, tangent%turn)
       tangent%theta = tangent%theta + tangent%turn
    end subroutine move_extended
@@ -220,6 +219,7 @@ contains
          by_start = by_start - (2*self%forces%shrink)*times_columns(times_columns(self%by_relative, self%by_turn), &
                                                                     self%forces%back)
       end if
+      self%by_start = 0.0_wp
       if (active .or. turn%there) call multiply(inverse, by_start, self%by_start)
    end subroutine set_matrices
 
@@ -314,7 +314,7 @@ contains
       real(wp), intent(out) :: force(3, 3), by_start(3, 3)
       real(wp) :: v(3), along, share, x(3, 3)
       logical :: simple
-      simple = .not. (self%forces%works .or. self%forces%bends)
+      simple = .not. (self%forces%has_torques .or. self%forces%is_curved)
       associate (b => self%b, r => self%forces%r, impulse => self%forces%impulse, working => self%forces%working)
          v(1) = (2*self%forces%shrink)*r(1)
          v(2) = (2*self%forces%shrink)*r(2)
@@ -323,13 +323,13 @@ contains
          ! F is to the left of all, and taken where there is least for it.
          if (simple) call project(v, b, x)
          call turn_by_relative(x, r, force)
-         if (self%forces%works) call add_multiple(2/self%forces%shrink, self%forces%working_by_rate, force)
-         if (self%forces%bends) then
+         if (self%forces%has_torques) call add_multiple(2/self%forces%shrink, self%forces%working_by_rate, force)
+         if (self%forces%is_curved) then
             call add_multiple(2.0_wp, self%forces%by_end, force)
             call add_multiple(1.0_wp, self%forces%by_end, x)
          end if
          call multiply(x, self%forces%back, by_start)
-         if (self%forces%bends) call add_multiple(1.0_wp, self%forces%by_start, by_start)
+         if (self%forces%is_curved) call add_multiple(1.0_wp, self%forces%by_start, by_start)
          if (.not. simple) then
             call project(v, b, force)
             call project(v, b, by_start)
@@ -339,21 +339,23 @@ contains
          force(2, 2) = force(2, 2) - along
          force(3, 3) = force(3, 3) - along
          share = along
-         if (self%forces%works) then
-            share = along - (b(1)*working(1) + b(2)*working(2) + b(3)*working(3))
-            v(1) = v(1)*share + working(1)
-            v(2) = v(2)*share + working(2)
-            v(3) = v(3)*share + working(3)
-            share = 1.0_wp
+         if (self%forces%has_torques) share = along - (b(1)*working(1) + b(2)*working(2) + b(3)*working(3))
+         v(1) = share*v(1)
+         v(2) = share*v(2)
+         v(3) = share*v(3)
+         if (self%forces%has_torques) then
+            v(1) = v(1) + working(1)
+            v(2) = v(2) + working(2)
+            v(3) = v(3) + working(3)
          end if
          if (relative) then
-            call add_outer(share, v, r, force)
+            call add_outer(1.0_wp, v, r, force)
             self%by_relative = -force
             force = times_columns(force, self%by_absolute)
          else
-            change(1) = change(1) + share*v(1)
-            change(2) = change(2) + share*v(2)
-            change(3) = change(3) + share*v(3)
+            change(1) = change(1) + v(1)
+            change(2) = change(2) + v(2)
+            change(3) = change(3) + v(3)
          end if
          call add_outer(-1.0_wp, r, impulse, force)
       end associate
@@ -387,25 +389,25 @@ contains
    end subroutine turn_by_relative
 
    !> Moves columns that have nothing of their own in the step.
-   subroutine move_plain(self, active, tangent)
+   subroutine move_plain(self, tangent)
       type(conserving_step_t), intent(in) :: self
-      !> y depends on θ0.
-      logical, intent(in) :: active
       type(tangent_t), intent(inout) :: tangent
       real(wp) :: swing(3, 3), turned(3, 3)
       integer :: n
-      n = tangent%n
       call full_swing_back(self%forces%r, self%forces%shrink, swing)
       call set_turned(self, turned)
-      if (modulo(n, 2) == 0) then
-         call move_pairs(self, active, swing, turned, n/2, tangent%theta, tangent%momentum)
-      else
-         tangent%even(:n, :3) = tangent%theta
-         tangent%even(:n, 4:) = tangent%momentum
-         call move_pairs(self, active, swing, turned, (n + 1)/2, tangent%even(:, :3), tangent%even(:, 4:))
-         tangent%theta = tangent%even(:n, :3)
-         tangent%momentum = tangent%even(:n, 4:)
-      end if
+      associate (p => self%by_start, w => self%by_momentum, even => tangent%even)
+         n = tangent%n
+         if (modulo(n, 2) == 0) then
+            call move_pairs(n/2, p, w, swing, turned, tangent%theta, tangent%momentum)
+         else
+            even(:n, :3) = tangent%theta
+            even(:n, 4:) = tangent%momentum
+            call move_pairs((n + 1)/2, p, w, swing, turned, even(:, :3), even(:, 4:))
+            tangent%theta = even(:n, :3)
+            tangent%momentum = even(:n, 4:)
+         end if
+      end associate
    end subroutine move_plain
 
    !> 4RhT/(1+ρ).
@@ -434,21 +436,6 @@ contains
       end associate
    end subroutine set_turned
 
-   !> θ1 and δL1 of pairs of columns.
-   pure subroutine move_pairs(self, active, h, g, n, theta, momentum)
-      type(conserving_step_t), intent(in) :: self
-      logical, intent(in) :: active
-      !> Rh² - 1 and 4RhT/(1+ρ); shape (3,3).
-      real(wp), intent(in) :: h(3, 3), g(3, 3)
-      integer, intent(in) :: n
-      real(wp), intent(inout) :: theta(2, n, 3), momentum(2, n, 3)
-      if (active) then
-         call move_forced(n, self%by_start, self%by_momentum, h, g, theta, momentum)
-      else
-         call move_free(n, self%by_momentum, h, g, theta, momentum)
-      end if
-   end subroutine move_pairs
-
    !> What θ0, and both δL0 and δL1, of such columns change of the work of the torques, 4r·τ: δr = ½T(δL0 + δL1).
    pure subroutine find_plain_rows(self, by_start, by_mean)
       type(conserving_step_t), intent(in) :: self
@@ -470,28 +457,21 @@ contains
    end subroutine multiply_row
 
    !> φ and y of columns without parameters of their own.
-   pure subroutine find_changes(self, n, turned, theta, momentum, mid, change)
+   pure subroutine find_changes(self, half_swing, n, theta, momentum, mid, change)
       type(conserving_step_t), intent(in) :: self
+      !> Rh - 1; shape (3,3).
+      real(wp), intent(in) :: half_swing(3, 3)
       integer, intent(in) :: n
-      !> y depends on θ0.
-      logical, intent(in) :: turned
       !> Shape (n,3).
       real(wp), intent(in) :: theta(n, 3), momentum(n, 3)
       real(wp), intent(out) :: mid(n, 3), change(n, 3)
-      real(wp) :: h(3, 3)
       integer :: i, j
-      call half_swing_back(self%forces%r, self%forces%shrink, h)
-      associate (w => self%by_momentum, p => self%by_start)
+      associate (h => half_swing, w => self%by_momentum, p => self%by_start)
          do j = 1, 3
             do i = 1, n
                mid(i, j) = theta(i, j) + (h(j, 1)*theta(i, 1) + h(j, 2)*theta(i, 2) + h(j, 3)*theta(i, 3))
-               change(i, j) = w(j, 1)*momentum(i, 1) + w(j, 2)*momentum(i, 2) + w(j, 3)*momentum(i, 3)
-            end do
-         end do
-         if (.not. turned) return
-         do j = 1, 3
-            do i = 1, n
-               change(i, j) = change(i, j) + (p(j, 1)*theta(i, 1) + p(j, 2)*theta(i, 2) + p(j, 3)*theta(i, 3))
+               change(i, j) = (w(j, 1)*momentum(i, 1) + w(j, 2)*momentum(i, 2) + w(j, 3)*momentum(i, 3)) &
+                              + (p(j, 1)*theta(i, 1) + p(j, 2)*theta(i, 2) + p(j, 3)*theta(i, 3))
             end do
          end do
       end associate

@@ -29,8 +29,8 @@ module nutate_tangent_forces
       real(wp) :: by_mid(3, 3) = 0.0_wp, by_end(3, 3) = 0.0_wp, by_start(3, 3) = 0.0_wp
       !> Derivatives of the torques alone by a rotation and by the rate, N m and N m s; shape (3,3).
       real(wp) :: working_by_mid(3, 3) = 0.0_wp, working_by_rate(3, 3) = 0.0_wp
-      !> Torques act; and there are potentials whose discrete gradient depends on the ends.
-      logical :: works = .false., bends = .false.
+      !> Torques act; there are potentials whose discrete gradient depends on the ends.
+      logical :: has_torques = .false., is_curved = .false.
    contains
       !> Sets the step.
       procedure :: set
@@ -64,8 +64,8 @@ contains
       self%back(1, 3) = r(1)*r(3) - r(2)
       self%back(2, 3) = r(2)*r(3) + r(1)
       self%back(3, 3) = rest + r(3)*r(3)
-      self%works = .false.
-      self%bends = .false.
+      self%has_torques = .false.
+      self%is_curved = .false.
       if (.not. forces%active) return
       self%impulse = 0.0_wp
       self%by_mid = 0.0_wp
@@ -121,7 +121,7 @@ contains
       real(wp), intent(in) :: dt
       real(wp) :: middle(3), mean(3), gradient(3), end(3), by_start(3, 3), by_end(3, 3), part(3, 3), twice
       twice = 2*self%shrink
-      ! γm is twice/(1+ρ) times this.
+      ! γm over 2/(1+ρ).
       middle = times_vector(self%back, forces%gamma0(:, i))
       mean = (dt*self%shrink*twice)*middle
       if (forces%is_linear(i)) then
@@ -131,8 +131,8 @@ contains
          call effects%potentials(i)%item%linearize(forces%gamma0(:, i), end, gradient, by_start, by_end)
          call multiply_between(twice*mean, by_end, end, part)
          mean = (dt*self%shrink)*middle
-         if (.not. self%bends) then
-            self%bends = .true.
+         if (.not. self%is_curved) then
+            self%is_curved = .true.
             call multiply(part, self%back, self%by_end)
             call multiply_between(mean, by_start, forces%gamma0(:, i), self%by_start)
          else
@@ -196,10 +196,8 @@ contains
       type(discrete_forces_t), intent(in) :: forces
       real(wp), intent(in) :: dt
       real(wp) :: attitude(4), omega(3), one(3), rotation(3, 3), by_rate(3, 3)
-      logical :: first
       integer :: i
       self%working = 0.0_wp
-      first = .true.
       attitude = mid_attitude(self, forces)
       omega = self%rate*self%r
       do i = 1, effects%n_torques
@@ -209,9 +207,9 @@ contains
             self%working(1) = self%working(1) + dt*one(1)
             self%working(2) = self%working(2) + dt*one(2)
             self%working(3) = self%working(3) + dt*one(3)
-            if (first) then
+            if (.not. self%has_torques) then
+               self%has_torques = .true.
                call torque%derivatives(forces%t, attitude, omega, self%working_by_mid, self%working_by_rate)
-               first = .false.
             else
                call torque%derivatives(forces%t, attitude, omega, rotation, by_rate)
                call add_multiple(1.0_wp, rotation, self%working_by_mid)
@@ -219,8 +217,7 @@ contains
             end if
          end associate
       end do
-      self%works = .not. first
-      if (first) return
+      if (.not. self%has_torques) return
       self%impulse(1) = self%impulse(1) + self%working(1)
       self%impulse(2) = self%impulse(2) + self%working(2)
       self%impulse(3) = self%impulse(3) + self%working(3)
