@@ -4,7 +4,7 @@ module test_stability_columns
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_body, only: diagonal, make_body
    use nutate_hamiltonian, only: angular_velocity, make_state
-   use nutate_kinds, only: wp, eps
+   use nutate_kinds, only: wp
    use nutate_spring, only: spring_t
    use nutate_status, only: status_t
    use nutate_stepper, only: integrator_settings_t
@@ -21,9 +21,8 @@ module test_stability_columns
    !> Random scenes; part of them whose steps must all be possible.
    integer, parameter :: many = 15, few = 6
    real(wp), parameter :: most = 0.7_wp
-   !> Of |row||column| each stage, where a motion repeats itself and its rounding with it: of known bodies, and of
-   !> bodies that all but stand in their axes.
-   real(wp), parameter :: repeated_rounding = 0.01_wp*eps, steady_rounding = 0.1_wp*eps
+   !> Of |row||column|.
+   real(wp), parameter :: bound = 1e-13_wp
 
 contains
 
@@ -85,19 +84,12 @@ contains
       if (way%order > 2) steps = steps/10
    end function number_of_steps
 
-   pure integer(int64) function number_of_stages(way, whole) result(stages)
-      type(way_t), intent(in) :: way
-      logical, intent(in) :: whole
-      stages = number_of_steps(way, whole)
-      if (way%order > 2) stages = 17*stages
-   end function number_of_stages
-
    subroutine run_known(way, whole, record)
       type(way_t), intent(in) :: way
       logical, intent(in) :: whole
       type(record_t), intent(inout) :: record
       call run_bodies(way, whole, record)
-      call record%require_invariants(1e-13_wp + repeated_rounding*number_of_stages(way, whole))
+      call record%require_invariants(bound)
    end subroutine run_known
 
    !> Box, top and spring.
@@ -121,7 +113,7 @@ contains
       logical, intent(in) :: whole
       type(record_t), intent(inout) :: record
       call run_scenes(way, whole, record)
-      call record%require_invariants(1e-13_wp + steady_rounding*number_of_stages(way, whole))
+      call record%require_invariants(bound)
    end subroutine run_random
 
    subroutine run_projected(way, whole, record)
@@ -132,9 +124,8 @@ contains
       projected = way
       projected%conserve = .true.
       call run_bodies(projected, whole, record)
-      call record%require_invariants(1e-13_wp)
       call run_scenes(projected, whole, record)
-      call record%require_invariants(5e-13_wp)
+      call record%require_invariants(bound)
    end subroutine run_projected
 
    !> Random scenes. Some speed up until no step follows them: their part until then counts.

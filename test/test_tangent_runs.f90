@@ -2,6 +2,7 @@
 module test_tangent_runs
    use nutate_body, only: diagonal, make_body
    use nutate_byte_archive, only: byte_archive_t
+   use nutate_column_projection, only: kept_steps
    use nutate_column, only: attitude_column, column_t, inertia_column, rate_column
    use nutate_controller, only: controller_t
    use nutate_hamiltonian, only: body_momentum, make_state
@@ -15,7 +16,7 @@ module test_tangent_runs
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_system, only: system_t
    use nutate_tangent, only: tangent_t
-   use test_problems, only: forced_body, problem_t
+   use test_problems, only: box, forced_body, problem_t
    use test_stopping_observer, only: stopping_observer_t
    use test_support, only: check, check_below, check_close, error_type, new_unittest, unittest_type
    implicit none
@@ -187,40 +188,57 @@ contains
 
    end subroutine keep_tolerance
 
-   !> A run from its checkpoint on ends with the columns of one that was not interrupted, bit by bit.
+   !> A run from its checkpoint on ends with the columns of one that was not interrupted, bit by bit: of adaptive steps,
+   !> and of so many fixed ones that round-off is removed from the columns.
    subroutine resume_columns(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
       type(run_plan_t) :: plan
+      plan%end_time = 1.0_wp
+      plan%goal%local_tolerance = 1e-8_wp
+      call resume_one(error, forced_body(), plan)
+      if (allocated(error)) return
+      plan = run_plan_t(end_time=1.0_wp, time_step=1.0_wp/(5*kept_steps))
+      call resume_one(error, box(), plan)
+   end subroutine resume_columns
+
+   !> The same for one body.
+   subroutine resume_one(error, problem, plan)
+      type(error_type), allocatable, intent(inout) :: error
+      type(problem_t), intent(in) :: problem
+      type(run_plan_t), intent(in) :: plan
       type(run_t) :: whole, broken, resumed
       type(column_recorder_t) :: recorder
       type(byte_archive_t) :: archive
       type(status_t) :: status
-      problem = forced_body()
-      plan%end_time = 1.0_wp
-      plan%goal%local_tolerance = 1e-8_wp
-      call whole%begin(problem%system, of_order_four, problem%start, plan, status)
-      if (status%ok()) call whole%differentiate(columns_of(), problem%system, status)
-      if (status%ok()) call whole%run_to_end(problem%system, status)
-      call check(error, status%ok(), trim(status%message))
       recorder%wants_tangent = .true.
-      recorder%stops_at = 4
-      call broken%begin(problem%system, of_order_four, problem%start, plan, status)
-      if (status%ok()) call broken%differentiate(columns_of(), problem%system, status)
+      call begin(whole)
+      if (status%ok()) call whole%run_to_end(problem%system, status, recorder)
+      call check(error, status%ok(), trim(status%message))
+      recorder%stops_at = recorder%polls/2
+      recorder%polls = 0
+      call begin(broken)
       if (status%ok()) call broken%run_to_end(problem%system, status, recorder)
       call check(error, status%code, NUTATE_STOPPED, 'the run is stopped')
       call check(error, allocated(recorder%archive), 'a checkpoint is kept')
       if (allocated(error)) return
       call archive%begin_reading(recorder%archive)
-      call resumed%begin(problem%system, of_order_four, problem%start, plan, status)
-      if (status%ok()) call resumed%differentiate(columns_of(), problem%system, status)
+      call begin(resumed)
       if (status%ok()) call resumed%resume(archive, status)
       if (status%ok()) call resumed%run_to_end(problem%system, status)
       call check(error, status%ok(), trim(status%message))
       if (allocated(error)) return
       call check(error, maxval(abs(resumed%tangent%theta - whole%tangent%theta)) <= 0.0_wp, 'theta')
       call check(error, maxval(abs(resumed%tangent%momentum - whole%tangent%momentum)) <= 0.0_wp, 'momentum')
-   end subroutine resume_columns
+
+   contains
+
+      subroutine begin(run)
+         type(run_t), intent(inout) :: run
+         call run%begin(problem%system, of_order_four, problem%start, plan, status)
+         if (status%ok()) call run%differentiate(columns_of(), problem%system, status)
+      end subroutine begin
+
+   end subroutine resume_one
 
    !> A controller that samples, a rate of axes that stand still, columns that a run does not carry, steps without the
    !> projection.

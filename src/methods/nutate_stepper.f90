@@ -1,6 +1,7 @@
 !> What an integration method is to the layers above it: something that moves a state by one step.
 module nutate_stepper
    use nutate_archive, only: archive_t
+   use nutate_column_projection, only: keep_columns, kept_steps
    use nutate_kinds, only: wp
    use nutate_noise, only: noise_t
    use nutate_number_archive, only: number_archive_t
@@ -78,6 +79,8 @@ module nutate_stepper
       real(wp), allocatable :: work(:)
       !> Settings of the last `prepare`.
       type(integrator_settings_t) :: prepared_with = integrator_settings_t()
+      !> The method conserves by itself, and `carry` removes from columns what round-off adds.
+      logical :: conserves = .false.
       !> Starts of steps are stored, for `state_at`.
       logical :: keeps_steps = .false.
       !> Where the last step started, allocated where starts are kept, its length and the time that decided which
@@ -126,8 +129,11 @@ module nutate_stepper
       !> Sets the perturbation of a trial run, for states before their projection; a stepper without projection ignores
       !> it.
       procedure :: disturb => leave_noise
-      !> Moves tangent columns over the step that `advance` took last (`nutate_tangent`); refused unless overridden.
-      procedure :: carry => refuse_tangent
+      !> Moves tangent columns over the step that `advance` took last (`nutate_tangent`), and removes from them the
+      !> round-off of what the method conserves.
+      procedure, non_overridable :: carry
+      !> Moves them by the derivative of the step; refused unless overridden.
+      procedure :: move_columns => refuse_tangent
       !> Moves tangent columns from the start of the step that is kept to the state that `state_at` computed last.
       procedure :: carry_inside
    end type stepper_t
@@ -195,6 +201,7 @@ contains
       self%error_estimate = 0.0_wp
       self%step_error = step_error_t()
       self%prepared_with = settings
+      self%conserves = .false.
       self%keeps_steps = .false.
       self%last_length = 0.0_wp
       if (allocated(self%again)) deallocate (self%again)
@@ -414,6 +421,27 @@ contains
       status = fail(NUTATE_BAD_ARGUMENT, "method = '"//trim(self%prepared_with%method)//"' has no tangent columns", &
                     'method')
    end subroutine refuse_tangent
+
+   !> Moves tangent columns over the step that `advance` took last. Errors, the columns as they were: those of the
+   !> method; `NUTATE_BAD_ARGUMENT` for one without columns, and for columns that it does not have.
+   recursive subroutine carry(self, system, before, after, dt, window_time, tangent, status)
+      class(stepper_t), intent(inout) :: self
+      !> That of `advance`.
+      type(system_t), intent(in) :: system
+      !> The ends of the step.
+      type(state_t), intent(in) :: before, after
+      !> As they were given to `advance`, s.
+      real(wp), intent(in) :: dt, window_time
+      type(tangent_t), intent(inout) :: tangent
+      !> Success on entry.
+      type(status_t), intent(inout) :: status
+      call self%move_columns(system, before, after, dt, window_time, tangent, status)
+      if (status%code /= 0 .or. .not. self%conserves) return
+      tangent%steps = tangent%steps + 1
+      if (tangent%steps < kept_steps) return
+      tangent%steps = 0
+      call keep_columns(system, after, tangent)
+   end subroutine carry
 
    !> Moves tangent columns to the state inside the last step that `state_at` computed last. Errors: those of `carry`.
    recursive subroutine carry_inside(self, system, state, tangent, status)

@@ -28,7 +28,7 @@ module nutate_stepper_wrapper
       procedure :: keep_steps
       procedure :: update_commands
       procedure :: transfer
-      procedure :: carry
+      procedure :: move_columns
       procedure :: carry_inside
    end type stepper_wrapper_t
 
@@ -96,15 +96,15 @@ contains
    end subroutine update_commands
 
    !> So does the stepper inside.
-   recursive subroutine carry(self, system, before, after, dt, window_time, tangent, status)
+   recursive subroutine move_columns(self, system, before, after, dt, window_time, tangent, status)
       class(stepper_wrapper_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: before, after
       real(wp), intent(in) :: dt, window_time
       type(tangent_t), intent(inout) :: tangent
       type(status_t), intent(inout) :: status
-      call self%base%carry(system, before, after, dt, window_time, tangent, status)
-   end subroutine carry
+      call self%base%move_columns(system, before, after, dt, window_time, tangent, status)
+   end subroutine move_columns
 
    !> So does the stepper inside.
    recursive subroutine carry_inside(self, system, state, tangent, status)

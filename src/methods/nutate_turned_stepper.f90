@@ -33,7 +33,7 @@ module nutate_turned_stepper
       procedure :: advance
       procedure :: mark_step
       procedure :: state_at
-      procedure :: carry
+      procedure :: move_columns
       procedure :: carry_inside
    end type turned_stepper_t
 
@@ -58,14 +58,15 @@ contains
       if (.not. status%ok()) return
       call self%turn%prepare(system%effects, settings%attitude)
       self%untested = .true.
-      if (.not. self%turn%there) then
+      if (self%turn%there) then
+         self%standing = system
+         self%standing%effects%frame_turns = .false.
+         self%standing%effects%frame_rate = 0.0_wp
+         call self%base%prepare(self%standing, settings, status)
+      else
          call self%base%prepare(system, settings, status)
-         return
       end if
-      self%standing = system
-      self%standing%effects%frame_turns = .false.
-      self%standing%effects%frame_rate = 0.0_wp
-      call self%base%prepare(self%standing, settings, status)
+      self%conserves = self%base%conserves
    end subroutine set_up
 
    !> One step and the turn. Errors, with the state as it was: those of the stepper; `NUTATE_OFF_BRANCH` where the axes
@@ -151,7 +152,7 @@ contains
    !> By the stepper inside, in axes that stand still; columns are in body axes, which the turn leaves as they are.
    !> Errors: those of the stepper; `NUTATE_BAD_ARGUMENT` for a change of the axes' rate across a potential's direction,
    !> of which the motion would know.
-   recursive subroutine carry(self, system, before, after, dt, window_time, tangent, status)
+   recursive subroutine move_columns(self, system, before, after, dt, window_time, tangent, status)
       class(turned_stepper_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: before, after
@@ -159,12 +160,13 @@ contains
       type(tangent_t), intent(inout) :: tangent
       type(status_t), intent(inout) :: status
       if (.not. self%turn%there) then
-         call self%base%carry(system, before, after, dt, window_time, tangent, status)
+         call self%base%move_columns(system, before, after, dt, window_time, tangent, status)
       else
-         call self%base%carry(self%standing, before, standing_state(self, after), dt, window_time, tangent, status)
+         call self%base%move_columns(self%standing, before, standing_state(self, after), dt, window_time, tangent, &
+                                     status)
          call turn_columns(system, after, dt, tangent, status)
       end if
-   end subroutine carry
+   end subroutine move_columns
 
    !> The same to a state inside of the last step.
    recursive subroutine carry_inside(self, system, state, tangent, status)

@@ -13,13 +13,15 @@
 !> `policy%carry` calls `stepper%carry` for each `advance` that the step is made of; rows inside steps carry a copy.
 !> States depend on columns only where these shorten adaptive steps (`nutate_error_control`).
 !>
-!> **What an override of `stepper_t%carry` must do**: move `theta`, `momentum` and `wheels` from the state `before` to
-!> the state `after`, of which `advance` has just made the second from the first: what that left in the stepper may be
-!> used, and must stay as it is. Of parametric columns (`parametric` holds their numbers) add what their changes do in
-!> the step: `inertia` is that of the body without what turns freely, `columns(k)%rotor`, `%frame`, `%effects` are the
-!> others; effects know their own derivatives (`direction_change`, `gradient_change`, `torque_change`). `work` gains
-!> the change of the work of torques, motors and friction. Methods that project move the columns to the targets
-!> `energy` and `space_momentum`, the values of the rows at the start.
+!> **What an override of `stepper_t%move_columns` must do**: move `theta`, `momentum` and `wheels` from the state
+!> `before` to the state `after`, of which `advance` has just made the second from the first: what that left in the
+!> stepper may be used, and must stay as it is. Of parametric columns (`parametric` holds their numbers) add what
+!> their changes do in the step: `inertia` is that of the body without what turns freely, `columns(k)%rotor`,
+!> `%frame`, `%effects` are the others; effects know their own derivatives (`direction_change`, `gradient_change`,
+!> `torque_change`). `work` gains the change of the work of torques, motors and friction. Methods that project move
+!> the columns to the targets `energy` and `space_momentum`, the values of the rows at the start. For methods that
+!> conserve by themselves, and say so (`conserves`), `carry` removes round-off of these rows every so many steps
+!> (`nutate_column_projection`).
 module nutate_tangent
    use nutate_archive, only: archive_t
    use nutate_column, only: column_t, OF_POTENTIAL, OF_WHEEL
@@ -28,7 +30,7 @@ module nutate_tangent
    use nutate_hamiltonian, only: angular_velocity, body_direction, body_momentum, frame_rate_of, potential_torque, &
       space_momentum
    use nutate_kinds, only: wp
-   use nutate_quaternion, only: cross, rotate_to_body, rotate_to_space
+   use nutate_quaternion, only: cross, quat_normalized, rotate_to_body, rotate_to_space
    use nutate_small_products, only: times_vector
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
@@ -57,6 +59,8 @@ module nutate_tangent
       !> freely of each, kg m²; shape (3, 3, n_parametric).
       integer, allocatable :: parametric(:)
       real(wp), allocatable :: inertia(:, :, :)
+      !> Steps since round-off was last removed from what the columns conserve (`stepper_t%carry`).
+      integer :: steps = 0
       !> Columns change the times at which torques or motors start or stop: `nutate_window_edges` moves them over these.
       logical :: moves_windows = .false.
       !> Estimated error of the last step of a method that has an estimate, of the column for which it is largest and
@@ -345,11 +349,12 @@ contains
       class(tangent_t), intent(in) :: self
       type(state_t), intent(in) :: state
       real(wp) :: change(self%n, 3)
-      real(wp) :: momentum(3)
+      real(wp) :: q(4), momentum(3)
       integer :: k
+      q = quat_normalized(state%q)
       momentum = body_momentum(state)
       do k = 1, self%n
-         change(k, :) = rotate_to_space(state%q, self%momentum(k, :) + cross(self%theta(k, :), momentum))
+         change(k, :) = rotate_to_space(q, self%momentum(k, :) + cross(self%theta(k, :), momentum))
       end do
    end function momentum_row
 
@@ -383,6 +388,7 @@ contains
       end do
       call archive%transfer(self%work)
       call archive%transfer(self%energy)
+      call archive%transfer(self%steps)
    end subroutine transfer
 
 end module nutate_tangent

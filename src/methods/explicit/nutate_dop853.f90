@@ -20,12 +20,12 @@ module nutate_dop853
    !> One step of the method. `step` allocates nothing.
    type, extends(stepper_t) :: dop853_t
       type(rigid_rates_t), private :: rates
-      !> Made by the first `carry`.
+      !> Made by the first `move_columns`.
       type(stage_tangent_t), allocatable, private :: tangent
    contains
       procedure :: set_up
       procedure :: advance
-      procedure :: carry
+      procedure :: move_columns
       procedure :: transfer
    end type dop853_t
 
@@ -126,7 +126,7 @@ contains
 
    !> Moves tangent columns over a step, by the same stages. Errors: `NUTATE_BAD_ARGUMENT` where space axes turn, for a
    !> change of their rate that the motion would know of.
-   recursive subroutine carry(self, system, before, after, dt, window_time, tangent, status)
+   recursive subroutine move_columns(self, system, before, after, dt, window_time, tangent, status)
       class(dop853_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: before, after
@@ -141,7 +141,7 @@ contains
          call self%tangent%set(a, b, c, reshape([e5, 0.1_wp*third], [n_stages, 2]))
       end if
       call self%tangent%carry(self%rates, system, before, after, dt, window_time, tangent, status)
-   end subroutine carry
+   end subroutine move_columns
 
    !> A step remembers nothing of the ones before.
    subroutine transfer(self, archive)

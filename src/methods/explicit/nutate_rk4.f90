@@ -26,12 +26,12 @@ module nutate_rk4
    type, extends(stepper_t) :: rk4_t
       private
       type(rigid_rates_t) :: rates
-      !> Made by the first `carry`.
+      !> Made by the first `move_columns`.
       type(stage_tangent_t), allocatable :: tangent
    contains
       procedure :: set_up
       procedure :: advance
-      procedure :: carry
+      procedure :: move_columns
       procedure :: transfer
    end type rk4_t
 
@@ -72,7 +72,7 @@ contains
 
    !> Moves tangent columns over a step, by the same stages. Errors: `NUTATE_BAD_ARGUMENT` where space axes turn, for a
    !> change of their rate that the motion would know of.
-   recursive subroutine carry(self, system, before, after, dt, window_time, tangent, status)
+   recursive subroutine move_columns(self, system, before, after, dt, window_time, tangent, status)
       class(rk4_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: before, after
@@ -84,7 +84,7 @@ contains
          call self%tangent%set(a, [outer, inner, inner, outer], [0.0_wp, 0.5_wp, 0.5_wp, 1.0_wp])
       end if
       call self%tangent%carry(self%rates, system, before, after, dt, window_time, tangent, status)
-   end subroutine carry
+   end subroutine move_columns
 
    !> A step remembers nothing of the ones before.
    subroutine transfer(self, archive)

@@ -30,13 +30,13 @@ module nutate_rk8
       private
       type(rigid_rates_t) :: rates
       type(lean_motion_t) :: lean
-      !> Made by the first `carry` that needs it.
+      !> Made by the first `move_columns` that needs it.
       type(stage_tangent_t), allocatable :: tangent
       type(free_tangent_t), allocatable :: free
    contains
       procedure :: set_up
       procedure :: advance
-      procedure :: carry
+      procedure :: move_columns
       procedure :: transfer
    end type rk8_t
 
@@ -93,7 +93,7 @@ contains
 
    !> Moves tangent columns over a step, by the same stages. Errors: `NUTATE_BAD_ARGUMENT` where space axes turn, for a
    !> change of their rate that the motion would know of.
-   recursive subroutine carry(self, system, before, after, dt, window_time, tangent, status)
+   recursive subroutine move_columns(self, system, before, after, dt, window_time, tangent, status)
       class(rk8_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: before, after
@@ -123,7 +123,7 @@ contains
       else
          call self%tangent%carry(self%rates, system, before, after, dt, window_time, tangent, status)
       end if
-   end subroutine carry
+   end subroutine move_columns
 
    !> A step remembers nothing of the ones before.
    subroutine transfer(self, archive)

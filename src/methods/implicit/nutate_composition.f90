@@ -61,7 +61,7 @@ module nutate_composition
       procedure :: advance
       procedure :: forget_steps
       procedure :: transfer
-      procedure :: carry
+      procedure :: move_columns
       procedure :: put_memory
       procedure :: take_memory
    end type composition_t
@@ -109,6 +109,7 @@ contains
          call self%stages(i)%stepper%prepare(system, settings, status)
          if (.not. status%ok()) return
       end do
+      self%conserves = self%stages(1)%stepper%conserves
    end subroutine set_up
 
    !> One step, all stages of it. Errors, with the state as it was: those of a stage.
@@ -156,7 +157,7 @@ contains
    end subroutine forget_steps
 
    !> Stage by stage: each stepper still holds its own.
-   recursive subroutine carry(self, system, before, after, dt, window_time, tangent, status)
+   recursive subroutine move_columns(self, system, before, after, dt, window_time, tangent, status)
       class(composition_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: before, after
@@ -165,11 +166,11 @@ contains
       type(status_t), intent(inout) :: status
       integer :: i
       do i = 1, size(self%stages)
-         call self%stages(i)%stepper%carry(system, before, after, self%stages(i)%weight*dt, window_time, tangent, &
-                                           status)
+         call self%stages(i)%stepper%move_columns(system, before, after, self%stages(i)%weight*dt, window_time, &
+                                                  tangent, status)
          if (status%code /= 0) return
       end do
-   end subroutine carry
+   end subroutine move_columns
 
    !> What the steppers of all stages remember.
    recursive subroutine transfer(self, archive)

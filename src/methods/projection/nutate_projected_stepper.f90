@@ -37,7 +37,7 @@ module nutate_projected_stepper
       procedure :: show
       procedure :: mark_step
       procedure :: state_at
-      procedure :: carry
+      procedure :: move_columns
       procedure :: carry_inside
       procedure :: transfer
    end type projected_stepper_t
@@ -154,7 +154,7 @@ contains
 
    !> By the stepper, from the state that the step went on from; columns are projected where the state was. Errors:
    !> those of the stepper.
-   recursive subroutine carry(self, system, before, after, dt, window_time, tangent, status)
+   recursive subroutine move_columns(self, system, before, after, dt, window_time, tangent, status)
       class(projected_stepper_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: before, after
@@ -164,10 +164,10 @@ contains
       type(state_t) :: origin
       origin = before
       call origin%restore_left()
-      call self%base%carry(system, origin, after, dt, window_time, tangent, status)
+      call self%base%move_columns(system, origin, after, dt, window_time, tangent, status)
       if (status%code == 0 .and. after%balance%count == 0 .and. self%prepared_with%attitude) &
          call project_columns(system, after, tangent)
-   end subroutine carry
+   end subroutine move_columns
 
    !> The same to a state inside of the last step, which is projected.
    recursive subroutine carry_inside(self, system, state, tangent, status)

@@ -77,7 +77,7 @@ module nutate_taylor_stepper
       procedure :: show
       procedure :: state_at
       procedure :: update_commands
-      procedure :: carry
+      procedure :: move_columns
       procedure :: transfer
    end type taylor_t
 
@@ -506,7 +506,7 @@ contains
    !> Moves tangent columns over a step by their series, and projects them where the state was. Works change as the
    !> energy does, which the series keeps; where potentials move they are not needed, and stay. Errors:
    !> `NUTATE_BAD_ARGUMENT` for effects without such series.
-   recursive subroutine carry(self, system, before, after, dt, window_time, tangent, status)
+   recursive subroutine move_columns(self, system, before, after, dt, window_time, tangent, status)
       class(taylor_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: before, after
@@ -527,7 +527,7 @@ contains
       if (works) tangent%work = tangent%work + tangent%energy_row(system, after)
       if (status%ok() .and. self%conserve .and. self%attitude .and. after%balance%count == 0) &
          call project_columns(system, after, tangent)
-   end subroutine carry
+   end subroutine move_columns
 
    !> What the projection remembers; the series is computed anew from the state.
    subroutine transfer(self, archive)

@@ -1,0 +1,186 @@
+!> The projection of tangent columns: after the projection of a state its columns are moved, by the same directions,
+!> until what they change of the invariants is what they changed of them at the start of the run.
+!>
+!> The rows dH·X, less the change of the works, d(l·n)·X or δl take the values of the start, the targets of the state's
+!> projection differentiated: free bodies by δL = Rᵀδl - θ×L, others by a move along γ; then, with e what dH·X lacks,
+!>
+!>     k = -e/(|L̇|² + S²|Ω⊥|²),   θ += kL̇,   δL += -kL̇×L - kS²Ω⊥
+!>
+!> L̇ = L×Ω + τ; of l the move changes what is not conserved alone, by Ω⊥ (`nutate_invariant_projection`).
+!> Of the exact derivative this leaves out how the direction of the state's move changes, times the length of that move.
+!> Potentials that move do work on a column that is not known: columns stay as they are there.
+!>
+!> The columns of a method that conserves by itself are moved there every so many steps, if what they lack is round-off:
+!> in steady motions it is the same in each step, and adds up. A larger error is one of the columns, and stays.
+module nutate_column_projection
+   use nutate_column, only: column_t, OF_POTENTIAL
+   use nutate_effect_list, only: effect_list_t
+   use nutate_hamiltonian, only: angular_velocity, body_momentum, frame_rate_of, potential_torque
+   use nutate_invariants, only: ALL_COMPONENTS, ALONG_AXIS, conserved_momentum
+   use nutate_kinds, only: wp, eps
+   use nutate_quaternion, only: cross, quat_normalized, rotate_to_body
+   use nutate_state, only: state_t
+   use nutate_system, only: system_t
+   use nutate_tangent, only: tangent_t
+   implicit none
+   private
+
+   public :: project_columns, keep_columns, kept_steps
+
+   !> Steps after which round-off is removed from columns.
+   integer, parameter :: kept_steps = 500
+   !> Part of the energies of a row that is round-off; longest move, of the length of the column.
+   real(wp), parameter :: round_off = 16*eps, longest = 0.1_wp
+   !> Round-off of that many steps, of a row or of a column.
+   real(wp), parameter :: accumulated = 4096*eps
+
+contains
+
+   !> Moves the columns at a state that was projected, with its attitude.
+   subroutine project_columns(system, state, tangent)
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      type(tangent_t), intent(inout) :: tangent
+      call put_rows(system, state, .false., tangent)
+   end subroutine project_columns
+
+   !> Removes round-off from the columns of a method that conserves by itself.
+   subroutine keep_columns(system, state, tangent)
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      type(tangent_t), intent(inout) :: tangent
+      call put_rows(system, state, .true., tangent)
+   end subroutine keep_columns
+
+   !> Moves columns to the values that the rows had at the start.
+   subroutine put_rows(system, state, keeps, tangent)
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      !> Only what is round-off.
+      logical, intent(in) :: keeps
+      type(tangent_t), intent(inout) :: tangent
+      real(wp) :: axis(3), gamma(3), momentum(3)
+      integer :: components
+      gamma = 0.0_wp
+      if (system%effects%moves) return
+      call conserved_momentum(system%effects, components, axis)
+      momentum = body_momentum(state)
+      if (components == ALL_COMPONENTS) then
+         call put_momentum(quat_normalized(state%q), momentum, keeps, tangent)
+      else if (components == ALONG_AXIS) then
+         gamma = rotate_to_body(quat_normalized(state%q), axis)
+         call put_component(system%effects, state%t, axis, gamma, momentum, keeps, tangent)
+      end if
+      call put_energy(system, state, components, gamma, momentum, keeps, tangent)
+   end subroutine put_rows
+
+   !> Puts δl.
+   pure subroutine put_momentum(q, momentum, keeps, tangent)
+      !> Attitude, shape (4); L, shape (3).
+      real(wp), intent(in) :: q(4), momentum(3)
+      logical, intent(in) :: keeps
+      type(tangent_t), intent(inout) :: tangent
+      real(wp) :: put(3), theta(3), delta(3), length
+      integer :: k
+      length = norm2(momentum)
+      do k = 1, tangent%n
+         theta = tangent%theta(k, :)
+         delta = tangent%momentum(k, :)
+         put = tangent%space_momentum(k, :)
+         put = rotate_to_body(q, put) - cross(theta, momentum)
+         if (keeps .and. norm2(put - delta) > accumulated*(norm2(delta) + norm2(theta)*length)) cycle
+         tangent%momentum(k, :) = put
+      end do
+   end subroutine put_momentum
+
+   !> Puts δ(l·n), but for columns that turn n: what they change depends on all of l.
+   subroutine put_component(effects, t, axis, gamma, momentum, keeps, tangent)
+      type(effect_list_t), intent(in) :: effects
+      !> s; n, space axes, and in the body; L; shape (3).
+      real(wp), intent(in) :: t, axis(3), gamma(3), momentum(3)
+      logical, intent(in) :: keeps
+      type(tangent_t), intent(inout) :: tangent
+      real(wp) :: along(3), theta(3), delta(3), length, lacks
+      integer :: k
+      along = cross(momentum, gamma)
+      length = norm2(momentum)
+      do k = 1, tangent%n
+         if (turns_axis(effects, t, axis, tangent%columns(k))) cycle
+         theta = tangent%theta(k, :)
+         delta = tangent%momentum(k, :)
+         lacks = dot_product(axis, tangent%space_momentum(k, :)) - dot_product(gamma, delta) - dot_product(along, theta)
+         if (keeps .and. abs(lacks) > accumulated*(norm2(delta) + norm2(theta)*length)) cycle
+         tangent%momentum(k, :) = delta + lacks*gamma
+      end do
+   end subroutine put_component
+
+   !> True for a column that turns a direction which all potentials share, or that of the turning of the axes.
+   pure logical function turns_axis(effects, t, axis, column) result(turns)
+      type(effect_list_t), intent(in) :: effects
+      !> s; n; shape (3).
+      real(wp), intent(in) :: t, axis(3)
+      type(column_t), intent(in) :: column
+      integer :: i, m
+      turns = any(abs(cross(axis, column%frame)) > 0.0_wp)
+      if (.not. allocated(column%effects)) return
+      do m = 1, size(column%effects)
+         if (column%effects(m)%kind /= OF_POTENTIAL) cycle
+         do i = 1, effects%n_potentials
+            if (effects%potentials(i)%place /= column%effects(m)%place) cycle
+            associate (potential => effects%potentials(i)%item)
+               turns = turns .or. &
+                       any(abs(cross(axis, potential%direction_change(column%effects(m)%change, t))) > 0.0_wp)
+            end associate
+         end do
+      end do
+   end function turns_axis
+
+   !> Puts what columns change of the energy. A body that turns about a principal axis has no move that leaves l alone:
+   !> there both are one row, and what round-off of the state has left between the two is shared by them.
+   subroutine put_energy(system, state, components, gamma, momentum, keeps, tangent)
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      !> Of l that are conserved.
+      integer, intent(in) :: components
+      !> n where one is; L; shape (3).
+      real(wp), intent(in) :: gamma(3), momentum(3)
+      logical, intent(in) :: keeps
+      type(tangent_t), intent(inout) :: tangent
+      real(wp), dimension(3) :: omega, by_momentum, rate, push, theta, delta
+      real(wp) :: lacks(tangent%n), square, steepness, speed, size_of, theta_size, delta_size, length, farthest, k, s2
+      integer :: i
+      omega = angular_velocity(system, state)
+      speed = norm2(omega)
+      s2 = 0.0_wp
+      square = dot_product(omega, omega)
+      if (square > tiny(1.0_wp)/eps) s2 = (dot_product(omega, matmul(system%body%inertia, omega))/square)**2
+      by_momentum = omega - frame_rate_of(system%effects, state%q)
+      square = dot_product(by_momentum, by_momentum)
+      rate = cross(momentum, omega) + potential_torque(system%effects, state%q, state%t)
+      push = by_momentum
+      if (components == ALL_COMPONENTS) push = 0.0_wp
+      if (components == ALONG_AXIS) push = push - dot_product(push, gamma)*gamma
+      steepness = dot_product(rate, rate) + s2*dot_product(push, push)
+      farthest = merge(accumulated, longest, keeps)
+      lacks = tangent%energy + tangent%work - tangent%energy_row(system, state)
+      do i = 1, tangent%n
+         theta = tangent%theta(i, :)
+         delta = tangent%momentum(i, :)
+         theta_size = norm2(theta)
+         delta_size = norm2(delta)
+         size_of = norm2(rate)*theta_size + speed*delta_size
+         if (abs(lacks(i)) <= round_off*size_of) cycle
+         if (keeps .and. abs(lacks(i)) > accumulated*(size_of + speed*norm2(momentum)*theta_size)) cycle
+         length = theta_size
+         if (s2 > 0.0_wp) length = max(length, delta_size/sqrt(s2))
+         if (abs(lacks(i)) < farthest*sqrt(steepness)*length) then
+            k = -lacks(i)/steepness
+            tangent%theta(i, :) = theta + k*rate
+            tangent%momentum(i, :) = delta - k*cross(rate, momentum) - (k*s2)*push
+         else if (keeps .and. square > tiny(1.0_wp)/eps) then
+            tangent%momentum(i, :) = delta + (0.5_wp*lacks(i)/square)*by_momentum
+         end if
+      end do
+   end subroutine put_energy
+
+end module nutate_column_projection
