@@ -9,7 +9,7 @@ module nutate_column_moves
    implicit none
    private
 
-   public :: move_pairs, turn_columns, set_products, add_products
+   public :: move_pairs, turn_columns, set_product, set_products, add_products
 
 contains
 
@@ -63,6 +63,18 @@ contains
          columns(i, 3) = m(3, 1)*x + m(3, 2)*y + m(3, 3)*z
       end do
    end subroutine turn_columns
+
+   !> A row times each column.
+   pure subroutine set_product(n, row, columns, products)
+      integer, intent(in) :: n
+      !> Shapes (3), (n,3), (n).
+      real(wp), intent(in) :: row(3), columns(n, 3)
+      real(wp), intent(out) :: products(n)
+      integer :: i
+      do i = 1, n
+         products(i) = row(1)*columns(i, 1) + row(2)*columns(i, 2) + row(3)*columns(i, 3)
+      end do
+   end subroutine set_product
 
    !> Two rows times each column.
    pure subroutine set_products(n, a, x, b, y, products)

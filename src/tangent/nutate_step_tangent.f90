@@ -26,7 +26,7 @@
 !> memory, which here cost as much as the arithmetic.
 module nutate_step_tangent
    use nutate_column, only: column_t, OF_WHEEL
-   use nutate_column_moves, only: add_products, move_pairs, set_products, turn_columns
+   use nutate_column_moves, only: add_products, move_pairs, set_product, set_products, turn_columns
    use nutate_discrete_forces, only: discrete_forces_t
    use nutate_frame_turn, only: frame_turn_t
    use nutate_kinds, only: wp
@@ -105,7 +105,11 @@ contains
       if (self%forces%has_torques) then
          call find_plain_rows(self, by_start, by_mean)
          ! Summed first, and added once: works grow large beside columns that decay.
-         call set_products(tangent%n, by_start, tangent%theta, by_mean, tangent%momentum, tangent%change)
+         if (self%forces%follows_attitude) then
+            call set_products(tangent%n, by_start, tangent%theta, by_mean, tangent%momentum, tangent%change)
+         else
+            call set_product(tangent%n, by_mean, tangent%momentum, tangent%change)
+         end if
       end if
       call move_plain(self, tangent)
       if (self%forces%has_torques) &
@@ -443,7 +447,8 @@ contains
       real(wp), intent(out) :: by_start(3), by_mean(3)
       real(wp) :: by_mid(3), by_turn(3)
       call find_work_rows(self%forces, by_mid, by_turn)
-      call multiply_row(2*self%forces%shrink, by_mid, self%forces%back, by_start)
+      by_start = by_mid
+      if (self%forces%follows_attitude) call multiply_row(2*self%forces%shrink, by_mid, self%forces%back, by_start)
       call multiply_row(0.5_wp, by_turn, self%turn_by_mean, by_mean)
    end subroutine find_plain_rows
 
@@ -626,21 +631,23 @@ contains
       end associate
    end subroutine shift_columns
 
-   !> Derivatives of the work of the torques, 4r·τ, by φ and by δr; shape (3).
+   !> Derivatives of the work of the torques, 4r·τ, by φ, 0 unless torques depend on the attitude, and by δr; shape (3).
    pure subroutine find_work_rows(forces, by_mid, by_turn)
       type(forces_tangent_t), intent(in) :: forces
       real(wp), intent(out) :: by_mid(3), by_turn(3)
-      real(wp) :: by_rate(3), twice, x, y, z
+      real(wp) :: by_rate(3), twice
       associate (r => forces%r)
-         call multiply_row(4.0_wp, r, forces%working_by_mid, by_mid)
          call multiply_row(4*forces%rate, r, forces%working_by_rate, by_rate)
+         by_turn(1) = forces%rate*forces%working(1) + by_rate(1)
+         by_turn(2) = forces%rate*forces%working(2) + by_rate(2)
+         by_turn(3) = forces%rate*forces%working(3) + by_rate(3)
+         by_mid = 0.0_wp
+         if (.not. forces%follows_attitude) return
+         call multiply_row(4.0_wp, r, forces%working_by_mid, by_mid)
          twice = 2*forces%shrink
-         x = twice*(by_mid(1) - (by_mid(2)*r(3) - by_mid(3)*r(2)))
-         y = twice*(by_mid(2) - (by_mid(3)*r(1) - by_mid(1)*r(3)))
-         z = twice*(by_mid(3) - (by_mid(1)*r(2) - by_mid(2)*r(1)))
-         by_turn(1) = (forces%rate*forces%working(1) + by_rate(1)) + x
-         by_turn(2) = (forces%rate*forces%working(2) + by_rate(2)) + y
-         by_turn(3) = (forces%rate*forces%working(3) + by_rate(3)) + z
+         by_turn(1) = by_turn(1) + twice*(by_mid(1) - (by_mid(2)*r(3) - by_mid(3)*r(2)))
+         by_turn(2) = by_turn(2) + twice*(by_mid(2) - (by_mid(3)*r(1) - by_mid(1)*r(3)))
+         by_turn(3) = by_turn(3) + twice*(by_mid(3) - (by_mid(1)*r(2) - by_mid(2)*r(1)))
       end associate
    end subroutine find_work_rows
 

@@ -29,8 +29,8 @@ module nutate_tangent_forces
       real(wp) :: by_mid(3, 3) = 0.0_wp, by_end(3, 3) = 0.0_wp, by_start(3, 3) = 0.0_wp
       !> Derivatives of the torques alone by a rotation and by the rate, N m and N m s; shape (3,3).
       real(wp) :: working_by_mid(3, 3) = 0.0_wp, working_by_rate(3, 3) = 0.0_wp
-      !> Torques act; there are potentials whose discrete gradient depends on the ends.
-      logical :: has_torques = .false., is_curved = .false.
+      !> Torques act, and depend on the attitude; there are potentials whose discrete gradient depends on the ends.
+      logical :: has_torques = .false., follows_attitude = .false., is_curved = .false.
    contains
       !> Sets the step.
       procedure :: set
@@ -221,7 +221,12 @@ contains
       self%impulse(1) = self%impulse(1) + self%working(1)
       self%impulse(2) = self%impulse(2) + self%working(2)
       self%impulse(3) = self%impulse(3) + self%working(3)
-      call add_multiple(dt, self%working_by_mid, self%by_mid)
+      associate (m => self%working_by_mid)
+         self%follows_attitude = (abs(m(1, 1)) + abs(m(2, 2)) + abs(m(3, 3))) &
+                                 + (abs(m(2, 1)) + abs(m(3, 1)) + abs(m(1, 2))) &
+                                 + (abs(m(3, 2)) + abs(m(1, 3)) + abs(m(2, 3))) > 0.0_wp
+      end associate
+      if (self%follows_attitude) call add_multiple(dt, self%working_by_mid, self%by_mid)
    end subroutine add_torques
 
    !> u∘(1+r)/|1+r|: attitude at mid step, body→space; shape (4).
