@@ -101,7 +101,8 @@ contains
    end subroutine add_all
 
    !> Takes steps with columns; the largest defect of the energy of a column, and of its momentum where that is
-   !> conserved, over |row||column|, the largest of them so far, δL in units of |L|.
+   !> conserved, over |row||column|, the largest of all steps so far, δL in units of |L|: columns that shrink keep the
+   !> round-off of what they were.
    subroutine worst_defect(system, how, start, time_step, steps, axis, energy, momentum, status, done)
       type(system_t), intent(in) :: system
       type(integrator_settings_t), intent(in) :: how
@@ -126,6 +127,7 @@ contains
       if (status%ok()) call make_stepper(system, how, stepper, status)
       if (.not. status%ok()) return
       allocate (scale(tangent%n), scale_l(tangent%n), source=0.0_wp)
+      call measure()
       call judge()
       do i = 1, steps
          before = state
@@ -134,38 +136,46 @@ contains
                                              status)
          if (present(done)) done = i
          if (.not. status%ok()) return
-         ! The first steps too: columns may be largest there.
-         if (popcnt(i) == 1 .or. mod(i, max(1_int64, steps/1000)) == 0) call judge()
+         call measure()
+         if (mod(i, max(1_int64, steps/1000)) == 0) call judge()
          if (max(maxval(abs(tangent%theta)), maxval(abs(tangent%momentum))) < largest) cycle
          call judge()
          call tangent%begin(system, state, all_columns(system), status)
          scale = 0.0_wp
          scale_l = 0.0_wp
+         call measure()
       end do
 
    contains
 
-      subroutine judge()
-         real(wp) :: omega(3), l(3), row(tangent%n), change(tangent%n, 3), along
+      !> The largest |row||column| so far, of every step.
+      subroutine measure()
+         real(wp) :: l, omega, turning, torque, theta, delta
          integer :: k
-         omega = angular_velocity(system, state)
-         l = space_momentum(state)
+         l = norm2(body_momentum(state))
+         omega = norm2(angular_velocity(system, state))
+         turning = norm2(system%effects%frame_rate)
+         torque = norm2(potential_torque(system%effects, state%q, state%t))
+         do k = 1, tangent%n
+            theta = norm2(tangent%theta(k, :))
+            delta = norm2(tangent%momentum(k, :))
+            scale(k) = max(scale(k), (torque + turning*l)*theta + (omega + turning)*(delta + l*theta) &
+                           + abs(tangent%energy(k)) + abs(tangent%work(k)))
+            scale_l(k) = max(scale_l(k), l*theta + delta)
+         end do
+      end subroutine measure
+
+      subroutine judge()
+         real(wp) :: row(tangent%n), change(tangent%n, 3), along
+         integer :: k
          row = abs(tangent%energy_row(system, state) - tangent%energy - tangent%work)
          change = tangent%momentum_row(state) - tangent%space_momentum
          do k = 1, tangent%n
-            associate (theta => norm2(tangent%theta(k, :)), delta => norm2(tangent%momentum(k, :)))
-               scale(k) = max(scale(k), (norm2(potential_torque(system%effects, state%q, state%t)) &
-                          + norm2(system%effects%frame_rate)*norm2(l))*theta &
-                          + (norm2(omega) + norm2(system%effects%frame_rate))*(delta + norm2(l)*theta) &
-                          + abs(tangent%energy(k)) + abs(tangent%work(k)))
-               scale_l(k) = max(scale_l(k), norm2(l)*theta + delta)
-            end associate
             if (scale(k) > 0.0_wp) energy = max(energy, row(k)/scale(k))
             along = norm2(change(k, :))
             if (any(abs(axis) > 0.0_wp)) along = abs(dot_product(change(k, :), axis))
             ! A change of the direction changes what is kept.
-            if (any(abs(axis) > 0.0_wp) .and. &
-                allocated(tangent%columns(k)%effects)) cycle
+            if (any(abs(axis) > 0.0_wp) .and. allocated(tangent%columns(k)%effects)) cycle
             if (scale_l(k) > 0.0_wp) momentum = max(momentum, along/scale_l(k))
          end do
       end subroutine judge
