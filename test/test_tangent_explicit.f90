@@ -1,5 +1,5 @@
 !> Tangent columns of the explicit methods: differences of their own steps in the variables that they choose, their
-!> order, and flows of the reference.
+!> order, that of the conserving step too, and flows of the reference.
 module test_tangent_explicit
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_body, only: diagonal, make_body
@@ -44,6 +44,7 @@ contains
                   new_unittest("columns are differences of the steps", differ), &
                   new_unittest("columns of the start are the same beside those of parameters", stand_alone), &
                   new_unittest("columns converge as the method", converge), &
+                  new_unittest("columns of conserving steps have their orders", converge_composed), &
                   new_unittest("columns are those of flows in 50 digits", follow_flows), &
                   new_unittest("projected columns keep what the states keep", keep_rows), &
                   new_unittest("projected states do not depend on columns", leave_states), &
@@ -277,6 +278,35 @@ contains
          end do
       end do
    end subroutine converge
+
+   !> Columns of the conserving step converge to those of the flow with its order.
+   subroutine converge_composed(error)
+      type(error_type), allocatable, intent(out) :: error
+      integer, parameter :: orders(4) = [2, 4, 6, 8]
+      real(wp), parameter :: steps(4) = [0.005_wp, 0.02_wp, 0.05_wp, 0.2_wp]
+      character(len=7), parameter :: forms(2) = [character(len=7) :: 'reduced', 'full']
+      type(integrator_settings_t) :: settings
+      type(system_t) :: system
+      type(state_t) :: start, end
+      real(wp) :: exact(6, 6), off(2)
+      character(len=60) :: label
+      integer :: i, m, k
+      do i = 1, size(scenes)
+         call build(trim(scenes(i)), start_t(), system, start)
+         exact = matrix_of(system, start, integrator_settings_t(method='dop853'), 0.01_wp, 200, end, error)
+         do m = 1, size(orders)
+            do k = 1, size(forms)
+               settings = integrator_settings_t(method='nielsen_krenk', formulation=forms(k), order=orders(m))
+               off(1) = maxval(abs(matrix_of(system, start, settings, steps(m), nint(2/steps(m)), end, error) - exact))
+               off(2) = maxval(abs(matrix_of(system, start, settings, 0.5_wp*steps(m), nint(4/steps(m)), end, &
+                                             error) - exact))
+               if (allocated(error)) return
+               write (label, '("order ",i0," on ",a," in ",a," form")') orders(m), trim(scenes(i)), trim(forms(k))
+               call check_close(error, log(off(1)/off(2))/log(2.0_wp), real(orders(m), wp), 0.1_wp, trim(label))
+            end do
+         end do
+      end do
+   end subroutine converge_composed
 
    !> Trace and Σσ² of the derivative of a flow.
    subroutine follow_flows(error)
