@@ -1,7 +1,7 @@
 !> What an integration method is to the layers above it: something that moves a state by one step.
 module nutate_stepper
    use nutate_archive, only: archive_t
-   use nutate_column_projection, only: keep_columns, kept_steps
+   use nutate_column_projection, only: kept_steps, project_columns
    use nutate_kinds, only: wp
    use nutate_noise, only: noise_t
    use nutate_number_archive, only: number_archive_t
@@ -440,7 +440,7 @@ contains
       tangent%steps = tangent%steps + 1
       if (tangent%steps < kept_steps) return
       tangent%steps = 0
-      call keep_columns(system, after, tangent)
+      call project_columns(system, after, .true., tangent)
    end subroutine carry
 
    !> Moves tangent columns to the state inside the last step that `state_at` computed last. Errors: those of `carry`.

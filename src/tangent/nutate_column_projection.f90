@@ -25,7 +25,7 @@ module nutate_column_projection
    implicit none
    private
 
-   public :: project_columns, keep_columns, kept_steps
+   public :: project_columns, kept_steps
 
    !> Steps after which round-off is removed from columns.
    integer, parameter :: kept_steps = 500
@@ -36,28 +36,13 @@ module nutate_column_projection
 
 contains
 
-   !> Moves the columns at a state that was projected, with its attitude.
-   subroutine project_columns(system, state, tangent)
+   !> Moves columns to the values that the rows had at the start, at a state with its attitude: those of a projected
+   !> state, and of a method that conserves by itself.
+   subroutine project_columns(system, state, only_round_off, tangent)
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
-      type(tangent_t), intent(inout) :: tangent
-      call put_rows(system, state, .false., tangent)
-   end subroutine project_columns
-
-   !> Removes round-off from the columns of a method that conserves by itself.
-   subroutine keep_columns(system, state, tangent)
-      type(system_t), intent(in) :: system
-      type(state_t), intent(in) :: state
-      type(tangent_t), intent(inout) :: tangent
-      call put_rows(system, state, .true., tangent)
-   end subroutine keep_columns
-
-   !> Moves columns to the values that the rows had at the start.
-   subroutine put_rows(system, state, keeps, tangent)
-      type(system_t), intent(in) :: system
-      type(state_t), intent(in) :: state
-      !> Only what is round-off.
-      logical, intent(in) :: keeps
+      !> What is larger stays.
+      logical, intent(in) :: only_round_off
       type(tangent_t), intent(inout) :: tangent
       real(wp) :: axis(3), gamma(3), momentum(3)
       integer :: components
@@ -66,39 +51,39 @@ contains
       call conserved_momentum(system%effects, components, axis)
       momentum = body_momentum(state)
       if (components == ALL_COMPONENTS) then
-         call put_momentum(quat_normalized(state%q), momentum, keeps, tangent)
+         call put_momentum(quat_normalized(state%q), momentum, only_round_off, tangent)
       else if (components == ALONG_AXIS) then
          gamma = rotate_to_body(quat_normalized(state%q), axis)
-         call put_component(system%effects, state%t, axis, gamma, momentum, keeps, tangent)
+         call put_component(system%effects, state%t, axis, gamma, momentum, only_round_off, tangent)
       end if
-      call put_energy(system, state, components, gamma, momentum, keeps, tangent)
-   end subroutine put_rows
+      call put_energy(system, state, components, gamma, momentum, only_round_off, tangent)
+   end subroutine project_columns
 
-   !> Puts δl.
-   pure subroutine put_momentum(q, momentum, keeps, tangent)
+   !> Puts δl to its target.
+   pure subroutine put_momentum(q, momentum, only_round_off, tangent)
       !> Attitude, shape (4); L, shape (3).
       real(wp), intent(in) :: q(4), momentum(3)
-      logical, intent(in) :: keeps
+      logical, intent(in) :: only_round_off
       type(tangent_t), intent(inout) :: tangent
-      real(wp) :: put(3), theta(3), delta(3), length
+      real(wp) :: target(3), theta(3), delta(3), length
       integer :: k
       length = norm2(momentum)
       do k = 1, tangent%n
          theta = tangent%theta(k, :)
          delta = tangent%momentum(k, :)
-         put = tangent%space_momentum(k, :)
-         put = rotate_to_body(q, put) - cross(theta, momentum)
-         if (keeps .and. norm2(put - delta) > accumulated*(norm2(delta) + norm2(theta)*length)) cycle
-         tangent%momentum(k, :) = put
+         target = tangent%space_momentum(k, :)
+         target = rotate_to_body(q, target) - cross(theta, momentum)
+         if (only_round_off .and. norm2(target - delta) > accumulated*(norm2(delta) + norm2(theta)*length)) cycle
+         tangent%momentum(k, :) = target
       end do
    end subroutine put_momentum
 
    !> Puts δ(l·n), but for columns that turn n: what they change depends on all of l.
-   subroutine put_component(effects, t, axis, gamma, momentum, keeps, tangent)
+   subroutine put_component(effects, t, axis, gamma, momentum, only_round_off, tangent)
       type(effect_list_t), intent(in) :: effects
       !> s; n, space axes, and in the body; L; shape (3).
       real(wp), intent(in) :: t, axis(3), gamma(3), momentum(3)
-      logical, intent(in) :: keeps
+      logical, intent(in) :: only_round_off
       type(tangent_t), intent(inout) :: tangent
       real(wp) :: along(3), theta(3), delta(3), length, lacks
       integer :: k
@@ -109,7 +94,7 @@ contains
          theta = tangent%theta(k, :)
          delta = tangent%momentum(k, :)
          lacks = dot_product(axis, tangent%space_momentum(k, :)) - dot_product(gamma, delta) - dot_product(along, theta)
-         if (keeps .and. abs(lacks) > accumulated*(norm2(delta) + norm2(theta)*length)) cycle
+         if (only_round_off .and. abs(lacks) > accumulated*(norm2(delta) + norm2(theta)*length)) cycle
          tangent%momentum(k, :) = delta + lacks*gamma
       end do
    end subroutine put_component
@@ -137,14 +122,14 @@ contains
 
    !> Puts what columns change of the energy. A body that turns about a principal axis has no move that leaves l alone:
    !> there both are one row, and what round-off of the state has left between the two is shared by them.
-   subroutine put_energy(system, state, components, gamma, momentum, keeps, tangent)
+   subroutine put_energy(system, state, components, gamma, momentum, only_round_off, tangent)
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
       !> Of l that are conserved.
       integer, intent(in) :: components
       !> n where one is; L; shape (3).
       real(wp), intent(in) :: gamma(3), momentum(3)
-      logical, intent(in) :: keeps
+      logical, intent(in) :: only_round_off
       type(tangent_t), intent(inout) :: tangent
       real(wp), dimension(3) :: omega, by_momentum, rate, push, theta, delta
       real(wp) :: lacks(tangent%n), square, steepness, speed, size_of, theta_size, delta_size, length, farthest, k, s2
@@ -161,7 +146,7 @@ contains
       if (components == ALL_COMPONENTS) push = 0.0_wp
       if (components == ALONG_AXIS) push = push - dot_product(push, gamma)*gamma
       steepness = dot_product(rate, rate) + s2*dot_product(push, push)
-      farthest = merge(accumulated, longest, keeps)
+      farthest = merge(accumulated, longest, only_round_off)
       lacks = tangent%energy + tangent%work - tangent%energy_row(system, state)
       do i = 1, tangent%n
          theta = tangent%theta(i, :)
@@ -170,14 +155,14 @@ contains
          delta_size = norm2(delta)
          size_of = norm2(rate)*theta_size + speed*delta_size
          if (abs(lacks(i)) <= round_off*size_of) cycle
-         if (keeps .and. abs(lacks(i)) > accumulated*(size_of + speed*norm2(momentum)*theta_size)) cycle
+         if (only_round_off .and. abs(lacks(i)) > accumulated*(size_of + speed*norm2(momentum)*theta_size)) cycle
          length = theta_size
          if (s2 > 0.0_wp) length = max(length, delta_size/sqrt(s2))
          if (abs(lacks(i)) < farthest*sqrt(steepness)*length) then
             k = -lacks(i)/steepness
             tangent%theta(i, :) = theta + k*rate
             tangent%momentum(i, :) = delta - k*cross(rate, momentum) - (k*s2)*push
-         else if (keeps .and. square > tiny(1.0_wp)/eps) then
+         else if (only_round_off .and. square > tiny(1.0_wp)/eps) then
             tangent%momentum(i, :) = delta + (0.5_wp*lacks(i)/square)*by_momentum
          end if
       end do

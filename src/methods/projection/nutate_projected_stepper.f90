@@ -166,7 +166,7 @@ contains
       call origin%restore_left()
       call self%base%move_columns(system, origin, after, dt, window_time, tangent, status)
       if (status%code == 0 .and. after%balance%count == 0 .and. self%prepared_with%attitude) &
-         call project_columns(system, after, tangent)
+         call project_columns(system, after, .false., tangent)
    end subroutine move_columns
 
    !> The same to a state inside of the last step, which is projected.
@@ -177,7 +177,7 @@ contains
       type(tangent_t), intent(inout) :: tangent
       type(status_t), intent(inout) :: status
       call self%base%carry_inside(system, state, tangent, status)
-      if (status%code == 0 .and. self%prepared_with%attitude) call project_columns(system, state, tangent)
+      if (status%code == 0 .and. self%prepared_with%attitude) call project_columns(system, state, .false., tangent)
    end subroutine carry_inside
 
    !> What the stepper and the projection remember.

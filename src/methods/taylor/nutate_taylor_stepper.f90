@@ -526,7 +526,7 @@ contains
                               driven, tangent, status)
       if (works) tangent%work = tangent%work + tangent%energy_row(system, after)
       if (status%ok() .and. self%conserve .and. self%attitude .and. after%balance%count == 0) &
-         call project_columns(system, after, tangent)
+         call project_columns(system, after, .false., tangent)
    end subroutine move_columns
 
    !> What the projection remembers; the series is computed anew from the state.
