@@ -49,7 +49,9 @@ contains
       if (complete%method == 'nielsen_krenk' .and. complete%attitude .and. follows_turning_axes(system%effects)) &
          call turn_stepper(stepper)
       if (complete%conserve .and. complete%method /= 'taylor') call project_stepper(method%spacing, stepper)
-      if (status%ok()) call stepper%prepare(system, complete, status)
+      if (.not. status%ok()) return
+      stepper%conserves = method%can_project .and. .not. complete%conserve
+      call stepper%prepare(system, complete, status)
    end procedure make_stepper
 
    module procedure get_stepper

@@ -79,7 +79,7 @@ module nutate_stepper
       real(wp), allocatable :: work(:)
       !> Settings of the last `prepare`.
       type(integrator_settings_t) :: prepared_with = integrator_settings_t()
-      !> The method conserves by itself, and `carry` removes from columns what round-off adds.
+      !> The method conserves by itself, and is not projected: `carry` removes from columns what round-off adds.
       logical :: conserves = .false.
       !> Starts of steps are stored, for `state_at`.
       logical :: keeps_steps = .false.
@@ -201,7 +201,6 @@ contains
       self%error_estimate = 0.0_wp
       self%step_error = step_error_t()
       self%prepared_with = settings
-      self%conserves = .false.
       self%keeps_steps = .false.
       self%last_length = 0.0_wp
       if (allocated(self%again)) deallocate (self%again)

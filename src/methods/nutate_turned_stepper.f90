@@ -58,15 +58,14 @@ contains
       if (.not. status%ok()) return
       call self%turn%prepare(system%effects, settings%attitude)
       self%untested = .true.
-      if (self%turn%there) then
-         self%standing = system
-         self%standing%effects%frame_turns = .false.
-         self%standing%effects%frame_rate = 0.0_wp
-         call self%base%prepare(self%standing, settings, status)
-      else
+      if (.not. self%turn%there) then
          call self%base%prepare(system, settings, status)
+         return
       end if
-      self%conserves = self%base%conserves
+      self%standing = system
+      self%standing%effects%frame_turns = .false.
+      self%standing%effects%frame_rate = 0.0_wp
+      call self%base%prepare(self%standing, settings, status)
    end subroutine set_up
 
    !> One step and the turn. Errors, with the state as it was: those of the stepper; `NUTATE_OFF_BRANCH` where the axes

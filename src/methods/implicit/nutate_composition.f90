@@ -109,7 +109,6 @@ contains
          call self%stages(i)%stepper%prepare(system, settings, status)
          if (.not. status%ok()) return
       end do
-      self%conserves = self%stages(1)%stepper%conserves
    end subroutine set_up
 
    !> One step, all stages of it. Errors, with the state as it was: those of a stage.

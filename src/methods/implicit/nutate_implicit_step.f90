@@ -74,7 +74,6 @@ contains
          NUTATE_BAD_ARGUMENT, 'a continuous controller drives wheels (expected sample in it, or method = '// &
                                                        "'dop853' with conserve = .true.)", 'method')
       if (.not. status%ok()) return
-      self%conserves = .not. self%prepared_with%conserve
       self%slow = slow
       self%untested = .true.
       self%kept_dt = 0.0_wp
