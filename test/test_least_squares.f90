@@ -6,7 +6,7 @@ module test_least_squares
       minimize, &
       UNKNOWN_BELOW
    use nutate_robust_loss, only: loss_of, CAUCHY, HUBER, LINEAR, SOFT_L1
-   use nutate_status, only: status_t, NUTATE_BAD_ARGUMENT
+   use nutate_status, only: status_t, NUTATE_BAD_ARGUMENT, NUTATE_NOT_CONVERGED
    use test_support, only: check, check_below, check_close, error_type, new_unittest, unittest_type
    implicit none
    private
@@ -22,7 +22,7 @@ module test_least_squares
    end type curve_t
 
    integer, parameter :: BOX_BOD = 1, MISRA_1A = 2, MGH_09 = 3, RAT_42 = 4, DAN_WOOD = 5, MGH_10 = 6, LINE = 7, &
-                         PRODUCT = 8
+                         PRODUCT = 8, VALLEY = 9
 
 contains
 
@@ -35,6 +35,7 @@ contains
                   new_unittest("a_bound_that_is_not_needed_changes_nothing", test_loose_bounds), &
                   new_unittest("robust_losses_resist_outliers", test_robust), &
                   new_unittest("losses_are_those_of_SciPy", test_losses), &
+                  new_unittest("a_fit_that_stalls_ends", test_stall), &
                   new_unittest("fewer_residuals_than_parameters_are_rejected", test_too_few)]
    end subroutine collect_least_squares
 
@@ -74,6 +75,9 @@ contains
             y = x(1)*d(:, 1)
             d(:, 2) = y/(t + x(3))
             d(:, 3) = -y*x(2)/(t + x(3))**2
+         case (VALLEY)
+            y = [1e5_wp*(x(2) - sin(50*x(1))), x(1)]
+            d = reshape([-5e6_wp*cos(50*x(1)), 1.0_wp, 1e5_wp, 0.0_wp], [2, 2])
          case (LINE)
             y = x(1) + x(2)*t
             d(:, 1) = 1.0_wp
@@ -261,6 +265,23 @@ contains
                                                          -0.044721359549995794_wp], 1e-15_wp)
       call check_close(error, loss_of(CAUCHY, 4.0_wp), [1.6094379124341003_wp, 0.2_wp, -0.04_wp], 1e-15_wp)
    end subroutine test_losses
+
+   !> A valley that winds so narrowly that steps along it are short: the linearised problem promises all of the sum, and
+   !> 20 iterations take next to nothing.
+   subroutine test_stall(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(curve_t) :: curve
+      type(least_squares_result_t) :: result
+      type(status_t) :: status
+      curve%model = VALLEY
+      curve%t = [0.0_wp, 0.0_wp]
+      curve%y = [0.0_wp, 3.0_wp]
+      call minimize(curve, [0.0_wp, 0.0_wp], result, status)
+      call check(error, status%code, NUTATE_NOT_CONVERGED)
+      call check(error, index(status%message, 'stalls') > 0, trim(status%message))
+      call check(error, result%iterations, 20)
+      call check_below(error, result%chi_squared, 9.0_wp)
+   end subroutine test_stall
 
    subroutine test_too_few(error)
       type(error_type), allocatable, intent(out) :: error

@@ -25,6 +25,10 @@ module nutate_least_squares
    real(wp), parameter :: first_damping = 1e-3_wp, change = 10.0_wp, greatest_damping = 1e14_wp
    !> A stalled iteration counts as converged where the remaining step is below this, in standard errors.
    real(wp), parameter :: near = 1e-3_wp
+   !> A fit stalls where as many iterations take less from the sum than this share of what the linearised problem still
+   !> promises.
+   integer, parameter :: stall_iterations = 20
+   real(wp), parameter :: stall_share = 0.1_wp
    !> Least curvature of a loss beside its slope while iterating.
    real(wp), parameter :: least_curvature = 0.1_wp
    !> A parameter that changes the residuals by less, beside the one that changes them most, changes them by rounding
@@ -131,8 +135,8 @@ contains
    !> Minimises the sum of the losses of the squares of residuals.
    !>
    !> Errors: those of the problem at the start; `NUTATE_BAD_ARGUMENT` for fewer residuals than parameters,
-   !> `NUTATE_NOT_FINITE`; `NUTATE_NOT_CONVERGED` where the iterations do not suffice or no step is short enough: the
-   !> result is then the best place found. Source: Levenberg (1944), Marquardt (1963); Moré (1978) for QR.
+   !> `NUTATE_NOT_FINITE`; `NUTATE_NOT_CONVERGED` where the iterations do not suffice, the fit stalls or no step is short
+   !> enough: the result is then the best place found. Source: Levenberg (1944), Marquardt (1963); Moré (1978) for QR.
    subroutine minimize(problem, x, result, status, settings)
       class(least_squares_problem_t), intent(inout) :: problem
       !> Where to start; shape (parameters).
@@ -144,7 +148,7 @@ contains
       type(status_t) :: factored
       type(place_t) :: here
       type(factors_t) :: factors
-      real(wp) :: damping
+      real(wp) :: damping, earlier_cost
 
       if (present(settings)) chosen = settings
       here%x = within(problem, x)
@@ -155,12 +159,20 @@ contains
          return
       end if
       damping = first_damping
+      earlier_cost = here%cost
       do
          call factorize(problem, here, factors, status)
          if (.not. status%ok()) exit
          result%remaining = factors%remaining()/scale_of(chosen, here, factors)
          result%converged = result%remaining <= chosen%tolerance
          if (result%converged .or. result%iterations >= chosen%most_iterations) exit
+         if (result%iterations > 0 .and. mod(result%iterations, stall_iterations) == 0) then
+            if (earlier_cost - here%cost < stall_share*factors%remaining()**2) then
+               status = fail(NUTATE_NOT_CONVERGED, 'the fit stalls: its steps hardly reduce the residuals')
+               exit
+            end if
+            earlier_cost = here%cost
+         end if
          call advance(problem, factors, damping, here, result, status)
          if (.not. status%ok()) exit
          result%iterations = result%iterations + 1
