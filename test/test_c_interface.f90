@@ -252,7 +252,7 @@ contains
    subroutine run_library(error, name, scene, keeper)
       type(error_type), allocatable, intent(inout) :: error
       character(len=*), intent(in) :: name
-      type(scene_t), intent(out) :: scene
+      type(scene_t), intent(inout) :: scene
       type(keeper_t), intent(inout) :: keeper
       class(stepper_t), allocatable :: stepper
       character(len=:), allocatable :: message

@@ -61,7 +61,7 @@ contains
    !> Begins the run of a scene.
    subroutine begin(text, scene, run, error)
       character(len=*), intent(in) :: text
-      type(scene_t), intent(out) :: scene
+      type(scene_t), intent(inout) :: scene
       type(run_t), intent(inout) :: run
       type(error_type), allocatable, intent(inout) :: error
       type(status_t) :: status

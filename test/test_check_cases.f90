@@ -95,7 +95,7 @@ contains
    subroutine read_case(error, start, method, scene)
       type(error_type), allocatable, intent(inout) :: error
       character(len=*), intent(in) :: start, method
-      type(scene_t), intent(out) :: scene
+      type(scene_t), intent(inout) :: scene
       type(status_t) :: status
       character(len=:), allocatable :: message
       call parse_scene(cylinder//'&initial '//start//", attitude_from = 'lvlh', rate_from = 'lvlh' /"//nl// &

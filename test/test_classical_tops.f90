@@ -53,7 +53,7 @@ contains
    subroutine read_top(error, top, settings, scene)
       type(error_type), allocatable, intent(inout) :: error
       character(len=*), intent(in) :: top, settings
-      type(scene_t), intent(out) :: scene
+      type(scene_t), intent(inout) :: scene
       type(status_t) :: status
       character(len=:), allocatable :: message
       call parse_scene(top//'&dipole moment = 1.0, 0.0, 0.0, field = 0.0, 0.0, 1.0 /'//nl//'&integrator '//settings// &

@@ -51,7 +51,7 @@ contains
    subroutine make(text, scene, error)
       !> Its groups.
       character(len=*), intent(in) :: text
-      type(scene_t), intent(out) :: scene
+      type(scene_t), intent(inout) :: scene
       type(error_type), allocatable, intent(inout) :: error
       type(status_t) :: status
       character(len=:), allocatable :: message

@@ -37,7 +37,7 @@ contains
       character(len=*), intent(in) :: text
       type(equilibria_t), intent(out) :: found
       type(error_type), allocatable, intent(inout) :: error
-      type(scene_t), intent(out) :: scene
+      type(scene_t), intent(inout) :: scene
       type(status_t) :: status
       character(len=:), allocatable :: message
       call parse_scene(text//'&initial angular_velocity = 0.0, 0.0, 0.0 /'//lf// &

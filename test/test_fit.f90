@@ -70,7 +70,7 @@ contains
    !> Reads a scene.
    subroutine read(text, scene, error)
       character(len=*), intent(in) :: text
-      type(scene_t), intent(out) :: scene
+      type(scene_t), intent(inout) :: scene
       type(error_type), allocatable, intent(inout) :: error
       type(status_t) :: status
       character(len=:), allocatable :: message
@@ -167,7 +167,7 @@ contains
    !> A compass needle, of which heading, rate, damping and moment are free.
    subroutine read_compass(more, scene, error)
       character(len=*), intent(in) :: more
-      type(scene_t), intent(out) :: scene
+      type(scene_t), intent(inout) :: scene
       type(error_type), allocatable, intent(inout) :: error
       call read("&body shape = 'box', size = 0.06, 0.005, 0.0005, density = 7800 /"//lf// &
                 "&dipole moment = 0.1, 0, 0, field = 20e-6, 0, 0 /"//lf// &
@@ -374,7 +374,7 @@ contains
       seed = 7_int64
       call read(gyroscope//"&free key = 'body.inertia.1', 'body.inertia.2' /"//rates//", sigma = 0.01 /"// &
                 "&fit arcs = 'whole' /", scene, error)
-      call measure(scene, every(0.01_wp, 1000), error, seed)
+      call measure(scene, every(0.02_wp, 500), error, seed)
       if (allocated(error)) return
       scene%fit%numbers%groups(1)%settings(1)%values(:2)%number = [20.0_wp, 5.0_wp]
       call fit_and_check(scene, fit, error)

@@ -239,7 +239,7 @@ contains
    subroutine read_text(error, text, integrator, scene)
       type(error_type), allocatable, intent(inout) :: error
       character(len=*), intent(in) :: text, integrator
-      type(scene_t), intent(out) :: scene
+      type(scene_t), intent(inout) :: scene
       type(status_t) :: status
       character(len=:), allocatable :: message, steps
       steps = integrator

@@ -118,7 +118,7 @@ contains
    subroutine load(error, name, scene, override)
       type(error_type), allocatable, intent(inout) :: error
       character(len=*), intent(in) :: name
-      type(scene_t), intent(out) :: scene
+      type(scene_t), intent(inout) :: scene
       character(len=*), intent(in) :: override
       type(status_t) :: status
       character(len=:), allocatable :: message

@@ -48,7 +48,7 @@ contains
    !> Reads a scene.
    subroutine read(text, scene, error)
       character(len=*), intent(in) :: text
-      type(scene_t), intent(out) :: scene
+      type(scene_t), intent(inout) :: scene
       type(error_type), allocatable, intent(inout) :: error
       type(status_t) :: status
       character(len=:), allocatable :: message

@@ -23,7 +23,8 @@ module test_oracle
    integer, parameter :: qp = merge(precise, wp, precise > 0)
    logical, parameter :: has_oracle = precise > 0
 
-   !> Columns of the extrapolation, of n = 2, 4, 6, … steps each: more would lose digits that a tolerance of 1e-30 needs.
+   !> Columns of the extrapolation, of n = 2, 4, 6, … steps each: more would lose digits that a tolerance of 1e-30
+   !> needs.
    integer, parameter :: columns = 12
    !> Error of a step, relative to |q| and |L|, unless a smaller one is asked for.
    real(qp), parameter :: usual_tolerance = 1e-25_qp

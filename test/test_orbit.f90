@@ -332,7 +332,7 @@ contains
    subroutine read_on_orbit(error, frame, rest, scene)
       type(error_type), allocatable, intent(inout) :: error
       character(len=*), intent(in) :: frame, rest
-      type(scene_t), intent(out) :: scene
+      type(scene_t), intent(inout) :: scene
       type(status_t) :: status
       character(len=:), allocatable :: message
       call parse_scene("&body inertia = 90, 100, 40 / &orbit semi_major_axis = 7e6, inclination = 50, raan = 200, "// &

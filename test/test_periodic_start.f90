@@ -43,7 +43,7 @@ contains
    subroutine read_start(error, body, orbit, resonance, scene)
       type(error_type), allocatable, intent(inout) :: error
       character(len=*), intent(in) :: body, orbit, resonance
-      type(scene_t), intent(out) :: scene
+      type(scene_t), intent(inout) :: scene
       type(status_t) :: status
       character(len=:), allocatable :: message
       call parse_scene(body//orbit//' /'//nl//"&gravity_gradient /"//nl// &

@@ -118,7 +118,7 @@ contains
    subroutine read_text(error, rest, scene)
       type(error_type), allocatable, intent(inout) :: error
       character(len=*), intent(in) :: rest
-      type(scene_t), intent(out) :: scene
+      type(scene_t), intent(inout) :: scene
       type(status_t) :: status
       character(len=:), allocatable :: message
       call parse_scene(frame//rest//newline, 'plan.nml', scene, status, message)

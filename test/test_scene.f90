@@ -46,7 +46,7 @@ contains
    !> Parses a scene that must be right.
    subroutine parse(text, scene, error, settings)
       character(len=*), intent(in) :: text
-      type(scene_t), intent(out) :: scene
+      type(scene_t), intent(inout) :: scene
       type(error_type), allocatable, intent(inout) :: error
       character(len=*), intent(in), optional :: settings(:)
       type(status_t) :: status

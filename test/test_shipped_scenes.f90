@@ -62,7 +62,7 @@ contains
    subroutine load(error, name, scene)
       type(error_type), allocatable, intent(inout) :: error
       character(len=*), intent(in) :: name
-      type(scene_t), intent(out) :: scene
+      type(scene_t), intent(inout) :: scene
       type(status_t) :: status
       character(len=:), allocatable :: message
       call read_scene('scenes/'//trim(name)//'.nml', scene, status, message)

@@ -50,7 +50,7 @@ contains
    !> The box with an ensemble.
    subroutine make(rows, scene, error)
       character(len=*), intent(in) :: rows
-      type(scene_t), intent(out) :: scene
+      type(scene_t), intent(inout) :: scene
       type(error_type), allocatable, intent(inout) :: error
       type(status_t) :: status
       character(len=:), allocatable :: message

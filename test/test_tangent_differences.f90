@@ -225,7 +225,7 @@ contains
 
    subroutine read_samples(file, scene, error)
       character(len=*), intent(in) :: file
-      type(scene_t), intent(out) :: scene
+      type(scene_t), intent(inout) :: scene
       type(error_type), allocatable, intent(inout) :: error
       type(status_t) :: status
       character(len=:), allocatable :: message

@@ -63,7 +63,7 @@ quietly() {
    return $status
 }
 
-# fpm_with_flags ARGUMENT...: fpm with $FFLAGS for Fortran and $FPM_CFLAGS for C, and $NUTATE_TEST_FLAGS for the tests.
+# fpm_with_flags ARGUMENT...: fpm with $FFLAGS for Fortran and $FPM_CFLAGS for C, and $NUTATE_TEST_FLAGS for what computes little.
 fpm_with_flags() (
    export OMP_NUM_THREADS=$jobs FPM_FC=${FPM_FC:-gfortran} FPM_CC=${FPM_CC:-gcc}
    case $FPM_FC in
@@ -99,7 +99,7 @@ cmake_build() {
 }
 
 # Names of the suites of unit tests.
-suites() { sed -n 's/.*new_testsuite("\([a-z_0-9]*\)".*/\1/p' test/main.f90; }
+suites() { sed -n 's/.*new_testsuite("\([a-z_0-9]*\)".*/\1/p' test/suites_of_*.f90; }
 
 # The fpm of Fortran; another program of that name exists.
 has_fpm() { has fpm && fpm --version 2>/dev/null | grep -qi fortran; }

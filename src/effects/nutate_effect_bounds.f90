@@ -181,14 +181,16 @@ contains
    pure real(wp) function spectral_norm(a) result(norm)
       real(wp), intent(in) :: a(3, 3)
       real(wp), parameter :: upwards = 1 + 64*eps
-      real(wp) :: s(3, 3), scale, mean, spread, half_determinant
+      real(wp) :: b(3, 3), s(3, 3), scale, mean, spread, half_determinant
       integer :: i, j
       norm = 0.0_wp
       scale = maxval(abs(a))
       if (.not. scale > tiny(scale)) return
+      b = a/scale
       do j = 1, 3
-         do i = 1, 3
-            s(i, j) = dot_product(a(:, i)/scale, a(:, j)/scale)
+         do i = 1, j
+            s(i, j) = dot_product(b(:, i), b(:, j))
+            s(j, i) = s(i, j)
          end do
       end do
       mean = (s(1, 1) + s(2, 2) + s(3, 3))/3

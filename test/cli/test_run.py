@@ -231,7 +231,7 @@ class ProgressBar(CommandLineTest):
     def long_box(self):
         """The arguments of a long run of the box, found once."""
         if ProgressBar.box is None:
-            ProgressBar.box = self.long_run(1.2, "box.nml", 2000, "--set", "output.every=1000000")
+            ProgressBar.box = self.long_run(0.9, "box.nml", 2000, "--set", "output.every=1000000")
         return self.box
 
     def on_terminal(self, *arguments):
@@ -274,7 +274,7 @@ class ProgressBar(CommandLineTest):
         self.assertEqual(self.on_terminal(*self.long_box(), "--quiet"), ("", 0))
 
     def test_trial_runs_show_a_bar_each(self):
-        long = self.long_run(2.5, "top.nml", 20, "--set", "integrator.accuracy=1e-7", "--set",
+        long = self.long_run(1.8, "top.nml", 20, "--set", "integrator.accuracy=1e-7", "--set",
                              "integrator.method=nielsen_krenk", "--set", "output.interval=100")
         seen, status = self.on_terminal(*long)
         self.assertEqual(status, 0)

@@ -39,8 +39,9 @@ total() {
 }
 
 # Those that take longest, which begin first: whoever waits for the last one then waits least.
-longest='fit test_fuzz test_determinism test_cost path_attack test_checkpoint test_docs test_effect_columns test_run test_sweep'
-longest+=' resume random_controllers wheel_limits test_malformed effects exact_round_off tangent_differences stability_stiff'
+longest='test_fuzz test_cost stability_stiff fit test_run test_docs test_sweep path_attack test_checkpoint test_effect_columns'
+longest+=' wheel_limits tangent_differences stability_large_steps test_signals exact_round_off test_determinism random_controllers'
+longest+=' stability_scales effects test_sensitivities time_dependent moving_fields test_malformed resume'
 
 # What is to be run, `unit SUITE` or `cli MODULE`, a line each.
 list_parts() {
