@@ -136,7 +136,8 @@ contains
    !>
    !> Errors: those of the problem at the start; `NUTATE_BAD_ARGUMENT` for fewer residuals than parameters,
    !> `NUTATE_NOT_FINITE`; `NUTATE_NOT_CONVERGED` where the iterations do not suffice, the fit stalls or no step is
-   !> short enough: the result is then the best place found. Source: Levenberg (1944), Marquardt (1963); Moré (1978) for QR.
+   !> short enough: the result is then the best place found. Source: Levenberg (1944), Marquardt (1963); Moré (1978) for
+   !> QR.
    subroutine minimize(problem, x, result, status, settings)
       class(least_squares_problem_t), intent(inout) :: problem
       !> Where to start; shape (parameters).
