@@ -14,10 +14,10 @@ program unit
    use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
    use testdrive, only: get_argument, run_selected, run_testsuite, select_suite, testsuite_type, &
       unittest_type
-   use suites_of_effects, only: torque_suites
-   use suites_of_interfaces, only: ensemble_suites, interop_suites
-   use suites_of_methods, only: series_suites, root_suites, inside_suites, stability_suites
-   use suites_of_the_rest, only: other_suites
+   use suites_of_effects, only: effect_suites
+   use suites_of_interfaces, only: interface_suites
+   use suites_of_methods, only: method_suites
+   use suites_of_runs, only: run_suites
    use test_accuracy, only: read_numbers, report_accuracy
    use test_attack_report, only: repeat_case, report_attack
    use test_event_attack, only: report_event_attack
@@ -78,17 +78,12 @@ contains
    !> All suites. gfortran 12 loses the names of suites that a function returns into an array constructor.
    subroutine list_suites(suites)
       type(testsuite_type), allocatable, intent(out) :: suites(:)
-      type(testsuite_type), allocatable :: stability(:), roots(:), inside(:), series(:), torques(:), others(:)
-      type(testsuite_type), allocatable :: ensembles(:), interop(:)
-      stability = stability_suites()
-      inside = inside_suites()
-      roots = root_suites()
-      series = series_suites()
-      torques = torque_suites()
-      ensembles = ensemble_suites()
-      interop = interop_suites()
-      others = other_suites()
-      suites = [stability, roots, inside, series, torques, ensembles, interop, others]
+      type(testsuite_type), allocatable :: methods(:), effects(:), interfaces(:), runs(:)
+      methods = method_suites()
+      effects = effect_suites()
+      interfaces = interface_suites()
+      runs = run_suites()
+      suites = [methods, effects, interfaces, runs]
    end subroutine list_suites
 
    !> Runs one suite, adds its size to `tests` and what failed to `failures`.

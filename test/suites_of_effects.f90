@@ -1,4 +1,4 @@
-!> Suites about orbits, torques of time, wheels, and columns of derivatives.
+!> Suites of orbits, time-dependent torques, wheels, controllers, and tangent columns.
 module suites_of_effects
    use test_chaos, only: collect_chaos
    use test_check_cases, only: collect_check_cases
@@ -39,12 +39,12 @@ module suites_of_effects
    implicit none
    private
 
-   public :: torque_suites
+   public :: effect_suites
 
 contains
 
-   !> The suites about orbits, torques of time and wheels.
-   function torque_suites() result(suites)
+   !> The suites, by name.
+   function effect_suites() result(suites)
       type(testsuite_type), allocatable :: suites(:)
       suites = [ &
          new_testsuite("orbit_fields", collect_orbit_fields), &
@@ -81,8 +81,7 @@ contains
          new_testsuite("random_controllers", collect_random_controllers), &
          new_testsuite("wheel_reference", collect_wheel_reference), &
          new_testsuite("wheels", collect_wheels), &
-         new_testsuite("work_share", collect_work_share) &
-         ]
-   end function torque_suites
+         new_testsuite("work_share", collect_work_share)]
+   end function effect_suites
 
 end module suites_of_effects

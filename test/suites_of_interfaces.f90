@@ -20,22 +20,17 @@ module suites_of_interfaces
    implicit none
    private
 
-   public :: ensemble_suites, interop_suites
+   public :: interface_suites
 
 contains
 
-   !> The suites of ensembles.
-   function ensemble_suites() result(suites)
-      type(testsuite_type), allocatable :: suites(:)
-      suites = [new_testsuite("ensemble", collect_ensemble), &
-                new_testsuite("random", collect_random), &
-                new_testsuite("sweep", collect_sweep)]
-   end function ensemble_suites
-
-   !> The suites of what C and FORTRAN 77 call, and of exchange with other programs.
-   function interop_suites() result(suites)
+   !> The suites, by name.
+   function interface_suites() result(suites)
       type(testsuite_type), allocatable :: suites(:)
       suites = [ &
+         new_testsuite("ensemble", collect_ensemble), &
+         new_testsuite("random", collect_random), &
+         new_testsuite("sweep", collect_sweep), &
          new_testsuite("c_bodies", collect_c_bodies), &
          new_testsuite("c_events", collect_c_events), &
          new_testsuite("c_interface", collect_c_interface), &
@@ -49,6 +44,6 @@ contains
          new_testsuite("f77_bodies", collect_f77_bodies), &
          new_testsuite("f77_prepared", collect_f77_prepared), &
          new_testsuite("f77_helpers", collect_f77_helpers)]
-   end function interop_suites
+   end function interface_suites
 
 end module suites_of_interfaces

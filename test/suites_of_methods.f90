@@ -1,4 +1,4 @@
-!> Suites of the methods: series, the true root of a step, what lies inside of steps, hard cases.
+!> Suites of the methods: series, the true root of a step, dense output and events, fits, hard cases.
 module suites_of_methods
    use test_attack, only: collect_attack
    use test_axial_frame, only: collect_axial_frame
@@ -32,12 +32,12 @@ module suites_of_methods
    implicit none
    private
 
-   public :: series_suites, root_suites, inside_suites, stability_suites
+   public :: method_suites
 
 contains
 
-   !> The suites of the Taylor series.
-   function series_suites() result(suites)
+   !> The suites, by name.
+   function method_suites() result(suites)
       type(testsuite_type), allocatable :: suites(:)
       suites = [ &
          new_testsuite("axial_frame", collect_axial_frame), &
@@ -46,39 +46,19 @@ contains
          new_testsuite("taylor", collect_taylor), &
          new_testsuite("taylor_steps", collect_taylor_steps), &
          new_testsuite("step_tolerance", collect_step_tolerance), &
-         new_testsuite("equal_steps", collect_equal_steps)]
-   end function series_suites
-
-   !> The suites about the true root of a step.
-   function root_suites() result(suites)
-      type(testsuite_type), allocatable :: suites(:)
-      suites = [ &
+         new_testsuite("equal_steps", collect_equal_steps), &
          new_testsuite("attack", collect_attack), &
          new_testsuite("motion_bounds", collect_motion_bounds), &
          new_testsuite("event_attack", collect_event_attack), &
          new_testsuite("path_attack", collect_path_attack), &
          new_testsuite("bounds", collect_bounds), &
          new_testsuite("root_proof", collect_root_proof), &
-         new_testsuite("uncertified", collect_uncertified) &
-         ]
-   end function root_suites
-
-   !> The suites about what lies inside of steps, and about fits.
-   function inside_suites() result(suites)
-      type(testsuite_type), allocatable :: suites(:)
-      suites = [ &
+         new_testsuite("uncertified", collect_uncertified), &
          new_testsuite("fit", collect_fit), &
          new_testsuite("least_squares", collect_least_squares), &
          new_testsuite("dense_output", collect_dense_output), &
          new_testsuite("event_switches", collect_event_switches), &
-         new_testsuite("events", collect_events) &
-         ]
-   end function inside_suites
-
-   !> The suites of stability cases.
-   function stability_suites() result(suites)
-      type(testsuite_type), allocatable :: suites(:)
-      suites = [ &
+         new_testsuite("events", collect_events), &
          new_testsuite("stability_axes", collect_stability_axes), &
          new_testsuite("stability_columns", collect_stability_columns), &
          new_testsuite("stability_large_steps", collect_stability_large_steps), &
@@ -87,8 +67,7 @@ contains
          new_testsuite("stability_starts", collect_stability_starts), &
          new_testsuite("stability_stiff", collect_stability_stiff), &
          new_testsuite("stability_time", collect_stability_time), &
-         new_testsuite("stability_top", collect_stability_top) &
-         ]
-   end function stability_suites
+         new_testsuite("stability_top", collect_stability_top)]
+   end function method_suites
 
 end module suites_of_methods

@@ -374,7 +374,7 @@ contains
       seed = 7_int64
       call read(gyroscope//"&free key = 'body.inertia.1', 'body.inertia.2' /"//rates//", sigma = 0.01 /"// &
                 "&fit arcs = 'whole' /", scene, error)
-      call measure(scene, every(0.02_wp, 500), error, seed)
+      call measure(scene, every(0.01_wp, 1000), error, seed)
       if (allocated(error)) return
       scene%fit%numbers%groups(1)%settings(1)%values(:2)%number = [20.0_wp, 5.0_wp]
       call fit_and_check(scene, fit, error)

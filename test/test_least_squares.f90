@@ -266,8 +266,8 @@ contains
       call check_close(error, loss_of(CAUCHY, 4.0_wp), [1.6094379124341003_wp, 0.2_wp, -0.04_wp], 1e-15_wp)
    end subroutine test_losses
 
-   !> A valley that winds so narrowly that steps along it are short: the linearised problem promises all of the sum, and
-   !> 20 iterations take next to nothing.
+   !> A valley that winds so narrowly that steps along it are short: the linearised problem predicts that the sum
+   !> vanishes, and 20 iterations hardly reduce it.
    subroutine test_stall(error)
       type(error_type), allocatable, intent(out) :: error
       type(curve_t) :: curve

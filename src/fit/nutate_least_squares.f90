@@ -25,8 +25,8 @@ module nutate_least_squares
    real(wp), parameter :: first_damping = 1e-3_wp, change = 10.0_wp, greatest_damping = 1e14_wp
    !> A stalled iteration counts as converged where the remaining step is below this, in standard errors.
    real(wp), parameter :: near = 1e-3_wp
-   !> A fit stalls where as many iterations take less from the sum than this share of what the linearised problem still
-   !> promises.
+   !> A fit stalls where that many iterations reduce the sum by less than this share of the reduction that the
+   !> linearised problem still predicts.
    integer, parameter :: stall_iterations = 20
    real(wp), parameter :: stall_share = 0.1_wp
    !> Least curvature of a loss beside its slope while iterating.
@@ -169,7 +169,7 @@ contains
          if (result%converged .or. result%iterations >= chosen%most_iterations) exit
          if (result%iterations > 0 .and. mod(result%iterations, stall_iterations) == 0) then
             if (earlier_cost - here%cost < stall_share*factors%remaining()**2) then
-               status = fail(NUTATE_NOT_CONVERGED, 'the fit stalls: its steps hardly reduce the residuals')
+               status = fail(NUTATE_NOT_CONVERGED, 'the fit stalls: steps hardly reduce the sum (try another start)')
                exit
             end if
             earlier_cost = here%cost

@@ -16,8 +16,7 @@ import tempfile
 from fuzz_mutations import BASES, MUTATIONS, make_overrides, stretch
 from fuzz_scenes import FRAME, MEASURED, MOTOR, POINTS, TABLE, TRACK, write_scene
 
-# Steps of a run at most. `make fuzz` and `make stress` set NUTATE_WHOLE; most of what goes wrong does so early.
-LONGEST_RUN = 1000 if os.environ.get("NUTATE_WHOLE") else 400
+LONGEST_RUN = 1000
 
 # What a run or a check may take of processor time, s, and how long a hanging one is waited for. A core that other work shares
 # does half as much in that time; sanitizers and their like take theirs, and so do events, which look into every radian of a

@@ -30,7 +30,7 @@ class Determinism(CommandLineTest):
                 self.check(scene)
             for solver in [solvers[number % 2]] if DRAWS_FEWER else solvers:
                 self.check(scene, "--set", f"output.columns={all_columns()}", "--set", "integrator.method='nielsen_krenk'", "--set",
-                           f"integrator.formulation='{solver}'", "--set", "integrator.order=4", "--set", "output.every=11")
+                           f"integrator.formulation='{solver}'", "--set", "integrator.order=4", "--set", "output.every=3")
 
     def test_steps_by_their_error(self):
         for key in ("accuracy", "local_tolerance"):

@@ -1,4 +1,4 @@
-"""Mutated and extreme scenes (fuzzing.py), the first 167 of those that `make fuzz` tries, or 500 in `make stress`."""
+"""Mutated and extreme scenes (fuzzing.py), the first 200 of those that `make fuzz` tries, or 500 in `make stress`."""
 import collections
 import os
 import pathlib
@@ -10,7 +10,7 @@ import fuzzing
 from support import DRAWS_FEWER, ROOT, CommandLineTest
 
 SEED = 1
-CASES, WIDE_CASES = (167, 7) if DRAWS_FEWER else (500, 20)
+CASES, WIDE_CASES = (200, 8) if DRAWS_FEWER else (500, 20)
 EXTREME = pathlib.Path(__file__).resolve().parent / "extreme"
 
 

@@ -4,7 +4,6 @@
 set -u
 . "$(dirname "$0")/../environment.sh"
 
-export NUTATE_WHOLE=1
 programs=()
 for flags in "$FFLAGS" "-O1 $checked"; do
    say "Building with $flags"

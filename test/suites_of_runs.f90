@@ -1,5 +1,5 @@
-!> Suites but those of the other groups.
-module suites_of_the_rest
+!> Suites of bodies, attitudes, closed solutions, effects, scenes and runs.
+module suites_of_runs
    use test_accuracy, only: collect_accuracy
    use test_archive, only: collect_archive
    use test_attitude, only: collect_attitude
@@ -59,12 +59,12 @@ module suites_of_the_rest
    implicit none
    private
 
-   public :: other_suites
+   public :: run_suites
 
 contains
 
-   !> The suites but those of the other groups: one line for each, here or there.
-   function other_suites() result(suites)
+   !> The suites, by name.
+   function run_suites() result(suites)
       type(testsuite_type), allocatable :: suites(:)
       suites = [ &
          new_testsuite("accuracy", collect_accuracy), &
@@ -121,8 +121,7 @@ contains
          new_testsuite("shipped_scenes", collect_shipped_scenes), &
          new_testsuite("step", collect_step), &
          new_testsuite("threads", collect_threads), &
-         new_testsuite("work_precision", collect_work_precision) &
-         ]
-   end function other_suites
+         new_testsuite("work_precision", collect_work_precision)]
+   end function run_suites
 
-end module suites_of_the_rest
+end module suites_of_runs
