@@ -16,7 +16,7 @@ module test_accuracy
    use test_oracle, only: find_true_attitude, has_oracle, qp, true_distance
    use test_problems, only: precessing_top, problem_t
    use test_random_scenes, only: make_random_scene, random_scene_t
-   use test_support, only: check, check_below, draws_fewer, error_type, new_unittest, random_unit, skip_test, &
+   use test_support, only: check, check_below, error_type, new_unittest, random_unit, share_of, skip_test, &
                            unittest_type
    implicit none
    private
@@ -89,7 +89,7 @@ contains
          call skip_test(error, "no kind of 33 digits")
          return
       end if
-      call run_cases(1, merge(54, 160, draws_fewer()), outcomes)
+      call run_cases(1, share_of(160), outcomes)
       tally = tally_of(outcomes, 0)
       call check(error, tally%failed, 0, "runs failed")
       call check(error, tally%above_10, 0, "errors above ten times what was said")

@@ -6,14 +6,14 @@ module test_attack
       DAMPING, FEEDBACK, POLYNOMIAL, SPACE_TORQUE, SPRING
    use test_attack_oracle, only: branch_t, oracle_t, ENDED, REACHED
    use test_attack_run, only: attack_case, attack_cases, judge, outcome_t, tally_t, verdict_text
-   use test_support, only: check, check_close, draws_fewer, error_type, new_unittest, random_vector, unittest_type
+   use test_support, only: check, check_close, error_type, new_unittest, random_vector, share_of, unittest_type
    implicit none
    private
 
    public :: collect_attack
 
    !> Seed of the shortened attack, its stages, and a third of them.
-   integer, parameter :: seed = 1, short = 10000, shortest = 3400
+   integer, parameter :: seed = 1, short = 10000
 
 contains
 
@@ -33,7 +33,7 @@ contains
    subroutine no_wrong_root(error)
       type(error_type), allocatable, intent(out) :: error
       type(tally_t) :: tally
-      call attack_cases(seed, 1, merge(shortest, short, draws_fewer()), tally)
+      call attack_cases(seed, 1, share_of(short), tally)
       call check(error, verdict_text(tally) == '', verdict_text(tally))
    end subroutine no_wrong_root
 

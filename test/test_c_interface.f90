@@ -298,12 +298,13 @@ contains
 
    subroutine scenes_have_the_bits_of_the_library(error)
       type(error_type), allocatable, intent(out) :: error
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       type(keeper_t) :: keeper
       type(c_ptr), target :: handle, history
       integer(c_size_t) :: rows, width
       real(c_double), allocatable :: values(:, :)
       integer :: i
+      allocate (scene)
       do i = 1, size(shipped_scenes)
          call run_library(error, shipped_scenes(i), scene, keeper)
          if (allocated(error)) return
@@ -333,13 +334,14 @@ contains
    subroutine run_batches(error, name)
       type(error_type), allocatable, intent(inout) :: error
       character(len=*), intent(in) :: name
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       type(keeper_t) :: keeper
       type(c_ptr), target :: handle, stepper
       real(c_double), allocatable, target :: values(:, :)
       integer(c_size_t) :: room, added
       integer(c_int64_t) :: steps, batch
       integer :: filled, code
+      allocate (scene)
       call run_library(error, name, scene, keeper)
       if (.not. allocated(error)) call open_scene(error, name, handle)
       if (allocated(error)) return
@@ -382,12 +384,13 @@ contains
    subroutine run_at_once(error, name)
       type(error_type), allocatable, intent(inout) :: error
       character(len=*), intent(in) :: name
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       type(keeper_t) :: keeper
       type(c_ptr), target :: handle, stepper
       real(c_double), allocatable, target :: values(:, :)
       integer(c_size_t) :: rows, width, added
       integer :: code
+      allocate (scene)
       call run_library(error, name, scene, keeper)
       if (.not. allocated(error)) call open_scene(error, name, handle)
       if (allocated(error)) return
@@ -406,7 +409,7 @@ contains
    !> 200 bare steps of every scene that has an attitude.
    subroutine steps_have_the_bits_of_the_library(error)
       type(error_type), allocatable, intent(out) :: error
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       class(stepper_t), allocatable :: bare
       type(c_ptr), target :: handle, stepper
       type(state_t) :: state
@@ -415,6 +418,7 @@ contains
       real(c_double) :: q(4), p(4)
       integer(c_int64_t) :: done
       integer :: i, k, code
+      allocate (scene)
       do i = 1, size(shipped_scenes)
          call read_scene('scenes/'//trim(shipped_scenes(i))//'.nml', scene, status, message)
          if (.not. scene%integrator%attitude) cycle
@@ -440,12 +444,13 @@ contains
       type(error_type), allocatable, intent(out) :: error
       character(len=*), parameter :: file = 'build/test_c_interface.csv'
       character(kind=c_char), target :: path(len(file) + 1)
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       type(keeper_t) :: keeper
       type(c_ptr), target :: handle
       real(wp), allocatable :: values(:, :)
       character(len=400) :: header
       integer :: i, unit, problem
+      allocate (scene)
       path = [(file(i:i), i=1, len(file)), c_null_char]
       call run_library(error, 'spring_gyroscope', scene, keeper)
       if (.not. allocated(error)) call open_scene(error, 'spring_gyroscope', handle)

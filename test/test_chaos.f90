@@ -82,8 +82,9 @@ contains
       character(len=*), intent(in) :: text
       type(run_t), intent(inout) :: run
       type(error_type), allocatable, intent(inout) :: error
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       type(status_t) :: status
+      allocate (scene)
       call begin(text, scene, run, error)
       if (allocated(error)) return
       call run%run_to_end(scene%system, status)
@@ -94,10 +95,11 @@ contains
    !> solution: after the columns have turned in, between two times, nothing but the error of the steps is left.
    subroutine test_unstable_axis(error)
       type(error_type), allocatable, intent(out) :: error
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       type(run_t) :: run
       type(status_t) :: status
       real(wp) :: before(6), rates(6)
+      allocate (scene)
       call begin("&body inertia = 5, 20, 17 /&initial angular_velocity = 0, 0, 10 /"// &
                  "&integrator formulation = 'reduced', order = 8, time_step = 0.01, end_time = 20 /"// &
                  "&tangent exponents = 6, every = 4 /", scene, run, error)
@@ -175,13 +177,14 @@ contains
       type(error_type), allocatable, intent(inout) :: error
       !> Events switch effects.
       logical, intent(in), optional :: switches
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       type(run_t) :: run, direct
       type(status_t) :: status
       type(length_recorder_t) :: recorder
       type(column_t) :: column
       real(wp) :: x(6), weighted, area, dt
       integer :: k
+      allocate (scene)
       call begin(text//"&tangent vector = 0, 1, -2, 0.5, 0, 1 /", scene, run, error)
       if (allocated(error)) return
       call run%run_to_end(scene%system, status)
@@ -304,11 +307,12 @@ contains
    !> The indicators of a run in one call, by its arguments, and of one without.
    subroutine test_integrate(error)
       type(error_type), allocatable, intent(out) :: error
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       type(run_t) :: run, other
       type(state_t) :: state
       type(run_summary_t) :: summary, plain
       type(status_t) :: status
+      allocate (scene)
       call go(top_a//"&integrator formulation = 'reduced', time_step = 0.05, end_time = 20 /&tangent exponents = 6 /", &
               run, error)
       if (allocated(error)) return
@@ -331,11 +335,12 @@ contains
       type(error_type), allocatable, intent(out) :: error
       character(len=*), parameter :: text = top_a//"&integrator formulation = 'reduced', time_step = 0.01, "// &
          "end_time = 60 /&tangent exponents = 6, every = 7 /"
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       type(run_t) :: whole, first, second
       type(length_recorder_t) :: recorder
       type(byte_archive_t) :: archive
       type(status_t) :: status
+      allocate (scene)
       call go(text, whole, error)
       call begin(text, scene, first, error)
       if (allocated(error)) return

@@ -68,11 +68,12 @@ contains
       real(wp), intent(in) :: table(:, :)
       character(len=*), parameter :: methods(2) = [character(len=60) :: &
          "method = 'taylor', local_tolerance = 1e-15", "formulation = 'reduced', order = 8, time_step = 60.0"]
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       type(state_t) :: state
       type(status_t) :: status
       real(wp) :: omega(3)
       integer :: i, k
+      allocate (scene)
       do k = 1, size(methods)
          call read_case(error, 'quaternion = 0.7372492635482824, 0.005895561929111876, 0.6755644832106784, '// &
                         '0.006433876851820143, angular_velocity = '//rate, trim(methods(k)), scene)
@@ -109,12 +110,13 @@ contains
       real(wp), parameter :: angles(3) = [1.0_wp, 5.0_wp, 12.0_wp], periods(3) = [3258.1881530463132_wp, &
                                                                                  3264.1535339990787_wp, &
                                                                                       3294.0306677687689_wp]
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       type(state_t) :: state
       type(status_t) :: status
       character(len=80) :: start
       real(wp) :: pitch
       integer :: i, k
+      allocate (scene)
       do i = 1, size(angles)
          write (start, '("roll_pitch_yaw = 0.0, ", es23.16, ", 0.0, angular_velocity = 3*0.0")') &
             (90 - angles(i))*pi/180
@@ -136,10 +138,11 @@ contains
    subroutine small_swings(error)
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: in_plane = 3257.9400294036904_wp, across = 2806.5697607408_wp
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       type(periodic_start_t) :: start
       type(status_t) :: status
       character(len=:), allocatable :: message
+      allocate (scene)
       call parse_scene('&body inertia = 500.0, 12250.0, 12250.0 /'//nl// &
                        "&orbit semi_major_axis = 6756095.0, frame = 'inertial' /"//nl//'&gravity_gradient /'//nl// &
                        "&initial resonance = '1:1' /"//nl//'&integrator time_step = 10.0, end_time = 10.0 /', 's.nml', &

@@ -85,11 +85,12 @@ contains
       character(len=*), intent(in) :: top
       !> q, Ω; shape (7, 2).
       real(wp), intent(in) :: table(:, :)
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       type(state_t) :: state
       type(status_t) :: status
       real(wp), parameter :: times(2) = [5.0_wp, 20.0_wp]
       integer :: i
+      allocate (scene)
       call read_top(error, top, "method = 'taylor', local_tolerance = 1e-15", scene)
       if (allocated(error)) return
       state = scene%initial
@@ -119,11 +120,12 @@ contains
       procedure(integral_of) :: integral
       real(wp), intent(in) :: expected
       real(wp), parameter :: step = 0.1_wp
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       type(state_t) :: state
       type(status_t) :: status
       real(wp) :: largest
       integer :: i, n
+      allocate (scene)
       call read_top(error, top, "method = 'taylor', time_step = 0.1", scene)
       if (allocated(error)) return
       state = scene%initial

@@ -92,10 +92,11 @@ contains
       type(effect_kind_t), intent(in) :: kinds(:)
       character(len=*), intent(in) :: file
       type(error_type), allocatable, intent(inout) :: error
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       type(status_t) :: status
       character(len=:), allocatable :: message
       integer :: i, k
+      allocate (scene)
       call read_scene(file, scene, status, message)
       call check(error, status%ok(), message)
       if (allocated(error)) return

@@ -17,7 +17,7 @@ module test_effects
    use nutate_system, only: system_t
    use test_effect_samples, only: effect_samples_t, quartic_t, sample_body
    use test_problems, only: problem_t, solve
-   use test_support, only: check, check_below, check_close, draws_fewer, error_type, new_unittest, unittest_type
+   use test_support, only: check, check_below, check_close, error_type, new_unittest, share_of, unittest_type
    implicit none
    private
 
@@ -53,9 +53,9 @@ contains
       if (allocated(error)) return
       do combination = 0, 2**size(samples%names) - 1
          system = sample_body()
-         steps = merge(50, 150, draws_fewer())
+         steps = share_of(150)
          if (btest(combination, samples%position('earth_field') - 1) .or. &
-             btest(combination, samples%position('force') - 1)) steps = merge(8, 40, draws_fewer())
+             btest(combination, samples%position('force') - 1)) steps = share_of(40)
          do k = 1, size(samples%names)
             if (btest(combination, k - 1)) call samples%add(system, k)
          end do

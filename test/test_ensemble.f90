@@ -72,8 +72,9 @@ contains
 
    subroutine uniform_and_normal(error)
       type(error_type), allocatable, intent(out) :: error
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       real(wp), allocatable :: x(:, :)
+      allocate (scene)
       call make("&ensemble members = 20000, seed = 3 /"// &
                 "&vary key = 'body.inertia.1', distribution = 'uniform', low = 4.0, high = 7.0 /"// &
                 "&vary key = 'initial.angular_velocity', distribution = 'normal', sigma = 0.1, 0.2, 3.0 /", &
@@ -98,8 +99,9 @@ contains
    !> Over the keys of one group: variances 4 and 9, correlations 0.5, -0.8, 0.1.
    subroutine covariances(error)
       type(error_type), allocatable, intent(out) :: error
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       real(wp), allocatable :: x(:, :)
+      allocate (scene)
       call make("&ensemble members = 40000, seed = 4 /"// &
                 "&vary key = 'initial.angular_velocity.1', 'body.inertia.2', 'initial.angular_velocity.3', "// &
                 "distribution = 'normal', mean = 1.0, 20.0, 0.0, "// &
@@ -115,8 +117,9 @@ contains
    !> Two numbers that are one.
    subroutine flat_covariance(error)
       type(error_type), allocatable, intent(out) :: error
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       real(wp), allocatable :: x(:, :)
+      allocate (scene)
       call make("&ensemble members = 100 /"// &
                 "&vary key = 'initial.angular_velocity', distribution = 'normal', mean = 0.0, 0.0, 0.0, "// &
                 "covariance = 1.0, 2.0, 0.0, 2.0, 4.0, 0.0, 0.0, 0.0, 0.0 /", scene, error)
@@ -129,10 +132,11 @@ contains
    !> The angle θ has the probability (θ - sin θ)/π, every column of the matrix is uniform on the sphere.
    subroutine rotations(error)
       type(error_type), allocatable, intent(out) :: error
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       real(wp), allocatable :: q(:, :), angle(:), cosine(:, :)
       real(wp) :: r(3, 3)
       integer :: i
+      allocate (scene)
       call make("&ensemble members = 20000, seed = 5 /"// &
                 "&vary key = 'initial.quaternion', distribution = 'rotation' /", scene, error)
       if (allocated(error)) return
@@ -152,10 +156,11 @@ contains
 
    subroutine latin(error)
       type(error_type), allocatable, intent(out) :: error
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       real(wp), allocatable :: x(:, :)
       logical, allocatable :: met(:, :)
       integer :: i
+      allocate (scene)
       call make("&ensemble members = 1000, seed = 6, sampling = 'latin' /"// &
                 "&vary key = 'initial.angular_velocity.1', distribution = 'uniform', low = 0.0, high = 1.0 /"// &
                 "&vary key = 'initial.angular_velocity.2', distribution = 'normal', sigma = 1.0 /", scene, error)
@@ -175,8 +180,9 @@ contains
 
    subroutine grids(error)
       type(error_type), allocatable, intent(out) :: error
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       real(wp), allocatable :: x(:, :)
+      allocate (scene)
       call make("&ensemble file = 'grid.npy' /"// &
                 "&vary key = 'initial.angular_velocity.2', distribution = 'grid', low = -1, high = 1, points = 3 /"// &
                 "&vary key = 'body.inertia.1', 'body.inertia.2', distribution = 'grid', low = 4.9, 20.0, "// &
@@ -192,9 +198,10 @@ contains
    !> The second torque; a number of a key that the scene does not give.
    subroutine names(error)
       type(error_type), allocatable, intent(out) :: error
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       type(member_t) :: member
       type(status_t) :: status
+      allocate (scene)
       call make("&torque body = 1.0, 2.0, 3.0 /"//"&torque space = 4.0, 5.0, 6.0 /"//"&ensemble members = 2 /"// &
                 "&vary key = 'TORQUE.2.Space.3', distribution = 'uniform', low = 7.0, high = 7.0 /"// &
                 "&vary key = 'torque.2.frequency', distribution = 'uniform', low = 0.5, high = 0.5 /", scene, error)
@@ -214,9 +221,10 @@ contains
 
    subroutine whole_numbers(error)
       type(error_type), allocatable, intent(out) :: error
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       type(member_t) :: member
       type(status_t) :: status
+      allocate (scene)
       call make("&ensemble members = 1 /"//"&vary key = 'integrator.max_iterations', distribution = 'uniform', "// &
                 "low = 7.4, high = 7.4 /", scene, error)
       if (allocated(error)) return
@@ -231,12 +239,13 @@ contains
    !> Numbers of a member, written into a scene: the same end.
    subroutine members_by_hand(error)
       type(error_type), allocatable, intent(out) :: error
-      type(scene_t) :: scene, other
+      class(scene_t), allocatable :: scene, other
       type(member_t) :: member
       type(status_t) :: status
       character(len=:), allocatable :: message
       character(len=400) :: text
       integer(long) :: k
+      allocate (scene, other)
       call make("&ensemble members = 5, seed = 9 /"// &
                 "&vary key = 'initial.angular_velocity', distribution = 'normal', sigma = 0.1, 0.2, 3.0 /"// &
                 "&vary key = 'body.inertia', distribution = 'uniform', low = 4.9, 19.6, 16.7, "// &
@@ -261,11 +270,12 @@ contains
    !> An inertia of no body, and a number out of range.
    subroutine refusals(error)
       type(error_type), allocatable, intent(out) :: error
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       type(row_layout_t) :: layout
       type(status_t) :: status
       integer(long), allocatable :: fields(:, :)
       integer :: at
+      allocate (scene)
       call make("&ensemble members = 4 /"// &
                 "&vary key = 'body.inertia.1', distribution = 'grid', low = 5.0, high = 50.0, points = 2 /"// &
                 "&vary key = 'integrator.end_time', distribution = 'grid', low = -0.2, high = 0.2, points = 2 /", &
@@ -284,8 +294,9 @@ contains
    !> Rows of members run by one runner in their order, and each by one of its own.
    subroutine members_are_alone(error)
       type(error_type), allocatable, intent(out) :: error
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       integer(long), allocatable :: fields(:, :)
+      allocate (scene)
       call make("&ensemble members = 12, seed = 2 /"// &
                 "&event when = 'omega3', crosses = 9.0, switch = 'push toggle' /"// &
                 "&torque name = 'push', body = 1, 2, 3 /"// &
@@ -300,8 +311,9 @@ contains
    !> Every third member turns no frame.
    subroutine turned_frames(error)
       type(error_type), allocatable, intent(out) :: error
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       integer(long), allocatable :: fields(:, :)
+      allocate (scene)
       call make("&rotating_frame rate = 0, 0, 0 / &rotor momentum = 0, 1, 2 / &ensemble members = 12 /"// &
                 "&vary key = 'rotating_frame.rate.3', distribution = 'grid', low = -1, high = 1, points = 3 /", &
                 scene, error)
@@ -343,10 +355,11 @@ contains
       logical, intent(in) :: is_short
       integer(long), allocatable, intent(out) :: fields(:, :)
       type(error_type), allocatable, intent(inout) :: error
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       type(row_layout_t) :: layout
       type(status_t) :: status
       character(len=:), allocatable :: message
+      allocate (scene)
       call parse_scene("&body inertia = 5, 20, 17, mass = 12, center_of_mass = 0, 0, 0.3 / "//line_feed// &
                        "&initial angular_velocity = 0.1, 1, 6 / &integrator end_time = 3, "//world//line_feed// &
                        "&output columns = "//columns//" / &ensemble members = 8 / "//line_feed//"&vary key = "// &
@@ -366,10 +379,11 @@ contains
                                                   'rotor.momentum.1', 'integrator.end_time']
       character(len=*), parameter :: named = "&dipole moment = 9, 0, 30, field = 5, 0, 2 / "// &
                                      "&damping coefficient = 0.1, 0.2, 0.3 / "
-      type(scene_t) :: scene, by_name
+      class(scene_t), allocatable :: scene, by_name
       integer(long), allocatable :: fields(:, :), expected(:, :)
       character(len=:), allocatable :: text
       integer :: i
+      allocate (scene, by_name)
       do i = 1, size(varied)
          text = "&ensemble members = 6 / &vary key = '"//trim(varied(i))//"', distribution = 'uniform', "// &
                 merge("low = 16, high = 21 / ", "low = 0.1, high = 2 / ", i == 2)
@@ -414,12 +428,13 @@ contains
                                      "method = 'taylor', accuracy = 1e-9", &
                                      "order = 4, time_step = 0.01", "formulation = 'reduced', time_step = 0.01", &
                                      "method = 'auto', accuracy = 1e-6"]
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       type(row_layout_t) :: layout
       type(status_t) :: status
       character(len=:), allocatable :: message
       integer(long), allocatable :: fields(:, :)
       integer :: i
+      allocate (scene)
       do i = 1, size(methods)
          call parse_scene("&body inertia = 2, 3, 4, mass = 1, center_of_mass = 0, 0, 0.3 /"// &
                           "&initial angular_velocity = 1, -2, 6 / &gravity / &torque body = 1, 0, -2 /"// &

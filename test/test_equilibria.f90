@@ -63,8 +63,9 @@ contains
       integer, parameter :: by_index(0:3, 6) = reshape([4, 8, 8, 4, 4, 8, 8, 4, 2, 6, 6, 2, 2, 6, 8, 4, 2, 4, 4, 2, &
                                                         2, 2, 2, 2], [4, 6])
       type(equilibria_t) :: found
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       integer :: i, k
+      allocate (scene)
       do i = 1, size(momenta, 2)
          call find(body//orbit//rotor(momenta(:, i)), found, error, scene)
          if (allocated(error)) return
@@ -87,9 +88,10 @@ contains
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: h(3) = [0.3_wp, 0.5_wp, 0.4_wp]
       type(equilibria_t) :: found
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       real(wp) :: b(3), g(3), w, offset
       integer :: i
+      allocate (scene)
       call find(body//orbit//rotor(h), found, error, scene)
       if (allocated(error)) return
       do i = 1, size(found%items)
@@ -106,10 +108,11 @@ contains
    subroutine test_growth(error)
       type(error_type), allocatable, intent(out) :: error
       type(equilibria_t) :: found
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       type(linearization_t) :: linear
       type(status_t) :: status
       integer :: i, n_degenerate
+      allocate (scene)
       call find(body//orbit//rotor([0.0_wp, 1.0_wp, 0.0_wp]), found, error, scene)
       if (allocated(error)) return
       n_degenerate = 0
@@ -133,10 +136,11 @@ contains
    subroutine test_units(error)
       type(error_type), allocatable, intent(out) :: error
       type(equilibria_t) :: plain, found
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       real(wp) :: rate
       integer :: i
       character(len=120) :: momentum
+      allocate (scene)
       call find(body//orbit//rotor([0.3_wp, 0.5_wp, 0.4_wp]), plain, error, scene)
       if (allocated(error)) return
       rate = sqrt(3.986004418e14_wp/7e6_wp**3)
@@ -156,8 +160,9 @@ contains
    subroutine test_wheels(error)
       type(error_type), allocatable, intent(out) :: error
       type(equilibria_t) :: rotors, wheels
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       integer :: i
+      allocate (scene)
       call find(body//orbit//rotor([0.3_wp, 0.5_wp, 0.4_wp]), rotors, error, scene)
       if (allocated(error)) return
       call find(body//orbit//'&wheel axis = 1.0, 0.0, 0.0, inertia = 0.1, speed = 3.0 /'//lf// &
@@ -187,10 +192,11 @@ contains
 
       subroutine refuse(text, words)
          character(len=*), intent(in) :: text, words
-         type(scene_t) :: scene
+         class(scene_t), allocatable :: scene
          type(equilibria_t) :: found
          type(status_t) :: status
          character(len=:), allocatable :: message
+      allocate (scene)
          call parse_scene(text//'&initial angular_velocity = 0.0, 0.0, 0.0 /'//lf// &
                           '&integrator time_step = 0.1, end_time = 1.0 /', 's.nml', scene, status, message)
          call check(error, status%ok(), message)

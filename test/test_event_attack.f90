@@ -21,14 +21,14 @@ module test_event_attack
    use nutate_system, only: system_t
    use test_attack_case, only: attack_case_t, draw_case, make_system
    use test_event_support, only: keeper_t
-   use test_support, only: check, draws_fewer, error_type, new_unittest, random_unit, unittest_type
+   use test_support, only: check, error_type, new_unittest, random_unit, share_of, unittest_type
    implicit none
    private
 
    public :: collect_event_attack, attack_events, report_event_attack
 
    !> Cases of the shortened attack, and a third of them.
-   integer, parameter :: short = 1500, shortest = 500
+   integer, parameter :: short = 1500
    !> Steps of a case, and places that the search of a step looks at.
    integer, parameter :: steps = 2, places = 96
    !> Times nearer to a place, in distances of places, are on either side of it.
@@ -85,9 +85,9 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(event_tally_t) :: tally
       real(wp) :: few
-      call attack_events(1, 1, merge(shortest, short, draws_fewer()), tally)
+      call attack_events(1, 1, share_of(short), tally)
       call check(error, tally%missed + tally%false_events + tally%broken == 0, verdict(1, tally))
-      call check(error, tally%roots > tally%cases/2 .and. 2*tally%cases > merge(shortest, short, draws_fewer()), &
+      call check(error, tally%roots > tally%cases/2 .and. 2*tally%cases > share_of(short), &
                  'roots: '//verdict(1, tally))
       ! Pairs nearer than the search promises: 4 % of the roots, with three times the scatter of such a count.
       few = 0.04_wp*tally%roots

@@ -17,8 +17,8 @@ module test_exact_round_off
    use nutate_stepper, only: integrator_settings_t
    use nutate_system, only: system_t
    use test_oracle, only: find_true_attitude, has_oracle, qp, true_distance
-   use test_support, only: check, draws_fewer, error_type, new_unittest, random_unit, random_unit_quaternion, &
-      random_vector, skip_test, test_failed, unittest_type
+   use test_support, only: check, error_type, new_unittest, random_unit, random_unit_quaternion, random_vector, &
+                           share_of, skip_test, test_failed, unittest_type
    implicit none
    private
 
@@ -61,8 +61,7 @@ contains
          call skip_test(error, "no kind of 33 digits")
          return
       end if
-      n = some_cases
-      if (draws_fewer()) n = some_cases/3
+      n = share_of(some_cases)
       allocate (outcomes(n))
       do i = 1, n
          call run_case(i, outcomes(i))

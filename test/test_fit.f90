@@ -85,13 +85,14 @@ contains
       type(error_type), allocatable, intent(inout) :: error
       !> Of the noise; none without.
       integer(int64), intent(inout), optional :: seed
-      type(fit_model_t) :: model
+      class(fit_model_t), allocatable :: model
       type(residuals_t) :: residuals
       type(motion_at_t) :: motion
       type(system_t) :: system
       type(status_t) :: status
       real(wp) :: noise(4)
       integer :: i, k, c
+      allocate (model)
       if (allocated(error)) return
       call model%prepare(scene, status)
       if (status%ok()) call model%states_at(times, motion, status)
@@ -146,8 +147,9 @@ contains
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: errors(8) = [1.44392383273e-3_wp, 4.15230193256e-4_wp, 4.58307514772e-4_wp, &
          4.64752292636e-3_wp, 2.47016127864e-3_wp, 1.31774121343e-3_wp, 3.17557425618e-4_wp, 3.17158611193e-4_wp]
-      type(scene_t) :: scene
-      type(fit_t) :: fit
+      class(scene_t), allocatable :: scene
+      class(fit_t), allocatable :: fit
+      allocate (scene, fit)
       call read("&body inertia = 5, 20, 17 /&initial angular_velocity = 3, 1, 5 /&integrator time_step = 0.01, "// &
                 "method = 'nielsen_krenk', order = 4, end_time = 10 /&free key = 'initial.angular_velocity' /"// &
                 "&free key = 'body.inertia.1', 'body.inertia.2' /"//rates//", sigma = 0.01, bias = 'constant' /", &
@@ -184,8 +186,9 @@ contains
    subroutine test_compass(error)
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: errors(4) = [1.0946620550_wp, 2.7971862234_wp, 4.33752654384e-10_wp, 1.02842308003e-4_wp]
-      type(scene_t) :: scene
-      type(fit_t) :: fit
+      class(scene_t), allocatable :: scene
+      class(fit_t), allocatable :: fit
+      allocate (scene, fit)
       call read_compass('', scene, error)
       call fit_and_check(scene, fit, error)
       if (allocated(error)) return
@@ -201,12 +204,13 @@ contains
       real(wp), parameter :: rate = 1/86400.0_wp
       character(len=*), parameter :: crude(2) = [character(len=72) :: &
          'initial.angular_velocity=-4.1204E-4,8.3333E-5,-1.12269E-3', 'fit.start=scene']
-      type(scene_t) :: scene
-      type(fit_t) :: fit
+      class(scene_t), allocatable :: scene
+      class(fit_t), allocatable :: fit
       type(status_t) :: status
       character(len=:), allocatable :: message
       real(wp) :: errors(8)
       integer :: pass
+      allocate (scene, fit)
       do pass = 1, 2
          if (pass == 1) call parse(['body.inertia=3,3,1'])
          if (pass == 2) call parse([character(len=72) :: 'body.inertia=3,3,1', crude])
@@ -237,9 +241,10 @@ contains
    !> All three moments of a free body are free.
    subroutine test_ratios(error)
       type(error_type), allocatable, intent(out) :: error
-      type(scene_t) :: scene
-      type(fit_t) :: fit
+      class(scene_t), allocatable :: scene
+      class(fit_t), allocatable :: fit
       integer :: n
+      allocate (scene, fit)
       call read(gyroscope//"&free key = 'body.inertia' /"//rates//', sigma = 0.01 /', scene, error)
       call measure(scene, every(0.02_wp, 200), error)
       call fit_and_check(scene, fit, error)
@@ -255,8 +260,9 @@ contains
 
    subroutine test_compass_ratios(error)
       type(error_type), allocatable, intent(out) :: error
-      type(scene_t) :: scene
-      type(fit_t) :: fit
+      class(scene_t), allocatable :: scene
+      class(fit_t), allocatable :: fit
+      allocate (scene, fit)
       call read_compass("&free key = 'body.density' /"//lf, scene, error)
       call fit_and_check(scene, fit, error)
       if (allocated(error)) return
@@ -269,8 +275,9 @@ contains
 
    subroutine test_steady_spin(error)
       type(error_type), allocatable, intent(out) :: error
-      type(scene_t) :: scene
-      type(fit_t) :: fit
+      class(scene_t), allocatable :: scene
+      class(fit_t), allocatable :: fit
+      allocate (scene, fit)
       call read("&body inertia = 5, 20, 17 /&initial angular_velocity = 0, 0, 5 /"// &
                 "&integrator local_tolerance = 1e-11, end_time = 10 /"// &
                 "&free key = 'initial.angular_velocity', 'body.inertia' /"//rates//', sigma = 0.01 /', scene, error)
@@ -283,12 +290,13 @@ contains
    !> Random bodies, seen by a gyroscope and a star tracker with noise.
    subroutine test_random_fits(error)
       type(error_type), allocatable, intent(out) :: error
-      type(scene_t) :: scene
-      type(fit_t) :: fit
+      class(scene_t), allocatable :: scene
+      class(fit_t), allocatable :: fit
       real(wp) :: j(3), squares, omega(3), truth(8), off(8)
       integer(int64) :: seed
       integer :: i, fits, n
       character(len=400) :: start
+      allocate (scene, fit)
       seed = 20261125_int64
       fits = merge(40, 200, draws_fewer())
       squares = 0.0_wp
@@ -325,12 +333,13 @@ contains
    !> not; from the ratios that the data give, every start does.
    subroutine test_arcs(error)
       type(error_type), allocatable, intent(out) :: error
-      type(scene_t) :: scene, own
-      type(fit_t) :: fit
+      class(scene_t), allocatable :: scene, own
+      class(fit_t), allocatable :: fit
       type(status_t) :: status
       real(wp) :: ratios(2)
       integer(int64) :: seed
       integer :: i, starts, arrived(3), way
+      allocate (scene, fit, own)
       seed = 40_int64
       starts = merge(3, 40, draws_fewer())
       arrived = 0
@@ -367,10 +376,11 @@ contains
    !> Moments of the wrong order in the scene.
    subroutine test_data_start(error)
       type(error_type), allocatable, intent(out) :: error
-      type(scene_t) :: scene
-      type(fit_t) :: fit
+      class(scene_t), allocatable :: scene
+      class(fit_t), allocatable :: fit
       real(wp) :: errors(5)
       integer(int64) :: seed
+      allocate (scene, fit)
       seed = 7_int64
       call read(gyroscope//"&free key = 'body.inertia.1', 'body.inertia.2' /"//rates//", sigma = 0.01 /"// &
                 "&fit arcs = 'whole' /", scene, error)
@@ -388,13 +398,14 @@ contains
    !> Rates of the scene in degrees and in space axes: the same motion, and the same errors.
    subroutine test_units(error)
       type(error_type), allocatable, intent(out) :: error
-      type(scene_t) :: scene
-      type(fit_t) :: plain, other
+      class(scene_t), allocatable :: scene
+      class(fit_t), allocatable :: plain, other
       character(len=*), parameter :: rest = "&integrator local_tolerance = 1e-11, end_time = 2 /"//lf// &
          "&free key = 'initial.attitude', 'initial.angular_velocity' /&measurement file = '"//attitudes_file// &
          "', columns = 'q0', 'q1', 'q2', 'q3', sigma = 0.02 /"
       real(wp), parameter :: degree = pi/180
       real(wp), allocatable :: a(:), b(:)
+      allocate (scene, plain, other)
       call read("&body inertia = 5, 20, 17 /&initial axis = 0, 0, 1, angle = 90, angular_velocity = 3, 1, 5, "// &
                 "degrees = .true. /"//rest, scene, error)
       call measure(scene, every(0.1_wp, 20), error)
@@ -420,10 +431,11 @@ contains
 
    subroutine test_prior_and_loss(error)
       type(error_type), allocatable, intent(out) :: error
-      type(scene_t) :: scene
-      type(fit_t) :: fit
+      class(scene_t), allocatable :: scene
+      class(fit_t), allocatable :: fit
       type(status_t) :: status
       integer(int64) :: seed
+      allocate (scene, fit)
       seed = 11_int64
       call read(gyroscope//"&free key = 'body.inertia.1', sigma = 1e-6 /"//rates// &
                 ", sigma = 0.01, loss = 'cauchy' /&fit start = 'scene' /", scene, error)
@@ -488,10 +500,11 @@ contains
    subroutine test_switched_fit(error)
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: truth(6) = [1.0_wp, -2.0_wp, 3.0_wp, -2.0_wp, 2.0_wp, 0.3_wp]
-      type(scene_t) :: scene
-      type(fit_t) :: fit
+      class(scene_t), allocatable :: scene
+      class(fit_t), allocatable :: fit
       type(status_t) :: status
       character(len=:), allocatable :: message
+      allocate (scene, fit)
       call read(switched//"&free key = 'initial.angular_velocity', 'dipole.moment.2', 'torque.body.2' /"//lf// &
                 "&free key = 'wheel.inertia' /"//rates//", sigma = 0.01 /"//lf// &
                 "&measurement file = '"//energies_file//"', columns = 'potential', 'total', sigma = 0.05 /"//lf// &
@@ -521,10 +534,11 @@ contains
    !> runs than those of data that begin at once.
    subroutine test_late_data(error)
       type(error_type), allocatable, intent(out) :: error
-      type(scene_t) :: scene
-      type(fit_t) :: fit
+      class(scene_t), allocatable :: scene
+      class(fit_t), allocatable :: fit
       real(wp) :: errors(5)
       integer(int64) :: seed
+      allocate (scene, fit)
       seed = 13_int64
       call read(gyroscope//"&free key = 'body.inertia.1', 'body.inertia.2' /"//rates//", sigma = 0.01 /"//lf// &
                 "&fit start = 'scene' /", scene, error)
@@ -572,11 +586,12 @@ contains
    !> A body that spins a million times as fast as the one that is measured.
    subroutine test_hopeless(error)
       type(error_type), allocatable, intent(out) :: error
-      type(scene_t) :: scene
-      type(fit_model_t) :: model
+      class(scene_t), allocatable :: scene
+      class(fit_model_t), allocatable :: model
       type(motion_at_t) :: motion
       type(status_t) :: status
       real(wp) :: times(1)
+      allocate (scene, model)
       call read(gyroscope//rates//' /', scene, error)
       if (allocated(error)) return
       times = 1.0_wp
@@ -597,12 +612,13 @@ contains
       character(len=*), intent(in) :: text
       integer, parameter :: places(4) = [-2, -1, 1, 2]
       real(wp), parameter :: weights(4) = [1.0_wp, -8.0_wp, 8.0_wp, -1.0_wp]/12
-      type(scene_t) :: scene
-      type(fit_model_t) :: model, other
+      class(scene_t), allocatable :: scene
+      class(fit_model_t), allocatable :: model, other
       type(motion_at_t) :: motion, moved
       type(status_t) :: status
       real(wp), allocatable :: values(:), column(:)
       integer :: i, k
+      allocate (scene, model, other)
       call read(text, scene, error)
       if (allocated(error)) return
       call model%prepare(scene, status)
@@ -655,9 +671,10 @@ contains
 
    subroutine test_rejections(error)
       type(error_type), allocatable, intent(out) :: error
-      type(scene_t) :: scene
-      type(fit_t) :: fit
+      class(scene_t), allocatable :: scene
+      class(fit_t), allocatable :: fit
       type(status_t) :: status
+      allocate (scene, fit)
       call read(gyroscope, scene, error)
       call fit_scene(scene, fit, status)
       call check(error, status%code, NUTATE_BAD_ARGUMENT)

@@ -194,11 +194,12 @@ contains
    subroutine open_series(error)
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: h = 1e-4_wp, shapes(3) = [1.0_wp, 1.5_wp, 6.0_wp]
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       type(orbital_gradient_t) :: gradient
       type(orbit_t) :: orbit
       real(wp) :: series(3, 0:24), n(3), t, q(4), r(3), v(3)
       integer :: i, j, k
+      allocate (scene)
       call read_text(error, two, 'integrator', scene)
       if (allocated(error)) return
       q = scene%initial%q
@@ -256,11 +257,12 @@ contains
       character(len=*), intent(in) :: text, integrator, label
       !> t, q, Ω, and the energy where there is a ninth column.
       real(wp), intent(in) :: table(:, :), rate_unit, bound
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       type(state_t) :: state
       type(status_t) :: status
       real(wp) :: first
       integer :: i
+      allocate (scene)
       call read_text(error, text, integrator//', end_time = 1.0', scene)
       if (allocated(error)) return
       state = scene%initial
@@ -307,11 +309,12 @@ contains
    subroutine two_in_long_steps(error)
       type(error_type), allocatable, intent(out) :: error
       character(len=9), parameter :: formulations(2) = [character(len=9) :: 'full', 'reduced']
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       type(state_t) :: state
       type(status_t) :: status
       real(wp) :: first
       integer :: i, order
+      allocate (scene)
       do i = 1, 2
          do order = 2, 4, 2
             call read_text(error, two, "formulation = '"//trim(formulations(i))//"', order = "// &
@@ -353,9 +356,10 @@ contains
    subroutine expect(error, text, words)
       type(error_type), allocatable, intent(inout) :: error
       character(len=*), intent(in) :: text, words
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       type(status_t) :: status
       character(len=:), allocatable :: message
+      allocate (scene)
       call parse_scene('&body inertia = 1.0, 1.5, 2.2 /'//nl//'&initial angular_velocity = 0.2, -0.1, 0.5 /'//nl// &
                        '&integrator time_step = 0.01, end_time = 1.0 /'//nl//text, 's.nml', scene, status, message)
       call check(error, .not. status%ok(), 'accepted: '//text)
@@ -403,8 +407,9 @@ contains
                                             'mu = 1.0', &
                                      far = "&orbit name = 'far', semi_major_axis = 5.0, eccentricity = 0.5, "// &
                                            'inclination = 1.0, mu = 20.0'
-      type(scene_t) :: scene, main, one, other
+      class(scene_t), allocatable :: scene, main, one, other
       integer :: i
+      allocate (scene, main, one, other)
       call read_text(error, body//near//' /'//nl//far//' /'//nl//'&gravity_gradient /'//nl//start, 'integrator', scene)
       call read_text(error, body//near//' /'//nl//far//', main = .true. /'//nl//'&gravity_gradient /'//nl//start, &
                      'integrator', main)

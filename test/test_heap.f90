@@ -88,8 +88,9 @@ contains
    subroutine no_attitude_allocates_nothing(error)
       type(error_type), allocatable, intent(out) :: error
       character(len=*), parameter :: names(3) = [character(len=13) :: 'box', 'gyrostat', 'slowing_plate']
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       integer :: i
+      allocate (scene)
       call demand_counter(error)
       do i = 1, size(names)
          if (.not. allocated(error)) call load(error, names(i), scene, "output.columns='angular_velocity'")
@@ -131,8 +132,9 @@ contains
       !> On the scene's time step.
       real(wp), intent(in) :: factor
       logical, intent(in) :: controlled
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       integer :: i
+      allocate (scene)
       call demand_counter(error)
       do i = 1, size(scene_names)
          if (.not. allocated(error)) call load(error, scene_names(i), scene, "scene.title='allocations'")

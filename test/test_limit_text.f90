@@ -73,8 +73,9 @@ contains
    logical function text_takes(setting, message)
       type(setting_t), intent(in) :: setting
       character(len=:), allocatable, intent(out) :: message
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       type(status_t) :: status
+      allocate (scene)
       call parse_scene(body_text(setting)//initial_text(setting)//integrator_text(setting)//effect_text(setting), &
                        'a.nml', scene, status, message)
       text_takes = status%ok()
@@ -195,9 +196,10 @@ contains
       type(setting_t), intent(in) :: setting
       character(len=*), intent(in) :: group
       character(len=:), allocatable :: text, message
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       type(status_t) :: status
       integer :: i, k
+      allocate (scene)
       text = ''
       call read_scene('test/effect_samples.nml', scene, status, message)
       if (.not. status%ok()) return
@@ -347,10 +349,11 @@ contains
    !> True if a scene takes so many steps between rows.
    logical function text_takes_every(every)
       integer, intent(in) :: every
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       type(status_t) :: status
       character(len=:), allocatable :: message
       character(len=12) :: digits
+      allocate (scene)
       write (digits, '(i0)') every
       call parse_scene(body_text(setting_t())//initial_text(setting_t())//integrator_text(setting_t())// &
                        '&output every = '//trim(digits)//' /', 'a.nml', scene, status, message)

@@ -11,7 +11,7 @@ module test_limits
                                   of_tangents, &
       of_settings, of_starts, of_torques, of_wheels, promise_t
    use test_limit_text, only: number_text, setting_t, text_takes, text_takes_every
-   use test_support, only: check, draws_fewer, error_type, new_unittest, test_failed, unittest_type
+   use test_support, only: check, error_type, new_unittest, one_in, test_failed, unittest_type
    implicit none
    private
 
@@ -229,7 +229,7 @@ contains
       wrong = ''
       sizes = tried_sizes()
       do i = 1, size(promises)
-         do k = 1, 2*size(sizes), merge(3, 1, draws_fewer())
+         do k = 1, 2*size(sizes), one_in()
             call try(promises(i), merge(1, -1, mod(k, 2) == 0)*sizes((k + 1)/2), n, wrong)
          end do
       end do

@@ -62,8 +62,9 @@ contains
       type(linearization_t), intent(out) :: linear
       type(error_type), allocatable, intent(inout) :: error
       real(wp), intent(in), optional :: period
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       type(status_t) :: status
+      allocate (scene)
       call read(text, scene, error)
       if (allocated(error)) return
       if (present(period)) then
@@ -98,9 +99,10 @@ contains
 
    subroutine test_differences(error)
       type(error_type), allocatable, intent(out) :: error
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       type(status_t) :: status
       character(len=:), allocatable :: message
+      allocate (scene)
       call read_scene('scenes/all_effects.nml', scene, status, message)
       call check(error, status%ok(), message)
       if (allocated(error)) return
@@ -198,10 +200,11 @@ contains
       real(wp), parameter :: h = 1e-3_wp, period = 1.5_wp
       integer, parameter :: places(4) = [-2, -1, 1, 2], weights(4) = [1, -8, 8, -1]
       type(linearization_t) :: linear
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       type(state_t) :: reference
       real(wp) :: x(7), change(7)
       integer :: i, k
+      allocate (scene)
       call linearize(text, linear, error, period)
       call read(text, scene, error)
       if (allocated(error)) return
@@ -437,8 +440,9 @@ contains
          character(len=*), intent(in) :: text, words
          character(len=*), intent(in), optional :: more
          type(linearization_t) :: linear
-         type(scene_t) :: scene
+         class(scene_t), allocatable :: scene
          type(status_t) :: status
+      allocate (scene)
          call read(text, scene, error)
          if (allocated(error)) return
          call linearize_equilibrium(scene%system, scene%initial, scene%plan%end_time, linear, status)

@@ -63,7 +63,8 @@ contains
    subroutine make_problem(k, smallest, problem)
       integer, intent(in) :: k
       real(wp), intent(in) :: smallest
-      type(problem_t), intent(out) :: problem
+      type(problem_t), intent(inout) :: problem
+      problem = problem_t()
       call make_moon([smallest, smallest + states(2, k)/3, 1.0_wp], states(1, k), [states(4, k)*pi, states(5, k)], &
                      problem)
    end subroutine make_problem

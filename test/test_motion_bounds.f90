@@ -28,14 +28,14 @@ module test_motion_bounds
    use nutate_wheel_mounting, only: add_wheel
    use test_attack_case, only: attack_case_t, draw_case, make_system
    use test_event_support, only: keeper_t, rate_event_t
-   use test_support, only: check, check_below, draws_fewer, error_type, new_unittest, random_unit, &
-      random_unit_quaternion, random_vector, unittest_type
+   use test_support, only: check, check_below, error_type, new_unittest, random_unit, random_unit_quaternion, &
+                           random_vector, share_of, unittest_type
    implicit none
    private
    public :: collect_motion_bounds
 
    !> Motions drawn, and a third of them. Rows of each.
-   integer, parameter :: many = 600, few = 200, rows = 100
+   integer, parameter :: many = 600, rows = 100
    !> Longest turn between two rows, rad, that is followed to more than the digits that count; of the bound, for
    !> round-off and the errors of the reference; the margins of events, which the bounds have to do without here.
    real(wp), parameter :: followed = 0.15_wp, round_off = 1e-7_wp, noise = 1e-11_wp, margin_of_rates = 1.25_wp, &
@@ -97,7 +97,7 @@ contains
    end subroutine drag_bound
 
    integer function motions()
-      motions = merge(few, many, draws_fewer())
+      motions = share_of(many)
    end function motions
 
    subroutine no_motion_exceeds_its_bounds(error)

@@ -17,8 +17,8 @@ module test_near_rest
    use nutate_status, only: status_t
    use nutate_stepper, only: integrator_settings_t
    use test_problems, only: problem_t
-   use test_support, only: check, draws_fewer, error_type, new_unittest, random_unit_quaternion, random_vector, &
-      unittest_type
+   use test_support, only: check, error_type, new_unittest, random_unit_quaternion, random_vector, share_of, &
+                           unittest_type
    implicit none
    private
 
@@ -51,9 +51,10 @@ contains
    !> A pendulum of random moments in a fluid, thrown at random. In `end_time` it loses all but 1e-10 of its energy.
    subroutine draw(seed, problem)
       integer(int64), intent(inout) :: seed
-      type(problem_t), intent(out) :: problem
+      type(problem_t), intent(inout) :: problem
       type(status_t) :: status
       real(wp) :: center(3)
+      problem = problem_t()
       center = random_vector(seed)
       call make_body(diagonal([1.0_wp, 1.3_wp, 1.6_wp] + 0.2_wp*random_vector(seed)), problem%system%body, status, &
                      mass=1.0_wp, center_of_mass=0.5_wp*center/norm2(center))
@@ -79,7 +80,7 @@ contains
       integer :: i, k, exponent
       do k = 1, size(methods)
          seed = 7_int64
-         do i = 1, merge(3, motions, draws_fewer())
+         do i = 1, share_of(motions)
             call draw(seed, problem)
             limit = huge(limit)
             do exponent = 9, 14
@@ -119,7 +120,7 @@ contains
       real(wp) :: accuracy, distance
       integer :: i, k, exponent
       seed = 8_int64
-      do i = 1, merge(3, motions, draws_fewer())
+      do i = 1, share_of(motions)
          call draw(seed, problem)
          reference = problem%start
          call integrate(problem%system, settings_of('taylor'), reference, run_plan_t( &
@@ -159,7 +160,7 @@ contains
       integer :: i, k
       call hang_gyroscope(problem)
       do k = 1, size(all_methods)
-         do i = 1, merge(2, size(steps), draws_fewer())
+         do i = 1, share_of(size(steps))
             state = problem%start
             call integrate(problem%system, settings_of(trim(all_methods(k))), state, &
                            run_plan_t(time_step=steps(i), end_time=2e4_wp), status, summary=summary)
@@ -176,8 +177,9 @@ contains
 
    !> A pendulum with a fast rotor across it, in a fluid.
    subroutine hang_gyroscope(problem)
-      type(problem_t), intent(out) :: problem
+      type(problem_t), intent(inout) :: problem
       type(status_t) :: status
+      problem = problem_t()
       call make_body(diagonal([1.0_wp, 1.2_wp, 1.4_wp]), problem%system%body, status, mass=50.0_wp, &
                      center_of_mass=[0.0_wp, 0.0_wp, -weight/(50*9.81_wp)])
       call problem%system%effects%add(rotor_t(momentum=[0.0_wp, spin, 0.0_wp]))

@@ -371,9 +371,10 @@ contains
    !> n² along z.
    subroutine direction_of_orbit(error)
       type(error_type), allocatable, intent(out) :: error
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       real(wp), parameter :: gamma(3) = [0.36_wp, 0.48_wp, 0.8_wp]
       real(wp) :: expected
+      allocate (scene)
       call read_on_orbit(error, 'lvlh', "&gravity_gradient / &integrator time_step = 60, end_time = 600 /", scene)
       if (allocated(error)) return
       call check(error, scene%system%effects%n_potentials, 1)

@@ -12,14 +12,14 @@ module test_path_attack
    use nutate_status, only: status_t
    use test_event_support, only: keeper_t
    use test_path_case, only: draw_path, most_places, path_case_t, places, steps, walk
-   use test_support, only: check, draws_fewer, error_type, new_unittest, random_unit, unittest_type
+   use test_support, only: check, error_type, new_unittest, random_unit, share_of, unittest_type
    implicit none
    private
 
    public :: collect_path_attack, report_path_attack
 
    !> Cases of the shortened attack, and a third of them.
-   integer, parameter :: short = 400, shortest = 134
+   integer, parameter :: short = 400
    !> Times nearer to a place, in distances of places, are on either side of it.
    real(wp), parameter :: blur = 1e-4_wp
    !> What round-off makes of a difference, over the size of the quantity; what steps that another run projects
@@ -47,7 +47,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(path_tally_t) :: tally
       integer :: n
-      n = merge(shortest, short, draws_fewer())
+      n = share_of(short)
       call attack_paths(1, 1, n, tally)
       call check(error, tally%missed + tally%made_up + tally%broken == 0, verdict(1, tally))
       call check(error, 3*tally%cases > n .and. tally%expected > tally%cases, 'few: '//verdict(1, tally))

@@ -55,7 +55,8 @@ contains
 
    subroutine forced_phobos(error)
       type(error_type), allocatable, intent(out) :: error
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
+      allocate (scene)
       call read_start(error, phobos, mars, '1:1', scene)
       if (allocated(error)) return
       call check_rate(error, scene, rate_of_phobos)
@@ -66,7 +67,8 @@ contains
 
    subroutine forced_mercury(error)
       type(error_type), allocatable, intent(out) :: error
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
+      allocate (scene)
       call read_start(error, mercury, sun, '3:2', scene)
       if (allocated(error)) return
       call check_rate(error, scene, rate_of_mercury)
@@ -126,9 +128,10 @@ contains
    !> The trace of M in the plane, and across it, is the sum of 2 cos 2πf of the free librations.
    subroutine free_librations(error)
       type(error_type), allocatable, intent(out) :: error
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       type(periodic_start_t) :: start
       type(status_t) :: status
+      allocate (scene)
       call read_start(error, phobos, mars, '1:1', scene)
       if (allocated(error)) return
       call find_periodic_start(scene%system, 1.0_wp, start, status)
@@ -156,9 +159,10 @@ contains
    !> another method, 1.88.
    subroutine unstable_resonance(error)
       type(error_type), allocatable, intent(out) :: error
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       type(linearization_t) :: linear
       type(status_t) :: status
+      allocate (scene)
       call read_start(error, '&body inertia = 0.5, 0.764033333333333, 1.0 /'//nl, &
                       '&orbit semi_major_axis = 1.0, mu = 1.0, eccentricity = 0.1', '1:1', scene)
       if (allocated(error)) return
@@ -178,11 +182,12 @@ contains
       character(len=*), parameter :: orbits(2) = [character(len=200) :: &
          'semi_major_axis = 9.376e6, mu = 4.282837e13, eccentricity = 0.0151, mean_anomaly = 2.0', &
          'periapsis_distance = 9234422.4, mu = 4.282837e13, eccentricity = 0.0151, periapsis_time = 18771.26']
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       type(state_t) :: state
       type(status_t) :: status
       real(wp) :: rate, expected(4)
       integer :: i
+      allocate (scene)
       do i = 1, size(orbits)
          call read_start(error, '&body inertia = 0.5024, 0.3615, 0.4265 /'//nl, '&orbit '//trim(orbits(i))// &
                          ', inclination = 0.4, raan = 0.5, argument_of_periapsis = 0.6', '1:1', scene)
@@ -211,9 +216,10 @@ contains
    !> A symmetric body on a circular orbit keeps any attitude about its axis: the guess is periodic.
    subroutine families(error)
       type(error_type), allocatable, intent(out) :: error
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       type(periodic_start_t) :: start
       type(status_t) :: status
+      allocate (scene)
       call read_start(error, '&body inertia = 1.0, 1.0, 1.6 /'//nl, &
                       "&orbit semi_major_axis = 1.0, mu = 1.0, frame = 'inertial'", '1:1', scene)
       if (allocated(error)) return
@@ -237,9 +243,10 @@ contains
    subroutine check_refusal(error, groups, words)
       type(error_type), allocatable, intent(inout) :: error
       character(len=*), intent(in) :: groups, words
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       type(status_t) :: status
       character(len=:), allocatable :: message
+      allocate (scene)
       call parse_scene(phobos//groups//nl//"&initial resonance = '1:1' /"//nl// &
                        '&integrator time_step = 0.1, end_time = 1.0 /', 's.nml', scene, status, message)
       call check(error, .not. status%ok() .and. index(message, words) > 0, words//' expected, got '//message)

@@ -49,7 +49,8 @@ contains
       subroutine expect(rest, attitude)
          character(len=*), intent(in) :: rest
          logical, intent(in) :: attitude
-         type(scene_t) :: scene
+         class(scene_t), allocatable :: scene
+      allocate (scene)
          call read_text(error, rest, scene)
          if (allocated(error)) return
          call check(error, scene%integrator%attitude .eqv. attitude, rest)
@@ -59,9 +60,10 @@ contains
 
    subroutine three_equations_without_attitude(error)
       type(error_type), allocatable, intent(out) :: error
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       class(stepper_t), allocatable :: stepper
       type(status_t) :: status
+      allocate (scene)
       call read_text(error, "&output columns = 'energy' /", scene)
       if (allocated(error)) return
       call make_stepper(scene%system, scene%integrator, stepper, status)
@@ -84,8 +86,9 @@ contains
    subroutine invariants_follow_from_the_effects(error)
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: none(3) = 0.0_wp
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       type(invariants_t) :: invariants
+      allocate (scene)
       call expect("&rotor momentum = 1, 2, 3 /", ALL_COMPONENTS, none)
       call expect("&gravity acceleration = 0, 3, -4 /", ALONG_AXIS, [0.0_wp, 0.6_wp, -0.8_wp])
       call expect("&gravity /"//newline//"&dipole moment = 1, 2, 3, field = 0, 0, 7 /", ALONG_AXIS, &

@@ -25,11 +25,18 @@ module test_problems
    type :: problem_t
       type(system_t) :: system
       type(state_t) :: start
+   contains
+      final :: end_problem
    end type problem_t
 
    real(wp), parameter :: identity(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
 
 contains
+
+   !> Does nothing, and lets gfortran free the components in one place, not wherever such a variable ends.
+   impure elemental subroutine end_problem(self)
+      type(problem_t), intent(inout) :: self
+   end subroutine end_problem
 
    !> The paper's box: edges 4, 1, 2 m, 12 kg, spinning about its intermediate axis 3.
    type(problem_t) function box() result(problem)

@@ -23,8 +23,8 @@ module test_random_controllers
    use nutate_wheel, only: wheel_t
    use nutate_wheel_mounting, only: add_wheel
    use test_problems, only: problem_t
-   use test_support, only: check, check_below, draws_fewer, error_type, new_unittest, random_unit, &
-      random_unit_quaternion, random_vector, unittest_type
+   use test_support, only: check, check_below, error_type, new_unittest, random_unit, random_unit_quaternion, &
+                           random_vector, share_of, unittest_type
    implicit none
    private
 
@@ -63,7 +63,7 @@ contains
       character(len=32) :: label
       real(wp) :: step
       integer :: i
-      do i = 1, merge(50, 150, draws_fewer())
+      do i = 1, share_of(150)
          call make_stiff_loop(i, problem, step)
          state = problem%start
          watcher = limit_watcher_t()
@@ -78,13 +78,14 @@ contains
    !> The loop of a number, and a step of 3 to 30 of its own times.
    subroutine make_stiff_loop(number, problem, step)
       integer, intent(in) :: number
-      type(problem_t), intent(out) :: problem
+      type(problem_t), intent(inout) :: problem
       real(wp), intent(out) :: step
       type(controller_t) :: controller
       type(status_t) :: status
       integer(int64) :: seed
       real(wp) :: moments(3), rate
       integer :: i
+      problem = problem_t()
       seed = 7919_int64*number + 1
       do i = 1, 20
          rate = random_unit(seed)
@@ -213,7 +214,7 @@ contains
       real(wp) :: ratio
       integer :: i
       ! Every method, torque and accuracy; where fewer are drawn the largest accuracy alone.
-      do i = 1, merge(12, 36, draws_fewer())
+      do i = 1, share_of(36)
          call jump_error(i, ratio, status)
          write (label, '(a,i0)') 'run ', i
          call check(error, status%ok(), trim(label)//': '//trim(status%message))

@@ -34,10 +34,11 @@ contains
    !> The scene of a number.
    subroutine make_random_scene(number, scene)
       integer, intent(in) :: number
-      type(random_scene_t), intent(out) :: scene
+      type(random_scene_t), intent(inout) :: scene
       integer(int64) :: seed
       real(wp) :: rate, inertia, omega(3), q(4), turn
       integer :: i
+      scene = random_scene_t()
       seed = 7919_int64*number + 104729_int64
       do i = 1, 20
          turn = random_unit(seed)

@@ -15,7 +15,7 @@ module test_resume
    use nutate_system, only: system_t
    use test_problems, only: box, bruls_top, forced_body, problem_t
    use test_stopping_observer, only: stopping_observer_t
-   use test_support, only: check, draws_fewer, error_type, new_unittest, test_failed, unittest_type
+   use test_support, only: check, error_type, new_unittest, one_in, test_failed, unittest_type
    implicit none
    private
    public :: collect_resume, check_run, check_stepper, label_of, settings_of
@@ -250,7 +250,7 @@ contains
       character(len=*), intent(in) :: label
       type(recorder_t) :: whole
       type(run_plan_t) :: endless
-      type(run_t), allocatable :: run_1, run_2
+      class(run_t), allocatable :: run_1, run_2
       type(status_t) :: status
       character(len=:), allocatable :: wanted
       integer :: i
@@ -280,7 +280,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(integrator_settings_t), intent(in) :: settings
       type(run_plan_t), intent(in) :: plan
-      !> Numbers of steps to interrupt the run at; in `make test` a third of them.
+      !> Numbers of steps to interrupt the run at; some of them, or with NUTATE_ONE_IN=1 all.
       integer, intent(in) :: limits(:)
       character(len=*), intent(in) :: label
       type(recorder_t) :: whole, begun, resumed
@@ -290,7 +290,7 @@ contains
       integer :: i
       call run(problem, settings, plan, whole, wanted, status)
       call check(error, status%ok(), label//": "//trim(status%message))
-      do i = 1, size(limits), merge(3, 1, draws_fewer())
+      do i = 1, size(limits), one_in()
          if (allocated(error)) return
          limited = plan
          limited%max_steps = limits(i)

@@ -185,10 +185,11 @@ contains
 
    subroutine every_scene_keeps_its_invariants(error)
       type(error_type), allocatable, intent(out) :: error
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       type(status_t) :: status
       character(len=:), allocatable :: message
       integer :: i
+      allocate (scene)
       do i = 1, size(scene_names)
          call read_scene('scenes/'//trim(scene_names(i))//'.nml', scene, status, message)
          call check(error, status%ok(), message)

@@ -28,8 +28,8 @@ module test_root_proof
    use nutate_system, only: system_t
    use nutate_timed_force, only: timed_force_t
    use test_shipped_scenes, only: scene_names
-   use test_support, only: check, check_below, check_close, draws_fewer, error_type, new_unittest, random_unit, &
-      random_unit_quaternion, random_vector, test_failed, unittest_type
+   use test_support, only: check, check_below, check_close, error_type, new_unittest, random_unit, &
+                           random_unit_quaternion, random_vector, share_of, test_failed, unittest_type
    implicit none
    private
 
@@ -299,7 +299,7 @@ contains
       call effects%add(effect)
       call forces%prepare(effects, .true.)
       body = random_body(seed)
-      do i = 1, merge(7, 20, draws_fewer())
+      do i = 1, share_of(20)
          q = random_unit_quaternion(seed)
          call forces%start(effects, 0.7_wp, q, 1.0_wp, 0.7_wp)
          map = map_of(reshape([random_vector(seed), random_vector(seed), random_vector(seed)], [3, 3]), body%axes)
@@ -395,7 +395,7 @@ contains
    !> By every conserving method of every order and solver, at the scene's own step: nothing is continued.
    subroutine scenes_are_certified_at_once(error)
       type(error_type), allocatable, intent(out) :: error
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       type(status_t) :: status
       type(run_summary_t) :: summary
       type(run_plan_t) :: plan
@@ -403,6 +403,7 @@ contains
       type(effort_t) :: effort
       character(len=:), allocatable :: message
       integer :: i, row
+      allocate (scene)
       do i = 1, size(scene_names)
          call read_scene('scenes/'//trim(scene_names(i))//'.nml', scene, status, message)
          if (.not. status%ok()) call test_failed(error, message)
@@ -413,7 +414,7 @@ contains
             scene%integrator%order = methods(row)%order
             plan%time_step = scene%plan%time_step
             plan%end_time = scene%initial%t + min(scene%plan%end_time - scene%initial%t, &
-                                                  merge(134, 400, draws_fewer())*plan%time_step)
+                                                  share_of(400)*plan%time_step)
             state = scene%initial
             effort%continued = 0
             call integrate(scene%system, scene%integrator, state, plan, status, effort, summary)

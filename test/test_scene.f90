@@ -57,7 +57,8 @@ contains
 
    subroutine defaults(error)
       type(error_type), allocatable, intent(out) :: error
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
+      allocate (scene)
       call parse(body//initial//integrator, scene, error)
       if (allocated(error)) return
       call check(error, scene%title == 'box' .and. scene%shape == '' .and. scene%output%file == 'box.csv', 'names')
@@ -77,9 +78,10 @@ contains
 
    subroutine names_and_titles(error)
       type(error_type), allocatable, intent(out) :: error
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       type(status_t) :: status
       character(len=:), allocatable :: message
+      allocate (scene)
       call parse(body//initial//integrator//"&scene title = 'It''s a ""box""' / &output file = ""o'clock.csv"" /", &
                  scene, error)
       if (allocated(error)) return
@@ -92,7 +94,8 @@ contains
 
    subroutine tensor_entries(error)
       type(error_type), allocatable, intent(out) :: error
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
+      allocate (scene)
       call parse('&body inertia_tensor = 5, 20, 17, 0.5, -0.25, 0.125 / '//initial//integrator, scene, error)
       if (allocated(error)) return
       call check_close(error, reshape(scene%system%body%inertia, [9]), &
@@ -113,7 +116,8 @@ contains
       character(len=*), intent(in) :: name, size
       real(wp), intent(in) :: volume, gyration(3)
       type(error_type), allocatable, intent(inout) :: error
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
+      allocate (scene)
       call parse("&body shape = '"//name//"', size = "//size//', mass = 3 / '//initial//integrator, scene, error)
       if (allocated(error)) return
       call check(error, scene%shape == name, 'shape is kept')
@@ -126,11 +130,12 @@ contains
 
    subroutine parallel_axis_rule(error)
       type(error_type), allocatable, intent(out) :: error
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       character(len=*), parameter :: off_center = ' mass = 2, center_of_mass = 1, 2, 3 '
       ! 2 (|c|² I - c cᵀ) added to the moments.
       real(wp), parameter :: moved(9) = [31.0_wp, -4.0_wp, -6.0_wp, -4.0_wp, 40.0_wp, -12.0_wp, -6.0_wp, -12.0_wp, &
                                         27.0_wp]
+      allocate (scene)
       call parse("&body inertia = 5, 20, 17, inertia_about = 'center_of_mass'"//off_center//'/ '//initial//integrator, &
                  scene, error)
       if (allocated(error)) return
@@ -147,7 +152,8 @@ contains
 
    subroutine triangle_on_request(error)
       type(error_type), allocatable, intent(out) :: error
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
+      allocate (scene)
       call parse('&body inertia = 0.345, 0.653, 1, check_triangle = .false. / '//initial//integrator, scene, error)
       if (allocated(error)) return
       call check(error, scene%system%body%breaks_triangle, 'the body is marked')
@@ -155,7 +161,8 @@ contains
 
    subroutine quaternion_is_normalised(error)
       type(error_type), allocatable, intent(out) :: error
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
+      allocate (scene)
       call parse(body//integrator//'&initial quaternion = 0.6000003, 0, 0.8000003, 0, angular_velocity = 3*1 /', &
                  scene, error)
       if (allocated(error)) return
@@ -165,7 +172,8 @@ contains
 
    subroutine axis_and_angle(error)
       type(error_type), allocatable, intent(out) :: error
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
+      allocate (scene)
       call parse(body//integrator//'&initial axis = 0, 0, 2, angle = 0.5, angular_velocity = 3*1 /', scene, error)
       if (allocated(error)) return
       call check_close(error, scene%initial%q, [cos(0.25_wp), 0.0_wp, 0.0_wp, sin(0.25_wp)], 4*eps)
@@ -173,7 +181,8 @@ contains
 
    subroutine euler_angles(error)
       type(error_type), allocatable, intent(out) :: error
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
+      allocate (scene)
       call parse(body//integrator//'&initial euler = 0.1, 0.2, 0.3, angular_velocity = 3*1 /', scene, error)
       if (allocated(error)) return
       call check_close(error, scene%initial%q, quat_from_euler(0.1_wp, 0.2_wp, 0.3_wp), 0.0_wp)
@@ -182,7 +191,8 @@ contains
    !> The steady precession of the paper's top: Ω = (0, 10 sin 60°, 10 cos 60° + 135.6).
    subroutine euler_rates(error)
       type(error_type), allocatable, intent(out) :: error
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
+      allocate (scene)
       call parse(body//integrator//'&initial euler = 0, 1.0471975511965976, 0, euler_rates = 10, 0, 135.6 /', &
                  scene, error)
       if (allocated(error)) return
@@ -192,7 +202,8 @@ contains
 
    subroutine degrees(error)
       type(error_type), allocatable, intent(out) :: error
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
+      allocate (scene)
       call parse(body//integrator//'&initial axis = 1, 0, 0, angle = 90, angular_velocity = 180, 0, 90, '// &
                  'degrees = T /', scene, error)
       if (allocated(error)) return
@@ -207,7 +218,8 @@ contains
 
    subroutine space_rate(error)
       type(error_type), allocatable, intent(out) :: error
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
+      allocate (scene)
       call parse(body//integrator//"&initial euler = 0.3, 0.7, -0.2, angular_velocity = 1, 2, 3, frame = 'space' /", &
                  scene, error)
       if (allocated(error)) return
@@ -217,7 +229,8 @@ contains
 
    subroutine integrator_settings(error)
       type(error_type), allocatable, intent(out) :: error
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
+      allocate (scene)
       call parse(body//initial//"&INTEGRATOR Method='nielsen_krenk' order=+2, formulation='full' "// &
                  "auxiliary_inertia=2d2 projection=F,tolerance=1E-12 max_iterations=007 time_step=.5 end_time=1./", &
                  scene, error)
@@ -229,9 +242,10 @@ contains
 
    subroutine infinite_auxiliary_inertia(error)
       type(error_type), allocatable, intent(out) :: error
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       character(len=9), parameter :: infinities(4) = [character(len=9) :: 'Infinity', '+inf', 'INF', '+infinity']
       integer :: i
+      allocate (scene)
       do i = 1, size(infinities)
          call parse(body//initial//'&integrator time_step = 0.1, end_time = 2, auxiliary_inertia = '// &
                     infinities(i)//'/', scene, error)
@@ -242,7 +256,8 @@ contains
 
    subroutine backwards(error)
       type(error_type), allocatable, intent(out) :: error
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
+      allocate (scene)
       call parse(body//initial//'&integrator time_step = -0.1, end_time = -2 / &output interval = 0.5 /', scene, error)
       if (allocated(error)) return
       call check_close(error, [scene%plan%time_step, scene%plan%end_time], [-0.1_wp, -2.0_wp], 0.0_wp)
@@ -251,7 +266,8 @@ contains
 
    subroutine interval(error)
       type(error_type), allocatable, intent(out) :: error
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
+      allocate (scene)
       call parse(body//initial//integrator//'&output interval = 0.3 /', scene, error)
       if (allocated(error)) return
       call check(error, scene%plan%every == 3, '0.3 s in steps of 0.1 s')
@@ -262,7 +278,8 @@ contains
 
    subroutine columns(error)
       type(error_type), allocatable, intent(out) :: error
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
+      allocate (scene)
       call parse(body//initial//integrator//"&output columns = 'solver' 'energy', 'angular_velocity_space' "// &
                  'every = 7 /', scene, error)
       if (allocated(error)) return
@@ -275,7 +292,8 @@ contains
 
    subroutine effects(error)
       type(error_type), allocatable, intent(out) :: error
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
+      allocate (scene)
       call parse(body//initial//integrator, scene, error)
       if (allocated(error)) return
       call check(error, scene%system%effects%n_potentials == 0, 'no effect without a group')
@@ -290,7 +308,8 @@ contains
 
    subroutine overrides(error)
       type(error_type), allocatable, intent(out) :: error
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
+      allocate (scene)
       call parse(body//initial//integrator, scene, error, &
                  [character(len=48) :: 'body.inertia=3*2.0', 'BODY.Mass = 4', 'gravity.acceleration=0,0,-1', &
                   'body.mass=5', "output.columns='energy','solver'", "scene.title='a=b.c'"])

@@ -38,11 +38,12 @@ contains
    subroutine check_cases(cases, error)
       type(case_t), intent(in) :: cases(:)
       type(error_type), allocatable, intent(inout) :: error
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       type(status_t) :: status
       character(len=:), allocatable :: message
       character(len=len(cases%setting)) :: setting(1)
       integer :: i
+      allocate (scene)
       do i = 1, size(cases)
          setting = cases(i)%setting
          if (setting(1) == '') then
@@ -147,18 +148,20 @@ contains
 
    subroutine file_names(error)
       type(error_type), allocatable, intent(out) :: error
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       type(status_t) :: status
       character(len=:), allocatable :: message
+      allocate (scene)
       call parse_scene('x', 'a'//lf//'b.nml', scene, status, message)
       call check(error, index(message, 'a\x0Ab.nml:1: ') == 1, message)
    end subroutine file_names
 
    subroutine unreadable(error)
       type(error_type), allocatable, intent(out) :: error
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       type(status_t) :: status
       character(len=:), allocatable :: message
+      allocate (scene)
       call read_scene('no/such/scene.nml', scene, status, message)
       call check(error, status%code == NUTATE_IO .and. message == &
                  'no/such/scene.nml: cannot be read (there is no such file)', message)

@@ -36,9 +36,10 @@ contains
    subroutine check_reads(text, error)
       character(len=*), intent(in) :: text
       type(error_type), allocatable, intent(inout) :: error
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       type(status_t) :: status
       character(len=:), allocatable :: message
+      allocate (scene)
       call parse_scene(text, 'x.nml', scene, status, message)
       if (.not. status%ok()) then
          call test_failed(error, message)
@@ -74,9 +75,10 @@ contains
 
    subroutine comment_sign_in_text(error)
       type(error_type), allocatable, intent(out) :: error
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       type(status_t) :: status
       character(len=:), allocatable :: message
+      allocate (scene)
       call parse_scene(box(' ', ',')//"&scene title = 'a ! b / c & d = e' / ! comment", 'x.nml', scene, status, message)
       call check(error, status%ok(), message)
       if (allocated(error)) return
@@ -90,9 +92,10 @@ contains
 
    subroutine repeats(error)
       type(error_type), allocatable, intent(out) :: error
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       type(status_t) :: status
       character(len=:), allocatable :: message
+      allocate (scene)
       call parse_scene("&body inertia = 2*3, 1*4 / &initial angular_velocity = 1, 2*.5 quaternion = 1 3*0 / "// &
                        "&integrator time_step = 1*0.1, end_time = 2 / &output columns = 1*'energy', 1*""solver"" /", &
                        'x.nml', scene, status, message)
@@ -192,11 +195,12 @@ contains
       character(len=*), intent(in) :: start_text, piece
       logical, intent(in) :: right
       type(error_type), allocatable, intent(inout) :: error
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       type(status_t) :: status
       character(len=:), allocatable :: message, text
       integer(int64) :: start, stop, rate
       integer :: i
+      allocate (scene)
       allocate (character(len=len(start_text) + 10000000) :: text)
       text(1:len(start_text)) = start_text
       do i = len(start_text) + 1, len(text), len(piece)
@@ -212,11 +216,12 @@ contains
 
    subroutine mutations(error)
       type(error_type), allocatable, intent(out) :: error
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       type(status_t) :: status
       character(len=:), allocatable :: message, text
       integer(int64) :: seed
       integer :: i
+      allocate (scene)
       seed = 20120101_int64
       do i = 1, 2000
          text = damaged(seed)

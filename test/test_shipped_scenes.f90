@@ -71,10 +71,11 @@ contains
 
    subroutine solvers_agree(error)
       type(error_type), allocatable, intent(out) :: error
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       type(state_t) :: a, b
       real(wp) :: tolerance
       integer :: i
+      allocate (scene)
       do i = 1, size(scene_names)
          call load(error, scene_names(i), scene)
          if (allocated(error)) return
@@ -114,10 +115,11 @@ contains
       character(len=7), parameter :: solvers(2) = ['full   ', 'reduced']
       integer, parameter :: steps(3) = [40, 20, 11]
       real(wp), parameter :: end_time = 2.0_wp
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       type(state_t) :: reference, state
       real(wp) :: errors(2)
       integer :: i, k, solver
+      allocate (scene)
       call load(error, 'all_effects', scene)
       if (allocated(error)) return
       call march(error, scene, 'reduced', 8, end_time/200, 200, reference)
@@ -140,10 +142,11 @@ contains
    !> all_effects, its runs with 345 and 4000 steps differ by 5e-11, those of order 8 with 333, 1000 and 4000 by 5e-13).
    subroutine accuracy_is_met_on_every_scene(error)
       type(error_type), allocatable, intent(out) :: error
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       real(wp) :: reference(4), q(4), finest, accuracy
       integer :: i, exponent
       character(len=48) :: label
+      allocate (scene)
       do i = 1, size(scene_names)
          call load(error, scene_names(i), scene)
          if (allocated(error)) return

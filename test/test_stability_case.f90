@@ -8,7 +8,7 @@ module test_stability_case
    use nutate_kinds, only: wp, long
    use nutate_stepper, only: integrator_settings_t
    use nutate_system, only: system_t
-   use test_support, only: check, draws_fewer, error_type
+   use test_support, only: check, error_type, one_in
    implicit none
    private
 
@@ -198,16 +198,15 @@ contains
       text = trim(buffer)
    end function number_text
 
-   !> Runs the shortened form of a case in all of its ways; the first that fails is the error. But for `.ci/run` tests
-   !> run it in a third of them, another one from case to case.
+   !> Runs the shortened form of a case in all of its ways; the first that fails is the error. But for `make stress`
+   !> tests run it in some of them, others from case to case.
    subroutine check_case(error, item)
       type(error_type), allocatable, intent(inout) :: error
       type(stability_case_t), intent(in) :: item
       type(record_t) :: record
       integer :: i
       logical :: selected(size(ways))
-      selected = item%selected
-      if (draws_fewer()) selected = third_of(item)
+      selected = share_of_ways(item)
       do i = 1, size(ways)
          if (.not. selected(i)) cycle
          record = record_t()
@@ -216,15 +215,16 @@ contains
       end do
    end subroutine check_case
 
-   !> Of the ways of a case those with one solver and kind of J0, in every order: which, the length of its name says.
-   pure function third_of(item) result(selected)
+   !> One in `one_in()` of the ways of a case; the length of its name says which. One in three are those with one
+   !> solver and kind of J0, in every order.
+   function share_of_ways(item) result(selected)
       type(stability_case_t), intent(in) :: item
       logical :: selected(size(ways))
       integer :: first, i
-      do first = len_trim(item%name), len_trim(item%name) + 2
-         selected = item%selected .and. [(mod(i + first, 3) == 0, i=1, size(ways))]
+      do first = len_trim(item%name), len_trim(item%name) + one_in() - 1
+         selected = item%selected .and. [(mod(i + first, one_in()) == 0, i=1, size(ways))]
          if (any(selected)) return
       end do
-   end function third_of
+   end function share_of_ways
 
 end module test_stability_case

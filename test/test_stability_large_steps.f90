@@ -118,9 +118,10 @@ contains
       type(way_t), intent(in) :: way
       logical, intent(in) :: whole
       type(record_t), intent(inout) :: record
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       type(status_t) :: status
       character(len=:), allocatable :: message
+      allocate (scene)
       call read_scene('scenes/all_effects.nml', scene, status, message)
       call record%require(status%ok(), message)
       if (status%ok()) call run_all_lengths(problem_t(scene%system, scene%initial), way, whole, .true., record)

@@ -305,11 +305,12 @@ contains
    !> The i-th mistake; 0: none.
    subroutine make_broken(i, problem, dt)
       integer, intent(in) :: i
-      type(problem_t), intent(out) :: problem
+      type(problem_t), intent(inout) :: problem
       !> s
       real(wp), intent(out) :: dt
       type(status_t) :: status
       real(wp) :: omega(3), nan, infinity
+      problem = problem_t()
       nan = ieee_value(nan, ieee_quiet_nan)
       infinity = ieee_value(infinity, ieee_positive_inf)
       dt = 0.01_wp
@@ -375,10 +376,11 @@ contains
          '&torque space = 1, 0, 0, frequency = 1e308 /']
       character(len=*), parameter :: rest = ' &body inertia = 1, 2, 2.5, mass = 1, center_of_mass = 0, 1, 1 / '// &
          '&initial angular_velocity = 1, 2, 3 / &integrator time_step = 0.01, end_time = 1 /'
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       type(status_t) :: status
       character(len=:), allocatable :: message
       integer :: i
+      allocate (scene)
       do i = 1, size(groups)
          call parse_scene(trim(groups(i))//rest, 'scene.nml', scene, status, message)
          call check(error, status%code, NUTATE_BAD_SCENE, trim(groups(i)))

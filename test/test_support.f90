@@ -13,7 +13,7 @@ module test_support
 
    public :: error_type, new_unittest, skip_test, unittest_type
    public :: check, check_close, check_below, test_failed
-   public :: draws_fewer, is_slow_build, random_unit, random_vector, random_unit_quaternion
+   public :: draws_fewer, is_slow_build, one_in, share_of, random_unit, random_vector, random_unit_quaternion
 
    !> |actual - expected| <= tolerance, element by element.
    interface check_close
@@ -121,9 +121,27 @@ contains
       is_slow_build = is_set('NUTATE_SLOW_BUILD')
    end function is_slow_build
 
-   !> True where a part of the cases is enough: everywhere but in `make stress`, which sets NUTATE_WHOLE.
+   !> One case in how many is tried, by the environment variable NUTATE_ONE_IN: 1 in `make stress`, 3 in `.ci/run`, and
+   !> 9 without it, in `make test`. Slow builds try one in 3 at most.
+   integer function one_in()
+      character(len=12) :: text
+      integer :: status
+      call get_environment_variable('NUTATE_ONE_IN', text)
+      read (text, *, iostat=status) one_in
+      if (status /= 0) one_in = 9
+      one_in = max(1, one_in)
+      if (is_slow_build()) one_in = max(3, one_in)
+   end function one_in
+
+   !> The part of n cases that is tried, at least one.
+   integer function share_of(n)
+      integer, intent(in) :: n
+      share_of = 1 + (n - 1)/one_in()
+   end function share_of
+
+   !> True where a part of the cases is enough: everywhere but in `make stress`.
    logical function draws_fewer()
-      draws_fewer = is_slow_build() .or. .not. is_set('NUTATE_WHOLE')
+      draws_fewer = one_in() > 1
    end function draws_fewer
 
    logical function is_set(name)

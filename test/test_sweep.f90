@@ -28,6 +28,8 @@ module test_sweep
       type(member_run_t) :: runner
       integer(long) :: chunk = 0
       integer(long), allocatable :: fields(:, :)
+   contains
+      final :: end_hand
    end type hand_t
 
    interface
@@ -37,6 +39,11 @@ module test_sweep
    end interface
 
 contains
+
+   !> Does nothing, and lets gfortran free the components in one place, not wherever such a variable ends.
+   impure elemental subroutine end_hand(self)
+      type(hand_t), intent(inout) :: self
+   end subroutine end_hand
 
    subroutine collect_sweep(testsuite)
       type(unittest_type), allocatable, intent(out) :: testsuite(:)
@@ -78,9 +85,10 @@ contains
       type(scene_t), intent(in) :: scene
       character(len=*), intent(in) :: name
       character(len=:), allocatable, intent(out) :: content
-      type(sweep_t) :: sweep
+      class(sweep_t), allocatable :: sweep
       type(sweep_watcher_t) :: nobody
       type(status_t) :: status
+      allocate (sweep)
       call sweep%open(scene, 1_long, members, name, .false., status)
       if (status%ok()) call sweep%go(scene, 1, nobody, status)
       if (status%ok()) call sweep%close(status)
@@ -139,7 +147,8 @@ contains
 
    subroutine rows_of_several(error)
       type(error_type), allocatable, intent(out) :: error
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
+      allocate (scene)
       call make('final', scene, error)
       if (allocated(error)) return
       call compare(scene, 'rows.npy', error)
@@ -147,7 +156,8 @@ contains
 
    subroutine sums_of_several(error)
       type(error_type), allocatable, intent(out) :: error
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
+      allocate (scene)
       call make('none', scene, error)
       if (allocated(error)) return
       call compare(scene, 'sums.csv', error)
@@ -158,11 +168,12 @@ contains
       type(scene_t), intent(in) :: scene
       character(len=*), intent(in) :: name
       type(error_type), allocatable, intent(inout) :: error
-      type(sweep_t) :: leader
+      class(sweep_t), allocatable :: leader
       type(hand_t) :: hands(2)
       type(status_t) :: status, closing
       character(len=:), allocatable :: whole, content
       integer :: i
+      allocate (leader)
       call run_alone(scene, scratch(name), whole)
       call gather(scene, scratch(name), .false., leader, hands, status)
       if (status%ok()) call work(scene, leader, hands, 4, status)
@@ -178,12 +189,13 @@ contains
 
    subroutine gone_on(error)
       type(error_type), allocatable, intent(out) :: error
-      type(scene_t) :: scene
-      type(sweep_t) :: leader, next
+      class(scene_t), allocatable :: scene
+      class(sweep_t), allocatable :: leader, next
       type(hand_t) :: hands(2), others(1)
       type(status_t) :: status, closing
       character(len=:), allocatable :: whole, content
       integer(long) :: lost
+      allocate (scene, leader, next)
       call make('final', scene, error)
       if (allocated(error)) return
       call run_alone(scene, scratch('on.npy'), whole)
@@ -204,10 +216,11 @@ contains
 
    subroutine strangers(error)
       type(error_type), allocatable, intent(out) :: error
-      type(scene_t) :: scene, other
-      type(sweep_t) :: leader, stranger
+      class(scene_t), allocatable :: scene, other
+      class(sweep_t), allocatable :: leader, stranger
       type(status_t) :: status, ignored
       character(len=:), allocatable :: name
+      allocate (scene, leader, stranger, other)
       name = scratch('strangers.npy')
       call make('final', scene, error)
       if (allocated(error)) return

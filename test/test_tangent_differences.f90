@@ -117,8 +117,9 @@ contains
    subroutine differ_alone(error)
       type(error_type), allocatable, intent(out) :: error
       type(variant_t) :: variant
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       integer :: i
+      allocate (scene)
       call read_samples('test/effect_samples.nml', scene, error)
       if (allocated(error)) return
       do i = 1, size(scene%groups)
@@ -132,7 +133,8 @@ contains
    subroutine differ_together(error)
       type(error_type), allocatable, intent(out) :: error
       type(variant_t) :: variant
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
+      allocate (scene)
       call read_samples('test/effect_samples.nml', scene, error)
       if (allocated(error)) return
       variant%groups = pack_effects(scene)
@@ -142,7 +144,8 @@ contains
    subroutine differ_on_orbit(error)
       type(error_type), allocatable, intent(out) :: error
       type(variant_t) :: variant
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
+      allocate (scene)
       call read_samples('test/orbit_samples.nml', scene, error)
       if (allocated(error)) return
       variant%groups = pack_effects(scene)
@@ -193,9 +196,10 @@ contains
       !> The first and the last of the settings; default: all of them.
       integer, intent(in), optional :: first, last
       type(variant_t) :: variant
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       type(status_t) :: status
       character(len=:), allocatable :: message
+      allocate (scene)
       if (allocated(error)) return
       call parse_scene('&body inertia = 4.0, 5.0, 6.0, mass = 2.0 /'//nl//text//nl// &
                        '&initial euler = 0.4, 1.1, -0.7, angular_velocity = 0.7, -1.1, 0.9 /'//nl// &
@@ -502,11 +506,12 @@ contains
    subroutine refuse_effects(error)
       type(error_type), allocatable, intent(out) :: error
       type(variant_t) :: variant
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       type(system_t) :: system
       type(state_t) :: state
       type(column_t) :: column
       type(status_t) :: status
+      allocate (scene)
       call read_samples('test/effect_samples.nml', scene, error)
       if (allocated(error)) return
       variant%groups = pack_effects(scene)

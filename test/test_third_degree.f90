@@ -174,12 +174,13 @@ contains
       type(error_type), allocatable, intent(inout) :: error
       character(len=*), intent(in) :: text, integrator
       real(wp), intent(in) :: rows(:, :), bound
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       type(state_t) :: state
       type(status_t) :: status
       character(len=:), allocatable :: message
       real(wp) :: first
       integer :: i
+      allocate (scene)
       call parse_scene(text//'&integrator '//integrator//', end_time = 1.0 /', 's.nml', scene, status, message)
       call check(error, status%ok(), message)
       if (allocated(error)) return
@@ -222,12 +223,13 @@ contains
    subroutine long_steps(error)
       type(error_type), allocatable, intent(out) :: error
       character(len=9), parameter :: formulations(2) = [character(len=9) :: 'full', 'reduced']
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       type(state_t) :: state
       type(status_t) :: status
       character(len=:), allocatable :: message
       real(wp) :: first
       integer :: i
+      allocate (scene)
       do i = 1, 2
          call parse_scene(flyby//"&integrator formulation = '"//trim(formulations(i))// &
                           "', time_step = 0.5, end_time = 20.0 /", 's.nml', scene, status, message)
@@ -247,12 +249,13 @@ contains
    subroutine both_frames(error)
       type(error_type), allocatable, intent(out) :: error
       character(len=8), parameter :: frames(2) = [character(len=8) :: 'lvlh', 'inertial']
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       type(state_t) :: state
       type(status_t) :: status
       character(len=:), allocatable :: message
       real(wp) :: omega(3, 2)
       integer :: i
+      allocate (scene)
       do i = 1, 2
          call parse_scene('&body inertia = 0.05, 0.06, 0.075 /'//nl// &
               "&orbit mu = 1.0, semi_major_axis = 1.0, frame = '"// &
@@ -277,9 +280,10 @@ contains
       type(error_type), allocatable, intent(inout) :: error
       character(len=*), intent(in) :: group, words
       logical, intent(in), optional :: orbit
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       type(status_t) :: status
       character(len=:), allocatable :: message, text
+      allocate (scene)
       text = '&orbit semi_major_axis = 7e6 /'
       if (present(orbit)) text = '!'
       call parse_scene('&body inertia = 1.0, 1.5, 2.2 /'//nl//text//nl//'&third_degree '//group//' /'//nl// &

@@ -39,6 +39,8 @@ module test_threads
       type(state_t) :: ends(n_states)
       real(wp) :: works(n_states) = 0.0_wp
       integer :: codes(n_states) = -1
+   contains
+      final :: end_run_job
    end type run_job_t
 
    !> Keeps the work.
@@ -49,6 +51,11 @@ module test_threads
    end type work_watch_t
 
 contains
+
+   !> Does nothing, and lets gfortran free the components in one place, not wherever such a variable ends.
+   impure elemental subroutine end_run_job(self)
+      type(run_job_t), intent(inout) :: self
+   end subroutine end_run_job
 
    subroutine collect_threads(testsuite)
       type(unittest_type), allocatable, intent(out) :: testsuite(:)
@@ -61,10 +68,11 @@ contains
    subroutine states_step_as_from_one(error)
       type(error_type), allocatable, intent(out) :: error
       character(len=*), parameter :: names(2) = [character(len=11) :: 'all_effects', 'box']
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       type(status_t) :: status
       character(len=:), allocatable :: message
       integer :: i, row
+      allocate (scene)
       do i = 1, size(names)
          call read_scene('scenes/'//trim(names(i))//'.nml', scene, status, message)
          call check(error, status%ok(), message)

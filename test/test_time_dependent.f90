@@ -328,8 +328,9 @@ contains
       real(wp), intent(in) :: moments(3), eccentricity
       !> θ and its rate; shape (2).
       real(wp), intent(in) :: start(2)
-      type(problem_t), intent(out) :: problem
+      type(problem_t), intent(inout) :: problem
       type(status_t) :: status
+      problem = problem_t()
       call make_body(diagonal(moments), problem%system%body, status)
       call problem%system%effects%add(orbital_gradient_t(problem%system%body, &
                                                          kepler_orbit_t(eccentricity=eccentricity)))

@@ -214,10 +214,11 @@ contains
       real(wp), intent(in) :: time
       character(len=*), intent(in) :: overrides(:)
       real(wp) :: q(4)
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       type(state_t) :: state
       type(status_t) :: status
       character(len=:), allocatable :: message
+      allocate (scene)
       q = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
       call read_scene('test/cases/toutatis.nml', scene, status, message, overrides)
       call check(error, status%ok(), message)
@@ -317,9 +318,10 @@ contains
       type(error_type), allocatable, intent(inout) :: error
       character(len=*), intent(in) :: initial, words
       character(len=*), intent(in), optional :: more
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       type(status_t) :: status
       character(len=:), allocatable :: message, text
+      allocate (scene)
       text = '&body inertia = 0.64, 0.97, 1.0 /'
       if (present(more)) text = more
       call parse_scene(text//nl//'&initial '//initial//' /'//nl//'&integrator time_step = 0.01, end_time = 1.0 /', &
@@ -362,13 +364,14 @@ contains
                                                     'precession_period_long', 'rotation_period', 'pole_longitude', &
                                                     'pole_latitude']
       real(wp), parameter :: h = 1e-3_wp
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       type(state_t) :: state
       type(status_t) :: status
       type(column_event_t) :: event
       character(len=:), allocatable :: message
       real(wp) :: values(-1:1), rate
       integer :: i, k
+      allocate (scene)
       call parse_scene('&body inertia = 0.64, 0.97, 1.0 /'//nl//'&initial angular_velocity = 0.3, -0.4, 1.1 /'//nl// &
                        '&torque space = 0.01, 0.02, -0.015, frequency = 0.05 /'//nl// &
                        "&integrator method = 'taylor', local_tolerance = 1e-15, end_time = 1.0 /", 's.nml', scene, &

@@ -59,9 +59,10 @@ contains
    function problem_of(text) result(problem)
       character(len=*), intent(in) :: text
       type(problem_t) :: problem
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       type(status_t) :: status
       character(len=:), allocatable :: message
+      allocate (scene)
       call parse_scene(text, 'work_precision.nml', scene, status, message)
       if (status%ok()) problem = problem_t(scene%system, scene%initial, scene%plan%end_time, scene%integrator)
    end function problem_of

@@ -78,12 +78,13 @@ contains
    subroutine works_do_not_spoil_the_state(error)
       type(error_type), allocatable, intent(out) :: error
       integer, parameter :: steps(3) = [120, 160, 200]
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       type(problem_t) :: problem
       type(status_t) :: status
       character(len=:), allocatable :: message
       real(wp) :: bare, conserving
       integer :: i, k
+      allocate (scene)
       call read_scene('scenes/all_effects.nml', scene, status, message)
       call check(error, status%ok(), message)
       problem%system = scene%system

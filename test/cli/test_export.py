@@ -9,7 +9,7 @@ import struct
 import subprocess
 import unittest
 
-from support import DRAWS_FEWER, CommandLineTest
+from support import CommandLineTest, share_of
 
 TUMBLER = """&scene title = 'Tumbler', epoch = '2029-04-13T21:46:12.75', time_system = 'TDB', object = 'APOPHIS',
    object_id = '2004-MN4', space_frame = 'ICRF' /
@@ -242,7 +242,7 @@ class Refusals(CommandLineTest):
 class Fuzz(CommandLineTest):
     """Malformed histories and extreme groups: one line and status 2, or files."""
 
-    CASES = 100 if DRAWS_FEWER else 300
+    CASES = share_of(300)
 
     def test_any_history_is_exported_or_refused_in_one_line(self):
         self.succeed("run", "box.nml", "--quiet", "--set", "output.interval=0.5")

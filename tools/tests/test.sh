@@ -62,17 +62,19 @@ queue() {
 
 # Each suite and each module in a process of its own, `jobs` at a time.
 run_parts() {
-   local folder=$logs/tests-$name unit=none kind part log status
+   local folder=$logs/tests-$name unit=none kind part log status python
    [ -n "$nutate" ] || nutate=$(fpm_path run nutate)
    [ ${#what[@]} -eq 0 ] || unit=$(fpm_path test unit)
    [ -n "$unit" ] && [ -n "$nutate" ] || { count "no program"; return; }
    say "Tests of $nutate, unit tests: $unit"
    rm -rf "$folder" && mkdir -p "$folder" || { count "no folder"; return; }
+   # Where python3 is a script that finds one of several, it is found once.
+   python=$(python3 -c 'import sys; print(sys.executable)')
    # shellcheck disable=SC2016
-   queue | UNIT=$unit NUTATE=$top/$nutate FOLDER=$folder xargs -P "$jobs" -L 1 sh -c '
+   queue | UNIT=$unit NUTATE=$top/$nutate PYTHON=$python FOLDER=$folder xargs -P "$jobs" -L 1 sh -c '
       case $0 in
          unit) "$UNIT" "$1" ;;
-         cli) NUTATE_JOBS=1 python3 tools/tests/run_python_tests.py test/cli "$1" ;;
+         cli) NUTATE_JOBS=1 "$PYTHON" tools/tests/run_python_tests.py test/cli "$1" ;;
       esac >"$FOLDER/$1.log" 2>&1 </dev/null
       echo $? >"$FOLDER/$1.status"'
    while read -r kind part; do
