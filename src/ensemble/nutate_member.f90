@@ -19,7 +19,7 @@ module nutate_member
    !> A scene into which the values of one member of an ensemble after another are set.
    type :: member_t
       !> The scene of the member set last, without its ensemble.
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       !> The values that the member varies; shape (number of varied values).
       real(wp), allocatable :: values(:)
       !> What is built again for each member.

@@ -50,7 +50,7 @@ module nutate_fit_model
    !> A scene with free numbers.
    type :: fit_model_t
       !> That of the present numbers; without its fit.
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       type(fit_plan_t) :: plan
       !> Present value of each free number; components of an attitude are 0. Shape (free numbers).
       real(wp), allocatable :: values(:)
@@ -339,8 +339,9 @@ contains
    subroutine build_systems(self, status)
       class(fit_model_t), intent(inout) :: self
       type(status_t), intent(out) :: status
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       integer :: i, k
+      allocate (scene)
       if (allocated(self%systems)) deallocate (self%systems)
       allocate (self%systems(size(places), size(self%values)))
       do i = 1, size(self%values)
@@ -399,9 +400,10 @@ contains
       integer, intent(in) :: i
       type(column_t), intent(out) :: column
       type(status_t), intent(out) :: status
-      type(scene_t) :: scene
+      class(scene_t), allocatable :: scene
       character(len=24) :: group
       integer :: k
+      allocate (scene)
       column%name = self%plan%free(i)%name
       group = ''
       if (self%plan%free(i)%target > 0) then
