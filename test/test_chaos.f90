@@ -96,10 +96,10 @@ contains
    subroutine test_unstable_axis(error)
       type(error_type), allocatable, intent(out) :: error
       class(scene_t), allocatable :: scene
-      type(run_t) :: run
+      class(run_t), allocatable :: run
       type(status_t) :: status
       real(wp) :: before(6), rates(6)
-      allocate (scene)
+      allocate (run, scene)
       call begin("&body inertia = 5, 20, 17 /&initial angular_velocity = 0, 0, 10 /"// &
                  "&integrator formulation = 'reduced', order = 8, time_step = 0.01, end_time = 20 /"// &
                  "&tangent exponents = 6, every = 4 /", scene, run, error)
@@ -121,10 +121,11 @@ contains
    !> finite time leaves, some units over t.
    subroutine test_spectrum(error)
       type(error_type), allocatable, intent(out) :: error
-      type(run_t) :: run
+      class(run_t), allocatable :: run
       real(wp) :: rates(6), duration
       integer :: i
       character(len=8) :: digits
+      allocate (run)
       duration = merge(500.0_wp, 2e4_wp, draws_fewer())
       write (digits, '(i0)') nint(duration)
       call go(top_a//"&integrator formulation = 'reduced', order = 8, time_step = 0.1, end_time = "//trim(digits)// &
@@ -178,13 +179,13 @@ contains
       !> Events switch effects.
       logical, intent(in), optional :: switches
       class(scene_t), allocatable :: scene
-      type(run_t) :: run, direct
+      class(run_t), allocatable :: run, direct
       type(status_t) :: status
       type(length_recorder_t) :: recorder
       type(column_t) :: column
       real(wp) :: x(6), weighted, area, dt
       integer :: k
-      allocate (scene)
+      allocate (run, direct, scene)
       call begin(text//"&tangent vector = 0, 1, -2, 0.5, 0, 1 /", scene, run, error)
       if (allocated(error)) return
       call run%run_to_end(scene%system, status)
@@ -223,10 +224,11 @@ contains
    !> The block of the reference in the plane, at t = 20π.
    subroutine test_plane(error)
       type(error_type), allocatable, intent(out) :: error
-      type(run_t) :: run
+      class(run_t), allocatable :: run
       real(wp), parameter :: block(2, 2) = reshape([1.97133441322189_wp, -14.6968289014612_wp, &
                                                     -3.47435450653777_wp, 26.4095190427470_wp], [2, 2])
       real(wp) :: rates(1)
+      allocate (run)
       call go(hyperion//"&integrator method = 'rk8', time_step = 0.0628318530717958648, "// &
               "end_time = 62.8318530717958648 /"// &
               "&tangent vector = 0, 0, 1, 0, 0, 1, momentum_scale = 1, every = 8 /", run, error)
@@ -264,7 +266,8 @@ contains
       !> Bound of the exponent, 1/s; mean MEGNO and how far it may be off.
       real(wp), intent(in) :: rate, megno, off
       type(error_type), allocatable, intent(inout) :: error
-      type(run_t) :: run
+      class(run_t), allocatable :: run
+      allocate (run)
       call go(text, run, error)
       if (allocated(error)) return
       call check_below(error, maxval(abs(run%summary%chaos%lyapunov())), rate, name//': exponent')
@@ -274,9 +277,10 @@ contains
    !> 0.119 ± 0.0015 n in the plane; 1e4 revolutions scatter by 0.005, 300 by 0.02.
    subroutine test_hyperion(error)
       type(error_type), allocatable, intent(out) :: error
-      type(run_t) :: run
+      class(run_t), allocatable :: run
       real(wp) :: rates(1)
       character(len=*), parameter :: plane = "&tangent vector = 0, 0, 1, 0, 0, 1 /"
+      allocate (run)
       if (draws_fewer()) then
          call go(hyperion//"&integrator method = 'rk8', time_step = 0.25, end_time = 1885 /"//plane, run, error)
       else
@@ -293,8 +297,9 @@ contains
    !> A damped sphere: δL falls with c/J, the attitude stays.
    subroutine test_decay(error)
       type(error_type), allocatable, intent(out) :: error
-      type(run_t) :: run
+      class(run_t), allocatable :: run
       real(wp) :: rates(6)
+      allocate (run)
       call go("&body inertia = 2, 2, 2 /&initial angular_velocity = 0.1, 0.2, 0.3 /&damping coefficient = 1, 1, 1 /"// &
               "&integrator order = 4, time_step = 0.05, end_time = 40 /&tangent exponents = 6 /", run, error)
       if (allocated(error)) return
@@ -308,11 +313,11 @@ contains
    subroutine test_integrate(error)
       type(error_type), allocatable, intent(out) :: error
       class(scene_t), allocatable :: scene
-      type(run_t) :: run, other
+      class(run_t), allocatable :: run, other
       type(state_t) :: state
       type(run_summary_t) :: summary, plain
       type(status_t) :: status
-      allocate (scene)
+      allocate (run, other, scene)
       call go(top_a//"&integrator formulation = 'reduced', time_step = 0.05, end_time = 20 /&tangent exponents = 6 /", &
               run, error)
       if (allocated(error)) return
@@ -336,11 +341,11 @@ contains
       character(len=*), parameter :: text = top_a//"&integrator formulation = 'reduced', time_step = 0.01, "// &
          "end_time = 60 /&tangent exponents = 6, every = 7 /"
       class(scene_t), allocatable :: scene
-      type(run_t) :: whole, first, second
+      class(run_t), allocatable :: whole, first, second
       type(length_recorder_t) :: recorder
       type(byte_archive_t) :: archive
       type(status_t) :: status
-      allocate (scene)
+      allocate (whole, first, second, scene)
       call go(text, whole, error)
       call begin(text, scene, first, error)
       if (allocated(error)) return
@@ -367,7 +372,8 @@ contains
    !> Backward the damped sphere grows.
    subroutine test_backward(error)
       type(error_type), allocatable, intent(out) :: error
-      type(run_t) :: run
+      class(run_t), allocatable :: run
+      allocate (run)
       call go("&body inertia = 2, 2, 2 /&initial angular_velocity = 0.1, 0.2, 0.3 /&damping coefficient = 1, 1, 1 /"// &
               "&integrator order = 4, time_step = -0.05, end_time = -20 /&tangent /", run, error)
       if (allocated(error)) return

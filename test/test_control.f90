@@ -358,11 +358,12 @@ contains
    subroutine pilots_can_be_stopped(error)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem
-      type(run_t) :: run_1
+      class(run_t), allocatable :: run_1
       type(stopper_t) :: stopper
       type(state_t) :: state
       type(status_t) :: status
       type(run_plan_t) :: plan
+      allocate (run_1)
       problem = bruls_top()
       plan = run_plan_t(end_time=0.5_wp, goal=run_goal_t(accuracy=1e-8_wp))
       call run_1%begin(problem%system, of_order(4), problem%start, plan, status)
@@ -378,12 +379,13 @@ contains
    subroutine runs_in_parts(error)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem
-      type(run_t) :: run_1
+      class(run_t), allocatable :: run_1
       type(recorder_t) :: recorder
       type(run_summary_t) :: summary
       type(state_t) :: state
       type(status_t) :: status
       type(run_plan_t) :: plan
+      allocate (run_1)
       problem = bruls_top()
       state = problem%start
       plan = run_plan_t(end_time=0.5_wp, interval=0.03_wp, goal=run_goal_t(accuracy=1e-8_wp))

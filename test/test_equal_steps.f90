@@ -169,10 +169,11 @@ contains
    subroutine found_steps_are_kept(error)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem
-      type(run_t) :: search
+      class(run_t), allocatable :: search
       type(state_t) :: state
       type(status_t) :: status
       type(run_summary_t) :: summary
+      allocate (search)
       problem = bruls_top()
       call search%begin(problem%system, default_settings('rk8'), problem%start, &
                         run_plan_t(end_time=1.3_wp, goal=run_goal_t(accuracy=1e-6_wp)), status)

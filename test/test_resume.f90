@@ -215,7 +215,8 @@ contains
       type(status_t), intent(out) :: status
       character(len=*), intent(in), optional :: archived
       type(byte_archive_t) :: resumed, account
-      type(run_t) :: a_run
+      class(run_t), allocatable :: a_run
+      allocate (a_run)
       call a_run%begin(problem%system, settings, problem%start, plan, status)
       if (present(archived)) then
          call resumed%begin_reading(archived)
@@ -458,9 +459,10 @@ contains
       type(recorder_t) :: whole, begun, resumed
       type(byte_archive_t) :: archive
       type(run_plan_t) :: plan
-      type(run_t) :: run_1, run_2
+      class(run_t), allocatable :: run_1, run_2
       type(status_t) :: status
       character(len=:), allocatable :: wanted
+      allocate (run_1, run_2)
       problem = forced_body()
       plan = run_plan_t(time_step=0.01_wp, end_time=0.5_wp)
       call run(problem, settings, plan, whole, wanted, status)

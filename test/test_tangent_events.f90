@@ -158,8 +158,9 @@ contains
          type(integrator_settings_t), intent(in) :: settings
          type(event_list_t), intent(in) :: events
          real(wp), intent(in) :: t, dt(4), dtheta(4), dmomentum(4)
-         type(run_t) :: run
+         class(run_t), allocatable :: run
          type(keeper_t) :: keeper
+      allocate (run)
          keeper%wants_tangent = .true.
          call go(run, system, start, settings, run_plan_t(time_step=0.1_wp, end_time=last), events, keeper, status, &
                  columns)
@@ -318,11 +319,12 @@ contains
       type(system_t) :: system
       type(state_t) :: start, ends(4)
       type(status_t) :: status
-      type(run_t) :: run, plain, shifted
+      class(run_t), allocatable :: run, plain, shifted
       type(keeper_t) :: keeper, other(4)
       real(wp) :: x(most), work(4), column(8), difference(8)
       character(len=40) :: label
       integer :: i, j, k
+      allocate (run, plain, shifted)
       x = 0.0_wp
       call build(x, limited, system, start)
       call list_columns(system, columns, error)
@@ -393,13 +395,14 @@ contains
       type(system_t) :: system
       type(state_t) :: start
       type(event_list_t) :: events
-      type(run_t) :: there, back
+      class(run_t), allocatable :: there, back
       type(run_plan_t) :: plan
       type(keeper_t) :: keeper, backward
       type(status_t) :: status
       type(column_t) :: columns(6)
       real(wp) :: unit(6, 6), first(6, 6), second(6, 6)
       integer :: k
+      allocate (there, back)
       call make_body(diagonal([4.0_wp, 5.0_wp, 6.0_wp]), system%body, status)
       call system%effects%add(dipole_t([1.0_wp, -2.0_wp, 3.0_wp], [0.5_wp, 1.0_wp, -1.0_wp]))
       call system%effects%add(applied_torque_t(name='torque', label='thruster', amplitude=[0.5_wp, 2.0_wp, -1.0_wp]))
@@ -445,11 +448,12 @@ contains
       type(system_t) :: system
       type(state_t) :: start
       type(event_list_t) :: turning, touching, switching
-      type(run_t) :: run
+      class(run_t), allocatable :: run
       type(run_plan_t) :: plan
       type(keeper_t) :: keeper
       type(status_t) :: status
       real(wp) :: level
+      allocate (run)
       call make_body(diagonal([1.0_wp, 1.0_wp, 1.0_wp]), system%body, status)
       call system%effects%add(applied_torque_t(name='torque', label='thruster', amplitude=[0.0_wp, 0.0_wp, 1.0_wp]))
       start = make_state(system, [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], [0.0_wp, 0.0_wp, -1.0_wp])
@@ -482,9 +486,10 @@ contains
       type(event_list_t) :: events
       type(column_t) :: columns(2)
       type(keeper_t) :: keeper
-      type(run_t) :: run
+      class(run_t), allocatable :: run
       type(status_t) :: status
       integer :: i
+      allocate (run)
       call make_body(diagonal([1.5_wp, 1.5_wp, 2.0_wp]), system%body, status)
       call system%effects%add(applied_torque_t(name='torque', label='thruster', amplitude=[0.0_wp, 0.0_wp, 0.5_wp]))
       call system%effects%add(applied_torque_t(name='torque', label='brake', amplitude=[0.0_wp, 0.0_wp, -0.1_wp]))
@@ -513,13 +518,14 @@ contains
       type(system_t) :: system
       type(state_t) :: start
       type(run_plan_t) :: plan
-      type(run_t) :: whole, broken, resumed
+      class(run_t), allocatable :: whole, broken, resumed
       type(keeper_t) :: keeper
       type(byte_archive_t) :: archive
       type(column_t) :: columns(most)
       type(status_t) :: status
       real(wp), parameter :: nothing(most) = 0.0_wp
       integer :: i
+      allocate (whole, broken, resumed)
       call build(nothing, .false., system, start)
       call list_columns(system, columns, error)
       call events%add(tilt_event_t(name='tilt', level=0.2_wp, effect='magnet', action=SWITCH_TOGGLE))

@@ -71,7 +71,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem
       type(run_plan_t) :: plan
-      type(run_t) :: run
+      class(run_t), allocatable :: run
       type(column_recorder_t) :: recorder
       type(status_t) :: status
       type(tangent_t) :: tangent
@@ -79,6 +79,7 @@ contains
       class(stepper_t), allocatable :: stepper
       real(wp), parameter :: lengths(3) = [0.1_wp, 0.1_wp, 0.037_wp]
       integer :: i
+      allocate (run)
       problem = forced_body()
       plan%time_step = 0.1_wp
       plan%end_time = 0.5_wp
@@ -111,11 +112,12 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem
       type(run_plan_t) :: plan
-      type(run_t) :: run, reference
+      class(run_t), allocatable :: run, reference
       type(column_recorder_t) :: recorder, expected
       type(integrator_settings_t) :: best
       type(status_t) :: status
       integer :: i
+      allocate (run, reference)
       problem = forced_body()
       plan%end_time = 1.0_wp
       plan%times = [0.1_wp, 0.33_wp, 0.77_wp, 1.0_wp]
@@ -148,13 +150,14 @@ contains
       type(error_type), allocatable, intent(out) :: error
       character(len=8), parameter :: names(4) = [character(len=8) :: 'taylor', 'dop853', 'rk8', 'rk4']
       real(wp), parameter :: tolerances(3) = [1e-4_wp, 1e-7_wp, 1e-10_wp]
-      type(run_t) :: run, bare, exact
+      class(run_t), allocatable :: run, bare, exact
       type(run_plan_t) :: plan
       type(system_t) :: system
       type(state_t) :: start
       type(status_t) :: status
       real(wp) :: off
       integer :: i, m
+      allocate (run, bare, exact)
       call make_body(diagonal([5.0_wp, 20.0_wp, 17.0_wp]), system%body, status)
       start = make_state(system, [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], [0.0_wp, 0.0_wp, 10.0_wp])
       plan%end_time = 2.0_wp
@@ -206,10 +209,11 @@ contains
       type(error_type), allocatable, intent(inout) :: error
       type(problem_t), intent(in) :: problem
       type(run_plan_t), intent(in) :: plan
-      type(run_t) :: whole, broken, resumed
+      class(run_t), allocatable :: whole, broken, resumed
       type(column_recorder_t) :: recorder
       type(byte_archive_t) :: archive
       type(status_t) :: status
+      allocate (whole, broken, resumed)
       recorder%wants_tangent = .true.
       call begin(whole)
       if (status%ok()) call whole%run_to_end(problem%system, status, recorder)
@@ -246,13 +250,14 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem
       type(tangent_t) :: tangent
-      type(run_t) :: run
+      class(run_t), allocatable :: run
       type(run_plan_t) :: plan
       type(integrator_settings_t) :: settings
       type(status_t) :: status
       type(system_t) :: sampled
       type(state_t) :: state
       type(column_t) :: frame
+      allocate (run)
       problem = forced_body()
       sampled = problem%system
       call sampled%effects%add(controller_t(name='controller', sample=0.1_wp))

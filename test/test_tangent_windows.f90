@@ -198,10 +198,11 @@ contains
       real(wp), intent(in) :: tolerance
       type(system_t) :: system
       type(column_t), allocatable :: columns(:)
-      type(run_t) :: run
+      class(run_t), allocatable :: run
       type(status_t) :: status
       real(wp) :: column(8), difference(8), none(n_times)
       integer :: k
+      allocate (run)
       none = 0.0_wp
       call build(none, kind, system, status)
       if (status%ok()) call list_columns(system, kind, columns, status)
@@ -297,10 +298,11 @@ contains
       real(wp), parameter :: steps(2) = [0.04_wp, 0.01_wp]
       type(system_t) :: system
       type(column_t), allocatable :: columns(:)
-      type(run_t) :: run
+      class(run_t), allocatable :: run
       type(status_t) :: status
       real(wp) :: difference(8, n_times), worst(2), none(n_times)
       integer :: form, i, k, order
+      allocate (run)
       none = 0.0_wp
       call build(none, 1, system, status)
       if (status%ok()) call list_columns(system, 1, columns, status)
@@ -382,9 +384,10 @@ contains
       type(system_t) :: system
       type(tabulated_torque_t) :: table
       type(column_t) :: columns(4)
-      type(run_t) :: run
+      class(run_t), allocatable :: run
       type(status_t) :: status
       integer :: at, k
+      allocate (run)
       call build_one([-0.5_wp, 1.5_wp], system)
       call make_tabulated_torque([0.2_wp, 0.8_wp], &
                                  reshape([0.3_wp, 0.1_wp, -0.4_wp, -0.2_wp, 0.5_wp, 0.2_wp], [3, 2]), &
@@ -409,8 +412,9 @@ contains
       type(column_t) :: columns(2)
       type(keeper_t) :: keeper, rows
       type(run_plan_t) :: plan
-      type(run_t) :: run
+      class(run_t), allocatable :: run
       type(status_t) :: status
+      allocate (run)
       call make_body(diagonal([1.5_wp, 1.5_wp, 2.0_wp]), system%body, status)
       call system%effects%add(applied_torque_t(name='torque', amplitude=[0.0_wp, 0.0_wp, 0.5_wp], stop=1.25_wp))
       call system%effects%add(applied_torque_t(name='torque', amplitude=[0.0_wp, 0.0_wp, -0.1_wp]))
@@ -445,12 +449,13 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(system_t) :: system
       type(column_t), allocatable :: columns(:)
-      type(run_t) :: whole, broken, resumed
+      class(run_t), allocatable :: whole, broken, resumed
       type(run_plan_t) :: plan
       type(keeper_t) :: keeper
       type(byte_archive_t) :: archive
       type(status_t) :: status
       real(wp) :: none(n_times)
+      allocate (whole, broken, resumed)
       none = 0.0_wp
       call build(none, 1, system, status)
       if (status%ok()) call list_columns(system, 1, columns, status)

@@ -249,10 +249,11 @@ contains
       type(problem_t) :: problem
       type(run_plan_t) :: limited
       type(run_summary_t) :: whole
-      type(run_t) :: begun, resumed
+      class(run_t), allocatable :: begun, resumed
       type(keeper_t) :: keeper
       type(byte_archive_t) :: archive
       type(status_t) :: status
+      allocate (begun, resumed)
       problem = unbounded()
       call take(problem, plan, whole)
       limited = plan

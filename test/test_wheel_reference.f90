@@ -78,9 +78,10 @@ contains
       type(run_plan_t) :: a_plan
       type(state_t) :: state
       type(status_t) :: status
-      type(run_t) :: run
+      class(run_t), allocatable :: run
       real(wp) :: omega(3), values(11), scale(11)
       integer :: i
+      allocate (run)
       problem = reference_problem()
       do i = 1, size(spin_up, 2)
          a_plan = plan
