@@ -325,8 +325,7 @@ contains
       character(len=40) :: label
       integer :: i, j, k
       allocate (run, plain, shifted)
-      x = 0.0_wp
-      call build(x, limited, system, start)
+      call build([(0.0_wp, j=1, most)], limited, system, start)
       call list_columns(system, columns, error)
       keeper%wants_tangent = .true.
       call go(run, system, start, settings, plan, events, keeper, status, columns)
