@@ -339,7 +339,7 @@ contains
       real(wp) :: ratios(2)
       integer(int64) :: seed
       integer :: i, starts, arrived(3), way
-      allocate (scene, fit, own)
+      allocate (scene, fit)
       seed = 40_int64
       starts = merge(3, 40, draws_fewer())
       arrived = 0
@@ -355,7 +355,8 @@ contains
             ratios = exp([2.3_wp*(2*random_unit(seed) - 1), 2.3_wp*(2*random_unit(seed) - 1)])
             if (abs(ratios(1) - ratios(2)) < 1.0_wp .and. sum(ratios) > 1.0_wp) exit
          end do
-         own = scene
+         if (allocated(own)) deallocate (own)
+         allocate (own, source=scene)
          do way = 1, 3
             own%fit%grows = way == 1
             own%fit%starts_from_data = way == 3
@@ -618,7 +619,7 @@ contains
       type(status_t) :: status
       real(wp), allocatable :: values(:), column(:)
       integer :: i, k
-      allocate (scene, model, other)
+      allocate (scene, model)
       call read(text, scene, error)
       if (allocated(error)) return
       call model%prepare(scene, status)
@@ -629,7 +630,8 @@ contains
       do i = 1, size(model%values)
          column = 0*motion%columns(:, i, 1)
          do k = 1, 4
-            other = model
+            if (allocated(other)) deallocate (other)
+            allocate (other, source=model)
             values = model%values
             values(i) = values(i) + places(k)*model%steps(i)
             call other%set_values(values, status)

@@ -258,11 +258,11 @@ contains
       if (allocated(error)) return
       call run(problem, settings, plan, whole, wanted, status)
       endless = run_plan_t(time_step=plan%time_step)
-      allocate (run_1, run_2)
+      allocate (run_1)
       call run_1%begin(problem%system, settings, problem%start, endless, status)
       do i = 1, size(stops)
          if (status%ok()) call run_1%run_steps(problem%system, int(stops(i), long), status)
-         if (i == size(stops)/2) run_2 = run_1
+         if (i == size(stops)/2) allocate (run_2, source=run_1)
       end do
       if (status%ok()) call run_1%run_to(problem%system, plan%end_time, status)
       call check(error, status%ok(), label//": "//trim(status%message))

@@ -220,11 +220,11 @@ contains
       class(sweep_t), allocatable :: leader, stranger
       type(status_t) :: status, ignored
       character(len=:), allocatable :: name
-      allocate (scene, leader, stranger, other)
+      allocate (scene, leader, stranger)
       name = scratch('strangers.npy')
       call make('final', scene, error)
       if (allocated(error)) return
-      other = scene
+      allocate (other, source=scene)
       other%ensemble%targets(1)%name = 'body.inertia.2'
       call leader%open(scene, 1_long, members, name, .false., status)
       call check(error, status%code, 0)

@@ -40,7 +40,8 @@ contains
       class(member_t), intent(inout) :: self
       type(scene_t), intent(in) :: scene
       integer :: i
-      self%scene = scene
+      if (allocated(self%scene)) deallocate (self%scene)
+      allocate (self%scene, source=scene)
       call keep_added(self%scene)
       call forget(self%scene%ensemble)
       self%scene%groups = scene%ensemble%groups

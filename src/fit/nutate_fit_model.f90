@@ -139,7 +139,8 @@ contains
       class(fit_model_t), intent(out) :: self
       type(scene_t), intent(in) :: scene
       integer :: i
-      self%scene = scene
+      if (allocated(self%scene)) deallocate (self%scene)
+      allocate (self%scene, source=scene)
       call forget(self%scene%fit)
       self%plan = scene%fit
       self%scene%groups = scene%fit%numbers%groups
