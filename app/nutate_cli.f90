@@ -77,6 +77,8 @@ module nutate_cli
       option_t('--csv', 'FILE', 'sweep', 'write one CSV row per member, too; - is standard output'), &
       option_t('--csv', 'FILE', 'fit', 'residuals; - is standard output (default: SCENE.residuals.csv)'), &
       option_t('--seconds', 'N', 'cost', 'time budget in seconds (default: 20)'), &
+      option_t('--evaluations', 'N', 'cost', &
+               'budget in evaluations of the equations instead of seconds'), &
       option_t('--quiet', '', 'run,sweep,fit,linearize', 'no progress bar and no summary; errors are still printed'), &
       option_t('--max-steps', 'N', 'run', 'stop with exit status 3 after N steps or rows'), &
       option_t('--max-steps', 'N', 'fit', 'stop with exit status 3 after N steps of all runs together'), &
@@ -127,8 +129,9 @@ module nutate_cli
       character(len=:), allocatable :: columns, title
       !> The picture of a work-precision study has every method.
       logical :: draws_all = .false.
-      !> Time for a work-precision study, s.
+      !> Budget of a work-precision study, s or evaluations of the equations; 0 evaluations: the time.
       real(wp) :: seconds = 20.0_wp
+      integer(long) :: evaluations = 0
       !> Scene of a history, and what it is exported to; not allocated where not wanted.
       character(len=:), allocatable :: of_scene, aem, gltf
       character(len=3) :: aem_version = '2.0'
@@ -283,8 +286,8 @@ contains
          call set_export(name, value, command)
       case ('--json', '--period', '--equilibria')
          call set_linear(name, value, command)
-      case ('--seconds')
-         call set_seconds(name, value, 0.1_wp, '0.1', command%seconds, command%error)
+      case ('--seconds', '--evaluations')
+         call set_budget(name, value, command)
       case ('--checkpoint')
          command%checkpoint = value
          if (value == '') command%error = '--checkpoint needs the name of a file'
@@ -317,6 +320,18 @@ contains
          continue
       end select
    end subroutine set_value
+
+   !> Stores the budget of a work-precision study.
+   subroutine set_budget(name, value, command)
+      !> The option and its value.
+      character(len=*), intent(in) :: name, value
+      type(command_t), intent(inout) :: command
+      if (name == '--seconds') then
+         call set_seconds(name, value, 0.1_wp, '0.1', command%seconds, command%error)
+      else
+         call set_count(name, value, 'a number of evaluations', command%evaluations, command%error)
+      end if
+   end subroutine set_budget
 
    !> Notes what is linearised, over what period, and where the result goes.
    subroutine set_linear(name, value, command)
@@ -521,6 +536,8 @@ contains
             return
          end if
       end do
+      if (given(option_number('--seconds')) .and. given(option_number('--evaluations'))) &
+         command%error = '--seconds and --evaluations exclude each other (expected one of them)'
       if (given(option_number('--every-seconds')) .and. .not. (allocated(command%checkpoint) .or. &
           allocated(command%resume))) command%error = '--every-seconds needs --checkpoint FILE'
       if (command%equilibria .and. abs(command%period) > 0.0_wp) &

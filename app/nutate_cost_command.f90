@@ -22,6 +22,7 @@ module nutate_cost_command
    use nutate_scene_loading, only: load_scene
    use nutate_run_signals, only: caught_signal, signal_name, stop_watcher_t, watch_signals
    use nutate_status, only: status_t
+   use nutate_study_budget, only: study_budget_t
    use nutate_measured_run, only: problem_t
    use nutate_methods, only: methods
    use nutate_work_precision, only: work_precision_t
@@ -57,7 +58,7 @@ contains
       problem = problem_t(scene%system, scene%initial, scene%plan%end_time, scene%integrator)
       allocate (stop_watcher_t :: problem%observer)
       call watch_signals()
-      call measure(problem, scene%plan%time_step, command%seconds, study)
+      call measure(problem, scene%plan%time_step, budget_of(command), study)
       if (size(study%points) == 0) then
          call discard_outputs(outputs)
          call report_nothing(command, scene, study, exit_code)
@@ -87,9 +88,30 @@ contains
          call say_error(line//'no run was completed: '//method_label(m)//': '//trim(study%refusal(m)%message))
          return
       end do
-      call say_error(line//'no run was completed within '//rounded_text(command%seconds)// &
-                     ' s (try --seconds, or a shorter integrator.end_time by --set)')
+      call say_error(line//budget_text(command))
    end subroutine report_nothing
+
+   !> Budget that the options ask for.
+   pure type(study_budget_t) function budget_of(command) result(budget)
+      type(command_t), intent(in) :: command
+      budget%is_in_evaluations = command%evaluations > 0
+      budget%limit = command%seconds
+      if (budget%is_in_evaluations) budget%limit = real(command%evaluations, wp)
+   end function budget_of
+
+   !> Message for a budget in which no run was completed.
+   pure function budget_text(command) result(text)
+      type(command_t), intent(in) :: command
+      character(len=:), allocatable :: text, option
+      if (command%evaluations > 0) then
+         text = plural(command%evaluations, 'evaluation')
+         option = '--evaluations'
+      else
+         text = rounded_text(command%seconds)//' s'
+         option = '--seconds'
+      end if
+      text = 'no run was completed within '//text//' (try more '//option//', or a shorter integrator.end_time by --set)'
+   end function budget_text
 
    !> Claims the files before any time is spent.
    subroutine open_outputs(command, scene, outputs, exit_code)
@@ -133,20 +155,19 @@ contains
    end subroutine discard_outputs
 
    !> Studies a problem until that is done or a signal comes.
-   subroutine measure(problem, time_step, seconds, study)
+   subroutine measure(problem, time_step, budget, study)
       type(problem_t), intent(in) :: problem
       !> The scene's step, s; 0 where it has none.
       real(wp), intent(in) :: time_step
-      !> Time to be spent, s.
-      real(wp), intent(in) :: seconds
+      type(study_budget_t), intent(in) :: budget
       type(work_precision_t), intent(inout) :: study
       type(progress_bar_t) :: progress
 
       call progress%start(wanted=.true.)
-      call study%begin(problem, time_step, seconds)
+      call study%begin(problem, time_step, budget)
       do while (.not. study%done .and. caught_signal() == 0)
          call study%advance()
-         call show_progress(progress, study%clock%seconds()/seconds)
+         call show_progress(progress, study%budget%spent()/budget%limit)
       end do
       call progress%erase()
    end subroutine measure
@@ -174,7 +195,8 @@ contains
       call page%item('motion', 'to t = '//rounded_text(scene%plan%end_time)//' s, at up to '// &
                      rounded_text(study%rate)//' rad/s')
       call add_reference(page, study)
-      call page%item('measured for', rounded_text(study%clock%seconds(), 3)//' s')
+      call page%item('measured for', rounded_text(study%budget%clock%seconds(), 3)//' s, '// &
+                     plural(study%budget%evaluations, 'evaluation')//' of the equations')
       call add_table(page, study)
       call add_answer(page, study)
       descriptor = STANDARD_OUTPUT

@@ -9,7 +9,7 @@ module nutate_cost_table
    use nutate_reference, only: reference_t, AGREED, EXACT_FREE_BODY, EXACT_TOP
    use nutate_table, only: number_text, table_t
    use nutate_work_point, only: work_point_t
-   use nutate_work_precision, only: work_precision_t, LAST_LEVEL, OUT_OF_TIME, REFUSED, ROUND_OFF
+   use nutate_work_precision, only: work_precision_t, LAST_LEVEL, OUT_OF_BUDGET, REFUSED, ROUND_OFF
    implicit none
    private
 
@@ -38,7 +38,7 @@ contains
             if (reference%uncertainty < huge(1.0_wp)) then
                known = 'agree only to'//known//' at t = '//rounded_text(end_time)//' s'
             else
-               known = 'do not reach t = '//rounded_text(end_time)//' s within the time budget'
+               known = 'do not reach t = '//rounded_text(end_time)//' s within the budget'
             end if
             call page%item('', known//'; attitude errors are not shown')
          end select
@@ -96,8 +96,8 @@ contains
       select case (study%ending(method))
       case (ROUND_OFF)
          text = ', until shorter steps gain nothing'
-      case (OUT_OF_TIME)
-         text = ', as far as the time allows'
+      case (OUT_OF_BUDGET)
+         text = ', as far as the budget allows'
       case (LAST_LEVEL)
          text = ', as far as the ladder goes'
       case (REFUSED)
@@ -106,7 +106,7 @@ contains
          text = ', until the study was stopped'
       end select
       if (runs > 0 .or. study%ending(method) == REFUSED) return
-      text = ': no run finished in time'
+      text = ': no run finished within the budget'
       if (.not. study%refusal(method)%ok()) text = ': no run finished ('//trim(study%refusal(method)%message)//')'
    end function ending_text
 

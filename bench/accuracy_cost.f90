@@ -9,11 +9,12 @@ program bench_accuracy
    use nutate_methods, only: family_of, methods
    use nutate_measured_run, only: problem_t
    use nutate_work_point, only: point_at_error, work_point_t
+   use nutate_study_budget, only: study_budget_t
    use nutate_work_precision, only: work_precision_t
    implicit none
 
    !> Time for a scene, s.
-   real(wp), parameter :: budget = 20.0_wp
+   type(study_budget_t), parameter :: budget = study_budget_t(limit=20.0_wp)
    real(wp), parameter :: accuracies(2) = [1e-6_wp, 1e-10_wp]
 
    call write_table('box', 100.0_wp)

@@ -5,7 +5,7 @@ module bench_problems
    use nutate_body, only: diagonal
    use nutate_linear_potential, only: linear_potential_t
    use nutate_reference, only: reference_t
-   use nutate_stopwatch, only: stopwatch_t
+   use nutate_study_budget, only: study_budget_t
    use nutate_measured_run, only: fastest_rate, problem_t
    implicit none
    private
@@ -48,15 +48,15 @@ contains
    subroutine find_reference(problem, reference)
       type(problem_t), intent(in) :: problem
       type(reference_t), intent(inout) :: reference
-      type(stopwatch_t) :: clock
+      type(study_budget_t) :: budget
       type(status_t) :: status
       real(wp) :: rate
-      call clock%start()
-      clock%deadline = 10.0_wp
+      call budget%start()
+      budget%limit = 10.0_wp
       call fastest_rate(problem, 1, rate, status)
       call reference%begin(problem, rate)
       do while (.not. reference%settled)
-         call reference%refine(problem, clock)
+         call reference%refine(problem, budget)
       end do
    end subroutine find_reference
 

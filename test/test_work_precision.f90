@@ -1,15 +1,15 @@
 !> Work-precision studies: references, measured runs, series of steps, interpolated points.
 module test_work_precision
-   use nutate_kinds, only: wp, eps, long
+   use nutate_kinds, only: wp, eps
    use nutate_methods, only: methods
    use nutate_quaternion, only: attitude_distance
    use nutate_reference, only: reference_methods, reference_t, AGREED, EXACT_FREE_BODY, EXACT_TOP, NO_REFERENCE
    use nutate_scene, only: parse_scene, scene_t
    use nutate_status, only: status_t
-   use nutate_stopwatch, only: clock_t, stopwatch_t
+   use nutate_study_budget, only: study_budget_t
    use nutate_measured_run, only: fastest_rate, problem_t
    use nutate_work_point, only: measure_point, median, point_at_error, work_point_t
-   use nutate_work_precision, only: longest_step, work_precision_t, OUT_OF_TIME, UNDER_WAY
+   use nutate_work_precision, only: longest_step, work_precision_t, OUT_OF_BUDGET, UNDER_WAY
    use test_support, only: check, check_below, check_close, error_type, new_unittest, unittest_type
    implicit none
    private
@@ -25,14 +25,14 @@ module test_work_precision
                                   '&integrator time_step = 0.01, end_time = 1 /'//newline// &
                                   '&gravity acceleration = 1, 2, -9 /'//newline
 
-   !> A clock that follows its readings. Runs read it every 1024 steps: it depends on the work done, on any machine.
-   type, extends(clock_t) :: counting_clock_t
-      !> Time from one reading to the next, s.
-      real(wp) :: tick = 0.0_wp
-      integer :: readings = 0
-   contains
-      procedure :: time => count_reading
-   end type counting_clock_t
+   !> Steps of higher order that are subdivided into a thousand parts each.
+   character(len=*), parameter :: subdivided = '&body inertia = 4.2e-5, 4.2e-5, 1.1e-5, mass = 0.0148 /'//newline// &
+      "&orbit altitude = 184324, argument_of_periapsis = 56.8, frame = 'inertial' /"//newline// &
+      '&earth_field moment = 4354.5, 0.016, 1.058, epoch_angle = -30.9, '// &
+      'coefficients = 0.5256, 4.7e-52, 1702.37, degrees = .true. /'//newline// &
+      "&initial rate_from = 'inertial', attitude_from = 'lvlh', roll_pitch_yaw = -2.56, 1.0, 0.0055, "// &
+      'angular_velocity = 2.82, 0.079, 0.0207 /'//newline// &
+      '&integrator time_step = 614.3, end_time = 1843, auxiliary_inertia = 3.53e-8 /'
 
 contains
 
@@ -43,10 +43,11 @@ contains
                   new_unittest("what two methods agree on is the exact attitude", agreement_is_exact), &
                   new_unittest("a motion too long to be followed has no reference", chaos_has_no_reference), &
                   new_unittest("errors fall with the order of the method", errors_fall_with_the_order), &
-                  new_unittest("a stopwatch follows wall time", stopwatch_goes_by_wall_time), &
-                  new_unittest("a study ends in time with runs of every method", study_ends_in_time), &
-                  new_unittest("runs that are too long are ended in time", runs_end_in_time), &
-                  new_unittest("the run for the fastest rate is ended in time", first_run_ends_in_time), &
+                  new_unittest("a study ends within its budget with runs of every method", study_keeps_its_budget), &
+                  new_unittest("runs that are too long end with the budget", long_runs_keep_the_budget), &
+                  new_unittest("steps in a thousand parts keep the budget", subdivided_steps_keep_the_budget), &
+                  new_unittest("the run for the fastest rate keeps its share", first_run_keeps_its_share), &
+                  new_unittest("the same budget gives the same runs", runs_are_repeated), &
                   new_unittest("the user's step is among those of a study", longest_step_leads_to_the_users), &
                   new_unittest("lean steps begin with those of the slow motion", lean_steps_are_long), &
                   new_unittest("points between runs follow from power laws", points_follow_from_power_laws), &
@@ -68,38 +69,35 @@ contains
    end function problem_of
 
    !> The reference of a problem, settled.
-   function reference_of(problem, seconds) result(reference)
+   function reference_of(problem, evaluations) result(reference)
       type(problem_t), intent(in) :: problem
-      !> Time that it may take, s.
-      real(wp), intent(in) :: seconds
+      !> Budget.
+      real(wp), intent(in) :: evaluations
       type(reference_t) :: reference
-      type(stopwatch_t) :: clock
+      type(study_budget_t) :: budget
       type(status_t) :: status
       real(wp) :: rate
       integer :: first, second
       call reference_methods(first, second)
       call fastest_rate(problem, first, rate, status)
-      call clock%start()
-      clock%deadline = seconds
+      budget = study_budget_t(limit=evaluations, is_in_evaluations=.true.)
       call reference%begin(problem, rate)
       do while (.not. reference%settled)
-         call reference%refine(problem, clock)
+         call reference%refine(problem, budget)
       end do
    end function reference_of
 
-   !> 20 000 steps, for which the clock is read every 1024: the share of the first run is over at the fourth reading.
-   subroutine first_run_ends_in_time(error)
+   !> The run would take 20 000 steps of 17 solutions; the reference may spend 0.3 of the budget.
+   subroutine first_run_keeps_its_share(error)
       type(error_type), allocatable, intent(out) :: error
-      type(counting_clock_t), target :: clock
       type(work_precision_t) :: study
       type(problem_t) :: problem
+      real(wp), parameter :: limit = 1e5_wp
       problem = problem_of(top//'&damping coefficient = 1e-9, 1e-9, 1e-9 /'//newline)
       problem%end_time = 1e4_wp
-      clock%tick = 1.0_wp
-      study%clock%clock => clock
-      call study%begin(problem, 0.0_wp, 10.0_wp)
-      call check(error, clock%readings > 2 .and. clock%readings < 8)
-   end subroutine first_run_ends_in_time
+      call study%begin(problem, 0.0_wp, study_budget_t(limit=limit, is_in_evaluations=.true.))
+      call check_close(error, study%budget%spent(), 0.3_wp*limit, 17.0_wp)
+   end subroutine first_run_keeps_its_share
 
    subroutine closed_solutions_are_found(error)
       type(error_type), allocatable, intent(out) :: error
@@ -119,7 +117,7 @@ contains
          integer, intent(in) :: kind
          type(reference_t) :: reference
          if (allocated(error)) return
-         reference = reference_of(problem_of(text), 2.0_wp)
+         reference = reference_of(problem_of(text), 3e6_wp)
          call check(error, reference%kind == kind, 'another kind of reference for '//text)
       end subroutine expect
    end subroutine closed_solutions_are_found
@@ -128,12 +126,12 @@ contains
    subroutine agreement_is_exact(error)
       type(error_type), allocatable, intent(out) :: error
       type(reference_t) :: exact, agreed_on
-      exact = reference_of(problem_of(box), 2.0_wp)
-      agreed_on = reference_of(problem_of(box//'&rotor momentum = 0, 0, 0 /'), 2.0_wp)
+      exact = reference_of(problem_of(box), 3e6_wp)
+      agreed_on = reference_of(problem_of(box//'&rotor momentum = 0, 0, 0 /'), 3e6_wp)
       call check_below(error, agreed_on%uncertainty, 1e-11_wp, 'uncertainty')
       call check_below(error, attitude_distance(exact%q, agreed_on%q), 10*agreed_on%uncertainty, 'distance')
-      exact = reference_of(problem_of(top), 2.0_wp)
-      agreed_on = reference_of(problem_of(top//'&rotor momentum = 0, 0, 0 /'), 2.0_wp)
+      exact = reference_of(problem_of(top), 3e6_wp)
+      agreed_on = reference_of(problem_of(top//'&rotor momentum = 0, 0, 0 /'), 3e6_wp)
       call check_below(error, attitude_distance(exact%q, agreed_on%q), 10*agreed_on%uncertainty, 'distance, top')
    end subroutine agreement_is_exact
 
@@ -144,7 +142,7 @@ contains
       problem = problem_of('&body inertia = 5, 20, 17, mass = 9, center_of_mass = 0.4, 0.3, 0.2 /'//newline// &
                            '&initial angular_velocity = 0.1, 0, 1 /'//newline// &
                            '&integrator time_step = 0.1, end_time = 1e9 /'//newline//'&gravity /')
-      reference = reference_of(problem, 0.2_wp)
+      reference = reference_of(problem, 2e5_wp)
       call check(error, reference%kind == NO_REFERENCE .and. .not. reference%known(), 'there is a reference')
    end subroutine chaos_has_no_reference
 
@@ -153,14 +151,12 @@ contains
       type(problem_t) :: problem
       type(reference_t) :: reference
       type(work_point_t) :: long, short
-      type(stopwatch_t) :: clock
+      type(study_budget_t) :: unlimited
       type(status_t) :: status
       real(wp) :: step
       integer :: m
       problem = problem_of(box)
-      reference = reference_of(problem, 1.0_wp)
-      call clock%start()
-      clock%deadline = 60.0_wp
+      reference = reference_of(problem, 3e6_wp)
       do m = 1, size(methods)
          if (methods(m)%order < 1) cycle
          ! Of order 16 all steps short enough to show it are at round-off.
@@ -168,8 +164,8 @@ contains
          step = merge(0.005_wp, 0.05_wp, methods(m)%order < 6)
          long = work_point_t(method=m, time_step=step)
          short = work_point_t(method=m, time_step=step/2)
-         call measure_point(problem, reference, 0.0_wp, clock, long, status)
-         if (status%ok()) call measure_point(problem, reference, 0.0_wp, clock, short, status)
+         call measure_point(problem, reference, 0.0_wp, unlimited, long, status)
+         if (status%ok()) call measure_point(problem, reference, 0.0_wp, unlimited, short, status)
          call check(error, status%ok(), trim(status%message))
          if (allocated(error)) return
          call check_close(error, log(long%attitude_error/short%attitude_error)/log(2.0_wp), &
@@ -181,40 +177,14 @@ contains
       end do
    end subroutine errors_fall_with_the_order
 
-   real(wp) function count_reading(self)
-      class(counting_clock_t), intent(inout) :: self
-      self%readings = self%readings + 1
-      count_reading = self%tick*self%readings
-   end function count_reading
-
-   !> What it shows lies between the times of readings within and around it, however long they take.
-   subroutine stopwatch_goes_by_wall_time(error)
-      type(error_type), allocatable, intent(out) :: error
-      type(stopwatch_t) :: clock
-      integer(long) :: before, begun, now, rate
-      real(wp) :: seconds
-      call system_clock(before, rate)
-      call clock%start()
-      call system_clock(begun)
-      do
-         call system_clock(now)
-         if (now - begun > rate/50) exit
-      end do
-      clock%deadline = 0.01_wp
-      seconds = clock%seconds()
-      call check(error, seconds >= real(now - begun, wp)/real(rate, wp) .and. clock%is_over(), 'it is slow')
-      call system_clock(now)
-      call check_below(error, seconds, real(now - before, wp)/real(rate, wp), 'seconds')
-   end subroutine stopwatch_goes_by_wall_time
-
-   subroutine study_ends_in_time(error)
+   subroutine study_keeps_its_budget(error)
       type(error_type), allocatable, intent(out) :: error
       type(work_precision_t) :: study
       type(work_point_t), allocatable :: points(:)
       integer :: m
-      call make_study(error, problem_of(box), 2e-4_wp, study)
+      call make_study(error, problem_of(box), 3e5_wp, study)
       if (allocated(error)) return
-      call check(error, count(study%ending == OUT_OF_TIME) > 0, 'there was time for everything')
+      call check(error, count(study%ending == OUT_OF_BUDGET) > 0, 'the budget was enough for everything')
       do m = 1, size(methods)
          call check(error, study%ending(m) /= UNDER_WAY, 'a method is under way')
          if (methods(m)%order < 1) cycle
@@ -228,37 +198,54 @@ contains
             call check_close(error, points(1)%time_step/points(2)%time_step, 2.0_wp, 0.0_wp, 'steps')
          end if
       end do
-   end subroutine study_ends_in_time
+   end subroutine study_keeps_its_budget
 
-   !> Runs of the box for 1e5 s take so long that hardly one of them ends: the clock ends them.
-   subroutine runs_end_in_time(error)
+   !> Runs of the box for 1e5 s need a hundred times the budget and more.
+   subroutine long_runs_keep_the_budget(error)
       type(error_type), allocatable, intent(out) :: error
       type(work_precision_t) :: study
       type(problem_t) :: problem
       problem = problem_of(box)
       problem%end_time = 1e5_wp
-      call make_study(error, problem, 2e-2_wp, study)
+      call make_study(error, problem, 3e5_wp, study)
       if (allocated(error)) return
-      call check(error, all(study%ending == OUT_OF_TIME .or. methods%order < 1), 'a run was ended by something else')
-   end subroutine runs_end_in_time
+      call check(error, all(study%ending == OUT_OF_BUDGET .or. methods%order < 1), 'a run was ended by something else')
+   end subroutine long_runs_keep_the_budget
 
-   !> A study of 1 s by a clock that depends on the work: it may be late by the readings that find out that the time is
-   !> over, by every method and in a run, but not by more steps.
-   subroutine make_study(error, problem, tick, study)
+   subroutine subdivided_steps_keep_the_budget(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(work_precision_t) :: study
+      call make_study(error, problem_of(subdivided), 2e4_wp, study)
+   end subroutine subdivided_steps_keep_the_budget
+
+   !> No decision of a study depends on a clock: not the runs, their order or their errors.
+   subroutine runs_are_repeated(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(work_precision_t) :: first, second
+      call make_study(error, problem_of(top), 3e5_wp, first)
+      if (.not. allocated(error)) call make_study(error, problem_of(top), 3e5_wp, second)
+      if (allocated(error)) return
+      call check(error, size(first%points) == size(second%points) .and. all(first%ending == second%ending), &
+                 'other runs')
+      if (allocated(error)) return
+      call check(error, all(first%points%method == second%points%method), 'other methods')
+      call check(error, all(first%points%steps == second%points%steps), 'other steps')
+      call check(error, all(first%points%samples == second%points%samples), 'other samples')
+      call check_close(error, first%points%attitude_error, second%points%attitude_error, 0.0_wp, 'attitude errors')
+   end subroutine runs_are_repeated
+
+   !> A study to its end; it spends no more than its budget but for one step of each method, the least that a run takes.
+   subroutine make_study(error, problem, evaluations, study)
       type(error_type), allocatable, intent(inout) :: error
       type(problem_t), intent(in) :: problem
-      !> Time from one reading of the clock to the next, s.
-      real(wp), intent(in) :: tick
+      !> Budget.
+      real(wp), intent(in) :: evaluations
       type(work_precision_t), intent(out) :: study
-      type(counting_clock_t), target :: clock
-      clock%tick = tick
-      study%clock%clock => clock
-      call study%begin(problem, 0.01_wp, 1.0_wp)
+      call study%begin(problem, 0.01_wp, study_budget_t(limit=evaluations, is_in_evaluations=.true.))
       do while (.not. study%done)
          call study%advance()
       end do
-      study%clock%clock => null()
-      call check_below(error, tick*clock%readings, 1.0_wp + (size(methods) + 4)*tick, 'time')
+      call check_below(error, study%budget%spent(), evaluations + sum(methods%stages), 'evaluations')
    end subroutine make_study
 
    subroutine longest_step_leads_to_the_users(error)
@@ -277,7 +264,7 @@ contains
       call make_study(error, problem_of('&body inertia = 15.234375, 0.46875, 15.234375, mass = 15, '// &
                                         'center_of_mass = 0, 1, 0 /'//newline//'&gravity /'//newline// &
                                         '&initial angular_velocity = 0, 150, -4.61538 /'//newline// &
-                                        '&integrator time_step = 0.01, end_time = 2 /'), 1e-3_wp, study)
+                                        '&integrator time_step = 0.01, end_time = 2 /'), 1e6_wp, study)
       if (allocated(error)) return
       others = study%points_of(1)
       do m = 1, size(methods)

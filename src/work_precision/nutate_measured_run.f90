@@ -1,4 +1,4 @@
-!> One integration of a work-precision study: without output, under a time limit, measured or as fast as it goes.
+!> One integration of a work-precision study: without output, within a budget, measured or as fast as it goes.
 module nutate_measured_run
    use nutate_hamiltonian, only: angular_velocity, body_momentum
    use nutate_invariants, only: invariants_t
@@ -13,6 +13,7 @@ module nutate_measured_run
    use nutate_status, only: status_t, fail, NUTATE_STEP_LIMIT
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_stopwatch, only: stopwatch_t
+   use nutate_study_budget, only: study_budget_t
    use nutate_system, only: system_t
    implicit none
    private
@@ -46,23 +47,25 @@ module nutate_measured_run
       !> The last state.
       type(state_t) :: state
       type(run_summary_t) :: summary
-      !> Time it took by the monitor's clock, s.
+      !> Wall time, s.
       real(wp) :: seconds = 0.0_wp
    end type outcome_t
 
-   !> Ends a run whose time is over; measures, if it is shown rows.
+   !> Ends a run at the end of the budget; measures the invariants, if it receives rows.
    type, extends(observer_t) :: run_monitor_t
       type(invariants_t) :: invariants
       !> Largest |Ω| seen, rad/s.
       real(wp) :: fastest = 0.0_wp
       !> The invariants are wanted.
       logical :: measures = .false.
-      !> At its deadline a run must end.
-      type(stopwatch_t) :: clock
+      !> Budget of the study; runs are added to what is spent.
+      type(study_budget_t) :: budget
+      !> Evaluations in a step of the method.
+      integer :: stages = 1
       class(observer_t), allocatable :: observer
    contains
       procedure :: observe => measure_row
-      procedure :: poll => watch_clock
+      procedure :: poll => watch_budget
    end type run_monitor_t
 
 contains
@@ -89,7 +92,7 @@ contains
 
    !> Runs a problem once from its start. With `monitor%measures` every step is a row; otherwise only the ends are.
    !>
-   !> Errors: those of `integrate`; `NUTATE_STEP_LIMIT` where the time is over; what the observer's `poll` returned.
+   !> Errors: those of `integrate`; `NUTATE_STEP_LIMIT` if the budget is used up; what the observer's `poll` returned.
    subroutine run_once(problem, stepper, time_step, monitor, outcome, status)
       type(problem_t), intent(in) :: problem
       !> Prepared.
@@ -106,10 +109,10 @@ contains
       plan%time_step = time_step
       outcome%state = problem%start
       call copy_observer(monitor, problem)
-      clock%clock => monitor%clock%clock
       call clock%start()
       call integrate(problem%system, stepper, outcome%state, plan, status, monitor, outcome%summary)
       outcome%seconds = clock%seconds()
+      call count_run(monitor, plan, outcome%summary, status)
    end subroutine run_once
 
    !> The same with steps chosen for an error of each. Preparing the method is part of the time.
@@ -128,46 +131,65 @@ contains
       plan%goal%local_tolerance = tolerance
       outcome%state = problem%start
       call copy_observer(monitor, problem)
-      clock%clock => monitor%clock%clock
       call clock%start()
       call integrate(problem%system, settings, outcome%state, plan, status, monitor, outcome%summary)
       outcome%seconds = clock%seconds()
+      call count_run(monitor, plan, outcome%summary, status)
    end subroutine run_to_tolerance
 
+   !> Adds a run to the budget: its steps, or those that it was allowed where it needed more.
+   subroutine count_run(monitor, plan, summary, status)
+      type(run_monitor_t), intent(inout) :: monitor
+      type(run_plan_t), intent(in) :: plan
+      type(run_summary_t), intent(in) :: summary
+      !> Status of the run.
+      type(status_t), intent(in) :: status
+      integer(long) :: steps
+      steps = summary%parts
+      if (status%code == NUTATE_STEP_LIMIT .and. plan%max_steps < huge(1_long)) steps = max(steps, plan%max_steps)
+      call monitor%budget%count_run(steps, monitor%stages)
+   end subroutine count_run
+
    !> To the end of a problem, with rows if the monitor measures.
-   pure type(run_plan_t) function plan_of(problem, monitor) result(plan)
+   type(run_plan_t) function plan_of(problem, monitor) result(plan)
       type(problem_t), intent(in) :: problem
       type(run_monitor_t), intent(in) :: monitor
       plan%end_time = problem%end_time
       plan%every = huge(1_long)
       if (monitor%measures) plan%every = 1
+      plan%max_steps = monitor%budget%most_steps(monitor%stages)
    end function plan_of
 
    !> Largest |Ω| of a motion, rad/s, from a run of a highest-order method that ends early where the motion is long, or
    !> its steps are.
-   subroutine fastest_rate(problem, method, rate, status, clock)
+   subroutine fastest_rate(problem, method, rate, status, budget)
       type(problem_t), intent(in) :: problem
       !> Row of `methods`.
       integer, intent(in) :: method
       real(wp), intent(out) :: rate
       type(status_t), intent(out) :: status
-      !> At its deadline the run ends.
-      type(stopwatch_t), intent(in), optional :: clock
+      !> The run ends if it is used up, and is added to it.
+      type(study_budget_t), intent(inout), optional :: budget
       type(run_plan_t) :: plan
       type(run_monitor_t) :: monitor
+      type(run_summary_t) :: summary
       type(state_t) :: state
 
       rate = norm2(angular_velocity(problem%system, problem%start))
-      plan%end_time = problem%end_time
+      monitor%measures = .true.
+      monitor%stages = methods(method)%stages
+      if (present(budget)) monitor%budget = budget
+      plan = plan_of(problem, monitor)
       plan%time_step = problem%duration()/real(least_pilot_steps, wp)
       if (abs(plan%time_step)*rate > pilot_turn) plan%time_step = sign(pilot_turn/rate, plan%time_step)
-      plan%max_steps = most_pilot_steps
+      plan%max_steps = min(plan%max_steps, most_pilot_steps)
       state = problem%start
-      monitor%measures = .true.
-      if (present(clock)) monitor%clock = clock
       call copy_observer(monitor, problem)
       call monitor%invariants%start(problem%system, state)
-      call integrate(problem%system, settings_of(integrator_settings_t(), method), state, plan, status, monitor)
+      call integrate(problem%system, settings_of(integrator_settings_t(), method), state, plan, status, monitor, &
+                     summary)
+      call count_run(monitor, plan, summary, status)
+      if (present(budget)) budget%evaluations = monitor%budget%evaluations
       if (status%code == NUTATE_STEP_LIMIT) status = status_t()
       rate = max(rate, monitor%fastest)
    end subroutine fastest_rate
@@ -203,14 +225,14 @@ contains
       self%fastest = max(self%fastest, norm2(angular_velocity(system, state)))
    end subroutine measure_row
 
-   !> Ends a run whose time is over, or that the observer wants to end.
-   subroutine watch_clock(self, fraction, status)
+   !> Ends a run at the end of the time budget, or where the observer ends it.
+   subroutine watch_budget(self, fraction, status)
       class(run_monitor_t), intent(inout) :: self
       real(wp), intent(in) :: fraction
       type(status_t), intent(out) :: status
       if (allocated(self%observer)) call self%observer%poll(fraction, status)
       if (.not. status%ok()) return
-      if (self%clock%is_over()) status = fail(NUTATE_STEP_LIMIT, 'the time budget is used up')
-   end subroutine watch_clock
+      if (self%budget%time_is_over()) status = fail(NUTATE_STEP_LIMIT, 'the time budget is used up')
+   end subroutine watch_budget
 
 end module nutate_measured_run

@@ -12,7 +12,7 @@ module nutate_reference
    use nutate_quaternion, only: attitude_distance
    use nutate_status, only: status_t
    use nutate_stepper, only: integrator_settings_t, stepper_t
-   use nutate_stopwatch, only: stopwatch_t
+   use nutate_study_budget, only: study_budget_t
    use nutate_measured_run, only: run_monitor_t, outcome_t, problem_t, run_once, settings_of
    implicit none
    private
@@ -49,13 +49,13 @@ module nutate_reference
       !> Differences of the two methods at every step tried, rad; how many.
       real(wp), private :: gaps(most_levels) = 0.0_wp
       integer, private :: levels = 0
-      !> Levels since the best, wall time of the last, s.
+      !> Levels since the best, and the amount that the last one spent, s or evaluations.
       integer, private :: stale = 0
-      real(wp), private :: last_seconds = 0.0_wp
+      real(wp), private :: last_spent = 0.0_wp
    contains
       !> Looks for a closed solution.
       procedure :: begin
-      !> Tries the next step, if time allows.
+      !> Tries the next step, if the budget allows.
       procedure :: refine
       !> The attitude is known.
       procedure :: known
@@ -106,44 +106,43 @@ contains
       end do
    end subroutine reference_methods
 
-   !> Tries the next step, if it can be expected to end in time; otherwise, and where nothing is gained any more, the
-   !> reference is settled.
-   subroutine refine(self, problem, clock)
+   !> Tries the next step, if it is expected to end within the budget; otherwise, and where nothing is gained any more,
+   !> the reference is settled.
+   subroutine refine(self, problem, budget)
       class(reference_t), intent(inout) :: self
       type(problem_t), intent(in) :: problem
-      !> Until its deadline time may be spent.
-      type(stopwatch_t), intent(in) :: clock
+      type(study_budget_t), intent(inout) :: budget
       type(status_t) :: status
       real(wp) :: time_step, q(4, 2), begun
       integer :: i
 
-      begun = clock%seconds()
-      if (self%levels == most_levels .or. begun + 2*self%last_seconds > clock%deadline) then
-         call settle(self, .false., problem, clock)
+      begun = budget%spent()
+      if (self%levels == most_levels .or. begun + 2*self%last_spent > budget%limit) then
+         call settle(self, .false., problem, budget)
          return
       end if
       time_step = self%time_step
       if (self%levels > 0) time_step = time_step/2
       do i = 1, 2
-         call end_attitude(problem, self%pair(i), time_step, clock, q(:, i), status)
+         call end_attitude(problem, self%pair(i), time_step, budget, q(:, i), status)
          if (.not. status%ok()) then
-            call settle(self, .false., problem, clock)
+            call settle(self, .false., problem, budget)
             return
          end if
       end do
-      self%last_seconds = clock%seconds() - begun
-      call compare_level(self, time_step, q, problem, clock)
+      self%last_spent = budget%spent() - begun
+      call compare_level(self, time_step, q, problem, budget)
    end subroutine refine
 
    !> Compares the attitudes of both methods at a step.
-   subroutine compare_level(self, time_step, q, problem, clock)
+   subroutine compare_level(self, time_step, q, problem, budget)
       class(reference_t), intent(inout) :: self
       !> s.
       real(wp), intent(in) :: time_step
       !> Attitudes of both; shape (4, 2).
       real(wp), intent(in) :: q(4, 2)
       type(problem_t), intent(in) :: problem
-      type(stopwatch_t), intent(in) :: clock
+      type(study_budget_t), intent(inout) :: budget
       real(wp) :: gap
       gap = attitude_distance(q(:, 1), q(:, 2))
       self%levels = self%levels + 1
@@ -155,31 +154,31 @@ contains
          self%uncertainty = gap
          self%q = q(:, 1)
       end if
-      if (self%stale >= patience .and. self%uncertainty < useless) call settle(self, .true., problem, clock)
+      if (self%stale >= patience .and. self%uncertainty < useless) call settle(self, .true., problem, budget)
    end subroutine compare_level
 
    !> Decides how well the attitude is known.
-   subroutine settle(self, by_round_off, problem, clock)
+   subroutine settle(self, by_round_off, problem, budget)
       class(reference_t), intent(inout) :: self
       !> The difference does not fall any more: the smallest one seen was small by accident.
       logical, intent(in) :: by_round_off
       type(problem_t), intent(in) :: problem
-      type(stopwatch_t), intent(in) :: clock
+      type(study_budget_t), intent(inout) :: budget
       self%settled = .true.
       if (by_round_off) self%uncertainty = maxval(self%gaps(self%levels - patience:self%levels))
       self%uncertainty = max(self%uncertainty, finest)
-      if (self%uncertainty <= useless) call amplify_round_off(self, problem, clock)
+      if (self%uncertainty <= useless) call amplify_round_off(self, problem, budget)
       if (self%uncertainty <= useless) self%kind = AGREED
    end subroutine settle
 
    !> The attitude is known no better than data and start are, which are rounded: another motion beside this one, off by
    !> η, tells how it amplifies that. It need not be small for that: the distance of ends grows more slowly then, so
    !> that the smaller of two η counts too.
-   subroutine amplify_round_off(self, problem, clock)
+   subroutine amplify_round_off(self, problem, budget)
       class(reference_t), intent(inout) :: self
       type(problem_t), intent(in) :: problem
-      !> Until its deadline time may be spent; needed where there is no closed solution.
-      type(stopwatch_t), intent(in), optional :: clock
+      !> Needed if there is no closed solution.
+      type(study_budget_t), intent(inout), optional :: budget
       type(problem_t) :: beside
       type(noise_t) :: noise
       type(status_t) :: status
@@ -189,8 +188,8 @@ contains
          beside = problem
          noise%amplitude = disturbances(i)
          call disturb_problem(noise, beside%system, beside%start)
-         if (present(clock)) then
-            call end_attitude(beside, self%pair(2), self%time_step, clock, q, status)
+         if (present(budget)) then
+            call end_attitude(beside, self%pair(2), self%time_step, budget, q, status)
             if (.not. status%ok()) cycle
          else
             call find_exact_attitude(beside, kind, q)
@@ -207,13 +206,13 @@ contains
    end function known
 
    !> Attitude at the end of a problem by a method, with settings of its own.
-   subroutine end_attitude(problem, method, time_step, clock, q, status)
+   subroutine end_attitude(problem, method, time_step, budget, q, status)
       type(problem_t), intent(in) :: problem
       !> Row of `methods`.
       integer, intent(in) :: method
       !> s.
       real(wp), intent(in) :: time_step
-      type(stopwatch_t), intent(in) :: clock
+      type(study_budget_t), intent(inout) :: budget
       real(wp), intent(out) :: q(4)
       type(status_t), intent(out) :: status
       class(stepper_t), allocatable :: stepper
@@ -222,8 +221,10 @@ contains
       q = problem%start%q
       call make_stepper(problem%system, settings_of(integrator_settings_t(), method), stepper, status)
       if (.not. status%ok()) return
-      monitor%clock = clock
+      monitor%budget = budget
+      monitor%stages = methods(method)%stages
       call run_once(problem, stepper, time_step, monitor, outcome, status)
+      budget%evaluations = monitor%budget%evaluations
       q = outcome%state%q
    end subroutine end_attitude
 

@@ -7,7 +7,7 @@ module nutate_work_point
    use nutate_reference, only: reference_t
    use nutate_status, only: status_t
    use nutate_stepper, only: stepper_t
-   use nutate_stopwatch, only: stopwatch_t
+   use nutate_study_budget, only: study_budget_t
    use nutate_measured_run, only: run_monitor_t, outcome_t, problem_t, run_once, run_to_tolerance, settings_of
    implicit none
    private
@@ -78,14 +78,14 @@ contains
    !> Measures a run: first its errors, then its time, so that the one does not disturb the other. The time of a run
    !> with too many subdivided steps is not measured.
    !>
-   !> Errors: those of `make_stepper` and `integrate`; `NUTATE_STEP_LIMIT` where the time is over.
-   subroutine measure_point(problem, reference, sample_seconds, clock, point, status)
+   !> Errors: those of `make_stepper` and `integrate`; `NUTATE_STEP_LIMIT` if the budget is used up.
+   subroutine measure_point(problem, reference, sample, budget, point, status)
       type(problem_t), intent(in) :: problem
       type(reference_t), intent(in) :: reference
-      !> Integrations are repeated until they have taken so long, s.
-      real(wp), intent(in) :: sample_seconds
-      !> At its deadline all must be over.
-      type(stopwatch_t), intent(in) :: clock
+      !> Amount of the budget for which integrations are repeated, s or evaluations.
+      real(wp), intent(in) :: sample
+      !> Limits the runs, which are added to it.
+      type(study_budget_t), intent(inout) :: budget
       !> Its `method` and `time_step`, or `tolerance`, say what to run.
       type(work_point_t), intent(inout) :: point
       type(status_t), intent(out) :: status
@@ -93,26 +93,27 @@ contains
 
       call make_stepper(problem%system, settings_of(problem%settings, point%method), stepper, status)
       if (.not. status%ok()) return
-      call measure_errors(problem, reference, stepper, clock, point, status)
+      call measure_errors(problem, reference, stepper, budget, point, status)
       if (.not. status%ok() .or. point%is_subdivided()) return
-      call measure_time(problem, stepper, sample_seconds, clock, point, status)
+      call measure_time(problem, stepper, sample, budget, point, status)
    end subroutine measure_point
 
    !> Steps, iterations and errors.
-   subroutine measure_errors(problem, reference, stepper, clock, point, status)
+   subroutine measure_errors(problem, reference, stepper, budget, point, status)
       type(problem_t), intent(in) :: problem
       type(reference_t), intent(in) :: reference
       class(stepper_t), intent(inout) :: stepper
-      type(stopwatch_t), intent(in) :: clock
+      type(study_budget_t), intent(inout) :: budget
       type(work_point_t), intent(inout) :: point
       type(status_t), intent(out) :: status
       type(run_monitor_t) :: monitor
       type(outcome_t) :: outcome
 
-      monitor%clock = clock
+      monitor%budget = budget
       monitor%measures = .true.
       call monitor%invariants%start(problem%system, problem%start, problem%settings%inverse_auxiliary_inertia)
       call run(problem, stepper, point, monitor, outcome, status)
+      budget%evaluations = monitor%budget%evaluations
       if (.not. status%ok()) return
       associate (summary => outcome%summary)
          point%steps = summary%steps
@@ -134,29 +135,29 @@ contains
 
    !> Median wall time of integrations from the start to the end. Each has a stepper that is prepared anew, so that all
    !> do the same work; preparing is not part of the time.
-   subroutine measure_time(problem, stepper, sample_seconds, clock, point, status)
+   subroutine measure_time(problem, stepper, sample, budget, point, status)
       type(problem_t), intent(in) :: problem
       class(stepper_t), intent(inout) :: stepper
-      real(wp), intent(in) :: sample_seconds
-      type(stopwatch_t), intent(in) :: clock
+      real(wp), intent(in) :: sample
+      type(study_budget_t), intent(inout) :: budget
       type(work_point_t), intent(inout) :: point
       type(status_t), intent(out) :: status
       type(run_monitor_t) :: monitor
       type(outcome_t) :: outcome
-      real(wp) :: samples(most_samples), spent
+      real(wp) :: samples(most_samples), begun
 
-      monitor%clock = clock
-      spent = 0.0_wp
+      monitor%budget = budget
+      begun = budget%spent()
       point%samples = 0
       do while (point%samples < most_samples)
          call stepper%prepare(problem%system, settings_of(problem%settings, point%method), status)
          if (.not. status%ok()) return
          call run(problem, stepper, point, monitor, outcome, status)
+         budget%evaluations = monitor%budget%evaluations
          if (.not. status%ok()) return
          samples(point%samples + 1) = outcome%seconds
          point%samples = point%samples + 1
-         spent = spent + samples(point%samples)
-         if (point%samples >= fewest_samples .and. spent >= sample_seconds) exit
+         if (point%samples >= fewest_samples .and. budget%spent() - begun >= sample) exit
       end do
       point%seconds = median(samples(1:point%samples))
    end subroutine measure_time
@@ -170,6 +171,7 @@ contains
       type(run_monitor_t), intent(inout) :: monitor
       type(outcome_t), intent(out) :: outcome
       type(status_t), intent(out) :: status
+      monitor%stages = methods(point%method)%stages
       if (point%tolerance > 0.0_wp) then
          call run_to_tolerance(problem, settings_of(problem%settings, point%method), point%tolerance, monitor, &
                                outcome, status)

@@ -2,24 +2,24 @@
 !>
 !> Every method is run at level 0, then at level 1, and so on: each level has half the step of the one before, or, for
 !> methods that choose their steps, a tenth of its tolerance. A method ends where a further level does not help any
-!> more, and where its next run would take more than its share of the time left.
+!> more, and where its next run would take more than its share of the budget left.
 module nutate_work_precision
    use nutate_kinds, only: wp
    use nutate_methods, only: methods
    use nutate_reference, only: reference_methods, reference_t
    use nutate_status, only: status_t, NUTATE_STEP_LIMIT, NUTATE_STOPPED
-   use nutate_stopwatch, only: stopwatch_t
+   use nutate_study_budget, only: study_budget_t
    use nutate_measured_run, only: fastest_rate, lean_rate, problem_t
    use nutate_work_point, only: measure_point, work_point_t
    implicit none
    private
 
-   public :: work_precision_t, longest_step, UNDER_WAY, ROUND_OFF, OUT_OF_TIME, REFUSED, LAST_LEVEL
+   public :: work_precision_t, longest_step, UNDER_WAY, ROUND_OFF, OUT_OF_BUDGET, REFUSED, LAST_LEVEL
 
-   !> Where a method stands: under way; at round-off; at the end of the time; refused by the method; at the last level.
-   integer, parameter :: UNDER_WAY = 0, ROUND_OFF = 1, OUT_OF_TIME = 2, REFUSED = 3, LAST_LEVEL = 4
+   !> State of a method: under way; at round-off; at the end of the budget; refused by the method; at the last level.
+   integer, parameter :: UNDER_WAY = 0, ROUND_OFF = 1, OUT_OF_BUDGET = 2, REFUSED = 3, LAST_LEVEL = 4
 
-   !> Share of the time that the reference may take: most scenes need less, and without one there are no errors.
+   !> Share of the budget that the reference may take: most scenes need less, and without one there are no errors.
    real(wp), parameter :: reference_share = 0.3_wp
    !> Turn in the longest step, rad: the conserving step has its limit there (docs/explanation/scheme.md), explicit
    !> ones before; of `rk8` in variables of its own, by their rate.
@@ -34,17 +34,16 @@ module nutate_work_precision
    !> steps that are too long may rise before they fall.
    real(wp), parameter :: gain = 0.7_wp, converging = 1e-2_wp
    integer, parameter :: patience = 2
-   !> Share of the whole time for which a run is repeated: 14 methods at some 10 levels then spend a tenth on it.
+   !> Share of the budget for which a run is repeated: 14 methods at some 10 levels then spend a tenth on it.
    real(wp), parameter :: sample_share = 7e-4_wp
-   !> A run may take so many times its method's share: the cost of a first run is not known, and must not eat up the
-   !> time of the other methods.
+   !> A run may take so many times its method's share: the cost of a first run is not known, and must not use up the
+   !> shares of the other methods.
    real(wp), parameter :: overdraft = 1.5_wp
 
    type :: work_precision_t
       type(problem_t) :: problem
       type(reference_t) :: reference
-      !> Measures wall time unless it is given a clock before the study begins.
-      type(stopwatch_t) :: clock
+      type(study_budget_t) :: budget
       !> Largest |Ω| of the motion, rad/s.
       real(wp) :: rate = 0.0_wp
       !> All runs, in the order made; shape (number of runs).
@@ -58,7 +57,7 @@ module nutate_work_precision
       real(wp), private :: first_step(size(methods)) = 0.0_wp
       !> Row of `methods` to be run next, and its level.
       integer, private :: method = 1, level = 0
-      !> By method: best error, rad; levels without gain; wall time spent on the last level, s.
+      !> By method: best error, rad; levels without gain; amount spent on the last level, s or evaluations.
       real(wp), private :: best(size(methods)) = huge(1.0_wp), spent(size(methods)) = 0.0_wp
       integer, private :: stale(size(methods)) = 0
    contains
@@ -73,21 +72,24 @@ module nutate_work_precision
 contains
 
    !> Starts the study of a problem: looks for the fastest rotation and for a closed solution.
-   subroutine begin(self, problem, time_step, seconds)
+   subroutine begin(self, problem, time_step, budget)
       class(work_precision_t), intent(inout) :: self
       type(problem_t), intent(in) :: problem
       !> A step that is to be among those of the study, s; 0 for none.
       real(wp), intent(in) :: time_step
-      !> Time to be spent, s.
-      real(wp), intent(in) :: seconds
+      !> Its limit is set.
+      type(study_budget_t), intent(in) :: budget
+      type(study_budget_t) :: part
       type(status_t) :: status
       integer :: first, second
       self%problem = problem
-      call self%clock%start()
-      self%clock%deadline = seconds
+      self%budget = budget
+      call self%budget%start()
       call reference_methods(first, second)
       ! What the trial run fails at is reported by the runs themselves.
-      call fastest_rate(problem, first, self%rate, status, reference_clock(self))
+      part = reference_budget(self)
+      call fastest_rate(problem, first, self%rate, status, part)
+      self%budget%evaluations = part%evaluations
       call self%reference%begin(problem, self%rate)
       self%first_step = longest_step(problem%duration(), self%rate, time_step)
       where (methods%lean) self%first_step = longest_step(problem%duration(), min(self%rate, lean_rate(problem)), &
@@ -98,20 +100,22 @@ contains
    !> Does the next part of the study: a level of the reference until that is settled, then a run.
    subroutine advance(self)
       class(work_precision_t), intent(inout) :: self
+      type(study_budget_t) :: part
       if (self%reference%settled) then
          call run_next(self)
          self%done = .not. any(self%ending == UNDER_WAY)
       else
-         call self%reference%refine(self%problem, reference_clock(self))
+         part = reference_budget(self)
+         call self%reference%refine(self%problem, part)
+         self%budget%evaluations = part%evaluations
       end if
    end subroutine advance
 
-   !> The clock of the study with the share of the time that the reference may take, the run before it included.
-   type(stopwatch_t) function reference_clock(self) result(clock)
+   !> The budget with the share that the reference may take, the run before it included.
+   pure type(study_budget_t) function reference_budget(self) result(part)
       class(work_precision_t), intent(in) :: self
-      clock = self%clock
-      clock%deadline = reference_share*self%clock%deadline
-   end function reference_clock
+      part = self%budget%limited_to(reference_share*self%budget%limit)
+   end function reference_budget
 
    !> The longest step of a study, s: a power of two times a given one, if there is one, else a part of the whole time.
    pure real(wp) function longest_step(duration, rate, time_step)
@@ -131,27 +135,27 @@ contains
       end if
    end function longest_step
 
-   !> Makes the next run, if it can be expected to end in its share of the time, and moves on.
+   !> Makes the next run, if it is expected to end within its share of the budget, and moves on.
    subroutine run_next(self)
       class(work_precision_t), intent(inout) :: self
       type(work_point_t) :: point
-      type(stopwatch_t) :: clock
+      type(study_budget_t) :: part
       type(status_t) :: status
       real(wp) :: begun, share
 
       if (self%ending(self%method) == UNDER_WAY) then
-         begun = self%clock%seconds()
-         share = (self%clock%deadline - begun)/real(count(self%ending(self%method:) == UNDER_WAY), wp)
+         begun = self%budget%spent()
+         share = (self%budget%limit - begun)/real(count(self%ending(self%method:) == UNDER_WAY), wp)
          if (share <= 2*self%spent(self%method)) then
-            self%ending(self%method) = OUT_OF_TIME
+            self%ending(self%method) = OUT_OF_BUDGET
          else
             point%method = self%method
             point%time_step = scale(self%first_step(self%method), -self%level)
             if (methods(self%method)%dense) point%tolerance = loosest*0.1_wp**self%level
-            clock = self%clock
-            clock%deadline = min(self%clock%deadline, begun + overdraft*share)
-            call measure_point(self%problem, self%reference, sample_share*self%clock%deadline, clock, point, status)
-            self%spent(self%method) = self%clock%seconds() - begun
+            part = self%budget%limited_to(begun + overdraft*share)
+            call measure_point(self%problem, self%reference, sample_share*self%budget%limit, part, point, status)
+            self%budget%evaluations = part%evaluations
+            self%spent(self%method) = self%budget%spent() - begun
             call store_point(self, point, status)
          end if
       end if
@@ -182,7 +186,7 @@ contains
                if (no_gain(self, point)) self%ending(m) = ROUND_OFF
             end if
          else if (status%code == NUTATE_STEP_LIMIT) then
-            self%ending(m) = OUT_OF_TIME
+            self%ending(m) = OUT_OF_BUDGET
          else if (.not. status%ok()) then
             self%refusal(m) = status
             if (self%level + 1 == levels .or. status%subject /= '') self%ending(m) = REFUSED

@@ -94,7 +94,7 @@ class Kinds(CommandLineTest):
         self.succeed("run", "many.nml", "--output", "history")
         self.succeed("sweep", "many.nml", "--output", "rows", "--csv", "members")
         self.succeed("sweep", "many.nml", "--output", "means", "--set", "ensemble.rows=none")
-        self.succeed("cost", "box.nml", "--seconds", "0.3", "--csv", "costs")
+        self.succeed("cost", "box.nml", "--evaluations", "300000", "--csv", "costs")
         self.fail_with(3, "run", "many.nml", "--output", "other", "--checkpoint", "ck", "--max-steps", "3")
         self.write("notes", "to do\n")
         self.write("table", "t (s),x (N m),y (N m),z (N m)\n0,0,0,0\n1,0,0,0\n")
@@ -104,7 +104,7 @@ class Kinds(CommandLineTest):
         kinds = {"history": ("run", "many.nml", "--output"), "history.events.csv": ("run", "many.nml", "--set"),
                  "rows": ("sweep", "many.nml", "--output"), "members": ("sweep", "many.nml", "--output", "r.npy", "--csv"),
                  "means": ("sweep", "many.nml", "--set", "ensemble.rows=none", "--output"),
-                 "costs": ("cost", "box.nml", "--seconds", "0.3", "--csv")}
+                 "costs": ("cost", "box.nml", "--evaluations", "300000", "--csv")}
         others = [*kinds, "rows.txt", "ck", "other.partial", "notes", "top.nml"]
         for kind, command in kinds.items():
             for name in others:
@@ -147,7 +147,7 @@ class Kinds(CommandLineTest):
         for name in ("a.svg", "a.png"):
             self.kept(name, "plot", "box.csv", "--output", name, says=("a history, not a", "picture"))
             self.kept(name, "run", "box.nml", "--plot", name)
-            self.kept(name, "cost", "box.nml", "--plot", name, "--seconds", "0.3")
+            self.kept(name, "cost", "box.nml", "--plot", name, "--evaluations", "300000")
         os.mkdir(self.path("bin"))
         self.write("bin/python3", "#!/bin/sh\nexit 0\n")
         os.chmod(self.path("bin/python3"), stat.S_IRWXU)
@@ -200,7 +200,7 @@ class LongNames(CommandLineTest):
         self.write("bin/gnuplot", "#!/bin/sh\n[ -s \"$2\" ] && echo drawn >\"$3\"\n")
         os.chmod(self.path("bin/gnuplot"), stat.S_IRWXU)
         name = "p" * (LONGEST - 4) + ".svg"
-        self.succeed("cost", "box.nml", "--seconds", "0.5", "--plot", name,
+        self.succeed("cost", "box.nml", "--evaluations", "500000", "--plot", name,
                      env={**os.environ, "PATH": self.path("bin") + os.pathsep + os.environ["PATH"]})
         self.assertEqual(self.read(name), "drawn\n")
         self.assertEqual(self.names(), sorted(["bin", "box.nml", name, "top.nml"]))

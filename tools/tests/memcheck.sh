@@ -62,7 +62,7 @@ for scene in scenes/*.nml; do
       --set integrator.end_time="$(awk "BEGIN {print 100*$step}")"
 done
 examine run-order-8 0 "$nutate" run scenes/box.nml --set integrator.order=8 --set integrator.end_time=0.5 --output -
-examine cost 0 "$nutate" cost scenes/box.nml --seconds 5 --set integrator.end_time=0.2
+examine cost 0 "$nutate" cost scenes/box.nml --evaluations 50000 --set integrator.end_time=0.2
 for name in group_not_closed binary too_few_values triangle turn_per_step; do
    examine "refuse-$name" 2 "$nutate" check "test/cli/malformed/$name.nml"
 done
