@@ -20,7 +20,7 @@ myst_heading_anchors = 4
 # The tutorial in Python runs while the pages are built.
 nb_execution_mode = "force"
 nb_execution_raise_on_error = True
-nb_execution_timeout = 120
+nb_execution_timeout = 600
 # Links to files of the project that are not pages become downloads.
 exclude_patterns = ["public-api.txt"]
 

@@ -116,7 +116,7 @@ contains
       call test_failed(error, prefix(label)//trim(text))
    end subroutine check_below
 
-   !> True under sanitizers and valgrind, where times say nothing: the environment variable NUTATE_SLOW_BUILD is set.
+   !> True under sanitizers, valgrind and flang, whose builds are slow: NUTATE_SLOW_BUILD is set in the environment.
    logical function is_slow_build()
       is_slow_build = is_set('NUTATE_SLOW_BUILD')
    end function is_slow_build

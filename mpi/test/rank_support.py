@@ -5,7 +5,7 @@ import subprocess
 import sys
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "test", "cli"))
-from support import PATIENCE, CommandLineTest  # noqa: E402  pylint: disable=wrong-import-position
+from support import PATIENCE, CommandLineTest, chunks_done, wait_until  # noqa: E402,F401  pylint: disable=wrong-import-position
 
 TUMBLE = """&scene title = 'Tumble' /
 &body inertia = 5.0, 20.0, 17.0 /

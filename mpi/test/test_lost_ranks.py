@@ -7,7 +7,7 @@ import subprocess
 import time
 import unittest
 
-from rank_support import MEANS, PATIENCE, RankTest, mpirun
+from rank_support import MEANS, PATIENCE, RankTest, chunks_done, mpirun, wait_until
 
 
 class LostRanks(RankTest):
@@ -27,22 +27,12 @@ class LostRanks(RankTest):
         found = subprocess.run(["ps", "--ppid", str(run.pid), "-o", "pid="], capture_output=True, text=True, check=False)
         return [int(word) for word in found.stdout.split()]
 
-    def progress(self, name):
-        """What grows with every chunk that is finished: marks in the map, or the time of the sums."""
-        path = self.path(name + ".partial")
-        if not os.path.exists(path):
-            return 0
-        if name.endswith(".csv"):
-            return os.stat(path).st_mtime_ns
-        _, _, marks = self.bytes_of(name + ".partial").rpartition(b"nutate sweep map 1\n")
-        return marks[16:].count(b"x")
-
     def lose(self, number, victims, ranks, dice, output, *arguments):
         """Sends a signal to some of the ranks, or to mpirun, some chunks on; true if the sweep was not over."""
-        before = self.progress(output)
+        path = self.path(output)
+        before, more = chunks_done(path), dice.randint(1, 6)
         run = self.start(ranks, "--output", output, "--resume", *arguments)
-        while run.poll() is None and self.progress(output) < before + dice.randint(1, 6):
-            time.sleep(0.001)
+        wait_until(lambda: run.poll() is not None or chunks_done(path) >= before + more)
         time.sleep(dice.uniform(0, 0.03))
         for process in ([run.pid] if victims is None else self.children(run)[victims]):
             try:
@@ -89,8 +79,7 @@ class LostRanks(RankTest):
     def test_a_signal_is_answered_in_one_line(self):
         # To rank 0: what ranks say after a signal to mpirun is not always passed on by it.
         run = self.start(3, "--set", "integrator.end_time=3000", "--set", "ensemble.chunk=1")
-        self.wait_for("tumble.npy.partial", 1000)
-        time.sleep(0.5)
+        wait_until(lambda: chunks_done(self.path("tumble.npy")) > 0)
         os.kill(self.children(run)[0], signal.SIGTERM)
         _, said = run.communicate(timeout=PATIENCE)
         self.assertEqual(len(re.findall(r"(?m)^nutate: tumble\.nml: stopped by SIGTERM; \d+ of 200 members are in "

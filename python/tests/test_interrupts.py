@@ -1,5 +1,6 @@
 """Ctrl-C in long runs, and what is left of runs that end half-way."""
 
+import faulthandler
 import os
 import signal
 import tempfile
@@ -10,73 +11,92 @@ import unittest
 import numpy as np
 
 import nutate
+from nutate import _library
 from test_nutate import BOX, make_box
 
-# Time of the processor, s, so that it is the same where others work too. No run sleeps.
-SOON = 0.2 if os.environ.get("NUTATE_SLOW_BUILD") is None else 5.0
+# Pause between two looks at another thread, and time after which a run is taken to hang, s.
+PAUSE, PATIENCE = 0.001, 600
 
 
 class Stop:
-    """Sends Ctrl-C after a while; says how long it took to be heard."""
+    """Sends Ctrl-C when the main thread has been in the library for a while."""
 
-    def __init__(self, after=0.3, times=1):
-        self.sent = None
+    def __init__(self, after=0.1, times=1):
         self._after, self._times = after, times
-        self._thread = threading.Thread(target=self._send)
+        self._over = False
+        self._thread = threading.Thread(target=self._wait)
 
     def __enter__(self):
         self._thread.start()
         return self
 
     def __exit__(self, *error):
+        self._over = True
         self._thread.join()
 
-    def _send(self):
+    def _wait(self):
+        while not (_library.waiting or self._over):
+            time.sleep(PAUSE)
         for _ in range(self._times):
             time.sleep(self._after)
-            self.sent = time.process_time()
-            os.kill(os.getpid(), signal.SIGINT)
+            if not self._over:
+                self.send()
+
+    def send(self):
+        """Sends the signal."""
+        os.kill(os.getpid(), signal.SIGINT)
 
 
-class InterruptTest(unittest.TestCase):
-    """Runs that would take minutes."""
+class Interrupted(unittest.TestCase):
+    """Tests of runs that would take hours. One that is not interrupted ends the process with a traceback."""
 
     def setUp(self):
+        faulthandler.dump_traceback_later(PATIENCE, exit=True)
+        self.addCleanup(faulthandler.cancel_dump_traceback_later)
         # In the background of a script the signal may be ignored.
         self.addCleanup(signal.signal, signal.SIGINT, signal.signal(signal.SIGINT, signal.default_int_handler))
 
-    def stop(self, call, wants_rows=True, soon=SOON):
-        """Interrupts a call: the rows that it leaves."""
-        with Stop() as stop, self.assertRaises(KeyboardInterrupt) as caught:
-            call()
-        self.assertLess(time.process_time() - stop.sent, soon)
-        self.assertIs(signal.getsignal(signal.SIGINT), signal.default_int_handler)
-        history = getattr(caught.exception, "history", {"t": ()})
-        if wants_rows:
-            self.assertGreater(len(history["t"]), 0)
+
+class InterruptTest(Interrupted):
+    def stop(self, call, rows=0):
+        """Interrupts a call that would write so many rows: those that it leaves. On a machine that has written none by then,
+        the call is repeated and interrupted later."""
+        for k in range(10):
+            with Stop(0.1 * 2 ** k), self.assertRaises(KeyboardInterrupt) as caught:
+                call()
+            self.assertIs(signal.getsignal(signal.SIGINT), signal.default_int_handler)
+            history = getattr(caught.exception, "history", {"t": ()})
+            if len(history["t"]) or not rows:
+                break
+        if rows:
+            self.assertTrue(0 < len(history["t"]) < rows)
         return history
 
     def test_nominal_steps_end_with_their_rows(self):
-        stepper = make_box()
-        rows = self.stop(lambda: stepper.run(10 ** 9, every=1000))
+        steppers = []
+
+        def run():
+            steppers.append(make_box())
+            steppers[-1].run(10 ** 9, every=1000)
+
+        rows, stepper = self.stop(run, rows=10 ** 6), steppers[-1]
         np.testing.assert_array_equal(make_box().run(1000 * len(rows["t"]), every=1000)["q1"], rows["q1"])
         reached = stepper.time
         stepper.run(1)
         self.assertAlmostEqual(stepper.time, reached + 0.01, delta=1e-9)
 
     def test_steps_and_pilot_runs_and_runs_to_a_time_end(self):
-        self.stop(lambda: make_box().steps(1e-3, 10 ** 9), wants_rows=False)
-        self.stop(lambda: make_box(method="taylor", accuracy=1e-10).run_to(1e7, every=1000), wants_rows=False)
-        self.stop(lambda: make_box(method="taylor", local_tolerance=1e-10).run_to(1e7, every=1000))
-        self.stop(lambda: nutate.solve(nutate.System(moments=(5, 20, 17)), omega0=(0.1, 0, 10), t_span=(0, 1e6),
-                                       method="dop853"), wants_rows=False)
+        self.stop(lambda: make_box().steps(1e-3, 10 ** 11))
+        self.stop(lambda: make_box(method="taylor", accuracy=1e-10).run_to(1e9, every=1000))
+        self.stop(lambda: make_box(method="taylor", local_tolerance=1e-10).run_to(1e7, every=1000), rows=10 ** 5)
+        self.stop(lambda: nutate.solve(nutate.System(moments=(5, 20, 17)), omega0=(0.1, 0, 10), t_span=(0, 1e9), method="dop853"))
 
     def test_scenes_end_with_their_rows(self):
         scene = nutate.Scene(BOX, "integrator.end_time=1e7", "output.every=1000")
-        self.stop(scene.run)
+        self.stop(scene.run, rows=10 ** 6)
         with tempfile.TemporaryDirectory() as folder:
             path = os.path.join(folder, "box.csv")
-            self.stop(lambda: scene.write(path), wants_rows=False)
+            self.stop(lambda: scene.write(path))
             self.assertEqual(os.listdir(folder), ["box.csv.partial"])
 
     def test_a_torque_of_python_is_no_obstacle(self):
@@ -84,7 +104,7 @@ class InterruptTest(unittest.TestCase):
         system.add_user_torque(lambda t, q, omega: -1e-3 * omega)
         stepper = nutate.Stepper(system, time_step=1e-2)
         stepper.set_state((1, 0, 0, 0), (1, 2, 3))
-        rows = self.stop(lambda: stepper.run(10 ** 7, every=5))
+        rows = self.stop(lambda: stepper.run(10 ** 7, every=5), rows=2 * 10 ** 6)
         self.assertTrue(np.all(np.diff(rows["kinetic"]) < 0))
 
     def test_a_callback_that_hangs_ends_by_the_second_one(self):
@@ -105,7 +125,7 @@ class InterruptTest(unittest.TestCase):
         before = signal.signal(signal.SIGINT, lambda number, frame: heard.append(number))
         try:
             with Stop(), self.assertRaisesRegex(nutate.NutateError, "asked to stop"):
-                make_box().steps(1e-3, 10 ** 9)
+                make_box().steps(1e-3, 10 ** 11)
         finally:
             signal.signal(signal.SIGINT, before)
         self.assertEqual(heard, [signal.SIGINT])
@@ -114,7 +134,7 @@ class InterruptTest(unittest.TestCase):
         rows = {}
         worker = threading.Thread(target=lambda: rows.update(make_box().run(10 ** 6, every=10 ** 5)))
         worker.start()
-        self.stop(lambda: make_box().run(10 ** 9, every=1000), soon=2 * SOON)
+        self.stop(lambda: make_box().run(10 ** 9, every=1000), rows=10 ** 6)
         worker.join()
         self.assertEqual(len(rows["t"]), 10)
 

@@ -26,7 +26,7 @@ def find_browser():
     """A browser that starts: Ubuntu's package is none where there is no snap."""
     for name in BROWSERS:
         path = shutil.which(name)
-        if path and subprocess.run([path, "--version"], capture_output=True, timeout=60).returncode == 0:
+        if path and subprocess.run([path, "--version"], capture_output=True, timeout=600).returncode == 0:
             return path
     return None
 
@@ -38,7 +38,7 @@ def browse(browser, page, *options):
                               "--hide-scrollbars", f"--window-size={SIZE[0]},{SIZE[1]}",
                               "--enable-logging=stderr", "--disable-dev-shm-usage",
                               "--host-resolver-rules=MAP * ~NOTFOUND", f"--user-data-dir={profile}", *options, f"file://{page}"],
-                             capture_output=True, text=True, timeout=180)
+                             capture_output=True, text=True, timeout=600)
     console = re.findall(r":(?:INFO|WARNING|ERROR):CONSOLE.*", ran.stderr)
     return ran.stdout, console
 

@@ -8,7 +8,6 @@ import os
 import pathlib
 import random
 import re
-import resource
 import shutil
 import subprocess
 import tempfile
@@ -18,12 +17,8 @@ from fuzz_scenes import FRAME, MEASURED, MOTOR, POINTS, TABLE, TRACK, write_scen
 
 LONGEST_RUN = 1000
 
-# What a run or a check may take of processor time, s, and how long a hanging one is waited for. A core that other work shares
-# does half as much in that time; sanitizers and their like take theirs, and so do events, which look into every radian of a
-# step; those found have a row each.
-ALLOWED_SECONDS = 20.0 if os.environ.get("NUTATE_SLOW_BUILD") else 2.0
-SECONDS_OF_SEARCH, SECONDS_PER_EVENT = 4 * ALLOWED_SECONDS, 2e-4 * ALLOWED_SECONDS
-PATIENCE = 600.0
+# Time after which a program is taken to hang, and after which a sweep is given up, s: nothing limits the steps of its members.
+PATIENCE, PATIENCE_FOR_SWEEPS = 600.0, 20.0
 
 
 class Case:
@@ -54,10 +49,9 @@ def make_case(seed, number):
 class Verdict:
     """How a program took a case: what is wrong with it (blank: nothing), and the exit statuses of check and run."""
 
-    def __init__(self, fault, statuses, seconds):
+    def __init__(self, fault, statuses):
         self.fault = fault
         self.statuses = statuses
-        self.seconds = seconds
 
 
 def arguments_of(command, case):
@@ -70,35 +64,42 @@ def arguments_of(command, case):
     return arguments
 
 
-def judge(program, case):
-    """Gives a case to `check` and `run` of a program, in an empty folder."""
+class Overrun(Exception):
+    """Raised by the runner of a judge: the command took longer than it may."""
+
+
+def call(program, arguments, folder, patience=PATIENCE):
+    """Runs a program in a folder, for so many seconds at most."""
+    return subprocess.run([program, *arguments], cwd=folder, capture_output=True, stdin=subprocess.DEVNULL, timeout=patience,
+                          check=False)
+
+
+def judge(program, case, runner=call):
+    """Gives a case to `check` and `run` of a program, in an empty folder; `runner` runs them, as `call` does."""
     with tempfile.TemporaryDirectory() as folder:
         path = pathlib.Path(folder)
         put_scene(path, case.text)
-        statuses, longest = [], 0.0
+        statuses = []
         for command in ("check", "run"):
-            started = processor_seconds()
             try:
-                done = call(program, arguments_of(command, case), folder)
+                done = runner(program, arguments_of(command, case), folder)
             except subprocess.TimeoutExpired:
-                return Verdict(f"{command}: hangs", statuses, PATIENCE)
-            seconds = processor_seconds() - started
-            longest = max(longest, seconds)
+                return Verdict(f"{command}: hangs", statuses)
+            except Overrun as reason:
+                return Verdict(f"{command}: {reason}", statuses)
             statuses.append(done.returncode)
             fault = fault_of(command, case, done, path)
-            if not fault and seconds > allowed_seconds(case, path):
-                fault = f"took {seconds:.1f} s"
             if fault:
-                return Verdict(f"{command}: {fault}", statuses, longest)
+                return Verdict(f"{command}: {fault}", statuses)
         if statuses[0] != statuses[1] and 2 in statuses:
-            return Verdict(f"check and run disagree: {statuses}", statuses, longest)
-        return Verdict("", statuses, longest)
+            return Verdict(f"check and run disagree: {statuses}", statuses)
+        return Verdict("", statuses)
 
 
-# A study, and its picture where gnuplot draws it.
+# Budget of a study, about a second, and its picture where gnuplot draws it.
+BUDGET = ("--evaluations", "1000000")
 COST_PLOT = ("--plot", "cost.svg") if shutil.which("gnuplot") else ()
-COST = ("--seconds", "0.3", *COST_PLOT)
-WIDE_COMMANDS = (("cost", "scene.nml", *COST), ("run", "scene.nml", "--quiet", "--max-steps", "200", "--output", "h.csv"),
+WIDE_COMMANDS = (("cost", "scene.nml", *COST_PLOT), ("run", "scene.nml", "--quiet", "--max-steps", "200", "--output", "h.csv"),
                  ("plot", "h.csv", "--output", "h.svg"),
                  ("sweep", "scene.nml", "--set", "ensemble.members=3", "--output", "rows.npy"))
 
@@ -117,34 +118,33 @@ def make_wide_case(program, seed, number):
     return Case(text, [], True)
 
 
-def judge_wide(program, case):
-    """Gives a case to the commands that cost more than `check` and `run`: a study of costs, a picture, a sweep."""
-    statuses, longest = [], 0.0
+def judge_wide(program, case, runner=call, budget=BUDGET):
+    """Gives a case to the commands that cost more than `check` and `run`: a study of costs of that budget, a picture, a sweep."""
+    statuses = []
     with tempfile.TemporaryDirectory() as folder:
         put_scene(pathlib.Path(folder), case.text)
         for arguments in WIDE_COMMANDS:
             command = arguments[0]
+            if command == "cost":
+                arguments += budget
             if command == "plot" and not (shutil.which("gnuplot") and (pathlib.Path(folder) / "h.csv").exists()):
                 continue
-            # Nothing limits the steps of a sweep: only scenes whose run is short are swept, and a member may still be long.
+            # Only scenes whose run is short are swept; a member may still be long.
             if command == "sweep" and statuses[1] != 0:
                 continue
-            started = processor_seconds()
             try:
-                done = call(program, arguments, folder, PATIENCE if command != "sweep" else 10 * ALLOWED_SECONDS)
+                done = runner(program, arguments, folder, PATIENCE if command != "sweep" else PATIENCE_FOR_SWEEPS)
             except subprocess.TimeoutExpired:
                 if command == "sweep":
                     continue
-                return Verdict(f"{command}: hangs", statuses, PATIENCE)
-            seconds = processor_seconds() - started
-            longest = max(longest, seconds)
+                return Verdict(f"{command}: hangs", statuses)
+            except Overrun as reason:
+                return Verdict(f"{command}: {reason}", statuses)
             statuses.append(done.returncode)
             fault = fault_of_wide(done)
-            if not fault and command == "cost" and seconds > 0.5 + 2.5 * ALLOWED_SECONDS:
-                fault = f"took {seconds:.1f} s"
             if fault:
-                return Verdict(f"{command}: {fault}", statuses, longest)
-    return Verdict("", statuses, longest)
+                return Verdict(f"{command}: {fault}", statuses)
+    return Verdict("", statuses)
 
 
 def fault_of_wide(done):
@@ -168,26 +168,6 @@ def put_scene(folder, text):
     (folder / "points.csv").write_bytes(POINTS)
     (folder / "measured.csv").write_bytes(MEASURED)
     (folder / "frame.aem").write_bytes(FRAME)
-
-
-def call(program, arguments, folder, patience=PATIENCE):
-    """Runs a program in a folder, for so many seconds at most."""
-    return subprocess.run([program, *arguments], cwd=folder, capture_output=True, stdin=subprocess.DEVNULL, timeout=patience,
-                          check=False)
-
-
-def allowed_seconds(case, folder):
-    """Processor time that a command may take, s."""
-    if b"&event" not in case.text:
-        return ALLOWED_SECONDS
-    rows = sum(path.read_bytes().count(b"\n") for path in folder.glob("history.events.csv*"))
-    return ALLOWED_SECONDS + SECONDS_OF_SEARCH + rows * SECONDS_PER_EVENT
-
-
-def processor_seconds():
-    """Processor time of the programs that have ended, s."""
-    used = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return used.ru_utime + used.ru_stime
 
 
 def fault_of(command, case, done, folder):

@@ -61,7 +61,7 @@ class Runner:
     environment  that of the commands; `nutate` must be on its PATH
     """
 
-    def __init__(self, folder, environment, installed, patience=300):
+    def __init__(self, folder, environment, installed, patience=600):
         self.folder, self.environment = pathlib.Path(folder), environment
         self.installed, self.patience, self.runs_scenes, self.lacks_pictures = installed, patience, False, False
 

@@ -2,6 +2,7 @@
 
 The environment variable NUTATE names the program."""
 import csv
+import functools
 import os
 import pathlib
 import re
@@ -34,8 +35,10 @@ def share_of(cases):
     return 1 + (cases - 1)//ONE_IN
 
 
-# How long a hanging program is waited for, s; sanitizers and their like take their time.
-PATIENCE = 600 if os.environ.get("NUTATE_SLOW_BUILD") else 60
+# Time after which a program is taken to hang, s. Nothing else depends on how long a program takes: machines are slow, or busy.
+PATIENCE = 600
+# Pause between two looks at what a program does, s.
+PAUSE = 0.002
 
 COLUMNS = {
     "quaternion": ["q0", "q1", "q2", "q3"],
@@ -88,6 +91,53 @@ METHODS = read_methods()
 def all_columns():
     """The value of output.columns that asks for every set, in an order that is not that of the file."""
     return ",".join(f"'{name}'" for name in reversed(COLUMNS))
+
+
+def wait_until(true):
+    """Waits until a condition holds, or as long as for a program that hangs."""
+    for _ in range(int(PATIENCE/PAUSE)):
+        if true():
+            return
+        time.sleep(PAUSE)
+    raise AssertionError(f"nothing happened in {PATIENCE} s")
+
+
+def is_asleep(run):
+    """The program waits in a call of the system, or has ended."""
+    with open(f"/proc/{run.pid}/stat", encoding="ascii", errors="replace") as stat:
+        return stat.read().rpartition(")")[2].split()[0] in "SZ"
+
+
+def chunks_done(path):
+    """A number that grows with every chunk that a sweep writes to `path`.partial: marks in its map, or the time of the sums."""
+    path += ".partial"
+    if not os.path.exists(path):
+        return 0
+    if path.endswith(".csv.partial"):
+        return os.stat(path).st_mtime_ns
+    with open(path, "rb") as file:
+        _, _, marks = file.read().rpartition(b"nutate sweep map 1\n")
+    return marks[16:].count(b"x")
+
+
+def one_of(attempts):
+    """A test that must pass in one of some attempts: for what the program itself does by the clock, such as to give a reader a
+    second, so that a process which gets no processor in that time sees something else."""
+    def decorate(test):
+        @functools.wraps(test)
+        def repeat(self):
+            for attempt in range(attempts):
+                if attempt:
+                    self.doCleanups()
+                    self.setUp()
+                try:
+                    return test(self)
+                except AssertionError:
+                    if attempt == attempts - 1:
+                        raise
+            return None
+        return repeat
+    return decorate
 
 
 class CommandLineTest(unittest.TestCase):
@@ -144,11 +194,12 @@ class CommandLineTest(unittest.TestCase):
 
     def wait_for(self, name, size):
         """Waits until a file has grown to so many bytes."""
-        deadline = time.monotonic() + 20
+        wait_until(lambda: self.size(name) >= size)
+
+    def size(self, name):
+        """Bytes of a file; 0 if there is none."""
         path = self.path(name)
-        while time.monotonic() < deadline and not (os.path.exists(path) and os.path.getsize(path) >= size):
-            time.sleep(0.002)
-        self.assertGreaterEqual(os.path.getsize(path), size)
+        return os.path.getsize(path) if os.path.exists(path) else 0
 
     def history(self, name):
         """Header and rows of numbers of a CSV file."""

@@ -3,10 +3,9 @@ import os
 import random
 import re
 import subprocess
-import time
 import unittest
 
-from support import CommandLineTest, all_columns
+from support import PATIENCE, CommandLineTest, all_columns, wait_until
 
 # Torques that start and stop inside steps, a spring and damping: everything that a step can remember.
 FORCED = """&body inertia = 2.0, 3.0, 4.0, mass = 1.0, center_of_mass = 0.1, 0.0, 0.3 /
@@ -69,6 +68,14 @@ class CheckpointTest(CommandLineTest):
     def interrupt(self, scene, limit, *settings):
         self.fail_with(3, "run", scene, "--output", "part.csv", "--checkpoint", "ck", "--max-steps", str(limit),
                        *settings, says=["to continue: --resume ck"])
+
+    def kill_later(self, moments, *arguments):
+        """Kills a run of forced.nml when its rows have grown by a random number of bytes, or when it has ended."""
+        target = self.size("part.csv.partial") + moments.randrange(100000)
+        command = [self.program, "run", "forced.nml", "--quiet", "--every-seconds", "0", *arguments]
+        with subprocess.Popen(command, cwd=self.folder) as run:
+            wait_until(lambda: self.size("part.csv.partial") >= target or run.poll() is not None)
+            run.kill()
 
     def resumes_exactly(self, scene, limits, *settings):
         """Interrupted at each number of steps, the history and the summary are those of the whole run."""
@@ -135,10 +142,7 @@ class Resumed(CheckpointTest):
         self.succeed("run", "forced.nml", "--output", "whole.csv", "--quiet", *settings)
         arguments = ["--output", "part.csv", "--checkpoint", "ck"]
         for _ in range(8):
-            command = [self.program, "run", "forced.nml", "--quiet", "--every-seconds", "0", *arguments, *settings]
-            with subprocess.Popen(command, cwd=self.folder) as run:
-                time.sleep(moments.uniform(0.02, 0.12))
-                run.kill()
+            self.kill_later(moments, *arguments, *settings)
             if "part.csv" in self.names():
                 break
             if "ck" in self.names():
@@ -234,10 +238,7 @@ class Resumed(CheckpointTest):
         self.succeed("run", "forced.nml", "--output", "whole.csv", "--quiet", *settings)
         arguments = ["--output", "part.csv", "--checkpoint", "ck"]
         for _ in range(12):
-            command = [self.program, "run", "forced.nml", "--quiet", "--every-seconds", "0", *arguments, *settings]
-            with subprocess.Popen(command, cwd=self.folder) as run:
-                time.sleep(moments.uniform(0.01, 0.06))
-                run.kill()
+            self.kill_later(moments, *arguments, *settings)
             if "part.csv" in self.names():
                 break
             if "ck" in self.names():
@@ -382,7 +383,7 @@ class CheckpointFiles(CheckpointTest):
         with subprocess.Popen(command, cwd=self.folder, stderr=subprocess.PIPE, text=True) as run:
             self.wait_for("forced.csv.partial", 200000)
             os.rename(self.path("gone"), self.path("elsewhere"))
-            _, said = run.communicate(timeout=20)
+            _, said = run.communicate(timeout=PATIENCE)
         self.assertEqual(run.returncode, 4)
         self.assertEqual(said.count("\n"), 1)
         self.assertIn("cannot write checkpoint gone/ck", said)

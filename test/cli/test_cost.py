@@ -12,7 +12,7 @@ from support import METHODS, TOP, CommandLineTest
 LABELS = [f"{name} order {order} ({solver})" if solver else name + ("+conserve" if projected else "")
           for name, solver, order, projected in METHODS if order != "0"]
 # Budgets in work: what a study runs does not depend on the machine.
-SHORT = ("--evaluations", "3000000")
+SHORT = ("--evaluations", "2000000")
 BRIEF = ("--evaluations", "500000")
 
 
@@ -154,7 +154,7 @@ class Study(CommandLineTest):
    angular_velocity = 2.82, 0.079, 0.0207 /
 &integrator time_step = 614.3, end_time = 1843, auxiliary_inertia = 3.53e-8 /
 """)
-        self.fail_with(3, "cost", "stiff.nml", "--evaluations", "20000", says=(
+        self.fail_with(3, "cost", "stiff.nml", "--evaluations", "100000", says=(
             "no run was completed: nielsen_krenk order 2 (full):", "even subdivided into 1024 parts"))
 
     def test_a_motion_too_long_for_a_reference_still_shows_invariants(self):

@@ -4,6 +4,8 @@ import re
 import subprocess
 import unittest
 
+from support import PATIENCE
+
 PROJECT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 
 
@@ -17,7 +19,7 @@ class Examples(unittest.TestCase):
         folder = os.path.join(os.path.dirname(os.path.dirname(os.path.realpath(os.environ["NUTATE"]))), "example")
         if not os.path.isdir(folder):
             self.skipTest("a build of the program alone")
-        done = subprocess.run([os.path.join(folder, name)], capture_output=True, text=True, timeout=60,
+        done = subprocess.run([os.path.join(folder, name)], capture_output=True, text=True, timeout=PATIENCE,
                               check=False)
         self.assertEqual(done.returncode, 0, done.stderr)
         return done.stdout.splitlines()

@@ -9,7 +9,7 @@ import struct
 import subprocess
 import unittest
 
-from support import CommandLineTest, share_of
+from support import PATIENCE, CommandLineTest, share_of
 
 TUMBLER = """&scene title = 'Tumbler', epoch = '2029-04-13T21:46:12.75', time_system = 'TDB', object = 'APOPHIS',
    object_id = '2004-MN4', space_frame = 'ICRF' /
@@ -262,7 +262,7 @@ class Fuzz(CommandLineTest):
             arguments = ["export", "h.csv", *overrides, "--set", "body.inertia=1,2,2.5", "--aem", "h.aem", "--gltf", "h.gltf"]
             if dice.random() < 0.5:
                 arguments += ["--error", repr(10.0 ** dice.uniform(-12, 0))]
-            done = subprocess.run([self.program, *arguments], cwd=self.folder, capture_output=True, timeout=60, check=False)
+            done = subprocess.run([self.program, *arguments], cwd=self.folder, capture_output=True, timeout=PATIENCE, check=False)
             with self.subTest(number=number):
                 self.assertIn(done.returncode, (0, 2), done.stderr)
                 statuses[done.returncode // 2] += 1

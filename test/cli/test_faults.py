@@ -7,7 +7,7 @@ import signal
 import subprocess
 import unittest
 
-from support import CommandLineTest, parse
+from support import PATIENCE, CommandLineTest, parse
 
 
 class BadArguments(CommandLineTest):
@@ -118,14 +118,14 @@ class BadOutput(CommandLineTest):
         with open("/dev/full", "w", encoding="utf-8") as full:
             for arguments in (["run", "box.nml", "--quiet", "--output", "-"], ["check", "box.nml"], ["--help"]):
                 done = subprocess.run([self.program, *arguments], cwd=self.folder, stdout=full, stderr=subprocess.PIPE,
-                                      text=True, timeout=20, check=False)
+                                      text=True, timeout=PATIENCE, check=False)
                 self.assertEqual(done.returncode, 4)
                 self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
 
     def test_closed_standard_streams(self):
         for arguments, status in (("- >&- 2>&-", 4), ("a.csv <&- >&- 2>&-", 0)):
             shell = f"'{self.program}' run box.nml --output {arguments}"
-            done = subprocess.run(["sh", "-c", shell], cwd=self.folder, timeout=20, check=False)
+            done = subprocess.run(["sh", "-c", shell], cwd=self.folder, timeout=PATIENCE, check=False)
             self.assertEqual(done.returncode, status)
         self.succeed("run", "box.nml", "--output", "b.csv")
         self.assertEqual(self.read("a.csv"), self.read("b.csv"))
@@ -166,7 +166,7 @@ class BadOutput(CommandLineTest):
         with subprocess.Popen(command, cwd=self.folder, stderr=subprocess.PIPE, text=True) as run:
             self.wait_for("gone/box.csv.partial", 100000)
             os.rename(self.path("gone"), self.path("elsewhere"))
-            _, said = run.communicate(timeout=20)
+            _, said = run.communicate(timeout=PATIENCE)
         self.assertEqual(run.returncode, 4)
         self.assertEqual(said.count("\n"), 1, said)
         self.assertIn("no such file", said.lower())
@@ -177,7 +177,7 @@ class BadOutput(CommandLineTest):
         with subprocess.Popen(command, cwd=self.folder, stderr=subprocess.PIPE, text=True) as run:
             self.wait_for("box.csv.partial", 100000)
             os.rename(self.path("box.nml"), self.path("moved.nml"))
-            self.assertEqual(run.communicate(timeout=20)[1], "")
+            self.assertEqual(run.communicate(timeout=PATIENCE)[1], "")
         self.assertEqual(run.returncode, 0)
         self.succeed("run", "moved.nml", "--output", "again.csv", "--quiet", "--set", "integrator.end_time=300")
         self.assertEqual(self.read("box.csv"), self.read("again.csv"))
@@ -219,7 +219,7 @@ class BadOutput(CommandLineTest):
             run.stdout.readline()
             run.stdout.close()
             self.assertEqual(run.stderr.read(), b"")
-            run.wait(timeout=20)
+            run.wait(timeout=PATIENCE)
         self.assertEqual(run.returncode, -signal.SIGPIPE)
 
 
@@ -243,7 +243,7 @@ class FailedRuns(CommandLineTest):
         with subprocess.Popen(command, cwd=self.folder, stderr=subprocess.PIPE) as run:
             self.wait_for("box.csv.partial", 200000)
             run.kill()
-            run.wait(timeout=20)
+            run.wait(timeout=PATIENCE)
         self.assertEqual(run.returncode, -signal.SIGKILL)
         self.assertEqual(self.names(), ["box.csv.partial", "box.nml", "top.nml"])
 

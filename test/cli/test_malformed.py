@@ -13,6 +13,8 @@ import subprocess
 import tempfile
 import unittest
 
+from support import PATIENCE
+
 NUTATE = os.path.abspath(os.environ["NUTATE"]) if "NUTATE" in os.environ else "nutate"
 HERE = pathlib.Path(__file__).resolve().parent
 MALFORMED = HERE / "malformed"
@@ -45,7 +47,7 @@ class OneLine(unittest.TestCase):
         """The only line on standard error of a command that must fail with exit status 2."""
         before = sorted(os.listdir(self.folder.name))
         result = subprocess.run(
-            [NUTATE, command, scene, *options], cwd=self.folder.name, capture_output=True, timeout=60, check=False
+            [NUTATE, command, scene, *options], cwd=self.folder.name, capture_output=True, timeout=PATIENCE, check=False
         )
         message = result.stderr.decode("utf-8", "replace")
         self.assertEqual(result.returncode, 2, message)

@@ -10,6 +10,7 @@ import collections
 import multiprocessing
 import os
 import pathlib
+import resource
 import shlex
 import subprocess
 import sys
@@ -22,20 +23,62 @@ import fuzzing  # pylint: disable=wrong-import-position
 SHOWN = 30
 
 
+# Processor time that a command may take, s; searches for events evaluate every radian of a step, and events have a row each.
+# Studies have a budget in time here.
+BUDGET = ("--seconds", "0.3")
+ALLOWED_SECONDS, SECONDS_OF_STUDY, SECONDS_OF_SEARCH, SECONDS_PER_EVENT = 2.0, 5.5, 8.0, 4e-4
+
+
+class Timed:
+    """Runs commands as `fuzzing.call` does, and ends a case whose command takes longer than it may."""
+
+    def __init__(self):
+        # Longest processor time of a command, s.
+        self.longest = 0.0
+
+    def __call__(self, program, arguments, folder, *patience):
+        before = processor_seconds()
+        done = fuzzing.call(program, arguments, folder, *patience)
+        seconds = processor_seconds() - before
+        self.longest = max(self.longest, seconds)
+        if seconds > allowed_seconds(arguments[0], pathlib.Path(folder)):
+            raise fuzzing.Overrun(f"took {seconds:.1f} s")
+        return done
+
+
+def processor_seconds():
+    """Processor time of the programs that have ended, s."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
+def allowed_seconds(command, folder):
+    """Processor time that a command may take, s; no limit for those whose work nothing limits."""
+    if command == "cost":
+        return SECONDS_OF_STUDY
+    if command not in ("check", "run"):
+        return float("inf")
+    if b"&event" not in (folder / "scene.nml").read_bytes():
+        return ALLOWED_SECONDS
+    rows = sum(path.read_bytes().count(b"\n") for path in folder.glob("*.events.csv*"))
+    return ALLOWED_SECONDS + SECONDS_OF_SEARCH + rows * SECONDS_PER_EVENT
+
+
 def try_case(job):
     """Number of a case, its faults with the programs that have them, exit statuses, and the longest time, s."""
     seed, number, programs = job
-    case = fuzzing.make_case(seed, number)
-    verdicts = [fuzzing.judge(program, case) for program in programs]
+    case, timed = fuzzing.make_case(seed, number), Timed()
+    verdicts = [fuzzing.judge(program, case, timed) for program in programs]
     faults = [f"{program}: {verdict.fault}" for program, verdict in zip(programs, verdicts) if verdict.fault]
-    return number, faults, [verdict.statuses for verdict in verdicts], max(verdict.seconds for verdict in verdicts)
+    return number, faults, [verdict.statuses for verdict in verdicts], timed.longest
 
 
 def try_wide_case(job):
     """The same for the commands `cost`, `plot` and `sweep`."""
     seed, number, programs = job
     case = fuzzing.make_wide_case(programs[0], seed, number)
-    verdicts = [fuzzing.judge_wide(program, case) for program in programs]
+    timed = Timed()
+    verdicts = [fuzzing.judge_wide(program, case, timed, BUDGET) for program in programs]
     return number, [f"{program}: {verdict.fault}" for program, verdict in zip(programs, verdicts) if verdict.fault], case
 
 
@@ -70,7 +113,7 @@ def repeat_case(options, programs):
     print(f"case {options.case} of seed {options.seed}: {scene}")
     failed = 0
     for program in programs:
-        verdict = fuzzing.judge(program, case)
+        verdict = fuzzing.judge(program, case, Timed())
         failed += bool(verdict.fault)
         print(f"{program}: {verdict.fault or 'as it should be'} (exit statuses {verdict.statuses})")
         for command in ("check", "run"):

@@ -10,7 +10,7 @@ FFLAGS='-O1 -g'
 long_suites='control resume round_off shipped_scenes stability_large_steps stability_scales stability_starts
 stability_stiff stability_top threads work_precision'
 cores=$(nproc)
-# Tests that measure time know by this that it says nothing here.
+# Tests try fewer of their random cases.
 export NUTATE_SLOW_BUILD=1
 scratch=$(mktemp -d) || exit 1
 trap 'rm -rf "$scratch"' EXIT

@@ -14,7 +14,7 @@ export FPM_CFLAGS="-Wall -Wextra $sanitizers" FPM_LDFLAGS=-fsanitize=address,und
 # What the test framework loses is not the library's.
 export LSAN_OPTIONS=suppressions=$top/tools/tests/sanitize.supp:print_suppressions=0
 export ASAN_OPTIONS=detect_leaks=1:detect_stack_use_after_return=0 UBSAN_OPTIONS=print_stacktrace=1
-# Tests that measure time know by this that it says nothing here.
+# Tests try fewer of their random cases.
 export NUTATE_SLOW_BUILD=1
 export NUTATE_TEST_FLAGS=
 if [ "${1:-}" = quick ]; then

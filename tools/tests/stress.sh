@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Runs the stability cases at full length, all groups or those named, puts their rows into docs/results/hard-cases.csv and the
 # tables made of them into docs/results/hard-cases.md. Fails if a case misses its bound. All groups are followed by the tests
-# of `make test`, with all of their random cases.
+# of `make test`, with all of their random cases, and by the tests that look at a clock, with nothing beside them.
 #    tools/tests/stress.sh [GROUP]...
 set -u
 . "$(dirname "$0")/../environment.sh"
@@ -29,4 +29,11 @@ done
 python3 tools/docs/hard_cases.py "$parts/cases.txt" "$rows" docs/results/hard-cases.md || status=1
 # shellcheck disable=SC2086
 [ -z "$tests" ] || FFLAGS=$FFLAGS NUTATE_ONE_IN=1 bash tools/tests/test.sh $tests as stress || status=1
+if [ -n "$tests" ]; then
+   prefix=$(mktemp -d) || exit 1
+   trap 'rm -rf "$prefix"' EXIT
+   bash tools/setup/setup.sh build && bash tools/setup/install.sh "$prefix" || exit 1
+   NUTATE=$prefix/bin/nutate NUTATE_JOBS=1 python3 tools/tests/run_python_tests.py test/timing || status=1
+   NUTATE_JOBS=1 bash tools/tests/test-python.sh "$prefix" timing || status=1
+fi
 exit $status
