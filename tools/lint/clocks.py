@@ -1,0 +1,38 @@
+#!/usr/bin/env python3
+"""Finds clocks in tests: what `make test` and .ci/run assert must not depend on how fast or how busy a machine is.
+
+Tests count steps and evaluations instead, and so do the commands of the documentation, which the tests run. What must look at a
+clock is in test/timing/ and python/timing/, which only `make stress` runs.
+    python3 tools/lint/clocks.py      exit status 1 if a test reads a clock or has a budget in seconds
+"""
+
+import pathlib
+import re
+import subprocess
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+TESTS = ("test", "python/tests", "mpi/test", "link", "example", "README.md", "docs/*.md", ":!test/timing")
+SOURCES = (".f90", ".F90", ".f", ".c", ".cpp", ".h", ".py", ".sh")
+CLOCK = re.compile(r"\b(monotonic|perf_counter|process_time|processor_seconds|system_clock|cpu_time|clock_gettime|gettimeofday"
+                   r"|date_and_time|getrusage|time\.time|timeit)\b|\bclock\(\)|os\.times|(?<![\w-])--seconds\b", re.IGNORECASE)
+
+
+def main():
+    tracked = subprocess.run(["git", "ls-files", "--cached", "--others", "--exclude-standard", "--", *TESTS], cwd=ROOT,
+                             capture_output=True, text=True, check=True).stdout
+    found = 0
+    for name in tracked.splitlines():
+        path = ROOT / name
+        if path.suffix not in (*SOURCES, ".md") or not path.exists():
+            continue
+        for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
+            # Of a page only the commands of its console blocks run.
+            if (match := CLOCK.search(line)) and (path.suffix != ".md" or line.startswith("$ ")):
+                print(f"{name}:{number}: '{match[0]}' in a test (count steps or evaluations, or move it to test/timing/)")
+                found += 1
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
