@@ -79,7 +79,7 @@ contains
       if (self%left() < 0.5_wp*real(steps, wp)) steps = max(int(self%left(), long)/stages, 1_long)
    end function most_steps
 
-   !> Adds a run to the evaluations spent. A run without steps counts as one step.
+   !> Adds a run to the evaluations spent. A run without steps is treated as one of a single step.
    subroutine count_run(self, steps, stages)
       class(study_budget_t), intent(inout) :: self
       !> Steps of the method, with parts of subdivided steps.

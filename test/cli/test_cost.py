@@ -14,6 +14,15 @@ LABELS = [f"{name} order {order} ({solver})" if solver else name + ("+conserve" 
 # Budgets in work: what a study runs does not depend on the machine.
 SHORT = ("--evaluations", "2000000")
 BRIEF = ("--evaluations", "500000")
+# Each step of higher order is subdivided into a thousand parts.
+SUBDIVIDED = """
+&body inertia = 4.2e-5, 4.2e-5, 1.1e-5, mass = 0.0148 /
+&orbit altitude = 184324, argument_of_periapsis = 56.8, frame = 'inertial' /
+&earth_field moment = 4354.5, 0.016, 1.058, epoch_angle = -30.9, coefficients = 0.5256, 4.7e-52, 1702.37, degrees = .true. /
+&initial rate_from = 'inertial', attitude_from = 'lvlh', roll_pitch_yaw = -2.56, 1.0, 0.0055
+   angular_velocity = 2.82, 0.079, 0.0207 /
+&integrator time_step = 614.3, end_time = 1843, auxiliary_inertia = 3.53e-8 /
+"""
 
 
 class Study(CommandLineTest):
@@ -146,15 +155,8 @@ class Study(CommandLineTest):
 
     def test_why_no_step_is_possible_is_said(self):
         """Each step is subdivided into a thousand parts, which fail."""
-        self.write("stiff.nml", """
-&body inertia = 4.2e-5, 4.2e-5, 1.1e-5, mass = 0.0148 /
-&orbit altitude = 184324, argument_of_periapsis = 56.8, frame = 'inertial' /
-&earth_field moment = 4354.5, 0.016, 1.058, epoch_angle = -30.9, coefficients = 0.5256, 4.7e-52, 1702.37, degrees = .true. /
-&initial rate_from = 'inertial', attitude_from = 'lvlh', roll_pitch_yaw = -2.56, 1.0, 0.0055
-   angular_velocity = 2.82, 0.079, 0.0207 /
-&integrator time_step = 614.3, end_time = 1843, auxiliary_inertia = 3.53e-8 /
-""")
-        self.fail_with(3, "cost", "stiff.nml", "--evaluations", "100000", says=(
+        self.write("subdivided.nml", SUBDIVIDED)
+        self.fail_with(3, "cost", "subdivided.nml", "--evaluations", "100000", says=(
             "no run was completed: nielsen_krenk order 2 (full):", "even subdivided into 1024 parts"))
 
     def test_a_motion_too_long_for_a_reference_still_shows_invariants(self):

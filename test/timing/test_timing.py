@@ -1,4 +1,4 @@
-"""What must look at a clock: budgets in seconds, bars of long runs, commands that must not take long. `make stress` runs these tests,
+"""Tests that need a clock: budgets in seconds, bars of long runs, commands that must not take long. `make stress` runs them,
 on a machine that does nothing else; all other tests count steps and evaluations."""
 import os
 import pathlib
@@ -11,17 +11,8 @@ sys.path[:0] = [str(HERE.parent / "cli"), str(HERE.parent.parent / "tools" / "te
 import fuzz  # noqa: E402  pylint: disable=wrong-import-position
 import fuzzing  # noqa: E402  pylint: disable=wrong-import-position
 from support import CommandLineTest  # noqa: E402  pylint: disable=wrong-import-position
+import test_cost  # noqa: E402  pylint: disable=wrong-import-position
 import test_run  # noqa: E402  pylint: disable=wrong-import-position
-
-# Each step of higher order is subdivided into a thousand parts.
-SUBDIVIDED = """
-&body inertia = 4.2e-5, 4.2e-5, 1.1e-5, mass = 0.0148 /
-&orbit altitude = 184324, argument_of_periapsis = 56.8, frame = 'inertial' /
-&earth_field moment = 4354.5, 0.016, 1.058, epoch_angle = -30.9, coefficients = 0.5256, 4.7e-52, 1702.37, degrees = .true. /
-&initial rate_from = 'inertial', attitude_from = 'lvlh', roll_pitch_yaw = -2.56, 1.0, 0.0055
-   angular_velocity = 2.82, 0.079, 0.0207 /
-&integrator time_step = 614.3, end_time = 1843, auxiliary_inertia = 3.53e-8 /
-"""
 
 
 class Timed(CommandLineTest):
@@ -42,7 +33,7 @@ class Budget(Timed):
             self.assertIn("cheapest first", text)
 
     def test_subdivided_steps_do_not_outlast_the_time(self):
-        self.write("subdivided.nml", SUBDIVIDED)
+        self.write("subdivided.nml", test_cost.SUBDIVIDED)
         self.takes(4.0, lambda: self.fail_with(3, "cost", "subdivided.nml", "--seconds", "1", says=(
             "no run was completed: nielsen_krenk order 2 (full):", "even subdivided into 1024 parts")))
 

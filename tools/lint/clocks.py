@@ -27,7 +27,7 @@ def main():
         if path.suffix not in (*SOURCES, ".md") or not path.exists():
             continue
         for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
-            # Of a page only the commands of its console blocks run.
+            # Only commands in the console blocks of a page run.
             if (match := CLOCK.search(line)) and (path.suffix != ".md" or line.startswith("$ ")):
                 print(f"{name}:{number}: '{match[0]}' in a test (count steps or evaluations, or move it to test/timing/)")
                 found += 1
