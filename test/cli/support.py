@@ -35,7 +35,7 @@ def share_of(cases):
     return 1 + (cases - 1)//ONE_IN
 
 
-# Time after which a program is taken to hang, s. Nothing else depends on how long a program takes: machines are slow, or busy.
+# Time after which a program is considered to hang, s. Nothing else limits how long a program takes: machines are slow, or busy.
 PATIENCE = 600
 # Pause between two looks at what a program does, s.
 PAUSE = 0.002
@@ -121,8 +121,8 @@ def chunks_done(path):
 
 
 def one_of(attempts):
-    """A test that must pass in one of some attempts: for what the program itself does by the clock, such as to give a reader a
-    second, so that a process which gets no processor in that time sees something else."""
+    """Repeats a test until it passes, so many times at most: for time limits of the program itself, such as the second that it
+    gives a reader. A test that gets no processor in that second sees something else."""
     def decorate(test):
         @functools.wraps(test)
         def repeat(self):

@@ -101,7 +101,7 @@ class Runs(SignalTest):
         run.send_signal(signal.SIGTERM)
         self.ends_by(run, signal.SIGTERM, ["SIGTERM"])
 
-    @one_of(10)
+    @one_of(3)
     def test_a_signal_sent_twice_at_once_is_one_request(self):
         """As timeout(1) does, within 0.2 s."""
         run = self.start("run", "box.nml", *ENDLESS)
@@ -129,7 +129,7 @@ class BlockedPipes(SignalTest):
         self.run_blocked.send_signal(signal.SIGINT)
         self.ends_by(self.run_blocked, signal.SIGINT, ["box.nml: stopped by SIGINT"])
 
-    @one_of(10)
+    @one_of(3)
     def test_a_second_signal_kills_at_once(self):
         """One that comes more than 0.2 s after the first; the program waits 1 s for the reader."""
         self.run_blocked.send_signal(signal.SIGINT)
@@ -138,7 +138,7 @@ class BlockedPipes(SignalTest):
         self.assertEqual(self.run_blocked.stderr.read(), "")
         self.assertEqual(self.run_blocked.wait(timeout=PATIENCE), -signal.SIGINT)
 
-    @one_of(10)
+    @one_of(3)
     def test_a_reader_that_goes_on_gets_all_rows(self):
         """The program waits 1 s for the reader."""
         self.run_blocked.send_signal(signal.SIGINT)

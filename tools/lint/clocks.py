@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Finds clocks in tests: what `make test` and .ci/run assert must not depend on how fast or how busy a machine is.
 
-Tests count steps and evaluations instead, and so do the commands of the documentation, which the tests run. What must look at a
-clock is in test/timing/ and python/timing/, which only `make stress` runs.
+Tests count steps and evaluations instead, and so do the commands of the documentation, which the tests run. Tests that need a
+clock are in test/timing/ and python/timing/, which only `make stress` runs.
     python3 tools/lint/clocks.py      exit status 1 if a test reads a clock or has a budget in seconds
 """
 
