@@ -14,10 +14,8 @@ ATTACK ?=
 CASE ?=
 # 0: without threads, which run the members of an ensemble and which the build has where the compiler has OpenMP
 OPENMP ?=
-# native: src/batch is compiled for all vector instructions of this machine, with the same results
-LANES ?=
 
-export FFLAGS OPENMP LANES
+export FFLAGS OPENMP
 
 .DEFAULT_GOAL := build
 .PHONY: help setup build mpi run test stress attack accuracy fuzz memcheck sanitize flang bench figures paper cases costs lint api docs wheel install uninstall clean

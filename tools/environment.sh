@@ -27,14 +27,6 @@ esac
 openmp=${OPENMP:-AUTO}
 if [ "$openmp" = 1 ]; then unfused="$unfused -fopenmp"; fi
 if [ "$openmp" = 0 ]; then cmake_folder=$cmake_folder-serial; fi
-# LANES=native compiles src/batch for all vector instructions of this machine, with the same results; avx2 and avx512 name
-# them.
-lanes=${LANES-}
-if [ "$lanes" = native ]; then
-   lanes=
-   if grep -q -w avx2 /proc/cpuinfo 2>/dev/null; then lanes=avx2; fi
-   if grep -q -w avx512vl /proc/cpuinfo 2>/dev/null; then lanes=avx512; fi
-fi
 # What finds faults at run time. Without array-temps, which is a remark on speed, and
 # recursion, which has one flag for all threads.
 checked='-std=f2018 -g -fcheck=all,no-array-temps,no-recursion -ffpe-trap=invalid,zero,overflow'
@@ -94,7 +86,7 @@ cmake_build() {
    shift
    quietly "$name-configure" cmake -S "$top" -B "$cmake_folder" -DCMAKE_BUILD_TYPE=None \
       -DCMAKE_Fortran_COMPILER="${FPM_FC:-gfortran}" -DCMAKE_Fortran_FLAGS="$FFLAGS" -DCMAKE_C_FLAGS=-O2 \
-      -DCMAKE_INSTALL_LIBDIR=lib -DNUTATE_OPENMP="$openmp" -DNUTATE_MPI="${NUTATE_MPI:-0}" -DNUTATE_LANES="$lanes" &&
+      -DCMAKE_INSTALL_LIBDIR=lib -DNUTATE_OPENMP="$openmp" -DNUTATE_MPI="${NUTATE_MPI:-0}" &&
       quietly "$name" cmake --build "$cmake_folder" --parallel "$jobs" "$@"
 }
 

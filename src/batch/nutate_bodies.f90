@@ -18,14 +18,17 @@
 !> `failed`.
 module nutate_bodies
    !$ use omp_lib, only: omp_get_max_threads
-   use nutate_bodies_drift, only: body_class_t, drift_lanes, drift_lanes_t, make_class, put_class
+   use nutate_bodies_drift, only: body_class_t, drift_lanes_t, make_class, put_class
    use nutate_body, only: body_t
+   use nutate_drift_avx2, only: drift_by_avx2 => drift_lanes, enter_by_avx2 => enter_lanes, leave_by_avx2 => leave_lanes
+   use nutate_drift_sse2, only: drift_by_sse2 => drift_lanes, enter_by_sse2 => enter_lanes, leave_by_sse2 => leave_lanes
    use nutate_exact_free, only: free_body_t
    use nutate_kinds, only: wp, long
    use nutate_lane_width, only: lanes
    use nutate_limits, only: greatest_number, greatest_turn, is_step, manifold_tolerance
    use nutate_principal_frame, only: identity_frame
    use nutate_quaternion, only: rotate_to_body
+   use nutate_simd, only: has_avx2
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_BODY, NUTATE_NOT_FINITE
    implicit none
    private
@@ -48,7 +51,7 @@ module nutate_bodies
    !> Bodies of one or several classes. Several threads must not use one object at the same time.
    type :: bodies_t
       !> Threads that share the bodies of a call; 0: those of OpenMP (`OMP_NUM_THREADS`). No bit depends on them.
-      integer :: threads = 0
+      integer :: threads = 1
       !> Bodies that kept their state in the last call, in ascending order; shape (number of them).
       integer, allocatable :: failed(:)
       type(body_class_t), allocatable, private :: classes(:)
@@ -71,11 +74,13 @@ module nutate_bodies
       logical :: kicks = .false., drifts = .false.
       !> Each body has a class of its own, or all the first.
       logical :: classed = .false.
-      integer :: frame = SPACE_MOMENTUM, threads = 0
+      integer :: frame = SPACE_MOMENTUM, threads = 1
       !> Number of the first class and of the first body: 0 in C.
       integer :: first_number = 1
       !> The principal axes of a class are not its body axes.
       logical, private :: turned = .false.
+      !> The processor has AVX2.
+      logical, private :: avx2 = .false.
    end type movement_t
 
    !> Lanes of a thread, and the class of the body in each; 0 where none was yet.
@@ -265,6 +270,7 @@ contains
       end if
       whole = what
       whole%turned = any([(any(abs(classes(i)%axes - identity_frame) > 0.0_wp), i=1, size(classes))])
+      whole%avx2 = has_avx2()
       threads = what%threads
       !$ if (threads < 1) threads = omp_get_max_threads()
       last = 0
@@ -310,25 +316,79 @@ contains
       integer, intent(in), contiguous :: class_of(:)
       !> Those that keep their state; shape (lanes).
       logical, intent(out) :: bad(lanes)
-      logical :: plain
+      logical :: full
       bad = .false.
-      plain = several == lanes .and. what%frame == SPACE_MOMENTUM .and. what%drifts
-      if (plain) then
-         call load_all(classes, what, desk, first, n, q, l, torque, class_of, plain)
-      end if
-      if (.not. plain) call load_each(classes, what, desk, first, several, n, q, l, torque, class_of, bad)
+      full = several == lanes
+      if (full) call load_all(classes, what, desk, first, n, q, l, torque, class_of, full)
+      if (.not. full) call load_each(classes, what, desk, first, several, n, q, l, torque, class_of, bad)
+      call enter(what, desk%lanes)
+      if (.not. are_within(3*lanes, desk%lanes%momentum, greatest_number)) &
+         call reject_momenta(classes, what, desk, bad)
       if (what%drifts) then
-         call drift_lanes(desk%lanes, what%frame == SPACE_MOMENTUM, what%turned)
-         if (sum(desk%lanes%certified) < lanes - 0.5_wp) plain = .false.
+         call drift_all(what, desk%lanes)
+         if (sum(desk%lanes%certified) < lanes - 0.5_wp) &
+            call move_doubtful(classes, what, desk, first, several, q, bad)
       end if
-      if (plain) then
-         call store_all(desk%lanes, first, n, q, l)
+      call leave(what, desk%lanes)
+      if (full .and. .not. any(bad)) then
+         call store_all(desk%lanes, what%drifts, first, n, q, l)
       else
-         call store_each(classes, what, desk, first, several, n, q, l, bad)
+         call store_each(desk%lanes, what%drifts, first, several, n, q, l, bad)
       end if
    end subroutine move_lanes
 
-   !> Fills all lanes with bodies in space axes. Not `fine` if one of them cannot be computed with.
+   !> Turns what was loaded into momenta of a drift, by the instructions that the processor has.
+   pure subroutine enter(what, block)
+      type(movement_t), intent(in) :: what
+      type(drift_lanes_t), intent(inout) :: block
+      logical :: in_space, rates
+      in_space = what%frame == SPACE_MOMENTUM
+      rates = what%frame == BODY_RATE
+      if (what%avx2) then
+         call enter_by_avx2(block, in_space, rates, what%turned, what%kicks, what%dt)
+      else
+         call enter_by_sse2(block, in_space, rates, what%turned, what%kicks, what%dt)
+      end if
+   end subroutine enter
+
+   !> Moves all lanes by the instructions that the processor has.
+   pure subroutine drift_all(what, block)
+      type(movement_t), intent(in) :: what
+      type(drift_lanes_t), intent(inout) :: block
+      if (what%avx2) then
+         call drift_by_avx2(block, what%frame == SPACE_MOMENTUM, what%turned)
+      else
+         call drift_by_sse2(block, what%frame == SPACE_MOMENTUM, what%turned)
+      end if
+   end subroutine drift_all
+
+   !> Turns momenta into what is stored, by the instructions that the processor has.
+   pure subroutine leave(what, block)
+      type(movement_t), intent(in) :: what
+      type(drift_lanes_t), intent(inout) :: block
+      if (what%frame == SPACE_MOMENTUM) return
+      if (what%avx2) then
+         call leave_by_avx2(block, what%frame == BODY_RATE, what%turned)
+      else
+         call leave_by_sse2(block, what%frame == BODY_RATE, what%turned)
+      end if
+   end subroutine leave
+
+   !> Puts lanes to rest, and counts them as bad, whose momenta after the impulse are beyond 1e100.
+   pure subroutine reject_momenta(classes, what, desk, bad)
+      type(body_class_t), intent(in), contiguous :: classes(:)
+      type(movement_t), intent(in) :: what
+      type(desk_t), intent(inout) :: desk
+      logical, intent(inout) :: bad(lanes)
+      integer :: i
+      do i = 1, lanes
+         if (are_within(3, desk%lanes%momentum(i, :), greatest_number)) cycle
+         bad(i) = .true.
+         call rest(classes, what, desk, i)
+      end do
+   end subroutine reject_momenta
+
+   !> Fills all lanes with bodies. Not `fine` if one of them cannot be computed with.
    pure subroutine load_all(classes, what, desk, first, n, q, l, torque, class_of, fine)
       type(body_class_t), intent(in), contiguous :: classes(:)
       type(movement_t), intent(in) :: what
@@ -364,19 +424,20 @@ contains
       end do
       if (.not. what%kicks) return
       do lane = 1, lanes
-         desk%lanes%momentum(lane, :) = desk%lanes%momentum(lane, :) + what%dt*torque(:, first + lane - 1)
+         desk%lanes%torque(lane, :) = torque(:, first + lane - 1)
       end do
-      if (any(abs(desk%lanes%momentum) > greatest_number)) fine = .false.
    end subroutine load_all
 
    !> Writes all lanes back.
-   pure subroutine store_all(block, first, n, q, l)
+   pure subroutine store_all(block, drifted, first, n, q, l)
       type(drift_lanes_t), intent(in) :: block
+      !> The attitudes have changed.
+      logical, intent(in) :: drifted
       integer, intent(in) :: first, n
       real(wp), intent(inout) :: q(4, n), l(3, n)
       integer :: lane
       do lane = 1, lanes
-         q(:, first + lane - 1) = block%q(lane, :)
+         if (drifted) q(:, first + lane - 1) = block%q(lane, :)
          l(:, first + lane - 1) = block%momentum(lane, :)
       end do
    end subroutine store_all
@@ -391,15 +452,15 @@ contains
       real(wp), intent(in), contiguous :: torque(:, :)
       integer, intent(in), contiguous :: class_of(:)
       logical, intent(inout) :: bad(lanes)
-      real(wp) :: impulse(3)
+      real(wp) :: pull(3)
       integer :: i, j, number
-      impulse = 0.0_wp
+      pull = 0.0_wp
       number = 1
       do i = 1, several
          j = first + i - 1
          if (what%classed) number = class_of(j) + 1 - what%first_number
-         if (what%kicks) impulse = torque(:, j)
-         call load(classes, what, desk, i, number, q(:, j), l(:, j), impulse, bad(i))
+         if (what%kicks) pull = torque(:, j)
+         call load(classes, what, desk, i, number, q(:, j), l(:, j), pull, bad(i))
          if (bad(i)) call rest(classes, what, desk, i)
       end do
       do i = several + 1, lanes
@@ -407,29 +468,38 @@ contains
       end do
    end subroutine load_each
 
-   !> Writes lanes back one by one; bodies whose drift is not certified are moved along their exact motion.
-   subroutine store_each(classes, what, desk, first, several, n, q, l, bad)
+   !> Writes lanes back one by one, but those of bodies that keep their state.
+   pure subroutine store_each(block, drifted, first, several, n, q, l, bad)
+      type(drift_lanes_t), intent(in) :: block
+      !> The attitudes have changed.
+      logical, intent(in) :: drifted
+      integer, intent(in) :: first, several, n
+      real(wp), intent(inout) :: q(4, n), l(3, n)
+      logical, intent(in) :: bad(lanes)
+      integer :: i
+      do i = 1, several
+         if (bad(i)) cycle
+         if (drifted) q(:, first + i - 1) = block%q(i, :)
+         l(:, first + i - 1) = block%momentum(i, :)
+      end do
+   end subroutine store_each
+
+   !> Moves the bodies whose drift is not certified along their exact motion.
+   subroutine move_doubtful(classes, what, desk, first, several, q, bad)
       type(body_class_t), intent(in), contiguous :: classes(:)
       type(movement_t), intent(in) :: what
       type(desk_t), intent(inout) :: desk
-      integer, intent(in) :: first, several, n
-      real(wp), intent(inout) :: q(4, n), l(3, n)
+      integer, intent(in) :: first, several
+      !> Attitudes before the step; shape (4, n).
+      real(wp), intent(in), contiguous :: q(:, :)
       logical, intent(inout) :: bad(lanes)
-      integer :: i, j
+      integer :: i
       do i = 1, several
-         if (bad(i)) cycle
-         j = first + i - 1
-         if (what%drifts) then
-            if (desk%lanes%certified(i) > 0.5_wp) then
-               q(:, j) = desk%lanes%q(i, :)
-            else
-               call move_exactly(classes(desk%held(i)), what, desk, i, q(:, j), bad(i))
-               if (bad(i)) cycle
-            end if
-         end if
-         call store(classes(desk%held(i)), what%frame, desk, i, l(:, j))
+         if (bad(i) .or. desk%lanes%certified(i) > 0.5_wp) cycle
+         call move_exactly(classes(desk%held(i)), what, q(:, first + i - 1), desk%lanes%q(i, :), &
+                           desk%lanes%momentum(i, :), bad(i))
       end do
-   end subroutine store_each
+   end subroutine move_doubtful
 
    !> Fills a lane with a body at rest.
    pure subroutine rest(classes, what, desk, lane)
@@ -442,7 +512,7 @@ contains
                 [0.0_wp, 0.0_wp, 0.0_wp], bad)
    end subroutine rest
 
-   !> Puts a body into a lane, its momentum after the impulse; bad if it cannot be computed with.
+   !> Puts a body into a lane; bad if it cannot be computed with.
    pure subroutine load(classes, what, desk, lane, number, q, l, torque, bad)
       type(body_class_t), intent(in), contiguous :: classes(:)
       type(movement_t), intent(in) :: what
@@ -450,79 +520,49 @@ contains
       integer, intent(in) :: lane, number
       real(wp), intent(in) :: q(4), l(3), torque(3)
       logical, intent(out) :: bad
-      real(wp) :: lack, momentum(3)
+      real(wp) :: lack
       bad = .true.
       if (number < 1 .or. number > size(classes)) return
       if (.not. is_within(q, l, torque)) return
       lack = 1 - (q(1)*q(1) + q(2)*q(2) + q(3)*q(3) + q(4)*q(4))
       if (abs(lack) > manifold_tolerance) return
-      if (what%frame == SPACE_MOMENTUM) then
-         momentum = l + what%dt*torque
-      else
-         momentum = to_principal(classes(number), what%frame, l, what%dt*torque)
-      end if
-      if (max(abs(momentum(1)), abs(momentum(2)), abs(momentum(3))) > greatest_number) return
       if (desk%held(lane) /= number) then
          call put_class(desk%lanes, lane, classes(number), what%dt)
          desk%held(lane) = number
       end if
       desk%lanes%q(lane, :) = q
-      desk%lanes%momentum(lane, :) = momentum
+      desk%lanes%momentum(lane, :) = l
+      desk%lanes%torque(lane, :) = torque
       bad = .false.
    end subroutine load
 
-   !> Writes the momentum of a lane back.
-   pure subroutine store(made, frame, desk, lane, l)
-      type(body_class_t), intent(in) :: made
-      integer, intent(in) :: frame, lane
-      type(desk_t), intent(in) :: desk
-      real(wp), intent(out) :: l(3)
-      l = desk%lanes%momentum(lane, :)
-      if (frame == SPACE_MOMENTUM) return
-      if (frame == BODY_RATE) l = l/made%moments
-      l = matmul(made%axes, l)
-   end subroutine store
-
-   !> Moves a body along its exact motion: attitude and, in the lane, momentum.
-   subroutine move_exactly(made, what, desk, lane, q, bad)
+   !> Moves a body along its exact motion.
+   subroutine move_exactly(made, what, start, q, momentum, bad)
       type(body_class_t), intent(in) :: made
       type(movement_t), intent(in) :: what
-      type(desk_t), intent(inout) :: desk
-      integer, intent(in) :: lane
+      !> Attitude before the step.
+      real(wp), intent(in) :: start(4)
+      !> Attitude after it.
       real(wp), intent(inout) :: q(4)
+      !> Momentum before and after: space axes, or principal axes.
+      real(wp), intent(inout) :: momentum(3)
       logical, intent(out) :: bad
       type(free_body_t) :: motion
       type(status_t) :: status
-      real(wp) :: momentum(3), moved(4)
-      momentum = desk%lanes%momentum(lane, :)
+      real(wp) :: turning(3)
       if (what%frame == SPACE_MOMENTUM) then
-         momentum = rotate_to_body(q, momentum)
+         turning = rotate_to_body(start, momentum)
       else
-         momentum = matmul(made%axes, momentum)
+         turning = matmul(made%axes, momentum)
       end if
-      bad = norm2(matmul(momentum, made%axes)/made%moments)*abs(what%dt) > greatest_turn
+      bad = norm2(matmul(turning, made%axes)/made%moments)*abs(what%dt) > greatest_turn
       if (bad) return
-      call motion%prepare(made%moments, q, momentum, status, made%axes)
+      call motion%prepare(made%moments, start, turning, status, made%axes)
       bad = .not. status%ok()
       if (bad) return
-      call motion%evaluate(what%dt, moved, momentum)
-      q = moved
-      if (what%frame /= SPACE_MOMENTUM) desk%lanes%momentum(lane, :) = matmul(momentum, made%axes)
+      call motion%evaluate(what%dt, q, turning)
+      if (what%frame /= SPACE_MOMENTUM) momentum = matmul(turning, made%axes)
    end subroutine move_exactly
-
-   !> Momentum in principal axes after an impulse.
-   pure function to_principal(made, frame, l, impulse) result(momentum)
-      type(body_class_t), intent(in) :: made
-      integer, intent(in) :: frame
-      !> Momentum or angular velocity, and the impulse, body axes.
-      real(wp), intent(in) :: l(3), impulse(3)
-      real(wp) :: momentum(3)
-      if (frame == BODY_RATE) then
-         momentum = made%moments*matmul(l, made%axes) + matmul(impulse, made%axes)
-      else
-         momentum = matmul(l + impulse, made%axes)
-      end if
-   end function to_principal
 
    !> True if all numbers are finite and at most 1e100. By their bits: comparisons with NaN set off traps.
    pure logical function is_within(q, l, torque)

@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Tests src/batch as it is compiled: every loop over lanes becomes vector instructions (a scalar one costs twice its time and
-# gives the same results, so that no other test would see it), and the bits of the bodies depend neither on how many are moved
-# at once nor on the vector instructions. The last line is the total.
+# gives the same results, so that no other test would see it), what is compiled for AVX2 has its instructions and what is
+# compiled for every processor has none, and the bits of the bodies depend neither on how many are moved at once nor on the
+# vector instructions. The last line is the total.
 #    tools/checks/check-lanes.sh
 set -u
 . "$(dirname "$0")/../environment.sh"
@@ -13,42 +14,70 @@ passed=0 failed=0
 
 # Each loop in the procedure where it stands. With gfortran alone: other compilers say what they do in other words.
 mkdir "$scratch/loops"
-for source in src/batch/*.f90; do
+for source in src/batch/nutate_drift_*2.f90; do
    # shellcheck disable=SC2086
    gfortran -O3 ${unfused/ -fopenmp/} -fno-inline -fopt-info-vec-optimized -J "$scratch/loops" -I "$cmake_folder/modules" \
       -c "$source" -o "$scratch/loops/object.o" 2>"$scratch/report" || exit 1
    while IFS=: read -r line loop; do
       # The report gives a loop the line of its `do`, or, where one stands around it, of what is first in it.
-      if grep -qE "$(basename "$source"):($line|$((line + 1))|$((line - 1))):[0-9]+: optimized: loop vectorized" "$scratch/report"; then
+      if grep -qE "nutate_drift_kernel.inc:($line|$((line + 1))|$((line - 1))):[0-9]+: optimized: loop vectorized" \
+         "$scratch/report"; then
          passed=$((passed + 1))
       else
-         failed=$((failed + 1)) && say "FAILED: the loop of $source, line $line, is not vectorised"
+         failed=$((failed + 1)) && say "FAILED: the loop of nutate_drift_kernel.inc, line $line, is not vectorised"
       fi
-   done < <(grep -n 'do i = 1, lanes' "$source")
+   done < <(grep -n 'do i = 1, lanes' src/batch/nutate_drift_kernel.inc)
 done
 [ $passed -ge 10 ] || { failed=$((failed + 1)) && say "FAILED: only $passed loops over lanes were found"; }
 
-# bits NAME WIDTH FLAG...: the states of bodies by src/batch with lanes of that width; the linker takes these modules before those of
-# the library.
+# registers MODULE: how many instructions of its procedures in the library use registers of AVX2.
+registers() {
+   objdump -d --no-show-raw-insn "$cmake_folder/libnutate.a" |
+      awk -v module="<__$1_MOD_" '/^[0-9a-f]+ </ {inside = index($2, module) == 1} inside && /%ymm/ {n++} END {print n + 0}'
+}
+
+if [ "$(uname -m)" = x86_64 ]; then
+   wide=$(registers nutate_drift_avx2) narrow=$(registers nutate_drift_sse2)
+   if [ "$wide" -gt 100 ] && [ "$narrow" -eq 0 ]; then
+      passed=$((passed + 1))
+   else
+      failed=$((failed + 1)) && say "FAILED: $wide instructions of AVX2 in its kernel, $narrow in that of every processor"
+   fi
+fi
+
+# bits NAME WIDTH: the states of bodies by src/batch with lanes of that width; the linker takes these modules before those of the
+# library.
 bits() {
    local folder=$scratch/$1 width=$2
-   shift 2
    mkdir "$folder" && sed "s/public :: lanes = 16/public :: lanes = $width/" src/batch/nutate_lane_width.f90 >"$folder/width.f90" &&
       grep -q "lanes = $width\$" "$folder/width.f90" || return 1
    # shellcheck disable=SC2086
-   gfortran -O3 $unfused "$@" -J "$folder" -I "$folder" -I "$cmake_folder/modules" "$folder/width.f90" src/batch/nutate_bodies_drift.f90 \
-      src/batch/nutate_bodies.f90 tools/checks/bodies_bits.f90 -Wl,-z,muldefs "$cmake_folder/libnutate.a" -fopenmp -llapack -lblas \
-      -o "$folder/bodies" && "$folder/bodies" >"$folder/bits" && [ "$(head -n 1 "$folder/bits")" = "$width lanes" ] &&
-      tail -n +2 "$folder/bits" >"$folder/states" && [ "$(wc -l <"$folder/states")" -gt 6000 ]
+   gfortran -O3 $unfused -J "$folder" -I "$folder" -I "$cmake_folder/modules" "$folder/width.f90" \
+      src/batch/nutate_bodies_drift.f90 src/batch/nutate_drift_*2.f90 src/batch/nutate_bodies.f90 tools/checks/bodies_bits.f90 \
+      -Wl,-z,muldefs "$cmake_folder/libnutate.a" -fopenmp -llapack -lblas -o "$folder/bodies" &&
+      "$folder/bodies" >"$folder/bits" && is_whole "$folder" "$width"
 }
 
-ways=('one 1' 'four 4' 'eight 8')
-! grep -q -w avx2 /proc/cpuinfo || ways+=('avx2 16 -mavx2')
-! grep -q -w avx512vl /proc/cpuinfo || ways+=('avx512 16 -mavx512f -mavx512dq -mavx512vl -mprefer-vector-width=512 -fno-tree-slp-vectorize')
-bits usual 16 || die "check-lanes: bodies by lanes of 16 do not run"
-for way in "${ways[@]}"; do
+# is_whole FOLDER WIDTH: FOLDER/bits has the states of all bodies by lanes of that width; they go to FOLDER/states.
+is_whole() {
+   [ "$(head -n 1 "$1/bits")" = "$2 lanes" ] && tail -n +2 "$1/bits" >"$1/states" && [ "$(wc -l <"$1/states")" -gt 6000 ]
+}
+
+# library_bits NAME [VARIABLE=VALUE]: the states by the library as it is.
+library_bits() {
+   local folder=$scratch/$1
+   shift
    # shellcheck disable=SC2086
-   if bits $way && cmp -s "$scratch/usual/states" "$scratch/${way%% *}/states"; then
+   mkdir "$folder" && gfortran -O3 $unfused -I "$cmake_folder/modules" -J "$folder" tools/checks/bodies_bits.f90 \
+      "$cmake_folder/libnutate.a" -fopenmp -llapack -lblas -o "$folder/bodies" &&
+      env "$@" "$folder/bodies" >"$folder/bits" && is_whole "$folder" 16
+}
+
+ways=('one bits 1' 'four bits 4' 'eight bits 8' 'sse2 library_bits NUTATE_SIMD=sse2')
+library_bits usual || die "check-lanes: bodies by lanes of 16 do not run"
+for way in "${ways[@]}"; do
+   read -r name kind with <<<"$way"
+   if "$kind" "$name" "$with" && cmp -s "$scratch/usual/states" "$scratch/$name/states"; then
       passed=$((passed + 1))
    else
       failed=$((failed + 1)) && say "FAILED: other bits of bodies: $way"
