@@ -40,11 +40,11 @@ int nutate_bodies_create(const nutate_system *const *classes, size_t n_classes, 
 int nutate_bodies_destroy(nutate_bodies **bodies); /* <=> bodies; frees it */
 
 /* Sets the number of threads that share the bodies of a call; no bit depends on it.
- *   ==>  threads   0: as many as OpenMP gives (OMP_NUM_THREADS), which is the default; libraries without OpenMP have one */
+ *   ==>  threads   1 unless set; 0: as many as OpenMP gives (OMP_NUM_THREADS); libraries without OpenMP have one */
 int nutate_bodies_set_threads(nutate_bodies *bodies, int threads);
 
 /* Moves bodies by a step: l by dt torque, then q without torque.
- *   ==>  n          number of bodies
+ *   ==>  n          number of bodies; with 0 the arrays may be NULL
  *   ==>  class_of   [n], class of each body, counted from 0; or NULL: all are of the first
  *   ==>  dt         s, of either sign, not zero
  *   <=>  q          [n][4], attitudes, unit quaternions, body to space

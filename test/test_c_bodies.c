@@ -139,7 +139,8 @@ int test_c_bodies_refused(void)
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_bodies_set_threads(bodies, -1));
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_bodies_failed(bodies, 1, NULL, &failed));
     CHECK(q[0] == 1.0 && l[2] == 0.3);
-    EXPECT(NUTATE_OK, nutate_bodies_drift(bodies, 0, NULL, 0.1, q, l));
+    EXPECT(NUTATE_OK, nutate_bodies_step(bodies, 0, NULL, 0.1, NULL, NULL, NULL));
+    EXPECT(NUTATE_BAD_ARGUMENT, nutate_bodies_step(bodies, 0, NULL, 0.0, NULL, NULL, NULL));
     EXPECT(NUTATE_OK, nutate_bodies_destroy(&bodies));
     EXPECT(NUTATE_OK, nutate_bodies_destroy(&bodies));
     EXPECT(NUTATE_OK, nutate_system_destroy(&box));

@@ -24,6 +24,14 @@ module test_f77_bodies
          integer, intent(out) :: info
       end subroutine nubset
 
+      subroutine nubthr(nt, work, lwork, info)
+         import :: wp
+         implicit none
+         integer, intent(in) :: nt, lwork
+         real(wp), intent(inout) :: work(*)
+         integer, intent(out) :: info
+      end subroutine nubthr
+
       subroutine nubody(n, dt, ic, q, al, tor, mbad, ibad, nbad, work, lwork, info)
          import :: wp
          implicit none
@@ -103,7 +111,8 @@ contains
          call make_body(aj(:, :, 2), classes(2), status)
          call bodies%set_up(classes, status, frame)
          call nubset(2, aj, frame, work, lwork, info(1))
-         call check(error, info(1), 0)
+         call nubthr(merge(0, 3, frame == 0), work, lwork, info(2))
+         call check(error, all(info(1:2) == 0), 'NUBSET or NUBTHR')
          call bodies%step(0.1_wp, q1, l1, tor, status, ic)
          call nubody(n, 0.1_wp, ic, q, al, tor, 1, ibad, nbad, work, lwork, info(1))
          call bodies%drift(0.1_wp, q1, l1, status)
@@ -147,6 +156,12 @@ contains
       call nubset(2, aj, 0, work, lwork - 1, info(4))
       call nubset(2, aj, 0, work, lwork, info(5))
       call check(error, all(info == [-1, -2, -3, -5, 0]), 'NUBSET')
+      call nubthr(-1, work, lwork, info(1))
+      call nubthr(4097, work, lwork, info(2))
+      call nubthr(2, blank, lwork, info(3))
+      call nubthr(2, work, 49, info(4))
+      call nubthr(2, work, lwork, info(5))
+      call check(error, all(info == [-1, -1, -2, -3, 0]), 'NUBTHR')
       call nubody(-1, 0.1_wp, ic, q, al, tor, 1, ibad, nbad, work, lwork, info(1))
       call nubody(n, 0.0_wp, ic, q, al, tor, 1, ibad, nbad, work, lwork, info(2))
       call nubody(n, 0.1_wp, ic, q, al, tor, -1, ibad, nbad, work, lwork, info(3))

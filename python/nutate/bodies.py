@@ -27,7 +27,8 @@ class Bodies(Owner):
 
     classes: a System without effects, or a sequence of them. frame: what `l` is: "space", the angular momentum in space axes, with
     torques in space axes; "body", that in body axes, with torques in body axes; "rate", the angular velocity in body axes, with
-    torques in body axes. threads: 0 for as many as OpenMP gives; no bit depends on it.
+    torques in body axes. threads: how many share the bodies of a call, 0 for as many
+    as OpenMP gives; no bit depends on it.
 
     Arrays `q` of shape (n, 4) and `l` of shape (n, 3) are changed in place; contiguous float64 arrays are never copied. `torque` has the
     shape (n, 3), `class_of` has n whole numbers, 0 for the first class. A body whose numbers cannot be computed with keeps its state,
@@ -36,7 +37,7 @@ class Bodies(Owner):
 
     _destroy = "nutate_bodies_destroy"
 
-    def __init__(self, classes: Union[System, Sequence[System]], frame: str = "space", threads: int = 0) -> None:
+    def __init__(self, classes: Union[System, Sequence[System]], frame: str = "space", threads: int = 1) -> None:
         if frame not in FRAMES:
             raise refusal(f"frame is {frame!r} (expected 'space', 'body' or 'rate')")
         systems = [classes] if isinstance(classes, System) else list(classes)

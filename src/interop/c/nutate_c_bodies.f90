@@ -160,21 +160,27 @@ contains
       type(bodies_handle_t), pointer :: handle
       type(movement_t) :: whole
       type(status_t) :: status
-      real(c_double), pointer :: attitudes(:, :), momenta(:, :), torques(:, :)
-      integer(c_int), pointer :: numbers(:)
+      real(c_double), pointer, contiguous :: attitudes(:, :), momenta(:, :), torques(:, :)
+      integer(c_int), pointer, contiguous :: numbers(:)
       integer(c_int), target :: none(0)
+      real(c_double), target :: no_attitude(4, 0), no_momentum(3, 0)
       code = NUTATE_BAD_HANDLE
       handle => find_bodies(bodies)
       if (.not. associated(handle)) return
       if (size(handle%failed) > 0) handle%failed = [integer ::]
       if (n < 0 .or. n > huge(0)) then
          status = fail(NUTATE_BAD_ARGUMENT, 'too many bodies (expected at most 2147483647)', 'n')
-      else if (.not. (c_associated(q) .and. c_associated(l) .and. c_associated(torque))) then
+      else if (n > 0 .and. .not. (c_associated(q) .and. c_associated(l) .and. c_associated(torque))) then
          status = null_argument('q, l or torque')
       else
-         call c_f_pointer(q, attitudes, [4_c_size_t, n])
-         call c_f_pointer(l, momenta, [3_c_size_t, n])
-         call c_f_pointer(torque, torques, [3_c_size_t, n])
+         attitudes => no_attitude
+         momenta => no_momentum
+         torques => no_momentum
+         if (n > 0) then
+            call c_f_pointer(q, attitudes, [4_c_size_t, n])
+            call c_f_pointer(l, momenta, [3_c_size_t, n])
+            call c_f_pointer(torque, torques, [3_c_size_t, n])
+         end if
          whole = movement_t(what%dt, what%kicks, what%drifts, c_associated(class_of), handle%what%frame, &
                             handle%what%threads, handle%what%first_number)
          numbers => none

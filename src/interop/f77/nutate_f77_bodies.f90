@@ -29,6 +29,26 @@ subroutine nubset(nc, aj, iframe, work, lwork, info)
    info = -info
 end subroutine nubset
 
+!> NUBTHR sets how many threads share the bodies of a call of NUBODY, NUBKIK or NUBDRF. No bit depends on it.
+subroutine nubthr(nt, work, lwork, info)
+   use nutate_f77_classes, only: find_bad_work, most_threads, set_threads
+   use nutate_kinds, only: wp
+   implicit none
+   !> (input) Number of threads, 0 <= NT <= 4096. 0: as many as OpenMP gives (OMP_NUM_THREADS). NUBSET sets 1; a library
+   !> without OpenMP has 1.
+   integer, intent(in) :: nt
+   !> (input/output) From NUBSET; dimension (LWORK).
+   real(wp), intent(inout) :: work(*)
+   !> (input) Length of WORK.
+   integer, intent(in) :: lwork
+   !> (output) 0, or -i: argument i is wrong.
+   integer, intent(out) :: info
+   info = -find_bad_work(work, lwork)
+   if (info /= 0) info = info - 1
+   if (nt < 0 .or. nt > most_threads) info = -1
+   if (info == 0) call set_threads(nt, work)
+end subroutine nubthr
+
 !> NUBODY moves bodies by a step: AL by DT*TOR, then Q without torque.
 !>
 !> AL is half a step behind Q: before the first step call NUBKIK with -DT/2, after the last one with DT/2. A body fails

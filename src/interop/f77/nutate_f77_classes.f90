@@ -1,7 +1,7 @@
 !> The work array of the FORTRAN 77 routines for many bodies: the classes, as NUBSET has made them. Plain numbers, no
 !> addresses: a copy is as good as the original.
 !>
-!> WORK(1): its length; (2): a mark; (3): IFRAME; (4): number of classes; then the classes.
+!> WORK(1): its length; (2): a mark; (3): IFRAME + 4 NT, NT threads; (4): number of classes; then the classes.
 module nutate_f77_classes
    use, intrinsic :: iso_c_binding, only: c_f_pointer, c_loc
    use, intrinsic :: iso_fortran_env, only: int64
@@ -14,12 +14,14 @@ module nutate_f77_classes
    implicit none
    private
 
-   public :: classes_length, fill_classes, find_bad_move, move_by_work
+   public :: classes_length, fill_classes, find_bad_work, find_bad_move, move_by_work, set_threads, most_threads
 
    !> Bits of the second number of an array that NUBSET has filled: `NUBODY 1` in ASCII.
    integer(int64), parameter :: mark = int(z'4E55424F44592031', int64)
    !> Numbers before the classes, and of a class.
    integer, parameter :: head = 4, class_size = 23
+   !> Frames that WORK(3) has room for, one thread, and threads, more than any program has.
+   integer, parameter :: frames = 4, one_thread = 1, most_threads = 4096
 
 contains
 
@@ -53,7 +55,8 @@ contains
       if (status%subject == 'frame') bad = 3
       if (.not. status%ok()) return
       bad = 0
-      work(1:head) = [real(size(work), wp), transfer(mark, 0.0_wp), real(frame, wp), real(size(bodies), wp)]
+      work(1:head) = [real(size(work), wp), transfer(mark, 0.0_wp), real(frame + frames*one_thread, wp), &
+                      real(size(bodies), wp)]
       call c_f_pointer(c_loc(work(head + 1)), classes, [size(bodies)])
       classes = made
    end subroutine fill_classes
@@ -69,14 +72,34 @@ contains
          bad = 2
       else if (most < 0) then
          bad = 7
-      else if (lwork < head) then
-         bad = 11
-      else if (transfer(work(2), 0_int64) /= mark) then
-         bad = 10
-      else if (lwork < int(work(1))) then
-         bad = 11
+      else
+         bad = find_bad_work(work, lwork)
+         if (bad > 0) bad = bad + 9
       end if
    end function find_bad_move
+
+   !> 1 if WORK was not filled by NUBSET, 2 if LWORK is too small, 0 if nothing is wrong.
+   pure integer function find_bad_work(work, lwork) result(bad)
+      integer, intent(in) :: lwork
+      real(wp), intent(in) :: work(*)
+      bad = 0
+      if (lwork < head) then
+         bad = 2
+      else if (transfer(work(2), 0_int64) /= mark) then
+         bad = 1
+      else if (lwork < int(work(1))) then
+         bad = 2
+      end if
+   end function find_bad_work
+
+   !> Sets how many threads share the bodies of a call.
+   pure subroutine set_threads(threads, work)
+      !> 0: those of OpenMP.
+      integer, intent(in) :: threads
+      !> Filled by `fill_classes`.
+      real(wp), intent(inout) :: work(*)
+      work(3) = real(modulo(int(work(3)), frames) + frames*threads, wp)
+   end subroutine set_threads
 
    !> Moves bodies, and lists those that failed.
    subroutine move_by_work(what, n, class_of, q, l, torque, bad, n_bad, work, info)
@@ -94,7 +117,8 @@ contains
       integer, allocatable :: failed(:)
       type(status_t) :: status
       call c_f_pointer(c_loc(work(head + 1)), classes, [int(work(4))])
-      whole = movement_t(what%dt, what%kicks, what%drifts, .false., int(work(3)))
+      whole = movement_t(what%dt, what%kicks, what%drifts, .false., modulo(int(work(3)), frames), &
+                         int(work(3))/frames)
       if (n > 0) whole%classed = class_of(1) /= 0
       call move_bodies(classes, whole, n, q, l, torque, class_of, failed, status)
       info = status%code

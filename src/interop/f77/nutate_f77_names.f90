@@ -30,6 +30,7 @@ module nutate_f77_names
       routine_t('NUE2Q ', 'PHI,THETA,PSI,Q,INFO'), &
       routine_t('NUFREE', 'AJ,Q0,OMEGA0,N,T,Q,OMEGA,INFO'), &
       routine_t('NUBSET', 'NC,AJ,IFRAME,WORK,LWORK,INFO'), &
+      routine_t('NUBTHR', 'NT,WORK,LWORK,INFO'), &
       routine_t('NUBODY', 'N,DT,IC,Q,AL,TOR,MBAD,IBAD,NBAD,WORK,LWORK,INFO'), &
       routine_t('NUBKIK', 'N,DT,IC,Q,AL,TOR,MBAD,IBAD,NBAD,WORK,LWORK,INFO'), &
       routine_t('NUBDRF', 'N,DT,IC,Q,AL,MBAD,IBAD,NBAD,WORK,LWORK,INFO')]

@@ -23,7 +23,7 @@ subroutine nutext(info, text)
    case (NUTATE_SINGULAR)
       text = 'the linear system of a step is singular'
    case (NUTATE_NOT_FINITE)
-      text = 'a number is not finite or exceeds 1D100: look at POT and TOR'
+      text = 'a number is not finite or beyond 1D100: see POT, TOR; in NUBODY, IBAD'
    case (NUTATE_BAD_ARGUMENT, NUTATE_BAD_BODY)
       text = 'body and state do not fit the method'
    case (NUTATE_STEP_LIMIT)
