@@ -3,6 +3,7 @@
 program bench_bodies
    use, intrinsic :: iso_c_binding, only: c_double, c_int, c_ptr
    use bodies_loop, only: rk4_loop
+   use nutate_bodies, only: BODY_RATE
    use nutate, only: body_t, bodies_t, integrator_settings_t, make_body, make_state, make_stepper, state_t, status_t, &
       stepper_t, system_t, wp
    use nutate_body, only: diagonal
@@ -51,14 +52,15 @@ program bench_bodies
 
    integer, parameter :: repeats = 31, lwork = 27
    real(wp), parameter :: j(3) = [1.0_wp, 2.0_wp, 2.5_wp]
-   type(bodies_t) :: bodies
+   type(bodies_t) :: bodies, by_rate
    type(c_ptr) :: handle
    real(wp) :: work(lwork)
    integer :: i
 
    call set_up()
-   write (*, '(a)') 'ns a body-step, one thread, medians; the ratio is to the Runge-Kutta loop'
-   write (*, '(a)') '   bodies  RK4 loop   Fortran  ratio        F77  ratio          C  ratio'
+   write (*, '(a)') 'ns a body-step, one thread, medians; the ratio is to the Runge-Kutta loop with torques in the same axes'
+   write (*, '(a)') '                                             space axes                          body axes'
+   write (*, '(a)') '   bodies  RK4 loop   Fortran  ratio       F77  ratio         C  ratio  RK4 loop BODY_RATE  ratio'
    do i = 0, 6
       call compare(10**i)
    end do
@@ -79,7 +81,7 @@ contains
       integer :: info
       call make_body(diagonal(j), body(1), status)
       call bodies%set_up(body, status)
-      bodies%threads = 1
+      call by_rate%set_up(body, status, BODY_RATE)
       handle = bench_bodies_create(j)
       call nubset(1, diagonal(j), 0, work, lwork, info)
       if (info /= 0 .or. .not. status%ok()) error stop 'the bodies are not set up'
@@ -102,45 +104,54 @@ contains
    !> A line of the table of times; torques are reversed in every other step, so that no body spins up.
    subroutine compare(n)
       integer, intent(in) :: n
+      integer, parameter :: ways = 6
       real(wp), allocatable :: q(:, :, :), l(:, :), omega(:, :), torque(:, :), momenta(:, :, :)
-      real(wp) :: times(4, repeats), start, median(4)
+      real(wp) :: times(ways, repeats), start, median(ways)
       integer :: i, k, m
-      allocate (q(4, n, 4), l(3, n), omega(3, n), torque(3, n), momenta(3, n, 3))
+      allocate (q(4, n, ways), l(3, n), omega(3, n), torque(3, n), momenta(3, n, ways))
       call draw(n, q(:, :, 1), l, omega, torque)
-      do k = 1, 3
-         q(:, :, k + 1) = q(:, :, 1)
+      do k = 1, ways
+         q(:, :, k) = q(:, :, 1)
          momenta(:, :, k) = l
+         if (any(k == [1, 5, 6])) momenta(:, :, k) = omega
       end do
       m = max(2, 20000/n)
       do i = 1, repeats
-         do k = 1, 4
+         do k = 1, ways
             start = bench_thread_seconds()
-            call step_some(k, m, n, q(:, :, k), omega, momenta(:, :, max(1, k - 1)), torque)
+            call step_some(k, m, n, q(:, :, k), momenta(:, :, k), torque)
             times(k, i) = 1e9_wp*(bench_thread_seconds() - start)/(real(m, wp)*n)
          end do
       end do
-      do k = 1, 4
+      do k = 1, ways
          median(k) = middle(times(k, :))
       end do
-      write (*, '(i9, f10.1, 3(f10.1, f7.2))') n, median(1), (median(k), median(k)/median(1), k=2, 4)
+      write (*, '(i9, f10.1, 3(f10.1, f7.2), 2f10.1, f7.2)') n, median(1), (median(k), median(k)/median(1), k=2, 4), &
+         median(5:6), median(6)/median(5)
    end subroutine compare
 
-   !> Moves bodies by m steps in one of the four ways.
-   subroutine step_some(way, m, n, q, omega, l, torque)
+   !> Moves bodies by m steps in one of the six ways.
+   subroutine step_some(way, m, n, q, l, torque)
       integer, intent(in) :: way, m, n
-      real(wp), intent(inout) :: q(4, n), omega(3, n), l(3, n), torque(3, n)
+      !> `l`: momenta in space axes or, of the ways by body axes, angular velocities.
+      real(wp), intent(inout) :: q(4, n), l(3, n), torque(3, n)
       type(status_t) :: status
       integer :: step, info, nbad, ibad(1)
       do step = 1, m
          select case (way)
          case (1)
-            call rk4_loop(n, 0.1_wp, j, q, omega, torque)
+            call rk4_loop(n, 0.1_wp, j, q, l, torque, .true.)
          case (2)
             call bodies%step(0.1_wp, q, l, torque, status)
             if (.not. status%ok()) error stop 'a step failed'
          case (3)
             call nubody(n, 0.1_wp, [0], q, l, torque, 1, ibad, nbad, work, lwork, info)
             if (info /= 0) error stop 'NUBODY failed'
+         case (5)
+            call rk4_loop(n, 0.1_wp, j, q, l, torque, .false.)
+         case (6)
+            call by_rate%step(0.1_wp, q, l, torque, status)
+            if (.not. status%ok()) error stop 'a step failed'
          case default
             if (bench_bodies_step(handle, n, 0.1_wp, q, l, torque) /= 0) error stop 'nutate_bodies_step failed'
          end select
@@ -175,7 +186,7 @@ contains
          errors(way, 1) = attitude_distance(q(:, 1), reference)
          call start(q, l, omega)
          do step = 1, n
-            call rk4_loop(1, dt, j, q, omega, torque)
+            call rk4_loop(1, dt, j, q, omega, torque, .true.)
          end do
          errors(way, 2) = attitude_distance(q(:, 1), reference)
       end do

@@ -1,5 +1,6 @@
 !> The loop that programs with many bodies have: Runge-Kutta of order 4 with angular velocities in body axes, the torque
-!> of the step turned into body axes once, and quaternions normalised after the step.
+!> of the step in body axes, into which it is turned where it comes in space axes, and quaternions normalised after the
+!> step.
 module bodies_loop
    use nutate_kinds, only: wp
    implicit none
@@ -10,13 +11,15 @@ module bodies_loop
 contains
 
    !> Moves n bodies by a step.
-   subroutine rk4_loop(n, dt, j, q, omega, torque)
+   subroutine rk4_loop(n, dt, j, q, omega, torque, in_space)
       integer, intent(in) :: n
       !> s; principal moments, kg m².
       real(wp), intent(in) :: dt, j(3)
-      !> Attitudes; angular velocities, body axes, rad/s; torques, space axes, N m.
+      !> Attitudes; angular velocities, body axes, rad/s; torques, N m.
       real(wp), intent(inout) :: q(4, n), omega(3, n)
       real(wp), intent(in) :: torque(3, n)
+      !> The torques are in space axes, else in body axes.
+      logical, intent(in) :: in_space
       real(wp) :: y(7), k1(7), k2(7), k3(7), k4(7), tau(3), c(3), inverse(3), a(3)
       integer :: i
       inverse = 1/j
@@ -24,9 +27,14 @@ contains
       do i = 1, n
          y(1:4) = q(:, i)
          y(5:7) = omega(:, i)
-         a = 2*[y(3)*torque(3, i) - y(4)*torque(2, i), y(4)*torque(1, i) - y(2)*torque(3, i), &
-                y(2)*torque(2, i) - y(3)*torque(1, i)]
-         tau = inverse*(torque(:, i) - y(1)*a + [y(3)*a(3) - y(4)*a(2), y(4)*a(1) - y(2)*a(3), y(2)*a(2) - y(3)*a(1)])
+         if (in_space) then
+            a = 2*[y(3)*torque(3, i) - y(4)*torque(2, i), y(4)*torque(1, i) - y(2)*torque(3, i), &
+                   y(2)*torque(2, i) - y(3)*torque(1, i)]
+            tau = inverse*(torque(:, i) - y(1)*a + &
+                           [y(3)*a(3) - y(4)*a(2), y(4)*a(1) - y(2)*a(3), y(2)*a(2) - y(3)*a(1)])
+         else
+            tau = inverse*torque(:, i)
+         end if
          call rates(y, k1)
          call rates(y + 0.5_wp*dt*k1, k2)
          call rates(y + 0.5_wp*dt*k2, k3)
