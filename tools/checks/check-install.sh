@@ -71,6 +71,59 @@ has_scenes_and_documentation() {
       [ -s "$prefix/share/doc/nutate/docs/scenes.md" ] && [ -s "$prefix/share/doc/nutate/README.md" ]
 }
 
+# All else that programs link could have the same names, as what other libraries leave of link-time optimisation has.
+shows_names_of_its_own() {
+   nm -g --defined-only "$prefix/lib/libnutate.a" | awk 'NF == 3 {print $3}' >"$scratch/globals"
+   [ -s "$scratch/globals" ] && ! grep -v -E '^(nutate_|__nutate_)|^nu[a-z0-9]+_$' "$scratch/globals" &&
+      ! grep -E 'lto_priv|constprop' "$scratch/globals"
+}
+
+# Ranks of MPI have a core each: bodies are moved by one thread unless the program asks for more.
+uses_threads_when_asked() {
+   cat >"$scratch/threads.c" <<'END'
+#include <nutate.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { n = 5000 };
+
+static int threads(void)
+{
+    char line[128];
+    int count = 0;
+    FILE *file = fopen("/proc/self/status", "r");
+    while (file && fgets(line, sizeof line, file)) sscanf(line, "Threads: %d", &count);
+    if (file) fclose(file);
+    return count;
+}
+
+int main(void)
+{
+    double moments[3] = {1, 2, 2.5}, *q = calloc(4 * n, sizeof *q), *l = calloc(3 * n, sizeof *l);
+    nutate_system *system = NULL;
+    nutate_bodies *bodies = NULL;
+    int i, before, after;
+    for (i = 0; i < n; ++i) q[4 * i] = 1;
+    if (nutate_system_create_moments(moments, 0, NULL, 0, &system, NULL, 0) ||
+        nutate_bodies_create((const nutate_system *const *)&system, 1, NUTATE_SPACE_MOMENTUM, &bodies, NULL, 0) ||
+        nutate_bodies_drift(bodies, n, NULL, 0.1, q, l)) return 1;
+    before = threads();
+    if (nutate_bodies_set_threads(bodies, 3) || nutate_bodies_drift(bodies, n, NULL, 0.1, q, l)) return 1;
+    after = threads();
+    printf("%d %d\n", before, after);
+    return 0;
+}
+END
+   # shellcheck disable=SC2046
+   gcc "$scratch/threads.c" -o "$scratch/threads" $(pkg-config --cflags --libs nutate) || return 1
+   case $(OMP_NUM_THREADS=4 "$scratch/threads") in
+      '1 3') ;;
+      '1 1') ! readelf -d "$library" | grep -q libgomp ;;
+      *) return 1 ;;
+   esac
+}
+
 # A copy, since the rest of the tests needs what is installed.
 goes_without_a_trace() {
    cp -r "$prefix" "$scratch/copy" && touch "$scratch/copy/lib/other.so" && bash tools/setup/uninstall.sh "$scratch/copy" >"$scratch/gone" &&
@@ -93,6 +146,8 @@ expect "each header compiles by itself, as C and as C++" compiles_each_header
 expect "a C program links statically" links_statically
 expect "a C program links with nothing shared" links_without_shared_libraries
 expect "an example links by pkg-config nutate-fortran" links_modules
+expect "libnutate.a has no global names but its own" shows_names_of_its_own
+expect "bodies are moved by one thread unless more are asked for" uses_threads_when_asked
 expect "scenes and documentation are installed" has_scenes_and_documentation
 expect "make uninstall leaves nothing of it" goes_without_a_trace
 say "$passed passed, $failed failed"
