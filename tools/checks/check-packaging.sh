@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Tries the ways to get nutate into a project or an environment, as a new user would; the last line is the total.
-#    tools/checks/check-packaging.sh [cmake|fpm|pip|types|wheel]...      all of them unless named
+#    tools/checks/check-packaging.sh [cmake|fpm|mpi|pip|types|wheel]...      all of them unless named
 set -u
 . "$(dirname "$0")/../environment.sh"
 
@@ -31,13 +31,21 @@ as_part_of_a_cmake_project() {
       cmake --install "$build" --prefix "$scratch/nothing" && [ ! -e "$scratch/nothing/lib" ]
 }
 
-# As a dependency of another fpm project, which builds the library and nothing else of nutate.
+# block PAGE LANGUAGE NUMBER: that code block of a page.
+block() {
+   awk -v start="^\`\`\`$2\$" -v number="$3" '/^```/ && inside {exit} inside {print} $0 ~ start {n++; inside = n == number}' \
+      "docs/how-to/$1.md"
+}
+
+# As a dependency of another fpm project, which builds the library and nothing else of nutate: with modules, and with FORTRAN 77,
+# which fpm rejects but for what the page says to write.
 as_fpm_dependency() {
    local project=$scratch/fpm
-   mkdir -p "$project/app" && cp link/cmake/tumble.f90 "$project/app/main.f90" &&
-      ln -s "$top" "$project/nutate" &&
-      printf 'name = "consumer"\n[dependencies]\nnutate = { path = "nutate" }\n' >"$project/fpm.toml" &&
-      fpm run --directory "$project" --flag -O0
+   mkdir -p "$project/app" && block link-fpm fortran 1 >"$project/app/main.f90" && ln -s "$top" "$project/nutate" &&
+      block link-fpm toml 1 >"$project/fpm.toml" && fpm run --directory "$project" --flag -O0 &&
+      block link-f77 fortran 1 >"$project/app/spin.f" && ! fpm run spin --directory "$project" --flag -O0 &&
+      block link-fpm toml 2 >"$project/fpm.toml" && fpm run spin --directory "$project" --flag -O0 &&
+      fpm run consumer --directory "$project" --flag -O0
 }
 
 mpi_by_fpm() { (export FPM_FC=mpifort FPM_CC=gcc FFLAGS=-O0 && cd mpi && fpm_with_flags build); }
@@ -49,7 +57,7 @@ as_pip_package() {
    local tuned=$top/build/cmake-native
    [ -x "$program" ] || bash tools/setup/build.sh || return 1
    export CMAKE_GENERATOR='Unix Makefiles' CMAKE_BUILD_PARALLEL_LEVEL=$jobs
-   export CMAKE_ARGS="-DCMAKE_Fortran_FLAGS='$FFLAGS -march=native' -DCMAKE_C_FLAGS=-O2 -DNUTATE_OPENMP=$openmp -DNUTATE_LANES=$lanes"
+   export CMAKE_ARGS="-DCMAKE_Fortran_FLAGS='$FFLAGS -march=native' -DCMAKE_C_FLAGS=-O2 -DNUTATE_OPENMP=$openmp"
    python3 -m venv "$scratch/venv" && "$scratch/venv/bin/pip" install --disable-pip-version-check \
       --config-settings build-dir="$tuned" --config-settings cmake.build-type=None . scipy &&
       rm "$tuned/CMakeCache.txt" &&
@@ -72,18 +80,18 @@ try_cmake() {
 }
 try_fpm() {
    expect "a dependency in fpm.toml" as_fpm_dependency
-   expect "nutate-mpi as the fpm project that it is" mpi_by_fpm
 }
+try_mpi() { expect "nutate-mpi as the fpm project that it is" mpi_by_fpm; }
 
 try_pip() { expect "pip install of a checkout" as_pip_package; }
 try_types() { expect "types of the Python package" types_of_python; }
 try_wheel() { expect "make wheel" make --no-print-directory wheel; }
 
-[ $# -gt 0 ] || set -- cmake fpm pip types wheel
+[ $# -gt 0 ] || set -- cmake fpm mpi pip types wheel
 for part; do
    case $part in
-      cmake | fpm | pip | types | wheel) "try_$part" ;;
-      *) die "check-packaging: unknown part '$part' (cmake, fpm, pip, types, wheel)" ;;
+      cmake | fpm | mpi | pip | types | wheel) "try_$part" ;;
+      *) die "check-packaging: unknown part '$part' (cmake, fpm, mpi, pip, types, wheel)" ;;
    esac
 done
 say "$passed passed, $failed failed"
