@@ -134,7 +134,8 @@ contains
 
       pure function rates(t, y) result(k)
          real(wp), intent(in) :: t, y(7)
-         real(wp) :: k(7), tau(3), b(3), u(4)
+         real(wp), parameter :: dt = 2.0_wp
+         real(wp) :: k(7), tau(3), b(3), u(4), change(3)
          type(geomagnetic_field_t) :: field
          field%path = path
          field%epoch_angle = 0.7_wp
@@ -142,7 +143,8 @@ contains
          tau = 0.0_wp
          b = rotate_to_body(u, field%at(t))
          if (bdot) then
-            tau = -gain*cross(cross(b, y(5:7)), b)
+            change = (8*(field%at(t + dt) - field%at(t - dt)) - field%at(t + 2*dt) + field%at(t - 2*dt))/(12*dt)
+            tau = -gain*cross(cross(b, y(5:7)) + rotate_to_body(u, change), b)
          else if (what /= CARRIED) then
             tau = cross(magnet, b)
          end if

@@ -169,6 +169,8 @@ contains
          "&force axes = 'lvlh', start = 0.5, stop = 1.5, body_point = 0.5, 0.2, -0.4, force = -0.3, 0.8, 0.6 /"//nl
       call compare_text(error, '&orbit semi_major_axis = 2.0, eccentricity = 0.3, mean_anomaly = 0.4, mu = 3.0, '// &
                         angles//"/"//nl//effects//timed//controllers, 'ellipse')
+      call compare_text(error, '&orbit semi_major_axis = 2.0, mean_anomaly = 0.4, mu = 3.0, '//angles// &
+                        "frame = 'lvlh' /"//nl//effects//controllers, 'circle')
       call compare_text(error, '&orbit periapsis_distance = 1.5, eccentricity = 1.3, periapsis_time = 0.7, '// &
                         'mu = 3.0, '//angles//'/'//nl//effects//force//controllers, 'flyby')
       call compare_text(error, '&orbit periapsis_distance = 1.0, eccentricity = 0.3, periapsis_time = 0.1, '// &

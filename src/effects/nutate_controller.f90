@@ -9,10 +9,11 @@
 !> motors give -τ, shared by the pseudo-inverse of the axes; by magnetorquers the body has the moment m = B×τ/|B|² in
 !> the field B, of which the part of τ across B is left.
 !>
-!> **Detumbling**, B-dot: m = -k Ḃ, Ḃ = B×Ω the change of the field as the body sees it, B = R(q)ᵀb: τ = m×B takes
-!> the energy k|B×Ω|² from the body in a second.
+!> **Detumbling**, B-dot: m = -k Ḃ, Ḃ = B×Ω + R(q)ᵀ∂b/∂t the change of the field B = R(q)ᵀb in body axes, the same in
+!> space axes of any rotation. By samples Ḃ is the difference of the last two over the time between them, and zero at
+!> the first one.
 !>
-!> The field stands still in space axes, or is that of the Earth along an orbit.
+!> The field is constant in space axes, or is that of the Earth along an orbit.
 !>
 !> With a period of samples the torque of the body, the torques of the motors or the moment, in body axes, are held from
 !> one sample to the next: they are what runs set there (`hold`).
@@ -69,6 +70,9 @@ module nutate_controller
       real(wp) :: held(3) = 0.0_wp, held_by_wheels(most_wheels) = 0.0_wp
       !> Command of the law at the last sample, before limits: torque, N m, or moment, A m², body axes; shape (3).
       real(wp) :: commanded(3) = 0.0_wp
+      !> Number of samples of B-dot since it was switched on, at most 2; the last one first: times, s, B, body axes, T.
+      integer :: n_fields = 0
+      real(wp) :: field_times(2) = 0.0_wp, fields(3, 2) = 0.0_wp
       !> How often a component of torque or moment has reached the limit; of motors see `wheel_t`.
       type(saturation_count_t) :: saturations = saturation_count_t()
       !> It was on at the last sample.
@@ -139,18 +143,27 @@ contains
       b = rotate_to_body(q, b)
    end function field_at
 
+   !> Returns Ḃ in body axes, T/s: B×Ω + R(q)ᵀ∂b/∂t, both relative to the space axes; shape (3).
+   pure function field_rate(self, t, q, omega) result(rate)
+      class(controller_t), intent(in) :: self
+      !> As in `law_torque`.
+      real(wp), intent(in) :: t, q(4), omega(3)
+      real(wp) :: rate(3)
+      rate = cross(field_at(self, t, q), omega)
+      if (self%follows_earth) rate = rate + rotate_to_body(q, self%earth%rate_at(t))
+   end function field_rate
+
    !> Returns the torque that the control law commands, before the limit, body axes, N m; shape (3): -K sgn(e₀) e_v - D
-   !> Ω, or m×B with m = -k B×Ω. Source: Wie, Weiss and Arapostathis (1989) for pointing; B-dot for detumbling.
+   !> Ω, or m×B with m = -k Ḃ. Source: Wie, Weiss and Arapostathis (1989) for pointing; B-dot for detumbling.
    pure function law_torque(self, t, q, omega) result(tau)
       class(controller_t), intent(in) :: self
       !> s.
       real(wp), intent(in) :: t
       !> Attitude, unit quaternion, body→space, and Ω against the space axes, body axes, rad/s; shapes (4), (3).
       real(wp), intent(in) :: q(4), omega(3)
-      real(wp) :: tau(3), b(3)
+      real(wp) :: tau(3)
       if (self%law == DETUMBLING) then
-         b = field_at(self, t, q)
-         tau = -self%gain*cross(cross(b, omega), b)
+         tau = -self%gain*cross(field_rate(self, t, q, omega), field_at(self, t, q))
       else
          tau = pointing_torque(self, t, q, omega)
          if (self%by == BY_MAGNETORQUERS) tau = across(field_at(self, t, q), tau)
@@ -163,16 +176,13 @@ contains
       class(controller_t), intent(in) :: self
       !> As in `law_torque`.
       real(wp), intent(in) :: t, q(4), omega(3)
-      real(wp) :: command(3), b(3)
+      real(wp) :: command(3)
       if (self%by /= BY_MAGNETORQUERS) then
          command = self%law_torque(t, q, omega)
-         return
-      end if
-      b = field_at(self, t, q)
-      if (self%law == DETUMBLING) then
-         command = -self%gain*cross(b, omega)
+      else if (self%law == DETUMBLING) then
+         command = -self%gain*field_rate(self, t, q, omega)
       else
-         command = moment_for(b, self%law_torque(t, q, omega))
+         command = moment_for(field_at(self, t, q), self%law_torque(t, q, omega))
       end if
    end function command
 
@@ -292,7 +302,7 @@ contains
       class(controller_t), intent(in) :: self
       real(wp), intent(in) :: t, q(4), omega(3)
       real(wp), intent(out) :: by_rotation(3, 3), by_rate(3, 3)
-      real(wp) :: b(3), theta(3)
+      real(wp) :: b(3), theta(3), rate(3)
       integer :: i
       by_rotation = 0.0_wp
       by_rate = 0.0_wp
@@ -307,16 +317,25 @@ contains
          else if (self%sample > 0.0_wp) then
             if (self%by == BY_MAGNETORQUERS) by_rotation(:, i) = cross(self%held, cross(b, theta))
          else if (self%law == DETUMBLING) then
-            associate (change => cross(b, theta))
-               by_rotation(:, i) = self%gain*(dot_product(b, omega)*change + dot_product(change, omega)*b - &
-                                              2*dot_product(b, change)*omega)
-               by_rate(:, i) = -self%gain*cross(change, b)
-            end associate
+            rate = field_rate(self, t, q, omega)
+            by_rotation(:, i) = -self%gain*(cross(rate_by_rotation(self, t, q, omega, theta), b) + &
+                                            cross(rate, cross(b, theta)))
+            by_rate(:, i) = -self%gain*cross(cross(b, theta), b)
          else
             call differentiate_pointing(self, t, q, omega, b, theta, by_rotation(:, i), by_rate(:, i))
          end if
       end do
    end subroutine controlling_derivatives
+
+   !> Change of Ḃ by a small rotation of the body; shape (3).
+   pure function rate_by_rotation(self, t, q, omega, theta) result(change)
+      class(controller_t), intent(in) :: self
+      !> A unit vector.
+      real(wp), intent(in) :: t, q(4), omega(3), theta(3)
+      real(wp) :: change(3)
+      change = cross(cross(field_at(self, t, q), theta), omega)
+      if (self%follows_earth) change = change + cross(rotate_to_body(q, self%earth%rate_at(t)), theta)
+   end function rate_by_rotation
 
    !> The derivatives of the quaternion law by one small rotation, and by one component of Ω.
    pure subroutine differentiate_pointing(self, t, q, omega, b, theta, by_rotation, by_rate)
@@ -358,7 +377,7 @@ contains
       real(wp) :: turned(3)
       turned = cross(b, theta)
       if (self%law == DETUMBLING) then
-         by_rotation = -self%gain*cross(turned, omega)
+         by_rotation = -self%gain*rate_by_rotation(self, t, q, omega, theta)
          by_rate = -self%gain*turned
       else
          by_rotation = change_by_rotation(self, t, q, theta)
@@ -439,7 +458,15 @@ contains
       self%held = 0.0_wp
       self%held_by_wheels = 0.0_wp
       self%commanded = 0.0_wp
-      if (self%on .and. moment >= self%start .and. moment <= self%stop) self%commanded = self%command(t, q, omega)
+      if (.not. (self%on .and. moment >= self%start .and. moment <= self%stop)) then
+         self%n_fields = 0
+      else if (self%law == DETUMBLING) then
+         call sample_field(self, t, field_at(self, t, q), moment - t)
+         if (self%n_fields == 2) self%commanded = -self%gain*((self%fields(:, 1) - self%fields(:, 2))/ &
+                                                              (self%field_times(1) - self%field_times(2)))
+      else
+         self%commanded = self%command(t, q, omega)
+      end if
       if (self%by == BY_WHEELS) then
          self%held_by_wheels = matmul(self%commanded, self%share)
       else
@@ -447,6 +474,29 @@ contains
          call self%saturations%note(t, side_of_limit(self%commanded, self%limit), .true., t, t)
       end if
    end subroutine hold
+
+   !> Stores a sample of the field. A second one at the same time replaces the last one; one before it, or more than a
+   !> period behind it, is the first one.
+   pure subroutine sample_field(self, t, field, ahead)
+      class(controller_t), intent(inout) :: self
+      !> Time of the sample, s; B, body axes, T, shape (3).
+      real(wp), intent(in) :: t, field(3)
+      !> Points to what follows; times nearer to each other than half of it are one, s.
+      real(wp), intent(in) :: ahead
+      real(wp) :: elapsed, margin
+      margin = 0.5_wp*abs(ahead)
+      elapsed = sign(1.0_wp, ahead)*(t - self%field_times(1))
+      if (elapsed < -margin .or. elapsed > self%sample + 2*margin) self%n_fields = 0
+      if (self%n_fields == 0) then
+         self%n_fields = 1
+      else if (elapsed > margin) then
+         self%n_fields = 2
+         self%field_times(2) = self%field_times(1)
+         self%fields(:, 2) = self%fields(:, 1)
+      end if
+      self%field_times(1) = t
+      self%fields(:, 1) = field
+   end subroutine sample_field
 
    !> Returns `GENERAL_SERIES` for a command that is held; `NO_SERIES` for a law that acts continuously, a feedback.
    pure integer function controller_series(self) result(kind)
@@ -506,6 +556,7 @@ contains
       if (self%follows_earth) strongest = self%earth%greatest()
       valid = strongest <= 1e50_wp
       if (valid) valid = is_moderate(self%gain*strongest**2)
+      if (valid .and. self%follows_earth) valid = is_moderate(self%gain*(strongest*self%earth%pace()))
    end function controller_is_valid
 
    !> K and D, column by column, k, b, the limit, the orbit of field and target, G and θ₀ of the field of the Earth;
@@ -560,11 +611,7 @@ contains
       else
          b = field_at(self, t, q)
          moved = field_change(self, change, t, q)
-         if (self%law == DETUMBLING) then
-            moment = -change(19)*cross(b, omega) - self%gain*cross(moved, omega)
-         else
-            moment = pointing_moment_change(self, change, t, q, omega, b, moved)
-         end if
+         moment = moment_change(self, change, t, q, omega, b, moved)
          tau = cross(cut_change(self, moment, change(23)), b) + &
                cross(cut_off(self, self%command(t, q, omega)), moved)
       end if
@@ -592,29 +639,26 @@ contains
       end if
       b = field_at(self, t, q)
       moved = field_change(self, change, t, q)
-      if (self%law == DETUMBLING) then
-         tau = -change(19)*cross(cross(b, omega), b) &
-               - self%gain*(cross(cross(moved, omega), b) + cross(cross(b, omega), moved))
-      else
-         ! m×B with m = B×τ/|B|².
-         tau = cross(pointing_moment_change(self, change, t, q, omega, b, moved), b) + &
-               cross(moment_for(b, pointing_torque(self, t, q, omega)), moved)
-      end if
+      tau = cross(moment_change(self, change, t, q, omega, b, moved), b) + cross(self%command(t, q, omega), moved)
    end function law_change
 
-   !> Change of the moment B×τ/|B|²; nothing where there is no field; shape (3).
-   pure function pointing_moment_change(self, change, t, q, omega, b, moved) result(moment)
+   !> Change of the moment, -k Ḃ or B×τ/|B|², before the limit; nothing where there is no field; shape (3).
+   pure function moment_change(self, change, t, q, omega, b, moved) result(moment)
       class(controller_t), intent(in) :: self
       !> B and its change, T; shape (3).
       real(wp), intent(in) :: change(:), t, q(4), omega(3), b(3), moved(3)
       real(wp) :: moment(3), tau(3), size_of
+      if (self%law == DETUMBLING) then
+         moment = -change(19)*field_rate(self, t, q, omega) - self%gain*rate_change(self, change, t, q, omega)
+         return
+      end if
       moment = 0.0_wp
       size_of = norm2(b)
       if (.not. size_of > 0.0_wp) return
       tau = pointing_torque(self, t, q, omega)
       moment = moment_for(b, pointing_change(self, change, t, q, omega)) + cross(moved/size_of, tau/size_of) &
                - (2*dot_product(b/size_of, moved/size_of))*moment_for(b, tau)
-   end function pointing_moment_change
+   end function moment_change
 
    !> Change of B in body axes, T; shape (3).
    pure function field_change(self, change, t, q) result(b)
@@ -626,6 +670,18 @@ contains
                                   self%earth%change_by_axis(change(31:33), change(34), t)
       b = rotate_to_body(q, b)
    end function field_change
+
+   !> Change of Ḃ in body axes, T/s; shape (3).
+   pure function rate_change(self, change, t, q, omega) result(rate)
+      class(controller_t), intent(in) :: self
+      real(wp), intent(in) :: change(:), t, q(4), omega(3)
+      real(wp) :: rate(3)
+      type(geomagnetic_field_t) :: other
+      rate = cross(field_change(self, change, t, q), omega)
+      if (.not. self%follows_earth) return
+      other = self%earth%with_axis(change(31:33), change(34))
+      rate = rate + rotate_to_body(q, self%earth%rate_change_by_orbit(change(24:), t) + other%rate_at(t))
+   end function rate_change
 
    !> -δK sgn(e₀) e_v - δD Ω; where the target turns by φ, e_v changes by -½(e₀φ + e_v×φ), φ as the body sees it.
    pure function pointing_change(self, change, t, q, omega) result(tau)

@@ -336,6 +336,9 @@ contains
          call transfer_integers(torque%saturated, archive)
          call archive%transfer(torque%sense)
          call archive%transfer(torque%commanded)
+         call archive%transfer(torque%n_fields)
+         call archive%transfer(torque%field_times)
+         call archive%transfer(torque%fields)
          call torque%saturations%transfer(archive)
       end select
    end subroutine transfer_held

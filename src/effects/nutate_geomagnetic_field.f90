@@ -44,6 +44,8 @@ module nutate_geomagnetic_field
       !> Returns the field of a changed G alone.
       procedure :: with_axis
       procedure :: change_by_orbit
+      !> Returns δḂ by a change of the elements of the orbit, T/s.
+      procedure :: rate_change_by_orbit
       !> Computes the power series of B, and of what a change of the elements of the orbit makes of it.
       procedure :: series
       procedure :: change_series
@@ -162,6 +164,18 @@ contains
       end if
       b = (reference_radius/distance)**3*b - (3*climb)*self%at(t)
    end function change_by_orbit
+
+   !> Returns δḂ at a time, in the space axes of the scene, T/s; shape (3). Zero for a table.
+   pure function rate_change_by_orbit(self, change, t) result(rate)
+      class(geomagnetic_field_t), intent(in) :: self
+      !> Of the elements, shape (n_elements); s.
+      real(wp), intent(in) :: change(:), t
+      real(wp) :: rate(3), series(3, 0:1)
+      rate = 0.0_wp
+      if (allocated(self%path%track)) return
+      call self%change_series(change, t, 1/self%pace(), series)
+      rate = self%pace()*series(:, 1)
+   end function rate_change_by_orbit
 
    !> Rate of the axes of a circular orbit, in themselves, rad/s; shape (3).
    pure function turn_of(self) result(rate)

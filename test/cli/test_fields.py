@@ -22,6 +22,17 @@ MOVING = BODY + """&orbit semi_major_axis = 1e7, eccentricity = 0.3, inclination
 &integrator time_step = 5, end_time = 4000 /
 &output columns = 'quaternion', 'energy', 'time_dependent_work', every = 5 /
 """
+# B-dot brings this satellite to rest relative to the field, which turns along the orbit.
+BDOT = """&body inertia = 0.12, 0.1, 0.04 /
+&initial angular_velocity = 3*0.0, attitude_from = 'lvlh', rate_from = 'inertial' /
+&orbit altitude = 500e3, inclination = 97.4, raan = 30, degrees = .true. /
+&earth_field /
+&gravity_gradient /
+&controller name = 'law', law = 'bdot', gain = 1e5, sample = 1, limit = 0.2 /
+&integrator local_tolerance = 1e-9, end_time = 20000 /
+&output columns = 'angular_velocity', 'magnetic_field', 'controller1', interval = 1 /
+"""
+FRAMES = (["--set", "orbit.frame=lvlh"], ["--set", "orbit.frame=inertial"], [])
 METHODS = (["integrator.order=2"], ["integrator.order=8", "integrator.formulation=reduced"], ["integrator.method=taylor"],
            ["integrator.method=dop853", "integrator.conserve=.true."], ["integrator.method=rk8"])
 
@@ -82,6 +93,50 @@ class Fields(CommandLineTest):
                 self.fail_with(3, "run", *arguments, "--output", "part.csv", "--checkpoint", "p.ck", "--max-steps", "401")
                 self.succeed("run", *arguments, "--output", "part.csv", "--resume", "p.ck")
                 self.assertEqual(self.read("whole.csv"), self.read("part.csv"))
+
+    def test_bdot_is_the_same_in_every_frame(self):
+        # tools/docs/references/bdot.py: fourth-order steps in inertial axes, with the field differentiated numerically.
+        self.write("bdot.nml", BDOT)
+        for settings, expected in (([], 1.93403449e-3), (["--unset", "controller.sample"], 1.94217100e-3)):
+            for frame in FRAMES:
+                self.succeed("run", "bdot.nml", "--quiet", *settings, *frame, "--set", "output.interval=20000")
+                rate = math.hypot(*self.history("bdot.csv")[1][-1][1:4])
+                self.assertAlmostEqual(rate, expected, delta=2e-9)
+
+    def test_bdot_commands_the_difference_of_two_samples(self):
+        self.write("bdot.nml", BDOT + "&event when = 'omega2', crosses = 0.02, direction = -1, switch = 'law off' /\n"
+                   "&event when = 'omega2', crosses = 0.006, direction = -1, switch = 'law on' /\n")
+        fast = ["--quiet", "--set", "initial.angular_velocity=2e-2,3e-2,1e-2", "--set", "integrator.end_time=80"]
+        for method in ("nielsen_krenk", "rk8", "dop853", "taylor"):
+            for frame in FRAMES[:2]:
+                self.succeed("run", "bdot.nml", *fast, *frame, "--set", f"integrator.method={method}")
+                header, rows = self.history("bdot.csv")
+                field, moment = header.index("B1"), header.index("controller1_commanded1")
+                with open(self.path("bdot.events.csv"), encoding="utf-8") as file:
+                    switches = [line.split(",") for line in file.read().splitlines()]
+                off, on = (float(switch[0]) for switch in switches[1:])
+                self.assertTrue(20 < off < off + 20 < on < 70)
+                first = switches[0].index("B1")
+                samples = [(row[0], row[field:field + 3]) for row in rows]
+                samples = [sample for sample in samples if sample[0] < off] + \
+                    [(on, [float(number) for number in switches[2][first:first + 3]])] + [sample for sample in samples if sample[0] > on]
+                expected = {time: [0.0] * 3 for time in range(81)}
+                for before, now in zip(samples, samples[1:]):
+                    # The row at a sample shows what was held until then.
+                    if now[0] != on and not now[0] < off < now[0] + 1:
+                        expected[now[0] + 1] = [-1e5 * (b - a) / (now[0] - before[0]) for a, b in zip(before[1], now[1])]
+                for row in rows:
+                    for i in range(3):
+                        self.assertAlmostEqual(row[moment + i], expected[row[0]][i], delta=1e-10)
+
+    def test_bdot_goes_on_from_a_checkpoint(self):
+        self.write("bdot.nml", BDOT.replace("interval = 1", "every = 1"))
+        arguments = ["bdot.nml", "--quiet", "--set", "integrator.end_time=40", "--set", "initial.angular_velocity=2e-2,3e-2,1e-2"]
+        self.succeed("run", *arguments, "--output", "whole.csv")
+        for steps in range(1, 12):
+            self.fail_with(3, "run", *arguments, "--output", "part.csv", "--checkpoint", "p.ck", "--max-steps", str(steps))
+            self.succeed("run", *arguments, "--output", "part.csv", "--resume", "p.ck")
+            self.assertEqual(self.read("whole.csv"), self.read("part.csv"))
 
     def test_a_force_in_the_body_is_a_torque(self):
         scene = BODY + "&integrator time_step = 1, end_time = 100 /\n"
