@@ -35,6 +35,7 @@ contains
       end if
       call page%item('attitude', 'quaternion '//vector_text(linear%q, 9))
       call page%item('angular velocity', vector_text(linear%omega, 9)//' rad/s')
+      call page%item('rates of states', 'absolute, relative to the stars')
       if (size(linear%speeds) > 0) call page%item('wheel speeds', vector_text(linear%speeds, 9)//' rad/s')
       call page%line('')
       if (linear%period > 0.0_wp) then

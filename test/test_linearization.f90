@@ -41,6 +41,8 @@ contains
                   new_unittest("damping_and_a_pendulum", test_damping), &
                   new_unittest("a_wheel_with_friction_and_motor", test_wheel), &
                   new_unittest("an_orbit_in_inertial_axes_is_an_equilibrium", test_inertial_axes), &
+                  new_unittest("a_controller_with_gains_closes_the_loop", test_closed_loop), &
+                  new_unittest("gains_that_a_controller_cannot_have_are_refused", test_impossible_gains), &
                   new_unittest("Floquet_multipliers_of_Hyperion", test_hyperion), &
                   new_unittest("what_is_no_equilibrium_is_refused_with_its_residual", test_refusals)]
    end subroutine collect_linearization
@@ -390,6 +392,82 @@ contains
       call check_close(error, reshape(inertial%a(4:, :3), [9]), reshape(lvlh%a(4:, :3), [9]), 1e-12_wp*pace**2)
       call check_close(error, reshape(inertial%a(4:, 4:), [9]), reshape(lvlh%a(4:, 4:), [9]), 1e-12_wp*pace)
    end subroutine test_inertial_axes
+
+   !> A feedback of torques by states.
+   pure function some_feedback() result(k)
+      real(wp) :: k(3, 6)
+      integer :: i, j
+      do j = 1, 6
+         do i = 1, 3
+            k(i, j) = 5*sin(2.0_wp*i + 3.0_wp*j)
+         end do
+      end do
+   end function some_feedback
+
+   !> A - BK, with a target in rotating axes and in the LVLH frame.
+   subroutine test_closed_loop(error)
+      type(error_type), allocatable, intent(out) :: error
+      character(len=*), parameter :: orbiting = "&body inertia = 90, 100, 40 / &gravity_gradient / &initial "// &
+         "attitude_from = 'lvlh', rate_from = 'lvlh', roll_pitch_yaw = 3*0, angular_velocity = 3*0 / "//steps// &
+         "0.05, end_time = 10 / &orbit semi_major_axis = 1e7, mu = 9e19, inclination = 0.5, frame = "
+      type(linearization_t) :: open, closed
+      type(status_t) :: status
+      character(len=:), allocatable :: text, target
+      real(wp) :: k(3, 6), attitude_gain(3, 3), rate_gain(3, 3)
+      integer :: way
+      k = some_feedback()
+      do way = 1, 3
+         target = "'lvlh'"
+         if (way == 1) text = satellite
+         if (way == 1) target = "'space'"
+         if (way == 2) text = orbiting//"'lvlh' /"
+         if (way == 3) text = orbiting//"'inertial' /"
+         call linearize(text, open, error)
+         if (allocated(error)) return
+         call open%controller_gains(k, attitude_gain, rate_gain, status)
+         call check(error, status%ok(), trim(status%message))
+         call linearize(text//" &controller law = 'quaternion', target_from = "//target//", attitude_gain_matrix = "// &
+                        numbers(attitude_gain)//", rate_gain_matrix = "//numbers(rate_gain)//" /", closed, error)
+         if (allocated(error)) return
+         open%a(:, :6) = open%a(:, :6) - matmul(open%b(:, :3), k)
+         call check_close(error, reshape(closed%a, [size(closed%a)]), reshape(open%a, [size(open%a)]), 1e-12_wp, text)
+      end do
+
+   contains
+
+      !> Row by row.
+      function numbers(matrix) result(text)
+         real(wp), intent(in) :: matrix(3, 3)
+         character(len=240) :: text
+         write (text, '(8(es24.16e3,","),es24.16e3)') transpose(matrix)
+      end function numbers
+
+   end subroutine test_closed_loop
+
+   subroutine test_impossible_gains(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(linearization_t) :: linear
+      type(status_t) :: status
+      real(wp) :: k(4, 7), attitude_gain(3, 3), rate_gain(3, 3)
+      call linearize(satellite, linear, error)
+      if (allocated(error)) return
+      k = 0.0_wp
+      k(:3, :6) = some_feedback()
+      call linear%controller_gains(k, attitude_gain, rate_gain, status)
+      call check(error, status%ok(), trim(status%message))
+      call linear%controller_gains(k(:, :6), attitude_gain, rate_gain, status)
+      call check(error, index(status%message, 'expected 3 rows and 6 columns') > 0, 'shape')
+      k(1, 7) = 1.0_wp
+      call linear%controller_gains(k, attitude_gain, rate_gain, status)
+      call check(error, index(status%message, 'uses motors or speeds') > 0, 'speed')
+      k(:, 7) = 0.0_wp
+      k(4, 2) = 1.0_wp
+      call linear%controller_gains(k, attitude_gain, rate_gain, status)
+      call check(error, index(status%message, 'uses motors or speeds') > 0, 'motor')
+      linear%period = 3.0_wp
+      call linear%controller_gains(k(:3, :6), attitude_gain, rate_gain, status)
+      call check(error, index(status%message, 'expected an equilibrium') > 0, 'period')
+   end subroutine test_impossible_gains
 
    !> Of the periodic motion with a revolution a turn; 17 digits from another program. They come in pairs λ, 1/λ.
    subroutine test_hyperion(error)

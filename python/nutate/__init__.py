@@ -52,7 +52,7 @@ from .bodies import Bodies
 from .events import Event, History
 from .exchange import AttitudeRows, date, read_aem, tdb
 from .fits import FitProblem, FitResult, fit
-from .linear import Equilibrium, Linearization, equilibria, linearize
+from .linear import ControllerGains, Equilibrium, Linearization, equilibria, linearize
 from .satellites import Wheel
 from .scenes import Scene, run
 from .sensitivities import Sensitivity
@@ -64,8 +64,8 @@ from .tables import to_pandas, to_xarray
 
 __version__ = version()
 
-__all__ = ["AttitudeRows", "Bodies", "Equilibrium", "Event", "FitProblem", "FitResult", "History", "Linearization", "Motion",
-           "NutateAccuracyWarning", "NutateError", "NutateOSError", "NutateValueError", "Page", "Scene", "Sensitivity", "Solution",
+__all__ = ["AttitudeRows", "Bodies", "ControllerGains", "Equilibrium", "Event", "FitProblem", "FitResult", "History", "Linearization",
+           "Motion", "NutateAccuracyWarning", "NutateError", "NutateOSError", "NutateValueError", "Page", "Scene", "Sensitivity", "Solution",
            "Stepper", "System", "Wheel", "attitude_distance", "axis_angle_from_quat", "date", "equilibria", "euler_from_quat",
            "exact_free_body", "fit", "follow_euler", "linearize", "matrix_from_quat", "omega_from_euler_rates", "quat_from_axis_angle",
            "quat_from_euler", "quat_from_matrix", "quat_from_rotation_vector", "quat_normalized", "quat_product", "rotate_to_body",

@@ -3,7 +3,7 @@
 import ctypes
 import json
 from dataclasses import dataclass
-from typing import Union
+from typing import NamedTuple, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -19,7 +19,8 @@ TEXT_SIZE = 32768
 class Linearization:
     """dx/dt = A x + B u about an equilibrium, or x(T) = A x(0) + B u over a period, with inputs that are constant in it.
 
-    `states` and `inputs` name x and u, `state_units` and `input_units` have their units; `eigenvalues` are those of A (about an
+    The state has a rotation vector from the motion, the change of the absolute angular velocity, both in body axes, and the changes
+    of the wheel speeds. `states` and `inputs` name x and u, `state_units` and `input_units` have their units; `eigenvalues` are those of A (about an
     equilibrium in 1/s), the Floquet multipliers of a motion that `closes`. `period` is 0 about an equilibrium. `residual` is the
     largest angular acceleration, rad/s², or the largest change of a velocity in a period, rad/s. `q`, `omega` and
     `wheel_speeds` are the start."""
@@ -37,6 +38,30 @@ class Linearization:
     q: Array
     omega: Array
     wheel_speeds: Array
+
+    def controller_gains(self, feedback: npt.ArrayLike) -> "ControllerGains":
+        """Computes the gains with which `&controller law = 'quaternion'` gives the feedback u = -K x about an equilibrium.
+
+        `feedback` is K in SI units: the torques about the body axes by `theta` and `omega`, shape (3, 6), or all inputs by all states;
+        what belongs to motors and wheel speeds has to be 0. The law has -½K'θ - D dθ/dt with dθ/dt = A11 θ + δΩ, the rate relative to its
+        target, so D = K_Ω and K' = 2 (K_θ - K_Ω A11). The target of the controller has to be the attitude of the equilibrium, in axes in
+        which the body rests: `target_from = 'lvlh'` in an orbit. Raises NutateValueError for other shapes, and for a period."""
+        gain = np.asarray(feedback, float)
+        if self.period > 0:
+            raise refusal("a controller has no gains for a motion over a period (expected an equilibrium)")
+        if gain.shape not in ((3, 6), self.B.shape[::-1]):
+            raise refusal(f"the feedback has the shape {gain.shape} (expected (3, 6) or {self.B.shape[::-1]})")
+        if gain[3:].any() or gain[:, 6:].any():
+            raise refusal("the feedback uses motors or speeds of wheels (expected zeros there)")
+        rate = gain[:3, 3:6].copy()
+        return ControllerGains(2 * (gain[:3, :3] - rate @ self.A[:3, :3]), rate)
+
+
+class ControllerGains(NamedTuple):
+    """The gain matrices of `&controller`: K, N m, and D, N m s, both of shape (3, 3)."""
+
+    attitude_gain_matrix: Array
+    rate_gain_matrix: Array
 
 
 def linearize(scene: SceneOrPath, *overrides: str, period: Union[float, str, None] = None) -> Linearization:

@@ -48,6 +48,32 @@ class LinearizeTest(unittest.TestCase):
             # A double 0 is known to the root of rounding; the rest to the error of steps of 60 s by order 8.
             self.assertLess(np.abs(period.eigenvalues - np.exp(value)).min(), 1e-7)
 
+    def test_a_controller_with_these_gains_closes_the_loop(self):
+        feedback = np.sin(np.arange(18.0)).reshape(3, 6) * np.array([1e-3] * 3 + [1.0] * 3)
+        for frame in ("lvlh", "inertial"):
+            text = SATELLITE.replace("6878137.0", f"6878137.0, inclination = 1, frame = '{frame}'")
+            found = nutate.linearize(nutate.Scene(text=text))
+            gains = found.controller_gains(feedback)
+            keys = ", ".join(f"{name} = {', '.join(map(repr, map(float, matrix.ravel())))}" for name, matrix in gains._asdict().items())
+            closed = nutate.linearize(nutate.Scene(text=text + f"&controller law = 'quaternion', target_from = 'lvlh', {keys} /\n"))
+            expected = found.A - found.B[:, :3] @ np.hstack([feedback, np.zeros((3, 1))])
+            np.testing.assert_allclose(closed.A, expected, atol=1e-15)
+            whole = np.zeros((4, 7))
+            whole[:3, :6] = feedback
+            np.testing.assert_array_equal(found.controller_gains(whole).rate_gain_matrix, feedback[:, 3:])
+
+    def test_gains_that_a_controller_cannot_have(self):
+        found = nutate.linearize(nutate.Scene(text=SATELLITE))
+        for place, words in (((3, 0), "motors or speeds"), ((0, 6), "motors or speeds")):
+            gain = np.zeros((4, 7))
+            gain[place] = 1
+            with self.assertRaisesRegex(nutate.NutateValueError, words):
+                found.controller_gains(gain)
+        with self.assertRaisesRegex(nutate.NutateValueError, r"expected \(3, 6\) or \(4, 7\)"):
+            found.controller_gains(np.zeros((6, 3)))
+        with self.assertRaisesRegex(nutate.NutateValueError, "expected an equilibrium"):
+            nutate.linearize(nutate.Scene(text=SATELLITE), period="orbit").controller_gains(np.zeros((3, 6)))
+
     def test_what_is_refused(self):
         scene = nutate.Scene(text=SATELLITE)
         for period in (0, -1, "orbits", float("nan"), 1e300):

@@ -1,8 +1,9 @@
 !> Linearisation about an equilibrium, or about a periodic motion: ẋ = A x + B u, or x(T) = A x(0) + B u with inputs
 !> that are constant for a period, whose A is the monodromy matrix and has the Floquet multipliers as its eigenvalues.
 !>
-!> x = (θ, Ω, ω): a rotation vector of the body from the motion, q∘exp(½θ), and the changes of the angular velocity,
-!> body axes, and of the speeds of the wheels relative to the body. u: torques about the body axes, and of the motors.
+!> x = (θ, Ω, ω): a rotation vector of the body from the motion, q∘exp(½θ), and the changes of the absolute angular
+!> velocity, body axes, and of the speeds of the wheels relative to the body. u: torques about the body axes, and of
+!> the motors.
 !>
 !> An equilibrium is a motion with constant Ω and ω that sees the same forces at all times: a body at rest in space or
 !> in rotating axes, a steady rotation, a sleeping top.
@@ -45,6 +46,9 @@ module nutate_linearization
       real(wp) :: residual = 0.0_wp
       !> A period leads back to the start, and to the same forces.
       logical :: closes = .true.
+   contains
+      !> Computes the gains with which a controller gives the feedback u = -Kx.
+      procedure :: controller_gains
    end type linearization_t
 
    !> Share of the fastest rate of the motion, or of its square, up to which a residual counts as 0: starts are given
@@ -119,6 +123,39 @@ contains
       status = fail(NUTATE_BAD_ARGUMENT, 'the start is no equilibrium: angular acceleration '//trim(adjustl(size))// &
                     ' rad/s^2'//trim(when)//' (expected 0, or a period to linearise over)')
    end function refusal
+
+   !> Computes the gain matrices of the quaternion law for the feedback u = -Kx about an equilibrium: the law has
+   !> -½Kθ - Dθ̇ with θ̇ = A₁₁θ + δΩ, the rate relative to its target. So D = K_Ω, and its K is 2(K_θ - K_Ω A₁₁).
+   !>
+   !> The target has to be the attitude of the equilibrium, and to rotate with it: in space axes in which the body
+   !> rests, or in the LVLH frame (`follows_orbit`).
+   !>
+   !> Errors: `NUTATE_BAD_ARGUMENT` for a period; for a K of another shape; and for one that uses the motors or the
+   !> speeds of wheels, which the law does not.
+   subroutine controller_gains(self, feedback, attitude_gain, rate_gain, status)
+      class(linearization_t), intent(in) :: self
+      !> K, SI units: torques about the body axes by states, shape (3, 6), or all inputs by all states.
+      real(wp), intent(in) :: feedback(:, :)
+      !> N m and N m s, body axes; shape (3,3).
+      real(wp), intent(out) :: attitude_gain(3, 3), rate_gain(3, 3)
+      type(status_t), intent(out) :: status
+      logical :: known
+      attitude_gain = 0.0_wp
+      rate_gain = 0.0_wp
+      known = all(shape(feedback) == [3, 6]) .or. all(shape(feedback) == shape(transpose(self%b)))
+      if (self%period > 0.0_wp) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'a controller has no gains for a motion over a period (expected an '// &
+                       'equilibrium)')
+      else if (.not. known) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the feedback has another shape (expected 3 rows and 6 columns, or as '// &
+                       'many as inputs and states)')
+      else if (any(abs(feedback(4:, :)) > 0.0_wp) .or. any(abs(feedback(:, 7:)) > 0.0_wp)) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the feedback uses motors or speeds of wheels (expected zeros there)')
+      end if
+      if (.not. status%ok()) return
+      rate_gain = feedback(:3, 4:6)
+      attitude_gain = 2*(feedback(:3, :3) - matmul(rate_gain, self%a(:3, :3)))
+   end subroutine controller_gains
 
    !> The fastest rate of the motion and of what is linear beside it, rad/s.
    pure real(wp) function pace_of(linear) result(pace)

@@ -51,6 +51,7 @@ class Linearize(CommandLineTest):
         found = self.linear("sat.nml", "--set", "output.file=x.csv")
         self.assertEqual(found["states"], ["theta1", "theta2", "theta3", "omega1", "omega2", "omega3"])
         self.assertEqual(found["state_units"], ["rad"] * 3 + ["rad/s"] * 3)
+        self.assertEqual(found["rates"], "absolute")
         self.assertEqual(found["inputs"], ["torque1", "torque2", "torque3"])
         self.assertEqual(found["input_units"], ["N m"] * 3)
         self.assertEqual([row[2] for row in found["B"]], [0, 0, 0, 0, 0, 0.025])
