@@ -139,7 +139,8 @@ typedef int (*nutate_hessian)(const double gamma[3], void *user, double hessian[
 /* A torque. Its work enters the energy balance, which closes to round-off.
  *   ==>  t         s
  *   ==>  q         [4], attitude, body to space
- *   ==>  omega     [3], angular velocity, body axes, rad/s
+ *   ==>  omega     [3], absolute angular velocity, relative to the stars, body axes, rad/s; relative to the space axes it is
+ *                  omega - R'w, with the rate w of these axes from nutate_system_frame_rate
  *   <=>  user      as given to the add function
  *   <==  tau       [3], body axes, N m */
 typedef int (*nutate_torque)(double t, const double q[4], const double omega[3], void *user, double tau[3]);

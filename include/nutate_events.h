@@ -20,7 +20,7 @@ extern "C" {
  * a failure.
  *   ==>  t         s
  *   ==>  q         [4], attitude, body to space; its length may differ from 1 by 1e-4
- *   ==>  omega     [3], angular velocity, body axes, rad/s
+ *   ==>  omega     [3], absolute angular velocity, relative to the stars, body axes, rad/s
  *   <=>  user      as given to the add function
  *   <==  g         its value */
 typedef int (*nutate_quantity)(double t, const double q[4], const double omega[3], void *user, double *g);

@@ -341,6 +341,65 @@ int test_c_satellites_reading(void)
     return 0;
 }
 
+/* Stores the first rate that a callback receives. */
+struct seen {
+    int calls;
+    double omega[3];
+};
+
+static int see_torque(double t, const double q[4], const double omega[3], void *user, double tau[3])
+{
+    struct seen *seen = user;
+    (void)t, (void)q;
+    if (seen->calls++ == 0) memcpy(seen->omega, omega, sizeof seen->omega);
+    tau[0] = tau[1] = tau[2] = 0.0;
+    return 0;
+}
+
+static int see_event(double t, const double q[4], const double omega[3], void *user, double *g)
+{
+    double unused[3];
+    *g = 1.0;
+    return see_torque(t, q, omega, user, unused);
+}
+
+/* Torques, events and steppers have the absolute rate: a body at rest in rotating axes has theirs. */
+int test_c_satellites_rates(void)
+{
+    static const char *const frames[] = {"&rotating_frame rate = 0, -0.02, 0 /",
+                                         "&orbit semi_major_axis = 7e6, frame = 'lvlh' / &gravity_gradient /"};
+    static const double q[4] = {1.0, 0.0, 0.0, 0.0};
+    struct seen torque, event;
+    nutate_system *system = NULL;
+    nutate_stepper *stepper = NULL;
+    double rate[3], omega[3];
+    int i, k;
+    for (k = 0; k < 2; ++k) {
+        torque.calls = event.calls = 0;
+        EXPECT(NUTATE_OK, nutate_system_create_moments(body, 0.0, NULL, 0, &system, NULL, 0));
+        EXPECT(NUTATE_OK, nutate_system_add_user_torque(system, see_torque, &torque));
+        EXPECT(NUTATE_OK, nutate_system_add_groups(system, frames[k]));
+        EXPECT(NUTATE_OK, nutate_system_frame_rate(system, rate));
+        CHECK(rate[1] < -1e-3);
+        EXPECT(NUTATE_OK, nutate_stepper_create(system, &stepper, NULL, 0));
+        EXPECT(NUTATE_OK, nutate_stepper_set(stepper, "method", "rk4"));
+        EXPECT(NUTATE_OK, nutate_stepper_set(stepper, "time_step", "1"));
+        EXPECT(NUTATE_OK, nutate_stepper_add_event(stepper, see_event, &event, "&event name = 'none', crosses = 0 /"));
+        EXPECT(NUTATE_OK, nutate_stepper_set_state(stepper, 0.0, q, rate));
+        EXPECT(NUTATE_OK, nutate_stepper_angular_velocity(stepper, omega));
+        EXPECT(NUTATE_OK, nutate_stepper_run_to(stepper, 1.0, 1, 0.0, NULL, 0, NULL));
+        CHECK(torque.calls > 0 && event.calls > 0);
+        for (i = 0; i < 3; ++i) {
+            CHECK(fabs(omega[i] - rate[i]) < 1e-17);
+            CHECK(fabs(torque.omega[i] - rate[i]) < 1e-17);
+            CHECK(fabs(event.omega[i] - rate[i]) < 1e-17);
+        }
+        EXPECT(NUTATE_OK, nutate_stepper_destroy(&stepper));
+        EXPECT(NUTATE_OK, nutate_system_destroy(&system));
+    }
+    return 0;
+}
+
 /* Null pointers, wheels that there are not, frames beside frames, what only runs watch over. */
 int test_c_satellites_refused(void)
 {

@@ -12,6 +12,7 @@ module test_c_satellites
    procedure(c_test), bind(C, name='test_c_satellites_by_functions') :: test_c_satellites_by_functions
    procedure(c_test), bind(C, name='test_c_satellites_motor') :: test_c_satellites_motor
    procedure(c_test), bind(C, name='test_c_satellites_reading') :: test_c_satellites_reading
+   procedure(c_test), bind(C, name='test_c_satellites_rates') :: test_c_satellites_rates
    procedure(c_test), bind(C, name='test_c_satellites_refused') :: test_c_satellites_refused
 
 contains
@@ -23,6 +24,7 @@ contains
                   new_unittest("what functions add is what groups add", by_functions), &
                   new_unittest("a program drives a wheel as a table does", motor), &
                   new_unittest("wheels, orbit, Jacobi integral and the work of time-dependent potentials", reading), &
+                  new_unittest("torques, events and steppers have the absolute rate", rates), &
                   new_unittest("what cannot be is refused", refused)]
    end subroutine collect_c_satellites
 
@@ -45,6 +47,11 @@ contains
       type(error_type), allocatable, intent(out) :: error
       call check_line(error, test_c_satellites_reading(), 'test_c_satellites.c')
    end subroutine reading
+
+   subroutine rates(error)
+      type(error_type), allocatable, intent(out) :: error
+      call check_line(error, test_c_satellites_rates(), 'test_c_satellites.c')
+   end subroutine rates
 
    subroutine refused(error)
       type(error_type), allocatable, intent(out) :: error

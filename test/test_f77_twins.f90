@@ -75,9 +75,10 @@ contains
    pure function motor_torque(self, t, q, omega) result(tau)
       class(motor_t), intent(in) :: self
       real(wp), intent(in) :: t, q(4), omega(3)
-      real(wp) :: tau(3)
+      real(wp) :: tau(3), rate(3)
       tau = 0.0_wp
-      tau(self%axis) = self%strength*cos(self%rate*t) - self%friction*omega(self%axis)
+      rate = self%absolute_rate(q, omega)
+      tau(self%axis) = self%strength*cos(self%rate*t) - self%friction*rate(self%axis)
    end function motor_torque
 
    subroutine keep_row(self, system, state, record, status)

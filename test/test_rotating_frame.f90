@@ -2,9 +2,10 @@
 module test_rotating_frame
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_body, only: diagonal, make_body
+   use nutate_column, only: column_t
    use nutate_damping, only: damping_t
    use nutate_dipole, only: dipole_t
-   use nutate_effect, only: rotor_t
+   use nutate_effect, only: rotor_t, torque_t
    use nutate_eight_equations, only: eight_equations_t
    use nutate_gravity, only: gravity_t
    use nutate_gravity_gradient, only: gravity_gradient_t
@@ -15,13 +16,14 @@ module test_rotating_frame
    use nutate_quaternion, only: attitude_distance, quat_exp, quat_product, rotate_to_body, rotate_to_space
    use nutate_reduced_equations, only: reduced_equations_t
    use nutate_rotating_frame, only: rotating_frame_t
-   use nutate_run, only: integrate
+   use nutate_run, only: integrate, run_t
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_system, only: system_t
    use test_problems, only: box, forced_body, march, problem_t
+   use test_resume, only: settings_of
    use test_support, only: check, check_below, check_close, error_type, new_unittest, random_unit_quaternion, &
                            random_vector, unittest_type
    implicit none
@@ -32,6 +34,15 @@ module test_rotating_frame
    !> A rate that lies along nothing else, rad/s.
    real(wp), parameter :: inclined(3) = [0.4_wp, -0.7_wp, 0.5_wp]
    character(len=*), parameter :: solvers(2) = ['full   ', 'reduced']
+
+   !> A torque against the absolute rate, -cΩ.
+   type, extends(torque_t) :: absolute_drag_t
+      !> N m s.
+      real(wp) :: c = 0.7_wp
+   contains
+      procedure :: torque => drag_torque
+      procedure :: frame_change => drag_change
+   end type absolute_drag_t
 
 contains
 
@@ -49,8 +60,102 @@ contains
                   new_unittest("Jacobians against differences", jacobians_match_differences), &
                   new_unittest("explicit methods keep what the projection is to keep", projection_keeps), &
                   new_unittest("damping acts on the rate against the frame", damping_acts_on_relative_rate), &
+                  new_unittest("a torque by the absolute rate is the same in all axes", absolute_drag_is_the_same), &
+                  new_unittest("and has derivatives by the rate of the frame", columns_of_absolute_drag), &
                   new_unittest("a frame of rate zero is none", frame_of_rate_zero_is_none)]
    end subroutine collect_rotating_frame
+
+   pure function drag_torque(self, t, q, omega) result(tau)
+      class(absolute_drag_t), intent(in) :: self
+      real(wp), intent(in) :: t, q(4), omega(3)
+      real(wp) :: tau(3)
+      tau = -self%c*self%absolute_rate(q, omega)
+   end function drag_torque
+
+   pure function drag_change(self, change, t, q, omega) result(tau)
+      class(absolute_drag_t), intent(in) :: self
+      real(wp), intent(in) :: change(3), t, q(4), omega(3)
+      real(wp) :: tau(3)
+      tau = -self%c*rotate_to_body(q, change)
+   end function drag_change
+
+   !> A free body with that torque, in inclined axes or in inertial ones.
+   type(problem_t) function dragged(turns) result(problem)
+      logical, intent(in) :: turns
+      problem = box()
+      ! The torque comes first: the list then has to tell it the rate.
+      call problem%system%effects%add(absolute_drag_t(name='drag'))
+      if (turns) call problem%system%effects%add(rotating_frame_t(name='rotating_frame', rate=inclined))
+   end function dragged
+
+   !> Ω in body axes is the same, and the attitude differs by the rotation of the axes.
+   subroutine absolute_drag_is_the_same(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: still, turning
+      type(state_t) :: states(2)
+      type(status_t) :: status
+      type(integrator_settings_t) :: settings
+      integer :: m
+      still = dragged(.false.)
+      turning = dragged(.true.)
+      do m = 1, size(methods)
+         if (methods(m)%name == 'exact' .or. methods(m)%name == 'taylor' .or. methods(m)%order < 4) cycle
+         settings = settings_of(methods(m))
+         states = [still%start, turning%start]
+         call integrate(still%system, settings, states(1), run_plan_t(time_step=1e-3_wp, end_time=1.0_wp), status)
+         call check(error, status%ok(), trim(status%message))
+         call integrate(turning%system, settings, states(2), run_plan_t(time_step=1e-3_wp, end_time=1.0_wp), status)
+         call check(error, status%ok(), trim(status%message))
+         call check_close(error, angular_velocity(turning%system, states(2)), &
+                          angular_velocity(still%system, states(1)), 1e-7_wp, methods(m)%name)
+         call check_below(error, attitude_distance(quat_product(quat_exp(0.5_wp*inclined), states(2)%q), states(1)%q), &
+                          1e-7_wp, methods(m)%name)
+      end do
+   end subroutine absolute_drag_is_the_same
+
+   !> δΩ by the rate of the frame, against differences of runs; damping is added, which depends on the relative rate.
+   subroutine columns_of_absolute_drag(error)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: h = 1e-3_wp
+      integer, parameter :: places(4) = [-2, -1, 1, 2], weights(4) = [1, -8, 8, -1]
+      type(run_plan_t), parameter :: plan = run_plan_t(time_step=0.01_wp, end_time=1.0_wp)
+      type(problem_t) :: problem, moved
+      type(column_t) :: column
+      type(status_t) :: status
+      type(integrator_settings_t) :: settings
+      type(state_t) :: state
+      class(run_t), allocatable :: run
+      real(wp) :: rates(1, 3), differences(3)
+      integer :: m, i
+      column%name = 'rotating_frame.rate'
+      column%frame = [0.3_wp, 0.5_wp, -0.2_wp]
+      problem = dragged(.true.)
+      call problem%system%effects%add(damping_t([0.3_wp, 0.2_wp, 0.4_wp]))
+      do m = 1, size(methods)
+         if (methods(m)%name == 'exact' .or. methods(m)%name == 'taylor') cycle
+         settings = settings_of(methods(m))
+         ! Columns are those of the steps without the projection.
+         settings%conserve = .false.
+         allocate (run)
+         call run%begin(problem%system, settings, problem%start, plan, status)
+         if (status%ok()) call run%differentiate([column], problem%system, status)
+         if (status%ok()) call run%run_to_end(problem%system, status)
+         call check(error, status%ok(), trim(status%message))
+         if (allocated(error)) return
+         rates = run%tangent%rates(problem%system, run%state)
+         differences = 0.0_wp
+         do i = 1, 4
+            moved = problem
+            call moved%system%effects%turn_frame((places(i)*h)*column%frame)
+            state = problem%start
+            call integrate(moved%system, settings, state, plan, status)
+            differences = differences + weights(i)*angular_velocity(moved%system, state)/(12*h)
+         end do
+         call check_close(error, rates(1, :), differences, 1e-9_wp, methods(m)%name)
+         call check(error, norm2(rates) > 1e-3_wp, methods(m)%name)
+         deallocate (run)
+      end do
+   end subroutine columns_of_absolute_drag
 
    !> A body of the tests' own with potentials of all kinds but no torque, in inclined axes.
    type(problem_t) function potentials_only(rate) result(problem)

@@ -146,8 +146,9 @@ class System(WheelMounting):
         self._add("_add_group", name, text)
 
     def add_user_torque(self, torque: Callable[..., npt.ArrayLike], bounds: Optional[npt.ArrayLike] = None) -> None:
-        """Adds a user-defined torque: torque(t, q, omega) returns three numbers, N m, body axes; omega in body axes, rad/s.
-        It must depend on its arguments alone.
+        """Adds a user-defined torque: torque(t, q, omega) returns three numbers, N m, body axes; omega is absolute, relative
+        to the stars, in body axes, rad/s. Relative to the space axes it is omega - R.T @ frame_rate. The torque must depend on its
+        arguments alone.
 
         bounds = (torque, by_rotation, second, rate), only for a torque that does not depend on omega, hold at all attitudes
         and times: of |tau|, of the norms of its first and second derivatives by the angle of a rotation of the body about any

@@ -77,6 +77,8 @@ module nutate_effect_list
       !> Sets bounds for the user-defined potential, or torque, that was added last.
       procedure :: bound_potential
       procedure :: bound_torque
+      !> Adds to the rate of the space axes.
+      procedure :: turn_frame
       !> Adds copies of all effects of another list, with the momentum of its rotors.
       procedure :: append
       !> Returns true if an effect that can be switched has a label.
@@ -114,7 +116,7 @@ contains
       type is (orbit_t)
          call follow_orbit(self, effect)
       class is (rotating_frame_t)
-         call turn_frame(self, effect%rate)
+         call self%turn_frame(effect%rate)
       type is (wheel_t)
          call add_wheel(self, effect)
       end select
@@ -125,8 +127,12 @@ contains
       class(effect_list_t), intent(inout) :: self
       !> rad/s; shape (3).
       real(wp), intent(in) :: rate(3)
+      integer :: i
       self%frame_rate = self%frame_rate + rate
       self%frame_turns = any(abs(self%frame_rate) > 0.0_wp)
+      do i = 1, self%n_torques
+         self%torques(i)%item%frame_rate = self%frame_rate
+      end do
    end subroutine turn_frame
 
    !> Adds an orbit, or replaces one with the same label; its rate counts as that of the space axes.
@@ -145,7 +151,7 @@ contains
          if (n > 0) grown(:n) = self%orbits
          call move_alloc(grown, self%orbits)
       end if
-      call turn_frame(self, orbit%rate - self%orbits(i)%rate)
+      call self%turn_frame(orbit%rate - self%orbits(i)%rate)
       self%orbits(i) = orbit
       self%on_orbit = .true.
       self%orbit = self%orbits(max(1, findloc(self%orbits%is_main, .true., dim=1)))
@@ -203,14 +209,14 @@ contains
       end do
       self%n_rotors = self%n_rotors + (other%n_rotors - other%n_wheels)
       self%rotor_momentum = self%rotor_momentum + other%rotor_momentum
-      call turn_frame(self, other%frame_rate)
+      call self%turn_frame(other%frame_rate)
       if (other%n_frames > 0) then
          self%n_frames = other%n_frames
          self%frames = other%frames
       end if
       if (.not. other%on_orbit) return
       do i = 1, size(other%orbits)
-         call turn_frame(self, -other%orbits(i)%rate)
+         call self%turn_frame(-other%orbits(i)%rate)
          call follow_orbit(self, other%orbits(i))
       end do
    end subroutine append
@@ -534,6 +540,7 @@ contains
          call move_alloc(self%torques(i)%item, grown(i)%item)
       end do
       allocate (grown(self%n_torques + 1)%item, source=effect)
+      grown(self%n_torques + 1)%item%frame_rate = self%frame_rate
       call move_alloc(grown, self%torques)
       self%n_torques = self%n_torques + 1
    end subroutine add_torque

@@ -3,7 +3,7 @@ module nutate_torque
    use nutate_any_effect, only: effect_t
    use nutate_effect_bounds, only: bounds_of_torque, effect_bounds_t, linear_map_t
    use nutate_kinds, only: wp, eps
-   use nutate_quaternion, only: quat_product
+   use nutate_quaternion, only: quat_product, rotate_to_body
    implicit none
    private
 
@@ -14,8 +14,10 @@ module nutate_torque
       !> The n of `series_direction` is time-dependent, and a bound of its rate relative to |n|, 1/s.
       logical :: moves = .false.
       real(wp) :: pace = 0.0_wp
+      !> Rate ω of the space axes, in these axes, rad/s; set by the list of effects; shape (3).
+      real(wp) :: frame_rate(3) = 0.0_wp
    contains
-      !> Returns τ(t, q, Ω), body axes, N m.
+      !> Returns τ(t, q, Ω), body axes, N m; Ω relative to the space axes.
       procedure(body_torque), deferred :: torque
       !> Computes ∂τ/∂θ (θ a small body rotation) and ∂τ/∂Ω; by differences unless overridden.
       procedure :: derivatives => difference_derivatives
@@ -53,6 +55,11 @@ module nutate_torque
       procedure :: direction_change_series => no_direction_change
       !> What a change of `parameters` makes of τ at fixed time, attitude and rate; nothing unless overridden.
       procedure :: torque_change => no_torque_change
+      !> Computes what a change of the rate of the space axes makes of τ at fixed Ω relative to them; nothing unless
+      !> overridden.
+      procedure :: frame_change => no_frame_change
+      !> Returns the absolute angular velocity, relative to the stars.
+      procedure :: absolute_rate
    end type torque_t
 
    abstract interface
@@ -64,7 +71,7 @@ module nutate_torque
          real(wp), intent(in) :: t
          !> Attitude, unit quaternion, body→space; shape (4).
          real(wp), intent(in) :: q(4)
-         !> Ω, body axes, rad/s; shape (3).
+         !> Ω relative to the space axes, body axes, rad/s; shape (3). `absolute_rate` adds the rate of these axes.
          real(wp), intent(in) :: omega(3)
          real(wp) :: tau(3)
       end function body_torque
@@ -297,5 +304,24 @@ contains
       real(wp) :: tau(3)
       tau = 0.0_wp
    end function no_torque_change
+
+   !> Returns the change of τ, body axes, N m; shape (3). Here: zero.
+   pure function no_frame_change(self, change, t, q, omega) result(tau)
+      class(torque_t), intent(in) :: self
+      !> Of the rate of the space axes, in these axes, rad/s, shape (3); the others as for `torque`.
+      real(wp), intent(in) :: change(3), t, q(4), omega(3)
+      real(wp) :: tau(3)
+      tau = 0.0_wp
+   end function no_frame_change
+
+   !> Returns the angular velocity relative to the stars, body axes, rad/s; shape (3): Ω + R(q)ᵀω.
+   pure function absolute_rate(self, q, omega) result(rate)
+      class(torque_t), intent(in) :: self
+      !> Attitude, unit quaternion, body→space, shape (4); Ω relative to the space axes, body axes, rad/s, shape (3).
+      real(wp), intent(in) :: q(4), omega(3)
+      real(wp) :: rate(3)
+      rate = omega
+      if (any(abs(self%frame_rate) > 0.0_wp)) rate = rate + rotate_to_body(q, self%frame_rate)
+   end function absolute_rate
 
 end module nutate_torque

@@ -59,7 +59,7 @@ contains
          if (any(abs(tangent%inertia(:, :, m)) > 0.0_wp)) &
             call move_body(system%body, part*tangent%inertia(:, :, m), moved%body)
          effects%rotor_momentum = effects%rotor_momentum + part*column%rotor
-         effects%frame_rate = effects%frame_rate + part*column%frame
+         call effects%turn_frame(part*column%frame)
          if (.not. allocated(column%effects)) return
          do i = 1, size(column%effects)
             associate (item => column%effects(i), change => part*column%effects(i)%change)

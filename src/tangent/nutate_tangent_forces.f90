@@ -255,7 +255,16 @@ contains
       integer :: i, m
       torque = 0.0_wp
       working = 0.0_wp
-      if (.not. allocated(column%effects)) return
+      if (any(abs(column%frame) > 0.0_wp)) then
+         do i = 1, effects%n_torques
+            if (forces%acts(i)) working = working + effects%torques(i)%item%frame_change( &
+                                          column%frame, forces%t, mid_attitude(self, forces), self%rate*self%r)
+         end do
+      end if
+      if (.not. allocated(column%effects)) then
+         torque = working
+         return
+      end if
       do m = 1, size(column%effects)
          associate (item => column%effects(m))
             if (item%kind == OF_TORQUE) then

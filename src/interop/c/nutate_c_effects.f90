@@ -9,6 +9,7 @@ module nutate_c_effects
    use nutate_effect_list, only: effect_list_t
    use nutate_kinds, only: wp
    use nutate_limits, only: is_moderate, in_words, greatest_number
+   use nutate_quaternion, only: rotate_to_body
    use nutate_status, only: status_t, fail, NUTATE_CALLBACK, NUTATE_NOT_FINITE, NUTATE_OK
    implicit none
    private
@@ -35,7 +36,7 @@ module nutate_c_effects
       procedure :: hessian => called_hessian
    end type c_curved_potential_t
 
-   !> τ(t, q, Ω) from a callback `nutate_torque`.
+   !> τ(t, q, Ω) from a callback `nutate_torque`, Ω absolute.
    type, extends(torque_t) :: c_torque_t
       type(c_funptr) :: function = c_null_funptr
       !> Passed through.
@@ -44,6 +45,7 @@ module nutate_c_effects
       type(c_ptr) :: failure = c_null_ptr
    contains
       procedure :: torque => called_torque
+      procedure :: frame_change => called_frame_change
    end type c_torque_t
 
    interface
@@ -109,8 +111,17 @@ contains
       class(c_torque_t), intent(in) :: self
       real(wp), intent(in) :: t, q(4), omega(3)
       real(wp) :: tau(3)
-      call call_torque(self%function, t, q, omega, self%user, self%failure, tau)
+      call call_torque(self%function, t, q, self%absolute_rate(q, omega), self%user, self%failure, tau)
    end function called_torque
+
+   !> Change of a torque that depends on the absolute rate.
+   pure function called_frame_change(self, change, t, q, omega) result(tau)
+      class(c_torque_t), intent(in) :: self
+      real(wp), intent(in) :: change(3), t, q(4), omega(3)
+      real(wp) :: tau(3), by_rotation(3, 3), by_rate(3, 3)
+      call self%derivatives(t, q, omega, by_rotation, by_rate)
+      tau = matmul(by_rate, rotate_to_body(q, change))
+   end function called_frame_change
 
    !> Makes the callbacks among the effects report their failures to a cell.
    subroutine report_failures_to(effects, cell)

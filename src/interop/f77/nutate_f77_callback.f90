@@ -27,7 +27,7 @@ module nutate_f77_callback
       procedure :: gradient
    end type f77_potential_t
 
-   !> τ(t, q, Ω) of a program.
+   !> τ(t, q, Ω) of a program, Ω absolute.
    type, extends(torque_t) :: f77_torque_t
       procedure(f77_torque), pointer, nopass :: ask => null()
       integer, pointer, contiguous :: iuser(:) => null()
@@ -64,7 +64,7 @@ contains
       class(f77_torque_t), intent(in) :: self
       real(wp), intent(in) :: t, q(4), omega(3)
       real(wp) :: tau(3)
-      call self%ask(t, q, omega, tau, self%iuser, self%ruser)
+      call self%ask(t, q, self%absolute_rate(q, omega), tau, self%iuser, self%ruser)
       if (all(is_moderate(tau))) return
       call note(self%failure)
       tau = 0.0_wp

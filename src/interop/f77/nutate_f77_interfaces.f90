@@ -29,7 +29,7 @@ module nutate_f77_interfaces
          real(wp), intent(in) :: t
          !> Attitude, unit quaternion, body→space; shape (4).
          real(wp), intent(in) :: q(4)
-         !> Ω, body axes, rad/s; shape (3).
+         !> Absolute Ω, body axes, rad/s; shape (3).
          real(wp), intent(in) :: omega(3)
          real(wp), intent(out) :: tau(3)
          !> The program's own; shapes are its affair.

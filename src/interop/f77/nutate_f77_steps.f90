@@ -71,9 +71,9 @@ end subroutine nuinit
 !> before steps.
 !>
 !> G and DN are then fixed in these axes, and Q takes body components to components in these axes. P, OMEGA and AL are
-!> absolute quantities; AL(.,2) has components in these axes. TOR receives OMEGA relative to these axes, damping uses it
-!> too, and the work of both is relative to these axes. The Jacobi integral T + V - W.AL(.,2), with E(3) = T + V of
-!> NUINV, is conserved in place of the energy.
+!> absolute quantities, OMEGA of TOR too; AL(.,2) has components in these axes. Damping uses the rate relative to
+!> these axes, and the work of damping and TOR is relative to them. The Jacobi integral T + V - W.AL(.,2), with
+!> E(3) = T + V of NUINV, is conserved in place of the energy.
 subroutine nufram(w, work, lwork, info)
    use nutate_f77_check, only: is_ready
    use nutate_f77_work, only: get_place, get_setup, place_t, put_setup, setup_t
@@ -125,8 +125,8 @@ subroutine nustep(n, dt, t, q, p, pot, tor, iuser, ruser, work, lwork, info)
    !> (input) SUBROUTINE POT(GAMMA, U, DU, IUSER, RUSER): from GAMMA(3), the body components of DN, the potential U (J)
    !> and its derivatives DU(3) by GAMMA. NUNONE if there is none. It must not change the data that it depends on.
    procedure(f77_potential) :: pot
-   !> (input) SUBROUTINE TOR(T, Q, OMEGA, TAU, IUSER, RUSER): from T (s), Q(4) and OMEGA(3) (body axes, rad/s) the
-   !> torque TAU(3), body axes, N m. NUNONE if there is none. It must not change the data that it depends on.
+   !> (input) SUBROUTINE TOR(T, Q, OMEGA, TAU, IUSER, RUSER): from T (s), Q(4) and OMEGA(3) (absolute, body axes,
+   !> rad/s) the torque TAU(3), body axes, N m. NUNONE if there is none. It must not change the data that it depends on.
    procedure(f77_torque) :: tor
    !> (input) User data, passed to POT and TOR; any dimension.
    integer, intent(in) :: iuser(*)

@@ -301,7 +301,7 @@ contains
       integer :: i, j, m
       inner = times_vector(inertia, self%omega) + column%rotor
       torque = 0.0_wp
-      working = 0.0_wp
+      working = frame_change(self, rates, system, column%frame)
       change = 0.0_wp
       if (allocated(column%effects)) then
          do m = 1, size(column%effects)
@@ -349,6 +349,23 @@ contains
       if (rates%frame_turns) call turn_frame(0.5_wp*turn, y, change)
       if (rates%forced) change(5:) = change(5:) - matmul(self%by_relative(5:self%n, :), turn)
    end subroutine own_change
+
+   !> What a change of the rate of the space axes makes of the torques at a fixed rate relative to them, N m; shape (3).
+   pure function frame_change(self, rates, system, change) result(torque)
+      type(stage_rates_t), intent(in) :: self
+      type(rigid_rates_t), intent(in) :: rates
+      type(system_t), intent(in) :: system
+      !> rad/s; shape (3).
+      real(wp), intent(in) :: change(3)
+      real(wp) :: torque(3)
+      integer :: i
+      torque = 0.0_wp
+      if (.not. any(abs(change) > 0.0_wp)) return
+      do i = 1, system%effects%n_torques
+         if (rates%acts(i)) torque = torque + system%effects%torques(i)%item%frame_change( &
+                       change, min(max(self%t, rates%window(1, i)), rates%window(2, i)), self%q, self%relative)
+      end do
+   end function frame_change
 
    !> Adds -φ∘q = -q∘Rᵀφ.
    pure subroutine turn_frame(turn, y, change)
