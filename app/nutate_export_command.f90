@@ -1,7 +1,7 @@
 !> `nutate export HISTORY.csv`: writes a history for other programs, as AEM or glTF.
 module nutate_export_command
    use nutate_aem_writing, only: aem_fault, write_aem
-   use nutate_attitude_rows, only: attitude_rows_t, is_unit, put_in_order, turn_rates
+   use nutate_attitude_rows, only: attitude_rows_t, is_unit, put_in_order, to_inertial_axes
    use nutate_cli, only: command_t
    use nutate_console, only: say_error, count_text, EXIT_INPUT, EXIT_SUCCESS
    use nutate_export_facts, only: export_facts_t, facts_of_scene, parse_facts
@@ -43,7 +43,7 @@ contains
       if (exit_code /= EXIT_SUCCESS) return
       if (problem == '') call read_rows(command%scene, rows, problem)
       if (problem == '') then
-         call turn_rates(rows, facts%frame_rate)
+         call to_inertial_axes(rows, facts%effects)
          call put_in_order(rows)
          rows%labels = facts%labels
          if (rows%labels%object == '') rows%labels%object = stem(command%scene)

@@ -36,15 +36,22 @@ int nutate_date(const char *epoch, const char *time_system, double t, char *buff
  *   <==  tdb                  [n], s */
 int nutate_tdb(const char *epoch, const char *time_system, size_t n, const double *t, double *tdb);
 
-/* Returns the rate at which the space axes turn; files have angular velocities relative to these.
+/* Returns the rate at which the space axes rotate.
  *   <==  rate   [3], space axes, rad/s; zero unless there is a rotating frame or a circular orbit */
 int nutate_system_frame_rate(const nutate_system *system, double rate[3]);
+
+/* Returns the attitude of the space axes in inertial axes: of LVLH axes, else the identity. With Q, one of these, Q times an
+ * attitude of the stepper is the attitude in inertial axes.
+ *   ==>  n, t   [n], s
+ *   <==  q      [n][4], space to inertial
+ * Status: NUTATE_BAD_ARGUMENT for a rotating frame, whose attitude is not known. */
+int nutate_system_space_axes(const nutate_system *system, size_t n, const double *t, double *q);
 
 /* Writes attitudes as an Attitude Ephemeris Message (CCSDS 504.0-B). Space axes are REF_FRAME_A, body axes REF_FRAME_B.
  *   ==>  facts    epoch, time_system, object and space_frame are needed
  *   ==>  n, t     [n], s, ascending
- *   ==>  q        [n][4]
- *   ==>  omega    [n][3], relative to the space axes, body axes, rad/s; or NULL
+ *   ==>  q        [n][4], in the axes that space_frame names: for LVLH axes see nutate_system_space_axes
+ *   ==>  omega    [n][3], relative to these axes, body axes, rad/s; or NULL
  *   ==>  version  "2.0" or "1.0", which has no rates; or NULL: "2.0"
  *   ==>  error    within which a rotation at a constant rate between the rows is, rad, for a comment; 0: not known
  *   <==  message  what is wrong; or NULL     ==>  size

@@ -47,6 +47,30 @@ int test_c_exchange_calendar(void)
     return 0;
 }
 
+/* The axes of a circular orbit have an attitude in inertial axes, inertial ones the identity, a rotating frame none. */
+int test_c_exchange_axes(void)
+{
+    static const char *const texts[] = {"&body inertia = 1, 2, 2.5 / &orbit altitude = 5e5, inclination = 97.4, raan = 30, "
+                                        "degrees = .true., frame = 'lvlh' /",
+                                        "&body inertia = 1, 2, 2.5 / &orbit altitude = 5e5, frame = 'inertial' /",
+                                        "&body inertia = 1, 2, 2.5 /", "&body inertia = 1, 2, 2.5 / &rotating_frame latitude = 1 /"};
+    static const double expected[4] = {0.693399, 0.226708, -0.669779, 0.138555}, times[2] = {0.0, 100.0}, never = NAN;
+    nutate_system *system = NULL;
+    double axes[8];
+    int i, k;
+    for (k = 0; k < 4; ++k) {
+        EXPECT(NUTATE_OK, nutate_system_parse(texts[k], &system, NULL, 0));
+        EXPECT(k == 3 ? NUTATE_BAD_ARGUMENT : NUTATE_OK, nutate_system_space_axes(system, 2, times, axes));
+        for (i = 0; i < 4 && k < 3; ++i) CHECK(fabs(axes[i] - (k == 0 ? expected[i] : i == 0)) < 1e-6);
+        for (i = 0; i < 4 && k < 3; ++i) CHECK((fabs(axes[4 + i] - axes[i]) > 1e-3) == (k == 0));
+        EXPECT(NUTATE_BAD_ARGUMENT, nutate_system_space_axes(system, 2, NULL, axes));
+        EXPECT(NUTATE_BAD_ARGUMENT, nutate_system_space_axes(system, 1, &never, axes));
+        EXPECT(NUTATE_OK, nutate_system_destroy(&system));
+    }
+    EXPECT(NUTATE_BAD_HANDLE, nutate_system_space_axes(system, 2, times, axes));
+    return 0;
+}
+
 /* What is written as AEM is read back. */
 int test_c_exchange_files(void)
 {

@@ -8,6 +8,7 @@ module test_c_exchange
    public :: collect_c_exchange
 
    procedure(c_test), bind(C, name='test_c_exchange_calendar') :: test_c_exchange_calendar
+   procedure(c_test), bind(C, name='test_c_exchange_axes') :: test_c_exchange_axes
    procedure(c_test), bind(C, name='test_c_exchange_files') :: test_c_exchange_files
    procedure(c_test), bind(C, name='test_c_exchange_refused') :: test_c_exchange_refused
 
@@ -17,6 +18,7 @@ contains
       type(unittest_type), allocatable, intent(out) :: testsuite(:)
       testsuite = [ &
                   new_unittest("dates, TDB and the names of a scene", calendar), &
+                  new_unittest("space axes have an attitude in inertial axes", axes), &
                   new_unittest("what is written as AEM is read back", files), &
                   new_unittest("what cannot be is refused", refused)]
    end subroutine collect_c_exchange
@@ -25,6 +27,11 @@ contains
       type(error_type), allocatable, intent(out) :: error
       call check_line(error, test_c_exchange_calendar(), 'test_c_exchange.c')
    end subroutine calendar
+
+   subroutine axes(error)
+      type(error_type), allocatable, intent(out) :: error
+      call check_line(error, test_c_exchange_axes(), 'test_c_exchange.c')
+   end subroutine axes
 
    subroutine files(error)
       type(error_type), allocatable, intent(out) :: error

@@ -69,6 +69,7 @@ SIGNATURES: dict[str, tuple[Any, ...]] = {
     "nutate_scene_destroy": (HandlePointer,),
     "nutate_scene_get": (Handle, Text, Text, Size),
     "nutate_system_frame_rate": (Handle, Doubles),
+    "nutate_system_space_axes": (Handle, Size, Doubles, Doubles),
     "nutate_date": (Text, Text, Double, Text, Size),
     "nutate_tdb": (Text, Text, Size, Doubles, Doubles),
     "nutate_write_aem": (Text, Text, Size, Doubles, Doubles, Doubles, Text, Double, Text, Size),

@@ -6,18 +6,20 @@ import ctypes
 import importlib
 import os
 import re
-from typing import Any, Optional
+from typing import Any, Callable, Optional
 
 import numpy as np
 import numpy.typing as npt
 
-from ._library import (Array, MESSAGE_SIZE, Textual, check, encoded, library, pointer, refusal, text_of)
+from ._library import (Array, MESSAGE_SIZE, NutateValueError, Textual, check, encoded, library, pointer, refusal, text_of)
 from .attitudes import matrix_from_quat
 from .scenes import LABELS, take_history
 from .shapes import shape_of
 from .systems import System, group
 from .tables import Columns
 
+# Names of inertial axes, as src/io/scene/nutate_aem_keywords.f90 has them.
+INERTIAL = {"ICRF", "ICRF2", "ICRF3", "GCRF", "EME2000", "J2000", "ECLIPJ2000", "MOD", "TOD", "TEME", "B1950"}
 # Largest turn between two chosen rows, rad; part of the error that is used at the quarters; more rows are a mistake.
 LARGEST_TURN, MARGIN, MOST_ROWS = 1.0, 0.9, 20_000_000
 
@@ -192,10 +194,12 @@ def constant_rate(q1: Array, q2: Array, s: Array) -> Array:
     return first * q1 + second * q2
 
 
-def resampled(sol: Any, error: float) -> Array:
+def resampled(sol: Any, error: float, motion: Optional[Callable[[Array], tuple[Array, Array]]] = None) -> Array:
     """Times such that a rotation at a constant rate between them keeps to an attitude error, rad. From the whole motion on, an
     interval is halved as long as it turns the body by more than a radian, or that rotation departs from the motion by more than 0.9 of
-    the error at one of its quarters or at an end of a step inside it. That departure is ``h^2 |dOmega/dt|/8`` at its largest."""
+    the error at one of its quarters or at an end of a step inside it. That departure is ``h^2 |dOmega/dt|/8`` at its largest.
+    `motion` returns attitudes and angular velocities at times, by default those of the dense output `sol`."""
+    motion = motion or sol
     if not 1e-12 <= error <= 1:
         raise refusal(f"error is {error!r} (expected 1e-12 to 1 rad)")
     starts, ends = np.array([sol.t_min]), np.array([sol.t_max])
@@ -204,7 +208,7 @@ def resampled(sol: Any, error: float) -> Array:
     while len(starts):
         quarters = starts[:, None] + (ends - starts)[:, None] * np.arange(5) / 4
         quarters[:, 4] = ends
-        q, omega = sol(quarters.ravel())
+        q, omega = motion(quarters.ravel())
         q, omega = q.reshape(-1, 5, 4), omega.reshape(-1, 5, 3)
         good = np.max(np.linalg.norm(omega, axis=2), axis=1) * (ends - starts) <= LARGEST_TURN
         for k in (1, 2, 3):
@@ -215,7 +219,7 @@ def resampled(sol: Any, error: float) -> Array:
             inside = marks[first[i]:last[i]]
             between = constant_rate(np.repeat(q[i:i + 1, 0], len(inside), 0), np.repeat(q[i:i + 1, 4], len(inside), 0),
                                     (inside - starts[i]) / (ends[i] - starts[i]))
-            good[i] = np.all(distances(sol(inside)[0], between) <= MARGIN * error)
+            good[i] = np.all(distances(motion(inside)[0], between) <= MARGIN * error)
         kept.append(starts[good])
         middles = (starts + (ends - starts) / 2)[~good]
         starts, ends = np.concatenate([starts[~good], middles]), np.concatenate([middles, ends[~good]])
@@ -242,13 +246,14 @@ class Exchange(Columns):
                object_id: Optional[str] = None, space_frame: Optional[str] = None, body_frame: Optional[str] = None,
                version: str = "2.0", error: float = 0.0) -> None:
         """Writes an Attitude Ephemeris Message (CCSDS 504.0-B), version "2.0", or "1.0" without angular velocities. The quaternion
-        is (q1, q2, q3, q0), from the space axes (REF_FRAME_A) to the body axes (REF_FRAME_B).
+        is (q1, q2, q3, q0), from `space_frame` (REF_FRAME_A) to the body axes (REF_FRAME_B). Attitudes in the LVLH frame of an orbit are
+        converted to inertial axes, which `space_frame` names; for a rotating frame it names this frame.
 
         `epoch` is the date of t = 0 in `time_system` ("TDB", "TT", "TAI", "UTC"). A Scene that was solved gives what is not given."""
         labels = self._named(epoch=epoch, time_system=time_system, object=object, object_id=object_id, space_frame=space_frame,
                              body_frame=body_frame)
         labels.setdefault("object", "BODY")
-        t, q, omega = self._attitudes(error)
+        t, q, omega = self._attitudes(error, labels.get("space_frame", ""))
         message = ctypes.create_string_buffer(MESSAGE_SIZE)
         status = library.nutate_write_aem(encoded(path), encoded(group("scene", **labels)), len(t), pointer(t), pointer(q),
                                           pointer(omega), encoded(version), float(error), message, MESSAGE_SIZE)
@@ -270,7 +275,8 @@ class Exchange(Columns):
         """Writes a SPICE CK of type 3 with angular velocities, and beside it the text kernels that it needs: a clock (.tsc) and the
         body's frame (.tf). Returns the three paths, to be loaded with `spiceypy.furnsh`. spiceypy must be installed.
 
-        `space_frame` is a frame that SPICE knows, such as "J2000" or "ECLIPJ2000"; "ICRF" stands for "J2000". `body_frame` is the name
+        `space_frame` is a frame that SPICE knows, such as "J2000" or "ECLIPJ2000"; "ICRF" stands for "J2000". Attitudes in the LVLH frame
+        of an orbit are converted to it. `body_frame` is the name
         of the body's frame in SPICE, by default NUTATE_BODY. `spacecraft` is the negative number of the clock."""
         spice = spiceypy()
         labels = self._named(epoch=epoch, time_system=time_system, object=object, space_frame=space_frame, body_frame=body_frame)
@@ -279,27 +285,44 @@ class Exchange(Columns):
                 raise refusal(f"a CK needs {key} (expected epoch='2029-04-13T21:46:12.7', time_system='TDB', space_frame='J2000')")
         if spacecraft > -1 or spacecraft < -2_000_000:
             raise refusal(f"spacecraft is {spacecraft!r} (expected a number below 0)")
-        t, q, omega = self._attitudes(error)
+        t, q, omega = self._attitudes(error, labels["space_frame"])
         return write_ck(spice, os.fsdecode(path), labels, spacecraft, tdb(labels["epoch"], labels["time_system"], t), q, omega)
 
     def _named(self, **given: Optional[str]) -> dict[str, str]:
         """Epoch and names: those given, else those of the scene."""
         return {key: value for key in LABELS if (value := given.get(key) or self._labels.get(key, ""))}
 
-    def _attitudes(self, error: float) -> tuple[Array, Array, Array]:
-        """Times, attitudes and angular velocities relative to the space axes, in ascending order."""
+    def _knows_axes(self) -> bool:
+        """True unless the space axes are those of a rotating frame."""
+        try:
+            self.system.space_axes(0.0)
+        except NutateValueError:
+            return False
+        return True
+
+    def _attitudes(self, error: float, frame: str = "") -> tuple[Array, Array, Array]:
+        """Times, attitudes and angular velocities, in ascending order: in inertial axes, or relative to a rotating frame, which `frame`
+        must not call inertial."""
+        rate, known = self.system.frame_rate, self._knows_axes()
+        if not known and frame.upper() in INERTIAL:
+            raise refusal(f"the space axes rotate, and space_frame={frame!r} names inertial axes (expected the name of the axes of "
+                          "&rotating_frame, such as 'LAB')")
+
+        def converted(t: Array, q: Array, omega: Array) -> tuple[Array, Array]:
+            # The angular velocities of a solution are absolute.
+            if not known:
+                return q, omega - np.array([matrix_from_quat(attitude).T @ rate for attitude in q])
+            return (product(self.system.space_axes(t), q) if np.any(rate) else q), omega
+
         if error:
             if self.sol is None:
                 raise refusal("error needs the dense output of the solution (expected dense_output=True, and a step or more)")
-            t = resampled(self.sol, error)
-            q, omega = self.sol(t)
+            t = resampled(self.sol, error, lambda t: converted(t, *self.sol(t)))
+            q, omega = converted(t, *self.sol(t))
         else:
             t = self.t
             q = np.stack([self[f"q{i}"] for i in range(4)], axis=-1)
-            omega = np.stack([self[f"omega{i}"] for i in (1, 2, 3)], axis=-1)
-        # Angular velocities are absolute; space axes of a rotating frame or of a circular orbit turn.
-        if np.any(rate := self.system.frame_rate):
-            omega = omega - np.array([matrix_from_quat(attitude).T @ rate for attitude in q])
+            q, omega = converted(t, q, np.stack([self[f"omega{i}"] for i in (1, 2, 3)], axis=-1))
         order = np.argsort(t, kind="stable")
         t, q, omega = (np.ascontiguousarray(values[order], dtype=np.float64) for values in (t, q, omega))
         return t, q, omega

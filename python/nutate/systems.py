@@ -119,6 +119,15 @@ class System(WheelMounting):
         self._call("nutate_system_frame_rate", pointer(rate))
         return rate
 
+    def space_axes(self, t: npt.ArrayLike) -> Array:
+        """Computes the attitude of the space axes in inertial axes at times t, s: that of the LVLH frame of a circular orbit, or the
+        identity; shape (4,) or (n, 4). `quat_product(space_axes(t), q)` is an attitude in inertial axes. Raises NutateValueError for a
+        rotating frame, whose attitude is not known."""
+        times = np.ascontiguousarray(np.atleast_1d(t), dtype=np.float64)
+        q = np.empty((times.size, 4))
+        self._call("nutate_system_space_axes", times.size, pointer(times), pointer(q))
+        return q if np.ndim(t) else q[0]
+
     def add(self, name: str, **keys: Any) -> None:
         """Adds a built-in effect with the keys of its group in a scene file:
         system.add("spring", body_point=(0, 0, 1), anchor=(0, 0, 2), stiffness=3)."""

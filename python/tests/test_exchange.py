@@ -252,6 +252,35 @@ class Messages(Folder):
             conjugate = q[k + 1] * np.array([1, -1, -1, -1])
             np.testing.assert_allclose(2 * nutate.quat_product(conjugate, rate)[1:], omega[k + 1], rtol=0, atol=1e-3)
 
+    def test_lvlh_axes_become_inertial(self):
+        text = """&scene epoch = '2026-03-20T12:00:00', time_system = 'UTC', object = 'SAT', space_frame = 'J2000' /
+            &body inertia = 0.12, 0.1, 0.04 / &gravity_gradient /
+            &initial attitude_from = 'lvlh', rate_from = 'lvlh', angular_velocity = 3*0.0 /
+            &orbit altitude = 500e3, inclination = 97.4, raan = 30, degrees = .true., frame = 'lvlh' /
+            &integrator accuracy = 1e-8, end_time = 1000 / &output interval = 500 /"""
+        found = {}
+        for frame in ("lvlh", "inertial"):
+            for error in (0.0, 1e-3):
+                solution = nutate.solve(nutate.Scene(text=text.replace("'lvlh' /\n            &integrator", f"'{frame}' /\n            &integrator")))
+                solution.to_aem(self.path("a.aem"), error=error)
+                found[frame, error] = nutate.read_aem(self.path("a.aem"))
+            np.testing.assert_allclose(found[frame, 0.0].q[0], [0.693399, 0.226708, -0.669779, 0.138555], rtol=0, atol=1e-6)
+            np.testing.assert_allclose(np.degrees(found[frame, 0.0].omega[0]), [0, -0.063414, 0], rtol=0, atol=1e-6)
+            np.testing.assert_allclose(solution.system.space_axes([0.0, 100.0])[0],
+                                       [0.693399, 0.226708, -0.669779, 0.138555] if frame == "lvlh" else [1, 0, 0, 0], rtol=0, atol=1e-6)
+        for error in (0.0, 1e-3):
+            one, other = found["lvlh", error], found["inertial", error]
+            self.assertEqual(len(one.t), len(other.t))
+            np.testing.assert_allclose(one.q, other.q, rtol=0, atol=1e-6)
+
+    def test_inertial_axes_do_not_rotate(self):
+        system = nutate.System(text="&body inertia = 1, 2, 2.5 / &rotating_frame latitude = 1 /")
+        solution = nutate.solve(system, omega0=(0, 1, 0.1), t_span=(0, 1))
+        with self.assertRaisesRegex(nutate.NutateValueError, "the space axes rotate, and space_frame='J2000' names inertial axes"):
+            solution.to_aem(self.path("a.aem"), epoch="2029-04-13", time_system="TDB", space_frame="J2000")
+        with self.assertRaises(nutate.NutateValueError):
+            system.space_axes(0.0)
+
     def test_what_is_missing_is_named(self):
         solution = nutate.solve(nutate.System(moments=(1, 2, 2.5)), omega0=(0, 1, 0), t_span=(0, 1))
         with self.assertRaisesRegex(nutate.NutateValueError, "the date of t = 0 .expected epoch"):

@@ -79,6 +79,8 @@ module nutate_effect_list
       procedure :: bound_torque
       !> Adds to the rate of the space axes.
       procedure :: turn_frame
+      !> Return the attitude of the space axes in inertial axes, and whether it is known.
+      procedure :: space_axes, knows_space_axes
       !> Adds copies of all effects of another list, with the momentum of its rotors.
       procedure :: append
       !> Returns true if an effect that can be switched has a label.
@@ -134,6 +136,25 @@ contains
          self%torques(i)%item%frame_rate = self%frame_rate
       end do
    end subroutine turn_frame
+
+   !> Returns true unless the space axes are those of a rotating frame, whose attitude is not known.
+   pure logical function knows_space_axes(self)
+      class(effect_list_t), intent(in) :: self
+      knows_space_axes = .not. self%frame_turns
+      if (self%on_orbit) knows_space_axes = knows_space_axes .or. self%orbit%is_frame
+   end function knows_space_axes
+
+   !> Returns the attitude of the space axes in inertial axes at a time, a unit quaternion, space→inertial; shape (4):
+   !> that of the LVLH frame, or the identity for inertial axes and for a rotating frame.
+   pure function space_axes(self, t) result(q)
+      class(effect_list_t), intent(in) :: self
+      !> s.
+      real(wp), intent(in) :: t
+      real(wp) :: q(4)
+      q = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
+      if (.not. self%on_orbit) return
+      if (self%orbit%is_frame) q = self%orbit%path%axes(t)
+   end function space_axes
 
    !> Adds an orbit, or replaces one with the same label; its rate counts as that of the space axes.
    pure subroutine follow_orbit(self, orbit)

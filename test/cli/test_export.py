@@ -57,6 +57,15 @@ def animation(text):
         found.append(struct.unpack_from(f"<{accessor['count'] * width}f", data, start))
     return document, found[0], [found[1][4 * i:4 * i + 4] for i in range(len(found[0]))]
 
+SATELLITE = """&scene epoch = '2026-03-20T12:00:00', time_system = 'UTC', object = 'SAT', space_frame = 'J2000' /
+&body inertia = 0.12, 0.1, 0.04 /
+&initial attitude_from = 'lvlh', rate_from = 'lvlh', angular_velocity = 3*0.0 /
+&orbit altitude = 500e3, inclination = 97.4, raan = 30, degrees = .true. /
+&gravity_gradient /
+&integrator accuracy = 1e-10, end_time = 1000 /
+&output interval = 100 /
+"""
+
 
 class Exports(CommandLineTest):
     def setUp(self):
@@ -147,7 +156,7 @@ class Exports(CommandLineTest):
         self.fail_with(2, "export", "tumbler.csv", "--scene", "tumbler.nml", "--aem", "x.aem", "--error", "1e-3", says=("omega1, omega2, omega3",))
 
     def test_rates_are_relative_to_axes_that_turn(self):
-        self.write("lab.nml", TUMBLER + "&rotating_frame rate = 0, 0, 0.5 /\n")
+        self.write("lab.nml", TUMBLER.replace("'ICRF'", "'LAB'") + "&rotating_frame rate = 0, 0, 0.5 /\n")
         self.succeed("run", "lab.nml", "--quiet", "--set", "output.interval=0.01")
         lines = [values for _, values in records(self.succeed("export", "lab.csv", "--scene", "lab.nml", "--aem", "-").stdout)]
         for first, (x, y, z, w, *rate), last in zip(lines, lines[1:], lines[2:]):
@@ -156,6 +165,58 @@ class Exports(CommandLineTest):
             found = (w * a - x * d - y * c + z * b, w * b - y * d - z * a + x * c, w * c - z * d - x * b + y * a)
             for value, wanted in zip(found, rate):
                 self.assertAlmostEqual(2 * math.degrees(value), wanted, delta=0.3)
+
+    def test_inertial_axes_do_not_rotate(self):
+        self.write("lab.nml", TUMBLER + "&rotating_frame rate = 0, 0, 0.5 /\n")
+        self.succeed("run", "lab.nml", "--quiet")
+        for name in ("ICRF", "j2000", "ECLIPJ2000"):
+            self.fail_with(2, "export", "lab.csv", "--scene", "lab.nml", "--aem", "-", "--set", f"scene.space_frame={name}",
+                           says=("lab.csv: the space axes rotate", f"'{name}' names inertial axes"))
+
+    def test_lvlh_axes_become_inertial(self):
+        self.write("sat.nml", SATELLITE)
+        texts = {}
+        for frame in ("lvlh", "inertial"):
+            options = ["--set", f"orbit.frame={frame}"]
+            self.succeed("run", "sat.nml", "--quiet", *options)
+            found = self.succeed("export", "sat.csv", "--scene", "sat.nml", *options, "--aem", "-").stdout
+            self.assertEqual(keywords(found)["REF_FRAME_A"], "J2000")
+            texts[frame] = records(found)
+            # By spherical trigonometry: x along the velocity at the node, y against the normal, z to the centre.
+            for value, expected in zip(texts[frame][0][1], (0.226708, -0.669779, 0.138555, 0.693399, 0, -0.063414, 0)):
+                self.assertAlmostEqual(value, expected, delta=1e-6)
+        self.assertEqual(len(texts["lvlh"]), 11)
+        for (date, values), (other, expected) in zip(texts["lvlh"], texts["inertial"]):
+            self.assertEqual(date, other)
+            for value, wanted in zip(values, expected):
+                self.assertAlmostEqual(value, wanted, delta=1e-8)
+
+    def test_messages_are_read_in_lvlh_axes(self):
+        librating = SATELLITE.replace("attitude_from", "roll_pitch_yaw = 0.2, 0.1, -0.1, attitude_from")
+        self.write("sat.nml", librating)
+        self.succeed("run", "sat.nml", "--quiet", "--set", "orbit.frame=inertial", "--set", "output.interval=10")
+        self.succeed("export", "sat.csv", "--scene", "sat.nml", "--set", "orbit.frame=inertial", "--aem", "sat.aem")
+        lvlh = librating.replace("&orbit", "&orbit frame = 'lvlh',")
+        self.write("twin.nml", lvlh + "&frame attitude = 'sat.aem' /\n&event when = 'frame2_angle', crosses = 0.1 /\n"
+                   "&frame attitude = 'at_rest.aem' /\n")
+        self.succeed("run", "sat.nml", "--quiet", "--output", "at_rest.csv", "--set", "orbit.frame=inertial",
+                     "--set", "initial.roll_pitch_yaw=0,0,0", "--set", "output.interval=10")
+        self.succeed("export", "at_rest.csv", "--scene", "sat.nml", "--set", "orbit.frame=inertial", "--aem", "at_rest.aem")
+        self.succeed("run", "twin.nml", "--quiet", "--set", "output.columns=frame1,frame2")
+        rows = self.history("twin.csv")[1]
+        for row in rows:
+            self.assertLess(row[5], 1e-7)
+        # The event and the angle by the LVLH attitude agree.
+        self.succeed("run", "twin.nml", "--quiet", "--set", "output.columns=frame2,lvlh_attitude")
+        header, rows = self.history("twin.csv")
+        scalar, angle_of = header.index("lvlh_q0"), header.index("frame2_angle")
+        for row in rows:
+            self.assertAlmostEqual(row[angle_of], 2 * math.acos(min(1.0, abs(row[scalar]))), delta=1e-7)
+        self.assertGreater(len(self.read("twin.events.csv").splitlines()), 1)
+        self.write("fit.nml", lvlh.replace("0.12, 0.1, 0.04", "0.13, 0.1, 0.04") +
+                   "&free key = 'body.inertia.1' /\n&measurement file = 'sat.aem', columns = 'q0', 'q1', 'q2', 'q3', sigma = 1e-6 /\n")
+        found = self.succeed("fit", "fit.nml", "--output", "found.nml").stdout
+        self.assertRegex(found, r"body.inertia.1 +0\.1(2|19999)")
 
     def test_runs_back_in_time_go_forward(self):
         self.succeed("run", "tumbler.nml", "--quiet", "--set", "integrator.end_time=-1")

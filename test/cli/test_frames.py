@@ -117,7 +117,7 @@ class Attitudes(FrameTest):
 
     def test_axes_that_rotate(self):
         self.write("target.nml", TARGET.replace("accuracy = 1e-11", "time_step = 0.0078125, order = 8, formulation = 'reduced'")
-                   + "&rotating_frame rate = 0.2, -0.3, 0.9 /\n")
+                   .replace("'ICRF'", "'LAB'") + "&rotating_frame rate = 0.2, -0.3, 0.9 /\n")
         largest = []
         for interval in (0.0625, 0.03125):
             self.make_message(interval)

@@ -21,8 +21,8 @@ module nutate_c_exchange
    implicit none
    private
 
-   public :: nutate_scene_get, nutate_date, nutate_tdb, nutate_system_frame_rate, nutate_write_aem, &
-      nutate_write_gltf, nutate_read_aem
+   public :: nutate_scene_get, nutate_date, nutate_tdb, nutate_system_frame_rate, nutate_system_space_axes, &
+      nutate_write_aem, nutate_write_gltf, nutate_read_aem
 
    !> More rows are a mistake.
    integer, parameter :: most_rows = 2**28
@@ -93,6 +93,27 @@ contains
       rate = handle%system%effects%frame_rate
       code = NUTATE_OK
    end function nutate_system_frame_rate
+
+   integer(c_int) function nutate_system_space_axes(system, n, t, q) result(code) bind(C)
+      type(c_ptr), intent(in), value :: system
+      integer(c_size_t), intent(in), value :: n
+      real(c_double), intent(in), optional :: t(*)
+      real(c_double), intent(inout), optional :: q(*)
+      type(system_handle_t), pointer :: handle
+      integer(c_size_t) :: i
+      code = NUTATE_BAD_HANDLE
+      handle => find_system(system)
+      if (.not. associated(handle)) return
+      code = NUTATE_BAD_ARGUMENT
+      if (.not. (present(t) .and. present(q) .and. handle%system%effects%knows_space_axes())) return
+      do i = 1, n
+         if (.not. is_moderate(t(i))) return
+      end do
+      do i = 1, n
+         q(4*i - 3:4*i) = handle%system%effects%space_axes(t(i))
+      end do
+      code = NUTATE_OK
+   end function nutate_system_space_axes
 
    integer(c_int) function nutate_write_aem(path, facts, n, t, q, omega, version, error, message, size) result(code) &
       bind(C)

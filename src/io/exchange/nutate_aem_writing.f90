@@ -1,6 +1,6 @@
 !> Writes attitudes as an Attitude Ephemeris Message (CCSDS 504.0-B).
 module nutate_aem_writing
-   use nutate_aem_keywords, only: ecliptic, equatorial, from_ecliptic, is_ecliptic
+   use nutate_aem_keywords, only: ecliptic, equatorial, from_ecliptic, is_ecliptic, is_inertial
    use nutate_attitude_rows, only: attitude_rows_t
    use nutate_calendar, only: day_of
    use nutate_decimal, only: decimal_length, decimal_t, rounded_text
@@ -34,6 +34,9 @@ contains
             problem = 'an AEM needs the date of t = 0 (expected epoch and time_system of &scene)'
          else if (labels%space_frame == '') then
             problem = "an AEM needs the name of the space axes (expected space_frame of &scene, such as 'ICRF')"
+         else if (rows%rotates .and. is_inertial(labels%space_frame)) then
+            problem = "the space axes rotate, and space_frame = '"//labels%space_frame//"' names inertial axes "// &
+                      "(expected the name of the axes of &rotating_frame, such as 'LAB')"
          else if (labels%object == '') then
             problem = 'an AEM needs the name of the body (expected object of &scene)'
          else if (rows%count() < 1) then

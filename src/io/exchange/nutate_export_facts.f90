@@ -1,6 +1,7 @@
 !> What a history does not say and files for other programs need: labels, body, and how the space axes turn.
 module nutate_export_facts
    use nutate_body, only: body_t
+   use nutate_effect_list, only: effect_list_t
    use nutate_keys, only: group_t, group_kind_t
    use nutate_kinds, only: wp
    use nutate_scene, only: scene_t, scene_kinds
@@ -23,8 +24,8 @@ module nutate_export_facts
       !> Name of its shape, and its lengths, m; blank where the inertia is given.
       character(len=:), allocatable :: shape
       real(wp), allocatable :: size(:)
-      !> Rate of the space axes, in these, rad/s; shape (3).
-      real(wp) :: frame_rate(3) = 0.0_wp
+      !> Space axes and orbits of the scene.
+      type(effect_list_t) :: effects
    end type export_facts_t
 
 contains
@@ -35,7 +36,7 @@ contains
       type(export_facts_t) :: facts
       facts%labels = scene%labels
       call take_body(scene%groups, scene%system%body, scene%shape, facts)
-      if (scene%system%effects%frame_turns) facts%frame_rate = scene%system%effects%frame_rate
+      facts%effects = scene%system%effects
    end function facts_of_scene
 
    !> Reads facts from groups `&scene` and `&body`, as those of scenes, neither of which need be there.

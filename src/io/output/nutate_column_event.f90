@@ -349,7 +349,8 @@ contains
       x = 0.0_wp
       if (place/of_frame >= system%effects%n_frames) return
       associate (frame => system%effects%frames(1 + place/of_frame))
-         call frame%relative(motion%state%t, motion%state%q, values(:4), values(of_frame))
+         call frame%relative(motion%state%t, quat_product(system%effects%space_axes(motion%state%t), motion%state%q), &
+                             values(:4), values(of_frame))
       end associate
       x = values(1 + mod(place, of_frame))
    end function frame_value
@@ -359,14 +360,17 @@ contains
       integer, intent(in) :: place
       type(system_t), intent(in) :: system
       type(motion_t), intent(in) :: motion
-      real(wp) :: rates(4)
+      real(wp) :: rates(4), q(4), omega(3)
       x = 0.0_wp
       if (place/of_frame >= system%effects%n_frames) return
-      associate (frame => system%effects%frames(1 + place/of_frame), t => motion%state%t, q => motion%state%q)
+      associate (frame => system%effects%frames(1 + place/of_frame), t => motion%state%t)
+         q = quat_product(system%effects%space_axes(t), motion%state%q)
+         omega = motion%relative
+         if (system%effects%knows_space_axes()) omega = motion%omega
          if (mod(place, of_frame) == 4) then
-            x = frame%angle_rate(t, q, motion%relative)
+            x = frame%angle_rate(t, q, omega)
          else
-            rates = frame%quaternion_rate(t, q, motion%relative)
+            rates = frame%quaternion_rate(t, q, omega)
             x = rates(1 + mod(place, of_frame))
          end if
       end associate

@@ -596,7 +596,8 @@ contains
       values = ieee_value(values, ieee_quiet_nan)
       if (i > system%effects%n_frames) return
       associate (frame => system%effects%frames(i))
-         if (frame%contains_time(state%t)) call frame%relative(state%t, state%q, values(:4), values(5))
+         if (frame%contains_time(state%t)) call frame%relative( &
+            state%t, quat_product(system%effects%space_axes(state%t), state%q), values(:4), values(5))
       end associate
    end function seen_from_frame
 

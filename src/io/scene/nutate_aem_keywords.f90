@@ -9,7 +9,7 @@ module nutate_aem_keywords
    private
 
    public :: known_keywords, keyword_length, attitude_types, attitude_type_t, ecliptic, equatorial, from_ecliptic, &
-      is_ecliptic
+      is_ecliptic, is_inertial
 
    integer, parameter :: keyword_length = 24
 
@@ -41,6 +41,10 @@ module nutate_aem_keywords
    character(len=*), parameter :: ecliptic = 'ECLIPJ2000', equatorial = 'EME2000'
    real(wp), parameter :: obliquity = 84381.448_wp
 
+   !> Names of inertial axes.
+   character(len=12), parameter :: inertial_names(*) = [character(len=12) :: &
+      'icrf', 'icrf2', 'icrf3', 'gcrf', 'eme2000', 'j2000', 'eclipj2000', 'mod', 'tod', 'teme', 'b1950']
+
 contains
 
    !> Returns the attitude of ecliptic axes in equatorial ones; shape (4).
@@ -55,5 +59,11 @@ contains
       character(len=*), intent(in) :: frame
       is_ecliptic = lower_case(frame) == lower_case(ecliptic)
    end function is_ecliptic
+
+   !> Returns true for the name of inertial axes.
+   pure logical function is_inertial(frame)
+      character(len=*), intent(in) :: frame
+      is_inertial = any(inertial_names == lower_case(frame))
+   end function is_inertial
 
 end module nutate_aem_keywords

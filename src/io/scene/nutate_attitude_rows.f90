@@ -2,13 +2,14 @@
 module nutate_attitude_rows
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_attitude_between, only: cubic_between, shorter_log
+   use nutate_effect_list, only: effect_list_t
    use nutate_kinds, only: wp, pi
    use nutate_quaternion, only: quat_conjugate, quat_norm, quat_product, rotate_to_body
    use nutate_scene_labels, only: labels_t
    implicit none
    private
 
-   public :: attitude_rows_t, between_rows, is_unit, put_in_order, turn_rates
+   public :: attitude_rows_t, between_rows, is_unit, put_in_order, to_inertial_axes, turn_rates
 
    !> Attitudes by time.
    type :: attitude_rows_t
@@ -18,6 +19,8 @@ module nutate_attitude_rows
       real(wp), allocatable :: t(:)
       !> Unit quaternions, body to space, scalar first; shape (4, n).
       real(wp), allocatable :: q(:, :)
+      !> The space axes are those of a rotating frame, which inertial axes must not name.
+      logical :: rotates = .false.
       !> Ω relative to the space axes, body axes, rad/s; shape (3, n). Not allocated where rates are not known.
       real(wp), allocatable :: omega(:, :)
       !> Lines of the file that they were read from; shape (n). Not allocated for others.
@@ -56,6 +59,23 @@ contains
       rows%q = rows%q(:, n:1:-1)
       if (allocated(rows%omega)) rows%omega = rows%omega(:, n:1:-1)
    end subroutine put_in_order
+
+   !> Converts the rows of a run in the LVLH frame to inertial axes. Those in a rotating frame, whose attitude is not
+   !> known, stay in it, with rates relative to it.
+   pure subroutine to_inertial_axes(rows, effects)
+      type(attitude_rows_t), intent(inout) :: rows
+      !> Of the run.
+      type(effect_list_t), intent(in) :: effects
+      integer :: i
+      rows%rotates = .not. effects%knows_space_axes()
+      if (rows%rotates) then
+         call turn_rates(rows, effects%frame_rate)
+      else if (effects%frame_turns) then
+         do i = 1, rows%count()
+            rows%q(:, i) = quat_product(effects%space_axes(rows%t(i)), rows%q(:, i))
+         end do
+      end if
+   end subroutine to_inertial_axes
 
    !> Turns absolute angular velocities into those relative to space axes that turn.
    pure subroutine turn_rates(rows, rate)

@@ -9,6 +9,7 @@ module nutate_scene_measurement
    use nutate_measured_message, only: is_message, read_message
    use nutate_number_text, only: read_real
    use nutate_printable, only: printable_path, quoted
+   use nutate_quaternion, only: quat_conjugate, quat_product
    use nutate_scene_error, only: scene_error_t
    use nutate_scene_labels, only: labels_t
    use nutate_scene_table, only: begin_of, count_lines, next_field, path_beside
@@ -69,7 +70,7 @@ contains
       end do
       if (.not. error%raised) call find_kind(group, effects, measurement, error)
       if (.not. error%raised) call read_statistics(group, measurement, error)
-      if (.not. error%raised) call read_file(group, end_time, scene, labels, effects%frame_turns, measurement, error)
+      if (.not. error%raised) call read_file(group, end_time, scene, labels, effects, measurement, error)
    end subroutine build_measurement
 
    !> What the columns are.
@@ -206,12 +207,12 @@ contains
    end subroutine read_statistics
 
    !> Reads the file.
-   subroutine read_file(group, end_time, scene, labels, frame_turns, measurement, error)
+   subroutine read_file(group, end_time, scene, labels, effects, measurement, error)
       type(group_t), intent(in) :: group
       real(wp), intent(in) :: end_time
       character(len=*), intent(in) :: scene
       type(labels_t), intent(in) :: labels
-      logical, intent(in) :: frame_turns
+      type(effect_list_t), intent(in) :: effects
       type(measurement_t), intent(inout) :: measurement
       type(scene_error_t), intent(inout) :: error
       character(len=:), allocatable :: text, problem
@@ -229,7 +230,7 @@ contains
          return
       end if
       if (is_message(text)) then
-         call take_message(group, end_time, labels, text, frame_turns, measurement, error)
+         call take_message(group, end_time, labels, text, effects, measurement, error)
          return
       end if
       position = begin_of(text)
@@ -252,12 +253,12 @@ contains
    end subroutine read_file
 
    !> Reads the records of a message.
-   subroutine take_message(group, end_time, labels, text, frame_turns, measurement, error)
+   subroutine take_message(group, end_time, labels, text, effects, measurement, error)
       type(group_t), intent(in) :: group
       real(wp), intent(in) :: end_time
       type(labels_t), intent(in) :: labels
       character(len=*), intent(in) :: text
-      logical, intent(in) :: frame_turns
+      type(effect_list_t), intent(in) :: effects
       type(measurement_t), intent(inout) :: measurement
       type(scene_error_t), intent(inout) :: error
       character(len=:), allocatable :: problem
@@ -266,7 +267,7 @@ contains
       integer :: i, n
       call read_message(text, measurement%file, labels, measurement%columns, measurement%times, measurement%rows, &
                         problem, has_place)
-      if (problem == '' .and. frame_turns .and. measurement%kind == VALUES) &
+      if (problem == '' .and. .not. effects%knows_space_axes() .and. measurement%kind == VALUES) &
          problem = 'the rates of an AEM belong to axes that do not rotate (expected attitudes where space axes rotate)'
       if (problem /= '') then
          call error%raise(group%line_of('file'), problem)
@@ -274,6 +275,12 @@ contains
          return
       end if
       n = size(measurement%times)
+      if (measurement%kind == ATTITUDES .and. effects%knows_space_axes() .and. effects%frame_turns) then
+         do i = 1, n
+            measurement%rows(:, i) = quat_product(quat_conjugate(effects%space_axes(measurement%times(i))), &
+                                                  measurement%rows(:, i))
+         end do
+      end if
       if (end_time < 0.0_wp) then
          measurement%times = measurement%times(n:1:-1)
          measurement%rows = measurement%rows(:, n:1:-1)
