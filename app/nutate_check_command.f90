@@ -1,6 +1,7 @@
 !> `nutate check SCENE`: says what would be simulated and writes nothing.
 module nutate_check_command
    use nutate_attitude, only: axis_angle_from_quat
+   use nutate_axes_words, only: add_space_axes
    use nutate_body, only: diagonal, whole_body
    use nutate_cli, only: command_t
    use nutate_column_event, only: column_event_t, most_columns
@@ -150,7 +151,7 @@ contains
          end if
          if (labels%object//labels%object_id /= '') call page%item('object', labels%object// &
             merge(', ', '  ', min(len(labels%object), len(labels%object_id)) > 0)//labels%object_id)
-         if (labels%space_frame /= '') call page%item('space axes', labels%space_frame)
+         call add_space_axes(page, scene)
          if (labels%body_frame /= '') call page%item('body axes', labels%body_frame)
          do i = 1, scene%system%effects%n_frames
             call page%item('frame '//count_text(int(i, long)), frame_text(scene, i))

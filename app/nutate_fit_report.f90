@@ -1,5 +1,6 @@
 !> What a fit came to, for people.
 module nutate_fit_report
+   use nutate_axes_words, only: add_space_axes
    use nutate_attitude, only: rotation_vector_from_quat
    use nutate_console, only: count_text, page_t, plural, vector_text
    use nutate_decimal, only: rounded_text
@@ -23,6 +24,7 @@ contains
       type(page_t), intent(inout) :: page
       type(fit_t), intent(in) :: fit
       type(table_t) :: table
+      call add_space_axes(page, fit%problem%model%scene)
       associate (result => fit%result)
          call page%item('data', plural(int(fit%problem%measured_in_arc(), long), 'residual')//' in '// &
                         plural(size(fit%problem%residuals, kind=long), 'measurement')//', '// &

@@ -1,6 +1,7 @@
 !> `nutate linearize SCENE`: matrices, eigenvalues and Floquet multipliers of small motions beside that of a scene, or
 !> all its equilibria.
 module nutate_linearize_command
+   use nutate_axes_words, only: add_space_axes
    use nutate_cli, only: command_t
    use nutate_console, only: page_t, say_error, show_page, EXIT_INPUT, EXIT_RUN, EXIT_SUCCESS
    use nutate_discarding, only: discard_file
@@ -51,6 +52,7 @@ contains
       to_output = .false.
       if (allocated(command%json)) to_output = command%json == '-'
       call page%line(printable_path(scene%file)//': '//scene%title)
+      call add_space_axes(page, scene)
       if (command%equilibria) then
          call add_equilibria(page, found)
       else

@@ -1,5 +1,6 @@
 !> What a run came to, for people.
 module nutate_run_summary
+   use nutate_axes_words, only: add_space_axes
    use nutate_chaos, only: chaos_t
    use nutate_console, only: count_text, page_t, plural, vector_text
    use nutate_decimal, only: rounded_text
@@ -38,6 +39,7 @@ contains
          last = scene%labels%epoch%after(run%state%t)
          call page%item('calendar time', scene%labels%epoch%text()//' to '//last%text()//' '//trim(last%system))
       end if
+      call add_space_axes(page, scene)
       call add_periodic(page, scene%periodic)
       if (run%summary%choice /= '') call page%item('method', trim(run%summary%settings%method)// &
                                                    ', chosen by auto: '//trim(run%summary%choice))

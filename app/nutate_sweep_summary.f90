@@ -1,5 +1,6 @@
 !> What a sweep came to, for people.
 module nutate_sweep_summary
+   use nutate_axes_words, only: add_space_axes
    use nutate_console, only: count_text, page_t, plural, say_error, show_page, EXIT_OUTPUT, EXIT_RUN
    use nutate_contraction, only: arithmetic_in_words
    use nutate_decimal, only: rounded_text
@@ -54,6 +55,7 @@ contains
       if (sums%codes(0) == 0) exit_code = EXIT_RUN
       if (quiet .and. exit_code == 0) return
       call page%line(printable_path(scene%file)//': '//scene%title)
+      call add_space_axes(page, scene)
       if (present(watcher)) call add_time(page, members, watcher)
       call add_members(page, scene, sums, first_failed)
       call add_fields(page, layout, sums)

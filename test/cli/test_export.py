@@ -364,7 +364,7 @@ class Dates(CommandLineTest):
         self.write("tumbler.nml", TUMBLER)
         text = self.succeed("check", "tumbler.nml").stdout
         for pattern in (r"epoch +t = 0 at 2029-04-13T21:46:12.75 TDB, end at 2029-04-13T21:46:22.65\n", r"object +APOPHIS, 2004-MN4\n",
-                        r"space axes +ICRF\n"):
+                        r"space axes +inertial, ICRF\n"):
             self.assertRegex(text, pattern)
         said = self.succeed("run", "tumbler.nml").stderr
         self.assertRegex(said, r"calendar time +2029-04-13T21:46:12.75 to 2029-04-13T21:46:22.65 TDB\n")
