@@ -85,6 +85,7 @@ module nutate_cli
       option_t('--max-steps', 'N', 'linearize', 'stop with exit status 3 after N steps of the period'), &
       option_t('--period', 'T|orbit', 'linearize', &
                'linearise over a period of T seconds, or of the orbit (default: an equilibrium)'), &
+      option_t('--relative-rates', '', 'linearize', 'rates relative to axes that rotate with the equilibrium'), &
       option_t('--equilibria', '', 'linearize', 'find all attitudes in which the body rests, and their stability'), &
       option_t('--json', 'FILE', 'linearize', 'write the results as JSON, with all digits; - is standard output'), &
       option_t('--checkpoint', 'FILE', 'run', 'write checkpoints to FILE, so that an interrupted run can be resumed'), &
@@ -141,6 +142,8 @@ module nutate_cli
       real(wp) :: period = 0.0_wp
       !> Find equilibria.
       logical :: equilibria = .false.
+      !> States have relative rates.
+      logical :: relative_rates = .false.
       !> Where to write as JSON; not allocated where not wanted.
       character(len=:), allocatable :: json
       !> What is wrong with the arguments; not allocated if nothing is.
@@ -284,7 +287,7 @@ contains
          call set_drawing(name, value, command)
       case ('--scene', '--aem', '--aem-version', '--gltf', '--speed', '--error')
          call set_export(name, value, command)
-      case ('--json', '--period', '--equilibria')
+      case ('--json', '--period', '--equilibria', '--relative-rates')
          call set_linear(name, value, command)
       case ('--seconds', '--evaluations')
          call set_budget(name, value, command)
@@ -340,6 +343,8 @@ contains
       type(command_t), intent(inout) :: command
       if (name == '--equilibria') then
          command%equilibria = .true.
+      else if (name == '--relative-rates') then
+         command%relative_rates = .true.
       else if (name == '--json') then
          command%json = value
          if (value == '') command%error = '--json needs the name of a file, or - for standard output'
@@ -542,6 +547,8 @@ contains
           allocated(command%resume))) command%error = '--every-seconds needs --checkpoint FILE'
       if (command%equilibria .and. abs(command%period) > 0.0_wp) &
          command%error = '--equilibria cannot be combined with --period'
+      if (command%relative_rates .and. (command%equilibria .or. abs(command%period) > 0.0_wp)) &
+         command%error = '--relative-rates cannot be combined with --period or --equilibria'
       if (command%member > 0 .and. (command%first > 0 .or. command%merges .or. command%goes_on)) &
          command%error = '--member cannot be combined with --members, --merge or --resume'
       if (command%merges .and. (command%first > 0 .or. command%goes_on)) &

@@ -169,6 +169,8 @@ contains
       call page%line('eigenvalues of A. x holds a rotation vector of the body from the motion, and the changes of')
       call page%line('angular velocity, body axes, and of the speeds of the wheels; u torques about the body axes and')
       call page%line('of the motors. A start that is no equilibrium is rejected, with its angular acceleration.')
+      call page%line('The angular velocity is absolute; with --relative-rates it is relative to axes that rotate with')
+      call page%line('the equilibrium, such as those of an orbit.')
       call page%line('With --period, x(T) = A x(0) + B u after a period, with inputs that are constant in it; the')
       call page%line('eigenvalues of A are then the Floquet multipliers.')
       call page%line('')

@@ -43,6 +43,7 @@ contains
          call scene_equilibria(scene, found, status)
       else
          call linearize_scene(scene, command%period, linear, status)
+         if (status%ok() .and. command%relative_rates) call linear%use_relative_rates(status)
       end if
       if (.not. status%ok()) then
          call say_error('nutate: '//printable_path(scene%file)//': '//trim(status%message))

@@ -35,7 +35,11 @@ contains
       end if
       call page%item('attitude', 'quaternion '//vector_text(linear%q, 9))
       call page%item('angular velocity', vector_text(linear%omega, 9)//' rad/s')
-      call page%item('rates of states', 'absolute, relative to the stars')
+      if (linear%absolute) then
+         call page%item('rates of states', 'absolute, relative to the stars')
+      else
+         call page%item('rates of states', 'relative to axes that rotate with the equilibrium')
+      end if
       if (size(linear%speeds) > 0) call page%item('wheel speeds', vector_text(linear%speeds, 9)//' rad/s')
       call page%line('')
       if (linear%period > 0.0_wp) then

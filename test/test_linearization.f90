@@ -431,6 +431,19 @@ contains
          if (allocated(error)) return
          open%a(:, :6) = open%a(:, :6) - matmul(open%b(:, :3), k)
          call check_close(error, reshape(closed%a, [size(closed%a)]), reshape(open%a, [size(open%a)]), 1e-12_wp, text)
+         ! The same with feedback of relative rates.
+         call linearize(text, open, error)
+         if (allocated(error)) return
+         call open%use_relative_rates(status)
+         call check_below(error, maxval(abs(open%a(:3, :3))), 1e-15_wp, 'theta is the integral of relative rates')
+         call open%controller_gains(k, attitude_gain, rate_gain, status)
+         call check(error, status%ok(), trim(status%message))
+         call linearize(text//" &controller law = 'quaternion', target_from = "//target//", attitude_gain_matrix = "// &
+                        numbers(attitude_gain)//", rate_gain_matrix = "//numbers(rate_gain)//" /", closed, error)
+         if (allocated(error)) return
+         call closed%use_relative_rates(status)
+         open%a(:, :6) = open%a(:, :6) - matmul(open%b(:, :3), k)
+         call check_close(error, reshape(closed%a, [size(closed%a)]), reshape(open%a, [size(open%a)]), 1e-12_wp, text)
       end do
 
    contains
@@ -467,6 +480,8 @@ contains
       linear%period = 3.0_wp
       call linear%controller_gains(k(:3, :6), attitude_gain, rate_gain, status)
       call check(error, index(status%message, 'expected an equilibrium') > 0, 'period')
+      call linear%use_relative_rates(status)
+      call check(error, index(status%message, 'expected an equilibrium') > 0, 'relative rates over a period')
    end subroutine test_impossible_gains
 
    !> Of the periodic motion with a revolution a turn; 17 digits from another program. They come in pairs λ, 1/λ.

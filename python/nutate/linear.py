@@ -19,8 +19,8 @@ TEXT_SIZE = 32768
 class Linearization:
     """dx/dt = A x + B u about an equilibrium, or x(T) = A x(0) + B u over a period, with inputs that are constant in it.
 
-    The state has a rotation vector from the motion, the change of the absolute angular velocity, both in body axes, and the changes
-    of the wheel speeds. `states` and `inputs` name x and u, `state_units` and `input_units` have their units; `eigenvalues` are those of A (about an
+    The state has a rotation vector from the motion, the change of the angular velocity, both in body axes, and the changes of the
+    wheel speeds. `rates` is "absolute", or "relative" for angular velocities relative to axes that rotate with the equilibrium. `states` and `inputs` name x and u, `state_units` and `input_units` have their units; `eigenvalues` are those of A (about an
     equilibrium in 1/s), the Floquet multipliers of a motion that `closes`. `period` is 0 about an equilibrium. `residual` is the
     largest angular acceleration, rad/s², or the largest change of a velocity in a period, rad/s. `q`, `omega` and
     `wheel_speeds` are the start."""
@@ -38,6 +38,7 @@ class Linearization:
     q: Array
     omega: Array
     wheel_speeds: Array
+    rates: str = "absolute"
 
     def controller_gains(self, feedback: npt.ArrayLike) -> "ControllerGains":
         """Computes the gains with which `&controller law = 'quaternion'` gives the feedback u = -K x about an equilibrium.
@@ -64,9 +65,12 @@ class ControllerGains(NamedTuple):
     rate_gain_matrix: Array
 
 
-def linearize(scene: SceneOrPath, *overrides: str, period: Union[float, str, None] = None) -> Linearization:
+def linearize(scene: SceneOrPath, *overrides: str, period: Union[float, str, None] = None, rates: str = "absolute") -> Linearization:
     """Linearises the motion of a scene, a Scene or a path with `overrides`: about its start, which has to be an equilibrium, or
-    over a `period`, s, or "orbit" for that of the orbit. As `nutate linearize`."""
+    over a `period`, s, or "orbit" for that of the orbit. As `nutate linearize`. About an equilibrium `rates` may be "relative": the
+    angular velocities among the states are then relative to axes that rotate with it, such as the LVLH frame."""
+    if rates not in ("absolute", "relative") or (rates == "relative" and period is not None):
+        raise refusal(f"rates is {rates!r} (expected 'absolute', or 'relative' about an equilibrium)")
     if isinstance(period, str) and period != "orbit":
         raise refusal('period is no time (expected seconds, "orbit" or None)')
     if period is not None and period != "orbit" and not float(period) > 0:
@@ -77,11 +81,17 @@ def linearize(scene: SceneOrPath, *overrides: str, period: Union[float, str, Non
                            -1.0 if period == "orbit" else float(period or 0.0), text, TEXT_SIZE, message, MESSAGE_SIZE)
     made._conclude(status, message=message.value.decode("utf-8", "replace"))
     found = json.loads(text.value)
+    matrix = np.array(found["A"], float)
+    if rates == "relative":
+        # In place of the absolute rate the derivative of theta.
+        turn = matrix[:3, :3].copy()
+        matrix[3:6] += turn @ matrix[:3]
+        matrix[:, :3] -= matrix[:, 3:6] @ turn
     return Linearization(
-        np.array(found["A"], float), np.array(found["B"], float), np.array([complex(*pair) for pair in found["eigenvalues"]]),
+        matrix, np.array(found["B"], float), np.array([complex(*pair) for pair in found["eigenvalues"]]),
         found["states"], found["inputs"], found["state_units"], found["input_units"], float(found["period"]), found["closes"],
         float(found["residual"]), np.array(found["attitude"], float), np.array(found["angular_velocity"], float),
-        np.array(found["wheel_speeds"], float))
+        np.array(found["wheel_speeds"], float), rates)
 
 
 @dataclass(frozen=True)

@@ -62,6 +62,20 @@ class LinearizeTest(unittest.TestCase):
             whole[:3, :6] = feedback
             np.testing.assert_array_equal(found.controller_gains(whole).rate_gain_matrix, feedback[:, 3:])
 
+    def test_relative_rates_on_request(self):
+        scene = nutate.Scene(text=SATELLITE)
+        absolute, relative = nutate.linearize(scene), nutate.linearize(scene, rates="relative")
+        self.assertEqual((absolute.rates, relative.rates), ("absolute", "relative"))
+        np.testing.assert_array_equal(relative.A[:3, :6], np.eye(3, 6, 3))
+        change = np.eye(7)
+        change[3:6, :3] = absolute.A[:3, :3]
+        np.testing.assert_allclose(relative.A @ change, change @ absolute.A, atol=1e-18)
+        np.testing.assert_allclose(relative.controller_gains(np.ones((3, 6))).attitude_gain_matrix, np.full((3, 3), 2.0))
+        with self.assertRaises(nutate.NutateValueError):
+            nutate.linearize(scene, rates="relative", period="orbit")
+        with self.assertRaises(nutate.NutateValueError):
+            nutate.linearize(scene, rates="lvlh")
+
     def test_gains_that_a_controller_cannot_have(self):
         found = nutate.linearize(nutate.Scene(text=SATELLITE))
         for place, words in (((3, 0), "motors or speeds"), ((0, 6), "motors or speeds")):

@@ -46,7 +46,11 @@ module nutate_linearization
       real(wp) :: residual = 0.0_wp
       !> A period leads back to the start, and to the same forces.
       logical :: closes = .true.
+      !> The rates among the states are absolute; else those relative to axes that rotate with the equilibrium, θ̇.
+      logical :: absolute = .true.
    contains
+      !> Changes the rates among the states to relative ones.
+      procedure :: use_relative_rates
       !> Computes the gains with which a controller gives the feedback u = -Kx.
       procedure :: controller_gains
    end type linearization_t
@@ -124,6 +128,23 @@ contains
                     ' rad/s^2'//trim(when)//' (expected 0, or a period to linearise over)')
    end function refusal
 
+   !> Changes the rates among the states to those relative to axes that rotate with the equilibrium, such as the LVLH
+   !> frame: δΩ + A₁₁θ = θ̇ in place of δΩ. Does nothing where they are relative. Errors: `NUTATE_BAD_ARGUMENT` for a
+   !> period.
+   subroutine use_relative_rates(self, status)
+      class(linearization_t), intent(inout) :: self
+      type(status_t), intent(out) :: status
+      real(wp) :: turn(3, 3)
+      if (self%period > 0.0_wp) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'relative rates are not available over a period (expected an equilibrium)')
+      end if
+      if (.not. (self%absolute .and. status%ok())) return
+      self%absolute = .false.
+      turn = self%a(:3, :3)
+      self%a(4:6, :) = self%a(4:6, :) + matmul(turn, self%a(:3, :))
+      self%a(:, :3) = self%a(:, :3) - matmul(self%a(:, 4:6), turn)
+   end subroutine use_relative_rates
+
    !> Computes the gain matrices of the quaternion law for the feedback u = -Kx about an equilibrium: the law has
    !> -½Kθ - Dθ̇ with θ̇ = A₁₁θ + δΩ, the rate relative to its target. So D = K_Ω, and its K is 2(K_θ - K_Ω A₁₁).
    !>
@@ -154,6 +175,7 @@ contains
       end if
       if (.not. status%ok()) return
       rate_gain = feedback(:3, 4:6)
+      ! Of relative rates A₁₁ is zero.
       attitude_gain = 2*(feedback(:3, :3) - matmul(rate_gain, self%a(:3, :3)))
    end subroutine controller_gains
 

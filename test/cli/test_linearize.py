@@ -119,6 +119,21 @@ class Linearize(CommandLineTest):
         for text in ("--period T|orbit", "--json FILE", "Floquet multipliers"):
             self.assertIn(text, page)
 
+    def test_relative_rates_on_request(self):
+        absolute, relative = self.linear("sat.nml"), self.linear("sat.nml", "--relative-rates")
+        self.assertEqual((absolute["rates"], relative["rates"]), ("absolute", "relative"))
+        self.assertEqual([row[:3] for row in relative["A"][:3]], [[0, 0, 0]] * 3)
+        self.assertEqual(relative["B"], absolute["B"])
+        # Pitch does not differ; roll and yaw have Coriolis and centrifugal terms.
+        self.assertAlmostEqual(relative["A"][4][1], absolute["A"][4][1], delta=1e-20)
+        j, n = (90.0, 100.0, 40.0), RATE
+        self.assertAlmostEqual(relative["A"][3][0], -4 * n * n * (j[1] - j[2]) / j[0], delta=1e-20)
+        self.assertAlmostEqual(relative["A"][3][5], n * (j[0] - j[1] + j[2]) / j[0], delta=1e-17)
+        page = self.succeed("linearize", "sat.nml", "--relative-rates").stdout
+        self.assertIn("rates of states     relative to axes that rotate with the equilibrium", page)
+        self.assertIn("space axes          LVLH, which rotate at", page)
+        self.fail_with(2, "linearize", "sat.nml", "--relative-rates", "--period", "orbit", says=("cannot be combined",))
+
     def test_all_equilibria(self):
         page = self.succeed("linearize", "sat.nml", "--equilibria").stdout
         self.assertIn("equilibria          24 attitudes at rest in the space axes", page)

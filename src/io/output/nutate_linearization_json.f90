@@ -26,7 +26,7 @@ contains
              '"wheel_speeds": '//numbers(linear%speeds)//','//line// &
              '"states": '//texts(linear%states)//','//line// &
              '"state_units": '//texts(linear%state_units)//','//line// &
-             '"rates": "absolute",'//line// &
+             '"rates": "'//trim(merge('absolute', 'relative', linear%absolute))//'",'//line// &
              '"inputs": '//texts(linear%inputs)//','//line// &
              '"input_units": '//texts(linear%input_units)//','//line// &
              '"A": '//rows(linear%a)//','//line//'"B": '//rows(linear%b)//','//line//'"eigenvalues": ['
