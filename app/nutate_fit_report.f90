@@ -165,17 +165,22 @@ contains
       end do
    end subroutine add_directions
 
-   !> A direction by the names of what changes: relative changes of numbers, absolute ones where a number is zero.
+   !> Returns a direction by the names of what changes: changes relative to the values, absolute changes of values that
+   !> are zero within the error that they had if all others were known.
    function direction_text(fit, i) result(text)
       type(fit_t), intent(in) :: fit
       integer, intent(in) :: i
       character(len=:), allocatable :: text
-      real(wp) :: change(size(fit%problem%names))
+      real(wp) :: change(size(fit%problem%names)), sigma
       integer :: k
-      change = fit%result%directions(:, i)
-      do k = 1, size(change)
-         if (abs(fit%result%x(k)) > 0.0_wp) change(k) = change(k)/abs(fit%result%x(k))
-      end do
+      associate (result => fit%result)
+         change = result%directions(:, i)
+         sigma = 1.0_wp
+         if (.not. fit%sigma_is_known) sigma = sqrt(result%chi_squared/max(1, result%degrees_of_freedom))
+         do k = 1, size(change)
+            if (abs(result%x(k))*norm2(result%jacobian(:, k)) > sigma) change(k) = change(k)/result%x(k)
+         end do
+      end associate
       change = change/change(maxloc(abs(change), dim=1))
       text = ''
       do k = 1, size(change)

@@ -58,8 +58,8 @@ module nutate_fit_model
       logical, allocatable :: changes_system(:)
       !> For each free number by which the system depends on it, the system at the places of the stencil.
       type(system_t), allocatable :: systems(:, :)
-      !> Steps of the stencil; shape (free numbers).
-      real(wp), allocatable :: steps(:)
+      !> Sizes of the numbers in the scene, and steps of the stencil; shape (free numbers).
+      real(wp), allocatable :: sizes(:), steps(:)
       !> What is built again for each change of the numbers.
       integer, private :: part = 0
       !> Steps that runs with derivatives may still perform: `max_steps` of the scene's plan limits their sum.
@@ -162,7 +162,8 @@ contains
                self%values(i) = numbers%groups(target%group)%settings(target%setting)%values(target%value)%number
             end associate
          end do
-         self%steps = [(step_of(self, i), i=1, size(free))]
+         self%sizes = [(size_of(self, i), i=1, size(free))]
+         self%steps = relative_step*merge(self%sizes, 1.0_wp, self%sizes > 0.0_wp)
       end associate
    end subroutine begin
 
@@ -171,19 +172,18 @@ contains
       type(fit_plan_t), intent(out) :: plan
    end subroutine forget
 
-   !> The step by which a number is changed where the scene is differentiated.
-   pure real(wp) function step_of(self, i) result(step)
+   !> The size of a number: the largest value of its key in the scene, 1 rad for a turn; 0 if all values are zero.
+   pure real(wp) function size_of(self, i)
       class(fit_model_t), intent(in) :: self
       integer, intent(in) :: i
-      step = relative_step/self%plan%angle_unit
+      size_of = 1/self%plan%angle_unit
       if (self%plan%free(i)%target == 0) return
       associate (target => self%plan%numbers%targets(self%plan%free(i)%target))
          associate (values => self%plan%numbers%groups(target%group)%settings(target%setting)%values)
-            step = relative_step*maxval(abs(values%number))
+            size_of = maxval(abs(values%number))
          end associate
       end associate
-      if (step <= 0.0_wp) step = relative_step
-   end function step_of
+   end function size_of
 
    !> Sets the free numbers, and builds the scene with them. Errors: what the scene rejects, `NUTATE_BAD_SCENE` or the
    !> code that says more.

@@ -77,6 +77,7 @@ contains
       end associate
       self%low = [self%low, spread(-huge(1.0_wp), 1, size(self%names) - self%n_free)]
       self%high = [self%high, spread(huge(1.0_wp), 1, size(self%names) - self%n_free)]
+      self%sizes = [self%model%sizes, spread(0.0_wp, 1, size(self%names) - self%n_free)]
       self%weak_values = spread(0.0_wp, 1, size(self%names))
       self%weak_sigma = self%weak_values
       call self%set_arc(huge(1.0_wp))

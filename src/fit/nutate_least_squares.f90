@@ -31,8 +31,8 @@ module nutate_least_squares
    real(wp), parameter :: stall_share = 0.1_wp
    !> Least curvature of a loss beside its slope while iterating.
    real(wp), parameter :: least_curvature = 0.1_wp
-   !> A parameter that changes the residuals by less, beside the one that changes them most, changes them by rounding
-   !> only.
+   !> A parameter that, changed by its usual size, changes the residuals by less than this share of the largest such
+   !> change, changes them by rounding only.
    real(wp), parameter :: rounding = 1e-11_wp
    !> A direction is one of a parameter that has more than this share of it, columns scaled.
    real(wp), parameter :: share = 1e-5_wp
@@ -43,6 +43,9 @@ module nutate_least_squares
       integer, allocatable :: losses(:)
       !> Bounds; not allocated: none. Shape (parameters).
       real(wp), allocatable :: low(:), high(:)
+      !> Size that each parameter usually has, 0 if none is known: a change by it that changes the residuals by rounding
+      !> only shows nothing of the parameter. Not allocated: none is known. Shape (parameters).
+      real(wp), allocatable :: sizes(:)
    contains
       !> Residuals and Jacobian at given parameters.
       procedure(evaluate_residuals), deferred :: evaluate
@@ -287,8 +290,9 @@ contains
       a = here%weighed_jacobian(:, factors%moving)
       b = reshape(here%weighed, [m, 1])
       factors%lengths = norm2(a, dim=1)
-      ! What a parameter as a whole does, beside what the others do.
-      shares = abs(here%x(factors%moving))*factors%lengths
+      ! Not by the values: a fitted value may be zero, up to rounding, and known well.
+      shares = 0*factors%lengths
+      if (allocated(problem%sizes)) shares = problem%sizes(factors%moving)*factors%lengths
       do i = 1, n
          if (shares(i) > 0.0_wp .and. shares(i) <= rounding*maxval(shares)) a(:, i) = 0.0_wp
          if (maxval(abs(a(:, i))) <= 0.0_wp) factors%lengths(i) = 1.0_wp

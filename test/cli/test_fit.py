@@ -137,6 +137,30 @@ class Fit(CommandLineTest):
         self.assertRegex(page, r"body\.inertia\.3 +\S+ +not identifiable")
         self.assertRegex(page, r"not identifiable +body\.inertia\.1 1, body\.inertia\.2 1, body\.inertia\.3 1")
 
+    def test_a_rate_of_zero_is_known_as_well_as_others(self):
+        scene = ("&body inertia = 1, 1.2, 1.5 /\n&initial angular_velocity = 0, 0, {} /\n"
+                 "&integrator local_tolerance = 1e-11, end_time = 20 /\n&output interval = 2, columns = 'quaternion' /\n")
+        self.write("truth.nml", scene.format(0.0785398))
+        self.succeed("run", "truth.nml", "--quiet", "--output", "tracker.csv")
+        self.write("tracker.nml", scene.format(0.07) + "&free key = 'initial.attitude', 'initial.angular_velocity' /\n"
+                   "&measurement file = 'tracker.csv', columns = 'q0', 'q1', 'q2', 'q3', sigma = 0.001 /\n")
+        page = self.succeed("fit", "tracker.nml").stdout
+        self.assertIn("27 degrees of freedom", page)
+        for key, error in (("initial.attitude", 5.5e-4), ("initial.angular_velocity", 5.2e-5)):
+            for axis in (1, 2):
+                power = re.search(rf"{key}\.{axis} .* ± (\S+?)\)?(E\S+)?$", page, re.MULTILINE)
+                self.assertAlmostEqual(float(power[1] + (power[2] or "")), error, delta=0.03*error)
+
+    def test_moments_and_torques_are_known_up_to_one_factor(self):
+        body = "&body inertia = 5, 20, {} /\n&initial angular_velocity = 3, 1, 5 /\n&dipole moment = 2, -3, 1, field = 0, 0, 1 /\n"
+        run = "&integrator local_tolerance = 1e-10, end_time = 3 /\n&output interval = 0.1, columns = 'angular_velocity' /\n"
+        self.write("truth.nml", body.format(17) + run)
+        self.succeed("run", "truth.nml", "--quiet", "--output", "field.csv")
+        self.write("field.nml", body.format(17.1) + run + "&free key = 'body.inertia', 'dipole.moment' /\n"
+                   "&measurement file = 'field.csv', columns = 'omega1', 'omega2', 'omega3', sigma = 0.01 /\n")
+        self.assertIn("not identifiable    body.inertia.1 1, body.inertia.2 1, body.inertia.3 1, dipole.moment.1 1, "
+                      "dipole.moment.2 1, dipole.moment.3 1 (", self.succeed("fit", "field.nml").stdout)
+
     def test_without_sigma_the_residuals_give_it(self):
         self.write("free.nml", GYRO.replace(", sigma = 0.01", ""))
         self.assertIn("from the residuals", self.succeed("fit", "free.nml").stdout)
