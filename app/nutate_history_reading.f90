@@ -73,17 +73,20 @@ contains
       character(len=:), allocatable, intent(out) :: problem
       character(len=line_length) :: line
       integer, allocatable :: places(:)
-      integer(long) :: rows
+      integer(long) :: lines, rows
       integer :: unit, iostat, fields
 
       call open_history(path, unit, line, problem)
       if (problem /= '') return
       call read_header(trim(line), history%names, places, fields, wanted)
       rows = 0
+      lines = 0
       do
          read (unit, '(a)', iostat=iostat) line
          if (iostat /= 0) exit
-         rows = rows + 1
+         lines = lines + 1
+         ! Blank lines at the end are none.
+         if (line /= '') rows = lines
       end do
       rewind (unit)
       ! The header may end with the file.

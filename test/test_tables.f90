@@ -180,7 +180,7 @@ contains
       call try(header//'0,1,2,3'//lf//'1,1,,3'//lf, "t.csv:3: '' is not a number")
       call try(header//'0,1,2'//lf, 't.csv:2: wrong number of values in this line')
       call try(header//'0,1,2,3,4'//lf, 't.csv:2: wrong number of values in this line')
-      call try(header//'0,1,2,3'//lf//lf, 't.csv:3: wrong number of values in this line')
+      call try(header//'0,1,2,3'//lf//lf//'1,1,2,3'//lf, 't.csv:3: wrong number of values in this line')
       call try(header//'0,1,2,1e200'//lf, "t.csv:2: '1e200' is too large")
       call try(header//'0,"1,2,3'//lf, "t.csv:2: '""1' has a quote that is not closed")
       call try(header//'0,"1,5",2,3'//lf, "t.csv:2: '1,5' is not a number")

@@ -113,10 +113,12 @@ contains
          self%times = [self%times, t]
          do i = 1, size(next)
             associate (times => self%residuals(i)%measurement%times)
-               if (next(i) > size(times)) cycle
-               if (abs(times(next(i)) - t) > 0.0_wp) cycle
-               self%places(next(i), i) = size(self%times)
-               next(i) = next(i) + 1
+               ! Several rows of a measurement may have the same time.
+               do while (next(i) <= size(times))
+                  if (abs(times(next(i)) - t) > 0.0_wp) exit
+                  self%places(next(i), i) = size(self%times)
+                  next(i) = next(i) + 1
+               end do
             end associate
          end do
       end do

@@ -183,7 +183,7 @@ contains
       end do
    end subroutine start_at_data
 
-   !> The first attitude, and the mean rate between the first two.
+   !> The first attitude, and the mean rate to the next one at another time.
    subroutine start_at_attitudes(problem, scene, measurement, start, beside, found)
       type(fit_problem_t), intent(in) :: problem
       type(scene_t), intent(in) :: scene
@@ -192,8 +192,12 @@ contains
       real(wp), intent(inout) :: beside(3)
       logical, intent(out) :: found
       real(wp) :: turn(3), interval, q(4)
-      interval = measurement%times(2) - measurement%times(1)
-      turn = rotation_vector_from_quat(quat_product(quat_conjugate(measurement%rows(:, 1)), measurement%rows(:, 2)))
+      integer :: next
+      found = .false.
+      next = findloc(abs(measurement%times - measurement%times(1)) > 0.0_wp, .true., dim=1)
+      if (next == 0) return
+      interval = measurement%times(next) - measurement%times(1)
+      turn = rotation_vector_from_quat(quat_product(quat_conjugate(measurement%rows(:, 1)), measurement%rows(:, next)))
       found = problem%model%plan%has_attitude
       if (found) then
          q = quat_product(measurement%rows(:, 1), quat_from_rotation_vector( &

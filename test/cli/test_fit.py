@@ -68,6 +68,51 @@ class Fit(CommandLineTest):
         with open(self.path("other/fit.nml"), encoding="utf-8") as file:
             self.assertIn("file = 'gyro.csv'", file.read())
 
+    def rewrite(self, header, change=lambda row: row, end=""):
+        """Writes the measured rates to other.csv, as another logger has them, and a scene other.nml that reads them."""
+        with open(self.path("gyro.csv"), encoding="utf-8", newline="") as file:
+            rows = [[float(row[name]) for name in ("t", "omega1", "omega2", "omega3")] for row in csv.DictReader(file)]
+        self.write("other.csv", header + "\n" + "".join(",".join(map(repr, change(row))) + "\n" for row in rows) + end)
+        self.write("other.nml", GYRO.replace("gyro.csv", "other.csv"))
+
+    def test_units_of_headers_are_converted(self):
+        plain = self.values("gyro")
+        degree = math.pi / 180
+        for header, factors in (("t (ms),omega1 (deg/s),omega2 (rpm),omega3 [rad/s]", (1e3, 1 / degree, 30 / math.pi, 1)),
+                                ("t(min),omega1 (mrad/s),omega2 (deg/h),omega3 (deg/d)",
+                                 (1 / 60, 1e3, 3600 / degree, 86400 / degree)),
+                                ("t (s),omega1,omega2,omega3", (1, 1, 1, 1))):
+            with self.subTest(header):
+                self.rewrite(header, lambda row: [factor * number for factor, number in zip(factors, row)])
+                for one, other in zip(plain, self.values("other")):
+                    self.assertAlmostEqual(one, other, delta=1e-7 * max(abs(one), 1))
+
+    def test_headers_that_say_something_else_are_rejected(self):
+        for header, says in (
+                ("t (s),omega1 (deg),omega2,omega3", "other.csv:1: 'omega1 (deg)' has an unknown unit (expected rad/s, mrad/s, deg/s"),
+                ("t (year),omega1,omega2,omega3", "other.csv:1: 't (year)' has an unknown unit (expected s, ms, us, ns, min, h, d)"),
+                ("t,omega1,omega1,omega3", "other.csv:1: there are two columns 'omega1' (expected one)")):
+            with self.subTest(header):
+                self.rewrite(header)
+                self.fail_with(2, "fit", "other.nml", says=(says,))
+        self.rewrite("t,omega1,omega2,omega3", end="1.0,inf,0,0\n")
+        self.fail_with(2, "fit", "other.nml", says=("other.csv:23: 'inf' is not finite (expected a number)",))
+        self.write("axis.csv", "t,x (m),y,z\n0,1,0,0\n")
+        self.write("axis.nml", GYRO.replace("gyro.csv", "axis.csv").replace("'omega1', 'omega2', 'omega3'", "'x', 'y', 'z', direction = 3*1"))
+        self.fail_with(2, "fit", "axis.nml", says=("axis.csv:1: 'x (m)' has a unit (expected none)",))
+
+    def test_logs_may_repeat_a_time_and_end_in_blank_lines(self):
+        plain = self.values("gyro")
+        self.rewrite("t,omega1,omega2,omega3", end="1.0,{!r},{!r},{!r}\n\n \n".format(*self.last_rates()))
+        for one, other in zip(plain, self.values("other")):
+            self.assertAlmostEqual(one, other, delta=1e-7 * max(abs(one), 1))
+        self.assertIn("66 residuals", self.succeed("fit", "other.nml").stdout)
+
+    def last_rates(self):
+        with open(self.path("gyro.csv"), encoding="utf-8", newline="") as file:
+            row = list(csv.DictReader(file))[-1]
+        return [float(row[name]) for name in ("omega1", "omega2", "omega3")]
+
     def test_a_message_of_another_program_is_a_file_of_measurements(self):
         dates = "&scene epoch = '2029-04-13T21:46:12.7', time_system = 'TDB', object = 'box', space_frame = 'ECLIPJ2000' /\n"
         self.write("dated.nml", dates + self.read("truth.nml").replace("'euler'", "'quaternion'"))

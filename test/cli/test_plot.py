@@ -143,6 +143,12 @@ class Pictures(CommandLineTest):
                        env={**os.environ, "PATH": self.path("bin") + os.pathsep + os.environ["PATH"]})
         self.assertEqual(self.names(), ["bin", "box.csv", "box.nml", "top.nml"])
 
+    def test_blank_lines_at_the_end_of_a_history_are_no_rows(self):
+        self.write("h.csv", "t,L1,L2,L3\n0,1,2,3\n1,1,2,4\n\n \n")
+        self.succeed("plot", "h.csv", "--output", "h.svg")
+        self.write("h.csv", "t,L1,L2,L3\n0,1,2,3\n\n1,1,2,4\n")
+        self.fail_with(2, "plot", "h.csv", "--output", "h.svg", says=("h.csv:3:",))
+
     def test_what_is_no_history_is_refused(self):
         bad = {"no.csv": ("a,b\n1,2\n", "no.csv:1: not a history"), "empty.csv": ("", "cannot be read"),
                "word.csv": ("t,L1,L2,L3\n0,1,x,3\n", "word.csv:2: 'x' is not a number"),

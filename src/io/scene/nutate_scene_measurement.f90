@@ -7,13 +7,13 @@ module nutate_scene_measurement
    use nutate_keys, only: group_t, key_t, KEY_TEXT
    use nutate_kinds, only: wp, pi
    use nutate_measured_message, only: is_message, read_message
-   use nutate_number_text, only: read_real
    use nutate_printable, only: printable_path, quoted
    use nutate_quaternion, only: quat_conjugate, quat_product
    use nutate_scene_error, only: scene_error_t
    use nutate_scene_labels, only: labels_t
-   use nutate_scene_table, only: begin_of, count_lines, next_field, path_beside
+   use nutate_scene_table, only: begin_of, count_lines, next_field, path_beside, read_number
    use nutate_spelling, only: comma_list, nearest_name, split_list
+   use nutate_table_units, only: conversion, split_header, units_of
    use nutate_status, only: status_t
    use nutate_text_file, only: read_text_file
    implicit none
@@ -217,6 +217,7 @@ contains
       type(scene_error_t), intent(inout) :: error
       character(len=:), allocatable :: text, problem
       integer, allocatable :: fields(:)
+      real(wp), allocatable :: factors(:)
       integer :: position, i
       if (group%text('file', '') == '') then
          call error%raise(group%line_of('file'), 'file is blank', expected='the name of a CSV file or an AEM')
@@ -234,7 +235,7 @@ contains
          return
       end if
       position = begin_of(text)
-      call read_header(text, position, measurement%columns, fields, problem)
+      call read_header(text, position, measurement, fields, factors, problem)
       associate (rows => count_lines(text) - 1)
          if (problem == '' .and. rows < 1) problem = 'there are no measurements (expected one for each line)'
          if (problem /= '') then
@@ -244,7 +245,7 @@ contains
          allocate (measurement%times(rows), measurement%rows(size(measurement%columns), rows))
       end associate
       do i = 1, size(measurement%times)
-         call read_row(text, position, fields, measurement%times(i), measurement%rows(:, i), problem)
+         call read_row(text, position, fields, factors, measurement%times(i), measurement%rows(:, i), problem)
          if (problem == '') call check_row(measurement, i, end_time, problem)
          if (problem == '') cycle
          call error%raise_in(measurement%file, i + 1, problem)
@@ -295,43 +296,93 @@ contains
       end do
    end subroutine take_message
 
-   !> Finds t and the columns in the header. A unit in brackets behind a name does not count.
-   subroutine read_header(text, position, columns, fields, problem)
+   !> Finds t and the columns in the header, with what their units are in those of the columns.
+   subroutine read_header(text, position, measurement, fields, factors, problem)
       character(len=*), intent(in) :: text
       integer, intent(inout) :: position
-      character(len=*), intent(in) :: columns(:)
+      type(measurement_t), intent(in) :: measurement
       !> Which column of the fit stands in each field, t as -1; 0: none. Shape (fields).
       integer, allocatable, intent(out) :: fields(:)
+      !> Shape (fields).
+      real(wp), allocatable, intent(out) :: factors(:)
       !> What is wrong with it; empty on success.
       character(len=:), allocatable, intent(out) :: problem
+      character(len=:), allocatable :: header, unit
       character(len=longest_name) :: name
       character(len=longest_name), allocatable :: names(:)
       integer :: first, last, i
       logical :: ends
       problem = ''
       ends = .false.
-      allocate (fields(0), names(0))
+      allocate (fields(0), factors(0), names(0))
       do while (.not. ends)
          call next_field(text, position, first, last, ends, problem)
          if (problem /= '') return
-         name = text(first:last)
-         if (index(name, ' (') > 0) name = name(:index(name, ' (') - 1)
+         call split_header(text(first:last), header, unit)
+         name = header
+         i = findloc(measurement%columns, name, dim=1)
+         if (name == 't') i = -1
+         fields = [fields, i]
+         factors = [factors, factor_of(measurement, i, header, unit, problem)]
+         if (i /= 0 .and. any(names == name)) problem = 'there are two columns '//quoted(trim(name))//' (expected one)'
+         if (problem /= '') return
          names = [names, name]
-         fields = [fields, findloc(columns, name, dim=1)]
-         if (name == 't') fields(size(fields)) = -1
       end do
       if (.not. any(fields == -1)) problem = "there is no column 't' (expected the time in s)"
-      do i = 1, size(columns)
-         if (problem == '' .and. .not. any(fields == i)) &
-            problem = 'there is no column '//quoted(trim(columns(i)))//' (expected it, beside '//comma_list(names)//')'
+      do i = 1, size(measurement%columns)
+         if (problem == '' .and. .not. any(fields == i)) problem = 'there is no column '// &
+            quoted(trim(measurement%columns(i)))//' (expected it, beside '//comma_list(names)//')'
       end do
    end subroutine read_header
 
+   !> Returns what the unit of a field is in the unit of its column, 1 without a unit.
+   function factor_of(measurement, i, name, unit, problem) result(factor)
+      type(measurement_t), intent(in) :: measurement
+      !> Which column, t as -1; 0: none.
+      integer, intent(in) :: i
+      character(len=*), intent(in) :: name, unit
+      !> What is wrong with the unit; left as it is on success.
+      character(len=:), allocatable, intent(inout) :: problem
+      real(wp) :: factor
+      character(len=:), allocatable :: wanted
+      factor = 1.0_wp
+      if (i == 0 .or. unit == '') return
+      wanted = 's'
+      if (i > 0) wanted = column_unit(measurement, i)
+      factor = conversion(unit, wanted)
+      if (factor > 0.0_wp) return
+      problem = quoted(name//' ('//unit//')')//' has an unknown unit (expected '//units_of(wanted)//')'
+      if (wanted == '') problem = quoted(name//' ('//unit//')')//' has a unit (expected none)'
+   end function factor_of
+
+   !> Returns the unit of a column; empty for components of attitudes and directions, which have none.
+   pure function column_unit(measurement, i) result(unit)
+      type(measurement_t), intent(in) :: measurement
+      integer, intent(in) :: i
+      character(len=:), allocatable :: unit
+      character(len=:), allocatable :: name
+      unit = ''
+      if (measurement%kind /= VALUES) return
+      name = trim(measurement%columns(i))
+      unit = 'J'
+      if (column_sets(set_of(name))%last_angle > 0) then
+         unit = merge('deg', 'rad', measurement%degrees)
+         if (index(name, 'omega') == 1) unit = unit//'/s'
+      else if (index(name, '_speed') > 0) then
+         unit = 'rad/s'
+      else if (index(name, '_momentum') > 0 .or. index('Ll', name(1:1)) > 0) then
+         unit = 'N m s'
+      else if (name(1:1) == 'B') then
+         unit = 'T'
+      end if
+   end function column_unit
+
    !> Reads a line.
-   subroutine read_row(text, position, fields, t, row, problem)
+   subroutine read_row(text, position, fields, factors, t, row, problem)
       character(len=*), intent(in) :: text
       integer, intent(inout) :: position
       integer, intent(in) :: fields(:)
+      real(wp), intent(in) :: factors(:)
       real(wp), intent(out) :: t
       !> Shape (columns).
       real(wp), intent(out) :: row(:)
@@ -348,13 +399,10 @@ contains
             problem = 'wrong number of values in this line (expected one per column)'
          if (problem /= '') return
          if (fields(i) == 0) cycle
-         call read_real(text(first:last), number, problem)
-         if (problem /= '') then
-            problem = problem//' (expected a number)'
-            return
-         end if
-         if (fields(i) < 0) t = number
-         if (fields(i) > 0) row(fields(i)) = number
+         call read_number(text(first:last), number, problem)
+         if (problem /= '') return
+         if (fields(i) < 0) t = factors(i)*number
+         if (fields(i) > 0) row(fields(i)) = factors(i)*number
       end do
    end subroutine read_row
 
@@ -372,7 +420,7 @@ contains
          return
       end if
       if (i > 1) then
-         if (sense*(measurement%times(i) - measurement%times(i - 1)) <= 0.0_wp) then
+         if (sense*(measurement%times(i) - measurement%times(i - 1)) < 0.0_wp) then
             problem = 'the times of measurements are out of order (expected the order of the run)'
             return
          end if

@@ -1,5 +1,6 @@
 !> Tables that a scene names: RFC 4180, one header row with the units, then numbers. Of times and torques, or of times.
 module nutate_scene_table
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_checksum, only: checksum
    use nutate_keys, only: group_t, table_t
    use nutate_kinds, only: wp
@@ -16,6 +17,7 @@ module nutate_scene_table
    private
 
    public :: read_table, read_effect_table, parse_table, path_beside, begin_of, count_lines, next_field, read_row
+   public :: read_number
 
    !> Units of the columns: a time and the components of a torque.
    character(len=3), parameter, public :: torque_units(4) = ['s  ', 'N m', 'N m', 'N m'], time_units(1) = ['s  ']
@@ -158,19 +160,15 @@ contains
       if (text(:len(mark)) == mark) begin_of = len(mark) + 1
    end function begin_of
 
-   !> Lines of a text, the last of which need not be ended; 1 at least.
+   !> Returns the number of lines of a text without blank ones at its end, the last of which need not be ended; 1 at
+   !> least.
    pure integer function count_lines(text) result(n)
       character(len=*), intent(in) :: text
       integer :: i
-      n = 0
-      do i = 1, len(text)
+      n = 1
+      do i = 1, verify(text, ' '//tab//carriage_return//line_feed, back=.true.)
          if (text(i:i) == line_feed) n = n + 1
       end do
-      if (len(text) == 0) then
-         n = 1
-      else if (text(len(text):) /= line_feed) then
-         n = n + 1
-      end if
    end function count_lines
 
    !> How many columns the first line of a text has.
@@ -259,6 +257,20 @@ contains
          end if
       end do
    end subroutine read_row
+
+   !> Reads a finite number of a measurement or a table.
+   subroutine read_number(word, number, problem)
+      character(len=*), intent(in) :: word
+      real(wp), intent(out) :: number
+      !> What is wrong with it; empty on success.
+      character(len=:), allocatable, intent(out) :: problem
+      logical :: done
+      problem = ''
+      call read_quickly(word, number, done)
+      if (.not. done) call read_real(word, number, problem)
+      if (problem == '' .and. .not. ieee_is_finite(number)) problem = quoted(word)//' is not finite'
+      if (problem /= '') problem = problem//' (expected a number)'
+   end subroutine read_number
 
    !> The next field of a line, without the blanks and the quotes around it. In quotes a comma is a letter like others,
    !> and a doubled quote is one quote; line breaks are not admitted there.
