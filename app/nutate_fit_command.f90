@@ -7,6 +7,7 @@ module nutate_fit_command
    use nutate_fit_files, only: write_fitted_scene, write_residuals
    use nutate_fit_plot, only: draw_fit
    use nutate_fit_report, only: add_fit
+   use nutate_fit_warning, only: misfit_text
    use nutate_gnuplot, only: picture_t
    use nutate_outputs, only: outputs_t, picture_kind, FITTED, RESIDUALS
    use nutate_picture_opening, only: open_picture, report_file
@@ -52,6 +53,8 @@ contains
       if (.not. status%ok()) then
          call say_error('nutate: '//printable_path(scene%file)//': the fit did not converge: '//trim(status%message))
          exit_code = EXIT_RUN
+      else if (fit%exceeds_noise()) then
+         call say_error('nutate: '//printable_path(scene%file)//': '//misfit_text(fit))
       end if
       call write_files(command, scene, fit, fitted, csv, picture, exit_code)
    end subroutine fit_command

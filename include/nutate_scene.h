@@ -97,10 +97,17 @@ int nutate_fit_start(nutate_scene *scene, double *x, double *low, double *high);
  * Status: NUTATE_BAD_SCENE for numbers that the scene rejects, or that of a failed step. */
 int nutate_fit_evaluate(nutate_scene *scene, const double *x, double *residuals, double *jacobian);
 
+/* Computes what a fit minimises: half the sum of the squares of the residuals, with the losses of the measurements.
+ *   ==>  x     [parameters]
+ *   <==  cost  or NULL
+ * Status: as nutate_fit_evaluate. */
+int nutate_fit_cost(nutate_scene *scene, const double *x, double *cost);
+
 /* Fits the parameters, as `nutate fit` does.
  *   <==  x           [parameters]; or NULL
  *   <==  covariance  [parameters][parameters]; zero for what the data do not determine; or NULL
- *   <==  converged   1 or 0; or NULL
+ *   <==  converged   1; or 0 if the fit ended early or leaves residuals that noise of the given sigma does not explain;
+ *                    or NULL
  *   <==  message     why it is 0, or what failed; or NULL */
 int nutate_fit_solve(const nutate_scene *scene, double *x, double *covariance, int *converged, char *message,
                      size_t size);

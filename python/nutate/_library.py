@@ -87,6 +87,7 @@ SIGNATURES: dict[str, tuple[Any, ...]] = {
     "nutate_fit_name": (Handle, Size, Text, Size),
     "nutate_fit_start": (Handle, Doubles, Doubles, Doubles),
     "nutate_fit_evaluate": (Handle, Doubles, Doubles, Doubles),
+    "nutate_fit_cost": (Handle, Doubles, Doubles),
     "nutate_fit_solve": (Handle, Doubles, Doubles, ctypes.POINTER(Int), Text, Size),
     "nutate_scene_run": (Handle, HandlePointer, Text, Size),
     "nutate_scene_write": (Handle, Text, Text, Size),

@@ -13,7 +13,8 @@ from .sweeps import SceneOrPath, with_table
 @dataclass(frozen=True)
 class FitResult:
     """A fitted scene, with the names of SciPy: parameters `x`, residuals `fun`, their derivatives `jac`, shape (residuals,
-    parameters), `cost`, half the sum of the squares of `fun`, `success` and `message`. `names` and the covariance `cov` belong to
+    parameters), `cost`, what was minimised: half the sum of the squares of `fun`, with the losses of the scene; `success`, False
+    also if noise of the given `sigma` does not explain the residuals; and `message`. `names` and the covariance `cov` belong to
     x; a row and column of zeros in `cov` is a parameter that the data do not determine, or one at a bound."""
 
     x: Array
@@ -59,6 +60,12 @@ class FitProblem:
         self._scene._call("nutate_fit_evaluate", pointer(vector(x, self.x0.size, "x")), None, pointer(jacobian))
         return jacobian
 
+    def cost(self, x: npt.ArrayLike) -> float:
+        """What `fit` minimises: half the sum of the squares of `residuals`, with the robust losses of the measurements."""
+        cost = ctypes.c_double()
+        self._scene._call("nutate_fit_cost", pointer(vector(x, self.x0.size, "x")), ctypes.byref(cost))
+        return cost.value
+
     def log_likelihood(self, x: npt.ArrayLike) -> float:
         """Minus half the sum of the squares of `residuals`, for samplers such as emcee; -inf outside of the bounds."""
         x = vector(x, self.x0.size, "x")
@@ -78,5 +85,5 @@ def fit(scene: SceneOrPath, *overrides: str) -> FitResult:
     text = message.value.decode("utf-8", "replace")
     made._conclude(status, message=text)
     fun = problem.residuals(x)
-    return FitResult(x, fun, problem.jacobian(x), 0.5 * float(fun @ fun), bool(converged.value), text or "converged",
+    return FitResult(x, fun, problem.jacobian(x), problem.cost(x), bool(converged.value), text or "converged",
                      problem.names, cov)

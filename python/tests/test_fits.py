@@ -64,6 +64,30 @@ class FitTest(unittest.TestCase):
         np.testing.assert_array_equal(result.fun, problem.residuals(result.x))
         self.assertAlmostEqual(result.cost, -problem.log_likelihood(result.x), delta=1e-12)
 
+    def test_the_cost_is_what_was_minimised(self):
+        with open(os.path.join(self.folder.name, "data.csv"), encoding="utf-8") as file:
+            lines = file.read().splitlines()
+        row = lines[5].split(",")
+        row[5] = repr(float(row[5]) + 1)
+        with open(os.path.join(self.folder.name, "outlier.csv"), "w", encoding="utf-8") as file:
+            file.write("\n".join(lines[:5] + [",".join(row)] + lines[6:]) + "\n")
+        with open(self.path + ".outlier", "w", encoding="utf-8") as file:
+            file.write(SCENE.format("outlier.csv").replace("sigma = 0.01,", "sigma = 0.01, loss = 'huber',"))
+        result, problem = nutate.fit(self.path + ".outlier"), nutate.FitProblem(self.path + ".outlier")
+        z = result.fun ** 2
+        z[:63] = np.where(z[:63] <= 1, z[:63], 2 * np.sqrt(z[:63]) - 1)
+        self.assertAlmostEqual(result.cost, 0.5 * z.sum(), delta=1e-12)
+        self.assertEqual(result.cost, problem.cost(result.x))
+        self.assertLess(result.cost, 0.5 * float(result.fun @ result.fun) - 100)
+        self.assertLess(result.cost, problem.cost(result.x + 0.1 * np.sqrt(np.diag(result.cov))))
+
+    def test_a_fit_that_noise_does_not_explain_fails(self):
+        with open(self.path + ".wrong", "w", encoding="utf-8") as file:
+            file.write(SCENE.format("data.csv").replace("5.1, 20.0, 17.0", "5.1, 21.0, 17.0"))
+        result = nutate.fit(self.path + ".wrong")
+        self.assertFalse(result.success)
+        self.assertRegex(result.message, "noise of the given sigma exceeds.* sigma at t = .* s of .*data.csv")
+
     def test_the_program_finds_the_same(self):
         result = nutate.fit(self.path)
         done = subprocess.run([os.environ["NUTATE"], "fit", self.path, "--output", "-", "--csv", os.devnull],

@@ -5,6 +5,7 @@ module nutate_fit
    use nutate_hamiltonian, only: angular_velocity
    use nutate_kinds, only: wp
    use nutate_least_squares, only: least_squares_result_t, least_squares_settings_t, minimize
+   use nutate_normal_quantile, only: normal_quantile
    use nutate_scene, only: scene_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_IO, NUTATE_STOPPED
    implicit none
@@ -20,6 +21,9 @@ module nutate_fit
       !> Starts that were tried, and of these the one that led to the solution.
       integer :: starts = 0, best = 0
       logical :: sigma_is_known = .true.
+   contains
+      !> True if sigma is known and noise of this size hardly ever leaves such residuals.
+      procedure :: exceeds_noise
    end type fit_t
 
    !> Residuals in the first arc for each parameter.
@@ -28,8 +32,8 @@ module nutate_fit
    real(wp), parameter :: weak_share = 0.5_wp
    !> Arcs beside the whole from which on biases are free: on short ones they take the place of any motion.
    real(wp), parameter :: free_biases = 0.1_wp
-   !> Standard deviations of χ² that noise may explain.
-   real(wp), parameter :: deviations = 5.0_wp
+   !> Share of the fits to data with normal noise whose χ² counts as noise.
+   real(wp), parameter :: noise_share = 0.9999_wp
    !> Starts that go on from the first arc.
    integer, parameter :: most_kept = 4
    !> Iterations on an arc that is not the last, and how near to the minimum they go, in standard errors.
@@ -106,10 +110,24 @@ contains
    !> True where the residuals are what noise alone gives.
    pure logical function is_noise(result)
       type(least_squares_result_t), intent(in) :: result
-      real(wp) :: freedom
-      freedom = real(max(1, result%degrees_of_freedom), wp)
-      is_noise = result%converged .and. result%chi_squared <= freedom + deviations*sqrt(2*freedom)
+      is_noise = result%converged .and. result%chi_squared <= noise_limit(result%degrees_of_freedom)
    end function is_noise
+
+   pure logical function exceeds_noise(self) result(exceeds)
+      class(fit_t), intent(in) :: self
+      exceeds = .false.
+      if (self%best == 0 .or. .not. self%sigma_is_known .or. self%result%degrees_of_freedom < 1) return
+      exceeds = self%result%chi_squared > noise_limit(self%result%degrees_of_freedom)
+   end function exceeds_noise
+
+   !> Returns the χ² that normal noise exceeds in one of 10000 cases (E. B. Wilson, M. M. Hilferty, PNAS 17 (1931) 684).
+   pure real(wp) function noise_limit(degrees_of_freedom) result(limit)
+      integer, intent(in) :: degrees_of_freedom
+      real(wp) :: freedom, spread
+      freedom = real(max(1, degrees_of_freedom), wp)
+      spread = 2/(9*freedom)
+      limit = freedom*(1 - spread + normal_quantile(noise_share)*sqrt(spread))**3
+   end function noise_limit
 
    !> The starts that are worth going on with: of many the best on the first arc.
    subroutine choose_starts(fit, starts, kept, status)

@@ -214,6 +214,20 @@ class Fit(CommandLineTest):
             with open(self.path("free.svg"), encoding="utf-8") as file:
                 self.assertNotIn("standard deviations", file.read())
 
+    def test_residuals_beyond_noise_are_reported(self):
+        self.assertEqual(self.succeed("fit", "gyro.nml").stderr, "")
+        self.rewrite("t,omega1,omega2,omega3", lambda row: row if row[0] != 0.5 else [row[0], row[1], row[2] + 10, row[3]])
+        done = self.succeed("fit", "other.nml", "--quiet")
+        for says in ("nutate: other.nml: chi-squared per degree of freedom is", "exceeds in less than 1 of 10000 cases",
+                     " sigma at t = 0.5 s of other.csv, "):
+            self.assertIn(says, done.stderr)
+        self.assertEqual(done.stderr.count("\n"), 1)
+
+    def test_random_starts_have_something_to_draw(self):
+        self.write("rates.nml", GYRO.replace("&free key = 'body.inertia.1', 'body.inertia.2' /\n", "") + "&fit starts = 30 /\n")
+        self.fail_with(2, "fit", "rates.nml", says=("rates.nml:6: random starts have nothing to draw (expected free moments",))
+        self.succeed("fit", "gyro.nml", "--set", "fit.starts=3")
+
     def test_directions_and_angles(self):
         self.write("axis.csv", "t,x,y,z\n" + "".join(f"{t},{math.sin(2 * t)!r},{math.cos(2 * t)!r},0\n" for t in (0.1, 0.2, 0.5)))
         self.write("spin.nml", "&body inertia = 1, 1, 0.5 /\n&initial angular_velocity = 0, 0, 1.8 /\n"

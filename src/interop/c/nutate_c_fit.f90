@@ -6,14 +6,16 @@ module nutate_c_fit
    use nutate_c_text, only: text_to_c
    use nutate_fit, only: fit_scene, fit_t
    use nutate_fit_problem, only: fit_problem_t
+   use nutate_fit_warning, only: misfit_text
    use nutate_fit_residuals, only: inverse_right_jacobian, right_jacobian
    use nutate_kinds, only: wp
    use nutate_quaternion, only: quat_conjugate, quat_product
-   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_OK
+   use nutate_robust_loss, only: loss_of, LINEAR
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_NOT_CONVERGED, NUTATE_OK
    implicit none
    private
 
-   public :: nutate_fit_size, nutate_fit_name, nutate_fit_start, nutate_fit_evaluate, nutate_fit_solve
+   public :: nutate_fit_size, nutate_fit_name, nutate_fit_start, nutate_fit_evaluate, nutate_fit_cost, nutate_fit_solve
 
 contains
 
@@ -76,21 +78,16 @@ contains
       real(c_double), intent(inout), optional :: residuals(*), jacobian(*)
       type(scene_handle_t), pointer :: handle
       type(status_t) :: status
-      real(wp), allocatable :: values(:), r(:), j(:, :)
+      real(wp), allocatable :: r(:), j(:, :)
       integer :: i, n
       code = NUTATE_BAD_HANDLE
       handle => find_scene(scene)
       if (.not. associated(handle)) return
       call prepare(handle, status)
-      if (status%ok() .and. .not. present(x)) status = null_argument('x')
+      if (status%ok()) call evaluate_at(handle, x, r, j, status)
       if (status%ok()) then
-         values = x(:size(handle%fit%names))
-         if (.not. all(abs(values) <= huge(1.0_wp))) status = fail(NUTATE_BAD_ARGUMENT, 'x is not finite', 'x')
-      end if
-      if (status%ok()) call handle%fit%evaluate(values, r, j, status)
-      if (status%ok()) then
-         call by_vector(handle%fit, values, j)
-         n = size(values)
+         n = size(handle%fit%names)
+         call by_vector(handle%fit, x(:n), j)
          if (present(residuals)) residuals(:size(r)) = r
          if (present(jacobian)) then
             do i = 1, size(r)
@@ -100,6 +97,31 @@ contains
       end if
       code = conclude(handle, status)
    end function nutate_fit_evaluate
+
+   integer(c_int) function nutate_fit_cost(scene, x, cost) result(code) bind(C)
+      type(c_ptr), intent(in), value :: scene
+      real(c_double), intent(in), optional :: x(*)
+      real(c_double), intent(inout), optional :: cost
+      type(scene_handle_t), pointer :: handle
+      type(status_t) :: status
+      real(wp), allocatable :: r(:), j(:, :)
+      real(wp) :: rho(3)
+      integer :: i
+      code = NUTATE_BAD_HANDLE
+      handle => find_scene(scene)
+      if (.not. associated(handle)) return
+      call prepare(handle, status)
+      if (status%ok()) call evaluate_at(handle, x, r, j, status)
+      if (status%ok() .and. present(cost)) then
+         cost = 0.0_wp
+         do i = 1, size(r)
+            rho = loss_of(LINEAR, r(i)**2)
+            if (allocated(handle%fit%losses)) rho = loss_of(handle%fit%losses(i), r(i)**2)
+            cost = cost + 0.5_wp*rho(1)
+         end do
+      end if
+      code = conclude(handle, status)
+   end function nutate_fit_cost
 
    integer(c_int) function nutate_fit_solve(scene, x, covariance, converged, message, size) result(code) bind(C)
       type(c_ptr), intent(in), value :: scene, message
@@ -121,12 +143,30 @@ contains
             n = ubound(values, 1)
             if (present(x)) x(:n) = values
             if (present(covariance)) covariance(:n*n) = reshape(errors, [n*n])
+            if (status%ok() .and. fit%exceeds_noise()) status = fail(NUTATE_NOT_CONVERGED, misfit_text(fit))
             if (present(converged)) converged = merge(1, 0, status%ok())
             status%code = NUTATE_OK
          end if
       end if
       code = report(status, message, size)
    end function nutate_fit_solve
+
+   !> Evaluates residuals and derivatives. Errors: `NUTATE_BAD_ARGUMENT` for an x that is missing or not finite; those
+   !> of the problem.
+   subroutine evaluate_at(handle, x, residuals, jacobian, status)
+      type(scene_handle_t), intent(inout) :: handle
+      real(c_double), intent(in), optional :: x(*)
+      real(wp), allocatable, intent(inout) :: residuals(:), jacobian(:, :)
+      type(status_t), intent(out) :: status
+      integer :: n
+      if (.not. present(x)) then
+         status = null_argument('x')
+         return
+      end if
+      n = size(handle%fit%names)
+      if (.not. all(abs(x(:n)) <= huge(1.0_wp))) status = fail(NUTATE_BAD_ARGUMENT, 'x is not finite', 'x')
+      if (status%ok()) call handle%fit%evaluate(x(:n), residuals, jacobian, status)
+   end subroutine evaluate_at
 
    !> Prepares the problem of a scene, unless that has been done.
    subroutine prepare(handle, status)

@@ -6,7 +6,7 @@ module nutate_fit_plan
    implicit none
    private
 
-   public :: fit_plan_t, free_number_t, measurement_t
+   public :: fit_plan_t, free_number_t, is_drawn, measurement_t
    public :: ATTITUDES, DIRECTIONS, VALUES
 
    !> What a measurement gives: columns of a history; attitudes, as quaternions; body components of a direction in
@@ -88,6 +88,13 @@ module nutate_fit_plan
    end type fit_plan_t
 
 contains
+
+   !> Returns true for a number that random starts draw: a moment, or one with bounds or a standard deviation.
+   elemental logical function is_drawn(free)
+      type(free_number_t), intent(in) :: free
+      is_drawn = free%component == 0 .and. (index(free%name, 'body.inertia.') == 1 .or. free%sigma > 0.0_wp .or. &
+                                            max(abs(free%low), abs(free%high)) < huge(1.0_wp))
+   end function is_drawn
 
    pure integer function width(self)
       class(measurement_t), intent(in) :: self

@@ -1,7 +1,7 @@
 !> `&fit`: where a fit starts; and what makes a fit of a scene: its free numbers and its measurements.
 module nutate_scene_fit
    use nutate_admissible, only: NON_NEGATIVE
-   use nutate_fit_plan, only: fit_plan_t
+   use nutate_fit_plan, only: fit_plan_t, is_drawn
    use nutate_keys, only: group_t, group_kind_t, key_t, KEY_INTEGER, KEY_TEXT
    use nutate_kinds, only: wp
    use nutate_scene_error, only: scene_error_t
@@ -67,7 +67,20 @@ contains
          end select
       end do
       if (.not. error%raised) call check_sigmas(groups, plan, error)
+      if (.not. error%raised) call check_starts(groups, plan, error)
    end subroutine build_fit
+
+   !> Raises an error for random starts that would all be equal.
+   subroutine check_starts(groups, plan, error)
+      type(group_t), intent(in) :: groups(:)
+      type(fit_plan_t), intent(in) :: plan
+      type(scene_error_t), intent(inout) :: error
+      integer :: i
+      if (plan%starts == 0 .or. any(is_drawn(plan%free))) return
+      i = findloc(groups%name == 'fit', .true., dim=1)
+      call error%raise(groups(i)%line_of('starts'), 'random starts have nothing to draw', &
+                       expected='free moments body.inertia, or &free with low and high, or with sigma')
+   end subroutine check_starts
 
    !> Raises an error where some standard deviations are known and others are not.
    subroutine check_sigmas(groups, plan, error)
