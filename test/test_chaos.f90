@@ -48,6 +48,7 @@ contains
       testsuite = [ &
                   new_unittest("the exponent of the unstable axis is the exact rate", test_unstable_axis), &
                   new_unittest("six exponents come in pairs and have the sum zero", test_spectrum), &
+                  new_unittest("exponents of long runs come in pairs with every method", test_long_runs), &
                   new_unittest("indicators are those of a column without normalisation", test_direct), &
                   new_unittest("the growth in the plane of Hyperion is that of the reference", test_plane), &
                   new_unittest("the mean MEGNO of regular motions is 2", test_regular), &
@@ -139,6 +140,35 @@ contains
       end do
       call check_below(error, maxval(abs(rates(2:5))), 20/duration, 'zeros')
    end subroutine test_spectrum
+
+   !> Chaotic tops over e-foldings in which round-off of the start would grow beyond all numbers.
+   subroutine test_long_runs(error)
+      type(error_type), allocatable, intent(out) :: error
+      character(len=*), parameter :: methods(4) = [character(len=36) :: "'rk8'", "'dop853'", "'taylor'", &
+         "'nielsen_krenk', order = 8"]
+      class(run_t), allocatable :: run
+      real(wp) :: rates(6), duration
+      integer :: tops, i, k, m
+      character(len=40) :: numbers
+      tops = merge(1, 10, draws_fewer())
+      duration = merge(1e4_wp, 1e5_wp, draws_fewer())
+      allocate (run)
+      do i = 1, tops
+         do m = 1, size(methods)
+            write (numbers, '(f4.2,", 0.1, 0.4, force = 1, ",f4.2,", -1")') 0.18_wp + 0.02_wp*i, 2.1_wp - 0.1_wp*i
+            call go("&body inertia = 2, 1.5, 1 /"//lf//attitude//" 0.4, -0.3, 2 /"//lf// &
+                    "&force axes = 'space', body_point = "//numbers//" /"//lf//"&integrator method = "// &
+                    trim(methods(m))//", time_step = 0.1, end_time = "//merge('1e4', '1e5', draws_fewer())// &
+                    " /&tangent exponents = 6, every = 5 /", run, error)
+            if (allocated(error)) return
+            rates = run%summary%chaos%lyapunov()
+            call check(error, rates(1)*duration > 700, 'the top is not chaotic')
+            do k = 1, 3
+               call check_below(error, abs(rates(k) + rates(7 - k)), 1e-3_wp, trim(methods(m))//': pair')
+            end do
+         end do
+      end do
+   end subroutine test_long_runs
 
    subroutine record_length(self, system, state, record, status)
       class(length_recorder_t), intent(inout) :: self

@@ -198,7 +198,7 @@ contains
       if (.not. allocated(progress%summary%chaos) .or. status%code /= 0) return
       ! A switch that is due needs the columns by which the derivative of its time was computed.
       if (is_switch_due(progress)) return
-      call progress%summary%chaos%follow(progress%state%t, progress%tangent, status)
+      call progress%summary%chaos%follow(system, progress%state, progress%tangent, status)
    end subroutine carry_columns
 
    !> Gives the columns at the last state to an observer that wants them.

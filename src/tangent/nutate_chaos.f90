@@ -101,9 +101,7 @@ contains
          tangent%momentum(i, :) = self%scale*vectors(4:, k)
          tangent%wheels(i, :) = 0.0_wp
       end do
-      tangent%energy = tangent%energy_row(system, state)
-      tangent%space_momentum = tangent%momentum_row(state)
-      call orthonormalise(self, tangent, logs, status)
+      call orthonormalise(self, system, state, tangent, logs, status)
    end subroutine begin
 
    !> Follows the columns over a step that was accepted; after every so many of them orthonormalises them and takes a
@@ -111,10 +109,11 @@ contains
    !>
    !> MEGNO is Y(t) = (2/t) ∫ t' d ln|X|, its mean (1/t) ∫ Y dt' (Cincotta & Simó, Astron. Astrophys. Suppl. 147, 2000);
    !> exponents by Gram-Schmidt (Benettin et al., Meccanica 15, 1980).
-   subroutine follow(self, t, tangent, status)
+   subroutine follow(self, system, state, tangent, status)
       class(chaos_t), intent(inout) :: self
-      !> End of the step, s.
-      real(wp), intent(in) :: t
+      type(system_t), intent(in) :: system
+      !> End of the step.
+      type(state_t), intent(in) :: state
       type(tangent_t), intent(inout) :: tangent
       !> Success on entry.
       type(status_t), intent(inout) :: status
@@ -122,9 +121,9 @@ contains
       self%steps = self%steps + 1
       if (self%steps < self%every) return
       self%steps = 0
-      call orthonormalise(self, tangent, logs, status)
+      call orthonormalise(self, system, state, tangent, logs, status)
       if (status%code /= 0) return
-      time = abs(t - self%t_first)
+      time = abs(state%t - self%t_first)
       dt = time - self%time
       self%growth(:self%n) = self%growth(:self%n) + logs(:self%n)
       self%largest = max(self%largest, self%growth(1))
@@ -133,10 +132,11 @@ contains
       self%time = time
    end subroutine follow
 
-   !> Orthonormalises the columns by modified Gram-Schmidt. All that is linear in a column moves with it, the targets of
-   !> projections included. Errors: `NUTATE_NOT_FINITE`.
-   subroutine orthonormalise(self, tangent, logs, status)
+   !> Orthonormalises the columns by modified Gram-Schmidt. Errors: `NUTATE_NOT_FINITE`.
+   subroutine orthonormalise(self, system, state, tangent, logs, status)
       class(chaos_t), intent(in) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
       type(tangent_t), intent(inout) :: tangent
       !> Logarithm of the length of each, without its parts along those before; shape (6).
       real(wp), intent(out) :: logs(most_exponents)
@@ -162,7 +162,24 @@ contains
          call scale_column(tangent, k, 1/sqrt(square), self%scale)
          logs(k - first) = 0.5_wp*log(square) + exponent(largest)*log(2.0_wp)
       end do
+      call renew_targets(system, state, first, tangent)
    end subroutine orthonormalise
+
+   !> Sets the targets of projections to the present rows. As linear functions of the columns they would keep the
+   !> round-off of all earlier steps, which grows as the ratio of the longest to the shortest column.
+   pure subroutine renew_targets(system, state, first, tangent)
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      !> Columns before those of the indicators.
+      integer, intent(in) :: first
+      type(tangent_t), intent(inout) :: tangent
+      real(wp) :: energy(tangent%n), momentum(tangent%n, 3)
+      energy = tangent%energy_row(system, state)
+      momentum = tangent%momentum_row(state)
+      tangent%energy(first + 1:) = energy(first + 1:)
+      tangent%space_momentum(first + 1:, :) = momentum(first + 1:, :)
+      tangent%work(first + 1:) = 0.0_wp
+   end subroutine renew_targets
 
    !> Scalar product of two columns; momenta count in units of the scale.
    pure real(wp) function product_of(self, tangent, i, k) result(s)
@@ -182,9 +199,6 @@ contains
       tangent%theta(k, :) = tangent%theta(k, :) + factor*tangent%theta(i, :)
       tangent%momentum(k, :) = tangent%momentum(k, :) + factor*tangent%momentum(i, :)
       tangent%wheels(k, :) = tangent%wheels(k, :) + factor*tangent%wheels(i, :)
-      tangent%work(k) = tangent%work(k) + factor*tangent%work(i)
-      tangent%energy(k) = tangent%energy(k) + factor*tangent%energy(i)
-      tangent%space_momentum(k, :) = tangent%space_momentum(k, :) + factor*tangent%space_momentum(i, :)
    end subroutine add_column
 
    !> Multiplies a column, and sets its negligible components to 0.
@@ -197,9 +211,6 @@ contains
       tangent%theta(k, :) = without_dust(factor*tangent%theta(k, :), negligible)
       tangent%momentum(k, :) = without_dust(factor*tangent%momentum(k, :), negligible*unit)
       tangent%wheels(k, :) = without_dust(factor*tangent%wheels(k, :), negligible*unit)
-      tangent%work(k) = factor*tangent%work(k)
-      tangent%energy(k) = factor*tangent%energy(k)
-      tangent%space_momentum(k, :) = factor*tangent%space_momentum(k, :)
    end subroutine scale_column
 
    !> A component, or 0 for one below a limit.
