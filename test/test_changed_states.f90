@@ -4,8 +4,11 @@ module test_changed_states
    use, intrinsic :: ieee_arithmetic, only: ieee_get_halting_mode, ieee_positive_inf, ieee_quiet_nan, &
       ieee_set_halting_mode, ieee_usual, ieee_value
    use, intrinsic :: iso_fortran_env, only: int64
+   use nutate_hamiltonian, only: make_state
    use nutate_kinds, only: wp, eps
    use nutate_methods, only: make_stepper, method_t, methods
+   use nutate_run, only: run_t
+   use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_stepper, only: integrator_settings_t, stepper_t
@@ -27,6 +30,7 @@ contains
       type(unittest_type), allocatable, intent(out) :: testsuite(:)
       testsuite = [ &
                   new_unittest("what is no state is refused in mid-run by every method", broken_states_are_refused), &
+                  new_unittest("a start off the unit sphere is rejected by every method", long_quaternions), &
                   new_unittest("a clock set in mid-run changes no method's motion", set_clock_changes_nothing)]
    end subroutine collect_changed_states
 
@@ -44,6 +48,36 @@ contains
       end do
       call ieee_set_halting_mode(ieee_usual, halting)
    end subroutine broken_states_are_refused
+
+   !> C, FORTRAN 77 and scenes reject the same attitudes.
+   subroutine long_quaternions(error)
+      type(error_type), allocatable, intent(out) :: error
+      class(stepper_t), allocatable :: stepper
+      type(problem_t) :: problem
+      type(state_t) :: states(3)
+      type(run_t) :: run
+      type(status_t) :: status
+      integer :: i, k
+      do i = 1, size(methods)
+         problem = problem_for(methods(i))
+         states = problem%start
+         states(1) = make_state(problem%system, 2*problem%start%q, [0.1_wp, 0.2_wp, 3.0_wp])
+         states(2) = make_state(problem%system, 1.001_wp*problem%start%q, [0.1_wp, 0.2_wp, 3.0_wp])
+         states(3)%q = (1 + 2e-6_wp)*states(3)%q
+         call prepare(problem, methods(i), stepper, status)
+         do k = 1, size(states)
+            call run%begin(problem%system, integrator_settings_t(method=methods(i)%name, order=methods(i)%order, &
+                                                                 formulation=methods(i)%formulation), states(k), &
+                           run_plan_t(time_step=1e-3_wp, end_time=1.0_wp), status)
+            call check(error, index(status%message, 'the norm of quaternion is') == 1, trim(methods(i)%name)//': '// &
+                       trim(status%message))
+            if (k == 3) cycle
+            call stepper%step(problem%system, states(k), 1e-3_wp, status)
+            call check(error, .not. status%ok(), trim(methods(i)%name)//' performs a step')
+         end do
+         deallocate (stepper)
+      end do
+   end subroutine long_quaternions
 
    subroutine set_clock_changes_nothing(error)
       type(error_type), allocatable, intent(out) :: error

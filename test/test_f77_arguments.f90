@@ -60,12 +60,12 @@ contains
    subroutine init_finds_wrong(error)
       type(error_type), allocatable, intent(out) :: error
       type(twin_t) :: twin, good
-      integer, parameter :: expected(17) = [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 1, 1, 1, 2, 7, 8, 10]
+      integer, parameter :: expected(18) = [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 1, 1, 1, 2, 7, 8, 1, 10]
       real(wp) :: work(most), t, q(4), p(4), nan
       integer :: info, i
       nan = ieee_value(0.0_wp, ieee_quiet_nan)
       good = top_twin(1, 2)
-      do i = 1, 17
+      do i = 1, 18
          twin = good
          select case (i)
          case (1); twin%aj(2, 1) = nan
@@ -86,6 +86,7 @@ contains
             twin%dn = 0.0_wp
             twin%icall = 1
          case (16); twin%iform = 0
+         case (17); twin%aj = reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 2.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 4.0_wp], [3, 3])
          case default; twin%icall = -1
          end select
          call start(twin, work, most, t, q, p, info)
@@ -98,7 +99,7 @@ contains
 
    subroutine step_finds_wrong(error)
       type(error_type), allocatable, intent(out) :: error
-      integer, parameter :: expected(13) = [1, 2, 2, 2, 3, 4, 4, 5, 5, 10, 11, 10, 10]
+      integer, parameter :: expected(14) = [1, 2, 2, 2, 3, 4, 4, 5, 5, 10, 11, 10, 5, 10]
       real(wp) :: work(most), t, q(4), p(4), dt, nan, before(most)
       integer :: info, i, n, lwork
       nan = ieee_value(0.0_wp, ieee_quiet_nan)
@@ -120,6 +121,7 @@ contains
          case (10); work = nan
          case (11); lwork = 100
          case (12); lwork = -1
+         case (13); p = 1e30_wp*p
          ! The mark of an earlier version, `NUTATE 1` in ASCII.
          case default; work(2) = transfer(int(z'4E55544154452031', int64), 0.0_wp)
          end select

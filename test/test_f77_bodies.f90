@@ -162,6 +162,8 @@ contains
       call nubthr(2, work, 49, info(4))
       call nubthr(2, work, lwork, info(5))
       call check(error, all(info == [-1, -1, -2, -3, 0]), 'NUBTHR')
+      call nubset(1, reshape(diagonal([1.0_wp, 2.0_wp, 4.0_wp]), [3, 3, 1]), 0, work, lwork, info(1))
+      call check(error, info(1), -2, 'moments of no body')
       call nubody(-1, 0.1_wp, ic, q, al, tor, 1, ibad, nbad, work, lwork, info(1))
       call nubody(n, 0.0_wp, ic, q, al, tor, 1, ibad, nbad, work, lwork, info(2))
       call nubody(n, 0.1_wp, ic, q, al, tor, -1, ibad, nbad, work, lwork, info(3))

@@ -23,7 +23,7 @@ contains
       complete = with_defaults(settings)
       method = method_of(settings)
       if (method%name == '') then
-         status = fail(NUTATE_BAD_ARGUMENT, "no method '"//trim(settings%method)// &
+         status = fail(NUTATE_BAD_ARGUMENT, "no method '"//trim(complete%method)// &
                        "' of this order and formulation, with or without conserve as asked for", 'method')
          return
       end if

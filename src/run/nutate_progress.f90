@@ -8,6 +8,7 @@ module nutate_progress
    use nutate_kinds, only: wp, long
    use nutate_observer, only: run_record_t
    use nutate_run_plan, only: run_plan_t
+   use nutate_range, only: check_attitude
    use nutate_state, only: state_t, add_increment
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    use nutate_stepper, only: integrator_settings_t, stepper_t
@@ -108,7 +109,7 @@ module nutate_progress
 
 contains
 
-   !> Starts a run: takes plan and first state. Errors: `NUTATE_BAD_ARGUMENT`.
+   !> Starts a run: takes plan and first state. Errors: `NUTATE_BAD_ARGUMENT`; those of `check_attitude`.
    subroutine start_run(self, effects, state, plan, status)
       type(progress_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
@@ -119,6 +120,8 @@ contains
          status = fail(NUTATE_BAD_ARGUMENT, 'rows are at least one step apart')
          return
       end if
+      call check_attitude(state%q, status)
+      if (.not. status%ok()) return
       self%plan = plan
       self%state = state
       self%record = run_record_t()

@@ -7,7 +7,7 @@ module nutate_hamiltonian
    use nutate_body, only: body_t
    use nutate_effect_list, only: effect_list_t
    use nutate_kinds, only: wp
-   use nutate_limits, only: is_moderate
+   use nutate_limits, only: attitude_tolerance, is_moderate, is_unit
    use nutate_quaternion, only: cross, quat_conjugate, quat_left_matrix, quat_product, rotate_to_body, &
       rotate_to_space, vector_quat_product
    use nutate_small_products, only: times_vector
@@ -25,7 +25,8 @@ module nutate_hamiltonian
 contains
 
    !> Returns the state of a body with an attitude and an angular velocity: p = 2 q∘[0, L], which is (4) on the
-   !> constraint (5), qᵀp = 0. Numbers that are not finite or beyond 1e100 give a momentum that every stepper rejects.
+   !> constraint (5), qᵀp = 0. Numbers that are not finite or beyond 1e100, and a |q| that is not 1 to within 1e-6, give
+   !> a momentum that every stepper rejects.
    pure type(state_t) function make_state(system, q, omega, t, speeds) result(state)
       !> Its inertia, rotors and wheels are used.
       type(system_t), intent(in) :: system
@@ -41,7 +42,8 @@ contains
       if (present(t)) state%t = t
       state%q = q
       state%p = huge(1.0_wp)
-      if (.not. all(is_moderate([q, omega, system%effects%rotor_momentum]))) return
+      if (.not. is_unit(q, attitude_tolerance)) return
+      if (.not. all(is_moderate([omega, system%effects%rotor_momentum]))) return
       do i = 1, system%effects%n_wheels
          associate (wheel => system%effects%wheels(i))
             state%wheel_momentum(i) = wheel%speed

@@ -6,6 +6,7 @@ module nutate_f77_check
    use nutate_f77_prepared, only: f77_body_t
    use nutate_f77_work, only: continues, is_work, setup_t
    use nutate_gravity, only: gravity_keys, gravity_t
+   use nutate_hamiltonian, only: angular_velocity
    use nutate_kinds, only: wp
    use nutate_limits, only: is_moderate, is_step, is_unit, manifold_tolerance
    use nutate_quaternion, only: cross
@@ -88,7 +89,7 @@ contains
          return
       end if
       if (j0 > 0.0_wp .and. j0 <= huge(j0)) setup%inverse_j0 = 1/j0
-      call make_body(tensor, setup%body, status, check_triangle=.false.)
+      call make_body(tensor, setup%body, status)
       if (.not. status%ok()) bad = 1
    end subroutine check_setup
 
@@ -158,7 +159,9 @@ contains
          if (body%setup%solver == 1 .and. abs(dot_product(q, p)) > manifold_tolerance*norm2(p)) bad = 5
          if (.not. is_motion(body%system, state_t(t=t, q=q, p=p))) bad = 5
          if (bad == 0) call check_step(body%system, state_t(t=t, q=q, p=p), dt, status)
-         if (bad == 0 .and. .not. status%ok()) bad = 2
+         ! Too far a turn: the larger one of rate and step is wrong.
+         if (bad == 0 .and. .not. status%ok()) bad = merge(2, 5, abs(dt) >= maxval(abs(angular_velocity(body%system, &
+            state_t(t=t, q=q, p=p)))))
       end if
    end function find_bad_step
 

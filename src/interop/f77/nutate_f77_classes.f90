@@ -48,7 +48,7 @@ contains
       bad = 2
       do i = 1, size(bodies)
          if (.not. all(is_moderate(tensors(:, :, i)))) return
-         call make_body(tensors(:, :, i), bodies(i), status, check_triangle=.false.)
+         call make_body(tensors(:, :, i), bodies(i), status)
          if (.not. status%ok()) return
       end do
       call make_classes(bodies, frame, made, status)

@@ -15,7 +15,8 @@ subroutine nuinit(aj, aj0, h, cm, g, d, dn, iform, iorder, icall, work, lwork, i
    use nutate_f77_work, only: setup_t
    use nutate_kinds, only: wp
    implicit none
-   !> (input) Inertia tensor about the pivot, body axes, kg m²; dimension (3,3).
+   !> (input) Inertia tensor about the pivot, body axes, kg m², no principal moment above the sum of the other two;
+   !> dimension (3,3).
    real(wp), intent(in) :: aj(3, 3)
    !> (input) Auxiliary inertia of the eight equations, kg m²; 0 or negative: infinite, which is best.
    real(wp), intent(in) :: aj0
