@@ -307,6 +307,12 @@ contains
       call check(error, at == 3 .and. index(status%message, 'the time does not increase') > 0, trim(status%message))
       call make_track(times(:1), r(:, :1), track, status, at)
       call check(error, index(status%message, 'the table is too short') > 0, trim(status%message))
+      ! km/s beside m.
+      v = 1e-3_wp*spread(r(:, 2) - r(:, 1), 2, 3)
+      call make_track(times, r, track, status, at, v)
+      call check(error, at == 1 .and. index(status%message, 'contradict the positions') > 0, trim(status%message))
+      call make_track(times, r, track, status, at, 1e3_wp*v)
+      call check(error, status%ok() .and. at == 0, trim(status%message))
       v(1, 2) = 1e30_wp
       call make_track(times, r, track, status, at, v)
       call check(error, at == 2 .and. index(status%message, 'a velocity is out of range') > 0, trim(status%message))

@@ -19,6 +19,8 @@ module nutate_track
    real(wp), parameter :: at_end = 4*eps
    !> m/s: the square of a time that a run can last, times that of a speed, is a number.
    real(wp), parameter :: greatest_speed = 1e20_wp
+   !> Lengths of a path by positions and by speeds that differ by this factor are of different units.
+   real(wp), parameter :: contradiction = 30.0_wp
    !> Least distance from the centre between two lines, over that of these lines: closer lines are needed below it.
    real(wp), parameter :: nearest_share = 0.1_wp
 
@@ -83,6 +85,7 @@ contains
          track%curve = new_hermite(times, positions, velocities)
       end if
       call find_nearest(track, at, status)
+      if (status%ok() .and. present(velocities)) call check_velocities(times, positions, velocities, at, status)
       if (status%ok()) call prepare(track)
    end subroutine make_track
 
@@ -130,6 +133,26 @@ contains
                                          'numbers, or more)', 'table')
       if (status%ok()) at = 0
    end subroutine check_track
+
+   !> Compares the length of the path with that by the speeds. Errors: `NUTATE_BAD_ARGUMENT` if one is several times the
+   !> other, as with km/s in a column of m/s; lines that are far apart make no such difference.
+   pure subroutine check_velocities(times, positions, velocities, at, status)
+      real(wp), intent(in) :: times(:), positions(:, :), velocities(:, :)
+      integer, intent(out) :: at
+      type(status_t), intent(out) :: status
+      real(wp) :: path, by_speed
+      integer :: i
+      path = 0.0_wp
+      by_speed = 0.0_wp
+      do i = 2, size(times)
+         path = path + norm2(positions(:, i) - positions(:, i - 1))
+         by_speed = by_speed + 0.5_wp*(times(i) - times(i - 1))*(norm2(velocities(:, i - 1)) + norm2(velocities(:, i)))
+      end do
+      at = 0
+      if (max(path, by_speed) <= contradiction*min(path, by_speed)) return
+      at = 1
+      status = fail(NUTATE_BAD_ARGUMENT, 'the velocities contradict the positions (expected m and m/s)', 'table')
+   end subroutine check_velocities
 
    !> Bounds the distance from below, by the corners of each polynomial in Bernstein's basis along the mean direction of
    !> its ends. Errors: `NUTATE_BAD_ARGUMENT` for a polynomial that comes too close to the centre.
