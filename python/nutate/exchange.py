@@ -20,6 +20,8 @@ from .tables import Columns
 
 # Names of inertial axes, as src/io/scene/nutate_aem_keywords.f90 has them.
 INERTIAL = {"ICRF", "ICRF2", "ICRF3", "GCRF", "EME2000", "J2000", "ECLIPJ2000", "MOD", "TOD", "TEME", "B1950"}
+# Attitude error between the rows of files for other programs, rad, where the rows would be the ends of steps.
+USUAL_ERROR = 1e-5
 # Largest turn between two chosen rows, rad; part of the error that is used at the quarters; more rows are a mistake.
 LARGEST_TURN, MARGIN, MOST_ROWS = 1.0, 0.9, 20_000_000
 
@@ -235,8 +237,10 @@ def distances(q1: Array, q2: Array) -> Array:
 
 
 class Exchange(Columns):
-    """What a Solution can be written as. Its rows are written, or, with `error`, rows of its dense output that are chosen so that a
-    rotation at a constant rate between them, which readers assume, keeps to this attitude error, rad."""
+    """What a Solution can be written as. With `error`, rows of its dense output are chosen so that a rotation at a constant rate
+    between them, which readers assume, keeps to this attitude error, rad. Without it the rows at `t_eval` are written; a solution
+    without `t_eval` has the ends of steps, and the error is 1e-5. 0 writes the rows as they are. Rows that are half a turn or more
+    apart are rejected."""
 
     sol: Any
     system: System
@@ -244,7 +248,7 @@ class Exchange(Columns):
 
     def to_aem(self, path: Textual, *, epoch: Optional[str] = None, time_system: Optional[str] = None, object: Optional[str] = None,
                object_id: Optional[str] = None, space_frame: Optional[str] = None, body_frame: Optional[str] = None,
-               version: str = "2.0", error: float = 0.0) -> None:
+               version: str = "2.0", error: Optional[float] = None) -> None:
         """Writes an Attitude Ephemeris Message (CCSDS 504.0-B), version "2.0", or "1.0" without angular velocities. The quaternion
         is (q1, q2, q3, q0), from `space_frame` (REF_FRAME_A) to the body axes (REF_FRAME_B). Attitudes in the LVLH frame of an orbit are
         converted to inertial axes, which `space_frame` names; for a rotating frame it names this frame.
@@ -253,17 +257,18 @@ class Exchange(Columns):
         labels = self._named(epoch=epoch, time_system=time_system, object=object, object_id=object_id, space_frame=space_frame,
                              body_frame=body_frame)
         labels.setdefault("object", "BODY")
+        error = self._error_of(error)
         t, q, omega = self._attitudes(error, labels.get("space_frame", ""))
         message = ctypes.create_string_buffer(MESSAGE_SIZE)
         status = library.nutate_write_aem(encoded(path), encoded(group("scene", **labels)), len(t), pointer(t), pointer(q),
                                           pointer(omega), encoded(version), float(error), message, MESSAGE_SIZE)
         check(status, message.value.decode("utf-8", "replace"))
 
-    def to_gltf(self, path: Textual, *, object: Optional[str] = None, speed: float = 1.0, error: float = 0.0) -> None:
+    def to_gltf(self, path: Textual, *, object: Optional[str] = None, speed: float = 1.0, error: Optional[float] = None) -> None:
         """Writes the moving body as glTF 2.0, for Blender and browsers: its shape, or the box of its inertia, with one animation of
         its rotation in single precision. `speed` is the number of seconds of the motion in a second of the animation."""
         facts = group("scene", object=self._named(object=object).get("object", "BODY")) + body_text(self.system)
-        t, q, _ = self._attitudes(error)
+        t, q, _ = self._attitudes(self._error_of(error))
         message = ctypes.create_string_buffer(MESSAGE_SIZE)
         status = library.nutate_write_gltf(encoded(path), encoded(facts), len(t), pointer(t), pointer(q), float(speed), message,
                                            MESSAGE_SIZE)
@@ -271,7 +276,7 @@ class Exchange(Columns):
 
     def to_spice_ck(self, path: Textual, *, epoch: Optional[str] = None, time_system: Optional[str] = None,
                     object: Optional[str] = None, space_frame: Optional[str] = None, body_frame: Optional[str] = None,
-                    spacecraft: int = -999, error: float = 0.0) -> list[str]:
+                    spacecraft: int = -999, error: Optional[float] = None) -> list[str]:
         """Writes a SPICE CK of type 3 with angular velocities, and beside it the text kernels that it needs: a clock (.tsc) and the
         body's frame (.tf). Returns the three paths, to be loaded with `spiceypy.furnsh`. spiceypy must be installed.
 
@@ -285,12 +290,18 @@ class Exchange(Columns):
                 raise refusal(f"a CK needs {key} (expected epoch='2029-04-13T21:46:12.7', time_system='TDB', space_frame='J2000')")
         if spacecraft > -1 or spacecraft < -2_000_000:
             raise refusal(f"spacecraft is {spacecraft!r} (expected a number below 0)")
-        t, q, omega = self._attitudes(error, labels["space_frame"])
+        t, q, omega = self._attitudes(self._error_of(error), labels["space_frame"])
         return write_ck(spice, os.fsdecode(path), labels, spacecraft, tdb(labels["epoch"], labels["time_system"], t), q, omega)
 
     def _named(self, **given: Optional[str]) -> dict[str, str]:
         """Epoch and names: those given, else those of the scene."""
         return {key: value for key in LABELS if (value := given.get(key) or self._labels.get(key, ""))}
+
+    def _error_of(self, error: Optional[float]) -> float:
+        """The attitude error between rows: the one given, else the usual one if the rows are the ends of steps, or 0."""
+        if error is not None:
+            return error
+        return USUAL_ERROR if self.sol is not None and np.array_equal(self.t, self.sol._ends["t"]) else 0.0
 
     def _knows_axes(self) -> bool:
         """True unless the space axes are those of a rotating frame."""
@@ -325,6 +336,11 @@ class Exchange(Columns):
             q, omega = converted(t, q, np.stack([self[f"omega{i}"] for i in (1, 2, 3)], axis=-1))
         order = np.argsort(t, kind="stable")
         t, q, omega = (np.ascontiguousarray(values[order], dtype=np.float64) for values in (t, q, omega))
+        rates = np.linalg.norm(omega, axis=1)
+        far = np.flatnonzero(np.diff(t) * np.maximum(rates[:-1], rates[1:]) >= np.pi)
+        if len(far):
+            raise refusal(f"the body turns by half a turn or more from the row at t = {float(t[far[0]])!r} s to the next one "
+                          "(expected rows closer together, or error=)")
         return t, q, omega
 
 

@@ -202,7 +202,8 @@ class Messages(Folder):
             rows.at([1.0, 25.0])
         with self.assertRaisesRegex(nutate.NutateValueError, "is not a date"):
             rows.at(0.0, "soon")
-        _, rows = self.frame_of(0.75)
+        _, rows = self.frame_of(0.45)
+        rows.t = 2 * rows.t
         with self.assertRaisesRegex(nutate.NutateValueError, "half a turn or more apart 0.0 s"):
             rows.at(0.1)
 
@@ -516,6 +517,21 @@ class Resampling(Folder):
         np.testing.assert_allclose(rows.q, q, rtol=0, atol=2 * EPS)
         np.testing.assert_allclose(rows.omega, omega, rtol=0, atol=1e-14)
         self.assertIn("within 0.001 rad", pathlib.Path(self.path("a.aem")).read_text(encoding="ascii"))
+
+    def test_ends_of_steps_are_not_exported_as_they_are(self):
+        from nutate.exchange import constant_rate, distances
+        solution = nutate.solve(nutate.Scene(text=SCENE), accuracy=1e-10)
+        solution.to_aem(self.path("a.aem"))
+        rows = nutate.read_aem(self.path("a.aem"))
+        middle = (rows.t[:-1] + rows.t[1:]) / 2
+        between = constant_rate(rows.q[:-1], rows.q[1:], np.full(len(middle), 0.5))
+        self.assertLessEqual(np.max(distances(solution.sol(middle)[0], between)), 1e-5)
+
+    def test_rows_half_a_turn_apart_are_rejected(self):
+        solution = nutate.solve(nutate.Scene(text=SCENE), t_eval=np.arange(0.0, 24.0, 4.0))
+        for write in (solution.to_aem, solution.to_gltf):
+            with self.assertRaisesRegex(nutate.NutateValueError, "turns by half a turn or more from the row at t = 0.0 s"):
+                write(self.path("far"))
 
     def test_it_needs_dense_output(self):
         solution = nutate.solve(nutate.Scene(text=SCENE), t_eval=[0, 1], dense_output=False)

@@ -74,6 +74,14 @@ class Exports(CommandLineTest):
         self.succeed("run", "tumbler.nml", "--quiet")
         self.rows = self.history("tumbler.csv")[1]
 
+    def test_rows_half_a_turn_apart_are_rejected(self):
+        self.write("far.nml", TUMBLER)
+        self.succeed("run", "far.nml", "--quiet", "--set", "output.interval=0.9")
+        for kind in ("--aem", "--gltf"):
+            self.fail_with(2, "export", "far.csv", "--scene", "far.nml", kind, "far.out",
+                           says=("nutate: far.csv: the body turns by half a turn or more from one row to the next at t = 0.",
+                                 "(expected rows up to 0.5"))
+
     def test_aem_has_every_attitude_and_says_what_it_means(self):
         self.assertEqual(self.succeed("export", "tumbler.csv", "--scene", "tumbler.nml", "--aem", "a.aem").stdout, "")
         text = self.read("a.aem")
@@ -306,7 +314,7 @@ class Fuzz(CommandLineTest):
     CASES = share_of(300)
 
     def test_any_history_is_exported_or_refused_in_one_line(self):
-        self.succeed("run", "box.nml", "--quiet", "--set", "output.interval=0.5")
+        self.succeed("run", "box.nml", "--quiet", "--set", "output.interval=0.25")
         whole = self.read("box.csv").encode()
         statuses = [0, 0]
         for number in range(self.CASES):

@@ -1,7 +1,7 @@
 !> Writes attitudes as an Attitude Ephemeris Message (CCSDS 504.0-B).
 module nutate_aem_writing
    use nutate_aem_keywords, only: ecliptic, equatorial, from_ecliptic, is_ecliptic, is_inertial
-   use nutate_attitude_rows, only: attitude_rows_t
+   use nutate_attitude_rows, only: attitude_rows_t, gap_fault
    use nutate_calendar, only: day_of
    use nutate_decimal, only: decimal_length, decimal_t, rounded_text
    use nutate_epoch, only: epoch_t
@@ -46,6 +46,7 @@ contains
             last = labels%epoch%after(rows%t(rows%count()))
             if (.not. (first%is_set() .and. last%is_set())) &
                problem = 'the rows leave the calendar (expected the years 1583 to 9999, of UTC from 1972)'
+            if (problem == '') problem = gap_fault(rows)
          end if
       end associate
    end function aem_fault

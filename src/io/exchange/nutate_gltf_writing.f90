@@ -5,7 +5,7 @@
 !> have single precision, as glTF demands.
 module nutate_gltf_writing
    use, intrinsic :: iso_fortran_env, only: int16, int8, real32
-   use nutate_attitude_rows, only: attitude_rows_t
+   use nutate_attitude_rows, only: attitude_rows_t, gap_fault
    use nutate_decimal, only: exact_text
    use nutate_export_facts, only: export_facts_t
    use nutate_files, only: output_file_t
@@ -37,6 +37,8 @@ contains
          problem = "glTF needs the body (expected its scene, or inertia, or shape, size and mass of &body)"
       else if (rows%count() < 1) then
          problem = 'there are no rows (expected one or more)'
+      else
+         problem = gap_fault(rows)
       end if
    end function gltf_fault
 

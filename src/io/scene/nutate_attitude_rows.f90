@@ -9,7 +9,7 @@ module nutate_attitude_rows
    implicit none
    private
 
-   public :: attitude_rows_t, between_rows, is_unit, put_in_order, to_inertial_axes, turn_rates
+   public :: attitude_rows_t, between_rows, gap_fault, is_unit, put_in_order, to_inertial_axes, turn_rates
 
    !> Attitudes by time.
    type :: attitude_rows_t
@@ -88,6 +88,26 @@ contains
          rows%omega(:, i) = rows%omega(:, i) - rotate_to_body(rows%q(:, i), rate)
       end do
    end subroutine turn_rates
+
+   !> Returns what is wrong with rows that are half a turn or more apart, between which no interpolation holds; empty
+   !> for others, and without rates, which alone show it.
+   pure function gap_fault(rows) result(problem)
+      type(attitude_rows_t), intent(in) :: rows
+      character(len=:), allocatable :: problem
+      character(len=80) :: place
+      real(wp) :: h, turn
+      integer :: i
+      problem = ''
+      if (.not. allocated(rows%omega)) return
+      do i = 1, rows%count() - 1
+         h = rows%t(i + 1) - rows%t(i)
+         turn = h*max(norm2(rows%omega(:, i)), norm2(rows%omega(:, i + 1)))
+         if (.not. turn >= pi) cycle
+         write (place, '("at t = ",g0.6," s (expected rows up to ",g0.3," s apart)")') rows%t(i), pi*h/turn
+         problem = 'the body turns by half a turn or more from one row to the next '//trim(place)
+         return
+      end do
+   end function gap_fault
 
    !> Computes attitude and angular velocity between two rows with rates: `cubic_between`.
    pure subroutine between_rows(rows, i, k, t, q, omega)
