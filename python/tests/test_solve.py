@@ -1,5 +1,6 @@
 """nutate.solve: a motion from start to end in one call."""
 
+import math
 import os
 import pickle
 import unittest
@@ -131,6 +132,24 @@ class SolveTest(unittest.TestCase):
             solution = nutate.solve(system, omega0=(1, 2, 3), t_span=(0, 1), accuracy=1e-8)
             self.assertEqual((solution.accuracy_reached, solution.message), (True, "the end was reached"))
             self.assertIsNone(nutate.solve(system, omega0=(1, 2, 3), t_span=(0, 1), time_step=0.1).accuracy_reached)
+
+    def test_torques_are_called_inside_of_the_run_only(self):
+        def torque(t, q, omega):
+            if not start <= t <= end:
+                raise ValueError(f"{t!r} is outside of {start} to {end}")
+            return np.array([math.sqrt(t - start), -0.2 * t, 0.1])
+
+        for start, end in ((0.0, 1.7), (0.3, 2.0)):
+            system = nutate.System(moments=(1, 2, 2.5))
+            system.add_user_torque(torque)
+            for method in ("auto", "dop853", "rk4", "nielsen_krenk"):
+                for settings in ({"accuracy": 1e-7}, {"local_tolerance": 1e-7}, {"time_step": 0.01}):
+                    if method == "auto" and "accuracy" not in settings:
+                        continue
+                    for order in (2, 4, 6, 8) if method == "nielsen_krenk" else (0,):
+                        with self.subTest(method, start=start, order=order, **settings):
+                            given = {**settings, "order": order} if order else settings
+                            nutate.solve(system, omega0=(0.3, 0.2, 0.1), t_span=(start, end), method=method, **given)
 
     def test_rows_at_times_of_ones_own_are_those_of_the_motion(self):
         times = [0.0, 0.3, 1.75, 2.0]

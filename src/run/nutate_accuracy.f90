@@ -11,7 +11,9 @@
 !> tables in docs/results/accuracy-costs.md. They belong to the error behaviour of the methods, and are to be measured
 !> anew where that changes.
 module nutate_accuracy
+   use nutate_any_effect, only: NO_SERIES
    use nutate_disturbance, only: disturb_problem
+   use nutate_effect_list, only: effect_list_t
    use nutate_equal_steps, only: equal_steps_t
    use nutate_error_control, only: error_control_t
    use nutate_exact_stepper, only: round_off_of_exact
@@ -495,6 +497,7 @@ contains
       ! What acts at given times acts a little earlier or later; the duration is the same.
       call noise%next(shift)
       shift = shift*max(abs(state%t), abs(plan%end_time))
+      if (has_user_torques(noisy%effects)) shift = 0.0_wp
       state%t = state%t + shift
       plan%end_time = plan%end_time + shift
       call start_run(own, noisy%effects, state, plan, status)
@@ -504,5 +507,12 @@ contains
       call control%disturb(noise)
       call drive(own, control, noisy, status, observer)
    end subroutine drive_noisy
+
+   !> Returns true if a torque may be user-defined: it may be defined from the start of the run to its end only.
+   pure logical function has_user_torques(effects)
+      type(effect_list_t), intent(in) :: effects
+      integer :: i
+      has_user_torques = any([(effects%torques(i)%item%series_kind() == NO_SERIES, i=1, effects%n_torques)])
+   end function has_user_torques
 
 end module nutate_accuracy
