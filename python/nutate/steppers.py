@@ -161,10 +161,12 @@ class Stepper(SatelliteState):
         scene: the first state, a row after every `every` steps, or, with adaptive steps, every `interval`, s, and the last
         state. With `times`, s, in the order of the run, it returns rows at exactly these times."""
         wanted = None if times is None else np.ascontiguousarray(np.atleast_1d(times), dtype=np.float64)
+        # Before the run: a call after it would raise the KeyboardInterrupt without the rows.
+        names = self.column_names
         handle = ctypes.c_void_p()
         status = interruptible(library.nutate_stepper_run_history, self._handle, float(end_time), operator.index(every),
                                float(interval), pointer(wanted), 0 if wanted is None else wanted.size, ctypes.byref(handle))
-        history, _ = take_history(handle, self.column_names)
+        history, _ = take_history(handle, names)
         self._conclude(status, history)
         history._warn()
         return history
