@@ -12,7 +12,7 @@ module nutate_error_control
    use nutate_disturbance, only: disturb_state
    use nutate_equal_steps, only: equal_steps_t
    use nutate_hamiltonian, only: angular_velocity, body_momentum
-   use nutate_kinds, only: wp
+   use nutate_kinds, only: wp, long
    use nutate_methods, only: get_stepper, make_stepper, method_of, method_t
    use nutate_noise, only: noise_t
    use nutate_observer, only: observer_t, run_record_t
@@ -80,8 +80,8 @@ module nutate_error_control
 
    !> Turn in the first step, rad, and part of the run for a body that is all but at rest.
    real(wp), parameter :: first_turn = 0.1_wp, first_part = 0.1_wp
-   !> Rows at intervals in a step of a method without an error: polls come between steps, and are to be heard soon.
-   real(wp), parameter :: rows_in_a_step = 64.0_wp
+   !> Rows inside of a step of a method without an error: polls come between steps, and are to be heard soon.
+   integer, parameter :: rows_in_a_step = 64
    !> Shortest step over the length of the run: no run makes 1e13 steps, and 1e-16 would not tell their times apart.
    real(wp), parameter :: shortest = 1e-13_wp
 
@@ -206,8 +206,11 @@ contains
          goal%seen = allocated(progress%events)
          if (.not. present(observer)) return
          goal%seen = goal%seen .or. observer%observes_every_step .or. &
-                     (plan%interval <= 0.0_wp .and. plan%every < huge(plan%every))
+                     (plan%interval <= 0.0_wp .and. .not. allocated(plan%times) .and. plan%every < huge(plan%every))
          if (plan%interval > 0.0_wp) goal%longest = rows_in_a_step*plan%interval
+         if (.not. allocated(plan%times)) return
+         if (progress%rows < size(plan%times)) goal%longest = &
+            abs(plan%times(min(progress%rows + rows_in_a_step, size(plan%times, kind=long))) - progress%state%t)
       end associate
    end function goal_of
 

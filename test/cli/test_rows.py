@@ -68,6 +68,16 @@ class Rows(CommandLineTest):
                     for value, other in zip(history[-1], steps[-1]):
                         self.assertAlmostEqual(value, other, delta=1e-12 * (1 + abs(other)))
 
+    def test_the_closed_solution_needs_no_steps_between_times(self):
+        self.write("spin.nml", "&body inertia = 1, 1.2, 1.5 /\n&initial angular_velocity = 0, 0, 0.1 /\n"
+                   "&integrator accuracy = 1e-6, end_time = 1e8 /\n&output columns = 'quaternion', times = 0.0, 1e8 /\n")
+        self.succeed("run", "spin.nml", "--quiet", "--output", "ends.csv", "--max-steps", "20")
+        self.succeed("run", "spin.nml", "--quiet", "--output", "same.csv", "--unset", "output.times", "--set", "output.interval=1e8")
+        self.assertEqual(self.history("ends.csv"), self.history("same.csv"))
+        times = ",".join(str(1e6 * i) for i in range(101))
+        self.succeed("run", "spin.nml", "--quiet", "--output", "all.csv", "--max-steps", "20", "--set", "output.times=" + times)
+        self.assertEqual(len(self.history("all.csv")[1]), 101)
+
     def test_times_come_from_a_file_and_with_chosen_steps(self):
         self.write("when.csv", "t (s)\r\n" + "".join(f"{t}\r\n" for t in TIMES))
         chosen = FORCED.replace("time_step = 0.005", "local_tolerance = 1e-10")
