@@ -6,8 +6,8 @@ module nutate_cost_answer
    use nutate_methods, only: default_settings, family_of, methods
    use nutate_stepper, only: integrator_settings_t
    use nutate_table, only: number_text, table_t
-   use nutate_work_point, only: point_at_error, work_point_t
-   use nutate_work_precision, only: work_precision_t
+   use nutate_work_point, only: point_within, work_point_t
+   use nutate_work_precision, only: work_precision_t, OUT_OF_BUDGET
    implicit none
    private
 
@@ -80,7 +80,11 @@ contains
          call table%put('-')
          call table%put('-')
          call table%put(' auto')
-         call table%put(method_text(auto)//', which does not reach it')
+         if (study%ending(auto) == OUT_OF_BUDGET) then
+            call table%put(method_text(auto)//', not measured within the budget')
+         else
+            call table%put(method_text(auto)//', which does not reach it')
+         end if
       end if
    end subroutine add_ranking
 
@@ -100,9 +104,17 @@ contains
       else if (point%tolerance > 0.0_wp) then
          call table%put(method_text(point%method)//', local_tolerance='//number_text(point%tolerance, 2))
       else
-         call table%put(method_text(point%method)//', time_step='//number_text(point%time_step, 2))
+         call table%put(method_text(point%method)//', time_step='//number_text(shorter(point%time_step), 3))
       end if
    end subroutine add_point
+
+   !> Returns a step rounded to three digits, towards zero: a longer one could miss the accuracy.
+   pure real(wp) function shorter(step)
+      real(wp), intent(in) :: step
+      real(wp) :: unit
+      unit = 10.0_wp**(floor(log10(abs(step))) - 2)
+      shorter = sign(unit*floor(abs(step)/unit*(1 + 4*epsilon(unit))), step)
+   end function shorter
 
    !> The points at an accuracy that compete: of each method the cheapest, and that of the row that `auto` takes; none
    !> elsewhere. Shape (rows of `methods`).
@@ -117,7 +129,7 @@ contains
       logical :: of_family(size(methods))
       if (tolerance < study%reference%uncertainty) return
       do m = 1, size(methods)
-         all_points(m) = point_at_error(study%points_of(m), methods(m)%order, tolerance)
+         all_points(m) = point_within(study%points_of(m), tolerance)
       end do
       do m = 1, size(methods)
          of_family = family_of(methods) == family_of(methods(m)) .and. all_points%method > 0

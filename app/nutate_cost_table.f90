@@ -36,7 +36,7 @@ contains
             call page%item('reference', 'none: '//method_label(reference%pair(1))//' and '// &
                            method_label(reference%pair(2)))
             if (reference%uncertainty < huge(1.0_wp)) then
-               known = 'agree only to'//known//' at t = '//rounded_text(end_time)//' s'
+               known = 'agree only'//known//' at t = '//rounded_text(end_time)//' s'
             else
                known = 'do not reach t = '//rounded_text(end_time)//' s within the budget'
             end if

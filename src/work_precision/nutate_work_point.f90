@@ -12,7 +12,7 @@ module nutate_work_point
    implicit none
    private
 
-   public :: work_point_t, measure_point, point_at_error, median
+   public :: work_point_t, measure_point, point_at_error, point_within, median
 
    !> Integrations that are timed, at least and at most: a median of three is not moved by one that was disturbed; a
    !> run short enough to be repeated 501 times is known to a per cent by then.
@@ -209,6 +209,18 @@ contains
          point%energy_error = between(short%energy_error, long%energy_error, fraction)
       end associate
    end function point_at_error
+
+   !> Returns the first of the runs whose error is within one, and not by accident: no point if there is none.
+   pure function point_within(points, error) result(point)
+      !> Of one method, longest step first, with errors that are known; shape (any).
+      type(work_point_t), intent(in) :: points(:)
+      !> rad.
+      real(wp), intent(in) :: error
+      type(work_point_t) :: point
+      integer :: i
+      i = first_within(points, error)
+      if (i > 0) point = points(i)
+   end function point_within
 
    !> A value between two on a logarithmic scale; the first where one of them has no logarithm.
    pure real(wp) function between(a, b, fraction)

@@ -1,5 +1,6 @@
 """nutate cost: the table, the answer, the files and the budget."""
 import csv
+import math
 import os
 import re
 import shutil
@@ -72,6 +73,27 @@ class Study(CommandLineTest):
                 self.succeed("run", "pasted.nml", "--quiet")
                 tried += 1
         self.assertGreaterEqual(tried, 2)
+
+    def test_settings_reach_the_accuracy_that_they_stand_under(self):
+        scene = TOP + "&output columns = 'quaternion', every = 1000000 /\n"
+
+        def end(settings):
+            self.write("pasted.nml", scene.replace("time_step = 0.005", settings))
+            self.succeed("run", "pasted.nml", "--quiet", "--output", "pasted.csv")
+            return [float(self.rows("pasted.csv")[-1][f"q{i}"]) for i in range(4)]
+
+        exact, tried = end("method = 'dop853', local_tolerance = 1e-14"), 0
+        for rows in self.answer(self.study("top.nml", *SHORT)):
+            for row in rows:
+                if row[1] == "-" or "accuracy" in row[4]:
+                    continue
+                q = end(row[4])
+                # The rotation from one attitude to the other.
+                w = [exact[0]*q[i] - exact[i]*q[0] + s*(exact[j]*q[k] - exact[k]*q[j])
+                     for i, j, k, s in ((1, 2, 3, -1), (2, 3, 1, -1), (3, 1, 2, -1))]
+                self.assertLess(2*math.dist(w, (0, 0, 0)), float(rows[0][0]), row)
+                tried += 1
+        self.assertGreater(tried, 12)
 
     def test_the_cheapest_that_keeps_the_invariants_and_the_choice_of_auto_are_marked(self):
         for rows in self.answer(self.study("top.nml", *SHORT)):
@@ -165,6 +187,7 @@ class Study(CommandLineTest):
         done = self.succeed("cost", "chaos.nml", *SHORT, "--set", "integrator.end_time=300")
         self.assertIn("none:", done.stdout)
         self.assertIn("attitude errors are not shown", done.stdout)
+        self.assertRegex(done.stdout, r"agree only to [0-9]|do not reach t = 300 s")
         self.assertNotIn("cheapest first", done.stdout)
 
     def test_a_scene_without_a_time_step_and_one_that_goes_back(self):
