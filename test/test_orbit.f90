@@ -210,6 +210,11 @@ contains
          angles = roll_pitch_yaw_from_quat(q)
          call check_close(error, angles, [0.0_wp, i*0.5_wp*pi, 0.9_wp - i*0.4_wp], 8*eps, "at the pole")
       end do
+      do i = 1, 200
+         q = quat_from_roll_pitch_yaw([1.3_wp + i, (-1)**i*(0.5_wp*pi - 10.0_wp**(-0.07_wp*i)), 0.9_wp - 2*i])
+         again = quat_from_roll_pitch_yaw(roll_pitch_yaw_from_quat(q))
+         call check_close(error, sign(1.0_wp, dot_product(q, again))*again, q, 8*eps, "near the pole")
+      end do
    end subroutine roll_pitch_yaw
 
    !> 2000 revolutions in steps of a twentieth: the attitude stays, the Jacobi integral keeps 13 digits of T + V.

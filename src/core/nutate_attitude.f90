@@ -178,15 +178,21 @@ contains
    pure function roll_pitch_yaw_from_quat(q) result(angles)
       !> Attitude, body to space. Shape: (4).
       real(wp), intent(in) :: q(4)
-      real(wp) :: angles(3), square, x(3), up(2)
+      real(wp) :: angles(3), square, x(3), up(2), half_sum, half_difference
       square = q(1)*q(1) + q(2)*q(2) + q(3)*q(3) + q(4)*q(4)
       ! Where the body's axis 1 points to, and the last components of its axes 2 and 3.
       x = [(q(1)*q(1) + q(2)*q(2)) - (q(3)*q(3) + q(4)*q(4)), 2*(q(2)*q(3) + q(1)*q(4)), 2*(q(2)*q(4) - q(1)*q(3))]
       up = [2*(q(3)*q(4) + q(1)*q(2)), (q(1)*q(1) + q(4)*q(4)) - (q(2)*q(2) + q(3)*q(3))]
       angles(2) = atan2(-x(3), hypot(x(1), x(2)))
-      if (hypot(x(1), x(2)) > 4*eps*square) then
+      if (hypot(x(1), x(2)) > 0.5_wp*square) then
          angles(1) = atan2(up(1), up(2))
          angles(3) = atan2(x(2), x(1))
+      else if (hypot(x(1), x(2)) > 4*eps*square) then
+         ! Near a pitch of 90 degrees x and up cancel; sum and difference of roll and yaw are angles in planes of q.
+         half_sum = atan2(q(2) + q(4), q(1) - q(3))
+         half_difference = atan2(q(4) - q(2), q(1) + q(3))
+         angles(1) = wrapped(half_sum - half_difference)
+         angles(3) = wrapped(half_sum + half_difference)
       else
          angles(1) = 0.0_wp
          angles(3) = atan2(2*(q(1)*q(4) - q(2)*q(3)), (q(1)*q(1) + q(3)*q(3)) - (q(2)*q(2) + q(4)*q(4)))
