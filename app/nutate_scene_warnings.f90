@@ -1,8 +1,10 @@
 !> What a scene says that it is likely not to mean. Legal all the same: it is simulated as it stands.
 module nutate_scene_warnings
+   use nutate_controller, only: controller_t
    use nutate_decimal, only: rounded_text
    use nutate_effect_catalogue, only: effect_kind_t, effect_kinds
    use nutate_epoch, only: epoch_t
+   use nutate_hamiltonian, only: angular_velocity
    use nutate_keys, only: group_t, setting_t
    use nutate_kinds, only: wp, pi
    use nutate_notes, only: add_note, note_t, scene_notes
@@ -14,8 +16,13 @@ module nutate_scene_warnings
 
    !> The direction to the centre of attraction turns by more than this on a circular orbit while a run lasts, rad.
    real(wp), parameter :: visible_turn = 0.1_wp
-   !> Keys of `&initial` that are angles.
-   character(len=14), parameter :: angles(3) = [character(len=14) :: 'angle', 'euler', 'roll_pitch_yaw']
+   !> Keys that are angles, of `&initial`, `&orbit` and `&earth_field`.
+   character(len=21), parameter :: angles(9) = [character(len=21) :: 'angle', 'euler', 'roll_pitch_yaw', 'pole', &
+      'inclination', 'raan', 'argument_of_periapsis', 'mean_anomaly', 'epoch_angle']
+   !> Altitudes below this, m, are likely given in km.
+   real(wp), parameter :: least_altitude = 1e4_wp
+   !> Gain times period of samples over inertia from which on a sampled controller is unstable.
+   real(wp), parameter :: unstable = 2.0_wp
 
 contains
 
@@ -36,8 +43,12 @@ contains
       do i = 1, size(scene%groups)
          associate (group => scene%groups(i))
             select case (group%name)
-            case ('initial')
+            case ('initial', 'earth_field')
                call note_angles(group, notes)
+            case ('orbit')
+               call note_angles(group, notes)
+               if (group%number('altitude', least_altitude) < least_altitude) call add_note(notes, &
+                  'the altitude of the orbit is '//rounded_text(group%number('altitude', 0.0_wp))//' m (km need 1e3)')
             case ('gravity')
                if (.not. any(abs(scene%system%body%center_of_mass) > 0.0_wp)) call add_note(notes, &
                   '&gravity has no effect: '// &
@@ -50,6 +61,8 @@ contains
          end associate
       end do
       call note_twins(scene%groups, notes)
+      call note_samples(scene, notes)
+      call note_rows(scene, notes)
       last = scene%labels%epoch%after(scene%plan%end_time)
       if (scene%labels%epoch%is_uncertain() .or. last%is_uncertain()) call add_note(notes, &
          'dates in UTC after 2026-06-28 assume that no leap second is added (TDB, TT and TAI have none)')
@@ -72,6 +85,43 @@ contains
                                            trim(angles(i))//' is more than a turn: degrees = .true. makes it degrees')
       end do
    end subroutine note_angles
+
+   !> Sampled controllers whose rate gain, held over a sample, does more than reverse the rate.
+   subroutine note_samples(scene, notes)
+      type(scene_t), intent(in) :: scene
+      type(note_t), allocatable, intent(inout) :: notes(:)
+      real(wp) :: loop(3, 3), gain
+      integer :: i, k
+      associate (effects => scene%system%effects)
+         do i = 1, effects%n_torques
+            select type (controller => effects%torques(i)%item)
+            type is (controller_t)
+               loop = controller%sample*matmul(scene%system%body%inverse_inertia, controller%rate_gain)
+               gain = maxval([(loop(k, k), k=1, 3)])
+               if (gain > unstable) call add_note(notes, 'a sampled controller is unstable: rate_gain*sample/J is '// &
+                                                  rounded_text(gain, 3)//' (expected less than 2)')
+            class default
+               ! Others do not sample.
+            end select
+         end do
+      end associate
+   end subroutine note_samples
+
+   !> Rows between which the body turns so far that curves and animations of them show another motion.
+   subroutine note_rows(scene, notes)
+      type(scene_t), intent(in) :: scene
+      type(note_t), allocatable, intent(inout) :: notes(:)
+      real(wp) :: interval, rate
+      if (allocated(scene%plan%times)) return
+      interval = scene%plan%interval
+      if (.not. interval > 0.0_wp .and. .not. scene%plan%goal%active()) &
+         interval = real(scene%plan%every, wp)*abs(scene%plan%time_step)
+      rate = norm2(angular_velocity(scene%system, scene%initial))
+      if (interval*rate < pi .or. interval >= abs(scene%plan%end_time)) return
+      call add_note(notes, 'the body turns by half a turn or more between rows, which are '// &
+                    rounded_text(interval, 3)//' s apart: pictures of them show other oscillations (expected less '// &
+                    'than '//rounded_text(pi/rate, 3)//' s)')
+   end subroutine note_rows
 
    !> A gradient whose direction is that of a satellite on an orbit turns with the orbit.
    subroutine note_orbit(group, duration, notes)

@@ -130,6 +130,21 @@ class Check(CommandLineTest):
                 self.assertIn(line[22:].strip(), checked)
         return " ".join(line[22:].strip() for line in summary.splitlines() if line.startswith("  note "))
 
+    def test_slips_of_units_and_unstable_loops_are_noted(self):
+        spin = "&body inertia = 1, 1.2, 1.5 /\n&initial angular_velocity = 0, 0, 2 /\n&integrator time_step = 0.01, end_time = 100 /\n"
+        for text, says in (
+                ("&orbit altitude = 500, inclination = 97.4 /\n&gravity_gradient /\n", "an angle of 97.4 rad in inclination is more than a turn"),
+                ("&orbit altitude = 500, inclination = 97.4 /\n&gravity_gradient /\n", "the altitude of the orbit is 500 m"),
+                ("&controller law = 'quaternion', attitude_gain = 1, rate_gain = 10, sample = 0.3 /\n",
+                 "a sampled controller is unstable: rate_gain*sample/J is 3 (expected less than 2)"),
+                ("&output every = 200 /\n", "by half a turn or more between rows, which are 2 s apart")):
+            with self.subTest(says):
+                self.write("slip.nml", spin + text)
+                self.assertIn(says, " ".join(self.succeed("check", "slip.nml").stdout.split()))
+        self.write("good.nml", spin + "&controller law = 'quaternion', attitude_gain = 1, rate_gain = 3, sample = 0.3 /\n"
+                   "&orbit altitude = 500e3, inclination = 1.7 /\n&gravity_gradient /\n&output every = 100 /\n")
+        self.assertNotIn("note", self.succeed("check", "good.nml").stdout)
+
     def test_likely_slips_are_noted(self):
         self.assertEqual(self.warnings("top.nml"), "")
         self.assertIn("an angle of 30 rad in angle is more than a turn: degrees = .true.",
