@@ -67,7 +67,8 @@ int nutate_write_gltf(const char *path, const char *facts, size_t n, const doubl
                       char *message, size_t size);
 
 /* Reads an Attitude Ephemeris Message. The columns of the history are t, since the first record, q0 to q3, body to space, and
- * omega1 to omega3 where the message has angular velocities.
+ * omega1 to omega3 if the message has angular velocities; then segment, its number, if there are several segments, between
+ * which there is no attitude.
  *   <==  history     a new handle; NULL on failure
  *   <==  facts       epoch and names as a group &scene; or NULL       ==>  facts_size
  *   <==  message     what is wrong, "FILE:LINE: ..."; or NULL         ==>  size

@@ -56,8 +56,10 @@ class AttitudeRows(Columns):
     """Attitudes that `read_aem` has read.
 
     t           times since the first record, s, shape (n,)
-    q           attitudes, body to space, scalar first, shape (n, 4); REF_FRAME_A has the space axes, REF_FRAME_B the body axes
+    q           attitudes, body to space, scalar first, shape (n, 4); REF_FRAME_A has the space axes, REF_FRAME_B the body axes, or
+                vice versa if REF_FRAME_A is a frame of the spacecraft
     omega       angular velocities, body axes, rad/s, shape (n, 3); None where the message has none
+    segment     numbers of the segments of the message, 1, 2, ..., shape (n,): between two segments there is no attitude
     epoch, time_system, object, object_id, space_frame, body_frame    texts; the epoch is the date of the first record
     """
 
@@ -67,6 +69,7 @@ class AttitudeRows(Columns):
         self.omega: Optional[Array] = None
         if "omega1" in columns:
             self.omega = np.stack([columns[f"omega{i}"] for i in (1, 2, 3)], axis=-1)
+        self.segment = columns.get("segment", np.ones(len(self.q))).astype(int)
         self.epoch, self.time_system, self.object, self.object_id, self.space_frame, self.body_frame = (
             labels.get(key, "") for key in LABELS)
 
@@ -88,6 +91,11 @@ class AttitudeRows(Columns):
         if outside.any():
             raise refusal(f"t is outside of the records ({float(times[outside][0])!r} s after the first one; expected 0 to {float(self.t[-1])!r})")
         i = np.clip(np.searchsorted(self.t, times, side="right") - 1, 0, len(self.t) - 2)
+        # The last record of a segment ends the interval before it.
+        i = np.where((self.segment[i] != self.segment[i + 1]) & (times <= self.t[i]) & (i > 0), i - 1, i)
+        between = self.segment[i] != self.segment[i + 1]
+        if between.any():
+            raise refusal(f"t is between two segments of the message ({float(times[between][0])!r} s after the first record)")
         step = (self.t[i + 1] - self.t[i])[:, None]
         s = (times - self.t[i])[:, None] / step
         turn = rotation_vectors(times_conjugate(self.q[i], self.q[i + 1]))
@@ -101,7 +109,9 @@ class AttitudeRows(Columns):
             rate = ((1 - s) * (1 - 3 * s) * first + 6 * s * (1 - s) * turn + s * (3 * s - 2) * last) / step
         if np.any(angle >= np.pi):
             raise refusal(f"records are half a turn or more apart {float(self.t[i][angle >= np.pi][0])!r} s after the first one (expected less)")
-        q, omega = product(self.q[i], exponentials(vector)), to_rate(vector, rate)
+        # The sign of the quaternion does not jump at records.
+        signs = np.cumprod(np.append(1.0, np.where(np.sum(self.q[1:] * self.q[:-1], axis=1) < 0, -1.0, 1.0)))
+        q, omega = product(signs[i, None] * self.q[i], exponentials(vector)), to_rate(vector, rate)
         return (q, omega) if np.ndim(t) else (q[0], omega[0])
 
     def relative(self, t: npt.ArrayLike, q: npt.ArrayLike, epoch: Optional[str] = None, time_system: Optional[str] = None) -> Array:
@@ -122,7 +132,8 @@ class AttitudeRows(Columns):
 
 def read_aem(path: Textual) -> AttitudeRows:
     """Reads an Attitude Ephemeris Message (CCSDS 504.0-B, version 1.0 or 2.0, KVN) with quaternions, and angular velocities where it
-    has some. Raises NutateOSError, or NutateValueError with "FILE:LINE: ..."."""
+    has some. Records outside of USEABLE_START_TIME and USEABLE_STOP_TIME are left out. A segment that begins with the last record of
+    the one before goes on with it. Raises NutateOSError, or NutateValueError with "FILE:LINE: ..."."""
     handle, facts = ctypes.c_void_p(), ctypes.create_string_buffer(MESSAGE_SIZE)
     message = ctypes.create_string_buffer(MESSAGE_SIZE)
     status = library.nutate_read_aem(encoded(path), ctypes.byref(handle), facts, MESSAGE_SIZE, message, MESSAGE_SIZE)

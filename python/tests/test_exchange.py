@@ -336,10 +336,46 @@ class Reading(Folder):
             rows = self.read(self.HEAD.replace("2.0", "1.0") + meta + f"DATA_START\n2026-01-01T00:00:00 {values}\nDATA_STOP\n")
             np.testing.assert_array_equal(rows.q[0], expected)
 
-    def test_segments_are_joined(self):
-        second = self.DATA.replace("2026-001T00:00:00Z", "2026-01-01T00:00:02").replace("2026-01-01T00:00:02 0 0 0 1", "2026-01-01T00:00:04 0 0 0 1")
-        rows = self.read(self.HEAD + self.META + self.DATA + self.META + second)
-        np.testing.assert_array_equal(rows.t, [0, 2, 4])
+    def test_there_is_no_attitude_between_segments(self):
+        plain = self.META.replace("/ANGVEL", "").replace("ANGVEL_FRAME = REF_FRAME_A\n", "")
+
+        def segment(*records):
+            return plain + "DATA_START\n" + "".join(f"2026-01-01T00:00:{s:02} {q}\n" for s, q in records) + "DATA_STOP\n"
+
+        still, turned = "0 0 0 1", "0 0.7071067811865476 0 0.7071067811865476"
+        rows = self.read(self.HEAD + segment((0, still), (1, still)) + segment((1, turned), (2, turned)))
+        np.testing.assert_array_equal((rows.t, rows.segment), ([0, 1, 1, 2], [1, 1, 2, 2]))
+        np.testing.assert_allclose(rows.at([0.5, 1.5])[0], [[1, 0, 0, 0], [0.5**0.5, 0, 0.5**0.5, 0]], atol=4 * EPS)
+        rows = self.read(self.HEAD + segment((0, still), (1, still)) + segment((3, still), (4, still)))
+        np.testing.assert_allclose(rows.at([0.0, 1.0, 3.0, 4.0])[0], [[1, 0, 0, 0]] * 4)
+        with self.assertRaisesRegex(nutate.NutateValueError, "t is between two segments of the message .2.0 s"):
+            rows.at(2.0)
+        # A segment that goes on with the last record of the one before is no other motion.
+        rows = self.read(self.HEAD + segment((0, still), (1, turned)) + segment((1, turned), (2, still)))
+        np.testing.assert_array_equal((rows.t, rows.segment), ([0, 1, 2], [1, 1, 1]))
+
+    def test_a_spacecraft_as_the_first_frame_is_read_by_its_direction(self):
+        straight = self.read(self.HEAD + self.META + self.DATA)
+        other = self.META.replace("REF_FRAME_A = ICRF\nREF_FRAME_B = SC_BODY_1", "REF_FRAME_A = SC_BODY_1\nREF_FRAME_B = ICRF")
+        # From the body to space, and the rates of the space axes against the body in space axes.
+        data = self.DATA.replace("0 0.6 0 0.8 0 90 90", "0 -0.6 0 0.8 0 -90 -90")
+        rows = self.read(self.HEAD + other.replace("ANGVEL_FRAME = REF_FRAME_A", "ANGVEL_FRAME = REF_FRAME_B") + data)
+        self.assertEqual((rows.space_frame, rows.body_frame), ("ICRF", "SC_BODY_1"))
+        np.testing.assert_allclose(rows.q, straight.q, atol=2 * EPS)
+        np.testing.assert_allclose(rows.omega, straight.omega, atol=4 * EPS)
+
+    def test_values_in_lower_case_and_useable_times(self):
+        lower = self.META.replace("ICRF", "icrf").replace("UTC", "utc").replace("QUATERNION/ANGVEL", "quaternion/angvel").replace(
+            "= REF_FRAME_A", "= ref_frame_a").replace("META_STOP", "USEABLE_START_TIME = 2026-01-01T00:00:01\nMETA_STOP")
+        rows = self.read(self.HEAD + lower + self.DATA)
+        self.assertEqual((rows.space_frame, rows.time_system, rows.epoch), ("ICRF", "UTC", "2026-01-01T00:00:02"))
+        np.testing.assert_array_equal(rows.q, [[1, 0, 0, 0]])
+
+    def test_the_sign_of_a_frame_does_not_jump(self):
+        data = "DATA_START\n" + "".join(f"2026-01-01T00:00:{s:02} 0 0 {sign * float(np.sin(s / 4))!r} {sign * float(np.cos(s / 4))!r} 0 0 28.64788975654116\n"
+                                        for s, sign in ((0, 1), (1, -1), (2, 1), (3, -1))) + "DATA_STOP\n"
+        q, _ = self.read(self.HEAD + self.META + data).at(np.linspace(0, 3, 301))
+        self.assertLess(np.max(np.abs(np.diff(q, axis=0))), 0.01)
 
     def test_what_is_wrong_is_named_with_its_line(self):
         whole = self.HEAD + self.META + self.DATA

@@ -284,11 +284,16 @@ contains
          handle%names = handle%names//',omega1,omega2,omega3'
          handle%width = 8
       end if
+      if (allocated(rows%segments)) then
+         handle%names = handle%names//',segment'
+         handle%width = handle%width + 1
+      end if
       handle%rows = rows%count()
       allocate (handle%values(handle%width, handle%rows))
       handle%values(1, :) = rows%t
       handle%values(2:5, :) = rows%q
       if (allocated(rows%omega)) handle%values(6:8, :) = rows%omega
+      if (allocated(rows%segments)) handle%values(handle%width, :) = rows%segments
    end subroutine keep_rows
 
    !> Epoch and names as a group `&scene`.

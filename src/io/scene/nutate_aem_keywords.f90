@@ -9,7 +9,7 @@ module nutate_aem_keywords
    private
 
    public :: known_keywords, keyword_length, attitude_types, attitude_type_t, ecliptic, equatorial, from_ecliptic, &
-      is_ecliptic, is_inertial
+      is_ecliptic, is_inertial, is_inverted, standard_frame
 
    integer, parameter :: keyword_length = 24
 
@@ -45,7 +45,46 @@ module nutate_aem_keywords
    character(len=12), parameter :: inertial_names(*) = [character(len=12) :: &
       'icrf', 'icrf2', 'icrf3', 'gcrf', 'eme2000', 'j2000', 'eclipj2000', 'mod', 'tod', 'teme', 'b1950']
 
+   !> Names of frames that are fixed in a spacecraft, and of frames that are not, without what numbers them (SANA
+   !> registries of CCSDS 504.0-B).
+   character(len=*), parameter :: body_frames(*) = [character(len=12) :: 'sc', 'actuator', 'css', 'dss', 'gyro', &
+      'imu', 'instrument', 'mta', 'rw', 'sa', 'sensor', 'startracker', 'tam']
+   character(len=*), parameter :: space_frames(*) = [character(len=12) :: 'icrf', 'eme2000', 'j2000', 'gcrf', 'itrf', &
+      'eclipj2000', 'teme', 'tod', 'mod', 'gtod', 'mci', 'lvlh', 'rsw', 'rtn', 'tnw', 'ntw']
+
 contains
+
+   !> Returns true for a pair of frames of which the first one is that of the spacecraft.
+   pure logical function is_inverted(frame_a, frame_b)
+      character(len=*), intent(in) :: frame_a, frame_b
+      is_inverted = (is_one_of(body_frames, frame_a) .and. .not. is_one_of(body_frames, frame_b)) .or. &
+                    (is_one_of(space_frames, frame_b) .and. .not. is_one_of(space_frames, frame_a))
+   end function is_inverted
+
+   !> Returns true for one of some names, in any case, with or without a number.
+   pure logical function is_one_of(names, name)
+      character(len=*), intent(in) :: names(:), name
+      character(len=:), allocatable :: stem
+      integer :: i
+      stem = lower_case(name)//' '
+      i = verify(stem, 'abcdefghijklmnopqrstuvwxyz')
+      is_one_of = any(names == stem(:i - 1)) .or. any(names == name_with_digits(stem))
+   end function is_one_of
+
+   !> Returns the first word of a name, up to a blank or `_`.
+   pure function name_with_digits(name) result(word)
+      character(len=*), intent(in) :: name
+      character(len=:), allocatable :: word
+      word = name(:scan(name, ' _') - 1)
+   end function name_with_digits
+
+   !> Returns one name for frames that have several.
+   pure function standard_frame(frame) result(name)
+      character(len=*), intent(in) :: frame
+      character(len=:), allocatable :: name
+      name = frame
+      if (lower_case(frame) == 'j2000') name = equatorial
+   end function standard_frame
 
    !> Returns the attitude of ecliptic axes in equatorial ones; shape (4).
    pure function from_ecliptic() result(q)

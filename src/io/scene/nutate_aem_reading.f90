@@ -1,12 +1,12 @@
 !> Reads Attitude Ephemeris Messages (CCSDS 504.0-B, versions 1.0 and 2.0) in KVN.
 module nutate_aem_reading
-   use nutate_aem_keywords, only: attitude_types, attitude_type_t, keyword_length, known_keywords
+   use nutate_aem_keywords, only: attitude_types, attitude_type_t, is_inverted, keyword_length, known_keywords
    use nutate_attitude_rows, only: attitude_rows_t, is_unit
    use nutate_epoch, only: epoch_t, read_epoch, time_systems
    use nutate_kinds, only: wp, pi
    use nutate_number_text, only: read_real
    use nutate_printable, only: printable_path, quoted
-   use nutate_quaternion, only: quat_conjugate, rotate_to_body
+   use nutate_quaternion, only: quat_conjugate, quat_normalized, rotate_to_body
    use nutate_scene_table, only: begin_of, count_lines
    use nutate_spelling, only: comma_list, is_listed, lower_case, nearest_name, split_list
    use nutate_text_file, only: read_text_file
@@ -18,6 +18,11 @@ module nutate_aem_reading
    real(wp), parameter :: degree = pi/180
    !> Norms of quaternions that are rounded to few digits.
    real(wp), parameter :: norm_tolerance = 1e-3_wp
+   !> Attitudes, rad, and rates, as part of their size, that are rounded to few digits are the same.
+   real(wp), parameter :: same = 1e-6_wp
+   !> Keywords whose values the standard defines: all letters are upper or lower case.
+   character(len=*), parameter :: defined(*) = [character(len=16) :: 'REF_FRAME_A', 'REF_FRAME_B', 'ATTITUDE_DIR', &
+      'TIME_SYSTEM', 'ATTITUDE_TYPE', 'QUATERNION_TYPE', 'ANGVEL_FRAME', 'RATE_FRAME']
    !> No rate is as large.
    real(wp), parameter :: greatest = 1e100_wp
    character, parameter :: line_feed = achar(10), carriage_return = achar(13), tab = achar(9)
@@ -42,8 +47,10 @@ module nutate_aem_reading
       type(attitude_type_t) :: kind
       logical :: has_segment = .false., starts_segment = .false.
       type(epoch_t) :: epoch
-      !> Rows so far.
-      integer :: n = 0
+      !> Dates from which and up to which records may be used; not set: there is no limit.
+      type(epoch_t) :: useable_start, useable_stop
+      !> Rows and segments so far.
+      integer :: n = 0, segments = 0
       !> What is wrong; empty while nothing is.
       character(len=:), allocatable :: problem
    end type reader_t
@@ -54,7 +61,7 @@ contains
    subroutine read_aem(path, rows, problem)
       character(len=*), intent(in) :: path
       !> Times since the first record, whose date is the epoch. The space axes are REF_FRAME_A, the body axes
-      !> REF_FRAME_B.
+      !> REF_FRAME_B, or vice versa if REF_FRAME_A is a frame of the spacecraft.
       type(attitude_rows_t), intent(out) :: rows
       !> What is wrong, one printable line, `FILE: ...` or `FILE:LINE: ...`; empty on success.
       character(len=:), allocatable, intent(out) :: problem
@@ -80,7 +87,8 @@ contains
       integer :: position, last, most
       reader%problem = ''
       most = count_lines(text)
-      allocate (rows%t(most), rows%q(4, most), rows%omega(3, most), rows%lines(most))
+      allocate (rows%t(most), rows%q(4, most), rows%omega(3, most), rows%lines(most), &
+                rows%segments(most))
       position = begin_of(text)
       do while (position <= len(text) .and. reader%problem == '')
          last = index(text(position:), line_feed)
@@ -107,6 +115,8 @@ contains
       rows%t = rows%t(:reader%n)
       rows%q = rows%q(:, :reader%n)
       rows%lines = rows%lines(:reader%n)
+      rows%segments = rows%segments(:reader%n)
+      if (reader%segments == 1) deallocate (rows%segments)
       if (reader%kind%has_rates) then
          rows%omega = rows%omega(:, :reader%n)
       else
@@ -138,6 +148,10 @@ contains
          labels%object_id = reader%first%value('OBJECT_ID')
          labels%space_frame = reader%first%value('REF_FRAME_A')
          labels%body_frame = reader%first%value('REF_FRAME_B')
+         if (is_inverted(labels%space_frame, labels%body_frame)) then
+            labels%space_frame = reader%first%value('REF_FRAME_B')
+            labels%body_frame = reader%first%value('REF_FRAME_A')
+         end if
       end associate
    end subroutine name_rows
 
@@ -214,6 +228,7 @@ contains
          reader%problem = keyword//' has no value'
       else if (reader%place == IN_METADATA) then
          if (reader%segment%values(k) /= '') reader%problem = keyword//' is given twice (expected it once)'
+         if (any(defined == keyword) .and. value == lower_case(value)) value = upper_case(value)
          reader%segment%values(k) = value
       else if (keyword == 'CCSDS_AEM_VERS') then
          reader%version = value
@@ -223,6 +238,17 @@ contains
          reader%problem = 'not an attitude ephemeris message (expected a first line CCSDS_AEM_VERS = 2.0)'
       end if
    end subroutine take_setting
+
+   !> Returns a word in capital letters.
+   pure function upper_case(word) result(capitals)
+      character(len=*), intent(in) :: word
+      character(len=len(word)) :: capitals
+      integer :: i
+      capitals = word
+      do i = 1, len(word)
+         if (word(i:i) >= 'a' .and. word(i:i) <= 'z') capitals(i:i) = achar(iachar(word(i:i)) - 32)
+      end do
+   end function upper_case
 
    !> The place of the known keyword that is nearest to another word; 0 where none is near.
    pure integer function nearest_keyword(word) result(k)
@@ -269,7 +295,21 @@ contains
          end do
       end associate
       reader%has_segment = .true.
+      call read_limit(reader, 'USEABLE_START_TIME', reader%useable_start)
+      call read_limit(reader, 'USEABLE_STOP_TIME', reader%useable_stop)
    end subroutine check_segment
+
+   !> Reads a date of the metadata; not set where it is absent.
+   subroutine read_limit(reader, keyword, date)
+      type(reader_t), intent(inout) :: reader
+      character(len=*), intent(in) :: keyword
+      type(epoch_t), intent(out) :: date
+      character(len=:), allocatable :: text
+      text = reader%segment%value(keyword)
+      if (text == '' .or. reader%problem /= '') return
+      call read_epoch(text, reader%segment%value('TIME_SYSTEM'), date, reader%problem)
+      if (reader%problem /= '') reader%problem = keyword//' '//quoted(text)//' '//reader%problem
+   end subroutine read_limit
 
    !> Checks direction and order of quaternions, and the frame of rates.
    subroutine check_direction(reader)
@@ -308,40 +348,80 @@ contains
       character(len=*), intent(in) :: line
       type(attitude_rows_t), intent(inout) :: rows
       type(epoch_t) :: date
-      real(wp) :: values(8), q(4), t
+      real(wp) :: values(8), q(4), omega(3), t
       integer :: blank
       blank = index(line, ' ')
       if (blank == 0) blank = len(line) + 1
       call read_epoch(line(:blank - 1), reader%first%value('TIME_SYSTEM'), date, reader%problem)
       if (reader%problem /= '') reader%problem = quoted(line(:blank - 1))//' '//reader%problem
       if (reader%problem == '') call read_numbers(line(blank:), reader%kind%numbers, values, reader%problem)
-      if (reader%problem /= '') return
+      if (reader%problem == '') call find_attitude(reader, values, q, omega)
+      if (reader%problem /= '' .or. .not. is_useable(reader, date)) return
+      if (reader%n == 0) reader%epoch = date
+      t = date%since(reader%epoch)
+      if (reader%n > 0) then
+         if (t < rows%t(reader%n) .or. (t <= rows%t(reader%n) .and. .not. reader%starts_segment)) then
+            reader%problem = 'the date is not after that of the record before (expected ascending dates)'
+            return
+         end if
+         if (reader%starts_segment) reader%starts_segment = .not. goes_on(reader, rows, t, q, omega)
+         ! A segment that goes on from the end of the one before repeats its last record.
+         if (t <= rows%t(reader%n) .and. .not. reader%starts_segment) return
+      end if
+      if (reader%starts_segment) reader%segments = reader%segments + 1
+      reader%starts_segment = .false.
+      reader%n = reader%n + 1
+      rows%t(reader%n) = t
+      rows%lines(reader%n) = reader%line
+      rows%segments(reader%n) = reader%segments
+      rows%q(:, reader%n) = q
+      rows%omega(:, reader%n) = omega
+   end subroutine take_record
+
+   !> Finds attitude, body to space, and angular velocity, body axes, rad/s, of the numbers of a record.
+   subroutine find_attitude(reader, values, q, omega)
+      type(reader_t), intent(inout) :: reader
+      real(wp), intent(in) :: values(:)
+      real(wp), intent(out) :: q(4), omega(3)
+      logical :: inverted
+      omega = 0.0_wp
       q = [values(4), values(1:3)]
       if (lower_case(reader%segment%value('QUATERNION_TYPE')) == 'first') q = values(1:4)
       if (.not. is_unit(q, norm_tolerance)) then
          reader%problem = 'the quaternion is not of unit norm (expected Q1 Q2 Q3 QC with a sum of squares of 1)'
          return
       end if
+      q = quat_normalized(q)
       if (lower_case(reader%segment%value('ATTITUDE_DIR')) == 'b2a') q = quat_conjugate(q)
-      if (reader%n == 0) reader%epoch = date
-      t = date%since(reader%epoch)
-      if (reader%n > 0) then
-         if (t <= rows%t(reader%n) .and. .not. (reader%starts_segment .and. t >= rows%t(reader%n))) then
-            reader%problem = 'the date is not after that of the record before (expected ascending dates)'
-            return
-         end if
-         ! Two segments may share an instant.
-         if (t <= rows%t(reader%n)) reader%n = reader%n - 1
+      if (reader%kind%has_rates) then
+         omega = values(5:7)*degree
+         if (.not. rates_in_body(reader%segment)) omega = rotate_to_body(q, omega)
       end if
-      reader%starts_segment = .false.
-      reader%n = reader%n + 1
-      rows%t(reader%n) = t
-      rows%lines(reader%n) = reader%line
-      rows%q(:, reader%n) = q
-      if (.not. reader%kind%has_rates) return
-      rows%omega(:, reader%n) = values(5:7)*degree
-      if (.not. rates_in_body(reader%segment)) rows%omega(:, reader%n) = rotate_to_body(q, values(5:7)*degree)
-   end subroutine take_record
+      inverted = is_inverted(reader%segment%value('REF_FRAME_A'), reader%segment%value('REF_FRAME_B'))
+      if (.not. inverted) return
+      ! REF_FRAME_A turns against REF_FRAME_B by the opposite rate, in its own axes.
+      q = quat_conjugate(q)
+      omega = -rotate_to_body(q, omega)
+   end subroutine find_attitude
+
+   !> True for a date inside of the useable part of the segment.
+   pure logical function is_useable(reader, date)
+      type(reader_t), intent(in) :: reader
+      type(epoch_t), intent(in) :: date
+      is_useable = .true.
+      if (reader%useable_start%is_set()) is_useable = date%since(reader%useable_start) >= 0.0_wp
+      if (reader%useable_stop%is_set()) is_useable = is_useable .and. date%since(reader%useable_stop) <= 0.0_wp
+   end function is_useable
+
+   !> True if the first record of a segment is the last one of the segment before.
+   pure logical function goes_on(reader, rows, t, q, omega)
+      type(reader_t), intent(in) :: reader
+      type(attitude_rows_t), intent(in) :: rows
+      real(wp), intent(in) :: t, q(4), omega(3)
+      goes_on = t <= rows%t(reader%n) .and. min(norm2(q - rows%q(:, reader%n)), norm2(q + rows%q(:, reader%n))) <= same
+      if (goes_on .and. reader%kind%has_rates) &
+         goes_on = norm2(omega - rows%omega(:, reader%n)) <= same*max(norm2(omega), same)
+   end function goes_on
 
    !> Reads numbers, parted by blanks.
    subroutine read_numbers(text, n, values, problem)

@@ -23,6 +23,9 @@ module nutate_attitude_rows
       logical :: rotates = .false.
       !> Ω relative to the space axes, body axes, rad/s; shape (3, n). Not allocated where rates are not known.
       real(wp), allocatable :: omega(:, :)
+      !> Number of the segment of each row, 1, 2, ..., between which there is no motion: a message may have gaps, and
+      !> attitudes that jump; shape (n). Not allocated: one segment.
+      integer, allocatable :: segments(:)
       !> Lines of the file that they were read from; shape (n). Not allocated for others.
       integer, allocatable :: lines(:)
    contains

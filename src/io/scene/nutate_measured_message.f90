@@ -1,7 +1,7 @@
 !> Attitudes and angular velocities of an Attitude Ephemeris Message (CCSDS 504.0-B) at times and in axes of a scene: as
 !> measurements, or as those of a frame.
 module nutate_measured_message
-   use nutate_aem_keywords, only: equatorial, from_ecliptic, is_ecliptic
+   use nutate_aem_keywords, only: equatorial, from_ecliptic, is_ecliptic, standard_frame
    use nutate_aem_reading, only: parse_aem
    use nutate_attitude_rows, only: attitude_rows_t
    use nutate_kinds, only: wp, pi
@@ -97,7 +97,7 @@ contains
       if (.not. scene%epoch%is_set()) then
          problem = 'the records of '//path//' have dates, t = 0 of the scene has none (expected epoch and '// &
                    'time_system of &scene)'
-      else if (frame /= '' .and. frame /= message%space_frame) then
+      else if (frame /= '' .and. standard_frame(frame) /= standard_frame(message%space_frame)) then
          problem = 'REF_FRAME_A of '//path//' is '//quoted(message%space_frame)//', not the space_frame of &scene'// &
                    ' (expected '//quoted(frame)//')'
       end if

@@ -26,6 +26,9 @@ module nutate_scene_frame
    !> Frames that have columns.
    integer, parameter :: most_frames = 3
 
+   !> Dates are rounded: t = 0 may be this much before a record, s.
+   real(wp), parameter :: at_record = 1e-6_wp
+
 contains
 
    !> Builds the frames that the groups name, in their order, unless they have been built.
@@ -81,7 +84,11 @@ contains
       if (problem /= '') then
          call error%raise(group%line_of('attitude'), problem)
          error%elsewhere = has_place
-      else if (rows%count() < 2) then
+      else
+         call keep_segment(rows)
+      end if
+      if (error%raised) return
+      if (rows%count() < 2) then
          call error%raise_in(path, rows%lines(1), 'no attitude between this record and another (expected two '// &
                              'records or more)')
       else
@@ -101,6 +108,23 @@ contains
       if (far > 0) call error%raise_in(path, rows%lines(far), 'the next record is half a turn or more away '// &
                                        '(expected records that are closer)')
    end subroutine read_frame
+
+   !> Keeps the segment that contains t = 0, the later one of two: there is no attitude between segments.
+   subroutine keep_segment(rows)
+      type(attitude_rows_t), intent(inout) :: rows
+      logical, allocatable :: kept(:)
+      integer :: i, k
+      if (.not. allocated(rows%segments)) return
+      k = 1
+      do i = 1, rows%count()
+         if (rows%t(i) <= at_record) k = rows%segments(i)
+      end do
+      kept = rows%segments == k
+      rows%t = pack(rows%t, kept)
+      rows%lines = pack(rows%lines, kept)
+      rows%q = reshape(pack(rows%q, spread(kept, 1, 4)), [4, count(kept)])
+      if (allocated(rows%omega)) rows%omega = reshape(pack(rows%omega, spread(kept, 1, 3)), [3, count(kept)])
+   end subroutine keep_segment
 
    !> Raises an error for a run that goes beyond a frame.
    subroutine check_frames(groups, effects, plan, error)
