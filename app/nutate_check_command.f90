@@ -481,6 +481,8 @@ contains
          call page%item('steps', 'too many to determine here')
       else if (.not. status%ok()) then
          call page%item('steps', 'none: '//trim(status%message))
+      else if (steps >= 0 .and. run%summary%settings%order < 1) then
+         call page%item('steps', count_text(steps)//' of the closed solution')
       else if (steps >= 0) then
          call page%item('steps', 'about '//count_text(steps))
       end if

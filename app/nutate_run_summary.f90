@@ -3,6 +3,7 @@ module nutate_run_summary
    use nutate_axes_words, only: add_space_axes
    use nutate_chaos, only: chaos_t
    use nutate_console, only: count_text, page_t, plural, vector_text
+   use nutate_control_columns, only: has_controller
    use nutate_decimal, only: rounded_text
    use nutate_effect_list, only: effect_list_t
    use nutate_epoch, only: epoch_t
@@ -82,7 +83,7 @@ contains
             call page%item('subdivided steps', count_text(run%summary%subdivided_steps)//', '// &
                            count_text(run%summary%parts)//' steps and parts in all')
       end if
-      if (run%summary%uncertified_steps > 0) &
+      if (run%summary%uncertified_steps > 0 .and. has_certificates(scene%system%effects)) &
          call page%item('not certified', count_text(run%summary%uncertified_steps)// &
                         ' of the steps (see docs/explanation/certified-steps.md)')
       call page%item('wall time', rounded_text(seconds, 3)//' s, of which '//rounded_text(output_seconds, 3)// &
@@ -92,6 +93,12 @@ contains
          'Newton iterations', rounded_text(real(run%summary%iterations, wp)/n, 3)//' per step, '// &
          count_text(int(run%summary%most_iterations, long))//' at most')
    end subroutine add_effort
+
+   !> Returns true if the steps of a scene can be certified: never those with wheels or controllers.
+   pure logical function has_certificates(effects)
+      type(effect_list_t), intent(in) :: effects
+      has_certificates = effects%n_wheels == 0 .and. .not. has_controller(1, .false., effects)
+   end function has_certificates
 
    !> Steps that were chosen by their error.
    subroutine add_control(page, plan, run)

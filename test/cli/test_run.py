@@ -112,6 +112,10 @@ class History(CommandLineTest):
         done = self.succeed("run", "meeting.nml")
         self.assertRegex(done.stderr, r"not certified +([1-9]|10) of the steps")
         self.assertNotIn("not certified", self.succeed("run", "box.nml").stderr)
+        # No step with a wheel can be certified.
+        self.write("wheel.nml", "&body inertia = 1.0, 2.0, 2.5 /\n&initial angular_velocity = 0.3, 1.0, 0.2 /\n"
+                                "&wheel axis = 0, 0, 1, inertia = 0.1, speed = 3 /\n&integrator time_step = 0.01, end_time = 0.1 /\n")
+        self.assertNotIn("not certified", self.succeed("run", "wheel.nml").stderr)
 
     def test_numbers_are_short_and_read_back_exactly(self):
         self.succeed("run", "top.nml", "--set", f"output.columns={all_columns()}")
