@@ -58,7 +58,7 @@ program bench_bodies
    integer :: i
 
    call set_up()
-   write (*, '(a)') 'ns a body-step, one thread, medians; the ratio is to the Runge-Kutta loop with torques in the same axes'
+   write (*, '(a)') 'ns a body-step, one thread, medians; the ratio is to a Runge-Kutta loop, torques in the same axes'
    write (*, '(a)') '                                             space axes                          body axes'
    write (*, '(a)') '   bodies  RK4 loop   Fortran  ratio       F77  ratio         C  ratio  RK4 loop BODY_RATE  ratio'
    do i = 0, 6

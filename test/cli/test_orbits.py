@@ -225,6 +225,7 @@ class Orbits(CommandLineTest):
         self.fail_with(2, "run", *arguments, "--output", "part.csv", "--resume", "p.ck")
 
     def test_what_is_wrong_with_a_table_has_its_line(self):
+        positions = self.track("positions.csv", velocities=False)
         text = self.track("good.csv")
         scene = BODY + "&orbit table = 'track.csv' /\n&gravity_gradient /\n&initial angular_velocity = 1e-5, 0, 6e-5 /\n" \
             "&integrator time_step = 300, end_time = 40000 /\n"
@@ -237,6 +238,7 @@ class Orbits(CommandLineTest):
                                    (8, ",".join([lines[7].split(",")[0], *(str(-float(x)) for x in lines[6].split(",")[1:4]), "1,2,3"]), "too close to the centre")):
             self.write("track.csv", "\n".join(lines[:number - 1] + [line] + lines[number:]) + "\n")
             self.fail_with(2, "run", "table.nml", says=(f"track.csv:{number}: ", says))
+        text = positions
         self.write("track.csv", text)
         self.fail_with(2, "run", "table.nml", "--set", "integrator.end_time=50000", says=("end_time is outside of the table of &orbit",))
         self.write("track.csv", text.replace("\n0.0,", "\n-1.0,").replace("\n0,", "\n-1,"))
