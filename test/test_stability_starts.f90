@@ -75,7 +75,8 @@ contains
       type(problem_t) :: problem
       type(state_t) :: state
       type(record_t) :: part
-      real(wp), parameter :: factors(2) = [1 + 1e-6_wp, 1 - 1e-6_wp]
+      !> As far from 1 as a start may be.
+      real(wp), parameter :: factors(2) = [1 + 0.9999e-6_wp, 1 - 0.9999e-6_wp]
       real(wp) :: square
       integer :: i
       do i = 1, size(factors)
