@@ -212,7 +212,7 @@ def resampled(sol: Any, error: float, motion: Optional[Callable[[Array], tuple[A
     interval is halved as long as it turns the body by more than a radian, or that rotation departs from the motion by more than 0.9 of
     the error at one of its quarters or at an end of a step inside it. That departure is ``h^2 |dOmega/dt|/8`` at its largest.
     `motion` returns attitudes and angular velocities at times, by default those of the dense output `sol`."""
-    motion = motion or sol
+    at: Callable[[Array], tuple[Array, Array]] = motion or sol
     if not 1e-12 <= error <= 1:
         raise refusal(f"error is {error!r} (expected 1e-12 to 1 rad)")
     starts, ends = np.array([sol.t_min]), np.array([sol.t_max])
@@ -221,7 +221,7 @@ def resampled(sol: Any, error: float, motion: Optional[Callable[[Array], tuple[A
     while len(starts):
         quarters = starts[:, None] + (ends - starts)[:, None] * np.arange(5) / 4
         quarters[:, 4] = ends
-        q, omega = motion(quarters.ravel())
+        q, omega = at(quarters.ravel())
         q, omega = q.reshape(-1, 5, 4), omega.reshape(-1, 5, 3)
         good = np.max(np.linalg.norm(omega, axis=2), axis=1) * (ends - starts) <= LARGEST_TURN
         for k in (1, 2, 3):
@@ -232,7 +232,7 @@ def resampled(sol: Any, error: float, motion: Optional[Callable[[Array], tuple[A
             inside = marks[first[i]:last[i]]
             between = constant_rate(np.repeat(q[i:i + 1, 0], len(inside), 0), np.repeat(q[i:i + 1, 4], len(inside), 0),
                                     (inside - starts[i]) / (ends[i] - starts[i]))
-            good[i] = np.all(distances(motion(inside)[0], between) <= MARGIN * error)
+            good[i] = np.all(distances(at(inside)[0], between) <= MARGIN * error)
         kept.append(starts[good])
         middles = (starts + (ends - starts) / 2)[~good]
         starts, ends = np.concatenate([starts[~good], middles]), np.concatenate([middles, ends[~good]])

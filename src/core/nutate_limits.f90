@@ -8,8 +8,8 @@ module nutate_limits
    private
 
    public :: greatest_number, least_number, least_size, greatest_length, least_length, greatest_step, least_step, &
-      greatest_turn, most_steps, same_time, whole_tolerance, attitude_tolerance, manifold_tolerance, &
-      least_momentum, greatest_power, least_power, most_wheels
+      greatest_turn, most_steps, same_time, whole_tolerance, attitude_tolerance, manifold_tolerance, greatest_norm, &
+      least_norm, least_momentum, greatest_power, least_power, most_wheels
    public :: is_moderate, is_direction, is_unit, is_step, is_same_time, is_countable, in_words
 
    !> Any number that is given, and the momentum, energy and torque that follow: the square of such a number and the
@@ -47,6 +47,9 @@ module nutate_limits
    !> How far qᵀq of a state may be from 1 and q·p over |p| from 0 that is taken as it is, without being normalised, by
    !> methods that have no equations for them: a state that steps have led to is nearer by far, one that was typed not.
    real(wp), parameter :: manifold_tolerance = 1e-9_wp
+   !> |q| of a state in mid-run of the eight equations, which carry |q| as it comes: with a q·p that is not zero it grows,
+   !> but a factor of two is no growth that steps have led to.
+   real(wp), parameter :: least_norm = 0.5_wp, greatest_norm = 2.0_wp
    !> Largest component of a momentum that is not zero, N m s: below it all of them are denormal and have lost digits.
    real(wp), parameter :: least_momentum = tiny(1.0_wp)
    !> Wheels of a body: every state has room for so many, since nothing is allocated in a step. Spacecraft have three to

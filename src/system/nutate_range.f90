@@ -4,8 +4,8 @@ module nutate_range
    use nutate_effect, only: effect_t
    use nutate_hamiltonian, only: angular_velocity
    use nutate_kinds, only: wp
-   use nutate_limits, only: attitude_tolerance, greatest_turn, is_moderate, is_step, is_unit, &
-      least_momentum, in_words, greatest_number, least_step, greatest_step
+   use nutate_limits, only: attitude_tolerance, greatest_norm, greatest_turn, is_moderate, is_step, is_unit, &
+      least_momentum, least_norm, in_words, greatest_number, least_step, greatest_step
    use nutate_quaternion, only: quat_norm, quat_normalized
    use nutate_small_products, only: times_vector
    use nutate_state, only: state_t
@@ -69,9 +69,9 @@ contains
       if (is_unit(q, attitude_tolerance)) return
       if (all(is_moderate(q)) .and. any(abs(q) > 0.0_wp)) then
          write (norm, '(g0.8)') quat_norm(q)
-         write (unit, '(3(g0.10,", "),g0.10)') quat_normalized(q)
+         write (unit, '(3(f13.10,","),f13.10)') quat_normalized(q)
          status = fail(NUTATE_BAD_ARGUMENT, 'the norm of quaternion is '//trim(norm)//' (expected 1 to within '// &
-                       in_words(attitude_tolerance)//': '//trim(unit)//')', 'quaternion')
+                       in_words(attitude_tolerance)//': '//trim(adjustl(unit))//')', 'quaternion')
       else if (all(is_moderate(q))) then
          status = fail(NUTATE_BAD_ARGUMENT, 'the norm of quaternion is 0 (expected 1 to within '// &
                        in_words(attitude_tolerance)//')', 'quaternion')
@@ -139,8 +139,8 @@ contains
       end if
    end subroutine check_step
 
-   !> Errors: those of `check_attitude`, `check_motion` and `check_step`; `NUTATE_BAD_ARGUMENT` for a momentum that has
-   !> lost digits.
+   !> Errors: those of `check_motion` and `check_step`; `NUTATE_BAD_ARGUMENT` for a state that is none. A run starts within
+   !> the limits of `check_attitude`.
    pure subroutine check_start(system, state, dt, status)
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
@@ -148,8 +148,11 @@ contains
       real(wp), intent(in) :: dt
       type(status_t), intent(out) :: status
       real(wp) :: momentum
-      call check_attitude(state%q, status)
-      if (status%ok()) call check_motion(system, state, status)
+      if (.not. is_attitude(state%q)) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the attitude is not a unit quaternion')
+         return
+      end if
+      call check_motion(system, state, status)
       if (.not. status%ok()) return
       momentum = maxval(abs(state%p))
       if (momentum > 0.0_wp .and. momentum < least_momentum) then
@@ -158,5 +161,12 @@ contains
          call check_step(system, state, dt, status)
       end if
    end subroutine check_start
+
+   !> |q| is within a factor of two of 1.
+   pure logical function is_attitude(q)
+      real(wp), intent(in) :: q(4)
+      is_attitude = all(is_moderate(q))
+      if (is_attitude) is_attitude = norm2(q) >= least_norm .and. norm2(q) <= greatest_norm
+   end function is_attitude
 
 end module nutate_range

@@ -79,7 +79,7 @@ class Exports(CommandLineTest):
         self.succeed("run", "far.nml", "--quiet", "--set", "output.interval=0.9")
         for kind in ("--aem", "--gltf"):
             self.fail_with(2, "export", "far.csv", "--scene", "far.nml", kind, "far.out",
-                           says=("nutate: far.csv: the body turns by half a turn or more from one row to the next at t = 0.",
+                           says=("nutate: far.csv: the body turns by half a turn or more from one row to the next at t = 0 s",
                                  "(expected rows up to 0.5"))
 
     def test_aem_has_every_attitude_and_says_what_it_means(self):

@@ -2,6 +2,7 @@
 module nutate_attitude_rows
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_attitude_between, only: cubic_between, shorter_log
+   use nutate_decimal, only: rounded_text
    use nutate_effect_list, only: effect_list_t
    use nutate_kinds, only: wp, pi
    use nutate_quaternion, only: quat_conjugate, quat_norm, quat_product, rotate_to_body
@@ -97,7 +98,6 @@ contains
    pure function gap_fault(rows) result(problem)
       type(attitude_rows_t), intent(in) :: rows
       character(len=:), allocatable :: problem
-      character(len=80) :: place
       real(wp) :: h, turn
       integer :: i
       problem = ''
@@ -106,8 +106,8 @@ contains
          h = rows%t(i + 1) - rows%t(i)
          turn = h*max(norm2(rows%omega(:, i)), norm2(rows%omega(:, i + 1)))
          if (.not. turn >= pi) cycle
-         write (place, '("at t = ",g0.6," s (expected rows up to ",g0.3," s apart)")') rows%t(i), pi*h/turn
-         problem = 'the body turns by half a turn or more from one row to the next '//trim(place)
+         problem = 'the body turns by half a turn or more from one row to the next at t = '//rounded_text(rows%t(i), 6)// &
+                   ' s (expected rows up to '//rounded_text(pi*h/turn, 3)//' s apart)'
          return
       end do
    end function gap_fault
