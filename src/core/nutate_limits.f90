@@ -47,8 +47,8 @@ module nutate_limits
    !> How far qᵀq of a state may be from 1 and q·p over |p| from 0 that is taken as it is, without being normalised, by
    !> methods that have no equations for them: a state that steps have led to is nearer by far, one that was typed not.
    real(wp), parameter :: manifold_tolerance = 1e-9_wp
-   !> |q| of a state in mid-run of the eight equations, which carry |q| as it comes: with a q·p that is not zero it grows,
-   !> but a factor of two is no growth that steps have led to.
+   !> |q| of a state in mid-run of the eight equations, which carry |q| as it comes: with a q·p that is not zero it
+   !> grows, but a factor of two is no growth that steps have led to.
    real(wp), parameter :: least_norm = 0.5_wp, greatest_norm = 2.0_wp
    !> Largest component of a momentum that is not zero, N m s: below it all of them are denormal and have lost digits.
    real(wp), parameter :: least_momentum = tiny(1.0_wp)

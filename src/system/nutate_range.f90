@@ -67,16 +67,16 @@ contains
       character(len=24) :: norm
       character(len=80) :: unit
       if (is_unit(q, attitude_tolerance)) return
-      if (all(is_moderate(q)) .and. any(abs(q) > 0.0_wp)) then
+      if (.not. all(is_moderate(q))) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the quaternion is not finite (expected a norm of 1 to within '// &
+                       in_words(attitude_tolerance)//')', 'quaternion')
+      else if (any(abs(q) > 0.0_wp)) then
          write (norm, '(g0.8)') quat_norm(q)
          write (unit, '(3(f13.10,","),f13.10)') quat_normalized(q)
          status = fail(NUTATE_BAD_ARGUMENT, 'the norm of quaternion is '//trim(norm)//' (expected 1 to within '// &
                        in_words(attitude_tolerance)//': '//trim(adjustl(unit))//')', 'quaternion')
-      else if (all(is_moderate(q))) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'the norm of quaternion is 0 (expected 1 to within '// &
-                       in_words(attitude_tolerance)//')', 'quaternion')
       else
-         status = fail(NUTATE_BAD_ARGUMENT, 'the quaternion is not finite (expected a norm of 1 to within '// &
+         status = fail(NUTATE_BAD_ARGUMENT, 'the norm of quaternion is 0 (expected 1 to within '// &
                        in_words(attitude_tolerance)//')', 'quaternion')
       end if
    end subroutine check_attitude
@@ -139,8 +139,8 @@ contains
       end if
    end subroutine check_step
 
-   !> Errors: those of `check_motion` and `check_step`; `NUTATE_BAD_ARGUMENT` for a state that is none. A run starts within
-   !> the limits of `check_attitude`.
+   !> Errors: those of `check_motion` and `check_step`; `NUTATE_BAD_ARGUMENT` for a state that is none. A run starts
+   !> within the limits of `check_attitude`.
    pure subroutine check_start(system, state, dt, status)
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state

@@ -106,8 +106,8 @@ contains
          h = rows%t(i + 1) - rows%t(i)
          turn = h*max(norm2(rows%omega(:, i)), norm2(rows%omega(:, i + 1)))
          if (.not. turn >= pi) cycle
-         problem = 'the body turns by half a turn or more from one row to the next at t = '//rounded_text(rows%t(i), 6)// &
-                   ' s (expected rows up to '//rounded_text(pi*h/turn, 3)//' s apart)'
+         problem = 'the body turns by half a turn or more from one row to the next at t = '// &
+                   rounded_text(rows%t(i), 6)//' s (expected rows up to '//rounded_text(pi*h/turn, 3)//' s apart)'
          return
       end do
    end function gap_fault
