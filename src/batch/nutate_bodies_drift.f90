@@ -55,8 +55,8 @@ module nutate_bodies_drift
 
    !> Bodies under way. No component has a first value: they would be set at every call.
    type :: drift_lanes_t
-      !> Of the body's class: J, kg m²; in its unit 1/J, 4σ, 4δ; shape (lanes, 3). Principal axes; shape (lanes, row,
-      !> column).
+      !> Numbers of the body's class: J, kg m², and in its unit 1/J, 4σ, 4δ, shape (lanes, 3); principal axes, shape
+      !> (lanes, row, column).
       real(wp) :: moments(lanes, 3), inverse(lanes, 3), stretch(lanes, 3), shift(lanes, 3), axes(lanes, 3, 3)
       !> ½Δt over the unit of the moments, and its inverse; `mild` of the class.
       real(wp) :: scale(lanes), unscale(lanes), mild(lanes)

@@ -147,7 +147,7 @@ contains
    !> Returns δB at a time, in the space axes of the scene, T; shape (3).
    pure function change_by_orbit(self, change, t) result(b)
       class(geomagnetic_field_t), intent(in) :: self
-      !> Of the elements, shape (n_elements); s.
+      !> Change of the elements, shape (n_elements); time, s.
       real(wp), intent(in) :: change(:), t
       real(wp) :: b(3)
       real(wp) :: g(3), r(3), moved(3), distance, climb
@@ -168,7 +168,7 @@ contains
    !> Returns δḂ at a time, in the space axes of the scene, T/s; shape (3). Zero for a table.
    pure function rate_change_by_orbit(self, change, t) result(rate)
       class(geomagnetic_field_t), intent(in) :: self
-      !> Of the elements, shape (n_elements); s.
+      !> Change of the elements, shape (n_elements); time, s.
       real(wp), intent(in) :: change(:), t
       real(wp) :: rate(3), series(3, 0:1)
       rate = 0.0_wp
@@ -277,7 +277,7 @@ contains
    !> Computes the coefficients of the power series of δB by a change of the elements of the orbit about a time.
    pure subroutine change_series(self, change, t, time_unit, b)
       class(geomagnetic_field_t), intent(in) :: self
-      !> Of the elements, shape (n_elements); s.
+      !> Change of the elements, shape (n_elements); time, s.
       real(wp), intent(in) :: change(:), t, time_unit
       !> T; shape (3, 0:order).
       real(wp), intent(out) :: b(:, 0:)

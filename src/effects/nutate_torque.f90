@@ -308,7 +308,8 @@ contains
    !> Returns the change of τ, body axes, N m; shape (3). Here: zero.
    pure function no_frame_change(self, change, t, q, omega) result(tau)
       class(torque_t), intent(in) :: self
-      !> Of the rate of the space axes, in these axes, rad/s, shape (3); the others as for `torque`.
+      !> Change of the rate of the space axes, in these axes, rad/s, shape (3); other arguments are those of
+      !> `torque`.
       real(wp), intent(in) :: change(3), t, q(4), omega(3)
       real(wp) :: tau(3)
       tau = 0.0_wp

@@ -32,7 +32,7 @@ module nutate_fit
    real(wp), parameter :: weak_share = 0.5_wp
    !> Arcs beside the whole from which on biases are free: on short ones they take the place of any motion.
    real(wp), parameter :: free_biases = 0.1_wp
-   !> Share of the fits to data with normal noise whose χ² counts as noise.
+   !> Probability that the χ² of data with normal noise is below the quantile beyond which a fit is reported.
    real(wp), parameter :: noise_share = 0.9999_wp
    !> Starts that go on from the first arc.
    integer, parameter :: most_kept = 4

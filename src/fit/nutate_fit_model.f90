@@ -58,7 +58,7 @@ module nutate_fit_model
       logical, allocatable :: changes_system(:)
       !> For each free number by which the system depends on it, the system at the places of the stencil.
       type(system_t), allocatable :: systems(:, :)
-      !> Sizes of the numbers in the scene, and steps of the stencil; shape (free numbers).
+      !> Sizes of the parameters in the scene, and steps of the stencil; shape (parameters).
       real(wp), allocatable :: sizes(:), steps(:)
       !> What is built again for each change of the numbers.
       integer, private :: part = 0

@@ -185,7 +185,7 @@ contains
    !> order, or the tolerance of its steps, says: a longest step whose error means nothing must not make the next one
    !> look better than it is.
    pure function point_at_error(points, order, error) result(point)
-      !> Of one method, longest step first, with errors that are known; shape (any).
+      !> Points of one method, longest step first, with errors that are known; shape (any).
       type(work_point_t), intent(in) :: points(:)
       integer, intent(in) :: order
       !> rad.
@@ -212,7 +212,7 @@ contains
 
    !> Returns the first of the runs whose error is within one, and not by accident: no point if there is none.
    pure function point_within(points, error) result(point)
-      !> Of one method, longest step first, with errors that are known; shape (any).
+      !> Points of one method, longest step first, with errors that are known; shape (any).
       type(work_point_t), intent(in) :: points(:)
       !> rad.
       real(wp), intent(in) :: error

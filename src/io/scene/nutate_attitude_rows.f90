@@ -68,7 +68,7 @@ contains
    !> known, stay in it, with rates relative to it.
    pure subroutine to_inertial_axes(rows, effects)
       type(attitude_rows_t), intent(inout) :: rows
-      !> Of the run.
+      !> Effects of the run, which give the space axes.
       type(effect_list_t), intent(in) :: effects
       integer :: i
       rows%rotates = .not. effects%knows_space_axes()

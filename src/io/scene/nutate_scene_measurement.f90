@@ -341,7 +341,7 @@ contains
       !> Which column, t as -1; 0: none.
       integer, intent(in) :: i
       character(len=*), intent(in) :: name, unit
-      !> What is wrong with the unit; left as it is on success.
+      !> Message on a wrong unit; unchanged on success.
       character(len=:), allocatable, intent(inout) :: problem
       real(wp) :: factor
       character(len=:), allocatable :: wanted

@@ -350,7 +350,8 @@ contains
       if (rates%forced) change(5:) = change(5:) - matmul(self%by_relative(5:self%n, :), turn)
    end subroutine own_change
 
-   !> What a change of the rate of the space axes makes of the torques at a fixed rate relative to them, N m; shape (3).
+   !> Returns the change of the torques with the rate of the space axes, at a fixed rate relative to them, N m;
+   !> shape (3).
    pure function frame_change(self, rates, system, change) result(torque)
       type(stage_rates_t), intent(in) :: self
       type(rigid_rates_t), intent(in) :: rates
