@@ -8,7 +8,17 @@ module nutate_state
    implicit none
    private
 
-   public :: state_t, add_by_kahan, add_increment, add_turned
+   public :: state_t, other_axes_t, add_by_kahan, add_increment, add_turned
+
+   !> Attitude and momentum in the axes in which a stepper works, if these are not the space axes (`nutate_lvlh_view`).
+   type :: other_axes_t
+      !> There are such axes; if not, the other components have no meaning.
+      logical :: exist = .false.
+      !> Attitude, conjugate momentum and their compensations; shape (4).
+      real(wp), dimension(4) :: q = 0.0_wp, p = 0.0_wp, q_compensation = 0.0_wp, p_compensation = 0.0_wp
+      !> Attitude and momentum in space axes, shape (4), and time, s, of the state that they belong to.
+      real(wp), private :: space_q(4) = 0.0_wp, space_p(4) = 0.0_wp, t = 0.0_wp
+   end type other_axes_t
 
    !> A point in phase space. Made by `make_state`; moved by a stepper.
    type :: state_t
@@ -32,7 +42,13 @@ module nutate_state
       real(wp) :: time_dependent_until = -huge(1.0_wp)
       !> Target values of the invariants, for steppers that project onto them.
       type(energy_balance_t) :: balance = energy_balance_t()
+      !> The same state in the axes in which the last step was taken, digit for digit as it was left there.
+      type(other_axes_t) :: other_axes = other_axes_t()
    contains
+      !> Stores the attitude and the momentum in other axes with the state.
+      procedure :: set_other_axes
+      !> Returns true if those that are stored belong to the state.
+      procedure :: is_from_other_axes
       !> Copies another state.
       procedure :: copy_from
       !> Returns true if the balance belongs to this state.
@@ -45,7 +61,7 @@ module nutate_state
       procedure :: time_dependent_since
       !> Writes or reads its values in checkpoint data.
       procedure :: transfer => transfer_state
-      !> Writes or reads the values of wheels and the work of time-dependent potentials.
+      !> Writes or reads the values of wheels, the work of time-dependent potentials, and the state in other axes.
       procedure :: transfer_wheels
    end type state_t
 
@@ -67,6 +83,33 @@ contains
       self%balance%q = self%q
       self%balance%p = self%p
    end subroutine balance_here
+
+   !> Stores the attitude and the momentum in other axes with the state.
+   pure subroutine set_other_axes(self, inner)
+      !> Space axes.
+      class(state_t), intent(inout) :: self
+      !> The same state in other axes.
+      type(state_t), intent(in) :: inner
+      self%other_axes%exist = .true.
+      self%other_axes%q = inner%q
+      self%other_axes%p = inner%p
+      self%other_axes%q_compensation = inner%q_compensation
+      self%other_axes%p_compensation = inner%p_compensation
+      self%other_axes%space_q = self%q
+      self%other_axes%space_p = self%p
+      self%other_axes%t = self%t
+   end subroutine set_other_axes
+
+   !> Returns true if the attitude and the momentum in other axes belong to exactly this state. The time may differ by
+   !> the rounding of the end of a step.
+   pure logical function is_from_other_axes(self)
+      class(state_t), intent(in) :: self
+      real(wp) :: difference(4)
+      is_from_other_axes = self%other_axes%exist
+      if (.not. is_from_other_axes) return
+      difference = abs(self%q - self%other_axes%space_q) + abs(self%p - self%other_axes%space_p)
+      is_from_other_axes = sum(difference) <= 0.0_wp .and. is_same_time(self%t, self%other_axes%t, 0.0_wp)
+   end function is_from_other_axes
 
    !> Restores the state that the last step left, if this is a projected copy of it.
    pure subroutine restore_left(self)
@@ -104,6 +147,7 @@ contains
       self%p_compensation = other%p_compensation
       self%time_dependent_work = other%time_dependent_work
       self%time_dependent_until = other%time_dependent_until
+      if (other%other_axes%exist .or. self%other_axes%exist) self%other_axes = other%other_axes
       if (balance) call self%balance%copy_from(other%balance, wheels)
       if (.not. wheels) return
       self%wheel_momentum = other%wheel_momentum
@@ -122,7 +166,8 @@ contains
       call archive%transfer(self%p_compensation)
    end subroutine transfer_state
 
-   !> Writes or reads the values of wheels and the work of time-dependent potentials in checkpoint data.
+   !> Writes or reads the values of wheels, the work of time-dependent potentials, and the state in other axes in
+   !> checkpoint data.
    subroutine transfer_wheels(self, archive)
       class(state_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive
@@ -134,6 +179,14 @@ contains
       end do
       call archive%transfer(self%time_dependent_work)
       call archive%transfer(self%time_dependent_until)
+      call archive%transfer(self%other_axes%exist)
+      call archive%transfer(self%other_axes%q)
+      call archive%transfer(self%other_axes%p)
+      call archive%transfer(self%other_axes%q_compensation)
+      call archive%transfer(self%other_axes%p_compensation)
+      call archive%transfer(self%other_axes%space_q)
+      call archive%transfer(self%other_axes%space_p)
+      call archive%transfer(self%other_axes%t)
    end subroutine transfer_wheels
 
    !> Compensated summation: adds an increment to a sum kept as `total + compensation`.

@@ -2,6 +2,7 @@
 !> centre moves. V = ½·3 γᵀJγ, γ = R(q)ᵀn(t), n = √μ r/|r|^(5/2).
 module nutate_orbital_gradient
    use nutate_body, only: body_t
+   use nutate_effect, only: potential_t
    use nutate_effect_bounds, only: effect_bounds_t, linear_map_t
    use nutate_gravity_gradient, only: gravity_gradient_t
    use nutate_kepler_orbit, only: kepler_orbit_t
@@ -24,6 +25,7 @@ module nutate_orbital_gradient
       procedure :: direction_at => direction_of_orbit
       procedure :: power => power_of_motion
       procedure :: direction_series => series_along_orbit
+      procedure :: see_from_lvlh => gradient_from_lvlh
       procedure :: is_valid => moving_is_valid
       procedure :: bound => not_bounded
       procedure :: has_axis => no_axis
@@ -54,6 +56,21 @@ contains
       gradient%pace = path%fastest_turn()
       gradient%direction = gradient%direction_at(0.0_wp)
    end function new_orbital_gradient
+
+   !> Makes the gravity gradient as seen from the LVLH frame of a circular orbit: along z, of the strength n².
+   subroutine gradient_from_lvlh(self, seen)
+      class(orbital_gradient_t), intent(in) :: self
+      class(potential_t), allocatable, intent(out) :: seen
+      type(gravity_gradient_t) :: constant
+      constant = self%gravity_gradient_t
+      constant%moves = .false.
+      constant%pace = 0.0_wp
+      constant%direction = [0.0_wp, 0.0_wp, 1.0_wp]
+      constant%strength = self%path%mean_motion()**2
+      constant%stiffness = 3*constant%strength*constant%deviation
+      constant%offset = 1.5_wp*constant%strength*constant%middle
+      allocate (seen, source=constant)
+   end subroutine gradient_from_lvlh
 
    !> Returns U(γ), J.
    pure real(wp) function moving_energy(self, gamma)

@@ -21,6 +21,9 @@ module nutate_potential
       procedure :: direction_at => fixed_direction
       procedure :: power => no_power
       procedure :: direction_series => fixed_series
+      !> Makes the same potential as seen from the LVLH frame of the circular orbit that it follows, where it is constant;
+      !> not allocated unless overridden.
+      procedure :: see_from_lvlh => not_seen_from_lvlh
       !> Returns U(γ), J.
       procedure(potential_energy), deferred :: energy
       !> Returns ∇U(γ): the derivative with respect to the body components γ.
@@ -99,6 +102,13 @@ contains
       n = 0.0_wp
       n(:, 0) = self%direction
    end subroutine fixed_series
+
+   !> Makes no potential: this one is not known to be constant in the LVLH frame.
+   subroutine not_seen_from_lvlh(self, seen)
+      class(potential_t), intent(in) :: self
+      !> LVLH space axes.
+      class(potential_t), allocatable, intent(out) :: seen
+   end subroutine not_seen_from_lvlh
 
    !> Bounds the torque of a potential with Gonzalez's discrete gradient, from the bounds that the user gave.
    pure subroutine bound_potential(self, map, radius, gamma, slack, bounds)

@@ -53,6 +53,7 @@ module nutate_third_degree
       procedure :: direction_at => direction_to_body
       procedure :: power => power_of_motion
       procedure :: direction_series => series_to_body
+      procedure :: see_from_lvlh => third_degree_from_lvlh
       procedure :: bound => cubic_bound
       procedure :: series_kind => cubic_series
       procedure :: auxiliary_series => cubic_auxiliary
@@ -91,10 +92,28 @@ contains
          effect%pace = orbit%path%fastest_turn()
          effect%direction = effect%direction_at(0.0_wp)
       else
-         ! In the LVLH frame the attracting body is along z.
-         effect%direction = [0.0_wp, 0.0_wp, strength_of(orbit%path%mu, orbit%path%radius(0.0_wp))]
+         effect%direction = direction_in_lvlh(orbit%path)
       end if
    end function new_third_degree
+
+   !> Returns n in the LVLH frame of a circular orbit, where the attracting body is along z; shape (3).
+   pure function direction_in_lvlh(path) result(n)
+      type(kepler_orbit_t), intent(in) :: path
+      real(wp) :: n(3)
+      n = [0.0_wp, 0.0_wp, strength_of(path%mu, path%radius(0.0_wp))]
+   end function direction_in_lvlh
+
+   !> Makes the third degree as seen from the LVLH frame of a circular orbit.
+   subroutine third_degree_from_lvlh(self, seen)
+      class(third_degree_t), intent(in) :: self
+      class(potential_t), allocatable, intent(out) :: seen
+      type(third_degree_t) :: constant
+      constant = self
+      constant%moves = .false.
+      constant%pace = 0.0_wp
+      constant%direction = direction_in_lvlh(self%path)
+      allocate (seen, source=constant)
+   end subroutine third_degree_from_lvlh
 
    !> (μ/d⁴)^⅓.
    pure real(wp) function strength_of(mu, distance) result(strength)

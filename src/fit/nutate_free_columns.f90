@@ -108,6 +108,7 @@ contains
       type(column_t), intent(in) :: columns(:)
       type(scene_error_t), intent(inout) :: error
       class(stepper_t), allocatable :: stepper
+      type(integrator_settings_t) :: with_columns
       type(tangent_t) :: tangent
       type(state_t) :: state
       type(status_t) :: status
@@ -118,7 +119,9 @@ contains
       state = scene%initial
       call tangent%begin(scene%system, state, columns, status)
       if (status%ok()) then
-         call make_stepper(scene%system, settings, stepper, status)
+         with_columns = settings
+         with_columns%in_space_axes = any([(columns(i)%changes_orbit(), i=1, size(columns))])
+         call make_stepper(scene%system, with_columns, stepper, status)
          if (status%ok()) call stepper%advance(scene%system, state, dt, middle, status)
          ! What has no step at all is for the run to report.
          if (.not. status%ok()) return

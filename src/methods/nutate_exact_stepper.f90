@@ -130,7 +130,7 @@ contains
 
    !> The end of the run, or, where steps are seen, about a radian of turn: |Ω| is at most √(2T/J), J the least moment,
    !> which does not change.
-   subroutine choose_step(self, system, state, goal, step, status)
+   recursive subroutine choose_step(self, system, state, goal, step, status)
       class(exact_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state

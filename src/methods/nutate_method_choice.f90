@@ -10,6 +10,7 @@ module nutate_method_choice
    use nutate_exact_free, only: free_body_t
    use nutate_hamiltonian, only: angular_velocity, body_momentum
    use nutate_kinds, only: wp
+   use nutate_lvlh_view, only: lvlh_view_t
    use nutate_methods, only: default_settings, with_defaults
    use nutate_quaternion, only: quat_norm
    use nutate_state, only: state_t
@@ -132,10 +133,31 @@ contains
       character(len=:), allocatable, intent(out) :: reason
       !> The accuracy is that of the end, as usual; else of each step, for which fixed steps cannot be found.
       logical, intent(in), optional :: at_end
-      character(len=24) :: without_series
+      type(lvlh_view_t) :: view
+      type(state_t) :: inner
       logical :: of_run
       of_run = .true.
       if (present(at_end)) of_run = at_end
+      call view%prepare(system)
+      if (view%exists .and. .not. settings%in_space_axes) then
+         call view%to_lvlh(state, inner)
+         call choose_for_axes(view%system, inner, duration, accuracy, of_run, settings, reason)
+      else
+         call choose_for_axes(system, state, duration, accuracy, of_run, settings, reason)
+      end if
+   end subroutine choose_method
+
+   !> Chooses the method for the axes in which the steps are taken.
+   subroutine choose_for_axes(system, state, duration, accuracy, of_run, settings, reason)
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      !> s; rad.
+      real(wp), intent(in) :: duration, accuracy
+      !> The accuracy is that of the end.
+      logical, intent(in) :: of_run
+      type(integrator_settings_t), intent(inout) :: settings
+      character(len=:), allocatable, intent(out) :: reason
+      character(len=24) :: without_series
 
       without_series = effect_without_series(system%effects)
       if (has_closed_solution(system, state)) then
@@ -158,7 +180,7 @@ contains
       else
          call choose_by_accuracy(system, state, duration, accuracy, settings, reason)
       end if
-   end subroutine choose_method
+   end subroutine choose_for_axes
 
    !> True where fixed steps by rk8 cost less than the series.
    logical function takes_equal_steps(system, state, duration, accuracy)

@@ -5,6 +5,8 @@ submodule(nutate_methods) nutate_method_steppers
    use nutate_dop853, only: dop853_t
    use nutate_exact_stepper, only: exact_t
    use nutate_invariants, only: follows_turning_axes
+   use nutate_lvlh_stepper, only: lvlh_stepper_t
+   use nutate_lvlh_view, only: lvlh_view_t
    use nutate_nielsen_krenk, only: nielsen_krenk_t
    use nutate_projected_stepper, only: projected_stepper_t
    use nutate_reduced, only: reduced_t
@@ -20,6 +22,7 @@ contains
    module procedure make_stepper
       type(integrator_settings_t) :: complete
       type(method_t) :: method
+      type(lvlh_view_t) :: view
       complete = with_defaults(settings)
       method = method_of(settings)
       if (method%name == '') then
@@ -51,6 +54,8 @@ contains
       if (complete%conserve .and. complete%method /= 'taylor') call project_stepper(method%spacing, stepper)
       if (.not. status%ok()) return
       stepper%conserves = method%can_project .and. .not. complete%conserve
+      call view%prepare(system)
+      if (view%exists .and. complete%attitude .and. .not. complete%in_space_axes) call step_in_lvlh(stepper)
       call stepper%prepare(system, complete, status)
    end procedure make_stepper
 
@@ -70,6 +75,15 @@ contains
       call turned%wrap(stepper)
       call move_alloc(turned, stepper)
    end subroutine turn_stepper
+
+   !> Puts a stepper that works in the LVLH frame in its place.
+   subroutine step_in_lvlh(stepper)
+      class(stepper_t), allocatable, intent(inout) :: stepper
+      type(lvlh_stepper_t), allocatable :: wrapped
+      allocate (wrapped)
+      call wrapped%wrap(stepper)
+      call move_alloc(wrapped, stepper)
+   end subroutine step_in_lvlh
 
    !> Puts a stepper with the projection onto the invariants in its place.
    subroutine project_stepper(spacing, stepper)

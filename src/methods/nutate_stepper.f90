@@ -43,6 +43,9 @@ module nutate_stepper
       !> Newton: relative increment at which to stop; 0: iterate until the increment stops falling.
       real(wp) :: tolerance = 0.0_wp
       integer :: max_iterations = 20
+      !> Step in the space axes of the system, although the LVLH frame of its circular orbit would do
+      !> (`nutate_lvlh_stepper`): for derivatives by the elements of the orbit.
+      logical :: in_space_axes = .false.
    end type integrator_settings_t
 
    !> What a method that chooses its steps must keep to; one of the first two is set.
@@ -106,6 +109,11 @@ module nutate_stepper
       !> Returns the state at a time inside the last step (dense output), to the accuracy of the method: by a shorter
       !> step from its start, unless the method overrides it.
       procedure :: state_at => state_taken_again
+      !> Returns true if the method chooses the length of a step before the step (`dense_stepper_t`).
+      procedure :: chooses_steps => chooses_none
+      !> Computes the length of a step that meets a goal; to be followed by that step. A method that does not choose
+      !> leaves the estimate as it is.
+      procedure :: choose_step => keep_estimate
       !> Sets the start of a step that `advance` will perform.
       procedure :: mark_step
       !> Discards the history of steps, which only serves to predict the next one.
@@ -141,8 +149,7 @@ module nutate_stepper
    !> A method that chooses the length of a step before the step, and has dense output.
    type, abstract, extends(stepper_t) :: dense_stepper_t
    contains
-      !> Returns the length of a step that meets a goal; to be followed by that step.
-      procedure(choose_length), deferred :: choose_step
+      procedure :: chooses_steps => chooses_all
       procedure :: keep_steps => keep_own
    end type dense_stepper_t
 
@@ -169,18 +176,6 @@ module nutate_stepper
          !> Success on entry.
          type(status_t), intent(inout) :: status
       end subroutine advance_state
-
-      subroutine choose_length(self, system, state, goal, step, status)
-         import :: dense_stepper_t, system_t, state_t, step_goal_t, status_t, wp
-         class(dense_stepper_t), intent(inout) :: self
-         type(system_t), intent(in) :: system
-         type(state_t), intent(in) :: state
-         type(step_goal_t), intent(in) :: goal
-         !> An estimate on entry, s, positive whichever way time goes.
-         real(wp), intent(inout) :: step
-         !> Success on entry.
-         type(status_t), intent(inout) :: status
-      end subroutine choose_length
    end interface
 
 contains
@@ -348,6 +343,31 @@ contains
       margin = 4*spacing(max(abs(self%last_start%t), abs(self%last_length)))
       is_inside = since >= 0.0_wp .and. since <= abs(self%last_length) + margin
    end function is_inside
+
+   !> Returns false.
+   pure logical function chooses_none(self)
+      class(stepper_t), intent(in) :: self
+      chooses_none = .false.
+   end function chooses_none
+
+   !> Returns true.
+   pure logical function chooses_all(self)
+      class(dense_stepper_t), intent(in) :: self
+      chooses_all = .true.
+   end function chooses_all
+
+   !> Leaves the estimate of a step as it is.
+   recursive subroutine keep_estimate(self, system, state, goal, step, status)
+      class(stepper_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      !> The start of the step.
+      type(state_t), intent(in) :: state
+      type(step_goal_t), intent(in) :: goal
+      !> An estimate on entry, s, positive for steps backwards in time too.
+      real(wp), intent(inout) :: step
+      !> Success on entry.
+      type(status_t), intent(inout) :: status
+   end subroutine keep_estimate
 
    subroutine forget_nothing(self)
       class(stepper_t), intent(inout) :: self

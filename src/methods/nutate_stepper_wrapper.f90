@@ -23,6 +23,8 @@ module nutate_stepper_wrapper
       procedure, non_overridable :: copy_counts
       !> Copies the work of the last step, and the estimate of its error.
       procedure, non_overridable :: copy_work
+      !> Performs a step of the inner stepper, with nothing added to it.
+      procedure, non_overridable :: advance_base
       procedure :: copy
       procedure :: forget_steps
       procedure :: keep_steps
@@ -61,6 +63,21 @@ contains
          self%work(i) = self%base%work(i)
       end do
    end subroutine copy_work
+
+   !> Performs a step of the inner stepper, with nothing added to it. Errors: those of the stepper.
+   subroutine advance_base(self, system, state, dt, window_time, status)
+      class(stepper_wrapper_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(inout) :: state
+      !> As in `advance`, s.
+      real(wp), intent(in) :: dt, window_time
+      type(status_t), intent(inout) :: status
+      call self%base%advance(system, state, dt, window_time, status)
+      call self%copy_counts()
+      if (status%code == 0) call self%copy_work()
+      self%step_error = self%base%step_error
+      self%moved_by_round_off = self%base%moved_by_round_off
+   end subroutine advance_base
 
    !> Makes a stepper that goes on as this one would.
    recursive subroutine copy(self, twin)

@@ -77,10 +77,7 @@ contains
       real(wp), intent(in) :: dt, window_time
       type(status_t), intent(inout) :: status
       if (.not. self%turn%there) then
-         call self%base%advance(system, state, dt, window_time, status)
-         call self%copy_counts()
-         if (status%code == 0) call self%copy_work()
-         self%step_error = self%base%step_error
+         call self%advance_base(system, state, dt, window_time, status)
          return
       end if
       if (self%untested) call check_start(system, state, dt, status)

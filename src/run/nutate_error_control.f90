@@ -23,7 +23,7 @@ module nutate_error_control
    use nutate_step_policy, only: step_policy_t
    use nutate_state, only: state_t, add_increment
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_CONVERGED
-   use nutate_stepper, only: dense_stepper_t, integrator_settings_t, step_goal_t, stepper_t
+   use nutate_stepper, only: integrator_settings_t, step_goal_t, stepper_t
    use nutate_system, only: system_t
    use nutate_tangent, only: tangent_t
    implicit none
@@ -158,13 +158,12 @@ contains
          progress%next_break = system%effects%next_break(progress%state%t, self%sense)
       t_end = progress%plan%end_time
       if (self%sense*(t_end - progress%next_break) > 0.0_wp) t_end = progress%next_break
-      select type (method => self%half)
-      class is (dense_stepper_t)
-         call method%choose_step(system, progress%state, goal_of(progress, t_end, observer), self%length%next, &
-                                 status)
+      if (self%half%chooses_steps()) then
+         call self%half%choose_step(system, progress%state, goal_of(progress, t_end, observer), self%length%next, &
+                                    status)
          if (.not. status%ok()) return
          self%length%next = min(self%length%next, self%longest)
-      end select
+      end if
       if (self%equal%suit) call self%equal%divide(progress%plan%goal%local_tolerance, self%length%next)
       ! What is left is not left over for a tiny step: less than two steps are halved.
       rest = abs((t_end - progress%state%t) - self%t_compensation)

@@ -11,7 +11,7 @@ module nutate_fixed_steps
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
-   use nutate_stepper, only: dense_stepper_t, stepper_t
+   use nutate_stepper, only: stepper_t
    use nutate_system, only: system_t
    use nutate_tangent, only: tangent_t
    implicit none
@@ -186,10 +186,7 @@ contains
       type(progress_t), intent(inout) :: progress
       type(status_t), intent(inout) :: status
       call self%stepper%keep_steps()
-      select type (stepper => self%stepper)
-      class is (dense_stepper_t)
-         self%looks_cheaply = .true.
-      end select
+      self%looks_cheaply = self%stepper%chooses_steps()
    end subroutine expect_events
 
    !> The state at a time inside the last step of the method.

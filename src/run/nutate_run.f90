@@ -302,9 +302,29 @@ contains
       type(column_t), intent(in) :: columns(:)
       type(system_t), intent(in) :: system
       type(status_t), intent(out) :: status
+      integer :: k
       self%columns = columns
-      call begin_columns(self, columns, system, status)
+      if (any([(columns(k)%changes_orbit(), k=1, size(columns))])) call step_in_space_axes(self, system, status)
+      if (status%ok()) call begin_columns(self, columns, system, status)
    end subroutine differentiate
+
+   !> Has the steps taken in the space axes of the system: derivatives by the elements of an orbit require that. Errors:
+   !> those of `begin`.
+   subroutine step_in_space_axes(self, system, status)
+      class(run_t), intent(inout), target :: self
+      type(system_t), intent(in) :: system
+      type(status_t), intent(inout) :: status
+      type(integrator_settings_t) :: settings
+      if (self%summary%settings%in_space_axes) return
+      self%requested%in_space_axes = .true.
+      self%summary%settings%in_space_axes = .true.
+      if (allocated(self%stepper)) then
+         settings = self%stepper%prepared_with
+         settings%in_space_axes = .true.
+         call make_stepper(system, settings, self%stepper, status)
+      end if
+      if (allocated(self%policy) .and. status%ok()) call prepare_steps(self, system, status)
+   end subroutine step_in_space_axes
 
    !> Begins the columns at the present state. Errors: those of `differentiate`.
    subroutine begin_columns(self, columns, system, status)

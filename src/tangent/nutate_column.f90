@@ -64,6 +64,8 @@ module nutate_column
       procedure :: follow_orbits
       !> It changes a parameter.
       procedure :: is_parametric
+      !> Returns true if an element of an orbit changes.
+      procedure :: changes_orbit
    end type column_t
 
 contains
@@ -424,5 +426,12 @@ contains
       is_parametric = any(abs(self%inertia) > 0.0_wp) .or. any(abs(self%rotor) > 0.0_wp) .or. &
                       any(abs(self%frame) > 0.0_wp) .or. allocated(self%effects)
    end function is_parametric
+
+   !> Returns true if an element of an orbit changes.
+   pure logical function changes_orbit(self)
+      class(column_t), intent(in) :: self
+      changes_orbit = .false.
+      if (allocated(self%effects)) changes_orbit = any(self%effects%kind == OF_ORBIT)
+   end function changes_orbit
 
 end module nutate_column

@@ -14,7 +14,7 @@ module nutate_c_dense_output
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_NOT_CONVERGED, &
       NUTATE_OFF_BRANCH, NUTATE_SINGULAR
-   use nutate_stepper, only: dense_stepper_t, step_goal_t
+   use nutate_stepper, only: step_goal_t
    use nutate_tangent, only: tangent_t
    use nutate_window_edges, only: cross_window_edges
    implicit none
@@ -187,13 +187,10 @@ contains
       next_break = handle%system%effects%next_break(state%t + sense*margin, sense)
       if (sense*(state%t + dt - next_break) > margin) length = next_break - state%t
       associate (goal => handle%plan%goal)
-         select type (method => handle%inside)
-         class is (dense_stepper_t)
-            chosen = abs(length)
-            if (goal%active()) call method%choose_step(handle%system, state, step_goal_t( &
-               tolerance=goal%local_tolerance, rate=goal%error_rate, end_time=state%t + length), chosen, status)
-            if (chosen < abs(length)) length = sense*chosen
-         end select
+         chosen = abs(length)
+         if (goal%active()) call handle%inside%choose_step(handle%system, state, step_goal_t( &
+            tolerance=goal%local_tolerance, rate=goal%error_rate, end_time=state%t + length), chosen, status)
+         if (chosen < abs(length)) length = sense*chosen
       end associate
       if (status%code /= 0) return
       do i = 0, most_halvings

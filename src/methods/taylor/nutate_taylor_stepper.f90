@@ -224,7 +224,7 @@ contains
    end function is_followed
 
    !> The length of the step that meets a goal.
-   subroutine choose_step(self, system, state, goal, step, status)
+   recursive subroutine choose_step(self, system, state, goal, step, status)
       class(taylor_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state

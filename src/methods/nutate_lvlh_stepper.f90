@@ -1,0 +1,294 @@
+!> A stepper that works in the LVLH frame, for a satellite on a circular orbit whose space axes are inertial
+!> (`nutate_lvlh_view`). It wraps a stepper of any method with its projection. States, works and sensitivities are
+!> converted at the ends of a step; the state in LVLH axes travels with the converted one, so that no round-off of the
+!> conversions adds up.
+module nutate_lvlh_stepper
+   use nutate_kinds, only: wp
+   use nutate_lvlh_view, only: lvlh_view_t
+   use nutate_noise, only: noise_t
+   use nutate_state, only: state_t
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
+   use nutate_stepper, only: integrator_settings_t, keep_starts, step_goal_t, stepper_t
+   use nutate_stepper_wrapper, only: stepper_wrapper_t
+   use nutate_system, only: system_t
+   use nutate_tangent, only: tangent_t
+   implicit none
+   private
+
+   public :: lvlh_stepper_t
+
+   !> A stepper and the view in which it works. `step` allocates nothing.
+   type, extends(stepper_wrapper_t) :: lvlh_stepper_t
+      private
+      type(lvlh_view_t) :: view = lvlh_view_t()
+      !> State of the step under way, LVLH axes.
+      type(state_t) :: inner = state_t()
+      !> Start of the last step, without balance and wheels, LVLH axes; ω·l of it, J.
+      type(state_t) :: start = state_t()
+      real(wp) :: start_energy = 0.0_wp
+   contains
+      !> Sets the stepper that works in the LVLH frame; must come before `prepare`.
+      procedure :: wrap
+      procedure :: set_up
+      procedure :: advance
+      procedure :: chooses_steps
+      procedure :: choose_step
+      procedure :: keep_steps
+      procedure :: mark_step
+      procedure :: state_at
+      procedure :: show
+      procedure :: disturb
+      procedure :: move_columns
+      procedure :: carry_inside
+   end type lvlh_stepper_t
+
+contains
+
+   !> Sets the stepper that works in the LVLH frame.
+   subroutine wrap(self, base)
+      class(lvlh_stepper_t), intent(inout) :: self
+      !> Moved: not allocated afterwards.
+      class(stepper_t), allocatable, intent(inout) :: base
+      call move_alloc(base, self%base)
+   end subroutine wrap
+
+   !> Prepares the stepper for the system as seen from the LVLH frame, or for the system itself if there is no such
+   !> view. Errors: those of the stepper's `prepare`; `NUTATE_BAD_ARGUMENT` without a stepper.
+   subroutine set_up(self, system, settings, status)
+      class(lvlh_stepper_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(integrator_settings_t), intent(in) :: settings
+      type(status_t), intent(inout) :: status
+      call self%check_base('the LVLH frame', status)
+      if (.not. status%ok()) return
+      call self%view%prepare(system)
+      if (self%view%exists) then
+         call self%base%prepare(self%view%system, settings, status)
+      else
+         call self%base%prepare(system, settings, status)
+      end if
+   end subroutine set_up
+
+   !> Performs one step in the LVLH frame. Errors, with the state as it was: those of the stepper.
+   subroutine advance(self, system, state, dt, window_time, status)
+      class(lvlh_stepper_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(inout) :: state
+      real(wp), intent(in) :: dt, window_time
+      type(status_t), intent(inout) :: status
+      integer :: i, n
+      if (.not. self%view%exists) then
+         call self%advance_base(system, state, dt, window_time, status)
+         return
+      end if
+      call self%view%to_lvlh(state, self%inner)
+      call set_start(self)
+      call self%base%advance(self%view%system, self%inner, dt, window_time, status)
+      call self%copy_counts()
+      if (status%code /= 0) return
+      self%error_estimate = self%base%error_estimate
+      self%step_error = self%base%step_error
+      self%moved_by_round_off = self%base%moved_by_round_off
+      n = size(self%work)
+      do i = 1, n - 1
+         self%work(i) = self%base%work(i)
+      end do
+      self%work(n) = self%view%frame_energy(self%inner) - self%start_energy
+      self%inner%time_dependent_work = self%inner%time_dependent_work + self%work(n)
+      self%inner%time_dependent_until = self%inner%t
+      call self%view%to_inertial(self%inner, state)
+   end subroutine advance
+
+   !> Stores the start of a step.
+   subroutine set_start(self)
+      class(lvlh_stepper_t), intent(inout) :: self
+      self%start%t = self%inner%t
+      self%start%q = self%inner%q
+      self%start%p = self%inner%p
+      self%start%time_dependent_work = self%inner%time_dependent_work
+      self%start_energy = self%view%frame_energy(self%inner)
+   end subroutine set_start
+
+   !> Returns true if the stepper inside chooses its steps.
+   pure logical function chooses_steps(self)
+      class(lvlh_stepper_t), intent(in) :: self
+      chooses_steps = self%base%chooses_steps()
+   end function chooses_steps
+
+   !> Computes the length of a step that meets a goal, by the stepper inside.
+   recursive subroutine choose_step(self, system, state, goal, step, status)
+      class(lvlh_stepper_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      type(step_goal_t), intent(in) :: goal
+      real(wp), intent(inout) :: step
+      type(status_t), intent(inout) :: status
+      if (self%view%exists) then
+         call self%view%to_lvlh(state, self%inner)
+         call self%base%choose_step(self%view%system, self%inner, goal, step, status)
+      else
+         call self%base%choose_step(system, state, goal, step, status)
+      end if
+   end subroutine choose_step
+
+   !> Keeps the starts of steps, here and inside.
+   recursive subroutine keep_steps(self)
+      class(lvlh_stepper_t), intent(inout) :: self
+      call self%base%keep_steps()
+      call keep_starts(self)
+   end subroutine keep_steps
+
+   !> Sets the start of a step.
+   recursive subroutine mark_step(self, state, dt, window_time)
+      class(lvlh_stepper_t), intent(inout) :: self
+      type(state_t), intent(in) :: state
+      real(wp), intent(in) :: dt, window_time
+      self%last_start = state
+      self%last_length = dt
+      self%last_window = window_time
+      if (self%view%exists) then
+         call self%view%to_lvlh(state, self%inner)
+         call set_start(self)
+         call self%base%mark_step(self%inner, dt, window_time)
+      else
+         call self%base%mark_step(state, dt, window_time)
+      end if
+   end subroutine mark_step
+
+   !> Computes the state at a time inside the last step. Errors: those of the stepper.
+   recursive subroutine state_at(self, system, t, state, work, status, works)
+      class(lvlh_stepper_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: t
+      type(state_t), intent(inout) :: state
+      real(wp), intent(out) :: work
+      type(status_t), intent(out) :: status
+      real(wp), intent(inout), optional :: works(:)
+      type(state_t) :: inside
+      real(wp) :: each(size(self%base%work)), change
+      if (.not. self%view%exists) then
+         call self%base%state_at(system, t, state, work, status, works)
+         self%step_error = self%base%step_error
+         return
+      end if
+      call self%base%state_at(self%view%system, t, inside, work, status, each)
+      self%step_error = self%base%step_error
+      if (.not. status%ok()) return
+      change = self%view%frame_energy(inside) - self%start_energy
+      inside%time_dependent_work = self%start%time_dependent_work + change
+      inside%time_dependent_until = inside%t
+      call self%view%to_inertial(inside, state)
+      work = work + change
+      if (present(works)) works(:) = [each, change]
+   end subroutine state_at
+
+   !> Completes the state that a step left for output: projects one with an open balance.
+   subroutine show(self, system, state)
+      class(lvlh_stepper_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(inout) :: state
+      if (.not. self%view%exists) then
+         call self%base%show(system, state)
+      else if (state%balance%open .and. state%is_from_other_axes()) then
+         call self%view%to_lvlh(state, self%inner)
+         call self%base%show(self%view%system, self%inner)
+         call self%view%to_inertial(self%inner, state)
+      end if
+   end subroutine show
+
+   !> Sets the perturbation of a trial run.
+   subroutine disturb(self, noise)
+      class(lvlh_stepper_t), intent(inout) :: self
+      type(noise_t), intent(in) :: noise
+      call self%base%disturb(noise)
+   end subroutine disturb
+
+   !> Propagates sensitivities over the last step in the LVLH frame. They are in body axes, which the conversion leaves
+   !> as they are; work and energy differ by the change of ω·l. Errors: those of the stepper; `NUTATE_BAD_ARGUMENT` for
+   !> derivatives by the elements of the orbit, which require `in_space_axes`.
+   recursive subroutine move_columns(self, system, before, after, dt, window_time, tangent, status)
+      class(lvlh_stepper_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: before, after
+      real(wp), intent(in) :: dt, window_time
+      type(tangent_t), intent(inout) :: tangent
+      type(status_t), intent(inout) :: status
+      type(state_t) :: first, last
+      real(wp) :: energy(tangent%n)
+      if (.not. self%view%exists) then
+         call self%base%carry(system, before, after, dt, window_time, tangent, status)
+         return
+      end if
+      call check_columns(tangent, status)
+      if (status%code /= 0) return
+      call self%view%to_lvlh(before, first)
+      call self%view%to_lvlh(after, last)
+      energy = tangent%energy
+      call enter_frame(self%view, first, tangent)
+      call self%base%carry(self%view%system, first, last, dt, window_time, tangent, status)
+      if (status%code == 0) call leave_frame(self%view, last, energy, tangent)
+      if (status%code /= 0) call leave_frame(self%view, first, energy, tangent)
+   end subroutine move_columns
+
+   !> Propagates sensitivities to a state inside the last step. Errors: those of `move_columns`.
+   recursive subroutine carry_inside(self, system, state, tangent, status)
+      class(lvlh_stepper_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      type(tangent_t), intent(inout) :: tangent
+      type(status_t), intent(inout) :: status
+      type(state_t) :: inside
+      real(wp) :: energy(tangent%n)
+      if (.not. self%view%exists) then
+         call self%base%carry_inside(system, state, tangent, status)
+         return
+      end if
+      call check_columns(tangent, status)
+      if (status%code /= 0) return
+      call self%view%to_lvlh(state, inside)
+      energy = tangent%energy
+      call enter_frame(self%view, self%start, tangent)
+      call self%base%carry_inside(self%view%system, inside, tangent, status)
+      if (status%code == 0) call leave_frame(self%view, inside, energy, tangent)
+      if (status%code /= 0) call leave_frame(self%view, self%start, energy, tangent)
+   end subroutine carry_inside
+
+   !> Errors: `NUTATE_BAD_ARGUMENT` for derivatives by the elements of the orbit.
+   subroutine check_columns(tangent, status)
+      type(tangent_t), intent(in) :: tangent
+      type(status_t), intent(inout) :: status
+      integer :: m
+      do m = 1, size(tangent%parametric)
+         if (tangent%columns(tangent%parametric(m))%changes_orbit()) status = fail(NUTATE_BAD_ARGUMENT, &
+            'steps in the LVLH frame have no derivatives by the elements of the orbit (expected settings with '// &
+            'in_space_axes)', trim(tangent%columns(tangent%parametric(m))%name))
+      end do
+   end subroutine check_columns
+
+   !> Subtracts from work and energy of sensitivities the derivatives of ω·l: of its change since the start, and at the
+   !> start.
+   subroutine enter_frame(view, inner, tangent)
+      type(lvlh_view_t), intent(in) :: view
+      !> LVLH axes.
+      type(state_t), intent(in) :: inner
+      type(tangent_t), intent(inout) :: tangent
+      real(wp) :: at_start(tangent%n)
+      at_start = matmul(tangent%space_momentum, view%rate)
+      tangent%work = tangent%work - (matmul(tangent%momentum_row(inner), view%system%effects%frame_rate) - at_start)
+      tangent%energy = tangent%energy - at_start
+   end subroutine enter_frame
+
+   !> Adds to the work of sensitivities the derivative of the change of ω·l since the start, and restores the energy.
+   subroutine leave_frame(view, inner, energy, tangent)
+      type(lvlh_view_t), intent(in) :: view
+      !> LVLH axes.
+      type(state_t), intent(in) :: inner
+      !> J per unit of each parameter; shape (n).
+      real(wp), intent(in) :: energy(:)
+      type(tangent_t), intent(inout) :: tangent
+      tangent%work = tangent%work + (matmul(tangent%momentum_row(inner), view%system%effects%frame_rate) - &
+                                     matmul(tangent%space_momentum, view%rate))
+      tangent%energy = energy
+   end subroutine leave_frame
+
+end module nutate_lvlh_stepper
