@@ -186,13 +186,13 @@ int test_c_satellites_by_functions(void)
         NULL, "&orbit semi_major_axis = 7e6, eccentricity = 0.1, inclination = 0.5, raan = 1, argument_of_periapsis = 0.3, "
         "mean_anomaly = 0.7 / &gravity_gradient / &controller law = 'quaternion', by = 'torque', gains = 'scalar', "
         "target = 0.6, 0, 0, 0.8, attitude_gain = 0.5, rate_gain = 2, sample = 0.25, limit = 1 /",
-        "&orbit semi_major_axis = 7e6, mu = 4e14 / &gravity_gradient / &controller law = 'quaternion', by = 'magnetorquers', "
+        "&orbit semi_major_axis = 7e6, mu = 4e14, frame = 'lvlh' / &gravity_gradient / &controller law = 'quaternion', by = 'magnetorquers', "
         "attitude_gain = 0.01, rate_gain = 0.1, field = 2e-5, 1e-5, -3e-5 /",
         "&orbit semi_major_axis = 7e6, eccentricity = 0.1, inclination = 0.5, raan = 1, argument_of_periapsis = 0.3, "
         "mean_anomaly = 0.7 / &earth_field moment = 1, 2, 2, epoch_angle = 0.4, coefficients = 2e-5, 1e-5, -3e-5 / "
         "&force body_point = 0, 0, 1, force = 2e-5, 1e-5, -3e-5, axes = 'lvlh' / "
         "&force body_point = 1, 2, 2, force = 0, 0, 1, axes = 'body', start = 0.35, stop = 3 /",
-        "&orbit semi_major_axis = 7e6 / &earth_field / &force body_point = 1, 2, 2, force = 0, 0, 1, axes = 'space' / "
+        "&orbit semi_major_axis = 7e6, frame = 'lvlh' / &earth_field / &force body_point = 1, 2, 2, force = 0, 0, 1, axes = 'space' / "
         "&controller law = 'bdot', gain = 1e6, sample = 0.5, limit = 10 /",
         "&orbit semi_major_axis = 7e6, frame = 'inertial' / "
         "&controller law = 'bdot', gain = 1e6, field = 2e-5, 1e-5, -3e-5, sample = 0.5, limit = 10 /"};
@@ -294,7 +294,8 @@ int test_c_satellites_motor(void)
 /* What functions read is what columns show. */
 int test_c_satellites_reading(void)
 {
-    static const char *const frames[] = {"&rotating_frame rate = 0.01, 0, 0.02 /", "&orbit semi_major_axis = 7e6 / &gravity_gradient /",
+    static const char *const frames[] = {"&rotating_frame rate = 0.01, 0, 0.02 /",
+                                         "&orbit semi_major_axis = 7e6, frame = 'lvlh' / &gravity_gradient /",
                                          "&orbit semi_major_axis = 1e7, eccentricity = 0.3 / &gravity_gradient /",
                                          "&orbit name = 'a', periapsis_distance = 7e6, periapsis_time = 60, eccentricity = 2 /\n"
                                          "&orbit name = 'b', mu = 1.3e20, semi_major_axis = 1.5e11, frame = 'inertial' /\n"

@@ -19,7 +19,7 @@ module test_check_cases
    real(wp), parameter :: mean_motion = 0.0011369078529289871_wp
    !> 1000 kg, 12 m long, 1 m in radius; a spherical Earth.
    character(len=*), parameter :: cylinder = '&body inertia = 500.0, 12250.0, 12250.0 /'//nl// &
-      '&orbit semi_major_axis = 6756095.0 /'//nl//'&gravity_gradient /'//nl
+      "&orbit semi_major_axis = 6756095.0, frame = 'lvlh' /"//nl//'&gravity_gradient /'//nl
 
    !> t, the attitude in the LVLH frame, Ω2, Ω3; Ω1 stays.
    real(wp), parameter :: omega1 = -1.984177793105603e-05_wp
@@ -144,7 +144,7 @@ contains
       character(len=:), allocatable :: message
       allocate (scene)
       call parse_scene('&body inertia = 500.0, 12250.0, 12250.0 /'//nl// &
-                       "&orbit semi_major_axis = 6756095.0, frame = 'inertial' /"//nl//'&gravity_gradient /'//nl// &
+                       "&orbit semi_major_axis = 6756095.0 /"//nl//'&gravity_gradient /'//nl// &
                        "&initial resonance = '1:1' /"//nl//'&integrator time_step = 10.0, end_time = 10.0 /', 's.nml', &
                        scene, status, message)
       call check(error, status%ok(), message)

@@ -17,7 +17,7 @@ module test_equilibria
 
    character, parameter :: lf = new_line('a')
    character(len=*), parameter :: body = '&body inertia = 3.0, 4.0, 2.0 /'//lf, &
-      orbit = '&orbit semi_major_axis = 1.0, mu = 1.0 /'//lf//'&gravity_gradient /'//lf
+      orbit = "&orbit semi_major_axis = 1.0, mu = 1.0, frame = 'lvlh' /"//lf//'&gravity_gradient /'//lf
    real(wp), parameter :: moments(3) = [3.0_wp, 4.0_wp, 2.0_wp]
 
 contains

@@ -362,7 +362,7 @@ contains
       type(kepler_orbit_t) :: path
       type(orbit_t) :: orbit
       path = kepler_orbit_t(eccentricity=eccentricity, mu=2.0_wp, inclination=0.4_wp, raan=1.0_wp, mean_anomaly=2.0_wp)
-      orbit = orbit_t(path)
+      orbit = orbit_t(path, inertial=.false.)
       orbit%sun = [0.6_wp, 0.64_wp, 0.48_wp]
       orbit%shadow_radius = 0.5_wp
       call system%effects%add(orbit)

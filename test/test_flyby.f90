@@ -373,7 +373,7 @@ contains
       call expect(error, one//'&orbit semi_major_axis = 1.0, eccentricity = 0.1 /', &
                   's.nml:5: several orbits need different names')
       call expect(error, one//one, 's.nml:5: several orbits need different names')
-      call expect(error, one//"&orbit name = 'two', semi_major_axis = 2.0 /", &
+      call expect(error, one//"&orbit name = 'two', semi_major_axis = 2.0, frame = 'lvlh' /", &
                   "s.nml:5: several orbits need common space axes (expected frame = 'inertial'")
       call expect(error, "&orbit name = 'one', main = .true., semi_major_axis = 1.0, frame = 'inertial' /"//nl// &
                   "&orbit name = 'two', main = .true., semi_major_axis = 1.0, frame = 'inertial' /", &

@@ -188,7 +188,7 @@ contains
       type(status_t) :: status
       real(wp) :: rate(3), work
       integer :: i
-      orbits = [orbit_t(path_of(0.0_wp)), orbit_t(path_of(0.0_wp), inertial=.true.)]
+      orbits = [orbit_t(path_of(0.0_wp), inertial=.false.), orbit_t(path_of(0.0_wp))]
       problems(1) = satellite(orbits(1), MAGNETIC)
       call problems(1)%system%effects%add(force_t(point, push))
       problems(2) = satellite(orbits(2), BOTH)

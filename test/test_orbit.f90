@@ -396,12 +396,12 @@ contains
       type(problem_t) :: problem, other
       type(orbit_t) :: orbit
       problem = satellite(stable, wide)
-      orbit = orbit_t(kepler_orbit_t(semi_major_axis=8e6_wp, mu=earth_mu))
+      orbit = orbit_t(kepler_orbit_t(semi_major_axis=8e6_wp, mu=earth_mu), inertial=.false.)
       call problem%system%effects%add(orbit)
       call check_close(error, problem%system%effects%frame_rate, orbit%rate, 1e-19_wp, "rate")
       call other%system%effects%append(problem%system%effects)
       call check_close(error, other%system%effects%frame_rate, orbit%rate, 1e-19_wp, "appended")
-      call problem%system%effects%add(orbit_t(orbit%path, inertial=.true.))
+      call problem%system%effects%add(orbit_t(orbit%path))
       call check(error, .not. any(abs(problem%system%effects%frame_rate) > 1e-19_wp), "no rate in inertial axes")
    end subroutine orbit_replaced
 

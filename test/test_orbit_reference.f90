@@ -93,7 +93,7 @@ contains
       type(orbit_t) :: orbit
       real(wp) :: q(4)
       call make_body(diagonal(moments), problem%system%body, status)
-      orbit = orbit_t(kepler_orbit_t(semi_major_axis=6878137.0_wp, mu=earth_mu))
+      orbit = orbit_t(kepler_orbit_t(semi_major_axis=6878137.0_wp, mu=earth_mu), inertial=.false.)
       call problem%system%effects%add(orbit)
       call problem%system%effects%add(gravity_gradient_t(problem%system%body, orbit))
       q = quat_from_roll_pitch_yaw(angles)

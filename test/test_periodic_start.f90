@@ -221,7 +221,7 @@ contains
       type(status_t) :: status
       allocate (scene)
       call read_start(error, '&body inertia = 1.0, 1.0, 1.6 /'//nl, &
-                      "&orbit semi_major_axis = 1.0, mu = 1.0, frame = 'inertial'", '1:1', scene)
+                      '&orbit semi_major_axis = 1.0, mu = 1.0', '1:1', scene)
       if (allocated(error)) return
       call find_periodic_start(scene%system, 1.0_wp, start, status)
       call check(error, status%ok(), trim(status%message))
@@ -232,7 +232,7 @@ contains
    subroutine refused(error)
       type(error_type), allocatable, intent(out) :: error
       call check_refusal(error, '', 'there is no orbit')
-      call check_refusal(error, '&orbit semi_major_axis = 1.0, mu = 1.0 /', 'the space axes turn')
+      call check_refusal(error, "&orbit semi_major_axis = 1.0, mu = 1.0, frame = 'lvlh' /", 'the space axes turn')
       call check_refusal(error, '&orbit periapsis_distance = 1.0, mu = 1.0, eccentricity = 1.5 /', 'is not closed')
       call check_refusal(error, mars//", name = 'a' /"//nl//sun//", name = 'b' /", 'several orbits')
       call check_refusal(error, mars//' /'//nl//'&wheel axis = 0.0, 0.0, 1.0, inertia = 0.01 /', 'wheels')

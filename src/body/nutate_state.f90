@@ -14,8 +14,8 @@ module nutate_state
    type :: other_axes_t
       !> There are such axes; if not, the other components have no meaning.
       logical :: exist = .false.
-      !> Attitude, conjugate momentum and their compensations; shape (4).
-      real(wp), dimension(4) :: q = 0.0_wp, p = 0.0_wp, q_compensation = 0.0_wp, p_compensation = 0.0_wp
+      !> Attitude and conjugate momentum; shape (4). Their compensations are those of the state.
+      real(wp) :: q(4) = 0.0_wp, p(4) = 0.0_wp
       !> Attitude and momentum in space axes, shape (4), and time, s, of the state that they belong to.
       real(wp), private :: space_q(4) = 0.0_wp, space_p(4) = 0.0_wp, t = 0.0_wp
    end type other_axes_t
@@ -93,8 +93,8 @@ contains
       self%other_axes%exist = .true.
       self%other_axes%q = inner%q
       self%other_axes%p = inner%p
-      self%other_axes%q_compensation = inner%q_compensation
-      self%other_axes%p_compensation = inner%p_compensation
+      self%q_compensation = inner%q_compensation
+      self%p_compensation = inner%p_compensation
       self%other_axes%space_q = self%q
       self%other_axes%space_p = self%p
       self%other_axes%t = self%t
@@ -180,10 +180,9 @@ contains
       call archive%transfer(self%time_dependent_work)
       call archive%transfer(self%time_dependent_until)
       call archive%transfer(self%other_axes%exist)
+      if (.not. self%other_axes%exist) return
       call archive%transfer(self%other_axes%q)
       call archive%transfer(self%other_axes%p)
-      call archive%transfer(self%other_axes%q_compensation)
-      call archive%transfer(self%other_axes%p_compensation)
       call archive%transfer(self%other_axes%space_q)
       call archive%transfer(self%other_axes%space_p)
       call archive%transfer(self%other_axes%t)

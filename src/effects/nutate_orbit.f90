@@ -1,7 +1,7 @@
 !> The orbit that the body's centre of mass follows: what gravity gradients, attitudes and columns go by.
 !>
-!> The scene's space axes are those of a circular orbit itself (LVLH: x forward, y against the normal, z to the centre
-!> of attraction), which turn at the constant rate (0, -n, 0), or inertial ones: x to the equinox, z north.
+!> The scene's space axes are inertial, x to the equinox, z north; on request those of a circular orbit itself (LVLH: x
+!> forward, y against the normal, z to the centre of attraction), which rotate at the constant rate (0, -n, 0).
 module nutate_orbit
    use nutate_admissible, only: ANY_DIRECTION, NON_NEGATIVE, POSITIVE, SHAPE_LENGTH
    use nutate_body, only: body_t
@@ -43,7 +43,7 @@ module nutate_orbit
                                    beside='table'), &
                              key_t(name='sun', least=3, most=3, range=ANY_DIRECTION), &
                              key_t(name='shadow_radius', range=SHAPE_LENGTH, default='6378137', beside='sun'), &
-                             key_t(name='frame', kind=KEY_TEXT, choices='lvlh,inertial'), &
+                             key_t(name='frame', kind=KEY_TEXT, choices='lvlh,inertial', default='inertial'), &
                              key_t(name='main', kind=KEY_LOGICAL), &
                              key_t(name='degrees', kind=KEY_LOGICAL)]
 
@@ -83,17 +83,16 @@ module nutate_orbit
 
 contains
 
-   !> Makes the orbit of a body for a system, without a sun. The space axes of an elliptic orbit (e > 0) are inertial,
-   !> whatever `inertial` says.
+   !> Makes the orbit of a body for a system, without a sun. The space axes are inertial unless `inertial` is false; those
+   !> of an elliptic orbit (e > 0) are inertial in any case.
    pure function new_orbit(path, inertial) result(orbit)
       type(kepler_orbit_t), intent(in) :: path
-      !> The space axes are inertial ones; default: those of the orbit where it is circular.
+      !> The space axes are inertial; if false, those of the LVLH frame. Default: true.
       logical, intent(in), optional :: inertial
       type(orbit_t) :: orbit
       orbit%name = 'orbit'
       orbit%path = path
-      orbit%is_frame = .not. (path%eccentricity > 0.0_wp .or. allocated(path%track))
-      if (present(inertial)) orbit%is_frame = orbit%is_frame .and. .not. inertial
+      if (present(inertial)) orbit%is_frame = .not. (inertial .or. path%eccentricity > 0.0_wp .or. allocated(path%track))
       if (orbit%is_frame) orbit%rate = [0.0_wp, -path%mean_motion(), 0.0_wp]
    end function new_orbit
 
@@ -125,7 +124,7 @@ contains
       path%mean_anomaly = unit*group%number('mean_anomaly', 0.0_wp)
       path%periapsis_distance = group%number('periapsis_distance', 0.0_wp)
       path%periapsis_time = group%number('periapsis_time', 0.0_wp)
-      orbit = orbit_t(path, group%text('frame', 'lvlh') == 'inertial')
+      orbit = orbit_t(path, group%text('frame', 'inertial') == 'inertial')
       orbit%is_main = group%flag('main', .false.)
       if (group%has('sun')) then
          sun = group%vector('sun', orbit%sun)

@@ -59,11 +59,15 @@ contains
       type(system_t), intent(in) :: system
       type(integrator_settings_t), intent(in) :: settings
       type(status_t), intent(inout) :: status
+      type(integrator_settings_t) :: each
       call self%check_base('the LVLH frame', status)
       if (.not. status%ok()) return
       call self%view%prepare(system)
       if (self%view%exists) then
-         call self%base%prepare(self%view%system, settings, status)
+         ! A projection after several steps would change ω·l without work.
+         each = settings
+         each%project_each = .true.
+         call self%base%prepare(self%view%system, each, status)
       else
          call self%base%prepare(system, settings, status)
       end if

@@ -13,6 +13,7 @@ module nutate_equilibria
    use nutate_kinds, only: wp, pi
    use nutate_lapack, only: dgesv, general_eigenvalues, symmetric_eigen
    use nutate_linear_rates, only: linearize_rates
+   use nutate_lvlh_view, only: lvlh_view_t
    use nutate_quaternion, only: attitude_distance, cross, quat_normalized, quat_product
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    use nutate_system, only: system_t
@@ -38,6 +39,8 @@ module nutate_equilibria
    !> The equilibria of a body, by W.
    type :: equilibria_t
       type(equilibrium_t), allocatable :: items(:)
+      !> Attitudes are relative to the LVLH frame of the orbit; if not, to the space axes.
+      logical :: in_lvlh = .false.
       !> There are as many of an even index as of an odd one: none was missed alone.
       logical :: balanced = .false.
    contains
@@ -62,13 +65,38 @@ module nutate_equilibria
 
 contains
 
-   !> Finds all equilibria. Errors: `NUTATE_BAD_ARGUMENT` for effects that are no constant potentials, rotors or free
-   !> wheels, and where equilibria are not isolated.
+   !> Finds all equilibria: attitudes at rest in the space axes or, if potentials depend on the time, in the LVLH frame of
+   !> a circular orbit. Errors: `NUTATE_BAD_ARGUMENT` for effects that are no constant potentials, rotors or free wheels
+   !> there, and where equilibria are not isolated.
    subroutine find_equilibria(system, speeds, found, status)
       type(system_t), intent(in) :: system
       !> Of the wheels against the body, rad/s; shape (wheels).
       real(wp), intent(in) :: speeds(:)
       type(equilibria_t), intent(out) :: found
+      type(status_t), intent(out) :: status
+      type(lvlh_view_t) :: view
+      call view%prepare(system)
+      if (view%exists) then
+         call find_at_rest(view%system, speeds, found, status)
+      else
+         call find_at_rest(system, speeds, found, status)
+      end if
+      found%in_lvlh = view%exists .or. in_lvlh_axes(system)
+   end subroutine find_equilibria
+
+   !> Returns true if the space axes are those of the LVLH frame.
+   pure logical function in_lvlh_axes(system)
+      type(system_t), intent(in) :: system
+      in_lvlh_axes = .false.
+      if (system%effects%on_orbit) in_lvlh_axes = system%effects%orbit%is_frame
+   end function in_lvlh_axes
+
+   !> Finds all attitudes at rest in the space axes. Errors: those of `find_equilibria`.
+   subroutine find_at_rest(system, speeds, found, status)
+      type(system_t), intent(in) :: system
+      !> As in `find_equilibria`.
+      real(wp), intent(in) :: speeds(:)
+      type(equilibria_t), intent(inout) :: found
       type(status_t), intent(out) :: status
       type(equilibrium_t) :: list(most_equilibria), one
       integer :: n, i, pass
@@ -95,7 +123,7 @@ contains
       end do
       found%items = list(:n)
       call sort(found%items)
-   end subroutine find_equilibria
+   end subroutine find_at_rest
 
    !> Returns the number of equilibria of an index.
    pure integer function number_of(self, index)
@@ -111,8 +139,8 @@ contains
       integer :: i
       associate (effects => system%effects)
          if (effects%moves) then
-            status = fail(NUTATE_BAD_ARGUMENT, 'nothing rests where potentials depend on the time (expected a '// &
-                          'circular &orbit, fields that are fixed in the space axes)')
+            status = fail(NUTATE_BAD_ARGUMENT, 'nothing rests where potentials depend on the time (expected '// &
+                          'gravity gradients of one circular &orbit, fields that are fixed in the space axes)')
          else if (effects%n_torques > 0) then
             status = fail(NUTATE_BAD_ARGUMENT, 'equilibria are those of potentials (expected no torques and '// &
                           'controllers)')

@@ -126,8 +126,8 @@ contains
       if (state%is_from_other_axes()) then
          inner%q = state%other_axes%q
          inner%p = state%other_axes%p
-         inner%q_compensation = state%other_axes%q_compensation
-         inner%p_compensation = state%other_axes%p_compensation
+         inner%q_compensation = state%q_compensation
+         inner%p_compensation = state%p_compensation
       else
          back = quat_conjugate(self%axes_at(state%t))
          inner%q = quat_normalized(quat_product(back, state%q))
@@ -148,8 +148,6 @@ contains
       call copy_common(self, inner, state)
       state%q = quat_product(c, inner%q)
       state%p = quat_product(c, inner%p)
-      state%q_compensation = 0.0_wp
-      state%p_compensation = 0.0_wp
       call state%set_other_axes(inner)
    end subroutine to_inertial
 

@@ -55,7 +55,7 @@ contains
          end do
       end if
       call put_numbers(group, 'mu', [merge(mu, earth_mu, given(mu))])
-      if (inertial /= 0) call put_text(group, 'frame', 'inertial')
+      if (inertial == 0 .and. .not. abs(eccentricity) > 0.0_wp) call put_text(group, 'frame', 'lvlh')
       code = add(system, 'orbit', group, .false.)
    end function nutate_system_add_orbit
 
