@@ -22,6 +22,7 @@ module nutate_check_command
    use nutate_invariants, only: invariants_t
    use nutate_keys, only: group_t, key_t, KEY_LOGICAL, KEY_TEXT
    use nutate_kinds, only: wp, long
+   use nutate_lvlh_view, only: lvlh_view_t
    use nutate_methods, only: equations_of
    use nutate_notes, only: note_t
    use nutate_observer, only: observer_t, run_record_t
@@ -325,12 +326,16 @@ contains
       type(scene_t), intent(in) :: scene
       !> Why this method was chosen; blank where the scene names it.
       character(len=*), intent(in) :: choice
+      type(lvlh_view_t) :: view
       real(wp) :: turn
       call page%line('integration')
       associate (settings => scene%integrator, plan => scene%plan)
          call page%item('method', method_text(settings))
          if (choice /= '') call page%item('  chosen by auto', choice)
          call page%item('in each step', equations_of(settings))
+         call view%prepare(scene%system)
+         if (view%exists .and. settings%attitude .and. .not. settings%in_space_axes) &
+            call page%item('axes of steps', 'LVLH frame, where all effects are constant')
          if (settings%inverse_auxiliary_inertia > 0.0_wp) then
             call page%item('auxiliary inertia', rounded_text(1/settings%inverse_auxiliary_inertia)//' kg m^2')
          else

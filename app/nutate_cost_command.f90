@@ -1,5 +1,6 @@
 !> `nutate cost SCENE`: what accuracy costs in time on a scene.
 module nutate_cost_command
+   use nutate_axes_words, only: add_space_axes
    use nutate_cli, only: command_t
    use nutate_console, only: page_t, plural, say_error, show_page, EXIT_INPUT, EXIT_OUTPUT, EXIT_RUN, EXIT_SIGNAL, &
       EXIT_SUCCESS
@@ -192,6 +193,7 @@ contains
       integer :: descriptor
 
       call page%line(printable_path(scene%file)//': '//scene%title)
+      call add_space_axes(page, scene)
       call page%item('motion', 'to t = '//rounded_text(scene%plan%end_time)//' s, at up to '// &
                      rounded_text(study%rate)//' rad/s')
       call add_reference(page, study)

@@ -31,8 +31,8 @@
  *    Every function returns NUTATE_OK (0) or another status; on failure nothing has changed, and outputs
  *    are untouched unless stated otherwise. No argument may be NULL unless marked "or NULL"; a NULL is reported, never
  *    dereferenced.
- *    SI units; angles in radians. Space axes are inertial, unless the system has a rotating frame or a circular orbit:
- *    then they are the axes of that frame, or the LVLH frame. Body axes are fixed in the body. The origin of both is the
+ *    SI units; angles in radians. Space axes are inertial, unless the system has a rotating frame or an orbit with
+ *    frame = 'lvlh': then they are the axes of that frame, or the LVLH frame. Body axes are fixed in the body. The origin of both is the
  *    reference point of the body, which stays at rest. Quaternions are unit quaternions, scalar first, and take body components
  *    to space components. Arrays are contiguous; [3][3] is row by row.
  *    Numeric arguments obey the limits of the scene keys, and are rejected with the same messages:

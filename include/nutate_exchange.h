@@ -37,7 +37,7 @@ int nutate_date(const char *epoch, const char *time_system, double t, char *buff
 int nutate_tdb(const char *epoch, const char *time_system, size_t n, const double *t, double *tdb);
 
 /* Returns the rate at which the space axes rotate.
- *   <==  rate   [3], space axes, rad/s; zero unless there is a rotating frame or a circular orbit */
+ *   <==  rate   [3], space axes, rad/s; zero unless there is a rotating frame or an orbit with LVLH axes */
 int nutate_system_frame_rate(const nutate_system *system, double rate[3]);
 
 /* Returns the attitude of the space axes in inertial axes: of LVLH axes, else the identity. With Q, one of these, Q times an

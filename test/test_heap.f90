@@ -203,8 +203,8 @@ contains
       call check_size(error, '', 'taylor', '', 15000)
       call check_size(error, weight, 'nielsen_krenk', 'reduced', 9500)
       call check_size(error, damping, 'nielsen_krenk', 'reduced', 9500)
-      call check_size(error, weight, 'rk8', '', 8600)
-      call check_size(error, damping, 'rk8', '', 8600)
+      call check_size(error, weight, 'rk8', '', 9000)
+      call check_size(error, damping, 'rk8', '', 9000)
    end subroutine steppers_are_small
 
    !> Checks the bytes of a stepper after a step, the mean of some; the first may need what all of them share.

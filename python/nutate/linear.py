@@ -96,9 +96,9 @@ def linearize(scene: SceneOrPath, *overrides: str, period: Union[float, str, Non
 
 @dataclass(frozen=True)
 class Equilibrium:
-    """An attitude `q` in which a body rests in the space axes. `energy` is its effective potential, J, `index` the number of
-    negative directions of that, 0 at a minimum, `growth` the largest real part of an eigenvalue, 1/s: 0 where the equilibrium is
-    stable to first order."""
+    """An attitude `q` in which a body rests in the space axes, or in the LVLH frame. `energy` is its effective potential, J,
+    `index` the number of negative directions of that, 0 at a minimum, `growth` the largest real part of an eigenvalue, 1/s: 0
+    where the equilibrium is stable to first order."""
 
     q: Array
     energy: float
@@ -107,8 +107,9 @@ class Equilibrium:
 
 
 def equilibria(scene: SceneOrPath, *overrides: str) -> list[Equilibrium]:
-    """Finds all equilibria of a body with rotors and free wheels under potentials, by energy: on a circular orbit the relative ones.
-    Of the start of the scene only the speeds of the wheels matter. As `nutate linearize --equilibria`."""
+    """Finds all equilibria of a body with rotors and free wheels under potentials, by energy. On a circular orbit attitudes are relative to
+    the LVLH frame: `attitude_from = 'lvlh'` starts there. Of the start of the scene only the speeds of the wheels matter. As
+    `nutate linearize --equilibria`."""
     made = with_table(scene, overrides, None)
     text, message = ctypes.create_string_buffer(TEXT_SIZE), ctypes.create_string_buffer(MESSAGE_SIZE)
     status = interruptible(library.nutate_scene_equilibria, made._handle, text, TEXT_SIZE, message, MESSAGE_SIZE)

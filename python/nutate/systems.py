@@ -113,14 +113,14 @@ class System(WheelMounting):
 
     @property
     def frame_rate(self) -> Array:
-        """Rate at which the space axes turn, in these, rad/s; shape (3,). It is zero unless there is a rotating frame or a circular
-        orbit."""
+        """Rate at which the space axes turn, in these, rad/s; shape (3,). It is zero unless there is a rotating frame or an orbit
+        with frame="lvlh"."""
         rate = np.empty(3)
         self._call("nutate_system_frame_rate", pointer(rate))
         return rate
 
     def space_axes(self, t: npt.ArrayLike) -> Array:
-        """Computes the attitude of the space axes in inertial axes at times t, s: that of the LVLH frame of a circular orbit, or the
+        """Computes the attitude of the space axes in inertial axes at times t, s: that of LVLH space axes, or the
         identity; shape (4,) or (n, 4). `quat_product(space_axes(t), q)` is an attitude in inertial axes. Raises NutateValueError for a
         rotating frame, whose attitude is not known."""
         times = np.ascontiguousarray(np.atleast_1d(t), dtype=np.float64)

@@ -103,14 +103,16 @@ contains
       gradient%offset = 1.5_wp*strength*middle
    end function new_gravity_gradient
 
-   !> The gravity gradient in the axes of a circular orbit: along z, of strength n².
+   !> Makes the gravity gradient in the LVLH axes of a circular orbit: along z, of strength n². In inertial axes it is
+   !> an `orbital_gradient_t`; an orbit with these gives a potential that every stepper rejects.
    pure function gradient_on_orbit(body, orbit) result(gradient)
-      !> Its inertia about the reference point counts.
+      !> The inertia about the reference point is used.
       type(body_t), intent(in) :: body
-      !> The space axes are its own.
+      !> The space axes are those of its LVLH frame.
       type(orbit_t), intent(in) :: orbit
       type(gravity_gradient_t) :: gradient
       gradient = new_gravity_gradient(body, [0.0_wp, 0.0_wp, 1.0_wp], orbit%path%mean_motion()**2)
+      if (.not. orbit%is_frame) gradient%offset = huge(1.0_wp)
       gradient%on_orbit = .true.
       gradient%path = orbit%path
    end function gradient_on_orbit

@@ -83,8 +83,8 @@ module nutate_orbit
 
 contains
 
-   !> Makes the orbit of a body for a system, without a sun. The space axes are inertial unless `inertial` is false; those
-   !> of an elliptic orbit (e > 0) are inertial in any case.
+   !> Makes the orbit of a body for a system, without a sun. The space axes are inertial unless `inertial` is false;
+   !> those of an elliptic orbit (e > 0) are inertial in any case.
    pure function new_orbit(path, inertial) result(orbit)
       type(kepler_orbit_t), intent(in) :: path
       !> The space axes are inertial; if false, those of the LVLH frame. Default: true.
@@ -92,7 +92,8 @@ contains
       type(orbit_t) :: orbit
       orbit%name = 'orbit'
       orbit%path = path
-      if (present(inertial)) orbit%is_frame = .not. (inertial .or. path%eccentricity > 0.0_wp .or. allocated(path%track))
+      if (present(inertial)) &
+         orbit%is_frame = .not. (inertial .or. path%eccentricity > 0.0_wp .or. allocated(path%track))
       if (orbit%is_frame) orbit%rate = [0.0_wp, -path%mean_motion(), 0.0_wp]
    end function new_orbit
 

@@ -21,8 +21,8 @@ module nutate_potential
       procedure :: direction_at => fixed_direction
       procedure :: power => no_power
       procedure :: direction_series => fixed_series
-      !> Makes the same potential as seen from the LVLH frame of the circular orbit that it follows, where it is constant;
-      !> not allocated unless overridden.
+      !> Makes the same potential as seen from the LVLH frame of the circular orbit that it follows, where it is
+      !> constant; not allocated unless overridden.
       procedure :: see_from_lvlh => not_seen_from_lvlh
       !> Returns U(γ), J.
       procedure(potential_energy), deferred :: energy

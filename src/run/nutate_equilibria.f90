@@ -65,9 +65,9 @@ module nutate_equilibria
 
 contains
 
-   !> Finds all equilibria: attitudes at rest in the space axes or, if potentials depend on the time, in the LVLH frame of
-   !> a circular orbit. Errors: `NUTATE_BAD_ARGUMENT` for effects that are no constant potentials, rotors or free wheels
-   !> there, and where equilibria are not isolated.
+   !> Finds all equilibria: attitudes at rest in the space axes or, if potentials depend on the time, in the LVLH frame
+   !> of a circular orbit. Errors: `NUTATE_BAD_ARGUMENT` for effects that are no constant potentials, rotors or free
+   !> wheels there, and where equilibria are not isolated.
    subroutine find_equilibria(system, speeds, found, status)
       type(system_t), intent(in) :: system
       !> Of the wheels against the body, rad/s; shape (wheels).

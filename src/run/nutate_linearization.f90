@@ -15,6 +15,7 @@ module nutate_linearization
    use nutate_kinds, only: wp, pi
    use nutate_lapack, only: general_eigenvalues
    use nutate_linear_rates, only: input_matrix, linearize_rates
+   use nutate_lvlh_view, only: lvlh_view_t
    use nutate_quaternion, only: quat_exp, quat_product
    use nutate_run, only: run_t
    use nutate_run_plan, only: run_plan_t
@@ -63,12 +64,32 @@ module nutate_linearization
 
 contains
 
-   !> Linearises about an equilibrium. Errors: `NUTATE_BAD_ARGUMENT` where the start is none, with the residual, and for
-   !> effects without a derivative.
+   !> Linearises about an equilibrium, on a circular orbit as seen from the LVLH frame. Errors: `NUTATE_BAD_ARGUMENT`
+   !> where the start is none, with the residual, and for effects without a derivative.
    subroutine linearize_equilibrium(system, start, end_time, result, status)
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: start
       !> The forces have to stay the same until then, s; of a body that turns in space for a turn.
+      real(wp), intent(in) :: end_time
+      type(linearization_t), intent(out) :: result
+      type(status_t), intent(out) :: status
+      type(lvlh_view_t) :: view
+      type(state_t) :: inner
+      call view%prepare(system)
+      if (.not. view%exists) then
+         call linearize_here(system, start, end_time, result, status)
+         return
+      end if
+      call view%to_lvlh(start, inner)
+      call linearize_here(view%system, inner, end_time, result, status)
+      result%q = start%q
+   end subroutine linearize_equilibrium
+
+   !> Linearises about an equilibrium in the axes of a system. Errors: those of `linearize_equilibrium`.
+   subroutine linearize_here(system, start, end_time, result, status)
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: start
+      !> As in `linearize_equilibrium`, s.
       real(wp), intent(in) :: end_time
       type(linearization_t), intent(out) :: result
       type(status_t), intent(out) :: status
@@ -110,7 +131,7 @@ contains
          status = fail(NUTATE_BAD_ARGUMENT, 'the start is no equilibrium: the derivatives of the forces change '// &
                        'along the motion (expected constant ones, or a period to linearise over)')
       end if
-   end subroutine linearize_equilibrium
+   end subroutine linearize_here
 
    !> Why a start is no equilibrium.
    function refusal(residual, t) result(status)
@@ -215,15 +236,38 @@ contains
                 any(abs(a(4:, 4:) - other(4:, 4:)) > tolerance*pace)
    end function differs
 
-   !> Linearises a period of the motion, as the method of the run moves it. Where it does not close, A is the derivative
-   !> of the end by the start all the same. Errors: those of the run; `NUTATE_BAD_ARGUMENT` for effects without a
-   !> derivative.
+   !> Linearises a period of the motion, as the method of the run moves it, on a circular orbit as seen from the LVLH
+   !> frame. Where it does not close, A is the derivative of the end by the start all the same. Errors: those of the
+   !> run; `NUTATE_BAD_ARGUMENT` for effects without a derivative.
    subroutine linearize_period(system, settings, start, plan, period, result, status)
       type(system_t), intent(in) :: system
       !> Where they leave the method open, or name the closed solution, the conserving scheme of order 8 is used.
       type(integrator_settings_t), intent(in) :: settings
       type(state_t), intent(in) :: start
       !> Its steps are used.
+      type(run_plan_t), intent(in) :: plan
+      !> s, positive.
+      real(wp), intent(in) :: period
+      type(linearization_t), intent(out) :: result
+      type(status_t), intent(out) :: status
+      type(lvlh_view_t) :: view
+      type(state_t) :: inner
+      call view%prepare(system)
+      if (.not. view%exists) then
+         call linearize_period_here(system, settings, start, plan, period, result, status)
+         return
+      end if
+      call view%to_lvlh(start, inner)
+      call linearize_period_here(view%system, settings, inner, plan, period, result, status)
+      result%q = start%q
+   end subroutine linearize_period
+
+   !> Linearises a period of the motion in the axes of a system. Errors: those of `linearize_period`.
+   subroutine linearize_period_here(system, settings, start, plan, period, result, status)
+      type(system_t), intent(in) :: system
+      !> As in `linearize_period`.
+      type(integrator_settings_t), intent(in) :: settings
+      type(state_t), intent(in) :: start
       type(run_plan_t), intent(in) :: plan
       !> s, positive.
       real(wp), intent(in) :: period
@@ -251,7 +295,7 @@ contains
       if (status%ok()) call read_tangent(driven, run%state, run%tangent, result)
       if (status%ok()) call general_eigenvalues(result%a, result%eigenvalues, status)
       if (status%ok()) call close_period(system, start, run%state, result, status)
-   end subroutine linearize_period
+   end subroutine linearize_period_here
 
    !> Settings with a method that has tangent columns and admits torques.
    pure type(integrator_settings_t) function settings_for(settings) result(chosen)

@@ -106,6 +106,17 @@ class Resumed(CheckpointTest):
                    "&integrator method = 'taylor', time_step = 50.0, end_time = 3000.0 /\n&output every = 3 /\n")
         self.resumes_exactly("satellite.nml", (1, 2, 3, 7, 41), "--set", f"output.columns={all_columns()}")
 
+    def test_steps_in_the_lvlh_frame(self):
+        self.write("satellite.nml", "&body inertia = 100.0, 90.0, 40.0 /\n&orbit semi_major_axis = 6878137.0, inclination = 1.0 /\n"
+                   "&gravity_gradient /\n&wheel axis = 0, 1, 0, inertia = 0.05, torque = 1e-6, speed = 1.0 /\n"
+                   "&initial roll_pitch_yaw = 0.1, 0.2, 0.3, angular_velocity = 1e-4, 0.0, 2e-4 /\n"
+                   "&integrator time_step = 50.0, end_time = 3000.0 /\n&event when = 'q0', extremum = 'both' /\n")
+        columns = "output.columns='quaternion','energy','works','lvlh_attitude','solver'"
+        for method in CONSERVING + EXPLICIT:
+            self.resumes_exactly("satellite.nml", (1, 14, 41), *method_settings(*method), "--set", columns)
+            self.resumes_exactly("satellite.nml", (1, 5), *method_settings(*method), "--set", columns, "--set", "output.interval=70",
+                                 "--unset", "integrator.time_step", "--set", "integrator.local_tolerance=1e-9")
+
     def test_events_and_switches(self):
         self.write("forced.nml", FORCED.replace("&gravity", "&gravity name = 'weight'").replace(
             "coefficient = 0.05", "name = 'drag', on = .false., coefficient = 0.05") + EVENTS)

@@ -101,7 +101,7 @@ class Eigenfrequencies(CommandLineTest):
         h, n = 400.0, 7
 
         def angles(inertia, start):
-            return self.motion(f"&body inertia = {inertia} /\n&orbit semi_major_axis = 6878137.0 /\n&gravity_gradient /\n"
+            return self.motion(f"&body inertia = {inertia} /\n&orbit semi_major_axis = 6878137.0, frame = 'lvlh' /\n&gravity_gradient /\n"
                                "&initial attitude_from = 'lvlh', rate_from = 'lvlh', angular_velocity = 0.0, 0.0, 0.0, "
                                f"roll_pitch_yaw = {start} /\n", "'lvlh_attitude'", h, n)[:3]
 
@@ -121,7 +121,7 @@ class Eigenfrequencies(CommandLineTest):
         half = math.sqrt(2 * (1 + axis[2]))
         q = turned([0.0, axis[0] / half, axis[1] / half, (axis[2] + 1) / half], about)
         rate = [-ORBIT_RATE * column(q, k)[1] for k in range(2)] + [momentum / moments[1]]
-        scene = f"&body inertia = {moments[0]}, {moments[0]}, {moments[1]} /\n&orbit semi_major_axis = 6878137.0 /\n" \
+        scene = f"&body inertia = {moments[0]}, {moments[0]}, {moments[1]} /\n&orbit semi_major_axis = 6878137.0, frame = 'lvlh' /\n" \
             f"&gravity_gradient /\n&initial quaternion = {str(q)[1:-1]}, angular_velocity = {str(rate)[1:-1]} /\n"
         places = [column(q, 2) for q in zip(*self.motion(scene, "'quaternion'", interval, 7))]
         return [[dot(place, side) for place in places] for side in across(axis)]

@@ -147,15 +147,21 @@ class Fields(CommandLineTest):
         self.assertEqual(self.read("force.csv"), self.read("torque.csv"))
 
     def test_a_force_in_the_axes_of_the_scene_is_a_weight(self):
-        scene = BODY + "&integrator time_step = 1, end_time = 100, order = 4 /\n&orbit altitude = 400e3 /\n"
-        for axes in ("space", "lvlh"):
+        for frame in ("lvlh", "inertial"):
+            with self.subTest(frame=frame):
+                self.check_weight(frame)
+
+    def check_weight(self, frame):
+        """That a force in space axes of a kind is a weight, and the same by the name of the axes."""
+        scene = BODY + f"&integrator time_step = 1, end_time = 100, order = 4 /\n&orbit altitude = 400e3, frame = '{frame}' /\n"
+        for axes in ("space", frame):
             self.write(axes + ".nml", scene + f"&force body_point = 0.5, 0, 0.25, force = 1e-4, 2e-4, 0, axes = '{axes}' /\n")
         self.write("weight.nml", scene.replace("0.04 /", "0.04, mass = 2, center_of_mass = 0.5, 0, 0.25, check_triangle = .false. /")
                    + "&gravity acceleration = 5e-5, 1e-4, 0 /\n")
-        for name in ("space", "lvlh", "weight"):
+        for name in ("space", frame, "weight"):
             self.succeed("run", name + ".nml", "--quiet")
         self.assertEqual(self.read("space.csv"), self.read("weight.csv"))
-        self.assertEqual(self.read("space.csv"), self.read("lvlh.csv"))
+        self.assertEqual(self.read("space.csv"), self.read(frame + ".csv"))
 
 
 if __name__ == "__main__":

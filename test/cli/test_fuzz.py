@@ -24,7 +24,7 @@ class Fuzz(CommandLineTest):
             statuses[verdict.statuses[-1]] += 1
         # Cases that all fail alike would show nothing.
         for status in (0, 2, 3):
-            self.assertGreater(statuses[status], CASES//20, statuses)
+            self.assertGreater(statuses[status], CASES//40, statuses)
 
 
 class Wide(CommandLineTest):

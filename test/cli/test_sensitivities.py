@@ -315,7 +315,7 @@ class Sensitivities(CommandLineTest):
                 ("&free key = 'event.crosses' /", last, "no group that 'event.crosses' means"),
                 ("&free key = 'integrator.end_time' /", last, "no derivative by 'integrator.end_time'"),
                 ("&orbit altitude = 5e5, sun = 1, 0, 0 /\n&free key = 'orbit.sun' /", last + 1, "no derivative by orbit.sun"),
-                ("&orbit altitude = 5e5, eccentricity = 0 /\n&free key = 'orbit.eccentricity' /", last + 1,
+                ("&orbit altitude = 5e5, eccentricity = 0, frame = 'lvlh' /\n&free key = 'orbit.eccentricity' /", last + 1,
                  "no derivative by orbit.eccentricity"),
                 ("&controller law = 'quaternion', attitude_gain = 0.1, rate_gain = 0.1, target = 1, 0, 0, 0 /\n"
                  "&free key = 'controller.target' /", last + 1, "no derivative by controller.target"),
