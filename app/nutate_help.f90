@@ -175,8 +175,8 @@ contains
       call page%line('eigenvalues of A are then the Floquet multipliers.')
       call page%line('')
       call page%line('With --equilibria, all attitudes in which a body with rotors and wheels rests in the space axes,')
-      call page%line('or on a circular orbit in the LVLH frame. The index counts the negative directions of the effective')
-      call page%line('potential, growth is the largest real part of an eigenvalue.')
+      call page%line('or on a circular orbit in the LVLH frame. The index counts the negative directions of the')
+      call page%line('effective potential, growth is the largest real part of an eigenvalue.')
       call add_exit_codes(page)
    end subroutine add_linearize_notes
 
