@@ -136,6 +136,66 @@ class SpaceAxes(CommandLineTest):
             default, explicit = self.run_case(number, "", columns), self.run_case(number, "inertial", columns)
             self.assertEqual(default[0], explicit[0])
 
+    def write_both(self, text):
+        """A satellite in both axes; `text` follows its groups."""
+        for frame in ("inertial", "lvlh"):
+            self.write(f"{frame}.nml", "&body inertia = 90, 100, 40 /\n&gravity_gradient /\n"
+                       f"&orbit altitude = 500e3, inclination = 1.2, raan = 0.4, frame = '{frame}' /\n"
+                       "&initial roll_pitch_yaw = 0.1, -0.2, 0.3, attitude_from = 'lvlh', rate_from = 'lvlh', angular_velocity = 3*0 /\n" + text)
+
+    def test_derivatives_are_the_same(self):
+        for method in METHODS:
+            with self.subTest(method=method):
+                self.write_both("&free key = 'initial.attitude' /\n&free key = 'initial.angular_velocity' /\n&free key = 'body.inertia.2' /\n"
+                                f"&integrator {method}, time_step = 40, end_time = 4000 /\n"
+                                "&output columns = 'angular_velocity', 'sensitivities', every = 50 /\n")
+                found = []
+                for frame in ("inertial", "lvlh"):
+                    self.succeed("run", f"{frame}.nml", "--quiet")
+                    found.append(self.history(f"{frame}.csv"))
+                self.assertEqual(found[0][0], found[1][0])
+                for k, name in enumerate(found[0][0]):
+                    largest = max(abs(row[k]) for row in found[0][1])
+                    for row, other in zip(found[0][1], found[1][1]):
+                        self.assertAlmostEqual(row[k], other[k], delta=1e-11 * largest, msg=name)
+
+    def test_derivatives_by_the_orbit_are_differences(self):
+        """The path is the same in both axes; its derivatives by the elements are taken in inertial axes."""
+        self.write_both("&integrator order = 8, time_step = 40, end_time = 4000 /\n&output columns = 'angular_velocity', every = 100 /\n")
+        step, ends = 1e-5, []
+        for shift in (-step, step):
+            self.succeed("run", "inertial.nml", "--quiet", "--set", f"orbit.inclination={1.2 + shift!r}", "--set", "initial.attitude_from=space",
+                         "--set", "initial.roll_pitch_yaw=0.1,-0.2,0.3", "--set", "initial.rate_from=inertial", "--output", "moved.csv")
+            ends.append(self.history("moved.csv")[1][-1])
+        self.succeed("run", "inertial.nml", "--quiet", "--set", "initial.attitude_from=space", "--set", "initial.rate_from=inertial",
+                     "--set", "free.key=orbit.inclination", "--set", "output.columns=sensitivities", "--output", "free.csv")
+        header, rows = self.history("free.csv")
+        for i in (1, 2, 3):
+            value = rows[-1][header.index(f"d_omega{i}/d_orbit.inclination")]
+            difference = (ends[1][i] - ends[0][i]) / (2 * step)
+            self.assertAlmostEqual(value, difference, delta=1e-6 * abs(difference) + 1e-12)
+
+    def test_sweeps_and_exponents_are_the_same(self):
+        self.write_both("&ensemble members = 5, seed = 3 /\n&vary key = 'initial.angular_velocity', distribution = 'normal', sigma = 3*2e-4 /\n"
+                        "&tangent exponents = 1 /\n&integrator order = 6, time_step = 40, end_time = 8000 /\n"
+                        "&output columns = 'angular_velocity' /\n")
+        found = []
+        for frame in ("inertial", "lvlh"):
+            self.succeed("sweep", f"{frame}.nml", "--quiet", "--csv", f"{frame}.csv")
+            found.append(self.history(f"{frame}.csv"))
+        self.assertEqual(found[0][0], found[1][0])
+        for row, other in zip(found[0][1], found[1][1]):
+            for name, a, b in zip(found[0][0], row, other):
+                self.assertAlmostEqual(a, b, delta=1e-9 * max(abs(a), 1e-6), msg=name)
+
+    def test_the_same_steps_are_certified(self):
+        for step, some in ((40, False), (1500, True)):
+            self.write_both(f"&integrator order = 2, time_step = {step}, end_time = 60000 /\n")
+            lines = [[line.split(None, 2)[2] for line in self.succeed("run", f"{frame}.nml").stderr.splitlines() if "not certified" in line]
+                     for frame in ("inertial", "lvlh")]
+            self.assertEqual(lines[0], lines[1])
+            self.assertEqual(bool(lines[0]), some)
+
 
 if __name__ == "__main__":
     unittest.main()
