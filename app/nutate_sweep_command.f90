@@ -112,6 +112,9 @@ contains
          problem = 'this program was built without threads (expected --threads 1, or a build by make or CMake)'
       else if (name == '-') then
          problem = 'rows need a file (expected --output FILE.npy)'
+      else if (scene%ensemble%keeps_rows .and. command%member == 0 .and. ends_in_csv(name)) then
+         problem = printable_path(name)//' is the name of a CSV file, but rows are a NumPy array '// &
+                   '(expected FILE.npy, and --csv FILE for CSV)'
       else if (.not. scene%ensemble%keeps_rows .and. (command%merges .or. command%first > 0 .or. &
                                                       allocated(command%csv))) then
          problem = "the scene keeps no rows (expected rows = 'final' in &ensemble)"
@@ -120,6 +123,13 @@ contains
       call say_error('nutate: '//problem)
       exit_code = EXIT_INPUT
    end subroutine check_wishes
+
+   !> Returns true for a file name with the ending of CSV.
+   pure logical function ends_in_csv(name)
+      character(len=*), intent(in) :: name
+      ends_in_csv = .false.
+      if (len(name) > 4) ends_in_csv = any(name(len(name) - 3:) == ['.csv', '.CSV'])
+   end function ends_in_csv
 
    !> Refuses names by which the sweep would destroy what is there, or what it writes itself.
    subroutine check_names(command, scene, first, last, name, exit_code)

@@ -2,6 +2,7 @@
 !> known of stability.
 module test_orbit
    use nutate_attitude, only: quat_from_roll_pitch_yaw, roll_pitch_yaw_from_quat
+   use nutate_gravity_gradient, only: gravity_gradient_t
    use nutate_hamiltonian, only: angular_velocity, conserved_energy, frame_rate_of, make_state, total_energy
    use nutate_kepler_orbit, only: eccentric_anomaly, kepler_orbit_t, n_elements
    use nutate_kinds, only: wp, eps, pi
@@ -395,6 +396,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem, other
       type(orbit_t) :: orbit
+      type(gravity_gradient_t) :: gradient
       problem = satellite(stable, wide)
       orbit = orbit_t(kepler_orbit_t(semi_major_axis=8e6_wp, mu=earth_mu), inertial=.false.)
       call problem%system%effects%add(orbit)
@@ -403,6 +405,8 @@ contains
       call check_close(error, other%system%effects%frame_rate, orbit%rate, 1e-19_wp, "appended")
       call problem%system%effects%add(orbit_t(orbit%path))
       call check(error, .not. any(abs(problem%system%effects%frame_rate) > 1e-19_wp), "no rate in inertial axes")
+      gradient = gravity_gradient_t(problem%system%body, orbit_t(orbit%path))
+      call check(error, .not. gradient%is_valid(), "a constant gradient in inertial axes is not that of the orbit")
    end subroutine orbit_replaced
 
 end module test_orbit

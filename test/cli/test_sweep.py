@@ -246,6 +246,8 @@ class Members(SweepTest):
         self.fail_with(2, "sweep", "tumble.nml", "--member", "1", "--resume", says=["--member cannot be combined"])
         self.fail_with(2, "sweep", "box.nml", says=["no group &ensemble"])
         self.fail_with(2, "sweep", "tumble.nml", "--output", "tumble.nml", says=["the scene itself"])
+        self.fail_with(2, "sweep", "tumble.nml", "--output", "rows.csv", says=["rows.csv is the name of a CSV file", "--csv FILE for CSV"])
+        self.fail_with(2, "sweep", "tumble.nml", "--set", "ensemble.file=rows.csv", says=["rows.csv is the name of a CSV file"])
         self.fail_with(2, "run", "tumble.nml", "--threads", "2", says=["no option --threads"])
 
 
