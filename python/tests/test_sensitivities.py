@@ -247,7 +247,7 @@ class HistoryTest(unittest.TestCase):
         np.testing.assert_allclose(history["d_rotation3/d_body.mass"], theta[:, 2, 0], rtol=0, atol=1e-13)
 
     def test_what_has_no_derivative_is_refused_with_its_line(self):
-        text = TOP + "&orbit altitude = 5e5, eccentricity = 0 /\n&free key = 'orbit.eccentricity' /\n"
+        text = TOP + "&orbit altitude = 5e5, eccentricity = 0, frame = 'lvlh' /\n&free key = 'orbit.eccentricity' /\n"
         with self.assertRaisesRegex(nutate.NutateError, ":6: the motion has no derivative by orbit.eccentricity"):
             nutate.Scene(text=text, name="circle.nml").run()
 
