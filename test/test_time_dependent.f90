@@ -10,6 +10,7 @@ module test_time_dependent
       total_energy, time_dependent_power
    use nutate_kepler_orbit, only: kepler_orbit_t
    use nutate_kinds, only: wp, eps, pi
+   use nutate_methods, only: make_stepper, methods
    use nutate_observer, only: observer_t, run_record_t
    use nutate_orbit, only: earth_mu, orbit_t
    use nutate_orbital_gradient, only: orbital_gradient_t
@@ -18,9 +19,10 @@ module test_time_dependent
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_stepper, only: integrator_settings_t
+   use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_system, only: system_t
    use test_problems, only: problem_t
+   use test_resume, only: settings_of
    use test_support, only: check, check_below, check_close, error_type, new_unittest, random_unit_quaternion, &
                            unittest_type
    use, intrinsic :: iso_fortran_env, only: int64
@@ -98,6 +100,7 @@ contains
                   new_unittest("Hyperion and Mercury", moons), &
                   new_unittest("Hyperion's chaos: errors grow e-fold in 1.3 to 1.4 revolutions", lyapunov_time), &
                   new_unittest("a circular orbit is the same in its own axes", both_axes), &
+                  new_unittest("every method steps in the LVLH frame", every_method_in_lvlh), &
                   new_unittest("the work of time-dependent potentials is its power summed up", &
                   work_is_integrated_power), &
                   new_unittest("the account closes in every form, at every order", account_closes), &
@@ -338,41 +341,101 @@ contains
                                  [0.0_wp, 0.0_wp, start(2)])
    end subroutine make_moon
 
-   !> In inertial axes and in those of the orbit, where H - ω·l is kept: time-dependent potentials have done ω·Δl.
+   !> In LVLH space axes, where H - ω·l is conserved, in inertial ones with steps in the LVLH frame, and with steps in
+   !> inertial axes, which know nothing of it: the time-dependent potential has done ω·Δl.
    subroutine both_axes(error)
       type(error_type), allocatable, intent(out) :: error
-      type(kepler_orbit_t) :: path
-      type(problem_t) :: problems(2)
-      type(state_t) :: states(2)
+      type(problem_t) :: problems(3)
+      type(state_t) :: states(3)
       type(status_t) :: status
-      real(wp) :: rate(3), work, q(4)
+      type(integrator_settings_t) :: settings
+      real(wp) :: rate(3), work
       integer :: i
+      do i = 1, 3
+         problems(i) = on_circle(i > 1)
+         settings = integrator_settings_t(method='taylor', conserve=.true., in_space_axes=i == 3)
+         states(i) = problems(i)%start
+         call integrate(problems(i)%system, settings, states(i), &
+                        run_plan_t(goal=run_goal_t(local_tolerance=1e-15_wp), end_time=8000.0_wp), status)
+         call check(error, status%ok(), trim(status%message))
+      end do
+      do i = 2, 3
+         associate (system => problems(i)%system, orbit => problems(i)%system%effects%orbit, q => states(i)%q)
+            call check_close(error, q, quat_product(orbit%axes(8000.0_wp), states(1)%q), 1e-12_wp, "attitude")
+            rate = orbit%axes_rate(0.0_wp)
+            work = dot_product(rate, space_momentum(states(i)) - space_momentum(problems(i)%start))
+            call check_close(error, states(i)%time_dependent_work, work, &
+                             1e-12_wp*potential_energy(system%effects, q, 8000.0_wp), "work")
+         end associate
+      end do
+   end subroutine both_axes
+
+   !> A body on a circular orbit, in inertial space axes or in LVLH ones, with the same motion.
+   type(problem_t) function on_circle(inertial) result(problem)
+      logical, intent(in) :: inertial
+      type(kepler_orbit_t) :: path
+      type(orbit_t) :: orbit
+      type(status_t) :: status
+      real(wp) :: q(4)
       path = ellipse()
       path%eccentricity = 0.0_wp
       path%mean_anomaly = 1.0_wp
-      do i = 1, 2
-         associate (system => problems(i)%system, orbit => orbit_t(path, inertial=i == 2))
-            call make_body(diagonal([90.0_wp, 100.0_wp, 40.0_wp]), system%body, status)
-            call system%effects%add(orbit)
-            if (i == 1) call system%effects%add(gravity_gradient_t(system%body, orbit))
-            if (i == 2) call system%effects%add(orbital_gradient_t(system%body, path))
-            q = quat_product(orbit%axes(0.0_wp), [0.8_wp, 0.36_wp, 0.48_wp, 0.0_wp])
-            states(i) = make_state(system, q, [1e-3_wp, -5e-4_wp, 8e-4_wp])
-            problems(i)%start = states(i)
-            call integrate(system, integrator_settings_t(method='taylor', conserve=.true.), states(i), &
-                           run_plan_t(goal=run_goal_t(local_tolerance=1e-15_wp), end_time=8000.0_wp), status)
-            call check(error, status%ok(), trim(status%message))
+      orbit = orbit_t(path, inertial=inertial)
+      call make_body(diagonal([90.0_wp, 100.0_wp, 40.0_wp]), problem%system%body, status)
+      call problem%system%effects%add(orbit)
+      if (inertial) then
+         call problem%system%effects%add(orbital_gradient_t(problem%system%body, path))
+      else
+         call problem%system%effects%add(gravity_gradient_t(problem%system%body, orbit))
+      end if
+      q = quat_product(orbit%axes(0.0_wp), [0.8_wp, 0.36_wp, 0.48_wp, 0.0_wp])
+      problem%start = make_state(problem%system, q, [1e-3_wp, -5e-4_wp, 8e-4_wp])
+   end function on_circle
+
+   !> Every method steps in the LVLH frame as in inertial axes, to its errors in steps of 10 s: by single steps, and after
+   !> a change of the state. A state that is put back gives the same step, and time runs backwards to the start.
+   subroutine every_method_in_lvlh(error)
+      type(error_type), allocatable, intent(out) :: error
+      class(stepper_t), allocatable :: here, there
+      type(problem_t) :: problem
+      type(state_t) :: a, b, before, again
+      type(status_t) :: status
+      integer :: m, i
+      problem = on_circle(.true.)
+      do m = 1, size(methods)
+         if (methods(m)%name == 'exact' .or. methods(m)%order < 8) cycle
+         associate (name => trim(methods(m)%name)//' '//trim(methods(m)%formulation))
+            call make_stepper(problem%system, settings_of_row(m, .false.), here, status)
+            if (status%ok()) call make_stepper(problem%system, settings_of_row(m, .true.), there, status)
+            a = problem%start
+            b = problem%start
+            do i = 1, 100
+               if (i == 50) a = make_state(problem%system, a%q, [-4e-4_wp, 7e-4_wp, 9e-4_wp], a%t)
+               if (i == 50) b = make_state(problem%system, b%q, [-4e-4_wp, 7e-4_wp, 9e-4_wp], b%t)
+               before = a
+               if (status%ok()) call here%step(problem%system, a, 10.0_wp, status)
+               if (status%ok()) call there%step(problem%system, b, 10.0_wp, status)
+            end do
+            call check(error, status%ok(), name//': '//trim(status%message))
+            call check_close(error, a%q, b%q, 1e-10_wp, name)
+            call check_close(error, space_momentum(a), space_momentum(b), 1e-10_wp*norm2(space_momentum(b)), name)
+            again = before
+            call here%step(problem%system, again, 10.0_wp, status)
+            call check_close(error, again%q, a%q, 4*eps, name//': the same step again')
+            call here%step(problem%system, again, -10.0_wp, status)
+            call check_close(error, again%q, before%q, 1e-13_wp, name//': backwards')
          end associate
+         if (allocated(error)) return
       end do
-      associate (system => problems(2)%system, orbit => problems(2)%system%effects%orbit)
-         call check_close(error, states(2)%q, quat_product(orbit%axes(8000.0_wp), states(1)%q), 1e-12_wp, "attitude")
-         rate = orbit%axes_rate(0.0_wp)
-         work = dot_product(rate, space_momentum(states(2)) - space_momentum(problems(2)%start))
-         call check_close(error, states(2)%time_dependent_work, work, 1e-12_wp*potential_energy(system%effects, &
-            states(2)%q, &
-                                                                                       8000.0_wp), "work")
-      end associate
-   end subroutine both_axes
+   end subroutine every_method_in_lvlh
+
+   !> Settings of a row of the table of methods.
+   pure type(integrator_settings_t) function settings_of_row(row, in_space_axes) result(settings)
+      integer, intent(in) :: row
+      logical, intent(in) :: in_space_axes
+      settings = settings_of(methods(row))
+      settings%in_space_axes = in_space_axes
+   end function settings_of_row
 
    !> Against Simpson's rule over 2000 rows, whose error is some 1e-12.
    subroutine work_is_integrated_power(error)

@@ -23,9 +23,8 @@ module nutate_lvlh_stepper
       type(lvlh_view_t) :: view = lvlh_view_t()
       !> State of the step under way, LVLH axes.
       type(state_t) :: inner = state_t()
-      !> Start of the last step, without balance and wheels, LVLH axes; ω·l of it, J.
+      !> Start of the last step, without balance and wheels, LVLH axes.
       type(state_t) :: start = state_t()
-      real(wp) :: start_energy = 0.0_wp
    contains
       !> Sets the stepper that works in the LVLH frame; must come before `prepare`.
       procedure :: wrap
@@ -97,7 +96,7 @@ contains
       do i = 1, n - 1
          self%work(i) = self%base%work(i)
       end do
-      self%work(n) = self%view%frame_energy(self%inner) - self%start_energy
+      self%work(n) = self%view%frame_energy(self%inner) - self%view%frame_energy(self%start)
       self%inner%time_dependent_work = self%inner%time_dependent_work + self%work(n)
       self%inner%time_dependent_until = self%inner%t
       call self%view%to_inertial(self%inner, state)
@@ -110,7 +109,6 @@ contains
       self%start%q = self%inner%q
       self%start%p = self%inner%p
       self%start%time_dependent_work = self%inner%time_dependent_work
-      self%start_energy = self%view%frame_energy(self%inner)
    end subroutine set_start
 
    !> Returns true if the stepper inside chooses its steps.
@@ -178,7 +176,7 @@ contains
       call self%base%state_at(self%view%system, t, inside, work, status, each)
       self%step_error = self%base%step_error
       if (.not. status%ok()) return
-      change = self%view%frame_energy(inside) - self%start_energy
+      change = self%view%frame_energy(inside) - self%view%frame_energy(self%start)
       inside%time_dependent_work = self%start%time_dependent_work + change
       inside%time_dependent_until = inside%t
       call self%view%to_inertial(inside, state)

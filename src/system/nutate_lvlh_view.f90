@@ -11,6 +11,7 @@ module nutate_lvlh_view
    use nutate_effect_list, only: effect_list_t
    use nutate_hamiltonian, only: space_momentum
    use nutate_kinds, only: wp
+   use nutate_limits, only: is_moderate
    use nutate_orbit, only: orbit_t
    use nutate_potential, only: potential_t
    use nutate_quaternion, only: quat_conjugate, quat_normalized, quat_product, rotate_to_space
@@ -128,6 +129,10 @@ contains
          inner%p = state%other_axes%p
          inner%q_compensation = state%q_compensation
          inner%p_compensation = state%p_compensation
+      else if (.not. (all(is_moderate(state%q)) .and. all(is_moderate(state%p)))) then
+         ! A state that every stepper rejects.
+         inner%q = state%q
+         inner%p = state%p
       else
          back = quat_conjugate(self%axes_at(state%t))
          inner%q = quat_normalized(quat_product(back, state%q))
