@@ -39,7 +39,7 @@ module nutate_check_command
    use nutate_status, only: status_t, fail, NUTATE_STOPPED
    use nutate_stepper, only: integrator_settings_t
    use nutate_system, only: system_t
-   use nutate_tumbling, only: tumbling_elements, tumbling_t
+   use nutate_tumbling, only: tumbling_elements, tumbling_start, tumbling_start_t, tumbling_t
    implicit none
    private
 
@@ -186,6 +186,8 @@ contains
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
       type(tumbling_t) :: elements
+      type(tumbling_start_t) :: start
+      character(len=:), allocatable :: axis
       real(wp) :: l(3)
       associate (effects => system%effects, moments => system%body%moments)
          if (effects%n_potentials + effects%n_off + effects%n_torques + effects%n_rotors > 0 .or. effects%frame_turns) &
@@ -194,14 +196,28 @@ contains
          if (.not. (norm2(l) > 0.0_wp .and. abs(moments(1) - moments(2)) > 0.0_wp .and. &
                     abs(moments(2) - moments(3)) > 0.0_wp .and. abs(moments(3) - moments(1)) > 0.0_wp)) return
          elements = tumbling_elements(moments, matmul(body_momentum(state), system%body%axes))
+         start = tumbling_start(moments, system%body%axes, state%q, angular_velocity(system, state))
       end associate
+      axis = trim(merge('short axis', 'long axis ', elements%is_short_axis))
       call page%item('tumbling', trim(merge('short-axis mode', 'long-axis mode ', elements%is_short_axis))// &
-                     ', E/E0 = '//rounded_text(elements%energy_ratio))
-      call page%item('  rotation', 'period '//rounded_text(elements%rotation)//' s')
-      call page%item('  precession', 'period '//rounded_text(elements%precession_short)//' s of the short axis, '// &
-                     rounded_text(elements%precession_long)//' s of the long axis')
-      call page%item('  pole', 'longitude '//rounded_text(atan2(l(2), l(1)))//' rad, latitude '// &
-                     rounded_text(atan2(l(3), hypot(l(1), l(2))))//' rad in space axes')
+                     ', E/E0 = '//digits(elements%energy_ratio))
+      call page%item('  sense', trim(merge('negative', 'positive', elements%is_negative))//' about the '//axis)
+      call page%item('  rotation', 'period '//digits(elements%rotation)//' s, phase '//digits(start%phase))
+      call page%item('  precession', 'period '//digits(elements%precession_short)//' s of the short axis, '// &
+                     digits(elements%precession_long)//' s of the long axis')
+      call page%item('  angle', digits(start%angle)//' rad of the '//axis)
+      call page%item('  pole', 'longitude '//digits(start%pole(1))//' rad, latitude '//digits(start%pole(2))// &
+                     ' rad in space axes')
+
+   contains
+
+      !> Returns a number with so many digits that the printed elements give the motion to 1e-8.
+      function digits(x) result(text)
+         real(wp), intent(in) :: x
+         character(len=:), allocatable :: text
+         text = rounded_text(x, 10)
+      end function digits
+
    end subroutine add_tumbling
 
    !> Every event.

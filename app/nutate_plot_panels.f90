@@ -65,6 +65,7 @@ module nutate_plot_panels
       rule_t('shadow_depth', 'depth in the shadow (m)', component_colours(3)), &
       rule_t('energy_ratio', 'E/E₀', component_colours(3)), &
       rule_t('short_axis_mode', 'short-axis mode', component_colours(3)), &
+      rule_t('sense', 'sense', component_colours(3)), &
       rule_t('precession_period_short', 'periods (s)', component_colours(1)), &
       rule_t('precession_period_long', 'periods (s)', component_colours(2)), &
       rule_t('rotation_period', 'periods (s)', component_colours(3)), &

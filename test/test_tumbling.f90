@@ -1,18 +1,22 @@
 !> Tumbling elements against 16 digits of the closed forms, against the exact motion of the free body, and as columns
 !> and quantities of events.
 module test_tumbling
+   use, intrinsic :: iso_fortran_env, only: int64
    use nutate_attitude, only: quat_from_euler
    use nutate_column_event, only: column_event_t
    use nutate_exact_free, only: free_body_t
    use nutate_kinds, only: wp, eps, pi
    use nutate_motion, only: find_motion, find_rates, motion_t
-   use nutate_quaternion, only: attitude_distance, quat_conjugate, quat_exp, quat_product, rotate_to_space
+   use nutate_quaternion, only: attitude_distance, quat_conjugate, quat_exp, quat_product, rotate_to_space, &
+      rotation_matrix
    use nutate_run, only: integrate
    use nutate_scene, only: parse_scene, read_scene, scene_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_tumbling, only: infinite_period, tumbling_elements, tumbling_start_t, tumbling_state, tumbling_t
-   use test_support, only: check, check_close, error_type, new_unittest, unittest_type
+   use nutate_tumbling, only: infinite_period, tumbling_elements, tumbling_start, tumbling_start_t, tumbling_state, &
+      tumbling_t
+   use test_support, only: check, check_close, error_type, new_unittest, random_unit, random_unit_quaternion, &
+      random_vector, unittest_type
    implicit none
    private
 
@@ -49,6 +53,7 @@ contains
       type(unittest_type), allocatable, intent(out) :: testsuite(:)
       testsuite = [ &
                   new_unittest("starts by periods, to 15 digits", starts_by_periods), &
+                  new_unittest("states of every mode and sense are those of their elements", every_state), &
                   new_unittest("elements of states are those of their starts", there_and_back), &
                   new_unittest("the exact motion has the periods", periods_of_motion), &
                   new_unittest("Toutatis", toutatis), &
@@ -122,6 +127,54 @@ contains
       end do
    end subroutine there_and_back
 
+   !> Random states, put back by P_ψ and by E/E₀. Rounding errors of the elements grow towards pure rotation, where the
+   !> amplitude is a square root, and towards the separatrix, where the period grows as a logarithm.
+   subroutine every_state(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(tumbling_start_t) :: start
+      type(status_t) :: status
+      real(wp) :: moments(3), axes(3, 3), q(4), omega(3), again(3), q_again(4), share, tolerance
+      integer(int64) :: seed
+      integer :: i, way, found(2, 2)
+      seed = 20_int64
+      found = 0
+      do i = 1, 400
+         moments = 1.0_wp + 0.9_wp*random_unit(seed)*[1.0_wp, 0.0_wp, 0.0_wp]
+         moments(2) = 1.0_wp + 0.9_wp*random_unit(seed)
+         moments(3) = maxval(moments(:2))*1.02_wp
+         moments = cshift(moments, modulo(i, 3))
+         q = random_unit_quaternion(seed)
+         axes = rotation_matrix(random_unit_quaternion(seed))
+         omega = random_vector(seed)
+         start = tumbling_start(moments, axes, q, omega)
+         share = share_of_energy(moments, start)
+         if (share < 0.02_wp .or. share > 0.98_wp .or. minval(abs(moments - cshift(moments, 1))) < 0.01_wp) cycle
+         found(merge(1, 2, start%is_short_axis), merge(1, 2, start%is_negative)) = &
+            found(merge(1, 2, start%is_short_axis), merge(1, 2, start%is_negative)) + 1
+         ! E/E₀ differs from its ends by the share of a few hundredths.
+         tolerance = 64*eps/(min(share, 1 - share)*0.01_wp)
+         do way = 1, 2
+            if (way == 2) start%rotation_period = 0.0_wp
+            call tumbling_state(moments, axes, start, q_again, again, status)
+            call check(error, status%ok(), trim(status%message))
+            call check_close(error, again, omega, tolerance, 'rates')
+            call check_close(error, attitude_distance(q_again, q), 0.0_wp, tolerance, 'attitude')
+         end do
+      end do
+      call check(error, minval(found) >= 20, 'both senses of both modes')
+   end subroutine every_state
+
+   !> Returns the share of the way in energy from pure rotation, 0, to the separatrix, 1.
+   pure real(wp) function share_of_energy(moments, start) result(share)
+      real(wp), intent(in) :: moments(3)
+      type(tumbling_start_t), intent(in) :: start
+      real(wp) :: middle, least
+      middle = maxval(moments)/(sum(moments) - maxval(moments) - minval(moments))
+      least = maxval(moments)/minval(moments)
+      share = (start%energy_ratio - 1)/(middle - 1)
+      if (.not. start%is_short_axis) share = (least - start%energy_ratio)/(least - middle)
+   end function share_of_energy
+
    !> After P_ψ the momentum is back in the body, which has gone round L by 2πP_ψ/P_φ.
    subroutine periods_of_motion(error)
       type(error_type), allocatable, intent(out) :: error
@@ -158,7 +211,7 @@ contains
       real(wp), parameter :: moments(3) = [3.0836_wp, 3.235_wp, 1.0_wp]
       type(tumbling_t) :: elements
       elements = tumbling_elements(moments, moments*([14.51_wp, 33.529_wp, -98.709_wp]*degree/day))
-      call check(error, .not. elements%is_short_axis, 'long-axis mode')
+      call check(error, .not. elements%is_short_axis .and. elements%is_negative, 'long-axis mode, negative sense')
       call check_close(error, elements%energy_ratio, 1.9304388297388609_wp, 8*eps, 'E/E0')
       call check_close(error, elements%rotation/day, 5.3685303135229_wp, 1e-13_wp, 'rotation')
       call check_close(error, elements%precession_long/day, 7.4116522679374_wp, 1e-13_wp, 'precession')
@@ -351,6 +404,7 @@ contains
                   'tumbling in &initial requires period_axis')
       call expect(error, 'angular_velocity = 3*0.0, rotation_phase = 0.5', &
            'rotation_phase in &initial requires tumbling')
+      call expect(error, "angular_velocity = 3*0.0, sense = 'negative'", 'sense in &initial requires tumbling')
       call expect(error, short//', rotation_period = 900.0', 's.nml:2: tumbling elements need a triaxial body', &
                   '&body inertia = 1.0, 1.0, 1.5 /')
       call expect(error, short//', rotation_period = 900.0', 'tumbling elements of a body with a rotor', &

@@ -17,12 +17,12 @@ module nutate_tumbling
    use nutate_carlson, only: carlson_rf, carlson_rj
    use nutate_elliptic, only: jacobi
    use nutate_kinds, only: wp, pi
-   use nutate_quaternion, only: cross, quat_conjugate, quat_exp, quat_normalized, quat_product
+   use nutate_quaternion, only: cross, quat_conjugate, quat_exp, quat_normalized, quat_product, rotate_to_space
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    implicit none
    private
 
-   public :: tumbling_t, tumbling_elements, tumbling_state, tumbling_start_t, infinite_period
+   public :: tumbling_t, tumbling_elements, tumbling_state, tumbling_start, tumbling_start_t, infinite_period
 
    !> What stands for an infinite period, s: a number whose square is finite, for those who take means of rows.
    real(wp), parameter :: infinite_period = 1e100_wp
@@ -31,6 +31,8 @@ module nutate_tumbling
    type :: tumbling_t
       !> The short-axis mode; else the long-axis mode.
       logical :: is_short_axis = .true.
+      !> Negative rotation about the axis of the mode, short or long, whose component of Ω keeps its sign.
+      logical :: is_negative = .false.
       !> E/E₀.
       real(wp) :: energy_ratio = 1.0_wp
       !> P_φ of the short and the long axis, P_ψ, s.
@@ -41,6 +43,8 @@ module nutate_tumbling
    type :: tumbling_start_t
       !> The mode; the axis, short or long, whose precession period and angle are given.
       logical :: is_short_axis = .true., period_of_short = .true.
+      !> Negative rotation about the axis of the mode.
+      logical :: is_negative = .false.
       !> P_φ, s; P_ψ, s, or, where that is 0, E/E₀.
       real(wp) :: precession_period = 0.0_wp, rotation_period = 0.0_wp, energy_ratio = 0.0_wp
       !> Longitude and latitude of the angular momentum, and precession angle of the axis about it, rad.
@@ -55,29 +59,38 @@ contains
    pure type(tumbling_t) function tumbling_elements(moments, momentum) result(elements)
       !> Principal moments, in any order, kg m², and L along these axes, N m s; shape (3).
       real(wp), intent(in) :: moments(3), momentum(3)
-      real(wp) :: j(3), unit(3), square(3), size
+      real(wp) :: j(3), unit(3), square(3), abc(3), size
       integer :: order(3)
       size = maxval(abs(momentum))
       if (.not. size > 0.0_wp) return
       unit = momentum/size
+      order = order_of(moments)
+      j = moments(order)
+      square = unit(order)**2/dot_product(unit, unit)
+      abc = invariants_of(j, square)
+      elements = elements_of(j, abc(1), abc(2), abc(3), size*norm2(unit))
+      elements%is_negative = unit(order(merge(3, 1, elements%is_short_axis))) < 0.0_wp
+   end function tumbling_elements
+
+   !> Returns a, b, c over L².
+   pure function invariants_of(j, square) result(abc)
+      !> J_l, J_i, J_s, kg m²; squares of the unit vector of L along these axes; shapes (3).
+      real(wp), intent(in) :: j(3), square(3)
+      real(wp) :: abc(3)
+      abc = [square(2)*((j(2) - j(1))/j(2)) + square(3)*((j(3) - j(1))/j(3)), &
+             square(1)*((j(3) - j(1))/j(1)) + square(2)*((j(3) - j(2))/j(2)), &
+             square(3)*((j(3) - j(2))/j(3)) - square(1)*((j(2) - j(1))/j(1))]
+   end function invariants_of
+
+   !> Returns the indices of the long, intermediate and short axis; shape (3).
+   pure function order_of(moments) result(order)
+      real(wp), intent(in) :: moments(3)
+      integer :: order(3)
       order(1) = minloc(moments, dim=1)
       order(3) = 1 + mod(order(1), 3)
       order(2) = 6 - order(1) - order(3)
       if (moments(order(2)) > moments(order(3))) order = order([1, 3, 2])
-      j = moments(order)
-      square = unit(order)**2/dot_product(unit, unit)
-      elements = elements_of(j, square(2)*((j(2) - j(1))/j(2)) + square(3)*((j(3) - j(1))/j(3)), &
-                             square(1)*((j(3) - j(1))/j(1)) + square(2)*((j(3) - j(2))/j(2)), &
-                             square(3)*((j(3) - j(2))/j(3)) - square(1)*((j(2) - j(1))/j(1)), size*norm2(unit))
-   end function tumbling_elements
-
-   !> The moments of the long, intermediate and short axis; shape (3).
-   pure function ordered(moments) result(j)
-      real(wp), intent(in) :: moments(3)
-      real(wp) :: j(3)
-      j = [minval(moments), 0.0_wp, maxval(moments)]
-      j(2) = max(min(moments(1), moments(2)), min(max(moments(1), moments(2)), moments(3)))
-   end function ordered
+   end function order_of
 
    !> The elements from a, b, c over L², and L.
    pure type(tumbling_t) function elements_of(j, a, b, c, length) result(elements)
@@ -145,10 +158,9 @@ contains
       real(wp), intent(out) :: q(4), omega(3)
       type(status_t), intent(out) :: status
       real(wp) :: j(3), frame(3, 3), share, length, rates(3)
-      integer :: order(3)
       q = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
       omega = 0.0_wp
-      j = ordered(moments)
+      j = moments(order_of(moments))
       if (.not. (j(1) < j(2) .and. j(2) < j(3))) then
          status = fail(NUTATE_BAD_ARGUMENT, 'tumbling elements need a triaxial body (expected three different '// &
                        'moments)', 'tumbling')
@@ -158,34 +170,119 @@ contains
       if (.not. status%ok()) return
       length = 2*pi/(start%precession_period*rate_of(j, start, share))
       rates = rates_of(j, start%is_short_axis, share, length, start%phase)
-      order(1) = minloc(moments, dim=1)
-      order(3) = maxloc(moments, dim=1)
-      order(2) = 6 - order(1) - order(3)
-      ! The intermediate axis with the sign that makes the three right-handed.
-      frame = axes(:, order)
-      frame(:, 2) = cross(frame(:, 3), frame(:, 1))
+      if (start%is_negative) rates = mirrored(rates, start%is_short_axis)
+      frame = right_handed(axes(:, order_of(moments)))
       omega = matmul(frame, rates)
-      if (.not. start%period_of_short) then
-         frame = frame(:, [2, 3, 1])
-         rates = rates([2, 3, 1])
-         j = j([2, 3, 1])
-      end if
-      q = attitude_of(frame, j*rates, start)
+      q = quat_product(attitude_of_pole(start%pole), about(3, start%angle))
+      q = quat_normalized(quat_product(q, attitude_to_momentum(frame, j*rates, start%period_of_short)))
    end subroutine tumbling_state
 
-   !> The attitude with the momentum along the pole: Rz(λ+90°) Rx(90°-β) Rz(φ) Rx(θ) Rz(ψ) from the frame whose third
-   !> axis the angles refer to.
-   pure function attitude_of(frame, momentum, start) result(q)
-      !> Columns, body axes; L in this frame, N m s; shapes (3,3), (3).
-      real(wp), intent(in) :: frame(3, 3), momentum(3)
-      type(tumbling_start_t), intent(in) :: start
+   !> Returns the start whose state is given: P_φ and angle are those of the axis of the mode.
+   pure type(tumbling_start_t) function tumbling_start(moments, axes, q, omega) result(start)
+      !> As in `tumbling_state`; the body is triaxial and rotates.
+      real(wp), intent(in) :: moments(3), axes(3, 3), q(4), omega(3)
+      type(tumbling_t) :: elements
+      real(wp) :: j(3), frame(3, 3), rates(3), l(3), turn(4)
+      j = moments(order_of(moments))
+      frame = right_handed(axes(:, order_of(moments)))
+      rates = matmul(omega, frame)
+      elements = tumbling_elements(j, j*rates)
+      start%is_short_axis = elements%is_short_axis
+      start%period_of_short = elements%is_short_axis
+      start%is_negative = elements%is_negative
+      start%precession_period = merge(elements%precession_short, elements%precession_long, elements%is_short_axis)
+      start%rotation_period = elements%rotation
+      start%energy_ratio = elements%energy_ratio
+      l = rotate_to_space(q, matmul(frame, j*rates))
+      start%pole = [angle_of(l(2), l(1)), angle_of(l(3), hypot(l(1), l(2)))]
+      turn = quat_product(quat_conjugate(attitude_of_pole(start%pole)), &
+                          quat_product(q, quat_conjugate(attitude_to_momentum(frame, j*rates, elements%is_short_axis))))
+      ! A quaternion and its negative are the same rotation; the angle is between -π and π.
+      start%angle = 2*angle_of(sign(1.0_wp, turn(1))*turn(4), abs(turn(1)))
+      if (elements%is_negative) rates = mirrored(rates, elements%is_short_axis)
+      start%phase = phase_of(j, elements%is_short_axis, rates)
+   end function tumbling_start
+
+   !> Returns the angle of a point of the plane, rad; 0 for the origin.
+   pure real(wp) function angle_of(y, x) result(angle)
+      real(wp), intent(in) :: y, x
+      angle = 0.0_wp
+      if (abs(x) + abs(y) > 0.0_wp) angle = atan2(y, x)
+   end function angle_of
+
+   !> Returns the same motion rotated by 180° about the other extreme axis: with the other sense about that of the mode.
+   pure function mirrored(rates, is_short_axis) result(other)
+      !> Ω along the long, intermediate and short axis; shape (3).
+      real(wp), intent(in) :: rates(3)
+      logical, intent(in) :: is_short_axis
+      real(wp) :: other(3)
+      other = -rates
+      if (is_short_axis) other(1) = rates(1)
+      if (.not. is_short_axis) other(3) = rates(3)
+   end function mirrored
+
+   !> Returns the long, intermediate and short axis, the second with the sign that makes them right-handed; shape (3,3).
+   pure function right_handed(axes) result(frame)
+      real(wp), intent(in) :: axes(3, 3)
+      real(wp) :: frame(3, 3)
+      frame = axes
+      frame(:, 2) = cross(frame(:, 3), frame(:, 1))
+   end function right_handed
+
+   !> Returns Rz(λ+90°) Rx(90°-β), whose third axis is the pole; shape (4).
+   pure function attitude_of_pole(pole) result(q)
+      !> Longitude and latitude, rad.
+      real(wp), intent(in) :: pole(2)
       real(wp) :: q(4)
-      q = quat_product(about(3, start%pole(1) + 0.5_wp*pi), about(1, 0.5_wp*pi - start%pole(2)))
-      q = quat_product(q, about(3, start%angle))
-      q = quat_product(q, about(1, atan2(hypot(momentum(1), momentum(2)), momentum(3))))
-      q = quat_product(q, about(3, atan2(momentum(1), momentum(2))))
-      q = quat_normalized(quat_product(q, quat_conjugate(quat_from_matrix(frame))))
-   end function attitude_of
+      q = quat_product(about(3, pole(1) + 0.5_wp*pi), about(1, 0.5_wp*pi - pole(2)))
+   end function attitude_of_pole
+
+   !> Returns Rx(θ) Rz(ψ) from body axes, whose third axis is along the momentum; shape (4).
+   pure function attitude_to_momentum(frame, momentum, of_short) result(q)
+      !> Long, intermediate and short axis as columns, body axes; L along them, N m s; shapes (3,3), (3).
+      real(wp), intent(in) :: frame(3, 3), momentum(3)
+      !> θ and ψ are Euler angles of the short axis; else of the long one.
+      logical, intent(in) :: of_short
+      real(wp) :: q(4), l(3)
+      integer :: order(3)
+      order = merge([1, 2, 3], [2, 3, 1], of_short)
+      l = momentum(order)
+      q = quat_product(about(1, angle_of(hypot(l(1), l(2)), l(3))), about(3, angle_of(l(1), l(2))))
+      q = quat_product(q, quat_conjugate(quat_from_matrix(frame(:, order))))
+   end function attitude_to_momentum
+
+   !> Returns the phase of a motion of positive sense: the inverse of `rates_of`, -1/2 to 1/2.
+   pure real(wp) function phase_of(j, is_short_axis, rates) result(phase)
+      real(wp), intent(in) :: j(3)
+      logical, intent(in) :: is_short_axis
+      !> Ω along the long, intermediate and short axis; shape (3).
+      real(wp), intent(in) :: rates(3)
+      real(wp) :: abc(3), amplitude, m1, k, u
+      abc = invariants_of(j, (j*rates/norm2(j*rates))**2)
+      m1 = complement(j, is_short_axis, abc(1), abc(2), abc(3))
+      if (is_short_axis) amplitude = angle_of(rates(2)*sqrt(j(2)*(j(3) - j(2))), rates(1)*sqrt(j(1)*(j(3) - j(1))))
+      if (.not. is_short_axis) &
+         amplitude = angle_of(rates(2)*sqrt(j(2)*(j(2) - j(1))), rates(3)*sqrt(j(3)*(j(3) - j(1))))
+      phase = 0.0_wp
+      ! On the separatrix, which has no period.
+      if (.not. m1 > tiny(1.0_wp)) return
+      k = carlson_rf(0.0_wp, m1, 1.0_wp)
+      u = sin(amplitude)*carlson_rf(cos(amplitude)**2, cos(amplitude)**2 + m1*sin(amplitude)**2, 1.0_wp)
+      if (cos(amplitude) < 0.0_wp) u = sign(2*k, amplitude) - u
+      phase = u/(4*k)
+   end function phase_of
+
+   !> Returns 1-m of the elliptic functions of a motion.
+   pure real(wp) function complement(j, is_short_axis, a, b, c) result(m1)
+      real(wp), intent(in) :: j(3)
+      logical, intent(in) :: is_short_axis
+      !> a, b, c over L².
+      real(wp), intent(in) :: a, b, c
+      m1 = (j(3) - j(1))*abs(c)
+      if (is_short_axis) m1 = m1/((j(3) - j(2))*a)
+      if (.not. is_short_axis) m1 = m1/((j(2) - j(1))*b)
+      m1 = min(m1, 1.0_wp)
+   end function complement
 
    !> Turn about a coordinate axis, as a unit quaternion; shape (4).
    pure function about(axis, angle) result(q)
@@ -206,10 +303,7 @@ contains
       real(wp), intent(in) :: share, length, phase
       real(wp) :: rates(3), a, b, c, m1, sn, cn, dn, u
       call split(j, is_short_axis, share, a, b, c)
-      m1 = (j(3) - j(1))*abs(c)
-      if (is_short_axis) m1 = m1/((j(3) - j(2))*a)
-      if (.not. is_short_axis) m1 = m1/((j(2) - j(1))*b)
-      m1 = min(m1, 1.0_wp)
+      m1 = complement(j, is_short_axis, a, b, c)
       u = 4*carlson_rf(0.0_wp, m1, 1.0_wp)*(phase - anint(phase))
       call jacobi(u, m1, sn, cn, dn)
       rates = length*sqrt([b/(j(1)*(j(3) - j(1))), merge(b/(j(2)*(j(3) - j(2))), a/(j(2)*(j(2) - j(1))), &

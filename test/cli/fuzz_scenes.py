@@ -129,6 +129,7 @@ def tumbling(dice, scales):
     lines.append(dice.choice((f"rotation_period = {scales.text(time=1, signed=False)}",
                               f"energy_ratio = {1 + 10.0 ** -dice.uniform(0, 17)}")))
     lines += [f"{key} = {scales.text()}" for key in ("precession_angle", "rotation_phase") if dice.random() < 0.3]
+    lines += [f"sense = '{dice.choice(('positive', 'negative'))}'"] if dice.random() < 0.3 else []
     return group("initial", lines)
 
 

@@ -71,7 +71,7 @@ CONTROL_COLUMNS = {f"controller{i}": [f"controller{i}_{kind}{k}" for kind in ("c
 POINTING_COLUMNS = {f"pointing_error{i}": [f"pointing_error{i}"] for i in range(1, 7)}
 FIELD_COLUMNS = {"magnetic_field": ["B1", "B2", "B3"]}
 TUMBLING_COLUMNS = {"tumbling": ["energy_ratio", "short_axis_mode", "precession_period_short", "precession_period_long",
-                                 "rotation_period", "pole_longitude", "pole_latitude"]}
+                                 "rotation_period", "pole_longitude", "pole_latitude", "sense"]}
 FRAME_COLUMNS = {f"frame{i}": [f"frame{i}_{name}" for name in ("q0", "q1", "q2", "q3", "angle")] for i in range(1, 4)}
 # The pattern of their names: they are those of the free numbers of a scene.
 FREE_COLUMNS = {"sensitivities": ["d_COMPONENT/d_KEY"], "standard_deviations": ["sigma_COMPONENT"],

@@ -1,5 +1,6 @@
 """Orbits: their columns in both units, their events, what check and summary say, members, and runs that go on."""
 import math
+import re
 import unittest
 
 from support import ORBIT_COLUMNS, TUMBLING_COLUMNS, CommandLineTest
@@ -267,19 +268,52 @@ class Orbits(CommandLineTest):
             self.assertEqual(rows[2][header.index(name)], last[-1][names.index(name)])
         self.assertNotEqual(rows[0][header.index("q1")], rows[2][header.index("q1")])
 
+    def test_a_start_is_put_back_from_the_elements_that_check_prints(self):
+        scene = "&body inertia = 3.0836, 3.235, 1.0 /\n&initial euler = 145.498, 65.865, 241.524, angular_velocity = %s, " \
+            "degrees = .true. /\n&integrator time_step = 1.0, end_time = 1.0 /\n&output columns = 'quaternion', " \
+            "'angular_velocity', 'tumbling' /\n"
+        number = r"(-?[0-9.]+(?:[eE][+-]?[0-9]+)?)"
+        for rates, mode, axis, sense in (("14.51, 33.529, -98.709", "lam", "long", "negative"),
+                                         ("14.51, 33.529, 98.709", "lam", "long", "positive"),
+                                         ("14.51, -93.529, 8.709", "sam", "short", "negative"),
+                                         ("14.51, 93.529, -8.709", "sam", "short", "positive")):
+            self.write("given.nml", scene % rates)
+            text = self.succeed("check", "given.nml").stdout
+            period, phase = re.search(f"rotation +period {number} s, phase {number}\n", text).groups()
+            precession = re.search(f"{number} s of the {axis} axis", text)[1]
+            pole = re.search(f"longitude {number} rad, latitude {number} rad", text).groups()
+            angle = re.search(f"angle +{number} rad of the {axis} axis", text)[1]
+            self.assertRegex(text, f"sense +{sense} about the {axis} axis")
+            self.write("back.nml", scene.replace("euler = 145.498, 65.865, 241.524, angular_velocity = %s, degrees = .true.",
+                                                 f"tumbling = '{mode}', sense = '{sense}', period_axis = '{axis}', "
+                                                 f"precession_period = {precession}, rotation_period = {period}, "
+                                                 f"rotation_phase = {phase}, precession_angle = {angle}, "
+                                                 f"pole = {pole[0]}, {pole[1]}"))
+            rows = []
+            for name in ("given", "back"):
+                self.succeed("run", name + ".nml", "--quiet")
+                rows.append(self.history(name + ".csv")[1][0])
+            sign = math.copysign(1.0, sum(a * b for a, b in zip(rows[0][1:5], rows[1][1:5])))
+            for k, (given, back) in enumerate(zip(*rows)):
+                self.assertAlmostEqual(back * (sign if 1 <= k <= 4 else 1.0) / given if given else 1.0, 1.0, delta=1e-7)
+            self.assertEqual(rows[1][-1], 1.0 if sense == "positive" else -1.0)
+            self.fail_with(2, "check", "back.nml", "--set", "initial.sense=right", says=("--set: 'right' is not available for sense "
+                                                                                           "(expected 'positive', 'negative')",))
+
     def test_tumbling_elements_are_shown(self):
         self.write("tumbling.nml", "&body inertia = 0.64, 0.97, 1.0 /\n&initial tumbling = 'sam', precession_period = 98587.692, "
                    "period_axis = 'short', rotation_period = 951040.8, pole = 275, -85, degrees = .true. /\n"
                    "&integrator accuracy = 1e-10, end_time = 172800 /\n&output columns = 'tumbling', times = 0, 86400, 172800 /\n")
         text = self.succeed("check", "tumbling.nml").stdout
-        self.assertIn("short-axis mode, E/E0 = 1.01203", text)
-        self.assertIn("period 98587.7 s of the short axis, 109990 s of the long axis", text)
+        self.assertIn("short-axis mode, E/E0 = 1.012027369", text)
+        self.assertRegex(text, "sense +positive about the short axis")
+        self.assertIn("period 98587.692 s of the short axis, 109989.5309 s of the long axis", text)
         self.succeed("run", "tumbling.nml", "--quiet")
         header, rows = self.history("tumbling.csv")
         self.assertEqual(header[1:], TUMBLING_COLUMNS["tumbling"])
         for row in rows:
             for value, expected in zip(row[1:], (1.0120273690693611, 1.0, 98587.692, 109989.53090782045, 951040.8, math.radians(-85),
-                                                 math.radians(-85))):
+                                                 math.radians(-85), 1.0)):
                 self.assertAlmostEqual(value / expected, 1.0, delta=1e-12)
         # The Earth changes them; the mode changes where E/E0 is Js/Ji.
         flyby = FLYBY[:FLYBY.index("&initial")] + "&initial tumbling = 'lam', precession_period = 98587.692, period_axis = 'long', " \

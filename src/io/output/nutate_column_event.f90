@@ -282,7 +282,7 @@ contains
       end do
    end function shows_orbit
 
-   !> Which of the columns of tumbling elements: all but the mode are smooth.
+   !> Which of the columns of tumbling elements: all but the mode and the sense are smooth.
    pure integer function element(column)
       !> Place in the list.
       integer, intent(in) :: column

@@ -136,8 +136,8 @@ module nutate_columns
       column_set_t('pointing_error6', 1, 'pointing_error6', last_angle=1, controller=6, points=.true.), &
       column_set_t('magnetic_field', 3, 'B1,B2,B3', field=.true.), &
       column_set_t('tumbling', tumbling_width, 'energy_ratio,short_axis_mode,precession_period_short,'// &
-                   'precession_period_long,rotation_period,pole_longitude,pole_latitude', first_angle=6, last_angle=7, &
-                   tumbling=.true.), &
+                   'precession_period_long,rotation_period,pole_longitude,pole_latitude,sense', first_angle=6, &
+                   last_angle=7, tumbling=.true.), &
       column_set_t('frame1', 5, 'frame1_q0,frame1_q1,frame1_q2,frame1_q3,frame1_angle', first_angle=5, last_angle=5, &
                    frame=1), &
       column_set_t('frame2', 5, 'frame2_q0,frame2_q1,frame2_q2,frame2_q3,frame2_angle', first_angle=5, last_angle=5, &

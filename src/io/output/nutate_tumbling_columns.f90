@@ -13,21 +13,26 @@ module nutate_tumbling_columns
 
    public :: tumbling_values, tumbling_value, tumbling_rate
 
-   !> Number of columns, and the places of the pole's longitude and latitude among them.
-   integer, parameter, public :: tumbling_width = 7
-   integer, parameter :: LONGITUDE = 6, LATITUDE = 7
+   !> Number of columns, and the places of the pole's longitude and latitude and of the sense among them.
+   integer, parameter, public :: tumbling_width = 8
+   integer, parameter :: LONGITUDE = 6, LATITUDE = 7, SENSE = 8
 
 contains
 
    !> Returns E/E₀, 1 in the short-axis mode or 0, P_φ of the short and the long axis and P_ψ, s, longitude and latitude
-   !> of the angular momentum in space axes, rad; shape (7).
+   !> of the angular momentum in space axes, rad, and 1 or -1 for the sense about the axis of the mode; shape (8).
    pure function tumbling_values(system, state) result(values)
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
       real(wp) :: values(tumbling_width), l(3)
-      values(:LONGITUDE - 1) = elements_of(system, body_momentum(state))
+      type(tumbling_t) :: elements
+      associate (body => system%body)
+         elements = tumbling_elements(body%moments, matmul(body_momentum(state), body%axes))
+      end associate
+      values(:LONGITUDE - 1) = numbers_of(elements)
       l = space_momentum(state)
-      values(LONGITUDE:) = [atan2(l(2), l(1)), atan2(l(3), hypot(l(1), l(2)))]
+      values(LONGITUDE:LATITUDE) = [atan2(l(2), l(1)), atan2(l(3), hypot(l(1), l(2)))]
+      values(SENSE) = merge(-1.0_wp, 1.0_wp, elements%is_negative)
    end function tumbling_values
 
    !> The elements of a body momentum; shape (5).
@@ -36,13 +41,18 @@ contains
       !> Body axes, N m s; shape (3).
       real(wp), intent(in) :: momentum(3)
       real(wp) :: values(LONGITUDE - 1)
-      type(tumbling_t) :: elements
       associate (body => system%body)
-         elements = tumbling_elements(body%moments, matmul(momentum, body%axes))
+         values = numbers_of(tumbling_elements(body%moments, matmul(momentum, body%axes)))
       end associate
+   end function elements_of
+
+   !> The columns before those of the pole; shape (5).
+   pure function numbers_of(elements) result(values)
+      type(tumbling_t), intent(in) :: elements
+      real(wp) :: values(LONGITUDE - 1)
       values = [elements%energy_ratio, merge(1.0_wp, 0.0_wp, elements%is_short_axis), elements%precession_short, &
                 elements%precession_long, elements%rotation]
-   end function elements_of
+   end function numbers_of
 
    !> Returns one of the columns.
    pure real(wp) function tumbling_value(column, system, motion) result(x)

@@ -23,7 +23,7 @@ module nutate_scene_initial
    public :: initial_keys, build_initial, rebuild_initial, check_initial
 
    !> Keys of the scene group `&initial`.
-   type(key_t), parameter :: initial_keys(20) = [ &
+   type(key_t), parameter :: initial_keys(21) = [ &
       key_t(name='quaternion', least=4, most=4, range=ANY_DIRECTION), &
       key_t(name='axis', least=3, most=3, range=ANY_DIRECTION), &
       key_t(name='angle'), &
@@ -35,6 +35,7 @@ module nutate_scene_initial
       key_t(name='frame', kind=KEY_TEXT, choices='body,space'), &
       key_t(name='rate_from', kind=KEY_TEXT, choices='inertial,frame,lvlh'), &
       key_t(name='tumbling', kind=KEY_TEXT, choices='sam,lam'), &
+      key_t(name='sense', kind=KEY_TEXT, choices='positive,negative', default='positive', beside='tumbling'), &
       key_t(name='precession_period', range=POSITIVE), &
       key_t(name='period_axis', kind=KEY_TEXT, choices='short,long'), &
       key_t(name='rotation_period', range=POSITIVE, instead_of='energy_ratio'), &
@@ -46,9 +47,9 @@ module nutate_scene_initial
       key_t(name='degrees', kind=KEY_LOGICAL)]
 
    !> Keys that go with `tumbling`, those that it needs first.
-   character(len=name_length), parameter :: elements(7) = [character(len=name_length) :: &
+   character(len=name_length), parameter :: elements(8) = [character(len=name_length) :: &
       'precession_period', 'period_axis', 'pole', 'rotation_period', 'energy_ratio', 'precession_angle', &
-      'rotation_phase']
+      'rotation_phase', 'sense']
    !> Keys of an attitude and a rotation that are given as such.
    character(len=name_length), parameter :: as_such(10) = [character(len=name_length) :: &
       'quaternion', 'axis', 'angle', 'euler', 'roll_pitch_yaw', 'attitude_from', 'angular_velocity', 'euler_rates', &
@@ -214,6 +215,7 @@ contains
       type(status_t) :: status
       start%is_short_axis = group%text('tumbling', 'sam') == 'sam'
       start%period_of_short = group%text('period_axis', 'short') == 'short'
+      start%is_negative = group%text('sense', 'positive') == 'negative'
       start%precession_period = group%number('precession_period', 0.0_wp)
       start%rotation_period = group%number('rotation_period', 0.0_wp)
       start%energy_ratio = group%number('energy_ratio', 0.0_wp)
