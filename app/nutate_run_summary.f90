@@ -107,6 +107,9 @@ contains
       type(run_t), intent(in) :: run
       call page%item('steps', count_text(run%summary%steps)//' adaptive, to t = '// &
                      rounded_text(run%state%t)//' s; '//count_text(run%summary%subdivided_steps)//' rejected')
+      if (run%summary%parts > run%summary%steps) &
+         call page%item('shortened steps', count_text(run%summary%parts - run%summary%steps)// &
+                        ' more, which end at events')
       if (plan%goal%accuracy > 0.0_wp) then
          call add_error(page, plan%goal%accuracy, run)
       else

@@ -6,6 +6,9 @@ module test_effect_calls
    use nutate_kinds, only: wp
    use nutate_nielsen_krenk, only: nielsen_krenk_t
    use nutate_quaternion, only: cross
+   use nutate_run, only: integrate
+   use nutate_progress, only: run_summary_t
+   use nutate_scene, only: parse_scene, scene_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_stepper, only: integrator_settings_t
@@ -45,6 +48,12 @@ module test_effect_calls
       procedure :: derivatives => counted_derivatives
    end type counting_torque_t
 
+   !> τ = 0, by a procedure.
+   type, extends(torque_t) :: counting_nothing_t
+   contains
+      procedure :: torque => counted_nothing
+   end type counting_nothing_t
+
    interface
       !> Adds one to a counter. Not pure at all: this is what makes counting possible where the counted must be.
       pure subroutine count_call(which, zero) bind(c, name='test_count_call')
@@ -77,6 +86,8 @@ contains
                   new_unittest("a potential is evaluated as the iteration says", potential_is_evaluated_as_needed), &
                   new_unittest("a potential given by U and its gradient", short_potential_is_evaluated_as_needed), &
                   new_unittest("a torque is evaluated as the iteration says", torque_is_evaluated_as_needed), &
+                  new_unittest("steps that end at limits of B-dot cost no more than sixteen", &
+                               limits_are_found_cheaply), &
                   new_unittest("one effect does not call for another", effects_are_evaluated_alone)]
    end subroutine collect_effect_calls
 
@@ -159,6 +170,15 @@ contains
       call count_call(TORQUE, zero)
       tau = zero + cross(omega, stiffness) - 0.1_wp*omega
    end function counted_torque
+
+   pure function counted_nothing(self, t, q, omega) result(tau)
+      class(counting_nothing_t), intent(in) :: self
+      real(wp), intent(in) :: t, q(4), omega(3)
+      real(wp) :: tau(3)
+      real(c_double) :: zero
+      call count_call(TORQUE, zero)
+      tau = zero
+   end function counted_nothing
 
    pure subroutine counted_derivatives(self, t, q, omega, by_rotation, by_rate)
       class(counting_torque_t), intent(in) :: self
@@ -284,5 +304,50 @@ contains
       call check(error, counts(DISCRETE_GRADIENT) == iterations + 2*counts(DISCRETE_HESSIAN) + 1, "discrete gradient")
       call check(error, counts(TORQUE) == iterations + counts(DERIVATIVES) + n_steps + 1, "torque")
    end subroutine effects_are_evaluated_alone
+
+   !> The three components of the moment come to their limits and leave them 13 times in a second.
+   subroutine limits_are_found_cheaply(error)
+      type(error_type), allocatable, intent(out) :: error
+      character(len=16), parameter :: methods(4) = [character(len=16) :: 'dop853', 'rk8', 'rk4', 'nielsen_krenk']
+      type(run_summary_t) :: plain, limited
+      integer(c_long_long) :: calls(2)
+      integer :: i
+      do i = 1, size(methods)
+         call detumble(error, trim(methods(i)), '', plain, calls(1))
+         call detumble(error, trim(methods(i)), ', limit = 0.2', limited, calls(2))
+         if (allocated(error)) return
+         call check(error, limited%parts - limited%steps >= 60, trim(methods(i))//': events end steps')
+         call check(error, calls(2)/limited%parts <= 16*(calls(1)/plain%parts), trim(methods(i))//': cost of a step')
+      end do
+   end subroutine limits_are_found_cheaply
+
+   !> Runs a satellite with magnetorquers for 5 s and counts the evaluations of the equations of motion.
+   subroutine detumble(error, method, limit, summary, calls)
+      type(error_type), allocatable, intent(inout) :: error
+      character(len=*), intent(in) :: method, limit
+      type(run_summary_t), intent(out) :: summary
+      integer(c_long_long), intent(out) :: calls
+      character, parameter :: nl = new_line('a')
+      class(scene_t), allocatable :: scene
+      type(state_t) :: state
+      type(status_t) :: status
+      character(len=:), allocatable :: message
+      integer(c_long_long) :: counts(7)
+      allocate (scene)
+      calls = 0
+      call parse_scene('&body inertia = 0.042, 0.042, 0.0067 /'//nl//'&initial angular_velocity = 3*3.5 /'//nl// &
+                       '&orbit altitude = 400e3, inclination = 51.6, degrees = .true. /'//nl//'&earth_field /'//nl// &
+                       "&controller law = 'bdot', gain = 5e4"//limit//' /'//nl//"&integrator method = '"//method// &
+                       "', local_tolerance = 1e-6, end_time = 5.0 /", 's.nml', scene, status, message)
+      call check(error, status%ok(), message)
+      if (allocated(error)) return
+      call scene%system%effects%add(counting_nothing_t())
+      state = scene%initial
+      call reset_counts()
+      call integrate(scene%system, scene%integrator, state, scene%plan, status, summary=summary)
+      call check(error, status%ok(), trim(status%message))
+      call read_counts(counts)
+      calls = counts(TORQUE)
+   end subroutine detumble
 
 end module test_effect_calls

@@ -31,6 +31,11 @@ module nutate_error_control
 
    public :: error_control_t
 
+   !> Events that end steps whose mean distance limits the next steps, and the factor by which a step may be longer:
+   !> what lies behind the next of them is computed, and searched for events, in vain.
+   integer, parameter :: cuts_kept = 8
+   real(wp), parameter :: reach_over_cuts = 2.0_wp
+
    !> Adaptive steps. The goal is that of the run's plan.
    type, extends(step_policy_t) :: error_control_t
       private
@@ -53,6 +58,9 @@ module nutate_error_control
       real(wp) :: momentum_scale = 0.0_wp
       !> Longest step that may be chosen after one that failed, s.
       real(wp) :: longest = huge(1.0_wp)
+      !> Time of the last event that ended a step, and the times between the last of them, s; not set before the first.
+      real(wp) :: last_cut = 0.0_wp, between_cuts(cuts_kept) = 0.0_wp
+      logical :: has_cuts = .false.
       !> +1 forward, -1 backward in time.
       real(wp) :: sense = 1.0_wp
       !> Digits of the time that its sum cannot hold, s.
@@ -119,6 +127,9 @@ contains
       if (allocated(self%work)) deallocate (self%work)
       allocate (self%work(system%effects%n_works()), source=0.0_wp)
       self%longest = huge(self%longest)
+      self%last_cut = progress%state%t
+      self%has_cuts = .false.
+      self%between_cuts = 0.0_wp
       self%t_compensation = 0.0_wp
       self%noise = noise_t()
       self%probed = .false.
@@ -152,7 +163,7 @@ contains
       type(status_t), intent(inout) :: status
       class(observer_t), intent(inout), optional :: observer
       real(wp) :: t_end, rest, step
-      logical :: accepted
+      logical :: accepted, is_last
 
       if (.not. self%sense*(progress%next_break - progress%state%t) > 0.0_wp) &
          progress%next_break = system%effects%next_break(progress%state%t, self%sense)
@@ -167,9 +178,10 @@ contains
       if (self%equal%suit) call self%equal%divide(progress%plan%goal%local_tolerance, self%length%next)
       ! What is left is not left over for a tiny step: less than two steps are halved.
       rest = abs((t_end - progress%state%t) - self%t_compensation)
-      step = self%length%next
+      step = min(self%length%next, reach_of(self, progress%state%t))
+      is_last = rest <= merge(1.5_wp, 1.0_wp, self%equal%suit)*step
       if (rest < 2*step .and. .not. self%equal%suit) step = 0.5_wp*rest
-      if (rest <= merge(1.5_wp, 1.0_wp, self%equal%suit)*self%length%next) step = rest
+      if (is_last) step = rest
       self%start = progress%state
       self%probed = .false.
       if (allocated(progress%record%works)) self%before = progress%record
@@ -183,6 +195,16 @@ contains
          self%t_compensation = 0.0_wp
       end if
    end subroutine advance
+
+   !> Returns the longest step that is worth while at a time, s: it grows from step to step without such events.
+   pure real(wp) function reach_of(self, t) result(reach)
+      class(error_control_t), intent(in) :: self
+      !> s.
+      real(wp), intent(in) :: t
+      reach = huge(reach)
+      if (self%has_cuts .and. .not. self%equal%suit) &
+         reach = reach_over_cuts*max(sum(self%between_cuts)/cuts_kept, abs(t - self%last_cut))
+   end function reach_of
 
    !> Makes the state that the last step left fit to be seen.
    subroutine show(self, system, state)
@@ -422,7 +444,7 @@ contains
       else
          each = 0.0_wp
          if (abs(t - self%start%t) > 0.0_wp) &
-            call go_inside(self%branch, system, t, progress%state%t, state, record%work, status, each, tangent)
+            call go_inside(self%branch, system, 2, t, progress%state%t, state, record%work, status, each, tangent)
       end if
       if (status%ok()) call add_works(record, each)
    end subroutine state_inside
@@ -441,7 +463,7 @@ contains
       end if
    end subroutine expect_events
 
-   !> The state at a time inside the last step, for events: by the method, or by two steps of a branch of their own.
+   !> The state at a time inside the last step, for events: by the method, or by steps of a branch of their own.
    subroutine look_inside(self, system, before, progress, t, state, work, status, works, tangent)
       class(error_control_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -464,7 +486,9 @@ contains
       end if
       if (.not. self%probed) call self%probe%forget_steps()
       self%probed = .true.
-      call go_inside(self%probe, system, t, progress%state%t, state, work, status, works, tangent)
+      ! As the step would be repeated: by one step, or by two halves.
+      call go_inside(self%probe, system, merge(2, 1, allocated(self%whole)), t, progress%state%t, state, work, status, &
+                     works, tangent)
    end subroutine look_inside
 
    !> Repeats the last step, shorter. The next step is tried with the length that it had.
@@ -495,6 +519,9 @@ contains
       progress%summary%parts = progress%summary%parts + 1
       progress%summary%work(:) = progress%summary%work + self%work
       self%t_compensation = 0.0_wp
+      self%between_cuts = eoshift(self%between_cuts, -1, abs(t_end - self%last_cut))
+      self%last_cut = t_end
+      self%has_cuts = .true.
    end subroutine retake
 
    !> The columns were moved along with the step.
@@ -538,6 +565,9 @@ contains
       call archive%transfer(self%length%next)
       call archive%transfer(self%longest)
       call archive%transfer(self%t_compensation)
+      call archive%transfer(self%last_cut)
+      call archive%transfer(self%between_cuts)
+      call archive%transfer(self%has_cuts)
    end subroutine transfer_control
 
 end module nutate_error_control

@@ -81,6 +81,7 @@ contains
             window_time = 0.5_wp*(mark%state%t + progress%state%t)
             call events%open_step(system, mark%state, window_time)
             start = events%motion%state
+            call events%open_places()
             ! As it is shown: states inside of the step lead there.
             seen = progress%state
             call policy%show(system, seen)

@@ -4,7 +4,7 @@ module nutate_event_tracker
    use nutate_archive, only: archive_t
    use nutate_control, only: limit_events, find_limits
    use nutate_effect_list, only: effect_list_t
-   use nutate_event, only: CROSSING, event_t, most_parts, part_t, second_rate
+   use nutate_event, only: CROSSING, event_t, most_parts, part_t, find_family, second_rate
    use nutate_event_roots, only: node_t
    use nutate_kinds, only: wp, eps, long
    use nutate_limit_event, only: limit_event_t, limit_slot_t
@@ -24,6 +24,23 @@ module nutate_event_tracker
    !> Steps for which it is decided at a time that nothing can happen: so few that what a motion that does not keep its
    !> energy exactly gains in them is within the margins.
    integer, parameter :: most_asleep = 1024
+
+   !> Places in a step, and values of families, that are remembered: the search for each event evaluates the same few.
+   integer, parameter :: most_places = 64, most_recalled = 64
+
+   !> Motion at a place of the step that is searched.
+   type :: place_t
+      !> In steps.
+      real(wp) :: s = 0.0_wp
+      type(motion_t) :: motion = motion_t()
+   end type place_t
+
+   !> Values and rates of a family of quantities at a motion; the family is 0 in a slot that is empty.
+   type :: recalled_t
+      integer :: family = 0
+      type(motion_t) :: motion = motion_t()
+      real(wp) :: values(3) = 0.0_wp, rates(3) = 0.0_wp
+   end type recalled_t
 
    !> Holds one event.
    type :: event_slot_t
@@ -104,7 +121,17 @@ module nutate_event_tracker
       integer :: steps_asleep = 0
       real(wp) :: wakes = 0.0_wp
       type(motion_bounds_t) :: bounds = motion_bounds_t()
+      !> The last places of the step that is searched, and how many have been evaluated.
+      type(place_t), private :: places(most_places) = place_t()
+      integer, private :: n_places = 0
+      !> Values that may be needed again, and the slot that was filled last.
+      type(recalled_t), private :: recalled(most_recalled) = recalled_t()
+      integer, private :: last_recalled = 0
    contains
+      !> Forgets the places of the last step; returns, or stores, the motion at a place of a step.
+      procedure :: open_places
+      procedure :: recall_place
+      procedure :: store_place
       procedure :: begin
       !> Sets how often events have happened in an earlier run.
       procedure :: remember
@@ -214,7 +241,42 @@ contains
       self%known = .false.
       self%asleep = .false.
       self%bounds = bound_motion(system)
+      self%recalled%family = 0
    end subroutine set_system
+
+   !> Forgets the places of the last step.
+   pure subroutine open_places(self)
+      class(event_tracker_t), intent(inout) :: self
+      self%n_places = 0
+   end subroutine open_places
+
+   !> Returns the motion at a place of the step, if it has been stored.
+   pure subroutine recall_place(self, s, motion, found)
+      class(event_tracker_t), intent(in) :: self
+      !> In steps.
+      real(wp), intent(in) :: s
+      type(motion_t), intent(inout) :: motion
+      logical, intent(out) :: found
+      integer :: i
+      found = .false.
+      do i = 1, min(self%n_places, most_places)
+         if (abs(self%places(i)%s - s) > 0.0_wp) cycle
+         motion = self%places(i)%motion
+         found = .true.
+         return
+      end do
+   end subroutine recall_place
+
+   !> Stores the motion at a place of the step, instead of the oldest.
+   pure subroutine store_place(self, s, motion)
+      class(event_tracker_t), intent(inout) :: self
+      !> In steps.
+      real(wp), intent(in) :: s
+      !> With its rates.
+      type(motion_t), intent(in) :: motion
+      self%places(1 + mod(self%n_places, most_places)) = place_t(s, motion)
+      self%n_places = self%n_places + 1
+   end subroutine store_place
 
    !> Stores the sides on which the quantities of limits are, as the system has it. At its level the round-off of a
    !> quantity does not tell: what then is at its limit, and is not seen to leave it, would stay there.
@@ -310,7 +372,7 @@ contains
 
    !> The parts of an event's function at a motion, and their derivatives by time; angles as they come.
    pure subroutine look(self, i, system, window_time, motion, parts)
-      class(event_tracker_t), intent(in) :: self
+      class(event_tracker_t), intent(inout) :: self
       !> Which event.
       integer, intent(in) :: i
       type(system_t), intent(in) :: system
@@ -320,7 +382,9 @@ contains
       type(motion_t), intent(in) :: motion
       type(part_t), intent(out) :: parts(most_parts)
       associate (event => self%watched(i)%event)
-         if (event%kind == CROSSING) then
+         if (event%kind == CROSSING .and. event%family() /= 0) then
+            call look_at_family(self, event, system, motion, parts(1))
+         else if (event%kind == CROSSING) then
             call event%parts(system, motion, parts)
          else
             parts(1)%value = event%rate(system, motion)
@@ -328,6 +392,44 @@ contains
          end if
       end associate
    end subroutine look
+
+   !> Returns the part of an event of a family: computed, or recalled if another event of it has been evaluated there.
+   pure subroutine look_at_family(self, event, system, motion, part)
+      class(event_tracker_t), intent(inout) :: self
+      class(event_t), intent(in) :: event
+      type(system_t), intent(in) :: system
+      !> With its rates.
+      type(motion_t), intent(in) :: motion
+      type(part_t), intent(out) :: part
+      integer :: i, place
+      place = 0
+      do i = 1, most_recalled
+         if (self%recalled(i)%family /= event%family()) cycle
+         if (is_same(self%recalled(i)%motion, motion)) place = i
+      end do
+      if (place == 0) then
+         place = 1 + mod(self%last_recalled, most_recalled)
+         self%last_recalled = place
+         associate (slot => self%recalled(place))
+            slot%family = event%family()
+            slot%motion = motion
+            call find_family(event, system, motion, slot%values, slot%rates)
+         end associate
+      end if
+      associate (slot => self%recalled(place), k => event%component())
+         part = part_t(slot%values(k), event%period, slot%rates(k))
+      end associate
+   end subroutine look_at_family
+
+   !> True for the same state with the same rates.
+   pure logical function is_same(a, b)
+      type(motion_t), intent(in) :: a, b
+      is_same = .false.
+      if (abs(a%state%t - b%state%t) > 0.0_wp) return
+      is_same = maxval(abs(a%state%q - b%state%q)) + maxval(abs(a%state%p - b%state%p)) + &
+                maxval(abs(a%acceleration - b%acceleration)) + maxval(abs(a%wheel_rate - b%wheel_rate)) + &
+                maxval(abs(a%state%wheel_momentum - b%state%wheel_momentum)) <= 0.0_wp
+   end function is_same
 
    !> Makes functions and slopes known at the start of a step, as they are in it: where other torques act than in the
    !> last one they are others.

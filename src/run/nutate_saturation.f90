@@ -32,6 +32,9 @@ module nutate_saturation
       integer :: side = 0
    contains
       procedure :: value => asked_amount
+      procedure :: family => driven_torque
+      procedure :: component => axis_of_amount
+      procedure :: family_values => asked_amounts
       procedure :: settle => settle_saturation
       procedure :: side_held => side_of_cut
    end type saturation_event_t
@@ -235,26 +238,47 @@ contains
       call move_alloc(grown, events)
    end subroutine add_one
 
-   !> What the law asks for.
+   !> Returns what the law asks for.
    pure real(wp) function asked_amount(self, system, motion) result(amount)
       class(saturation_event_t), intent(in) :: self
       type(system_t), intent(in) :: system
       type(motion_t), intent(in) :: motion
       real(wp) :: amounts(3)
-      amount = 0.0_wp
+      amounts = self%family_values(system, motion)
+      amount = amounts(self%component())
+   end function asked_amount
+
+   !> Returns the index of the torque, or that of the wheel below zero.
+   pure integer function driven_torque(self)
+      class(saturation_event_t), intent(in) :: self
+      driven_torque = merge(self%torque, -self%place, self%torque > 0)
+   end function driven_torque
+
+   !> Returns the component of the torque; 1 for the one of a motor.
+   pure integer function axis_of_amount(self)
+      class(saturation_event_t), intent(in) :: self
+      axis_of_amount = merge(self%place, 1, self%torque > 0)
+   end function axis_of_amount
+
+   !> Returns all components of what the law asks for, or the one of a motor; shape (3).
+   pure function asked_amounts(self, system, motion) result(amounts)
+      class(saturation_event_t), intent(in) :: self
+      type(system_t), intent(in) :: system
+      type(motion_t), intent(in) :: motion
+      real(wp) :: amounts(3)
+      amounts = 0.0_wp
       if (self%torque > 0) then
          select type (controller => system%effects%torques(self%torque)%item)
          class is (controller_t)
             amounts = controller%command(motion%state%t, quat_normalized(motion%state%q), motion%relative)
-            amount = amounts(self%place)
          end select
       else
          select type (motor => system%effects%wheels(self%place)%motor)
          class is (controlled_motor_t)
-            amount = motor%command(motion%state%t, quat_normalized(motion%state%q), motion%relative)
+            amounts(1) = motor%command(motion%state%t, quat_normalized(motion%state%q), motion%relative)
          end select
       end if
-   end function asked_amount
+   end function asked_amounts
 
    pure real(wp) function error_scalar(self, system, motion) result(scalar)
       class(turnover_event_t), intent(in) :: self

@@ -221,13 +221,19 @@ contains
       type(state_t) :: state
       type(motion_t) :: motion
       real(wp) :: start, length, window_time, work
+      logical :: known
       start = self%mark%state%t
       length = self%progress%state%t - start
       window_time = start + 0.5_wp*length
-      call self%policy%look_inside(self%system, self%mark%state, self%progress, start + s*length, state, work, status)
-      if (status%code /= 0) return
-      call find_motion(self%system, state, motion)
-      call find_rates(self%system, window_time, motion)
+      call self%progress%events%recall_place(s, motion, known)
+      if (.not. known) then
+         call self%policy%look_inside(self%system, self%mark%state, self%progress, start + s*length, state, work, &
+                                      status)
+         if (status%code /= 0) return
+         call find_motion(self%system, state, motion)
+         call find_rates(self%system, window_time, motion)
+         call self%progress%events%store_place(s, motion)
+      end if
       call self%progress%events%look(self%event, self%system, window_time, motion, parts)
       parts%rate = parts%rate*length
    end subroutine look_at

@@ -104,11 +104,13 @@ contains
       end associate
    end subroutine perform_next_part
 
-   !> Moves the start of the last step to a time inside of it, by two steps. Errors: those of the stepper.
-   subroutine go_inside(stepper, system, t, end_time, state, work, status, works, tangent)
+   !> Moves the start of the last step to a time inside of it, by one step or more. Errors: those of the stepper.
+   subroutine go_inside(stepper, system, parts, t, end_time, state, work, status, works, tangent)
       !> Used for nothing else.
       class(stepper_t), intent(inout) :: stepper
       type(system_t), intent(in) :: system
+      !> Number of steps.
+      integer, intent(in) :: parts
       !> s, and that of the end of the step.
       real(wp), intent(in) :: t, end_time
       type(state_t), intent(inout) :: state
@@ -121,9 +123,9 @@ contains
       type(state_t) :: before
       real(wp) :: length, middle
       integer :: i
-      length = 0.5_wp*(t - state%t)
+      length = (t - state%t)/parts
       middle = 0.5_wp*(state%t + end_time)
-      do i = 1, 2
+      do i = 1, parts
          if (present(tangent)) before = state
          call stepper%advance(system, state, length, middle, status)
          if (present(tangent) .and. status%code == 0) &

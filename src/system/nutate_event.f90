@@ -11,7 +11,7 @@ module nutate_event
    implicit none
    private
 
-   public :: event_t, part_t, time_scale, second_rate
+   public :: event_t, part_t, find_family, time_scale, second_rate
    public :: CROSSING, MAXIMUM, MINIMUM, EXTREMUM, SWITCH_ON, SWITCH_OFF, SWITCH_TOGGLE
 
    !> What is looked for.
@@ -60,6 +60,12 @@ module nutate_event
       !> Returns the parts of g with their rates, so that angles are followed one by one; g as a whole, which may jump
       !> by multiples of the period, unless overridden.
       procedure :: parts => one_part
+      !> Returns the number of the family of quantities that are computed together, and the component that is g: events
+      !> of one family differ in component, level and direction alone. 0, and 1, unless overridden: there is none.
+      procedure :: family => no_family
+      procedure :: component => first_component
+      !> Returns the components of the family; g alone unless overridden.
+      procedure :: family_values => own_value
       !> Returns the size of the terms of g, to which its round-off is relative; |g| unless overridden.
       procedure :: magnitude => own_size
       !> Returns true if the quantity cannot reach its value for a time, so that no search is needed; `.false.` unless
@@ -105,6 +111,27 @@ contains
       parts(1) = part_t(self%value(system, motion), self%period, self%rate(system, motion))
    end subroutine one_part
 
+   !> Returns 0: the quantity is computed alone.
+   pure integer function no_family(self)
+      class(event_t), intent(in) :: self
+      no_family = 0
+   end function no_family
+
+   !> Returns 1.
+   pure integer function first_component(self)
+      class(event_t), intent(in) :: self
+      first_component = 1
+   end function first_component
+
+   !> Returns g as the only component; shape (3).
+   pure function own_value(self, system, motion) result(values)
+      class(event_t), intent(in) :: self
+      type(system_t), intent(in) :: system
+      type(motion_t), intent(in) :: motion
+      real(wp) :: values(3)
+      values = [self%value(system, motion), 0.0_wp, 0.0_wp]
+   end function own_value
+
    !> Returns |g|.
    pure real(wp) function own_size(self, system, motion) result(magnitude)
       class(event_t), intent(in) :: self
@@ -113,29 +140,50 @@ contains
       magnitude = abs(self%value(system, motion))
    end function own_size
 
-   !> Computes ġ by central differences of sixth order along the tangent of the motion: to 1e-13 of the size of g over
-   !> the time of a radian.
+   !> Computes ġ by `family_rates`.
    pure real(wp) function rate_by_differences(self, system, motion) result(rate)
       class(event_t), intent(in) :: self
       type(system_t), intent(in) :: system
       !> With its rates.
       type(motion_t), intent(in) :: motion
+      real(wp) :: rates(3)
+      rates = family_rates(self, system, motion)
+      rate = rates(self%component())
+   end function rate_by_differences
+
+   !> Computes the components of a family, and their rates.
+   pure subroutine find_family(event, system, motion, values, rates)
+      class(event_t), intent(in) :: event
+      type(system_t), intent(in) :: system
+      !> With its rates.
+      type(motion_t), intent(in) :: motion
+      real(wp), intent(out) :: values(3), rates(3)
+      values = event%family_values(system, motion)
+      rates = family_rates(event, system, motion)
+   end subroutine find_family
+
+   !> Computes the rates of a family by central differences of sixth order along the tangent of the motion: to 1e-13 of
+   !> the size of g over the time of a radian; shape (3).
+   pure function family_rates(event, system, motion) result(rates)
+      class(event_t), intent(in) :: event
+      type(system_t), intent(in) :: system
+      type(motion_t), intent(in) :: motion
       real(wp), parameter :: weights(3) = [45.0_wp/60, -9.0_wp/60, 1.0_wp/60]
       type(motion_t) :: there
-      real(wp) :: h, ahead, change
+      real(wp) :: rates(3), h, ahead(3), change(3)
       integer :: i
       h = wide*time_scale(motion)
-      rate = 0.0_wp
+      rates = 0.0_wp
       do i = 1, 3
          call find_motion(system, displaced(motion, i*h), there)
-         ahead = self%value(system, there)
+         ahead = event%family_values(system, there)
          call find_motion(system, displaced(motion, -i*h), there)
-         change = ahead - self%value(system, there)
-         if (self%period > 0.0_wp) change = change - self%period*anint(change/self%period)
-         rate = rate + weights(i)*change
+         change = ahead - event%family_values(system, there)
+         if (event%period > 0.0_wp) change = change - event%period*anint(change/event%period)
+         rates = rates + weights(i)*change
       end do
-      rate = rate/h
-   end function rate_by_differences
+      rates = rates/h
+   end function family_rates
 
    !> g̈ along the motion, by central differences of ġ.
    pure real(wp) function second_rate(event, system, window_time, motion) result(rate)

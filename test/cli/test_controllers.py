@@ -72,6 +72,14 @@ class Controllers(CommandLineTest):
                                "--max-steps", "37", *options)
                 self.succeed("run", f"{kind}.nml", "--quiet", "--output", "part.csv", "--resume", "a.ck", *options)
                 self.assertEqual(self.read("part.csv"), self.read("whole.csv"))
+        # Adaptive steps that end at limits are counted, and limit the next ones, behind a checkpoint too.
+        options = ["--unset", "integrator.time_step", "--set", "integrator.local_tolerance=1e-8", "--set", "integrator.method=dop853"]
+        text = self.succeed("run", "magnetorquers.nml", "--output", "free.csv", *options).stderr
+        self.assertRegex(text, "shortened steps +[0-9]+ more, which end at events")
+        self.fail_with(3, "run", "magnetorquers.nml", "--quiet", "--output", "part.csv", "--checkpoint", "a.ck", "--max-steps", "25",
+                       *options)
+        self.succeed("run", "magnetorquers.nml", "--quiet", "--output", "part.csv", "--resume", "a.ck", *options)
+        self.assertEqual(self.read("part.csv"), self.read("free.csv"))
         header, rows = self.history("whole.csv")
         speed = next(k for k, name in enumerate(header) if name.startswith("wheel1_speed"))
         self.assertAlmostEqual(max(abs(row[speed]) for row in rows), 12.0, delta=0.5)
