@@ -170,6 +170,62 @@ def turning(last=200, interval=0.5, rates=True, system="TAI", start="2020-01-01T
     return message(lines, system, kind="QUATERNION/ANGVEL" if rates else "QUATERNION", extra=("ANGVEL_FRAME = REF_FRAME_B",) * rates)
 
 
+def conjugate(q):
+    return [q[0], -q[1], -q[2], -q[3]]
+
+
+class Rates(FrameTest):
+    """The same motion by each type of rates."""
+
+    def columns(self, text):
+        self.write("target.aem", text)
+        self.succeed("run", "chaser.nml", "--quiet", "--set", "output.columns=frame1")
+        return self.history("chaser.csv")[1]
+
+    def test_rates_of_every_type_give_the_same_frame(self):
+        self.make_message(0.25)
+        given = self.read("target.aem").splitlines()
+        lines = [line.split() for line in given[given.index("DATA_START") + 1:given.index("DATA_STOP")]]
+        records = [(line[0], [float(x) for x in line[4:5] + line[1:4]], [0.0] + [float(x) for x in line[5:]]) for line in lines]
+        expected = self.columns(self.read("target.aem"))
+        without = self.columns(message([" ".join(line[:5]) for line in lines]))
+        self.assertGreater(max(abs(a - b) for x, y in zip(expected, without) for a, b in zip(x, y)), 1e-3)
+
+        def text(q, first):
+            return " ".join(repr(x) for x in (q if first else q[1:] + q[:1]))
+
+        for version, direction, first in (("2.0", "", False), ("1.0", "A2B", False), ("1.0", "A2B", True), ("1.0", "B2A", True)):
+            kind = f"QUATERNION_TYPE = {'FIRST' if first else 'LAST'}"
+            extra = (f"ATTITUDE_DIR = {direction}", kind) if direction else ()
+            turn = conjugate if direction == "B2A" else list
+            rows = []
+            for date, q, omega in records:
+                rate = [math.radians(x) / 2 for x in product(q, omega)]
+                rows.append(f"{date} {text(turn(q), first)} {text(turn(rate), first)}")
+            derivative = message(rows, version=version, kind="QUATERNION/DERIVATIVE", extra=extra)
+            found = {"derivative": derivative}
+            for axes in ("REF_FRAME_A", "REF_FRAME_B") if direction else ():
+                rows = []
+                for date, q, omega in records:
+                    rate = product(product(q, omega), conjugate(q)) if axes == "REF_FRAME_A" else omega
+                    sign = -1 if direction == "B2A" else 1
+                    rows.append(f"{date} {text(turn(q), first)} " + " ".join(repr(sign * x) for x in rate[1:]))
+                found[axes] = message(rows, version=version, kind="QUATERNION/RATE", extra=(*extra, f"RATE_FRAME = {axes}"))
+            for name, content in found.items():
+                for row, wanted in zip(self.columns(content), expected):
+                    for a, b in zip(row, wanted):
+                        self.assertAlmostEqual(a, b, delta=1e-9, msg=(version, direction, name))
+
+    def test_rates_that_say_something_else_are_rejected(self):
+        records = ["2029-04-13T21:46:12.7 0 0 0 1 0 0 1", "2029-04-13T23:46:12.7 0 0 0 1 0 0 1"]
+        first = ("ATTITUDE_DIR = A2B", "QUATERNION_TYPE = LAST")
+        for version, extra, says in (("2.0", ("RATE_FRAME = REF_FRAME_B",), "'QUATERNION/RATE' is one of version 1.0 (expected QUATERNION/ANGVEL)"),
+                                     ("1.0", first, "RATE_FRAME is absent or unknown (expected REF_FRAME_A or REF_FRAME_B)"),
+                                     ("1.0", (*first, "RATE_FRAME = REF_FRAME_B", "EULER_ROT_SEQ = 313"), "rates of Euler angles are not read")):
+            self.write("target.aem", message(records, version=version, kind="QUATERNION/RATE", extra=extra))
+            self.fail_with(2, "check", "chaser.nml", says=("target.aem:", says))
+
+
 class Events(FrameTest):
     def events(self, text):
         self.write("rest.nml", REST + text)

@@ -1,13 +1,17 @@
 !> Keywords of the Attitude Ephemeris Message (CCSDS 504.0-B-2, and 504.0-B-1 for version 1.0), in KVN.
 !>
 !> The quaternion of version 2.0 turns coordinates of REF_FRAME_A into those of REF_FRAME_B, scalar last: with the space
-!> axes as A and the body axes as B it is (q1, q2, q3, q0), without conjugation. Rates are in deg/s.
+!> axes as A and the body axes as B it is (q1, q2, q3, q0), without conjugation. Angular velocities are in deg/s.
+!>
+!> Angular velocities are those of REF_FRAME_B against REF_FRAME_A. The rates of version 1.0 are those of the rotation
+!> that the quaternion describes: with ATTITUDE_DIR = B2A that of REF_FRAME_A against REF_FRAME_B.
 module nutate_aem_keywords
    use nutate_kinds, only: wp, pi
    use nutate_spelling, only: lower_case
    implicit none
    private
 
+   public :: ANGULAR_VELOCITY, DERIVATIVE, NO_RATES, ROTATION_RATE
    public :: known_keywords, keyword_length, attitude_types, attitude_type_t, ecliptic, equatorial, from_ecliptic, &
       is_ecliptic, is_inertial, is_inverted, standard_frame
 
@@ -20,21 +24,24 @@ module nutate_aem_keywords
       'USEABLE_STOP_TIME', 'STOP_TIME', 'ATTITUDE_TYPE', 'QUATERNION_TYPE', 'EULER_ROT_SEQ', 'ANGVEL_FRAME', &
       'RATE_FRAME', 'INTERPOLATION_METHOD', 'INTERPOLATION_DEGREE']
 
+   !> What follows the quaternion: nothing, the angular velocity, the rates of version 1.0, the derivative.
+   integer, parameter :: NO_RATES = 0, ANGULAR_VELOCITY = 1, ROTATION_RATE = 2, DERIVATIVE = 3
+
    !> A type of records that is read.
    type :: attitude_type_t
       character(len=keyword_length) :: name
       !> Numbers behind the date.
       integer :: numbers
-      !> The last three are the angular velocity.
-      logical :: has_rates
+      !> What the numbers behind the quaternion are.
+      integer :: rates
    end type attitude_type_t
 
-   !> Types with a quaternion; of the rates of quaternions, and of the others of version 1.0, nothing is used.
+   !> Types with a quaternion.
    type(attitude_type_t), parameter :: attitude_types(4) = [ &
-      attitude_type_t('QUATERNION', 4, .false.), &
-      attitude_type_t('QUATERNION/ANGVEL', 7, .true.), &
-      attitude_type_t('QUATERNION/DERIVATIVE', 8, .false.), &
-      attitude_type_t('QUATERNION/RATE', 7, .false.)]
+      attitude_type_t('QUATERNION', 4, NO_RATES), &
+      attitude_type_t('QUATERNION/ANGVEL', 7, ANGULAR_VELOCITY), &
+      attitude_type_t('QUATERNION/DERIVATIVE', 8, DERIVATIVE), &
+      attitude_type_t('QUATERNION/RATE', 7, ROTATION_RATE)]
 
    !> Ecliptic axes as SPICE calls them, which CCSDS does not know; the axes that they are turned to, and the angle
    !> about their x axis, arcseconds.

@@ -1,12 +1,13 @@
 !> Reads Attitude Ephemeris Messages (CCSDS 504.0-B, versions 1.0 and 2.0) in KVN.
 module nutate_aem_reading
-   use nutate_aem_keywords, only: attitude_types, attitude_type_t, is_inverted, keyword_length, known_keywords
+   use nutate_aem_keywords, only: ANGULAR_VELOCITY, attitude_types, attitude_type_t, DERIVATIVE, is_inverted, &
+      keyword_length, known_keywords, NO_RATES, ROTATION_RATE
    use nutate_attitude_rows, only: attitude_rows_t, is_unit
    use nutate_epoch, only: epoch_t, read_epoch, time_systems
    use nutate_kinds, only: wp, pi
    use nutate_number_text, only: read_real
    use nutate_printable, only: printable_path, quoted
-   use nutate_quaternion, only: quat_conjugate, quat_normalized, rotate_to_body
+   use nutate_quaternion, only: quat_conjugate, quat_norm, quat_normalized, quat_product, rotate_to_body
    use nutate_scene_table, only: begin_of, count_lines
    use nutate_spelling, only: comma_list, is_listed, lower_case, nearest_name, split_list
    use nutate_text_file, only: read_text_file
@@ -117,7 +118,7 @@ contains
       rows%lines = rows%lines(:reader%n)
       rows%segments = rows%segments(:reader%n)
       if (reader%segments == 1) deallocate (rows%segments)
-      if (reader%kind%has_rates) then
+      if (reader%kind%rates /= NO_RATES) then
          rows%omega = rows%omega(:, :reader%n)
       else
          deallocate (rows%omega)
@@ -324,23 +325,45 @@ contains
          else if (segment%value('ATTITUDE_DIR')//segment%value('QUATERNION_TYPE') /= '') then
             reader%problem = 'version 2.0 has neither ATTITUDE_DIR nor QUATERNION_TYPE (expected CCSDS_AEM_VERS = 1.0)'
          end if
-         if (reader%problem == '' .and. reader%kind%has_rates .and. .not. (rates_in_body(segment) .or. &
-                                                                          rates_in_space(segment))) &
-            reader%problem = 'ANGVEL_FRAME is absent or unknown (expected REF_FRAME_A or REF_FRAME_B)'
       end associate
+      if (reader%problem == '') call check_rates(reader)
    end subroutine check_direction
 
-   pure logical function rates_in_body(segment)
-      type(segment_t), intent(in) :: segment
-      rates_in_body = any(segment%value('ANGVEL_FRAME') == [character(len=120) :: 'REF_FRAME_B', &
-                                                           segment%value('REF_FRAME_B')])
-   end function rates_in_body
+   !> Checks type and frame of rates: version 2.0 has no rotation rates, which are those of Euler angles if a sequence is
+   !> given.
+   subroutine check_rates(reader)
+      type(reader_t), intent(inout) :: reader
+      character(len=:), allocatable :: keyword
+      associate (segment => reader%segment, rates => reader%kind%rates)
+         keyword = frame_keyword(rates)
+         if (rates == ROTATION_RATE .and. reader%version /= '1.0') then
+            reader%problem = "ATTITUDE_TYPE 'QUATERNION/RATE' is one of version 1.0 (expected QUATERNION/ANGVEL)"
+         else if (rates == ROTATION_RATE .and. segment%value('EULER_ROT_SEQ') /= '') then
+            reader%problem = 'rates of Euler angles are not read (expected rates about the axes of RATE_FRAME, '// &
+                             'without EULER_ROT_SEQ)'
+         else if (keyword /= '') then
+            if (.not. (is_frame(segment, keyword, 'REF_FRAME_A') .or. is_frame(segment, keyword, 'REF_FRAME_B'))) &
+               reader%problem = keyword//' is absent or unknown (expected REF_FRAME_A or REF_FRAME_B)'
+         end if
+      end associate
+   end subroutine check_rates
 
-   pure logical function rates_in_space(segment)
+   !> Returns the keyword that names the axes of rates; empty for those that need none.
+   pure function frame_keyword(rates) result(keyword)
+      integer, intent(in) :: rates
+      character(len=:), allocatable :: keyword
+      keyword = ''
+      if (rates == ANGULAR_VELOCITY) keyword = 'ANGVEL_FRAME'
+      if (rates == ROTATION_RATE) keyword = 'RATE_FRAME'
+   end function frame_keyword
+
+   !> True if a keyword has the value of a frame, or its keyword.
+   pure logical function is_frame(segment, keyword, frame)
       type(segment_t), intent(in) :: segment
-      rates_in_space = any(segment%value('ANGVEL_FRAME') == [character(len=120) :: 'REF_FRAME_A', &
-                                                            segment%value('REF_FRAME_A')])
-   end function rates_in_space
+      !> `ANGVEL_FRAME` or `RATE_FRAME`; `REF_FRAME_A` or `REF_FRAME_B`.
+      character(len=*), intent(in) :: keyword, frame
+      is_frame = any(segment%value(keyword) == [character(len=120) :: frame, segment%value(frame)])
+   end function is_frame
 
    !> Reads a record: a date and numbers.
    subroutine take_record(reader, line, rows)
@@ -384,25 +407,61 @@ contains
       real(wp), intent(in) :: values(:)
       real(wp), intent(out) :: q(4), omega(3)
       logical :: inverted
-      omega = 0.0_wp
-      q = [values(4), values(1:3)]
-      if (lower_case(reader%segment%value('QUATERNION_TYPE')) == 'first') q = values(1:4)
+      q = scalar_first(reader, values(1:4))
       if (.not. is_unit(q, norm_tolerance)) then
          reader%problem = 'the quaternion is not of unit norm (expected Q1 Q2 Q3 QC with a sum of squares of 1)'
          return
       end if
+      omega = rate_of(reader, quat_norm(q), quat_normalized(q), values(5:8))
       q = quat_normalized(q)
-      if (lower_case(reader%segment%value('ATTITUDE_DIR')) == 'b2a') q = quat_conjugate(q)
-      if (reader%kind%has_rates) then
-         omega = values(5:7)*degree
-         if (.not. rates_in_body(reader%segment)) omega = rotate_to_body(q, omega)
-      end if
+      if (is_reversed(reader)) q = quat_conjugate(q)
       inverted = is_inverted(reader%segment%value('REF_FRAME_A'), reader%segment%value('REF_FRAME_B'))
       if (.not. inverted) return
       ! REF_FRAME_A turns against REF_FRAME_B by the opposite rate, in its own axes.
       q = quat_conjugate(q)
       omega = -rotate_to_body(q, omega)
    end subroutine find_attitude
+
+   !> Returns the angular velocity of REF_FRAME_B against REF_FRAME_A, in the axes of B, rad/s; zero without rates.
+   pure function rate_of(reader, norm, q, values) result(omega)
+      type(reader_t), intent(in) :: reader
+      !> Norm of the quaternion as given, and the quaternion normalised, scalar first.
+      real(wp), intent(in) :: norm, q(4)
+      !> Numbers behind the quaternion, shape (4).
+      real(wp), intent(in) :: values(:)
+      real(wp) :: omega(3), attitude(4), product(4)
+      attitude = q
+      if (is_reversed(reader)) attitude = quat_conjugate(q)
+      select case (reader%kind%rates)
+      case (ANGULAR_VELOCITY, ROTATION_RATE)
+         omega = values(1:3)*degree
+         if (reader%kind%rates == ROTATION_RATE .and. is_reversed(reader)) omega = -omega
+         if (.not. is_frame(reader%segment, frame_keyword(reader%kind%rates), 'REF_FRAME_B')) &
+            omega = rotate_to_body(attitude, omega)
+      case (DERIVATIVE)
+         product = scalar_first(reader, values)/norm
+         if (is_reversed(reader)) product = quat_conjugate(product)
+         product = quat_product(quat_conjugate(attitude), product)
+         omega = 2*product(2:4)
+      case default
+         omega = 0.0_wp
+      end select
+   end function rate_of
+
+   !> Returns the four numbers of a quaternion, or of its derivative, scalar first.
+   pure function scalar_first(reader, values) result(q)
+      type(reader_t), intent(in) :: reader
+      real(wp), intent(in) :: values(4)
+      real(wp) :: q(4)
+      q = [values(4), values(1:3)]
+      if (lower_case(reader%segment%value('QUATERNION_TYPE')) == 'first') q = values
+   end function scalar_first
+
+   !> True if the quaternion describes the rotation from REF_FRAME_B to REF_FRAME_A.
+   pure logical function is_reversed(reader)
+      type(reader_t), intent(in) :: reader
+      is_reversed = lower_case(reader%segment%value('ATTITUDE_DIR')) == 'b2a'
+   end function is_reversed
 
    !> True for a date inside of the useable part of the segment.
    pure logical function is_useable(reader, date)
@@ -419,7 +478,7 @@ contains
       type(attitude_rows_t), intent(in) :: rows
       real(wp), intent(in) :: t, q(4), omega(3)
       goes_on = t <= rows%t(reader%n) .and. min(norm2(q - rows%q(:, reader%n)), norm2(q + rows%q(:, reader%n))) <= same
-      if (goes_on .and. reader%kind%has_rates) &
+      if (goes_on .and. reader%kind%rates /= NO_RATES) &
          goes_on = norm2(omega - rows%omega(:, reader%n)) <= same*max(norm2(omega), same)
    end function goes_on
 
