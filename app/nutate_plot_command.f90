@@ -2,9 +2,11 @@
 module nutate_plot_command
    use nutate_cli, only: command_t
    use nutate_console, only: say_error, EXIT_INPUT, EXIT_SUCCESS
+   use nutate_decimal, only: rounded_text
    use nutate_gnuplot, only: picture_t, is_picture
    use nutate_history_plot, only: draw_history
    use nutate_history_reading, only: name_length, read_history, read_names, recorded_t
+   use nutate_kinds, only: wp, pi
    use nutate_outputs, only: outputs_t, picture_kind
    use nutate_picture_opening, only: open_picture, report_file
    use nutate_plot_panels, only: columns_named, known_columns
@@ -15,6 +17,10 @@ module nutate_plot_command
    private
 
    public :: plot_command, draw_file
+
+   !> Columns of the angular velocity in body axes.
+   character(len=name_length), parameter :: rates(6) = [character(len=name_length) :: &
+      'omega1', 'omega2', 'omega3', 'omega1_deg', 'omega2_deg', 'omega3_deg']
 
 contains
 
@@ -44,7 +50,35 @@ contains
       columns = ''
       if (allocated(command%columns)) columns = command%columns
       if (exit_code == EXIT_SUCCESS) call draw_file(command%scene, name, title, columns, picture, exit_code)
+      if (exit_code == EXIT_SUCCESS) call note_sparse_rows(command%scene)
    end subroutine plot_command
+
+   !> Notes rows between which the body turns by half a revolution or more, if the history has the angular velocity:
+   !> curves through them show other oscillations.
+   subroutine note_sparse_rows(file)
+      character(len=*), intent(in) :: file
+      type(recorded_t) :: history
+      character(len=name_length), allocatable :: names(:)
+      character(len=:), allocatable :: problem
+      real(wp) :: unit, h, turn
+      integer :: i
+      call read_names(file, names, problem)
+      if (problem /= '') return
+      names = pack(names, [(any(names(i) == rates), i=1, size(names))])
+      if (size(names) /= 3) return
+      unit = merge(pi/180, 1.0_wp, index(names(1), '_deg') > 0)
+      call read_history(file, names, history, problem)
+      if (problem /= '') return
+      do i = 1, size(history%values, 1) - 1
+         h = abs(history%values(i + 1, 1) - history%values(i, 1))
+         turn = unit*h*max(norm2(history%values(i, 2:)), norm2(history%values(i + 1, 2:)))
+         if (.not. turn >= pi) cycle
+         call say_error('nutate: note: '//printable_path(file)//': the body turns by half a revolution or more '// &
+                        'between rows, from t = '//rounded_text(history%values(i, 1))//' s on: curves show other '// &
+                        'oscillations (expected rows less than '//rounded_text(pi*h/turn, 3)//' s apart)')
+         return
+      end do
+   end subroutine note_sparse_rows
 
    !> A name without `.csv` at its end.
    pure function without_csv(name) result(stem)
@@ -113,7 +147,7 @@ contains
             do i = 1, size(words)
                found = columns_named(trim(adjustl(words(i))), names)
                if (.not. any(found)) problem = ': there is no column '//quoted(trim(adjustl(words(i))))// &
-                                               hint(nearest_name(trim(adjustl(words(i))), names))
+                                               hint(names(2:), nearest_name(trim(adjustl(words(i))), names))
                if (problem /= '') exit
                chosen = chosen .or. found
             end do
@@ -122,13 +156,20 @@ contains
       wanted = pack(names, chosen)
    end subroutine choose_columns
 
-   !> What to write in the place of an unknown name.
-   pure function hint(nearest) result(text)
+   !> Returns what to write in the place of an unknown name: the columns of the history, and the nearest one.
+   pure function hint(names, nearest) result(text)
+      character(len=*), intent(in) :: names(:)
       !> Blank if there is none.
       character(len=*), intent(in) :: nearest
       character(len=:), allocatable :: text
-      text = ''
-      if (nearest /= '') text = ' (nearest: '//trim(nearest)//')'
+      integer :: i
+      text = ' (expected '
+      do i = 1, size(names)
+         if (i > 1) text = text//', '
+         text = text//trim(names(i))
+      end do
+      if (nearest /= '') text = text//'; nearest: '//trim(nearest)
+      text = text//')'
    end function hint
 
 end module nutate_plot_command

@@ -28,8 +28,9 @@ module nutate_plot_panels
       character(len=7) :: colour = ''
    end type rule_t
 
-   !> Colours of the components 1, 2, 3, or x, y, z, and of one that is neither.
-   character(len=7), parameter :: component_colours(3) = ['#d55e00', '#009e73', '#0b3c5d'], grey = '#666666'
+   !> Colours of the components 1, 2, 3, or x, y, z, of the wheels and controllers 1 to 6, and of one that is neither.
+   character(len=7), parameter :: component_colours(6) = ['#d55e00', '#009e73', '#0b3c5d', '#e69f00', '#56b4e9', &
+      '#cc79a7'], grey = '#666666'
    !> Colours of columns that have no component, one after the other.
    character(len=7), parameter :: others(6) = ['#0b3c5d', '#e69f00', '#009e73', '#d55e00', '#56b4e9', '#cc79a7']
 
@@ -95,7 +96,6 @@ module nutate_plot_panels
       rule_t('sigma_omega#', 'σ of Ω (%/s)'), &
       rule_t('covariance_*', 'covariances'), &
       rule_t('lyapunov', 'Lyapunov exponent (1/s)', component_colours(3)), &
-      rule_t('lyapunov4', 'Lyapunov exponents (1/s)', '#e69f00'), &
       rule_t('lyapunov#', 'Lyapunov exponents (1/s)'), &
       rule_t('megno', 'mean MEGNO', component_colours(3)), &
       rule_t('fli', 'FLI', component_colours(3))]
@@ -146,7 +146,7 @@ contains
       panels(place)%colours = [panels(place)%colours, drawn]
    end subroutine add_curve
 
-   !> Returns the colour of a component, which the last sign of its name tells; else the next colour.
+   !> Returns the colour of a component or wheel, whose number or letter the name has; else the next colour.
    pure function component_colour(name, curves) result(colour)
       character(len=*), intent(in) :: name
       !> How many curves the panel has.
@@ -155,12 +155,12 @@ contains
       character(len=1) :: last
       integer :: place
       last = name(len(name):)
-      place = index('123xyz', last)
+      place = max(index('123456', last), index('xyz', last))
       colour = others(1 + modulo(curves, size(others)))
-      if (index(name, 'wheel') == 1) place = index('123', name(6:6))
-      if (index(name, 'd_wheel') == 1) place = index('123', name(8:8))
+      if (index(name, 'wheel') == 1) place = index('123456', name(6:6))
+      if (index(name, 'd_wheel') == 1) place = index('123456', name(8:8))
       if (place > 0) then
-         colour = component_colours(1 + modulo(place - 1, 3))
+         colour = component_colours(place)
       else if (last == '0') then
          colour = grey
       end if

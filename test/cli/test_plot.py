@@ -82,7 +82,7 @@ class Pictures(CommandLineTest):
         self.assertEqual(legend(self.read("box.svg")), ["omega3", "total"])
         self.succeed("plot", "box.csv", "--columns=energy, omega1")
         self.assertEqual(legend(self.read("box.svg")), ["omega1", "kinetic", "potential", "total", "work", "energy_residual"])
-        self.fail_with(2, "plot", "box.csv", "--columns", "omega4", says=("box.csv: there is no column 'omega4'", "nearest: omega"))
+        self.fail_with(2, "plot", "box.csv", "--columns", "omega4", says=("box.csv: there is no column 'omega4' (expected q0, q1, q2, q3, omega1, ", "; nearest: omega"))
         self.fail_with(2, "plot", "box.csv", "--columns", "", says=("--columns",))
         self.write("other.csv", "t,omega1,depth of water\n0,1,2\n1,2,3\n")
         self.succeed("plot", "other.csv", "--columns", "depth of water")
@@ -116,6 +116,24 @@ class Pictures(CommandLineTest):
         self.write("sheet.csv", '"t","x, seen from above","omega1","omega2",omega3\r\n0,"1",2,3,4\r\n1,"1",3,"3",5\r\n')
         self.succeed("plot", "sheet.csv")
         self.assertEqual(legend(self.read("sheet.svg")), ["omega1", "omega2", "omega3"])
+
+    def test_rows_half_a_turn_apart_are_noted(self):
+        for end, rate, noted in (("", 3.0, False), ("", 3.2, True), ("_deg", 170, False), ("_deg", 190, True)):
+            with self.subTest(end=end, rate=rate):
+                names = ",".join(f"omega{k}{end}" for k in (1, 2, 3))
+                self.write("rows.csv", f"t,total,{names}\n0,1,0,0,{rate}\n1,1,0,0,{rate}\n2,1,0,0,{rate}\n")
+                said = self.succeed("plot", "rows.csv", "--columns", "total").stderr
+                self.assertEqual("rows.csv: the body turns by half a revolution or more between rows, from t = 0 s on" in said, noted)
+                self.assertEqual("expected rows less than" in said, noted)
+
+    def test_each_wheel_and_controller_has_its_colour(self):
+        self.write("wheels.csv", "t," + ",".join(f"{name}{k}{end}" for name, end in (("wheel", "_speed"), ("pointing_error", ""))
+                                                 for k in range(1, 7)) + "\n" + "".join(f"{t}" + f",{t}" * 12 + "\n" for t in (0, 1)))
+        self.succeed("plot", "wheels.csv")
+        picture = self.read("wheels.svg")
+        for colour in ("d55e00", "009e73", "0b3c5d", "e69f00", "56b4e9", "cc79a7"):
+            red, green, blue = (int(colour[i:i + 2], 16) for i in (0, 2, 4))
+            self.assertEqual(len(re.findall(rf"<path stroke='rgb\({red:3d}, *{green}, *{blue}\)' *d=", picture)), 2, colour)
 
     def test_png_under_another_name(self):
         self.succeed("run", "box.nml", "--quiet", "--output", "<box>.csv")
