@@ -25,6 +25,15 @@ SUBDIVIDED = """
 &integrator time_step = 614.3, end_time = 1843, auxiliary_inertia = 3.53e-8 /
 """
 
+# Hyperion, for some hundred periods: two methods lose each other.
+CHAOS = """
+&body inertia = 0.5, 0.764, 1.0 /
+&orbit semi_major_axis = 1.0, mu = 1.0, eccentricity = 0.1 /
+&gravity_gradient /
+&initial angular_velocity = 0.0, 0.0, 1.0, roll_pitch_yaw = 0.1, 0.2, 0.3 /
+&integrator time_step = 0.25, end_time = 1000.0 /
+"""
+
 
 class Study(CommandLineTest):
     studies = {}
@@ -105,6 +114,17 @@ class Study(CommandLineTest):
             if any(row[1] != "-" for row in rows):
                 chosen = [row[4] for row in rows if "auto" in row[3]]
                 self.assertEqual([re.match("method='([a-z0-9_]+)'", text)[1] for text in chosen], [method])
+
+    def test_a_choice_of_auto_that_the_budget_does_not_allow_is_not_measured(self):
+        text = self.study("top.nml", "--evaluations", "20000", "--set", "integrator.end_time=10")
+        self.assertIn("method='rk8', not measured within the budget", text)
+        self.assertNotIn("not measured", self.study("top.nml", *SHORT))
+
+    def test_methods_that_do_not_agree_are_named_with_their_distance(self):
+        self.write("chaos.nml", CHAOS)
+        text = self.study("chaos.nml", *BRIEF)
+        self.assertRegex(text, r"reference +none: nielsen_krenk order 8 \(reduced\) and dop853\n +"
+                               r"agree only to \S+ rad at t = \S+ s; attitude errors are not shown\n")
 
     def test_auto_takes_the_closed_solution_where_there_is_one(self):
         for rows in self.answer(self.study("box.nml", *SHORT)):
