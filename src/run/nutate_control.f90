@@ -2,6 +2,7 @@
 !> speed, and controllers of what they give.
 module nutate_control
    use nutate_effect_list, only: effect_list_t
+   use nutate_hamiltonian, only: angular_velocity
    use nutate_kinds, only: wp
    use nutate_limit_event, only: limit_slot_t
    use nutate_motion, only: find_motion, motion_t
@@ -11,12 +12,16 @@ module nutate_control
    use nutate_saturation, only: add_saturations, can_jump, can_saturate, free_senses, note_saturations
    use nutate_speed_limits, only: add_speed_limits, has_speed_limits, find_speed_limits
    use nutate_state, only: state_t
+   use nutate_status, only: status_t, fail, NUTATE_OFF_BRANCH
    use nutate_system, only: system_t
    implicit none
    private
 
-   public :: beyond_accuracy, free_senses, is_watched, limit_events, &
+   public :: beyond_accuracy, check_sampling, free_senses, is_watched, limit_events, &
       needs_control, next_sample, find_limits, take_samples
+
+   !> Rotation between two samples, rad, beyond which no controller follows the motion: 16 000 revolutions.
+   real(wp), parameter :: longest_rotation = 1e5_wp
 
 contains
 
@@ -118,6 +123,24 @@ contains
       end do
       if (changed) call command_wheels(system%effects, state%t)
    end subroutine take_samples
+
+   !> Errors: `NUTATE_OFF_BRANCH` for a body that a sampled controller has accelerated so much that steps would have no
+   !> end.
+   pure subroutine check_sampling(system, state, status)
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      type(status_t), intent(inout) :: status
+      integer :: i
+      do i = 1, system%effects%n_torques
+         select type (controller => system%effects%torques(i)%item)
+         class is (controller_t)
+            if (.not. (controller%on .and. controller%sample > 0.0_wp)) cycle
+            if (norm2(angular_velocity(system, state)) <= longest_rotation/controller%sample) cycle
+            status = fail(NUTATE_OFF_BRANCH, 'a sampled controller is unstable: the body turns by over 1e5 rad '// &
+                          'from sample to sample (expected a shorter sample or smaller gains)')
+         end select
+      end do
+   end subroutine check_sampling
 
    !> Gives the motors what all controllers hold, cut off at their limits.
    pure subroutine command_wheels(effects, t)

@@ -2,7 +2,7 @@
 module nutate_run_loop
    use nutate_archive, only: archive_t
    use nutate_byte_archive, only: byte_archive_t
-   use nutate_control, only: next_sample, take_samples
+   use nutate_control, only: check_sampling, next_sample, take_samples
    use nutate_event_following, only: follow_events, make_switches
    use nutate_event_hunt, only: hunt_t
    use nutate_hamiltonian, only: angular_velocity
@@ -68,6 +68,7 @@ contains
          if (status%code /= 0 .or. .not. (progress%events%n_due > 0 .or. is_sample_due(progress))) exit
          if (progress%events%n_due > 0) call make_switches(policy, system, progress, status)
          call sample_state(policy, system, progress)
+         call check_sampling(system, progress%state, status)
          if (status%code /= 0 .or. progress%events%stopped .or. is_over(progress)) exit
       end do
    end subroutine drive_switched

@@ -33,6 +33,16 @@ class Controllers(CommandLineTest):
         # On its way to the target.
         self.assertGreater(sum(ends["taylor"][1:5]) / 2, 0.9)
 
+    def test_a_body_that_a_sampled_controller_accelerates_without_end_is_reported(self):
+        scene = ("&body inertia = 1.0, 1.2, 1.5 /\n&initial angular_velocity = 0.0, 0.0, 0.1 /\n"
+                 "&controller law = 'quaternion', attitude_gain = 1.0, rate_gain = 10.0, sample = 0.3 /\n&output interval = 1.0 /\n")
+        for method in ("taylor", "dop853", "rk8"):
+            with self.subTest(method):
+                self.write("unstable.nml", scene + f"&integrator method = '{method}', local_tolerance = 1e-6, end_time = 1000.0 /\n")
+                self.fail_with(3, "run", "unstable.nml", "--quiet", "--max-steps", "1000000",
+                               says=("a sampled controller is unstable: the body turns by over 1e5 rad from sample to sample",
+                                     "(expected a shorter sample or smaller gains)"))
+
     def test_what_is_switched_off_holds_nothing(self):
         self.write("off.nml", LAW + ", sample = 0.5, name = 'law' /\n" + BODY +
                    "&event when = 'q3', crosses = 0.3, direction = 1, switch = 'law off' /\n")
