@@ -188,7 +188,7 @@ contains
       variation%n = size(names)
       variation%cases = numbers
       do i = 1, size(names)
-         call add_targets(trim(names(i)), line, kinds, plan, n, error)
+         call add_targets(trim(names(i)), line, 'varied', kinds, plan, n, error)
          if (error%raised) return
          if (n /= 1) then
             call error%raise(line, "column '"//trim(names(i))//"' stands for several numbers", &

@@ -103,7 +103,8 @@ contains
             end if
             free = [(free_number_t(name=attitude_key//'.'//achar(iachar('0') + k), component=k), k=1, 3)]
          else
-            call add_targets(group%text_at('key', i), group%line_of('key'), kinds, plan%numbers, n, error)
+            call add_targets(group%text_at('key', i), group%line_of('key'), 'free', kinds, plan%numbers, n, &
+                             error)
             if (.not. error%raised) call check_key(group%text_at('key', i), group%line_of('key'), n, groups, plan, &
                error)
             if (error%raised) return

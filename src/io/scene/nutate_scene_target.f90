@@ -26,10 +26,12 @@ module nutate_scene_target
 contains
 
    !> Adds the numbers that a name stands for to the targets of a plan. Raises an error for a name that stands for none.
-   subroutine add_targets(name, line, kinds, plan, n, error)
+   subroutine add_targets(name, line, used, kinds, plan, n, error)
       character(len=*), intent(in) :: name
       !> Line to blame.
       integer, intent(in) :: line
+      !> `varied` or `free`.
+      character(len=*), intent(in) :: used
       type(group_kind_t), intent(in) :: kinds(:)
       !> Its groups get a place for each number.
       type(ensemble_plan_t), intent(inout) :: plan
@@ -58,7 +60,7 @@ contains
       end if
       call find_group(name, line, parts, kinds(kind), plan, target, error)
       if (.not. error%raised) call find_setting(name, line, parts, plan, target, error)
-      if (.not. error%raised) call add_each(name, line, parts, plan, target, n, error)
+      if (.not. error%raised) call add_each(name, line, used, parts, plan, target, n, error)
    end subroutine add_targets
 
    !> Cuts a name at its points.
@@ -150,8 +152,8 @@ contains
    end subroutine find_setting
 
    !> Adds one number of a key, or all of them.
-   subroutine add_each(name, line, parts, plan, target, n, error)
-      character(len=*), intent(in) :: name
+   subroutine add_each(name, line, used, parts, plan, target, n, error)
+      character(len=*), intent(in) :: name, used
       integer, intent(in) :: line
       type(parts_t), intent(in) :: parts
       type(ensemble_plan_t), intent(inout) :: plan
@@ -178,21 +180,22 @@ contains
          target%name = stem
          write (number, '(".",i0)') i
          if (count > 1) target%name = stem//number
-         call check_new(line, plan%targets, target, error)
+         call check_new(line, used, plan%targets, target, error)
          if (error%raised) return
          plan%targets = [plan%targets, target]
          n = n + 1
       end do
    end subroutine add_each
 
-   !> Raises an error for a number that differs from member to member already.
-   subroutine check_new(line, targets, target, error)
+   !> Raises an error for a number that is a target already.
+   subroutine check_new(line, used, targets, target, error)
       integer, intent(in) :: line
+      character(len=*), intent(in) :: used
       type(target_t), intent(in) :: targets(:), target
       type(scene_error_t), intent(inout) :: error
       if (any(targets%group == target%group .and. targets%setting == target%setting .and. &
               targets%value == target%value)) &
-         call error%raise(line, trim(target%name)//' is varied twice', expected='each number once')
+         call error%raise(line, trim(target%name)//' is '//used//' twice', expected='each number once')
    end subroutine check_new
 
 end module nutate_scene_target

@@ -49,7 +49,7 @@ contains
 
       variation%first = size(plan%targets) + 1
       do i = 1, group%count_of('key')
-         call add_targets(group%text_at('key', i), group%line_of('key'), kinds, plan, n, error)
+         call add_targets(group%text_at('key', i), group%line_of('key'), 'varied', kinds, plan, n, error)
          if (error%raised) return
          variation%n = variation%n + n
       end do
