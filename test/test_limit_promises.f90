@@ -249,6 +249,7 @@ contains
       promises(10) = positive('initial', 'rotation_period', [1.0_wp], least=0.5_wp, greatest=2.0_wp)
       promises(11) = positive('initial', 'energy_ratio', [1.1_wp], least=1.0_wp, greatest=1.2_wp)
       promises(12) = any_number('initial', 'pole', zero(1:2), 2)
+      promises(12)%greatest = 2*atan(1.0_wp)
       promises(13) = any_number('initial', 'precession_angle', zero(1:1))
       promises(14) = any_number('initial', 'rotation_phase', zero(1:1))
       promises(9:14)%text_only = .true.

@@ -4,6 +4,7 @@ module nutate_scene_initial
    use nutate_attitude, only: angular_velocity_from_euler_rates, quat_from_axis_angle, quat_from_euler, &
       quat_from_roll_pitch_yaw
    use nutate_body, only: body_t
+   use nutate_decimal, only: rounded_text
    use nutate_effect_list, only: effect_list_t
    use nutate_hamiltonian, only: frame_rate_of
    use nutate_keys, only: group_t, key_t, name_length, KEY_LOGICAL, KEY_TEXT
@@ -171,10 +172,28 @@ contains
          call demand_with(group, 'tumbling', trim(elements(i)), error)
       end do
       call demand_one_of(group, [character(len=name_length) :: 'rotation_period', 'energy_ratio'], error)
+      if (.not. error%raised) call check_latitude(group, error)
       if (effects%n_rotors > 0) call error%raise(group%line_of('tumbling'), &
            'tumbling elements of a body with a rotor '// &
                                                  'or wheel', expected='a body without them')
    end subroutine check_tumbling
+
+   !> Raises an error for a pole whose latitude is beyond a right angle.
+   subroutine check_latitude(group, error)
+      type(group_t), intent(in) :: group
+      type(scene_error_t), intent(inout) :: error
+      real(wp) :: pole(2), right_angle
+      character(len=:), allocatable :: range
+      pole = group%vector('pole', [0.0_wp, 0.0_wp])
+      right_angle = pi/2
+      range = '-pi/2 to pi/2 rad, or degrees = .true.'
+      if (group%flag('degrees', .false.)) then
+         right_angle = 90.0_wp
+         range = '-90 to 90 degrees'
+      end if
+      if (abs(pole(2)) > right_angle*(1 + 4*epsilon(right_angle))) call error%raise( &
+         group%line_of('pole'), 'the latitude of the pole is '//rounded_text(pole(2)), expected=range)
+   end subroutine check_latitude
 
    !> A resonance excludes other forms of a start.
    subroutine check_resonance(group, error)
