@@ -295,6 +295,7 @@ contains
       type(status_t), intent(out) :: status
       real(wp) :: largest
       character(len=120) :: text
+      character(len=8) :: excess
 
       largest = maxval(body%moments)
       if (largest > greatest_number .or. (largest > 0.0_wp .and. largest < least_size)) then
@@ -318,8 +319,9 @@ contains
       body%breaks_triangle = triangle_excess(body%moments) > triangle_tolerance
       if (check_triangle .and. body%breaks_triangle) then
          write (text, '(3(1x,g0.6))') body%moments
+         write (excess, '(es8.1)') triangle_excess(body%moments)
          status = fail(NUTATE_BAD_BODY, 'no rigid body has the principal moments'//trim(text)// &
-                       ': one exceeds the sum of the other two (check_triangle = .false. accepts them)', 'inertia')
+                       ': one exceeds the sum of the other two by '//trim(adjustl(excess))//' of itself', 'inertia')
       end if
    end subroutine check_moments
 

@@ -56,6 +56,7 @@ contains
       else
          call build_inertia(group, body, status)
       end if
+      if (body%breaks_triangle) status%message = trim(status%message)//' (check_triangle = .false. accepts them)'
       if (.not. status%ok()) call error%raise_status(line_at_fault(group, trim(status%subject)), status)
    end subroutine rebuild_body
 
