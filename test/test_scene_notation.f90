@@ -234,7 +234,7 @@ contains
    pure logical function is_one_line(message)
       character(len=*), intent(in) :: message
       integer :: i
-      is_one_line = index(message, 'x.nml:') == 1 .and. len(message) < 600 .and. index(message, ': ') > 7
+      is_one_line = index(message, 'x.nml:') == 1 .and. len(message) < 900 .and. index(message, ': ') > 7
       do i = 1, len(message)
          is_one_line = is_one_line .and. iachar(message(i:i)) >= 32 .and. iachar(message(i:i)) < 127
       end do

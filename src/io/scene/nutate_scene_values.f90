@@ -15,7 +15,7 @@ module nutate_scene_values
    !> Longest text: longer than any path.
    integer, parameter :: longest_text = 4096
    !> Of the choices that a message lists.
-   integer, parameter :: longest_choices = 300
+   integer, parameter :: longest_choices = 700
 
 contains
 
