@@ -6,7 +6,8 @@ module nutate_check_command
    use nutate_cli, only: command_t
    use nutate_column_event, only: column_event_t, most_columns
    use nutate_columns, only: columns_t
-   use nutate_console, only: count_text, page_t, plural, say_error, show_page, vector_text, EXIT_INPUT, EXIT_SUCCESS
+   use nutate_console, only: count_text, page_t, plural, rate_text, say_error, show_page, vector_text, &
+      EXIT_INPUT, EXIT_SUCCESS
    use nutate_decimal, only: rounded_text
    use nutate_effect_catalogue, only: effect_kind_t, effect_kinds
    use nutate_effect_list, only: effect_list_t
@@ -21,7 +22,7 @@ module nutate_check_command
    use nutate_hamiltonian, only: angular_velocity, body_momentum, kinetic_energy, potential_energy, space_momentum
    use nutate_invariants, only: invariants_t
    use nutate_keys, only: group_t, key_t, KEY_LOGICAL, KEY_TEXT
-   use nutate_kinds, only: wp, long
+   use nutate_kinds, only: wp, long, pi
    use nutate_lvlh_view, only: lvlh_view_t
    use nutate_methods, only: equations_of
    use nutate_notes, only: note_t
@@ -29,7 +30,7 @@ module nutate_check_command
    use nutate_periodic_words, only: add_periodic
    use nutate_printable, only: printable_path
    use nutate_run, only: run_t
-   use nutate_run_plan, only: run_goal_t, run_plan_t
+   use nutate_run_plan, only: run_plan_t
    use nutate_run_summary, only: kept_momentum
    use nutate_scene, only: scene_t
    use nutate_scene_loading, only: load_scene
@@ -127,7 +128,8 @@ contains
          if (angle > 0.0_wp) call page%item('', 'turned by '//rounded_text(angle)//' rad about '//vector_text(axis))
          omega = angular_velocity(system, state)
          call page%item('angular velocity', vector_text(omega)//' rad/s in body axes, '// &
-                        rounded_text(norm2(omega))//' rad/s in all')
+                        rate_text(norm2(omega))//' in all')
+         if (gives_rate_in_degrees(scene)) call page%item('', 'given in deg/s, by degrees = .true.')
          call page%item('angular momentum', vector_text(space_momentum(state))//' N m s in space axes')
          call add_tumbling(page, system, state)
          call add_periodic(page, scene%periodic)
@@ -137,6 +139,15 @@ contains
                         ', potential '//rounded_text(potential))
       end associate
    end subroutine add_start
+
+   !> Returns true if the scene gives its angular velocity in degrees per second.
+   pure logical function gives_rate_in_degrees(scene) result(gives)
+      type(scene_t), intent(in) :: scene
+      integer :: i
+      i = findloc(scene%groups%name, 'initial', dim=1)
+      gives = scene%groups(i)%flag('degrees', .false.) .and. &
+              (scene%groups(i)%has('angular_velocity') .or. scene%groups(i)%has('euler_rates'))
+   end function gives_rate_in_degrees
 
    !> When the run is, and the names of body and axes.
    subroutine add_labels(page, scene)
@@ -249,11 +260,33 @@ contains
             if (kinds(k)%group%name /= scene%groups(i)%name) cycle
             call page%item(trim(scene%groups(i)%name), settings_text(scene%groups(i), kinds(k)%group%keys)// &
                            controller_text(scene, scene%groups(i))//switch_text(scene%groups(i)))
+            if (scene%groups(i)%name == 'orbit') call add_orbit(page, scene, scene%groups(i))
             is_free = .false.
          end do
       end do
       if (is_free) call page%item('none', 'torque-free rigid body')
    end subroutine add_effects
+
+   !> Adds period, distance and speed of an orbit.
+   subroutine add_orbit(page, scene, group)
+      type(page_t), intent(inout) :: page
+      type(scene_t), intent(in) :: scene
+      type(group_t), intent(in) :: group
+      character(len=:), allocatable :: text
+      integer :: i
+      if (.not. scene%system%effects%on_orbit) return
+      associate (orbits => scene%system%effects%orbits)
+         i = findloc(orbits%label == group%text('name', ''), .true., dim=1)
+         if (i == 0) return
+         associate (path => orbits(i)%path)
+            text = 'at t = 0: distance '//rounded_text(path%radius(0.0_wp)/1e3_wp, 6)//' km, speed '// &
+                   rounded_text(norm2(path%velocity(0.0_wp))/1e3_wp, 6)//' km/s'
+            if (.not. allocated(path%track) .and. path%eccentricity < 1) &
+               text = text//'; period '//rounded_text(2*pi/path%mean_motion(), 6)//' s'
+         end associate
+      end associate
+      call page%item('', text)
+   end subroutine add_orbit
 
    !> The settings of a group, and the defaults that stand in for others: `key = values; key = values (default)`.
    pure function settings_text(group, keys) result(text)
@@ -359,7 +392,7 @@ contains
          end if
          if (.not. settings%projection) call page%item('projection', 'switched off')
          if (plan%goal%active()) then
-            call page%item('steps', steps_text(plan%goal, settings%order, plan%end_time))
+            call page%item('steps', steps_text(plan, settings%order, scene%events%count() > 0))
             return
          end if
          call page%item('steps', count_text(count_steps(scene%initial%t, plan))//' of '// &
@@ -378,22 +411,22 @@ contains
    end function method_text
 
    !> How the steps are chosen.
-   function steps_text(goal, order, end_time) result(text)
-      type(run_goal_t), intent(in) :: goal
-      !> Of the method; 0 for one without an error.
+   function steps_text(plan, order, has_events) result(text)
+      type(run_plan_t), intent(in) :: plan
+      !> Order of the method; 0 for the closed solution.
       integer, intent(in) :: order
-      !> s.
-      real(wp), intent(in) :: end_time
+      logical, intent(in) :: has_events
       character(len=:), allocatable :: text
-      if (order < 1) then
-         text = 'about a radian of turn each, to t = '//rounded_text(end_time)//' s'
-      else if (goal%accuracy > 0.0_wp) then
-         text = 'chosen by trial runs for an attitude error of '//rounded_text(goal%accuracy, 3)//' rad at t = '// &
-                rounded_text(end_time)//' s'
+      if (order < 1 .and. (has_events .or. .not. (plan%interval > 0.0_wp .or. allocated(plan%times)))) then
+         text = 'up to a radian of rotation each, to t = '
+      else if (order < 1) then
+         text = 'none between output times, to t = '
+      else if (plan%goal%accuracy > 0.0_wp) then
+         text = 'chosen by trial runs for an attitude error of '//rounded_text(plan%goal%accuracy, 3)//' rad at t = '
       else
-         text = 'chosen for an error of '//rounded_text(goal%local_tolerance, 3)//' rad each, to t = '// &
-                rounded_text(end_time)//' s'
+         text = 'chosen for an error of '//rounded_text(plan%goal%local_tolerance, 3)//' rad each, to t = '
       end if
+      text = text//rounded_text(plan%end_time)//' s'
    end function steps_text
 
    !> All that does work.

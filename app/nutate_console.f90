@@ -2,13 +2,13 @@
 module nutate_console
    use nutate_decimal, only: rounded_text
    use nutate_files, only: write_text, STANDARD_ERROR, STANDARD_OUTPUT
-   use nutate_kinds, only: wp, long
+   use nutate_kinds, only: wp, long, pi
    use nutate_status, only: status_t
    use nutate_table, only: table_t
    implicit none
    private
 
-   public :: page_t, say_error, show_page, count_text, vector_text, plural
+   public :: page_t, say_error, show_page, count_text, rate_text, vector_text, plural
    public :: EXIT_SUCCESS, EXIT_INPUT, EXIT_RUN, EXIT_OUTPUT, EXIT_SIGNAL
 
    !> Exit codes: all went well; the command line or the scene is wrong; the run failed half-way; the output cannot
@@ -95,6 +95,15 @@ contains
       text = count_text(n)//' '//noun
       if (n /= 1) text = text//'s'
    end function plural
+
+   !> A rate in both units: `2 rad/s (19.0986 rpm)`.
+   pure function rate_text(rate) result(text)
+      !> rad/s.
+      real(wp), intent(in) :: rate
+      character(len=:), allocatable :: text
+      text = rounded_text(rate)//' rad/s'
+      if (rate < huge(rate)/10) text = text//' ('//rounded_text(rate*30/pi)//' rpm)'
+   end function rate_text
 
    !> Numbers rounded for people, comma separated.
    pure function vector_text(values, digits) result(text)

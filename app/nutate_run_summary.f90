@@ -2,11 +2,12 @@
 module nutate_run_summary
    use nutate_axes_words, only: add_space_axes
    use nutate_chaos, only: chaos_t
-   use nutate_console, only: count_text, page_t, plural, vector_text
+   use nutate_console, only: count_text, page_t, plural, rate_text, vector_text
    use nutate_control_columns, only: has_controller
    use nutate_decimal, only: rounded_text
    use nutate_effect_list, only: effect_list_t
    use nutate_epoch, only: epoch_t
+   use nutate_hamiltonian, only: angular_velocity
    use nutate_invariants, only: invariants_t, ALL_COMPONENTS, ALONG_AXIS, ONLY_LENGTH
    use nutate_kinds, only: wp, long
    use nutate_notes, only: note_t
@@ -42,6 +43,7 @@ contains
       end if
       call add_space_axes(page, scene)
       call add_periodic(page, scene%periodic)
+      call page%item('initial rate', rate_text(norm2(angular_velocity(scene%system, scene%initial))))
       if (run%summary%choice /= '') call page%item('method', trim(run%summary%settings%method)// &
                                                    ', chosen by auto: '//trim(run%summary%choice))
       call add_effort(page, scene, run, watcher%seconds(), real(watcher%row_counts, wp)/real(watcher%rate, wp))

@@ -1,6 +1,8 @@
 !> What a scene says that it is likely not to mean. Legal all the same: it is simulated as it stands.
 module nutate_scene_warnings
-   use nutate_controller, only: controller_t
+   use nutate_column_event, only: shows_orbit
+   use nutate_columns, only: column_sets
+   use nutate_controller, only: controller_t, BY_WHEELS, POINTING
    use nutate_decimal, only: rounded_text
    use nutate_effect_catalogue, only: effect_kind_t, effect_kinds
    use nutate_epoch, only: epoch_t
@@ -8,6 +10,7 @@ module nutate_scene_warnings
    use nutate_keys, only: group_t, setting_t
    use nutate_kinds, only: wp, pi
    use nutate_notes, only: add_note, note_t, scene_notes
+   use nutate_orbital_effects, only: goes_by_orbit
    use nutate_scene, only: scene_t
    implicit none
    private
@@ -17,8 +20,8 @@ module nutate_scene_warnings
    !> The direction to the centre of attraction turns by more than this on a circular orbit while a run lasts, rad.
    real(wp), parameter :: visible_turn = 0.1_wp
    !> Keys that are angles, of `&initial`, `&orbit` and `&earth_field`.
-   character(len=21), parameter :: angles(9) = [character(len=21) :: 'angle', 'euler', 'roll_pitch_yaw', 'pole', &
-      'inclination', 'raan', 'argument_of_periapsis', 'mean_anomaly', 'epoch_angle']
+   character(len=21), parameter :: angles(10) = [character(len=21) :: 'angle', 'euler', 'roll_pitch_yaw', 'pole', &
+      'precession_angle', 'inclination', 'raan', 'argument_of_periapsis', 'mean_anomaly', 'epoch_angle']
    !> Altitudes below this, m, are likely given in km.
    real(wp), parameter :: least_altitude = 1e4_wp
    !> Gain times period of samples over inertia from which on a sampled controller is unstable.
@@ -53,6 +56,8 @@ contains
                if (.not. any(abs(scene%system%body%center_of_mass) > 0.0_wp)) call add_note(notes, &
                   '&gravity has no effect: '// &
                   'centre of mass and reference point coincide (set center_of_mass)')
+            case ('ensemble')
+               call note_histories(group, notes)
             case ('gravity_gradient')
                if (.not. scene%system%effects%frame_turns) call note_orbit(group, scene%plan%end_time, notes)
             case default
@@ -61,7 +66,9 @@ contains
          end associate
       end do
       call note_twins(scene%groups, notes)
-      call note_samples(scene, notes)
+      call note_centre(scene, notes)
+      call note_unused_orbit(scene, notes)
+      call note_controllers(scene, notes)
       call note_rows(scene, notes)
       last = scene%labels%epoch%after(scene%plan%end_time)
       if (scene%labels%epoch%is_uncertain() .or. last%is_uncertain()) call add_note(notes, &
@@ -86,12 +93,81 @@ contains
       end do
    end subroutine note_angles
 
-   !> Sampled controllers whose rate gain, held over a sample, does more than reverse the rate.
-   subroutine note_samples(scene, notes)
+   !> Notes a single member with a history whose number may be meant as their count.
+   subroutine note_histories(group, notes)
+      type(group_t), intent(in) :: group
+      type(note_t), allocatable, intent(inout) :: notes(:)
+      character(len=:), allocatable :: number
+      if (group%count_of('histories') /= 1) return
+      if (modulo(nint(group%number('histories', 1.0_wp)), 10) /= 0) return
+      number = rounded_text(group%number('histories', 1.0_wp), 9)
+      call add_note(notes, 'histories = '//number//' gives a history to member '//number// &
+                    ' alone: the key lists members')
+   end subroutine note_histories
+
+   !> Notes a centre of mass beside the reference point of a body that nothing holds there.
+   subroutine note_centre(scene, notes)
+      type(scene_t), intent(in) :: scene
+      type(note_t), allocatable, intent(inout) :: notes(:)
+      if (.not. any(abs(scene%system%body%center_of_mass) > 0.0_wp) .or. any(scene%groups%name == 'gravity')) return
+      associate (effects => scene%system%effects)
+         if (effects%on_orbit .or. effects%n_potentials + effects%n_off + effects%n_torques == 0) call add_note(notes, &
+            'nothing holds the body at its reference point: a free body rotates about its centre of mass '// &
+            '(expected center_of_mass = 0, 0, 0)')
+      end associate
+   end subroutine note_centre
+
+   !> Notes an orbit to which nothing refers.
+   subroutine note_unused_orbit(scene, notes)
+      type(scene_t), intent(in) :: scene
+      type(note_t), allocatable, intent(inout) :: notes(:)
+      if (.not. scene%system%effects%on_orbit) return
+      if (groups_use_orbit(scene) .or. columns_use_orbit(scene)) return
+      call add_note(notes, 'no effect, column, event, start or controller refers to &orbit (&gravity_gradient adds '// &
+                    'its gravity)')
+   end subroutine note_unused_orbit
+
+   !> Returns true if an effect, a controller, a start, events or measurements may refer to the orbit.
+   pure logical function groups_use_orbit(scene) result(uses)
+      type(scene_t), intent(in) :: scene
+      integer :: i, k
+      uses = .false.
+      do i = 1, size(scene%groups)
+         associate (group => scene%groups(i))
+            select case (group%name)
+            case ('initial')
+               uses = uses .or. group%text('attitude_from', '') == 'lvlh' .or. group%has('resonance') .or. &
+                      any(group%text('rate_from', '') == ['lvlh ', 'frame'])
+            case ('event')
+               do k = 1, group%count_of('when')
+                  uses = uses .or. shows_orbit(group%text_at('when', k))
+               end do
+            case ('controller', 'measurement', 'frame')
+               uses = .true.
+            case default
+               uses = uses .or. goes_by_orbit(group)
+            end select
+         end associate
+      end do
+   end function groups_use_orbit
+
+   !> Returns true if columns of the history show the orbit.
+   pure logical function columns_use_orbit(scene) result(uses)
+      type(scene_t), intent(in) :: scene
+      integer :: i
+      uses = .false.
+      do i = 1, size(column_sets)
+         if (column_sets(i)%orbit) uses = uses .or. any(scene%output%columns == column_sets(i)%name)
+      end do
+   end function columns_use_orbit
+
+   !> Notes sampled controllers whose rate gain, held over a sample, does more than reverse the rate, and wheels that
+   !> cannot give the torque of a pointing controller.
+   subroutine note_controllers(scene, notes)
       type(scene_t), intent(in) :: scene
       type(note_t), allocatable, intent(inout) :: notes(:)
       real(wp) :: loop(3, 3), gain
-      integer :: i, k
+      integer :: i, k, spanned
       associate (effects => scene%system%effects)
          do i = 1, effects%n_torques
             select type (controller => effects%torques(i)%item)
@@ -100,12 +176,18 @@ contains
                gain = maxval([(loop(k, k), k=1, 3)])
                if (gain > unstable) call add_note(notes, 'a sampled controller is unstable: rate_gain*sample/J is '// &
                                                   rounded_text(gain, 3)//' (expected less than 2)')
+               if (controller%by /= BY_WHEELS .or. controller%law /= POINTING) cycle
+               ! The shares are the negative pseudo-inverse of the axes: their product has the rank as its trace.
+               spanned = nint(sum([(-dot_product(controller%share(:, k), effects%wheels(k)%axis), &
+                                    k=1, effects%n_wheels)]))
+               if (spanned < 3) call add_note(notes, 'the wheels of a controller do not span three axes: it cannot '// &
+                                              'give a torque across them (expected three wheels or more)')
             class default
                ! Others do not sample.
             end select
          end do
       end associate
-   end subroutine note_samples
+   end subroutine note_controllers
 
    !> Rows between which the body turns so far that curves and animations of them show another motion.
    subroutine note_rows(scene, notes)

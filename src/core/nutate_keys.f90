@@ -44,7 +44,7 @@ module nutate_keys
       !> What it is where it is absent, as a scene would have it, for those who want to be told; blank: nothing to tell.
       character(len=16) :: default = ''
       !> The default holds beside one of these keys, comma separated; blank: always.
-      character(len=24) :: beside = ''
+      character(len=48) :: beside = ''
    contains
       !> What is wrong with one of its numbers, or with all together, in words; empty if nothing is.
       procedure :: fault => fault_of_one

@@ -30,7 +30,8 @@ module nutate_orbit
                                    instead_of='semi_major_axis,periapsis_distance'), &
                              key_t(name='periapsis_distance', range=SHAPE_LENGTH, &
                                    instead_of='semi_major_axis,altitude'), &
-                             key_t(name='eccentricity', range=NON_NEGATIVE, default='0'), &
+                             key_t(name='eccentricity', range=NON_NEGATIVE, default='0', &
+                                   beside='semi_major_axis,altitude,periapsis_distance'), &
                              key_t(name='inclination'), &
                              key_t(name='raan'), &
                              key_t(name='argument_of_periapsis'), &

@@ -156,7 +156,9 @@ class Accuracy(CommandLineTest):
         self.write("free.nml", FREE)
         text = self.succeed("check", "free.nml").stdout
         self.assertRegex(text, "  method +exact\n    chosen by auto +the motion of a free body")
-        self.assertIn("about a radian of turn each", text)
+        self.assertIn("  steps               none between output times, to t = 3 s\n", text)
+        self.write("events.nml", FREE + "&event when = 'omega1', crosses = 0 /\n")
+        self.assertIn("up to a radian of rotation each, to t = 3 s", self.succeed("check", "events.nml").stdout)
         summary = self.succeed("run", "free.nml").stderr
         self.assertIn("of the closed solution, to t = 3 s", summary)
         auto = self.rows("free.csv")

@@ -145,6 +145,76 @@ class Check(CommandLineTest):
                    "&orbit altitude = 500e3, inclination = 1.7 /\n&gravity_gradient /\n&output every = 100 /\n")
         self.assertNotIn("note", self.succeed("check", "good.nml").stdout)
 
+    def notes(self, scene, text):
+        """What check notes on a scene."""
+        self.write(scene, text)
+        return " ".join(self.succeed("check", scene).stdout.partition("\nnotes\n")[2].split())
+
+    def test_an_orbit_without_use_is_noted(self):
+        spin = ("&body inertia = 1, 1.2, 1.5 /\n&initial angular_velocity = 0, 0, 2 /\n&integrator time_step = 0.01, end_time = 1 /\n"
+                "&orbit altitude = 500e3 /\n")
+        unused = "no effect, column, event, start or controller refers to &orbit (&gravity_gradient adds its gravity)"
+        self.assertEqual(self.notes("unused.nml", spin), unused)
+        self.assertEqual(self.notes("fixed.nml", spin + "&gravity_gradient direction = 0, 0, 1, strength = 1e-6 /\n"), unused)
+        for use in ("&gravity_gradient /\n", "&output columns = 'eclipse' /\n", "&output columns = 'lvlh_attitude' /\n",
+                    "&event when = 'orbit_radius', crosses = 7e6 /\n", "&earth_field moment = 0, 0, 1 /\n",
+                    "&controller law = 'quaternion', attitude_gain = 1, rate_gain = 3 /\n"):
+            with self.subTest(use):
+                text = spin.replace("500e3", "500e3, sun = 1, 0, 0") if "eclipse" in use else spin
+                self.assertEqual(self.notes("used.nml", text + use), "")
+        for start in ("attitude_from = 'lvlh'", "rate_from = 'lvlh'"):
+            self.assertEqual(self.notes("start.nml", spin.replace("2 /", f"2, {start} /")), "")
+
+    def test_wheels_that_do_not_span_three_axes_are_noted(self):
+        spin = ("&body inertia = 1, 1.2, 1.5 /\n&initial angular_velocity = 0, 0, 0.1 /\n&integrator method = 'dop853', conserve = .true., "
+                "time_step = 0.01, end_time = 1 /\n&controller law = 'quaternion', by = 'wheels', attitude_gain = 1, rate_gain = 1 /\n")
+        wheels = [f"&wheel axis = {axis}, inertia = 1e-3 /\n" for axis in ("1, 0, 0", "0, 1, 0", "1, 1, 0", "0, 1, 1")]
+        for sampled in ("", ", sample = 0.5"):
+            scene = spin.replace("rate_gain = 1", "rate_gain = 1" + sampled)
+            flat = self.notes("flat.nml", scene + "".join(wheels[:3]))
+            self.assertIn("the wheels of a controller do not span three axes", flat)
+            self.assertEqual(self.notes("full.nml", scene + "".join(wheels)), "")
+        self.assertNotIn("span", self.succeed("check", "flat.nml", "--set", "controller.by='torque'").stdout)
+
+    def test_a_centre_of_mass_that_nothing_holds_is_noted(self):
+        spin = "&body inertia = 1, 1.2, 1.5, mass = 1, center_of_mass = 0, 0, 0.1 /\n&initial angular_velocity = 0, 0, 2 /\n" \
+               "&integrator time_step = 0.01, end_time = 1 /\n"
+        note = "nothing holds the body at its reference point: a free body rotates about its centre of mass"
+        self.assertIn(note, self.notes("free.nml", spin))
+        self.assertIn(note, self.notes("orbit.nml", spin + "&orbit altitude = 500e3 /\n&gravity_gradient /\n"))
+        for pivot in ("&gravity /\n", "&spring body_point = 0, 0, 1, anchor = 0, 0, 2, stiffness = 1 /\n"):
+            self.assertEqual(self.notes("pivot.nml", spin + pivot), "")
+        self.assertEqual(self.notes("centred.nml", spin.replace("0, 0, 0.1", "0, 0, 0")), "")
+
+    def test_a_member_number_that_looks_like_a_count_is_noted(self):
+        spin = "&body inertia = 1, 1.2, 1.5 /\n&initial angular_velocity = 0, 0, 2 /\n&integrator time_step = 0.01, end_time = 1 /\n" \
+               "&vary key = 'initial.angular_velocity.3', distribution = 'normal', sigma = 0.1 /\n&ensemble members = 1000, histories = "
+        self.assertEqual(self.notes("many.nml", spin + "500 /\n"),
+                         "histories = 500 gives a history to member 500 alone: the key lists members")
+        for few in ("7", "123", "10, 20"):
+            self.assertEqual(self.notes("few.nml", spin + few + " /\n"), "")
+
+    def test_rates_are_shown_in_both_units(self):
+        self.write("spin.nml", "&body inertia = 1, 1.2, 1.5 /\n&initial angular_velocity = 0, 0, 180 /\n"
+                   "&integrator time_step = 1e-3, end_time = 0.01 /\n")
+        self.assertIn("180 rad/s (1718.87 rpm) in all", self.succeed("check", "spin.nml").stdout)
+        self.assertNotIn("given in deg/s", self.succeed("check", "spin.nml").stdout)
+        self.assertIn("  initial rate        180 rad/s (1718.87 rpm)\n", self.succeed("run", "spin.nml").stderr)
+        text = self.succeed("check", "spin.nml", "--set", "initial.degrees=.true.").stdout
+        self.assertIn("3.14159 rad/s (30 rpm) in all\n                      given in deg/s, by degrees = .true.\n", text)
+
+    def test_orbits_are_shown_at_the_start(self):
+        spin = "&body inertia = 1, 1.2, 1.5 /\n&initial angular_velocity = 0, 0, 2 /\n&integrator time_step = 0.01, end_time = 1 /\n"
+        self.write("circle.nml", spin + "&orbit semi_major_axis = 8e6, mu = 8e14 /\n&gravity_gradient /\n")
+        self.assertIn("  at t = 0: distance 8000 km, speed 10 km/s; period 5026.55 s\n", self.succeed("check", "circle.nml").stdout)
+        self.write("ellipse.nml", spin + "&orbit periapsis_distance = 8e6, eccentricity = 0.44, mu = 8e14 /\n&gravity_gradient /\n")
+        self.assertIn("  at t = 0: distance 8000 km, speed 12 km/s; period ", self.succeed("check", "ellipse.nml").stdout)
+        self.write("track.csv", "t (s),x (m),y (m),z (m)\n" + "".join(f"{t},{7e6 + t},{7e3 * t},0\n" for t in range(9)))
+        self.write("track.nml", spin + "&orbit table = 'track.csv' /\n&gravity_gradient /\n")
+        text = self.succeed("check", "track.nml").stdout
+        self.assertIn("  at t = 0: distance 7000 km, speed 7 km/s\n", text)
+        self.assertNotIn("eccentricity", text)
+
     def test_likely_slips_are_noted(self):
         self.assertEqual(self.warnings("top.nml"), "")
         self.assertIn("an angle of 30 rad in angle is more than a turn: degrees = .true.",
