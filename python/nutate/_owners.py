@@ -166,8 +166,12 @@ class Callbacks:
         one, three = Views(1), Views(3)
 
         def evaluate(gamma: int, _: Any, energy: int, gradient: int) -> None:
-            value, slope = function(three[gamma].copy())
-            one[energy][0] = value
+            result = function(three[gamma].copy())
+            try:
+                value, slope = result
+                one[energy][0] = float(value)
+            except (TypeError, ValueError) as error:
+                raise refusal(f"the potential returned {result!r} (expected its energy, a number, and its gradient)") from error
             put(three[gradient], slope, "the gradient")
 
         return self._guard(PotentialCallback, evaluate)

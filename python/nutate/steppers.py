@@ -11,7 +11,7 @@ from typing import Any, Callable, Optional, Sequence, Union
 import numpy as np
 import numpy.typing as npt
 
-from ._library import (Array, MESSAGE_SIZE, asked, check, create, encoded, interruptible, library, pointer, quaternion, refusal,
+from ._library import (Array, MESSAGE_SIZE, NutateError, asked, check, create, encoded, interruptible, library, pointer, quaternion, refusal,
                        text_of, vector)
 from ._owners import make_again
 from .attitudes import rotate_to_body
@@ -55,7 +55,12 @@ class Stepper(SatelliteState):
 
     def __init__(self, source: Union[System, Scene], **settings: Any) -> None:
         function = library.nutate_stepper_create_scene if isinstance(source, Scene) else library.nutate_stepper_create
-        super().__init__(create(function, source._handle), source._callbacks)
+        try:
+            handle = create(function, source._handle)
+        except NutateError:
+            source._callbacks.raise_again()
+            raise
+        super().__init__(handle, source._callbacks)
         check(library.nutate_stepper_set_poll(self._handle, asked, None))
         self._source = (type(source), source._given, tuple(source._additions))
         self._settings: dict[str, Any] = {}

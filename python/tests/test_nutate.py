@@ -135,6 +135,19 @@ class CallbackTest(unittest.TestCase):
             self.assertLess(abs(stepper.energy[4]), 1e-14)
         np.testing.assert_allclose(states[1], states[0], rtol=1e-12)
 
+    def test_a_potential_that_returns_a_torque_is_rejected(self):
+        for wrong in (lambda gamma: (0.0, 0.0, 1.0), lambda gamma: ((0.0, 0.0, 1.0), 1.0), lambda gamma: 1.0):
+            system = nutate.System(moments=(1.0, 2.0, 2.5))
+            system.add_potential((0, 0, 1), wrong)
+            with self.assertRaisesRegex(nutate.NutateValueError, "expected its energy, a number, and its gradient"):
+                nutate.solve(system, omega0=(1.0, 0.0, 0.0), t_span=(0.0, 1.0))
+
+    def test_moments_of_no_body_are_rejected_in_words_of_python(self):
+        with self.assertRaises(nutate.NutateError) as caught:
+            nutate.System(moments=(3.0, 5.0, 9.0))
+        self.assertIn("one exceeds the sum of the other two by 1.1E-01 of itself", str(caught.exception))
+        self.assertNotIn("check_triangle", str(caught.exception))
+
     def test_a_potential_of_python_conserves_energy_and_momentum(self):
         system = nutate.System(moments=(1, 2, 2.5))
         system.add_potential((0, 0, 1), lambda gamma: (gamma[0] ** 4, (4 * gamma[0] ** 3, 0, 0)),
