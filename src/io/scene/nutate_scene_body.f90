@@ -56,7 +56,9 @@ contains
       else
          call build_inertia(group, body, status)
       end if
-      if (body%breaks_triangle) status%message = trim(status%message)//' (check_triangle = .false. accepts them)'
+      ! A group of the libraries, without a line, has no such key.
+      if (body%breaks_triangle .and. group%line > 0) &
+         status%message = trim(status%message)//' (check_triangle = .false. accepts them)'
       if (.not. status%ok()) call error%raise_status(line_at_fault(group, trim(status%subject)), status)
    end subroutine rebuild_body
 
