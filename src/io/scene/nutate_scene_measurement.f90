@@ -154,6 +154,12 @@ contains
       type(group_t), intent(in) :: group
       character(len=*), intent(in) :: name
       type(scene_error_t), intent(inout) :: error
+      ! The angle from a frame has no derivative where it is zero, which is what a fit would look for.
+      if (index(name, 'frame') == 1) then
+         call error%raise(group%line_of('columns'), quoted(trim(name))//' is relative to a frame, which a fit does '// &
+                          'not support', expected="the attitude itself, columns = 'q0', 'q1', 'q2', 'q3'")
+         return
+      end if
       associate (names => split_list(measurable))
          call error%raise(group%line_of('columns'), quoted(trim(name))//' is not a column that can be fitted', &
                           expected="columns of attitude and momentum, such as 'omega1', 'phi_deg' or "// &
