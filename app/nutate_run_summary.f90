@@ -134,6 +134,9 @@ contains
             text = text//'; the requested '//rounded_text(accuracy, 3)//' is not attainable: '
             if (summary%round_off > accuracy) then
                text = text//'round-off alone contributes '//rounded_text(summary%round_off, 3)
+            else if (summary%table_error > 0.5_wp*summary%estimate) then
+               text = text//'the distance of the lines in the table of the orbit contributes '// &
+                      rounded_text(summary%table_error, 3)
             else
                text = text//'no step size meets it'
             end if

@@ -68,7 +68,7 @@ class History(dict):  # type: ignore[type-arg]
         """Issues NutateAccuracyWarning if the requested accuracy was not attained."""
         if self.accuracy_reached is False:
             warn(f"the requested accuracy is not attainable: estimated error {self.estimated_error:.1e} rad, "
-                 f"{self.round_off:.1e} rad by round-off (expected a larger accuracy, or a shorter run)")
+                 f"{self.round_off:.1e} rad by round-off (expected a larger accuracy, a shorter run, or a finer table of an orbit)")
 
 
 def event_group(name: Optional[str], when: Union[str, Sequence[str], None], **keys: Any) -> str:

@@ -73,9 +73,17 @@ module nutate_kepler_orbit
       procedure :: shift
       !> Returns true if all numbers are those of another orbit.
       procedure :: equals
+      !> Leaves out every second line of the table, if there is one.
+      procedure :: thin_table
    end type kepler_orbit_t
 
 contains
+
+   !> Leaves out every second line of the table, if there is one.
+   subroutine thin_table(self)
+      class(kepler_orbit_t), intent(inout) :: self
+      if (allocated(self%track)) call self%track%thin()
+   end subroutine thin_table
 
    !> Returns the mean motion n = √(μ/a³), rad/s; 0 of an open orbit and of a table.
    pure real(wp) function mean_motion(self)

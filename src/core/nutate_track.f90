@@ -27,6 +27,8 @@ module nutate_track
    !> Positions and velocities as functions of time; `make_track` makes one.
    type :: track_t
       type(piecewise_t) :: curve = piecewise_t()
+      !> The curve is a spline of positions alone.
+      logical :: is_spline = .false.
       !> Lower bound of the distance, m, and largest rate of the direction on the lines and between them, rad/s.
       real(wp) :: nearest = 0.0_wp, fastest = 0.0_wp
       !> Attitudes of the LVLH frame at the times of the table, LVLH→inertial, without jumps; shape (4, 0:n).
@@ -47,6 +49,10 @@ module nutate_track
       procedure :: next_break
       !> Returns true if the table contains a time.
       procedure :: contains_time
+      !> Leaves out every second line of the table.
+      procedure :: thin
+      !> Returns the order of the interpolation.
+      procedure :: order
    end type track_t
 
 contains
@@ -74,6 +80,7 @@ contains
       if (.not. status%ok()) return
       if (.not. present(velocities)) then
          track%curve = new_spline(times, positions, .false.)
+         track%is_spline = .true.
       else if (present(mu)) then
          allocate (accelerations, mold=positions)
          do i = 1, size(times)
@@ -88,6 +95,46 @@ contains
       if (status%ok() .and. present(velocities)) call check_velocities(times, positions, velocities, at, status)
       if (status%ok()) call prepare(track)
    end subroutine make_track
+
+   !> Leaves out every second line of the table, but for the last; a table of two lines stays as it is. Accelerations
+   !> are those of the curve.
+   subroutine thin(self)
+      class(track_t), intent(inout) :: self
+      type(track_t) :: other
+      type(status_t) :: status
+      real(wp), allocatable :: motion(:, :, :), times(:)
+      integer :: i, at
+      if (self%curve%n < 2) return
+      times = [self%curve%x(0:self%curve%n - 1:2), self%curve%x(self%curve%n)]
+      allocate (motion(3, size(times), 3))
+      do i = 1, size(times)
+         motion(:, i, 1) = self%position(times(i))
+         motion(:, i, 2) = self%velocity(times(i))
+         motion(:, i, 3) = self%acceleration(times(i))
+      end do
+      if (self%is_spline) then
+         other%curve = new_spline(times, motion(:, :, 1), .false.)
+      else if (self%curve%degree == 3) then
+         other%curve = new_hermite(times, motion(:, :, 1), motion(:, :, 2))
+      else
+         other%curve = new_hermite(times, motion(:, :, 1), motion(:, :, 2), motion(:, :, 3))
+      end if
+      other%is_spline = self%is_spline
+      call find_nearest(other, at, status)
+      ! A bound on the distance that is never zero, for a path that comes too close to the centre.
+      other%nearest = max(other%nearest, nearest_share*self%nearest)
+      call prepare(other)
+      self%curve = other%curve
+      self%nearest = other%nearest
+      self%fastest = other%fastest
+      call move_alloc(other%knots, self%knots)
+   end subroutine thin
+
+   !> Returns the order of the interpolation: its error goes as this power of the distance of the lines.
+   pure integer function order(self)
+      class(track_t), intent(in) :: self
+      order = self%curve%degree + 1
+   end function order
 
    !> Checks a table of positions.
    !>

@@ -63,6 +63,8 @@ module nutate_any_effect
       procedure :: parameters => no_parameters
       !> Returns true if the effect follows an orbit of this path; default `.false.`.
       procedure :: follows => no_orbit
+      !> Leaves out every second line of the table of an orbit that the effect follows; nothing unless overridden.
+      procedure :: thin_table => no_table
    end type effect_t
 
    !> A rotor of constant momentum along body axes: L = JΩ + h, T = ½(L-h)ᵀJ⁻¹(L-h).
@@ -93,6 +95,11 @@ contains
       type(kepler_orbit_t), intent(in) :: path
       no_orbit = .false.
    end function no_orbit
+
+   !> Does nothing: there is no table.
+   subroutine no_table(self)
+      class(effect_t), intent(inout) :: self
+   end subroutine no_table
 
    !> Returns true if the effect is symmetric about a body axis: its torque in axes that rotate with the body is the
    !> same function of γ, Ω and t in all axes that differ from them by a rotation about that axis, and its potential the

@@ -31,6 +31,7 @@ module nutate_controlled_motor
       procedure :: parameters => motor_parameters
       procedure :: torque_change => motor_change
       procedure :: follows => motor_follows
+      procedure :: thin_table => thin_paths
       !> What the law asks for.
       procedure :: command
    end type controlled_motor_t
@@ -88,5 +89,12 @@ contains
       type(kepler_orbit_t), intent(in) :: path
       motor_follows = self%controller%follows(path)
    end function motor_follows
+
+   !> Leaves out every second line of the table of the orbit.
+   subroutine thin_paths(self)
+      class(controlled_motor_t), intent(inout) :: self
+      call self%controller%orbit%path%thin_table()
+      call self%controller%earth%path%thin_table()
+   end subroutine thin_paths
 
 end module nutate_controlled_motor

@@ -35,6 +35,7 @@ module nutate_earth_field
       procedure :: direction_change => change_of_field
       procedure :: direction_change_series => change_of_series
       procedure :: follows => field_follows
+      procedure :: thin_table => thin_path
    end type earth_field_t
 
    !> A moment in the Earth's field.
@@ -154,5 +155,11 @@ contains
       if (valid) valid = is_moderate(norm2(self%moment)*self%field%greatest())
       if (valid) valid = is_moderate(norm2(self%moment)*self%field%greatest()*self%field%pace())
    end function effect_is_valid
+
+   !> Leaves out every second line of the table of the orbit.
+   subroutine thin_path(self)
+      class(earth_field_t), intent(inout) :: self
+      call self%field%path%thin_table()
+   end subroutine thin_path
 
 end module nutate_earth_field

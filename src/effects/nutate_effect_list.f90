@@ -93,6 +93,10 @@ module nutate_effect_list
       procedure :: needs_attitude
       !> Returns the next time on which a step must end.
       procedure :: next_break
+      !> Returns the order of the interpolation of tables of orbits, the least of several; 0: there is no table.
+      procedure :: table_order
+      !> Leaves out every second line of these tables.
+      procedure :: thin_tables
       !> Returns true if a controller drives a wheel continuously.
       procedure :: feeds_back_to_wheels
       !> Returns true if a controller drives the wheels, continuously or sampled.
@@ -511,6 +515,47 @@ contains
          if (sense*one < sense*next) next = one
       end do
    end function next_break
+
+   !> Returns the order of the interpolation of tables of orbits, the least of several; 0: there is no table.
+   pure integer function table_order(self) result(order)
+      class(effect_list_t), intent(in) :: self
+      integer :: i
+      order = 0
+      if (.not. self%on_orbit) return
+      do i = 1, size(self%orbits)
+         if (.not. allocated(self%orbits(i)%path%track)) cycle
+         associate (track => self%orbits(i)%path%track)
+            if (order == 0 .or. track%order() < order) order = track%order()
+         end associate
+      end do
+   end function table_order
+
+   !> Leaves out every second line of the tables of orbits, wherever an effect has a copy.
+   subroutine thin_tables(self)
+      class(effect_list_t), intent(inout) :: self
+      integer :: i
+      if (.not. self%on_orbit) return
+      do i = 1, size(self%orbits)
+         call self%orbits(i)%path%thin_table()
+      end do
+      call self%orbit%path%thin_table()
+      if (allocated(self%earth_field)) call self%earth_field%path%thin_table()
+      do i = 1, self%n_potentials + self%n_off
+         call self%potentials(i)%item%thin_table()
+      end do
+      do i = 1, self%n_torques
+         select type (torque => self%torques(i)%item)
+         class is (controller_t)
+            call torque%orbit%path%thin_table()
+            call torque%earth%path%thin_table()
+         class default
+            call torque%thin_table()
+         end select
+      end do
+      do i = 1, self%n_wheels
+         if (allocated(self%wheels(i)%motor)) call self%wheels(i)%motor%thin_table()
+      end do
+   end subroutine thin_tables
 
    subroutine add_potential(self, effect)
       class(effect_list_t), intent(inout) :: self

@@ -29,6 +29,7 @@ module nutate_force
       procedure :: direction_change => change_of_force
       procedure :: direction_change_series => change_of_series
       procedure :: follows => force_follows
+      procedure :: thin_table => thin_path
    end type moving_force_t
 
    !> A force at a point.
@@ -134,5 +135,11 @@ contains
       if (valid) valid = is_moderate(norm2(self%moment)*norm2(self%force%vector))
       if (valid) valid = is_moderate(norm2(self%moment)*norm2(self%force%vector)*self%force%path%fastest_turn())
    end function force_is_valid
+
+   !> Leaves out every second line of the table of the orbit.
+   subroutine thin_path(self)
+      class(moving_force_t), intent(inout) :: self
+      call self%force%path%thin_table()
+   end subroutine thin_path
 
 end module nutate_force

@@ -60,6 +60,7 @@ module nutate_gravity_gradient
       procedure :: gradient_change => quadratic_gradient_change
       procedure :: energy_change => quadratic_energy_change
       procedure :: follows => gradient_follows
+      procedure :: thin_table => thin_path
    end type gravity_gradient_t
 
    !> A gravity gradient on a body, along a direction or of a circular orbit.
@@ -360,5 +361,11 @@ contains
       quadratic_energy_change = 0.5_wp*dot_product(gamma, self%gradient_change(change, gamma, gamma)) + 1.5_wp* &
          (strength_change(self, change)*self%middle + self%strength*middle_change(self, reshape(change(5:13), [3, 3])))
    end function quadratic_energy_change
+
+   !> Leaves out every second line of the table of the orbit.
+   subroutine thin_path(self)
+      class(gravity_gradient_t), intent(inout) :: self
+      call self%path%thin_table()
+   end subroutine thin_path
 
 end module nutate_gravity_gradient

@@ -67,6 +67,7 @@ module nutate_third_degree
       procedure :: energy_change => cubic_energy_change
       procedure :: series_change => cubic_series_change
       procedure :: follows => cubic_follows
+      procedure :: thin_table => thin_path
    end type third_degree_t
 
    !> The third degree from third moments.
@@ -558,5 +559,11 @@ contains
          tau = tau + cross(gamma(:, k - i), gradient(:, i))
       end do
    end subroutine cubic_series_change
+
+   !> Leaves out every second line of the table of the orbit.
+   subroutine thin_path(self)
+      class(third_degree_t), intent(inout) :: self
+      call self%path%thin_table()
+   end subroutine thin_path
 
 end module nutate_third_degree

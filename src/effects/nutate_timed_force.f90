@@ -40,6 +40,7 @@ module nutate_timed_force
       procedure :: parameters => parameters_of_force
       procedure :: torque_change => change_by_parameters
       procedure :: follows => force_follows
+      procedure :: thin_table => thin_path
    end type timed_force_t
 
 contains
@@ -215,5 +216,11 @@ contains
       if (self%moves) force = self%force%change_at(force, t) + self%force%change_by_orbit(change(7:), t)
       tau = cross(change(1:3), rotate_to_body(q, force_at(self, t))) + cross(self%body_point, rotate_to_body(q, force))
    end function change_by_parameters
+
+   !> Leaves out every second line of the table of the orbit.
+   subroutine thin_path(self)
+      class(timed_force_t), intent(inout) :: self
+      call self%force%path%thin_table()
+   end subroutine thin_path
 
 end module nutate_timed_force

@@ -99,6 +99,8 @@ module nutate_accuracy
    !> The next tolerance aims at the accuracy over the first; errors go as tolerances to the second power; the change of
    !> the tolerance at a time.
    real(wp), parameter :: aim = 2.5_wp, usual_power = 0.9_wp, most_change = 1e-5_wp, least_change = 0.1_wp
+   !> Part of the gain by the order of an interpolation which shows that its error follows the order.
+   real(wp), parameter :: believed_order = 0.5_wp
    !> Steps of a pilot at most: hours of low orders end in a message after minutes.
    integer(long), parameter :: most_steps = 100000000_long
    !> Pairs of runs at most; runs, with two pilots for each.
@@ -192,18 +194,52 @@ contains
          done = is_done(search)
          if (fresh) done = search%fine < much_finer*hopeless
          if (done .or. round == most_rounds) exit
-         if (fresh) then
-            call refine_both(search, much_finer)
-         else
-            call refine(search)
-         end if
+         if (fresh) call refine_both(search, much_finer)
+         if (.not. fresh) call refine(search)
       end do
       progress%plan%goal%local_tolerance = search%fine
       progress%summary%estimate = max(search%truncation, search%floor)
       progress%summary%round_off = search%floor
       progress%expected_steps = own%summary%steps
       if (present(last)) last = own
+      call add_table_error(search, system, settings, progress, control, status, observer)
    end subroutine find_tolerance
+
+   !> Adds the error of tables of orbits to the estimate, by runs with every second and every fourth line of them. Where
+   !> both differ as the order p of the interpolation says, half the lines make the error 2ᵖ times as large, so that the
+   !> difference over 2ᵖ - 1 is the error; else the difference bounds it.
+   subroutine add_table_error(search, system, settings, progress, control, status, observer)
+      type(search_t), intent(inout) :: search
+      type(system_t), intent(in) :: system
+      type(integrator_settings_t), intent(in) :: settings
+      type(progress_t), intent(inout) :: progress
+      type(error_control_t), intent(inout) :: control
+      type(status_t), intent(inout) :: status
+      class(observer_t), intent(inout), optional :: observer
+      type(progress_t) :: own
+      type(system_t) :: thinned
+      type(status_t) :: success
+      real(wp) :: q(4), differences(2), gain
+      integer :: i
+      gain = 2.0_wp**system%effects%table_order()
+      if (system%effects%table_order() == 0) return
+      thinned = system
+      differences = unknown
+      do i = 1, 2
+         call thinned%effects%thin_tables()
+         q = search%runs(search%n)%q
+         search%n = min(search%n, most_runs - 1)
+         call run_pilot(search, search%fine, 0.0_wp, thinned, settings, progress, own, control, status, observer)
+         if (.not. (status%ok() .or. went_astray(status))) return
+         if (.not. status%ok()) exit
+         differences(i) = attitude_distance(q, search%runs(search%n)%q)
+      end do
+      status = success
+      progress%summary%table_error = differences(1)
+      if (differences(2) >= believed_order*gain*differences(1)) &
+         progress%summary%table_error = differences(1)/(gain - 1)
+      progress%summary%estimate = progress%summary%estimate + progress%summary%table_error
+   end subroutine add_table_error
 
    !> The tolerances of the first pair of runs.
    pure subroutine set_first_pair(search, equal)

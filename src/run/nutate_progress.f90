@@ -45,6 +45,8 @@ module nutate_progress
       !> Estimated attitude error at the end time of a run with an accuracy, rad, from its trial runs; above the
       !> accuracy where that is not attainable. And the part of it due to round-off, whatever the steps.
       real(wp) :: estimate = 0.0_wp, round_off = 0.0_wp
+      !> The part of the estimate due to the distance of the lines in tables of orbits, rad.
+      real(wp) :: table_error = 0.0_wp
       !> Settings of the run, given or chosen. And the reason for the method, in a few words, where it was chosen.
       type(integrator_settings_t) :: settings = integrator_settings_t()
       character(len=112) :: choice = ''
@@ -297,6 +299,7 @@ contains
       call archive%transfer(self%work)
       call archive%transfer(self%estimate)
       call archive%transfer(self%round_off)
+      call archive%transfer(self%table_error)
    end subroutine transfer_summary
 
 end module nutate_progress

@@ -206,6 +206,7 @@ contains
       self%keeps_starts = .true.
       self%summary%estimate = 0.0_wp
       self%summary%round_off = 0.0_wp
+      self%summary%table_error = 0.0_wp
       call prepare_steps(self, system, status)
    end subroutine set_plan
 
@@ -507,6 +508,7 @@ contains
       last%plan = self%plan
       last%summary%estimate = self%summary%estimate
       last%summary%round_off = self%summary%round_off
+      last%summary%table_error = self%summary%table_error
       last%summary%settings = self%summary%settings
       last%summary%choice = self%summary%choice
       self%progress_t = last

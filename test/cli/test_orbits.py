@@ -268,6 +268,43 @@ class Orbits(CommandLineTest):
             self.assertEqual(rows[2][header.index(name)], last[-1][names.index(name)])
         self.assertNotEqual(rows[0][header.index("q1")], rows[2][header.index("q1")])
 
+    def test_the_estimated_error_contains_that_of_the_table(self):
+        scene = BODY.replace("90.0, 100.0, 40.0", "0.64, 0.97, 1.0") + """&orbit %s /
+&gravity_gradient /
+&initial angular_velocity = 1.3e-5, 0.0, 5.6e-5 /
+&integrator accuracy = 1e-6, end_time = 172800 /
+&output columns = 'quaternion', %s /
+"""
+        elements = "periapsis_distance = 3.8e7, eccentricity = 4.2, periapsis_time = 86400"
+        self.write("path.nml", scene % (elements, "'orbit', interval = 400"))
+        self.succeed("run", "path.nml", "--quiet", "--set", "integrator.accuracy=1e-12")
+        rows = self.history("path.csv")[1]
+        for interval, keys, most in ((400, "", 1.1), (1200, "", 2), (3600, "", 20), (7200, "", 20), (1200, ", interpolation = 'quintic'", 100),
+                                     (7200, ", interpolation = 'quintic'", 100)):
+            # Where the lines are too far apart for the order p of the interpolation to show, the bound is 2^p - 1 times the estimate.
+            heads = ["t (s)", "x (m)", "y (m)", "z (m)"] + ["vx (m/s)", "vy (m/s)", "vz (m/s)"] * bool(keys)
+            lines = [",".join(heads)]
+            for row in rows:
+                if row[0] % interval > 1e-6:
+                    continue
+                numbers = [row[0], *row[5:8]]
+                if keys:
+                    speed = math.sqrt(3.986004418e14 / (3.8e7 * 5.2))
+                    numbers += [-speed * math.sin(row[9]), speed * (4.2 + math.cos(row[9])), 0.0]
+                lines.append(",".join(map(repr, numbers)))
+            self.write("path.csv", "\n".join(lines) + "\n")
+            self.write("table.nml", scene % (f"table = 'path.csv'{keys}", "times = 172800"))
+            said = self.succeed("run", "table.nml", "--set", "integrator.accuracy=1e-9").stderr
+            estimate = float(re.search("estimated error +([0-9.E-]+) rad", said)[1])
+            last = self.history("table.csv")[1][-1][1:5]
+            error = 2 * min(math.dist(last, rows[-1][1:5]), math.dist([-x for x in last], rows[-1][1:5]))
+            self.assertGreater(estimate, 0.9 * error, (interval, keys))
+            self.assertLess(estimate, most * error + 2e-9, (interval, keys))
+            note = "is not attainable: the distance of the lines in the table of the orbit contributes"
+            self.assertEqual(note in said, estimate > 1e-9, said)
+            if interval == 400:
+                self.assertNotIn("not attainable", self.succeed("run", "table.nml").stderr)
+
     def test_a_start_is_put_back_from_the_elements_that_check_prints(self):
         scene = "&body inertia = 3.0836, 3.235, 1.0 /\n&initial euler = 145.498, 65.865, 241.524, angular_velocity = %s, " \
             "degrees = .true. /\n&integrator time_step = 1.0, end_time = 1.0 /\n&output columns = 'quaternion', " \

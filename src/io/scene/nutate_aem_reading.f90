@@ -329,8 +329,8 @@ contains
       if (reader%problem == '') call check_rates(reader)
    end subroutine check_direction
 
-   !> Checks type and frame of rates: version 2.0 has no rotation rates, which are those of Euler angles if a sequence is
-   !> given.
+   !> Checks type and frame of rates: version 2.0 has no rotation rates, which are those of Euler angles if a sequence
+   !> is given.
    subroutine check_rates(reader)
       type(reader_t), intent(inout) :: reader
       character(len=:), allocatable :: keyword
