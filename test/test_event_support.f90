@@ -1,5 +1,6 @@
 !> What the suites of events share: quantities, what keeps the events of a run, a compass needle.
 module test_event_support
+   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use nutate_body, only: diagonal, make_body
    use nutate_dipole, only: dipole_t
    use nutate_effect_list, only: effect_list_t
@@ -15,7 +16,7 @@ module test_event_support
    implicit none
    private
 
-   public :: rate_event_t, tilt_event_t, angle_event_t, keeper_t, compass, no_effects
+   public :: rate_event_t, tilt_event_t, angle_event_t, lost_event_t, keeper_t, compass, no_effects
 
    !> Most events that a test keeps.
    integer, parameter :: room = 200
@@ -33,6 +34,14 @@ module test_event_support
    contains
       procedure :: value => cosine_of_tilt
    end type tilt_event_t
+
+   !> Ω3 while it is above a value, and no number below.
+   type, extends(event_t) :: lost_event_t
+      !> rad/s.
+      real(wp) :: least = 0.0_wp
+   contains
+      procedure :: value => rate_or_none
+   end type lost_event_t
 
    !> The angle about axis 3, ±π.
    type, extends(event_t) :: angle_event_t
@@ -80,6 +89,14 @@ contains
          g = (q(1)**2 - q(2)**2 - q(3)**2 + q(4)**2)/dot_product(q, q)
       end associate
    end function cosine_of_tilt
+
+   pure real(wp) function rate_or_none(self, system, motion) result(g)
+      class(lost_event_t), intent(in) :: self
+      type(system_t), intent(in) :: system
+      type(motion_t), intent(in) :: motion
+      g = motion%omega(3)
+      if (g < self%least) g = ieee_value(g, ieee_quiet_nan)
+   end function rate_or_none
 
    pure real(wp) function angle_and_rate(self, system, motion) result(g)
       class(angle_event_t), intent(in) :: self

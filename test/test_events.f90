@@ -19,10 +19,10 @@ module test_events
    use nutate_run, only: integrate
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_state, only: state_t
-   use nutate_status, only: status_t
+   use nutate_status, only: status_t, NUTATE_NOT_FINITE
    use nutate_stepper, only: integrator_settings_t
    use nutate_system, only: system_t
-   use test_event_support, only: angle_event_t, compass, keeper_t, no_effects, rate_event_t, tilt_event_t
+   use test_event_support, only: angle_event_t, compass, keeper_t, lost_event_t, no_effects, rate_event_t, tilt_event_t
    use test_problems, only: box, fast_top, forced_body, problem_t
    use test_support, only: check, check_below, check_close, error_type, new_unittest, unittest_type
    implicit none
@@ -47,7 +47,8 @@ contains
                   new_unittest("stop ends the run at the event, count at the n-th", stop_and_count), &
                   new_unittest("the invariants of states at events are those of the run", invariants_at_events), &
                   new_unittest("rates of columns are those of their values", column_rates), &
-                  new_unittest("directions count", directions)]
+                  new_unittest("directions count", directions), &
+                  new_unittest("a quantity that is not a number ends the run", no_number)]
    end subroutine collect_events
 
    !> Zeros of Ω3 of the box by a method with fixed steps.
@@ -64,6 +65,32 @@ contains
          keeper, &
                      events=events)
    end subroutine flip
+
+   !> Ω3 of the box falls through zero after `quarter`, and is 10 rad/s at the start.
+   subroutine no_number(error)
+      type(error_type), allocatable, intent(out) :: error
+      character(len=*), parameter :: names(3) = [character(len=13) :: 'nielsen_krenk', 'taylor', 'dop853']
+      real(wp), parameter :: least(3) = [-huge(1.0_wp), 0.0_wp, 20.0_wp], ends(3) = [2.0_wp, quarter, 0.0_wp]
+      type(problem_t) :: problem
+      type(event_list_t) :: events
+      type(status_t) :: status
+      type(state_t) :: state
+      integer :: i, k
+      do i = 1, size(names)
+         do k = 1, size(least)
+            problem = box()
+            if (allocated(events%slots)) deallocate (events%slots)
+            call events%add(lost_event_t(name='lost', least=least(k)))
+            state = problem%start
+            call integrate(problem%system, default_settings(trim(names(i))), state, &
+                           run_plan_t(time_step=0.05_wp, end_time=2.0_wp), status, events=events)
+            call check(error, status%code == NUTATE_NOT_FINITE .eqv. k > 1, trim(names(i))//': '//trim(status%message))
+            if (k > 1) call check(error, index(status%message, "the quantity of the event 'lost'") > 0, &
+                                  trim(status%message))
+            call check_below(error, abs(state%t - ends(k)), 0.1_wp, 'end of the run')
+         end do
+      end do
+   end subroutine no_number
 
    subroutine flips_of_series(error)
       type(error_type), allocatable, intent(out) :: error

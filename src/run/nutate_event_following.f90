@@ -5,6 +5,7 @@ module nutate_event_following
    use nutate_event_hunt, only: hunt_t
    use nutate_event_roots, only: node_t
    use nutate_event_times, only: crossing_t, find_time_change
+   use nutate_event_tracker, only: check_parts
    use nutate_hamiltonian, only: potential_energy
    use nutate_kinds, only: wp, long
    use nutate_limit_event, only: limit_event_t, SWITCH_LIMIT
@@ -112,6 +113,9 @@ contains
             curve%event = k
             curve%is_cheap = policy%looks_cheaply
             call progress%events%look(k, system, window_time, motion, hunt%last_parts)
+            status = watched%start_status
+            call check_parts(watched%event, hunt%last_parts, status)
+            if (status%code /= 0) return
             call curve%join(watched%parts, hunt%last_parts, turn, status)
             hunt%first = node_t(f=watched%f, slope=watched%slope*length)
             hunt%last = node_t(s=1.0_wp, f=sum(hunt%last_parts%value), slope=sum(hunt%last_parts%rate)*length)

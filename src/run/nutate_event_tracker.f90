@@ -1,6 +1,7 @@
 !> The events of a run and what is remembered of each from step to step: on which side of zero its function is, how
 !> often it happened, and when.
 module nutate_event_tracker
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_archive, only: archive_t
    use nutate_control, only: limit_events, find_limits
    use nutate_effect_list, only: effect_list_t
@@ -11,12 +12,12 @@ module nutate_event_tracker
    use nutate_motion, only: find_motion, find_rates, motion_t
    use nutate_motion_bounds, only: bound_motion, motion_bounds_t
    use nutate_state, only: state_t
-   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_FINITE
    use nutate_system, only: system_t
    implicit none
    private
 
-   public :: event_list_t, event_slot_t, event_tracker_t, watched_t, bring_near
+   public :: event_list_t, event_slot_t, event_tracker_t, watched_t, bring_near, check_parts
 
    !> Steps in which the variation of a function is not known yet.
    integer, parameter :: young = 32
@@ -80,6 +81,8 @@ module nutate_event_tracker
       real(wp) :: f = 0.0_wp, slope = 0.0_wp
       type(part_t) :: parts(most_parts) = part_t()
       logical :: followed = .false.
+      !> Failure for a quantity that was not finite between two steps, where zero takes its place.
+      type(status_t) :: start_status
       !> The function has jumped since, as torques act that did not, or did and do not, or potentials are switched.
       logical :: jumped = .false.
       !> Its range over the ends of steps that were looked at so far, and their number.
@@ -481,6 +484,15 @@ contains
       self%placed = .true.
    end subroutine place
 
+   !> Errors: `NUTATE_NOT_FINITE` for a quantity, or its rate, that is not finite.
+   pure subroutine check_parts(event, parts, status)
+      class(event_t), intent(in) :: event
+      type(part_t), intent(in) :: parts(most_parts)
+      type(status_t), intent(inout) :: status
+      if (all(ieee_is_finite(parts%value)) .and. all(ieee_is_finite(parts%rate))) return
+      status = fail(NUTATE_NOT_FINITE, "the quantity of the event '"//trim(event%name)//"', or its rate, is not finite")
+   end subroutine check_parts
+
    !> Evaluates function and slope of an event at the motion, angles as near as may be to where they were.
    subroutine evaluate_functions(self, i, system, window_time)
       class(event_tracker_t), intent(inout) :: self
@@ -490,6 +502,9 @@ contains
       type(part_t) :: parts(most_parts)
       call self%look(i, system, window_time, self%motion, parts)
       associate (watched => self%watched(i))
+         watched%start_status = status_t()
+         call check_parts(watched%event, parts, watched%start_status)
+         if (.not. watched%start_status%ok()) parts = part_t()
          if (watched%followed) call bring_near(parts, watched%parts%value)
          watched%parts = parts
          watched%f = sum(parts%value)

@@ -7,7 +7,7 @@
 module nutate_step_curve
    use nutate_event, only: CROSSING, most_parts, part_t
    use nutate_event_roots, only: curve_t
-   use nutate_event_tracker, only: bring_near
+   use nutate_event_tracker, only: bring_near, check_parts
    use nutate_kinds, only: wp
    use nutate_motion, only: find_motion, find_rates, motion_t
    use nutate_progress, only: progress_t
@@ -235,6 +235,8 @@ contains
          call self%progress%events%store_place(s, motion)
       end if
       call self%progress%events%look(self%event, self%system, window_time, motion, parts)
+      call check_parts(self%progress%events%watched(self%event)%event, parts, status)
+      if (status%code /= 0) return
       parts%rate = parts%rate*length
    end subroutine look_at
 
