@@ -13,7 +13,7 @@ from support import METHODS, TOP, CommandLineTest
 LABELS = [f"{name} order {order} ({solver})" if solver else name + ("+conserve" if projected else "")
           for name, solver, order, projected in METHODS if order != "0"]
 # Budgets in work: what a study runs does not depend on the machine.
-SHORT = ("--evaluations", "2000000")
+SHORT = ("--evaluations", "1000000")
 BRIEF = ("--evaluations", "500000")
 # Each step of higher order is subdivided into a thousand parts.
 SUBDIVIDED = """
@@ -127,11 +127,11 @@ class Study(CommandLineTest):
                                r"agree only to \S+ rad at t = \S+ s; attitude errors are not shown\n")
 
     def test_auto_takes_the_closed_solution_where_there_is_one(self):
-        for rows in self.answer(self.study("box.nml", *SHORT)):
+        for rows in self.answer(self.study("box.nml", *BRIEF)):
             # The study of so short a motion finds steps that cost no more.
             chosen = [row[4] for row in rows if "auto" in row[3]]
             self.assertEqual(chosen, [f"method='exact', accuracy={rows[0][0]}"])
-        self.assertNotIn("exact, ", self.study("top.nml", *SHORT))
+        self.assertNotIn("exact, ", self.study("top.nml", *BRIEF))
 
     def test_numbers_stand_in_one_notation_under_each_other(self):
         lines = self.study("top.nml", *SHORT).splitlines()
@@ -142,7 +142,7 @@ class Study(CommandLineTest):
             self.assertEqual(len({"E" in row.split()[column] for row in rows if row.split()[column] != "0"}), 1)
 
     def test_reference_is_named(self):
-        self.assertIn("exact motion of Lagrange's top", self.study("top.nml", *SHORT))
+        self.assertIn("exact motion of Lagrange's top", self.study("top.nml", *BRIEF))
         self.write("damped.nml", TOP + "&damping coefficient = 1, 1, 1 /")
         text = self.succeed("cost", "damped.nml", *SHORT).stdout
         self.assertIn("nielsen_krenk order 8 (reduced) and dop853", text)
@@ -198,16 +198,16 @@ class Study(CommandLineTest):
     def test_why_no_step_is_possible_is_said(self):
         """Each step is subdivided into a thousand parts, which fail."""
         self.write("subdivided.nml", SUBDIVIDED)
-        self.fail_with(3, "cost", "subdivided.nml", "--evaluations", "100000", says=(
+        self.fail_with(3, "cost", "subdivided.nml", "--evaluations", "30000", says=(
             "no run was completed: nielsen_krenk order 2 (full):", "even subdivided into 1024 parts"))
 
     def test_a_motion_too_long_for_a_reference_still_shows_invariants(self):
         self.write("chaos.nml", TOP.replace("0.0, 0.0, 1.0 /", "0.3, 0.5, 1.0 /").replace("5.0, 5.0", "5.0, 4.0")
                    .replace("50.0", "2.0"))
-        done = self.succeed("cost", "chaos.nml", *SHORT, "--set", "integrator.end_time=300")
+        done = self.succeed("cost", "chaos.nml", *BRIEF, "--set", "integrator.end_time=200")
         self.assertIn("none:", done.stdout)
         self.assertIn("attitude errors are not shown", done.stdout)
-        self.assertRegex(done.stdout, r"agree only to [0-9]|do not reach t = 300 s")
+        self.assertRegex(done.stdout, r"agree only to [0-9]|do not reach t = 200 s")
         self.assertNotIn("cheapest first", done.stdout)
 
     def test_a_scene_without_a_time_step_and_one_that_goes_back(self):

@@ -43,7 +43,7 @@ class Wide(CommandLineTest):
     def test_cost_of_every_bundled_scene(self):
         for scene in sorted((ROOT / "scenes").glob("*.nml")):
             with self.subTest(scene.name):
-                done = fuzzing.call(self.program, ("cost", str(scene), "--evaluations", "100000", *fuzzing.COST_PLOT), self.folder)
+                done = fuzzing.call(self.program, ("cost", str(scene), "--evaluations", "30000", *fuzzing.COST_PLOT), self.folder)
                 self.assertEqual(fuzzing.fault_of_wide(done), "")
 
 
