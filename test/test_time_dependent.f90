@@ -392,8 +392,8 @@ contains
       problem%start = make_state(problem%system, q, [1e-3_wp, -5e-4_wp, 8e-4_wp])
    end function on_circle
 
-   !> Every method steps in the LVLH frame as in inertial axes, to its errors in steps of 10 s: by single steps, and after
-   !> a change of the state. A state that is put back gives the same step, and time runs backwards to the start.
+   !> Every method steps in the LVLH frame as in inertial axes, to its errors in steps of 10 s: by single steps, and
+   !> after a change of the state. A state that is put back gives the same step, and time runs backwards to the start.
    subroutine every_method_in_lvlh(error)
       type(error_type), allocatable, intent(out) :: error
       class(stepper_t), allocatable :: here, there
