@@ -15,7 +15,7 @@ module test_resume
    use nutate_system, only: system_t
    use test_problems, only: box, bruls_top, forced_body, problem_t
    use test_stopping_observer, only: stopping_observer_t
-   use test_support, only: check, error_type, new_unittest, one_in, test_failed, unittest_type
+   use test_support, only: check, error_type, in_turn, new_unittest, one_in, test_failed, unittest_type
    implicit none
    private
    public :: collect_resume, check_run, check_stepper, label_of, settings_of
@@ -367,7 +367,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       integer :: m
       do m = 1, size(methods)
-         if (methods(m)%order < 1) cycle
+         if (methods(m)%order < 1 .or. .not. in_turn(m)) cycle
          call check_run(error, windowed_top(), settings_of(methods(m)), &
                         run_plan_t(end_time=0.15_wp, goal=run_goal_t(local_tolerance=1e-7_wp)), [1, 2, 3, 5, 8], &
                         label_of(methods(m)))

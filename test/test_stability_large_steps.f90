@@ -13,7 +13,7 @@ module test_stability_large_steps
    use test_stability_branch, only: watched_t
    use test_stability_case, only: check_case, EVERY_WAY, number_text, record_t, stability_case_t, way_t
    use test_stability_meter, only: follow
-   use test_support, only: error_type, new_unittest, unittest_type
+   use test_support, only: error_type, new_unittest, one_in, unittest_type
    implicit none
    private
 
@@ -104,7 +104,7 @@ contains
       type(way_t), intent(in) :: way
       logical, intent(in) :: whole
       type(record_t), intent(inout) :: record
-      call run_all_lengths(fast_top(), way, whole, .false., record)
+      call run_all_lengths(fast_top(), way, whole, one_in() > 3, record)
    end subroutine run_top
 
    subroutine run_forced(way, whole, record)

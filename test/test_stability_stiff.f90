@@ -13,7 +13,7 @@ module test_stability_stiff
    use test_problems, only: problem_t
    use test_stability_case, only: check_case, EVERY_WAY, record_t, stability_case_t, way_t
    use test_stability_meter, only: follow, meter_t
-   use test_support, only: error_type, new_unittest, unittest_type
+   use test_support, only: error_type, new_unittest, one_in, unittest_type
    implicit none
    private
 
@@ -134,7 +134,7 @@ contains
       real(wp), parameter :: steps(5) = [1e-6_wp, 1e-5_wp, 1e-4_wp, 1e-3_wp, 0.1_wp]
       integer(long) :: n
       integer :: i
-      n = merge(100000_long, 500_long, whole)
+      n = merge(100000_long, merge(200_long, 500_long, one_in() > 3), whole)
       if (whole .and. way%order > 2) n = 2000
       do i = 1, size(steps)
          meter = blank

@@ -13,7 +13,7 @@ module test_support
 
    public :: error_type, new_unittest, skip_test, unittest_type
    public :: check, check_close, check_below, test_failed
-   public :: draws_fewer, is_slow_build, one_in, share_of, random_unit, random_vector, random_unit_quaternion
+   public :: draws_fewer, in_turn, is_slow_build, one_in, share_of, random_unit, random_vector, random_unit_quaternion
 
    !> |actual - expected| <= tolerance, element by element.
    interface check_close
@@ -122,13 +122,13 @@ contains
    end function is_slow_build
 
    !> One case in how many is tried, by the environment variable NUTATE_ONE_IN: 1 in `make stress`, 3 in `.ci/run`, and
-   !> 9 without it, in `make test`. Slow builds try one in 3 at most.
+   !> 18 without it, in `make test`. Slow builds try one in 3 at most.
    integer function one_in()
       character(len=12) :: text
       integer :: status
       call get_environment_variable('NUTATE_ONE_IN', text)
       read (text, *, iostat=status) one_in
-      if (status /= 0) one_in = 9
+      if (status /= 0) one_in = 18
       one_in = max(1, one_in)
       if (is_slow_build()) one_in = max(3, one_in)
    end function one_in
@@ -138,6 +138,14 @@ contains
       integer, intent(in) :: n
       share_of = 1 + (n - 1)/one_in()
    end function share_of
+
+   !> True for one in three successive numbers in `make test`, and for all numbers elsewhere: for loops over methods and
+   !> scenes that all mean the same test.
+   logical function in_turn(number)
+      integer, intent(in) :: number
+      in_turn = one_in() <= 3
+      if (.not. in_turn) in_turn = mod(number, 3) == 0
+   end function in_turn
 
    !> True where a part of the cases is enough: everywhere but in `make stress`.
    logical function draws_fewer()

@@ -22,7 +22,7 @@ module test_tangent_differences
    use nutate_tangent, only: tangent_t
    use nutate_wheel, only: wheel_t
    use nutate_wheel_mounting, only: add_wheel
-   use test_support, only: check, check_below, error_type, new_unittest, test_failed, unittest_type
+   use test_support, only: check, check_below, error_type, in_turn, new_unittest, test_failed, unittest_type
    implicit none
    private
 
@@ -265,6 +265,7 @@ contains
       call check(error, status%ok(), label//': '//status%message)
       if (allocated(error)) return
       do m = from, to
+         if (.not. in_turn(m + len(label))) cycle
          if (settings(m)%method == 'taylor') varied%groups = without_controllers(variant)
          call varied%build(system, state, status)
          call list_columns(varied, system, columns, shifted, shifts, error)

@@ -23,8 +23,8 @@ module test_time_dependent
    use nutate_system, only: system_t
    use test_problems, only: problem_t
    use test_resume, only: settings_of
-   use test_support, only: check, check_below, check_close, error_type, new_unittest, random_unit_quaternion, &
-                           unittest_type
+   use test_support, only: check, check_below, check_close, error_type, in_turn, new_unittest, one_in, &
+                           random_unit_quaternion, unittest_type
    use, intrinsic :: iso_fortran_env, only: int64
    implicit none
    private
@@ -241,6 +241,7 @@ contains
       integer :: i, k
       do k = 1, size(planar, 2)
          i = (k + 9)/10
+         if (.not. in_turn(k)) cycle
          call make_moon(moments(:, i), shapes(i), starts(:, i), problem)
          call compare(integrator_settings_t(method='taylor', conserve=.true.), &
                       run_plan_t(goal=run_goal_t(local_tolerance=1e-16_wp)))
@@ -276,16 +277,16 @@ contains
    !> local tolerances of 1e-12, 1e-10 and 1e-9: its sampling error is 0.03.
    subroutine lyapunov_time(error)
       type(error_type), allocatable, intent(out) :: error
-      integer, parameter :: n = 9
-      real(wp) :: times(n)
-      integer :: i
+      real(wp) :: times(9)
+      integer :: i, n
+      n = merge(5, 9, one_in() > 3)
       do i = 1, n
          call grow(error, 1 + 1e-3_wp*(i - 1), times(i))
          if (allocated(error)) return
       end do
       ! As many are longer as are shorter.
       do i = 1, n
-         if (count(times < times(i)) == n/2) call check_close(error, times(i), 1.35_wp, 0.1_wp, "revolutions")
+         if (count(times(:n) < times(i)) == n/2) call check_close(error, times(i), 1.35_wp, 0.1_wp, "revolutions")
       end do
    end subroutine lyapunov_time
 

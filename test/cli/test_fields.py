@@ -2,7 +2,7 @@
 import math
 import unittest
 
-from support import SUN_COLUMNS, CommandLineTest
+from support import SUN_COLUMNS, CommandLineTest, in_turn
 
 BODY = "&body inertia = 0.09, 0.1, 0.04 /\n&initial angular_velocity = 4e-3, -3e-3, 5e-3 /\n"
 SHADE = BODY + """&orbit semi_major_axis = 7e6, sun = 3, 0, 0 /
@@ -97,8 +97,10 @@ class Fields(CommandLineTest):
     def test_bdot_is_the_same_in_every_frame(self):
         # tools/docs/references/bdot.py: fourth-order steps in inertial axes, with the field differentiated numerically.
         self.write("bdot.nml", BDOT)
-        for settings, expected in (([], 1.93403449e-3), (["--unset", "controller.sample"], 1.94217100e-3)):
-            for frame in FRAMES:
+        for turn, (settings, expected) in enumerate((([], 1.93403449e-3), (["--unset", "controller.sample"], 1.94217100e-3))):
+            for number, frame in enumerate(FRAMES):
+                if not in_turn(turn + number):
+                    continue
                 self.succeed("run", "bdot.nml", "--quiet", *settings, *frame, "--set", "output.interval=20000")
                 rate = math.hypot(*self.history("bdot.csv")[1][-1][1:4])
                 self.assertAlmostEqual(rate, expected, delta=2e-9)

@@ -2,7 +2,7 @@
 import math
 import shutil
 
-from support import CommandLineTest
+from support import CommandLineTest, in_turn
 
 # A top with a wheel, and a magnet whose field is skew, at rows inside of steps.
 SYSTEM = """&body inertia_tensor = 3.0, 2.0, 1.5, 0.1, -0.05, 0.2, mass = 2.0, center_of_mass = 0.1, 0.05, 0.2 /
@@ -303,9 +303,10 @@ class Sensitivities(CommandLineTest):
             "force.1.stop": (lambda h: f"force.1.stop={1.517 + h!r}", 1e-3),
             "wheel.start": (lambda h: f"wheel.start={0.41 + h!r}", 1e-3),
             "wheel.stop": (lambda h: f"wheel.stop={2.2 + h!r}", 1e-3)}
-        for method in ("'rk8'", "'nielsen_krenk', order = 8", "'dop853'"):
+        for turn, method in enumerate(("'rk8'", "'nielsen_krenk', order = 8", "'dop853'")):
+            some = {name: value for number, (name, value) in enumerate(values.items()) if in_turn(number + turn)}
             with self.subTest(method=method):
-                self.compare_scene(text + f"&integrator method = {method}, time_step = 0.02, end_time = 3.0 /\n", values)
+                self.compare_scene(text + f"&integrator method = {method}, time_step = 0.02, end_time = 3.0 /\n", some)
 
     def test_what_has_no_derivative_is_refused(self):
         self.write("free.nml", SYSTEM + STEPS + FREE)
