@@ -173,7 +173,7 @@ def librations():
             + "\nThe linear theory has 1.0976° for the forced libration of Phobos and 0.62301 $n$ for its free one.\n\n" + "\n".join(reports))
 
 
-CYLINDER = ("&body inertia = 500, 12250, 12250 /\n&orbit semi_major_axis = 6756095 /\n&gravity_gradient /\n&initial attitude_from = 'lvlh', "
+CYLINDER = ("&body inertia = 500, 12250, 12250 /\n&orbit semi_major_axis = 6756095, frame = 'lvlh' /\n&gravity_gradient /\n&initial attitude_from = 'lvlh', "
             "rate_from = 'lvlh', {} /\n")
 START = "quaternion = 0.7372492635482824, 0.005895561929111876, 0.6755644832106784, 0.006433876851820143, angular_velocity = 0, {}, 0"
 OMEGA1 = -1.984177793105603e-05
