@@ -65,6 +65,19 @@ class Sensitivities(CommandLineTest):
             for name, number in zip(names, numbers):
                 self.assertAlmostEqual(row[name] / size, number / size, delta=2e-9, msg=f"{name} at {row['t']}")
 
+    def test_a_derivative_that_overflows_is_named(self):
+        self.write("chaos.nml", """
+&body inertia = 0.5, 0.764, 1.0 /
+&orbit semi_major_axis = 1.0, mu = 1.0, eccentricity = 0.1 /
+&gravity_gradient /
+&initial angular_velocity = 0.0, 0.0, 1.0, roll_pitch_yaw = 0.1, 0.2, 0.3 /
+&integrator method = 'rk8', time_step = 0.25, end_time = 10000.0 /
+&free key = 'initial.angular_velocity' /
+&output columns = 'quaternion', 'sensitivities', every = 40 /
+""")
+        self.fail_with(3, "run", "chaos.nml", "--quiet",
+                       says=("a value of the history, d_rotation1/d_initial.angular_velocity.1, is not finite",))
+
     def test_columns_are_derivatives_by_the_numbers_of_the_scene(self):
         columns = "&output times = 0.0, 0.033, 0.5, 0.72, 1.0, columns = 'quaternion', 'angular_velocity', 'wheel1'"
         self.write("plain.nml", SYSTEM + WHEEL + STEPS + columns + " /\n")

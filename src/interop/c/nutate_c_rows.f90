@@ -1,6 +1,5 @@
 !> Rows of a run in an array of C, in a history, or in a file.
 module nutate_c_rows
-   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use, intrinsic :: iso_c_binding, only: c_associated, c_f_pointer, c_null_ptr, c_ptr, c_size_t
    use nutate_c_effects, only: add_failure, judge_failure
    use nutate_c_handles, only: history_handle_t, make_room, stepper_handle_t
@@ -11,7 +10,7 @@ module nutate_c_rows
    use nutate_observer, only: observer_t, run_record_t
    use nutate_progress, only: is_over, total_work
    use nutate_state, only: state_t
-   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_FINITE, NUTATE_STEP_LIMIT
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_STEP_LIMIT
    use nutate_system, only: system_t
    implicit none
    private
@@ -119,7 +118,7 @@ contains
       end if
       associate (row => receiver%values(:, receiver%rows + 1))
          call handle%columns%evaluate(system, state, record, row, receiver%tangent, receiver%chaos)
-         if (.not. all(ieee_is_finite(row))) status = fail(NUTATE_NOT_FINITE, 'a value of a row is not finite')
+         call handle%columns%check_row(row, status)
       end associate
       call add_failure(handle%failure, status)
       if (status%code == 0) receiver%rows = receiver%rows + 1

@@ -1,7 +1,7 @@
 !> The columns of a history: which sets there are, and what stands in them. A new set is a line of the table and a
 !> case of `write_set`.
 module nutate_columns
-   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_quiet_nan, ieee_value
    use nutate_archive, only: archive_t
    use nutate_attitude, only: roll_pitch_yaw_from_quat
    use nutate_chaos, only: chaos_t
@@ -19,7 +19,7 @@ module nutate_columns
       carried_width, is_by_free, COVARIANCE, DEVIATIONS, FLI, LYAPUNOV, MEGNO, SENSITIVITIES
    use nutate_spelling, only: comma_list, nearest_name, split_list
    use nutate_state, only: state_t
-   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_FINITE
    use nutate_system, only: system_t
    use nutate_tangent, only: tangent_t
    use nutate_tumbling_columns, only: tumbling_values, tumbling_width
@@ -199,6 +199,8 @@ module nutate_columns
       procedure :: choose
       !> The header row.
       procedure :: header
+      !> Fails for a row with a value that is not finite, with the name of its column.
+      procedure :: check_row
       !> Stores the first state.
       procedure :: start
       !> Follows angles that must not lose turns between rows.
@@ -377,6 +379,23 @@ contains
                                            self%degrees)
       end do
    end function header
+
+   !> Errors: `NUTATE_NOT_FINITE` for a row with a value that is not finite, with the name of its column.
+   subroutine check_row(self, values, status)
+      class(columns_t), intent(in) :: self
+      !> A row, t first.
+      real(wp), intent(in) :: values(:)
+      type(status_t), intent(inout) :: status
+      character(len=:), allocatable :: names
+      integer :: i, k
+      k = findloc(ieee_is_finite(values), .false., dim=1)
+      if (k == 0) return
+      names = self%header()//','
+      do i = 2, k
+         names = names(index(names, ',') + 1:)
+      end do
+      status = fail(NUTATE_NOT_FINITE, 'a value of the history, '//names(:index(names, ',') - 1)//', is not finite')
+   end subroutine check_row
 
    !> `phi_deg,theta_deg` for `phi,theta`.
    pure function in_degrees(set) result(names)

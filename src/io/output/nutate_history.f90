@@ -3,7 +3,6 @@
 !> RFC 4180 fields, lines ended by LF. Each number is as short as reads back exactly; a number that is not finite is
 !> an error, never a field.
 module nutate_history
-   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_archive, only: archive_t
    use nutate_columns, only: columns_t
    use nutate_decimal, only: append_rounded, decimal_t, decimal_length
@@ -13,7 +12,7 @@ module nutate_history
    use nutate_observer, only: observer_t, run_record_t
    use nutate_tangent_columns, only: carried_t
    use nutate_state, only: state_t
-   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_FINITE
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    use nutate_system, only: system_t
    implicit none
    private
@@ -198,10 +197,8 @@ contains
       type(status_t), intent(out) :: status
       integer :: used
       call self%columns%evaluate(system, state, record, self%values, self%tangent, self%chaos)
-      if (.not. all(ieee_is_finite(self%values))) then
-         status = fail(NUTATE_NOT_FINITE, 'a value of the history is not finite')
-         return
-      end if
+      call self%columns%check_row(self%values, status)
+      if (status%code /= 0) return
       used = 0
       call self%append_values(self%values(:1), self%line, used)
       if (self%epoch%is_set()) call append_date(self%epoch%after(state%t), self%line, used)
