@@ -22,7 +22,7 @@ int nutate_stepper_create_scene(const nutate_scene *scene, nutate_stepper **step
 
 int nutate_stepper_destroy(nutate_stepper **stepper); /* Frees a stepper.   <=>  stepper */
 /* Sets a key of the group &integrator: method, order, formulation, time_step (or accuracy, or
- * local_tolerance), auxiliary_inertia, projection, conserve, series_order, tolerance, max_iterations. The method "auto"
+ * local_tolerance), max_step, auxiliary_inertia, projection, conserve, series_order, tolerance, max_iterations. "auto"
  * requires accuracy or local_tolerance, and is the default with them (docs/reference/scenes/integrator.md); each run to a
  * time chooses anew. Settings take effect with the next step, or with nutate_stepper_prepare, which reports conflicts
  * between settings.

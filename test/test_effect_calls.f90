@@ -2,7 +2,7 @@
 module test_effect_calls
    use, intrinsic :: iso_c_binding, only: c_double, c_int, c_long_long
    use nutate_effect, only: potential_t, rotor_t, torque_t
-   use nutate_hamiltonian, only: make_state
+   use nutate_hamiltonian, only: body_momentum, make_state
    use nutate_kinds, only: wp
    use nutate_nielsen_krenk, only: nielsen_krenk_t
    use nutate_quaternion, only: cross
@@ -54,6 +54,12 @@ module test_effect_calls
       procedure :: torque => counted_nothing
    end type counting_nothing_t
 
+   !> A pulse of 0.01 s about t = 50 s, about the first axis, with the impulse 0.005 N m s.
+   type, extends(torque_t) :: pulse_t
+   contains
+      procedure :: torque => pulse_torque
+   end type pulse_t
+
    interface
       !> Adds one to a counter. Not pure at all: this is what makes counting possible where the counted must be.
       pure subroutine count_call(which, zero) bind(c, name='test_count_call')
@@ -88,6 +94,7 @@ contains
                   new_unittest("a torque is evaluated as the iteration says", torque_is_evaluated_as_needed), &
                   new_unittest("steps that end at limits of B-dot cost no more than sixteen", &
                                limits_are_found_cheaply), &
+                  new_unittest("max_step finds a pulse that adaptive steps miss", pulse_is_found), &
                   new_unittest("one effect does not call for another", effects_are_evaluated_alone)]
    end subroutine collect_effect_calls
 
@@ -170,6 +177,14 @@ contains
       call count_call(TORQUE, zero)
       tau = zero + cross(omega, stiffness) - 0.1_wp*omega
    end function counted_torque
+
+   pure function pulse_torque(self, t, q, omega) result(tau)
+      class(pulse_t), intent(in) :: self
+      real(wp), intent(in) :: t, q(4), omega(3)
+      real(wp) :: tau(3)
+      tau = 0.0_wp
+      if (abs(t - 50.0_wp) < 0.005_wp) tau(1) = cos(200.0_wp*acos(0.0_wp)*(t - 50.0_wp))**2
+   end function pulse_torque
 
    pure function counted_nothing(self, t, q, omega) result(tau)
       class(counting_nothing_t), intent(in) :: self
@@ -349,5 +364,44 @@ contains
       call read_counts(counts)
       calls = counts(TORQUE)
    end subroutine detumble
+
+   subroutine pulse_is_found(error)
+      type(error_type), allocatable, intent(out) :: error
+      character(len=16), parameter :: methods(4) = [character(len=16) :: 'dop853', 'rk8', 'rk4', 'nielsen_krenk']
+      real(wp) :: missed, found
+      integer :: i
+      do i = 1, size(methods)
+         missed = momentum_behind(error, trim(methods(i)), '')
+         found = momentum_behind(error, trim(methods(i)), ', max_step = 0.005')
+         if (allocated(error)) return
+         call check(error, abs(missed - 0.01_wp) <= 1e-14_wp, trim(methods(i))//': long steps miss the pulse')
+         call check(error, abs(found - 0.015_wp) <= 1e-5_wp, trim(methods(i))//': the impulse')
+      end do
+   end subroutine pulse_is_found
+
+   !> Returns L₁ of a sphere behind the pulse, N m s.
+   real(wp) function momentum_behind(error, method, keys) result(momentum)
+      type(error_type), allocatable, intent(inout) :: error
+      character(len=*), intent(in) :: method, keys
+      character, parameter :: nl = new_line('a')
+      class(scene_t), allocatable :: scene
+      type(state_t) :: state
+      type(status_t) :: status
+      real(wp) :: l(3)
+      character(len=:), allocatable :: message
+      allocate (scene)
+      momentum = 0.0_wp
+      call parse_scene('&body inertia = 1.0, 1.0, 1.0 /'//nl//'&initial angular_velocity = 0.01, 0.0, 0.0 /'//nl// &
+                       "&integrator method = '"//method//"', local_tolerance = 1e-6, end_time = 100.0"//keys//' /', &
+                       's.nml', scene, status, message)
+      call check(error, status%ok(), message)
+      if (allocated(error)) return
+      call scene%system%effects%add(pulse_t())
+      state = scene%initial
+      call integrate(scene%system, scene%integrator, state, scene%plan, status)
+      call check(error, status%ok(), trim(status%message))
+      l = body_momentum(state)
+      momentum = l(1)
+   end function momentum_behind
 
 end module test_effect_calls

@@ -256,7 +256,7 @@ contains
    end function of_starts
 
    pure function of_settings() result(promises)
-      type(promise_t) :: promises(8)
+      type(promise_t) :: promises(9)
       real(wp), parameter :: below_one = nearest(1.0_wp, -1.0_wp)
       promises(1) = any_number('integrator', 'time_step', [1.0_wp])
       promises(1)%least = 1e-50_wp
@@ -281,6 +281,8 @@ contains
       promises(8)%greatest = 0.08_wp
       promises(8)%negative = .false.
       promises(8)%text_only = .true.
+      promises(9) = positive('integrator', 'max_step', [1.0_wp])
+      promises(9)%text_only = .true.
    end function of_settings
 
    pure function of_events() result(promises)

@@ -168,6 +168,8 @@ contains
          select case (setting%key)
          case ('accuracy', 'local_tolerance')
             text = text//entry(setting, 'integrator', trim(setting%key), [0.5_wp])
+         case ('max_step')
+            text = text//entry(setting, 'integrator', 'max_step', [1.0_wp])//' local_tolerance = 0.5'
          case ('tolerance', 'auxiliary_inertia')
             text = text//entry(setting, 'integrator', trim(setting%key), [0.5_wp])// &
                    entry(setting, 'integrator', 'time_step', [step])

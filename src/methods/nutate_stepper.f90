@@ -43,6 +43,8 @@ module nutate_stepper
       !> Newton: relative increment at which to stop; 0: iterate until the increment stops falling.
       real(wp) :: tolerance = 0.0_wp
       integer :: max_iterations = 20
+      !> Longest adaptive step, s: what acts for a shorter time between the evaluations of a step can be missed.
+      real(wp) :: max_step = huge(1.0_wp)
       !> Step in the space axes of the system, although the LVLH frame of its circular orbit would do
       !> (`nutate_lvlh_stepper`): for derivatives by the elements of the orbit.
       logical :: in_space_axes = .false.

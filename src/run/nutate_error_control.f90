@@ -56,6 +56,8 @@ module nutate_error_control
       type(run_record_t) :: before
       !> Largest |L| seen, kg m²/s.
       real(wp) :: momentum_scale = 0.0_wp
+      !> Longest step of the settings, s.
+      real(wp) :: max_step = huge(1.0_wp)
       !> Longest step that may be chosen after one that failed, s.
       real(wp) :: longest = huge(1.0_wp)
       !> Time of the last event that ended a step, and the times between the last of them, s; not set before the first.
@@ -110,9 +112,11 @@ contains
       if (.not. allocated(self%half)) then
          self%method = method_of(settings)
          self%is_dense = self%method%dense
-         call self%equal%recognise(system, settings, progress%state, duration, progress%plan%goal%accuracy)
+         if (.not. settings%max_step < huge(1.0_wp)) &
+            call self%equal%recognise(system, settings, progress%state, duration, progress%plan%goal%accuracy)
       end if
       own = settings
+      self%max_step = settings%max_step
       own%project_each = .not. self%equal%suit
       rows_inside = progress%plan%interval > 0.0_wp .or. allocated(progress%plan%times)
       if (allocated(self%half) .and. self%equal%suit) rows_inside = rows_inside .or. self%half%keeps_steps
@@ -178,7 +182,7 @@ contains
       if (self%equal%suit) call self%equal%divide(progress%plan%goal%local_tolerance, self%length%next)
       ! What is left is not left over for a tiny step: less than two steps are halved.
       rest = abs((t_end - progress%state%t) - self%t_compensation)
-      step = min(self%length%next, reach_of(self, progress%state%t))
+      step = min(self%length%next, reach_of(self, progress%state%t), self%max_step)
       is_last = rest <= merge(1.5_wp, 1.0_wp, self%equal%suit)*step
       if (rest < 2*step .and. .not. self%equal%suit) step = 0.5_wp*rest
       if (is_last) step = rest

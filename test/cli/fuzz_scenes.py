@@ -177,6 +177,8 @@ def integrator(dice, scales, free):
     if dice.random() < 0.3 and order != "0":
         lines.append(f"{dice.choice(('accuracy', 'local_tolerance'))} = {10.0 ** dice.uniform(-16, -1)}")
         end = scales.value(time=1, signed=False) * dice.choice((0.1, 1, 1, 10, 1e6, 1e12))
+        if dice.random() < 0.1:
+            lines.append(f"max_step = {number_text(end * dice.choice((0.01, 0.1, 10)))}")
     else:
         lines.append(f"time_step = {number_text(direction * step)}")
         end = step * dice.choice((0.3, 1, 3, 20, 20, 20.5, 200, 1e5))

@@ -25,7 +25,7 @@ contains
    !> Keys of the scene group `&integrator`. Methods and formulations are those of the table of methods, and the
    !> automatic choice.
    pure function integrator_keys() result(keys)
-      type(key_t) :: keys(13)
+      type(key_t) :: keys(14)
       character(len=*), parameter :: names(*) = methods%name, formulations(*) = methods%formulation
       character(len=len(names)), parameter :: automatic = AUTOMATIC_METHOD
 
@@ -36,6 +36,7 @@ contains
               '')))), key_t(name='time_step', range=TIME_STEP, instead_of='accuracy,local_tolerance'), &
               key_t(name='accuracy', range=FRACTION, instead_of='time_step,local_tolerance'), &
               key_t(name='local_tolerance', range=FRACTION, instead_of='time_step,accuracy'), &
+              key_t(name='max_step', range=POSITIVE, beside='accuracy,local_tolerance'), &
               key_t(name='end_time', range=NOT_ZERO, required=.true.), &
               key_t(name='auxiliary_inertia', range=POSITIVE_OR_INFINITE), &
               key_t(name='projection', kind=KEY_LOGICAL), &
@@ -62,6 +63,7 @@ contains
       settings%conserve = group%flag('conserve', settings%conserve)
       settings%tolerance = group%number('tolerance', settings%tolerance)
       settings%max_iterations = group%whole('max_iterations', settings%max_iterations)
+      settings%max_step = group%number('max_step', settings%max_step)
       if (group%has('auxiliary_inertia')) then
          j0 = group%number('auxiliary_inertia', 1.0_wp)
          if (j0 <= huge(j0)) settings%inverse_auxiliary_inertia = 1/j0
@@ -100,6 +102,8 @@ contains
       call demand_one_of(group, ways, error)
       call allow_one_of(group, ways, error)
       if (error%raised) return
+      if (group%has('max_step') .and. group%has('time_step')) call error%raise(group%line_of('max_step'), &
+         'max_step with fixed steps', expected='accuracy or local_tolerance with it')
       goal%accuracy = group%number('accuracy', 0.0_wp)
       goal%local_tolerance = group%number('local_tolerance', 0.0_wp)
    end subroutine build_goal
