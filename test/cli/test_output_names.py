@@ -131,7 +131,7 @@ class Kinds(CommandLineTest):
         self.succeed("sweep", "many.nml", "--output", "o.npy")
         self.kept("o.npy", "sweep", "many.nml", "--output", "o.npy", "--member", "2", says=("histories are CSV",))
         self.kept("o.npy", "sweep", "many.nml", "--output", "o.npy", "--csv", "o.npy")
-        self.kept("new.csv", "sweep", "many.nml", "--output", "new.csv", "--csv", "./new.csv", says=("where the rows go",))
+        self.kept("new.rows", "sweep", "many.nml", "--output", "new.rows", "--csv", "./new.rows", says=("where the rows go",))
 
     def test_tables_are_not_written_over(self):
         self.write("t.csv", "t (s),x (N m),y (N m),z (N m)\n0,0,0,0\n1,0,0,0\n")
