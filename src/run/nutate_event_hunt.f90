@@ -41,6 +41,9 @@ module nutate_event_hunt
       !> The root is where the function jumped over its level, at the start of the step.
       logical :: jumped = .false.
       type(node_t) :: root = node_t()
+      !> The event has happened in the step, and the slope of the function there.
+      logical :: has_passed = .false.
+      real(wp) :: passed_slope = 0.0_wp
       !> Cells at the last event, behind the root, and at the end; the level of the root, in periods.
       real(wp) :: cell = 0.0_wp, next_cell = 0.0_wp, last_cell = 0.0_wp, at = 0.0_wp
    contains
@@ -69,6 +72,7 @@ contains
       logical :: jumps
       self%found = .false.
       self%jumped = .false.
+      self%has_passed = .false.
       self%near = watched%near
       sense = merge(1.0_wp, -1.0_wp, is_end)
       self%period = 0.0_wp
@@ -271,6 +275,8 @@ contains
       class(hunt_t), intent(inout) :: self
       self%first%side = self%root%side
       self%cell = self%next_cell
+      self%has_passed = .true.
+      self%passed_slope = self%root%slope
    end subroutine pass_root
 
    !> Notes the end of the step.
@@ -314,14 +320,18 @@ contains
       logical, intent(in) :: happened, moved
       !> What the time may be off by, in steps.
       real(wp), intent(in) :: slope_error
-      real(wp) :: cell
+      real(wp) :: cell, near
+      logical :: is_here
       watched%near = merge(0.0_wp, self%near, moved)
       watched%cell = self%cell
       watched%at = self%at
-      if (happened) then
-         watched%side = self%root%side
-         watched%near = max(4*abs(self%root%slope)*slope_error + noise*(abs(watched%event%level) + self%scale), &
-                            tiny(1.0_wp))
+      near = max(4*abs(self%passed_slope)*slope_error + noise*(abs(watched%event%level) + self%scale), tiny(1.0_wp))
+      is_here = happened
+      ! Another event ends the step next to this one, which has happened inside of it.
+      if (self%has_passed .and. .not. self%period > 0.0_wp) is_here = is_here .or. abs(watched%f) <= near
+      if (is_here) then
+         watched%side = self%first%side
+         watched%near = near
       else if (self%period > 0.0_wp) then
          cell = cell_of(watched%f, watched%slope, self%period, 1.0_wp, self%cell)
          if (min(abs(watched%f - self%cell*self%period), abs(watched%f - (self%cell + 1)*self%period)) > &

@@ -179,6 +179,19 @@ class Events(CommandLineTest):
         found = [(row["event"], round(float(row["t"]), 12)) for row in self.rows("kick.events.csv")]
         self.assertEqual(found, [("speed", 1.3), ("energy", 1.3), ("energy", 2.6)])
 
+    def test_a_level_at_which_a_limit_holds_is_reached_once_a_time(self):
+        """The motor is switched off at the speed limit, where the speed turns back."""
+        scene = ("&body inertia = 90, 100, 40 /\n&initial angular_velocity = 0, 0, 0 /\n"
+                 "&wheel axis = 0, 0, 1, inertia = 0.05, torque = 0.05, friction = 5e-4, speed_limit = 6 /\n"
+                 "&event name = 'top', when = 'wheel1_speed', crosses = 6{} /\n&output columns = 'wheel1' /\n")
+        for steps in ("time_step = 0.1", "local_tolerance = 1e-9", "time_step = 0.37, order = 6", "method = 'dop853', local_tolerance = 1e-9"):
+            for direction in ("", ", direction = 1"):
+                with self.subTest(steps=steps, direction=direction):
+                    self.write("wheel.nml", scene.format(direction) + f"&integrator {steps}, end_time = 20 /\n")
+                    summary = self.succeed("run", "wheel.nml").stderr
+                    self.assertRegex(summary, r"event 'top' +13 times")
+                    self.assertRegex(summary, r"upper limit of wheel 1 +13 times")
+
     def test_switches_without_end(self):
         self.write("chatter.nml", """&body inertia = 1.0, 1.0, 1.0 /
 &initial angular_velocity = 0.0, 0.0, 1.0 /
