@@ -596,6 +596,9 @@ contains
       call read(gyroscope//rates//' /', scene, error)
       if (allocated(error)) return
       times = 1.0_wp
+      ! A method whose steps are as long as the motion permits.
+      scene%integrator%method = 'nielsen_krenk'
+      scene%integrator%order = 8
       call model%prepare(scene, status)
       if (status%ok()) call model%run(times, motion, status)
       call check(error, status%ok(), trim(status%message))

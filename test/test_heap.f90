@@ -203,7 +203,7 @@ contains
       call check_size(error, '', 'rk4', '', 8500)
       call check_size(error, '', 'rk8', '', 8500)
       call check_size(error, '', 'dop853', '', 8500)
-      call check_size(error, '', 'taylor', '', 15000)
+      call check_size(error, '', 'taylor', '', 15500)
       call check_size(error, weight, 'nielsen_krenk', 'reduced', 9500)
       call check_size(error, damping, 'nielsen_krenk', 'reduced', 9500)
       call check_size(error, weight, 'rk8', '', 9000)

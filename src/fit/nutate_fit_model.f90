@@ -131,7 +131,8 @@ contains
       call self%begin(scene)
       self%steps_left = scene%plan%max_steps
       self%scene%plan%max_steps = huge(1_long)
-      call choose_with_tangent(self%scene%plan%goal%active(), self%scene%integrator)
+      call choose_with_tangent(self%scene%plan%goal%active(), self%scene%integrator, self%scene%system, &
+                               self%scene%initial)
    end subroutine prepare
 
    !> Prepares for a scene with free numbers.

@@ -83,12 +83,20 @@ contains
       end if
    end subroutine choose_settings
 
-   !> Where settings leave the method open, takes one that has tangent columns.
-   pure subroutine choose_with_tangent(adaptive, settings)
+   !> Where settings leave the method open, takes one that has tangent columns: for a free body with adaptive steps the
+   !> closed solution, if its system is given.
+   pure subroutine choose_with_tangent(adaptive, settings, system, state)
       !> Steps are adaptive.
       logical, intent(in) :: adaptive
       type(integrator_settings_t), intent(inout) :: settings
+      type(system_t), intent(in), optional :: system
+      !> The start; present with `system`.
+      type(state_t), intent(in), optional :: state
       if (settings%method /= '' .and. settings%method /= AUTOMATIC_METHOD) return
+      if (present(system) .and. adaptive .and. .not. names_parts(settings)) then
+         if (has_closed_solution(system, state)) settings%method = 'exact'
+         if (settings%method == 'exact') return
+      end if
       settings%method = 'nielsen_krenk'
       if (settings%order == 0 .and. adaptive) settings%order = 8
       if (settings%formulation == '') settings%formulation = 'reduced'

@@ -14,6 +14,8 @@ GYRO = """&body inertia = 5.4, 19.5, 17.0 /
 &free key = 'body.inertia.1', 'body.inertia.2' /
 &measurement file = 'gyro.csv', columns = 'omega1', 'omega2', 'omega3', sigma = 0.01 /
 """
+# By a method whose steps are as long as the motion permits.
+STEPS = GYRO.replace("local_tolerance", "method = 'nielsen_krenk', order = 8, formulation = 'reduced', local_tolerance")
 
 
 class Fit(CommandLineTest):
@@ -238,17 +240,28 @@ class Fit(CommandLineTest):
         self.assertRegex(self.succeed("fit", "angle.nml", "--csv", "a.csv", "--output", "a.fit.nml").stdout,
                          r"body\.inertia\.2 +20\.0")
 
+    def test_a_free_body_is_fitted_by_its_closed_solution(self):
+        by_steps = self.succeed("fit", "gyro.nml", "--csv", "a.csv", "--set", "integrator.method=nielsen_krenk", "--set", "integrator.order=8")
+        by_default = self.succeed("fit", "gyro.nml", "--csv", "b.csv")
+        self.assertEqual(by_default.stdout, self.succeed("fit", "gyro.nml", "--csv", "c.csv", "--set", "integrator.method=exact").stdout)
+        results = [[line for line in done.stdout.splitlines() if "±" in line] for done in (by_default, by_steps)]
+        self.assertEqual(results[0], results[1])
+        self.assertEqual(len(results[0]), 5)
+        self.assertEqual(self.read("b.csv"), self.read("c.csv"))
+        self.assertNotEqual(self.read("b.csv"), self.read("a.csv"))
+
     def test_a_limit_of_steps_ends_the_fit_with_the_best_found(self):
         self.fail_with(3, "fit", "gyro.nml", "--max-steps", "3", says=["gyro.nml: the fit needs more steps than allowed"])
         self.assertFalse(os.path.exists(self.path("gyro.fit.nml")))
         # Enough for some iterations on the whole of the data.
-        self.write("crude.nml", GYRO.replace("3.0, 1.0, 5.0", "3.3, 0.5, 5.5") + "&fit arcs = 'whole', start = 'scene' /\n")
+        self.write("crude.nml", STEPS.replace("3.0, 1.0, 5.0", "3.3, 0.5, 5.5") + "&fit arcs = 'whole', start = 'scene' /\n")
         self.fail_with(3, "fit", "crude.nml", "--quiet", "--max-steps", "20",
                        says=["the fit did not converge: the fit needs more steps than allowed"])
         self.succeed("check", "crude.fit.nml")
         self.succeed("fit", "gyro.nml", "--quiet", "--max-steps", "100000")
 
     def test_a_limit_inside_of_a_short_arc_gives_no_fit_of_it(self):
+        self.write("gyro.nml", STEPS)
         page = self.succeed("fit", "gyro.nml").stdout
         statuses = []
         for limit in range(5, 105, 5):
