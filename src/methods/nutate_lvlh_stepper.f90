@@ -20,7 +20,7 @@ module nutate_lvlh_stepper
    !> A stepper and the view in which it works. `step` allocates nothing.
    type, extends(stepper_wrapper_t) :: lvlh_stepper_t
       private
-      type(lvlh_view_t) :: view = lvlh_view_t()
+      type(lvlh_view_t) :: view
       !> State of the step under way, LVLH axes.
       type(state_t) :: inner = state_t()
       !> Start of the last step, without balance and wheels, LVLH axes.

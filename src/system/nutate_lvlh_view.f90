@@ -27,7 +27,7 @@ module nutate_lvlh_view
       !> All effects are constant in the LVLH frame; if not, the other components have no meaning.
       logical :: exists = .false.
       !> Same body and effects in LVLH space axes.
-      type(system_t) :: system = system_t()
+      type(system_t) :: system
       !> Attitude of the LVLH frame at t = 0, unit quaternion, LVLH→inertial; shape (4).
       real(wp), private :: axes(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
       !> ω in inertial axes, rad/s; shape (3).

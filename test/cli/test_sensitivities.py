@@ -1,6 +1,8 @@
 """&free in a scene that nutate runs: derivatives, standard deviations and covariances in the columns of the history."""
 import math
+import os
 import shutil
+import unittest
 
 from support import CommandLineTest, in_turn
 
@@ -65,6 +67,7 @@ class Sensitivities(CommandLineTest):
             for name, number in zip(names, numbers):
                 self.assertAlmostEqual(row[name] / size, number / size, delta=2e-9, msg=f"{name} at {row['t']}")
 
+    @unittest.skipIf(os.environ.get("NUTATE_SLOW_BUILD"), "a build with floating-point traps ends at an overflow")
     def test_a_derivative_that_overflows_is_named(self):
         self.write("chaos.nml", """
 &body inertia = 0.5, 0.764, 1.0 /
