@@ -12,22 +12,23 @@ module nutate_view_command
 
 contains
 
-   !> Starts `python3 -m nutate.view`, which says itself what is wrong with a scene or a file.
+   !> Starts the module `nutate.view` of Python, which reports what is wrong with a scene or a file.
    subroutine view_command(command, exit_code)
       type(command_t), intent(in) :: command
       integer, intent(out) :: exit_code
-      character(len=:), allocatable :: line, change
+      character(len=:), allocatable :: python, line, change
       integer :: i, command_status
 
       exit_code = EXIT_OUTPUT
-      if (.not. python_is_ready()) then
-         call say_error('nutate: cannot show '//printable_path(command%scene)// &
-                        ': python3 has no module nutate (expected python3 -m pip install . in a checkout)')
+      call find_python(python)
+      if (python == '') then
+         call say_error('nutate: cannot show '//printable_path(command%scene)//': no python3 beside the program or '// &
+                        'on PATH has the module nutate (expected python3 -m pip install . in a checkout)')
          return
       end if
       call check_names(command, exit_code)
       if (exit_code /= EXIT_SUCCESS) return
-      line = 'python3 -m nutate.view --output='//shell_quoted(page_name(command))
+      line = python//' -m nutate.view --output='//shell_quoted(page_name(command))
       do i = 1, size(command%overrides)
          change = trim(command%overrides(i))
          if (index(change, '-') == 1) then
@@ -67,12 +68,25 @@ contains
       call files%report(exit_code)
    end subroutine check_names
 
-   !> True if Python can be started and has what is needed.
-   logical function python_is_ready()
-      integer :: exit_status, command_status
-      call execute_command_line('python3 -c "import nutate" >/dev/null 2>&1', exitstat=exit_status, &
-                                cmdstat=command_status)
-      python_is_ready = exit_status == 0 .and. command_status == 0
-   end function python_is_ready
+   !> Finds a Python that has the module: beside the program, as in a virtual environment, on PATH, or on PATH with the
+   !> module that was installed with the program.
+   subroutine find_python(python)
+      !> Words of the shell that start it; empty if there is none.
+      character(len=:), allocatable, intent(out) :: python
+      ! The shell is a child of the program. Without /proc only PATH is searched.
+      character(len=*), parameter :: folder = '"$(dirname "$(readlink -f /proc/$PPID/exe)")'
+      character(len=*), parameter :: module = 'PYTHONPATH='//folder// &
+                                              '/../share/nutate/python${PYTHONPATH:+:$PYTHONPATH}" '
+      integer :: i, exit_status, command_status
+      do i = 1, 3
+         if (i == 1) python = folder//'/python3"'
+         if (i == 2) python = 'python3'
+         if (i == 3) python = module//'python3'
+         call execute_command_line(python//' -c "import nutate" >/dev/null 2>&1', exitstat=exit_status, &
+                                   cmdstat=command_status)
+         if (exit_status == 0 .and. command_status == 0) return
+      end do
+      python = ''
+   end subroutine find_python
 
 end module nutate_view_command
