@@ -83,7 +83,7 @@ contains
       end if
    end subroutine choose_settings
 
-   !> Where settings leave the method open, takes one that has tangent columns: for a free body with adaptive steps the
+   !> Chooses a method that has sensitivities if the settings leave it open: for a free body with adaptive steps the
    !> closed solution, if its system is given.
    pure subroutine choose_with_tangent(adaptive, settings, system, state)
       !> Steps are adaptive.

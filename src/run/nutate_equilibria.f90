@@ -65,8 +65,8 @@ module nutate_equilibria
 
 contains
 
-   !> Finds all equilibria: attitudes at rest in the space axes or, if potentials depend on the time, in the LVLH frame
-   !> of a circular orbit. Errors: `NUTATE_BAD_ARGUMENT` for effects that are no constant potentials, rotors or free
+   !> Finds all equilibria relative to the space axes or, if potentials depend on the time, to the LVLH frame of a
+   !> circular orbit. Errors: `NUTATE_BAD_ARGUMENT` for effects that are no constant potentials, rotors or free
    !> wheels there, and where equilibria are not isolated.
    subroutine find_equilibria(system, speeds, found, status)
       type(system_t), intent(in) :: system
@@ -91,7 +91,7 @@ contains
       if (system%effects%on_orbit) in_lvlh_axes = system%effects%orbit%is_frame
    end function in_lvlh_axes
 
-   !> Finds all attitudes at rest in the space axes. Errors: those of `find_equilibria`.
+   !> Finds all equilibria relative to the space axes. Errors: those of `find_equilibria`.
    subroutine find_at_rest(system, speeds, found, status)
       type(system_t), intent(in) :: system
       !> As in `find_equilibria`.

@@ -24,7 +24,7 @@ module nutate_aem_keywords
       'USEABLE_STOP_TIME', 'STOP_TIME', 'ATTITUDE_TYPE', 'QUATERNION_TYPE', 'EULER_ROT_SEQ', 'ANGVEL_FRAME', &
       'RATE_FRAME', 'INTERPOLATION_METHOD', 'INTERPOLATION_DEGREE']
 
-   !> What follows the quaternion: nothing, the angular velocity, the rates of version 1.0, the derivative.
+   !> Kinds of numbers behind the quaternion: none, the angular velocity, the rates of version 1.0, the derivative.
    integer, parameter :: NO_RATES = 0, ANGULAR_VELOCITY = 1, ROTATION_RATE = 2, DERIVATIVE = 3
 
    !> A type of records that is read.
@@ -32,7 +32,7 @@ module nutate_aem_keywords
       character(len=keyword_length) :: name
       !> Numbers behind the date.
       integer :: numbers
-      !> What the numbers behind the quaternion are.
+      !> Kind of the numbers behind the quaternion.
       integer :: rates
    end type attitude_type_t
 
