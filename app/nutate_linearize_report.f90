@@ -128,7 +128,7 @@ contains
       integer :: i, k
       axes = 'space axes'
       if (found%in_lvlh) axes = 'LVLH frame'
-      call page%item('equilibria', count_text(int(size(found%items), long))//' attitudes at rest in the '//axes)
+      call page%item('equilibria', count_text(int(size(found%items), long))//' attitudes, relative to the '//axes)
       call page%item('by index', vector_text([(real(found%number_of(i), wp), i=0, 3)])//' of index 0, 1, 2, 3')
       call page%item('stable', plural(int(count(.not. found%items%growth > 0.0_wp), long), 'attitude')// &
                      ' to first order, of which those of index 0 by the energy')

@@ -22,9 +22,10 @@ class Fuzz(CommandLineTest):
             with self.subTest(repeat=f"make fuzz FUZZ='--seed {SEED} --case {number}'"):
                 self.assertEqual(verdict.fault, "")
             statuses[verdict.statuses[-1]] += 1
-        # Cases that all fail alike would show nothing.
+        # Cases that all fail alike would show nothing. Few cases have one of each status.
+        least = CASES//20 if CASES > 50 else 0
         for status in (0, 2, 3):
-            self.assertGreater(statuses[status], CASES//40, statuses)
+            self.assertGreater(statuses[status], least, statuses)
 
 
 class Wide(CommandLineTest):

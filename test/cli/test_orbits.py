@@ -281,7 +281,7 @@ class Orbits(CommandLineTest):
         rows = self.history("path.csv")[1]
         for interval, keys, most in ((400, "", 1.1), (1200, "", 2), (3600, "", 20), (7200, "", 20), (1200, ", interpolation = 'quintic'", 100),
                                      (7200, ", interpolation = 'quintic'", 100)):
-            # Where the lines are too far apart for the order p of the interpolation to show, the bound is 2^p - 1 times the estimate.
+            # The bound is 2^p - 1 times the error if the lines are too far apart for the order p of the interpolation to show.
             heads = ["t (s)", "x (m)", "y (m)", "z (m)"] + ["vx (m/s)", "vy (m/s)", "vz (m/s)"] * bool(keys)
             lines = [",".join(heads)]
             for row in rows:
