@@ -34,7 +34,7 @@ module suites_of_effects
    use test_wheel_limits, only: collect_wheel_limits
    use test_wheel_reference, only: collect_wheel_reference
    use test_wheels, only: collect_wheels
-   use test_work_share, only: collect_work_share
+   use test_error_weighting, only: collect_error_weighting
    use testdrive, only: new_testsuite, testsuite_type
    implicit none
    private
@@ -81,7 +81,7 @@ contains
          new_testsuite("random_controllers", collect_random_controllers), &
          new_testsuite("wheel_reference", collect_wheel_reference), &
          new_testsuite("wheels", collect_wheels), &
-         new_testsuite("work_share", collect_work_share)]
+         new_testsuite("error_weighting", collect_error_weighting)]
    end function effect_suites
 
 end module suites_of_effects

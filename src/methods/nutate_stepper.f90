@@ -9,7 +9,7 @@ module nutate_stepper
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    use nutate_system, only: system_t
    use nutate_tangent, only: tangent_t
-   use nutate_work_share, only: step_error_t
+   use nutate_error_weighting, only: step_error_t
    implicit none
    private
 

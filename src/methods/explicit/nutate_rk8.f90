@@ -19,7 +19,7 @@ module nutate_rk8
    use nutate_system, only: system_t
    use nutate_tangent, only: tangent_t
    use nutate_turned_stepper, only: turn_columns
-   use nutate_work_share, only: step_error_t
+   use nutate_error_weighting, only: step_error_t
    implicit none
    private
 

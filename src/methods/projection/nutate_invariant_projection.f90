@@ -43,7 +43,7 @@ module nutate_invariant_projection
    use nutate_state, only: state_t, add_increment
    use nutate_status, only: status_t, fail, NUTATE_OFF_BRANCH
    use nutate_system, only: system_t
-   use nutate_work_share, only: balance_momentum, divide_excess, step_error_t
+   use nutate_error_weighting, only: balance_momentum, divide_excess, step_error_t
    implicit none
    private
 

@@ -11,7 +11,7 @@ module nutate_projected_stepper
    use nutate_stepper_wrapper, only: stepper_wrapper_t
    use nutate_system, only: system_t
    use nutate_tangent, only: tangent_t
-   use nutate_work_share, only: book_share
+   use nutate_error_weighting, only: book_share
    implicit none
    private
 

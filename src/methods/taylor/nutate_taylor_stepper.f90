@@ -23,7 +23,7 @@ module nutate_taylor_stepper
    use nutate_stepper, only: dense_stepper_t, integrator_settings_t, is_inside, outside, step_goal_t
    use nutate_system, only: system_t
    use nutate_tangent, only: tangent_t
-   use nutate_work_share, only: book_share, step_error_t
+   use nutate_error_weighting, only: book_share, step_error_t
    implicit none
    private
 

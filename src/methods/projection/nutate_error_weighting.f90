@@ -13,7 +13,7 @@
 !>   and σ_l that of the integral. A weak torque so leaves l what it is without, which unstable axes need.
 !> * The state moves to its energy by a rotation δ and a change ΔL of the momentum, the smallest in |δ|² + |ΔL|²/S²: S²
 !>   is what is left of σ_L² and σ_l² together, ten times, over |δ|².
-module nutate_work_share
+module nutate_error_weighting
    use nutate_effect_list, only: effect_list_t
    use nutate_invariants, only: ALL_COMPONENTS
    use nutate_kinds, only: wp
@@ -201,4 +201,4 @@ contains
       end do
    end subroutine book_share
 
-end module nutate_work_share
+end module nutate_error_weighting
