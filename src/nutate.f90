@@ -80,7 +80,7 @@
 !>     use nutate_row_layout, only: make_layout, row_layout_t
 !>     use nutate_steady_top, only: sleeping_spin, steady_precession
 module nutate
-   use nutate_any_effect, only: effect_t, rotor_t
+   use nutate_effect_base, only: effect_t, rotor_t
    use nutate_applied_torque, only: applied_torque_t
    use nutate_bodies, only: bodies_t
    use nutate_body, only: body_t, make_body, make_shape_body

@@ -14,7 +14,7 @@
 !>
 !> An effect may bound what it does in a step: then the root of a step can be certified to be the true one.
 module nutate_effect
-   use nutate_any_effect, only: effect_t, given_bounds_t, parameter_t, rotor_t, &
+   use nutate_effect_base, only: effect_t, given_bounds_t, parameter_t, rotor_t, &
       NO_SERIES, LINEAR_SERIES, GENERAL_SERIES, SPACE_SERIES
    use nutate_potential, only: potential_t
    use nutate_torque, only: torque_t

@@ -1,6 +1,6 @@
 !> Potentials: functions of a direction fixed in space, or of one that moves, as the body sees it.
 module nutate_potential
-   use nutate_any_effect, only: effect_t
+   use nutate_effect_base, only: effect_t
    use nutate_effect_bounds, only: bounds_of_potential, effect_bounds_t, linear_map_t
    use nutate_kinds, only: wp, eps
    use nutate_small_products, only: vector_length

@@ -1,6 +1,6 @@
 !> Torques in body axes, which do work.
 module nutate_torque
-   use nutate_any_effect, only: effect_t
+   use nutate_effect_base, only: effect_t
    use nutate_effect_bounds, only: bounds_of_torque, effect_bounds_t, linear_map_t
    use nutate_kinds, only: wp, eps
    use nutate_quaternion, only: quat_product, rotate_to_body

@@ -11,7 +11,7 @@
 !> tables in docs/results/accuracy-costs.md. They belong to the error behaviour of the methods, and are to be measured
 !> anew where that changes.
 module nutate_accuracy
-   use nutate_any_effect, only: NO_SERIES
+   use nutate_effect_base, only: NO_SERIES
    use nutate_disturbance, only: disturb_problem
    use nutate_effect_list, only: effect_list_t
    use nutate_equal_steps, only: equal_steps_t

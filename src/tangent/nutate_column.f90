@@ -1,7 +1,7 @@
 !> What a tangent column is the derivative by: a direction in the space of starts and parameters. A key of a scene that
 !> changes several of them (the mass of a shape, say) is one column with all of them in it.
 module nutate_column
-   use nutate_any_effect, only: effect_t, parameter_t
+   use nutate_effect_base, only: effect_t, parameter_t
    use nutate_controlled_motor, only: controlled_motor_t
    use nutate_controller, only: controller_t, BY_WHEELS
    use nutate_earth_field, only: earth_field_t

@@ -1,5 +1,5 @@
 !> What all effects have in common: names and switches, and what is asked of each one.
-module nutate_any_effect
+module nutate_effect_base
    use nutate_effect_bounds, only: effect_bounds_t, linear_map_t
    use nutate_kepler_orbit, only: kepler_orbit_t
    use nutate_kinds, only: wp
@@ -149,4 +149,4 @@ contains
       no_auxiliary = 0
    end function no_auxiliary
 
-end module nutate_any_effect
+end module nutate_effect_base
