@@ -54,7 +54,7 @@
 !>
 !> Parts of effects, events and wheels:
 !>
-!>     use nutate_carried_vector, only: carried_vector_t
+!>     use nutate_lvlh_vector, only: lvlh_vector_t
 !>     use nutate_effect_list, only: effect_list_t
 !>     use nutate_event, only: CROSSING, EXTREMUM, MAXIMUM, MINIMUM, SWITCH_OFF, SWITCH_ON, SWITCH_TOGGLE
 !>     use nutate_geomagnetic_field, only: geomagnetic_field_t

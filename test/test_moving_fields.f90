@@ -3,7 +3,7 @@
 module test_moving_fields
    use nutate_attitude, only: quat_from_axis_angle
    use nutate_body, only: diagonal, make_body
-   use nutate_carried_vector, only: carried_vector_t
+   use nutate_lvlh_vector, only: lvlh_vector_t
    use nutate_damping, only: damping_t
    use nutate_earth_field, only: earth_field_t
    use nutate_effect, only: effect_t, rotor_t
@@ -309,7 +309,7 @@ contains
       call other%system%effects%add(gravity_t(other%system%body, 0.5_wp*push))
       call check_same(error, one, other, 1e-13_wp, "weight")
       call other%system%effects%add(timed_force_t(name='force', body_point=point, &
-                                                  force=carried_vector_t(vector=push), start=-1.0_wp))
+                                                  force=lvlh_vector_t(vector=push), start=-1.0_wp))
       call one%system%effects%add(force_t(point, push))
       call check_same(error, one, other, 1e-11_wp, "window")
       call one%system%effects%add(moving_force_t(point, push_along(orbit)))

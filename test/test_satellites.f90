@@ -2,7 +2,7 @@
 module test_satellites
    use nutate_attitude, only: quat_from_axis_angle
    use nutate_body, only: diagonal, make_body
-   use nutate_carried_vector, only: carried_vector_t
+   use nutate_lvlh_vector, only: lvlh_vector_t
    use nutate_earth_field, only: earth_field_t
    use nutate_force, only: moving_force_t
    use nutate_geomagnetic_field, only: geomagnetic_field_t
@@ -46,7 +46,7 @@ contains
    end function field_along
 
    !> A force that the axes of an orbit see moving.
-   type(carried_vector_t) function push_along(orbit) result(force)
+   type(lvlh_vector_t) function push_along(orbit) result(force)
       type(orbit_t), intent(in) :: orbit
       force%path = orbit%path
       force%from_orbit = orbit%is_frame

@@ -4,7 +4,7 @@ module test_tangent_windows
    use nutate_applied_torque, only: applied_torque_t
    use nutate_body, only: diagonal, make_body
    use nutate_byte_archive, only: byte_archive_t
-   use nutate_carried_vector, only: carried_vector_t
+   use nutate_lvlh_vector, only: lvlh_vector_t
    use nutate_column, only: column_t, rate_column
    use nutate_controller, only: controller_t, BY_WHEELS
    use nutate_controller_mounting, only: add_controller
@@ -130,7 +130,7 @@ contains
       call system%effects%add(table)
       force%name = 'force'
       force%body_point = [0.5_wp, 0.2_wp, -0.4_wp]
-      force%force = carried_vector_t(vector=[-0.3_wp, 0.8_wp, 0.6_wp])
+      force%force = lvlh_vector_t(vector=[-0.3_wp, 0.8_wp, 0.6_wp])
       force%start = t(5)
       force%stop = t(6)
       call system%effects%add(force)

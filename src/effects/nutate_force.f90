@@ -1,7 +1,7 @@
 !> A constant force at a point of the body: V = -F·(R x), as of weight in another direction. Fixed in space axes, or in
 !> axes that turn against these: those of an orbit seen from inertial ones, or inertial axes seen from an orbit.
 module nutate_force
-   use nutate_carried_vector, only: carried_vector_t
+   use nutate_lvlh_vector, only: lvlh_vector_t
    use nutate_effect, only: parameter_t
    use nutate_kepler_orbit, only: kepler_orbit_t, n_elements
    use nutate_kinds, only: wp
@@ -19,7 +19,7 @@ module nutate_force
 
    !> The same with F(t).
    type, extends(moving_linear_t) :: moving_force_t
-      type(carried_vector_t) :: force = carried_vector_t()
+      type(lvlh_vector_t) :: force = lvlh_vector_t()
    contains
       procedure :: direction_at => direction_of_force
       procedure :: direction_rate => rate_of_force
@@ -61,7 +61,7 @@ contains
       !> x, body axes, m; shape (3).
       real(wp), intent(in) :: body_point(3)
       !> F, N, as the space axes of the scene see it.
-      type(carried_vector_t), intent(in) :: force
+      type(lvlh_vector_t), intent(in) :: force
       type(moving_force_t) :: effect
       effect%name = 'force'
       effect%moment = body_point

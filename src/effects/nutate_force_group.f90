@@ -2,7 +2,7 @@
 module nutate_force_group
    use nutate_applied_torque, only: applied_torque_t
    use nutate_body, only: body_t
-   use nutate_carried_vector, only: carried_vector_t
+   use nutate_lvlh_vector, only: lvlh_vector_t
    use nutate_effect, only: effect_t
    use nutate_force, only: force_t, moving_force_t
    use nutate_keys, only: group_t, key_t, KEY_TEXT
@@ -35,7 +35,7 @@ contains
       type(body_t), intent(in) :: body
       class(effect_t), allocatable, intent(out) :: effect
       type(status_t), intent(out) :: status
-      type(carried_vector_t) :: force
+      type(lvlh_vector_t) :: force
       call check_window(group, status)
       if (.not. status%ok()) return
       force%vector = group%vector('force', none)
@@ -58,7 +58,7 @@ contains
       type(orbit_t), intent(in) :: orbit
       class(effect_t), allocatable, intent(out) :: effect
       type(status_t), intent(out) :: status
-      type(carried_vector_t) :: force
+      type(lvlh_vector_t) :: force
       call check_window(group, status)
       if (allocated(orbit%path%track) .and. group%text('axes', '') == 'lvlh') &
          status = fail(NUTATE_BAD_ARGUMENT, "axes = 'lvlh' with a table of &orbit (expected elements of the orbit)", &
@@ -73,7 +73,7 @@ contains
    !> A force that stands still in space axes or moves, at all times or within a window.
    subroutine make_force(group, force, moves, effect)
       type(group_t), intent(in) :: group
-      type(carried_vector_t), intent(in) :: force
+      type(lvlh_vector_t), intent(in) :: force
       logical, intent(in) :: moves
       class(effect_t), allocatable, intent(out) :: effect
       type(timed_force_t) :: timed

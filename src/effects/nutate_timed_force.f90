@@ -1,7 +1,7 @@
 !> A constant force at a point of the body within a window of time: τ = x×RᵀF, whose work counts as that of a torque.
 module nutate_timed_force
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
-   use nutate_carried_vector, only: carried_vector_t
+   use nutate_lvlh_vector, only: lvlh_vector_t
    use nutate_effect, only: GENERAL_SERIES, parameter_t, torque_t
    use nutate_effect_bounds, only: bounds_of_torque, effect_bounds_t, linear_map_t
    use nutate_kepler_orbit, only: kepler_orbit_t, n_elements
@@ -19,7 +19,7 @@ module nutate_timed_force
       !> x, body axes, m; shape (3).
       real(wp) :: body_point(3) = 0.0_wp
       !> F, N: constant in space axes, or, where `moves`, as these see it.
-      type(carried_vector_t) :: force = carried_vector_t()
+      type(lvlh_vector_t) :: force = lvlh_vector_t()
       !> s.
       real(wp) :: start = -huge(1.0_wp), stop = huge(1.0_wp)
    contains

@@ -1,5 +1,5 @@
 !> A vector that stands still in the axes of an orbit, seen from inertial ones, or vice versa.
-module nutate_carried_vector
+module nutate_lvlh_vector
    use nutate_kepler_orbit, only: kepler_orbit_t
    use nutate_kinds, only: wp
    use nutate_limits, only: is_moderate
@@ -8,13 +8,13 @@ module nutate_carried_vector
    implicit none
    private
 
-   public :: carried_vector_t
+   public :: lvlh_vector_t
 
    !> The normal of the orbit in the LVLH frame.
    real(wp), parameter :: normal(3) = [0.0_wp, -1.0_wp, 0.0_wp]
 
    !> v, and the orbit.
-   type :: carried_vector_t
+   type :: lvlh_vector_t
       type(kepler_orbit_t) :: path = kepler_orbit_t()
       !> In the axes in which it stands still; shape (3).
       real(wp) :: vector(3) = 0.0_wp
@@ -35,13 +35,13 @@ module nutate_carried_vector
       procedure :: change_series
       !> It can be computed with.
       procedure :: is_valid => vector_is_valid
-   end type carried_vector_t
+   end type lvlh_vector_t
 
 contains
 
    !> Returns v at a time, in the space axes of the scene; shape (3).
    pure function vector_at(self, t) result(v)
-      class(carried_vector_t), intent(in) :: self
+      class(lvlh_vector_t), intent(in) :: self
       !> s.
       real(wp), intent(in) :: t
       real(wp) :: v(3)
@@ -54,11 +54,11 @@ contains
 
    !> Shape (3).
    pure function change_at(self, vector, t) result(v)
-      class(carried_vector_t), intent(in) :: self
+      class(lvlh_vector_t), intent(in) :: self
       !> In the axes in which v stands still, shape (3); s.
       real(wp), intent(in) :: vector(3), t
       real(wp) :: v(3)
-      type(carried_vector_t) :: other
+      type(lvlh_vector_t) :: other
       other = self
       other%vector = vector
       v = other%at(t)
@@ -66,7 +66,7 @@ contains
 
    !> Returns δv at a time, in the space axes of the scene; shape (3).
    pure function change_by_orbit(self, change, t) result(v)
-      class(carried_vector_t), intent(in) :: self
+      class(lvlh_vector_t), intent(in) :: self
       !> Of the elements, shape (n_elements); s.
       real(wp), intent(in) :: change(:), t
       real(wp) :: v(3)
@@ -79,7 +79,7 @@ contains
 
    !> Returns v̇ at a time, in the space axes of the scene, unit of v per s; shape (3).
    pure function rate_at(self, t) result(rate)
-      class(carried_vector_t), intent(in) :: self
+      class(lvlh_vector_t), intent(in) :: self
       !> s.
       real(wp), intent(in) :: t
       real(wp) :: rate(3)
@@ -88,7 +88,7 @@ contains
 
    !> The axis about which it is seen to turn at the rate of the true anomaly: a unit vector; shape (3).
    pure function turn_axis(self, t) result(axis)
-      class(carried_vector_t), intent(in) :: self
+      class(lvlh_vector_t), intent(in) :: self
       !> s.
       real(wp), intent(in) :: t
       real(wp) :: axis(3)
@@ -102,7 +102,7 @@ contains
    !> Computes the coefficients of the power series of v about a time: v̇ = ν̇ a×v, the axis a at rest, ν̇ as 1/(x·x), x
    !> = r/r₀.
    pure subroutine series(self, t, time_unit, v)
-      class(carried_vector_t), intent(in) :: self
+      class(lvlh_vector_t), intent(in) :: self
       !> s.
       real(wp), intent(in) :: t, time_unit
       !> Shape (3, 0:order).
@@ -127,12 +127,12 @@ contains
    !> Computes the coefficients of the power series of δv about a time: of another vector, and of δθ×v, δθ the rotation
    !> of the LVLH frame; seen from that frame of v×δθ.
    pure subroutine change_series(self, vector, change, t, time_unit, v)
-      class(carried_vector_t), intent(in) :: self
+      class(lvlh_vector_t), intent(in) :: self
       !> In the axes in which v stands still, shape (3); of the elements, shape (n_elements); s.
       real(wp), intent(in) :: vector(3), change(:), t, time_unit
       !> Shape (3, 0:order).
       real(wp), intent(out) :: v(:, 0:)
-      type(carried_vector_t) :: other
+      type(lvlh_vector_t) :: other
       real(wp), dimension(3, 0:ubound(v, 2)) :: own, turn
       integer :: j, k
       other = self
@@ -151,10 +151,10 @@ contains
 
    !> Returns true if the vector, and its rate at the periapsis, are of a size that can be computed with.
    pure logical function vector_is_valid(self) result(valid)
-      class(carried_vector_t), intent(in) :: self
+      class(lvlh_vector_t), intent(in) :: self
       valid = all(is_moderate(self%vector)) .and. is_moderate(self%path%fastest_turn())
       if (valid) valid = is_moderate(norm2(self%vector))
       if (valid) valid = is_moderate(norm2(self%vector)*self%path%fastest_turn())
    end function vector_is_valid
 
-end module nutate_carried_vector
+end module nutate_lvlh_vector
