@@ -1,4 +1,5 @@
-!> The lean explicit steps: their order in each of their forms, what they keep, and that nobody who looks changes them.
+!> The specialised explicit steps: their order in each of their forms, what they keep, and that nobody who looks
+!> changes them.
 module test_rk8
    use nutate_body, only: diagonal, make_body
    use nutate_dipole, only: dipole_t

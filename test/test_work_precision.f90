@@ -49,7 +49,7 @@ contains
                   new_unittest("the run for the fastest rate keeps its share", first_run_keeps_its_share), &
                   new_unittest("the same budget gives the same runs", runs_are_repeated), &
                   new_unittest("the user's step is among those of a study", longest_step_leads_to_the_users), &
-                  new_unittest("lean steps begin with those of the slow motion", lean_steps_are_long), &
+                  new_unittest("specialised steps begin with those of the slow motion", specialised_steps_are_long), &
                   new_unittest("points between runs follow from power laws", points_follow_from_power_laws), &
                   new_unittest("a hopeless step does not make the next look better", no_better_than_the_order), &
                   new_unittest("an error that is small by accident does not count", accidents_do_not_count), &
@@ -256,7 +256,7 @@ contains
    end subroutine longest_step_leads_to_the_users
 
    !> A top that spins at 150 rad/s while its axis moves at 5: `rk8` is at round-off at the longest step of the others.
-   subroutine lean_steps_are_long(error)
+   subroutine specialised_steps_are_long(error)
       type(error_type), allocatable, intent(out) :: error
       type(work_precision_t) :: study
       type(work_point_t), allocatable :: points(:), others(:)
@@ -268,7 +268,7 @@ contains
       if (allocated(error)) return
       others = study%points_of(1)
       do m = 1, size(methods)
-         if (.not. methods(m)%lean) cycle
+         if (.not. methods(m)%specialised) cycle
          points = study%points_of(m)
          ! Powers of two times 0.01 s: 4 rad of the spin are 0.027 s, of 10 rad/s 0.4 s.
          call check_close(error, points(1)%time_step/others(1)%time_step, 16.0_wp, 0.0_wp, 'steps')
@@ -276,7 +276,7 @@ contains
          ! Three halvings by a method of order 8.
          call check_below(error, points(4)%attitude_error/points(1)%attitude_error, 2.0_wp**(-3*7), 'fall of the error')
       end do
-   end subroutine lean_steps_are_long
+   end subroutine specialised_steps_are_long
 
    !> Runs whose errors and times are powers of the step.
    pure function power_law(order, factor) result(runs)

@@ -34,12 +34,12 @@ module nutate_methods
       !> another row for that.
       logical :: can_project = .false.
       !> Fixed steps to a projection, without torques and while errors are small. It takes 0.06 to 0.15 µs,
-      !> half of a lean step. With 8 energy and momentum are as good as with 1; at long steps on the unstable axis of a
-      !> box the attitude error is up to six times as large, with 4 hardly larger. Where there is nothing but round-off
-      !> to take away, 32 do as well.
+      !> half of a specialised step. With 8 energy and momentum are as good as with 1; at long steps on the unstable
+      !> axis of a box the attitude error is up to six times as large, with 4 hardly larger. Where there is nothing but
+      !> round-off to take away, 32 do as well.
       integer :: spacing = 4
-      !> It takes free bodies and tops in variables of their own (`nutate_lean_motion`): long steps do there.
-      logical :: lean = .false.
+      !> It takes free bodies and tops in variables of their own (`nutate_specialised_motion`): long steps do there.
+      logical :: specialised = .false.
    end type method_t
 
    character(len=*), parameter :: eight = '8 equations in q and p (LAPACK)', &
@@ -59,8 +59,8 @@ module nutate_methods
       method_t('nielsen_krenk', 'reduced', 8, 17, three, can_project=.true., spacing=32), &
       method_t('rk4', '', 4, 4, explicit, conserving=.false.), &
       method_t('rk4', '', 4, 4, explicit, projected=.true.), &
-      method_t('rk8', '', 8, 12, explicit, projected=.true., spacing=8, lean=.true.), &
-      method_t('rk8', '', 8, 12, explicit, conserving=.false., lean=.true.), &
+      method_t('rk8', '', 8, 12, explicit, projected=.true., spacing=8, specialised=.true.), &
+      method_t('rk8', '', 8, 12, explicit, conserving=.false., specialised=.true.), &
       method_t('dop853', '', 8, 12, explicit, estimate_power=8, conserving=.false.), &
       method_t('dop853', '', 8, 12, explicit, projected=.true., estimate_power=8), &
       method_t('taylor', '', fixed_step_order, 1, series, projected=.true., dense=.true.), &

@@ -3,7 +3,7 @@ module nutate_measured_run
    use nutate_hamiltonian, only: angular_velocity, body_momentum
    use nutate_invariants, only: invariants_t
    use nutate_kinds, only: wp, long
-   use nutate_lean_motion, only: lean_motion_t
+   use nutate_specialised_motion, only: specialised_motion_t
    use nutate_methods, only: methods
    use nutate_observer, only: observer_t, run_record_t
    use nutate_progress, only: run_summary_t
@@ -19,7 +19,7 @@ module nutate_measured_run
    private
 
    public :: problem_t, run_monitor_t, outcome_t, run_once, run_to_tolerance, settings_of, fastest_rate, &
-      lean_rate
+      specialised_rate
 
    !> Steps of the run that looks for the fastest rotation: at most so many, some 0.1 s of work; at least so many where
    !> the start does not say how fast the body is.
@@ -197,14 +197,14 @@ contains
    !> The rate of a motion in the variables that free bodies and tops have of their own, rad/s, about; of a symmetric
    !> top that of the slow motion, without the spin. Larger than any other where there are no such variables, and in
    !> axes that turn.
-   pure real(wp) function lean_rate(problem) result(rate)
+   pure real(wp) function specialised_rate(problem) result(rate)
       type(problem_t), intent(in) :: problem
-      type(lean_motion_t) :: motion
+      type(specialised_motion_t) :: motion
       rate = huge(1.0_wp)
       call motion%prepare(problem%system, .true.)
       if (motion%possible .and. .not. problem%system%effects%frame_turns) &
          rate = motion%pace(body_momentum(problem%start))
-   end function lean_rate
+   end function specialised_rate
 
    subroutine copy_observer(monitor, problem)
       type(run_monitor_t), intent(inout) :: monitor

@@ -9,7 +9,7 @@ module nutate_work_precision
    use nutate_reference, only: reference_methods, reference_t
    use nutate_status, only: status_t, NUTATE_STEP_LIMIT, NUTATE_STOPPED
    use nutate_study_budget, only: study_budget_t
-   use nutate_measured_run, only: fastest_rate, lean_rate, problem_t
+   use nutate_measured_run, only: fastest_rate, specialised_rate, problem_t
    use nutate_work_point, only: measure_point, work_point_t
    implicit none
    private
@@ -92,7 +92,8 @@ contains
       self%budget%evaluations = part%evaluations
       call self%reference%begin(problem, self%rate)
       self%first_step = longest_step(problem%duration(), self%rate, time_step)
-      where (methods%lean) self%first_step = longest_step(problem%duration(), min(self%rate, lean_rate(problem)), &
+      where (methods%specialised) self%first_step = longest_step(problem%duration(), min(self%rate, &
+         specialised_rate(problem)), &
                                                           time_step)
       allocate (self%points(0))
    end subroutine begin

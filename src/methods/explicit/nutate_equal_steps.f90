@@ -1,13 +1,13 @@
 !> Fixed steps for an accuracy at the end of a run: where the motion is smooth and cheap to follow, to estimate
 !> the error of each step costs more than to find their number by trial runs.
 !>
-!> The motions are those of `nutate_lean_motion`, the method is `rk8`. A step is taken to err by `C(ωh)⁹`, ω a rate of
-!> the motion that is known beforehand; n such steps err by n times that. Measured on 300 random tops at 1e-3, 1e-6 and
-!> 1e-9 rad: the number of steps that this leads to is right within a factor of 0.75 to 1.4 for nine of ten.
+!> The motions are those of `nutate_specialised_motion`, the method is `rk8`. A step is taken to err by `C(ωh)⁹`, ω a
+!> rate of the motion that is known beforehand; n such steps err by n times that. Measured on 300 random tops at 1e-3,
+!> 1e-6 and 1e-9 rad: the number of steps that this leads to is right within a factor of 0.75 to 1.4 for nine of ten.
 module nutate_equal_steps
    use nutate_hamiltonian, only: body_momentum
    use nutate_kinds, only: wp
-   use nutate_lean_motion, only: lean_motion_t
+   use nutate_specialised_motion, only: specialised_motion_t
    use nutate_state, only: state_t
    use nutate_stepper, only: integrator_settings_t
    use nutate_system, only: system_t
@@ -52,7 +52,7 @@ module nutate_equal_steps
 
 contains
 
-   !> Finds out if fixed steps suit a run: of `rk8`, for motions in its lean variables.
+   !> Finds out if fixed steps suit a run: of `rk8`, for motions in its specialised variables.
    pure subroutine recognise(self, system, settings, state, duration, accuracy)
       class(equal_steps_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -63,7 +63,7 @@ contains
       real(wp), intent(in) :: duration
       !> At the end, rad; 0 where none is asked for.
       real(wp), intent(in) :: accuracy
-      type(lean_motion_t) :: motion
+      type(specialised_motion_t) :: motion
       real(wp) :: pace
       self%duration = abs(duration)
       self%tolerance = 0.0_wp

@@ -1,5 +1,5 @@
 !> The tangent of a step of `rk8` of a free body, whose attitude follows from the angle about the fixed momentum
-!> (`nutate_lean_motion`): the exact derivative of that step.
+!> (`nutate_specialised_motion`): the exact derivative of that step.
 !>
 !> Columns of the start change by three matrices, θ1 = Sᵀθ0 + F δL0 and δL1 = G δL0, so that three columns are taken
 !> through the stages, and one for each parameter.

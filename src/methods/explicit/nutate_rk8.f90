@@ -1,14 +1,14 @@
 !> The explicit Runge-Kutta method of order 8 of Dormand and Prince at fixed steps: the stages and weights of DOP853,
 !> without its estimates.
 !>
-!> Free bodies and bodies in uniform fields take their steps in variables of their own (`nutate_lean_motion`); all
-!> others by the evaluation that DOP853 uses. Which it is, is decided once, in `prepare`.
+!> Free bodies and bodies in uniform fields take their steps in variables of their own (`nutate_specialised_motion`);
+!> all others by the evaluation that DOP853 uses. Which it is, is decided once, in `prepare`.
 module nutate_rk8
    use nutate_archive, only: archive_t
    use nutate_dop853, only: estimate_of_fifth, get_stages
    use nutate_free_tangent, only: free_tangent_t
    use nutate_kinds, only: wp
-   use nutate_lean_motion, only: lean_motion_t
+   use nutate_specialised_motion, only: specialised_motion_t
    use nutate_order_eight, only: a, b, c, e5, n_stages
    use nutate_rigid_rates, only: begin_step, end_step, end_wheels, get_error, n_rates, prepare_rates, read_state, &
       rigid_rates_t
@@ -29,7 +29,7 @@ module nutate_rk8
    type, extends(stepper_t) :: rk8_t
       private
       type(rigid_rates_t) :: rates
-      type(lean_motion_t) :: lean
+      type(specialised_motion_t) :: specialised
       !> Made by the first `move_columns` that needs it.
       type(stage_tangent_t), allocatable :: tangent
       type(free_tangent_t), allocatable :: free
@@ -49,7 +49,7 @@ contains
       type(integrator_settings_t), intent(in) :: settings
       type(status_t), intent(inout) :: status
       call prepare_rates(self%rates, system, settings%attitude, settings%conserve, a)
-      call self%lean%prepare(system, settings%attitude)
+      call self%specialised%prepare(system, settings%attitude)
    end subroutine set_up
 
    !> One step. Errors, with the state as it was: `NUTATE_OFF_BRANCH` for a step so long that its stages run away,
@@ -61,10 +61,10 @@ contains
       real(wp), intent(in) :: dt, window_time
       type(status_t), intent(inout) :: status
       real(wp) :: y(n_rates)
-      logical :: is_lean, moved
-      call self%lean%fits(dt, is_lean)
-      if (is_lean) then
-         call self%lean%move(state, moved)
+      logical :: is_specialised, moved
+      call self%specialised%fits(dt, is_specialised)
+      if (is_specialised) then
+         call self%specialised%move(state, moved)
          if (moved) return
          call read_state(self%rates, state, dt, y)
          if (self%rates%failure == 0) self%rates%failure = NUTATE_OFF_BRANCH
@@ -100,16 +100,16 @@ contains
       real(wp), intent(in) :: dt, window_time
       type(tangent_t), intent(inout) :: tangent
       type(status_t), intent(inout) :: status
-      logical :: is_lean, carried
-      call self%lean%fits(dt, is_lean)
-      if (is_lean .and. self%lean%free) then
+      logical :: is_specialised, carried
+      call self%specialised%fits(dt, is_specialised)
+      if (is_specialised .and. self%specialised%free) then
          if (.not. allocated(self%free)) allocate (self%free)
          call self%free%carry(system, before, after, dt, tangent, status, carried)
          if (carried) return
-         is_lean = .false.
+         is_specialised = .false.
       end if
-      if (is_lean) then
-         call self%lean%carry(before, tangent, carried)
+      if (is_specialised) then
+         call self%specialised%carry(before, tangent, carried)
          if (carried .and. system%effects%frame_turns) call turn_columns(system, after, dt, tangent, status)
          if (carried) return
       end if
@@ -117,9 +117,9 @@ contains
          allocate (self%tangent)
          call self%tangent%set(a, b, c)
       end if
-      if (is_lean) then
+      if (is_specialised) then
          call self%tangent%carry(self%rates, system, before, after, dt, window_time, tangent, status, &
-                                 homogeneous=.true., axis=self%lean%spin_axis())
+                                 homogeneous=.true., axis=self%specialised%spin_axis())
       else
          call self%tangent%carry(self%rates, system, before, after, dt, window_time, tangent, status)
       end if

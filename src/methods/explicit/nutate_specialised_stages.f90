@@ -1,24 +1,25 @@
-!> The stages of the Runge-Kutta method of order 8 in the variables of `nutate_lean_motion`, whose rates have the step
-!> in their constants.
+!> The stages of the Runge-Kutta method of order 8 in the variables of `nutate_specialised_motion`, whose rates have
+!> the step in their constants.
 !>
 !> A stage waits for the one before. Its newest rates therefore go into the next stage as they are, numbers in
 !> registers; the sum over the older ones, which are known early, is taken beforehand, from columns of even length that
 !> vector instructions take as a whole.
-module nutate_lean_stages
+module nutate_specialised_stages
    use nutate_kinds, only: wp
    use nutate_order_eight, only: a, b, n_stages
    use nutate_quaternion, only: quat_vector_product
    implicit none
    private
 
-   public :: lean_rates_t, free_stages, heavy_stages, column_stages, evaluate_upright_stage, evaluate_field_stage, &
+   public :: specialised_rates_t, free_stages, heavy_stages, column_stages, evaluate_upright_stage, &
+      evaluate_field_stage, &
       evaluate_turning_stage, evaluate_turning_field_stage
 
    !> Least 1 + u₀·u: the shortest rotation from u to u₀ must stay away from half a turn, where it has no axis.
    real(wp), parameter :: least_cosine = 0.1_wp
 
    !> The constants of the rates in uniform fields.
-   type :: lean_rates_t
+   type :: specialised_rates_t
       !> κ; shape (3).
       real(wp) :: kappa(3) = 0.0_wp
       !> τᵢ = Σ torque(i, j, k) R(k, j), of the equations' axes, N m; shape (3,3,3).
@@ -29,13 +30,13 @@ module nutate_lean_stages
       real(wp) :: frame_turn(3) = 0.0_wp
       !> Pairs of tangent columns that go with the motion.
       integer :: pairs = 0
-   end type lean_rates_t
+   end type specialised_rates_t
 
    abstract interface
       !> The rates of a stage, and with them the argument of the next one: `sum + factor*rate`.
       pure subroutine stage_evaluator(self, y, sum, factor, rate, next)
-         import :: lean_rates_t, wp
-         type(lean_rates_t), intent(in) :: self
+         import :: specialised_rates_t, wp
+         type(specialised_rates_t), intent(in) :: self
          !> [q, w, 0]; shape (8).
          real(wp), intent(in) :: y(8)
          !> Shape (8).
@@ -106,7 +107,7 @@ contains
    !> Increments of q and w in a step of a body in uniform fields.
    pure subroutine heavy_stages(evaluate_stage, rates, y, change)
       procedure(stage_evaluator) :: evaluate_stage
-      type(lean_rates_t), intent(in) :: rates
+      type(specialised_rates_t), intent(in) :: rates
       !> [q, w, 0]; shape (8).
       real(wp), intent(in) :: y(8)
       !> Shape (8).
@@ -121,7 +122,7 @@ contains
    !> The rates of a stage, and with them the next one: `sum + factor*rate`. γ is the third row of R(q), homogeneous in
    !> q: nothing is normalised.
    pure subroutine evaluate_upright_stage(self, y, sum, factor, rate, next)
-      type(lean_rates_t), intent(in) :: self
+      type(specialised_rates_t), intent(in) :: self
       !> [q, w, 0]; shape (8).
       real(wp), intent(in) :: y(8)
       !> Shape (8).
@@ -159,7 +160,7 @@ contains
 
    !> Moves q and w and tangent columns over a step under one direction.
    pure subroutine column_stages(rates, n, y, k, x)
-      type(lean_rates_t), intent(in) :: rates
+      type(specialised_rates_t), intent(in) :: rates
       !> Numbers of y.
       integer, intent(in) :: n
       !> [q, w, 0], and [δq, δw] of pairs of columns, both numbers of a pair side by side; shape (8 + 14*pairs).
@@ -175,7 +176,7 @@ contains
 
    !> As `evaluate_upright_stage`, with the derivatives of its rates times the columns.
    pure subroutine evaluate_column_stage(self, y, sum, factor, rate, next)
-      type(lean_rates_t), intent(in) :: self
+      type(specialised_rates_t), intent(in) :: self
       !> As in `column_stages`.
       real(wp), intent(in) :: y(8 + 14*self%pairs), sum(8 + 14*self%pairs), factor
       real(wp), intent(out) :: rate(8 + 14*self%pairs), next(8 + 14*self%pairs)
@@ -189,7 +190,7 @@ contains
 
    !> The derivatives of the rates of `evaluate_upright_stage` times two columns.
    pure subroutine evaluate_pair(self, y, columns, sum, factor, rate, next)
-      type(lean_rates_t), intent(in) :: self
+      type(specialised_rates_t), intent(in) :: self
       !> [q, w, 0]; shape (8).
       real(wp), intent(in) :: y(8)
       !> Shapes (2,7): δq in the first four, and δw.
@@ -215,7 +216,7 @@ contains
 
    !> The same in space axes that turn, q' = q∘w - φ∘q: in the sums and differences of w and φ, with no products more.
    pure subroutine evaluate_turning_stage(self, y, sum, factor, rate, next)
-      type(lean_rates_t), intent(in) :: self
+      type(specialised_rates_t), intent(in) :: self
       !> [q, w, 0]; shape (8).
       real(wp), intent(in) :: y(8)
       !> Shape (8).
@@ -250,7 +251,7 @@ contains
 
    !> As `evaluate_upright_stage`, under fields of several directions: all rows of R(q) count.
    pure subroutine evaluate_field_stage(self, y, sum, factor, rate, next)
-      type(lean_rates_t), intent(in) :: self
+      type(specialised_rates_t), intent(in) :: self
       !> [q, w, 0]; shape (8).
       real(wp), intent(in) :: y(8)
       !> Shape (8).
@@ -286,7 +287,7 @@ contains
 
    !> The same in space axes that turn.
    pure subroutine evaluate_turning_field_stage(self, y, sum, factor, rate, next)
-      type(lean_rates_t), intent(in) :: self
+      type(specialised_rates_t), intent(in) :: self
       !> [q, w, 0]; shape (8).
       real(wp), intent(in) :: y(8)
       !> Shape (8).
@@ -305,4 +306,4 @@ contains
       next(1:4) = next(1:4) - factor*turn
    end subroutine evaluate_turning_field_stage
 
-end module nutate_lean_stages
+end module nutate_specialised_stages

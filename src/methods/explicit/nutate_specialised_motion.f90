@@ -17,12 +17,13 @@
 !>   it about its axis by `(1/J₃ - 1/J₁)L₃Δt` exactly. Steps are those of the slow motion.
 !> * **Space axes that turn** at ω: q' = q∘w - φ∘q with φ = ½Δtω, unless nothing knows of it, and the end of a step is
 !>   turned (`nutate_axes_turn`).
-module nutate_lean_motion
+module nutate_specialised_motion
    use nutate_axes_turn, only: axes_turn_t, turned
    use nutate_effect_list, only: effect_list_t
    use nutate_invariants, only: common_direction, ALL_COMPONENTS, ALONG_AXIS
    use nutate_kinds, only: wp
-   use nutate_lean_stages, only: column_stages, free_stages, heavy_stages, lean_rates_t, evaluate_field_stage, &
+   use nutate_specialised_stages, only: column_stages, free_stages, heavy_stages, specialised_rates_t, &
+      evaluate_field_stage, &
       evaluate_turning_field_stage, evaluate_turning_stage, evaluate_upright_stage
    use nutate_limits, only: manifold_tolerance
    use nutate_linear_potential, only: linear_potential_t
@@ -35,7 +36,7 @@ module nutate_lean_motion
    implicit none
    private
 
-   public :: lean_motion_t
+   public :: specialised_motion_t
 
    !> Largest product of w and the constants of the equations: a step as long follows no motion, and from 14 on stages
    !> could overflow, since each may square the one before.
@@ -49,7 +50,7 @@ module nutate_lean_motion
    integer, parameter :: most_pairs = 6
 
    !> What does not change from step to step.
-   type :: lean_motion_t
+   type :: specialised_motion_t
       private
       !> The system is one of those above.
       logical, public :: possible = .false.
@@ -70,7 +71,7 @@ module nutate_lean_motion
       real(wp) :: space(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
       !> κ of the rates; shape (3); their constants in uniform fields, not allocated where there is no force.
       real(wp) :: kappa(3) = 0.0_wp
-      type(lean_rates_t), allocatable :: rates
+      type(specialised_rates_t), allocatable :: rates
       !> Δt, s; ½Δt/J and its reciprocal; J₁/J₃ - 1 for the spin, or 0.
       real(wp) :: dt = 0.0_wp, half(3) = 0.0_wp, back(3) = 0.0_wp, spin = 0.0_wp
       !> What |w| is multiplied by to see whether a step is too long; what pull and turning axes add.
@@ -88,14 +89,14 @@ module nutate_lean_motion
       procedure :: pace
       !> The axis of a symmetric top that turns in the frame of its steps.
       procedure :: spin_axis
-   end type lean_motion_t
+   end type specialised_motion_t
 
 contains
 
    !> Looks what a system is: possible with diagonal inertia, without torques and rotors, and with potentials that are
    !> linear in directions.
    pure subroutine prepare(self, system, attitude)
-      class(lean_motion_t), intent(inout) :: self
+      class(specialised_motion_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       !> The attitude is integrated, without which there are no such steps.
       logical, intent(in) :: attitude
@@ -201,7 +202,7 @@ contains
 
    !> Sums Σ m nᵀ into the torques: those of all directions along n, or each of three axes; a top may be symmetric then.
    pure subroutine add_torques(self, effects, axis)
-      type(lean_motion_t), intent(inout) :: self
+      type(specialised_motion_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
       !> Unit vector along all directions, where there is one; shape (3).
       real(wp), intent(in) :: axis(3)
@@ -234,7 +235,7 @@ contains
    !> motions is as fast as a number can be squared.
    pure real(wp) function pace(self, momentum)
       !> Possible.
-      class(lean_motion_t), intent(in) :: self
+      class(specialised_motion_t), intent(in) :: self
       !> Of the body at the start, kg m²/s; shape (3).
       real(wp), intent(in) :: momentum(3)
       real(wp) :: inertia(3), rate(3), pull(3)
@@ -260,14 +261,14 @@ contains
 
    !> The axis of a symmetric top that turns in the frame of its steps, 1 to 3; 0 without that.
    pure integer function spin_axis(self) result(axis)
-      class(lean_motion_t), intent(in) :: self
+      class(specialised_motion_t), intent(in) :: self
       axis = 0
       if (self%symmetric) axis = mod(self%first + 1, 3) + 1
    end function spin_axis
 
    !> Sets the length of a step. False for one that is so short, or long, that the general equations have to take it.
    pure subroutine fits(self, dt, yes)
-      class(lean_motion_t), intent(inout) :: self
+      class(specialised_motion_t), intent(inout) :: self
       !> s.
       real(wp), intent(in) :: dt
       logical, intent(out) :: yes
@@ -304,7 +305,7 @@ contains
    !> One step. False, with the state as it was, for one that is too long to be followed, and for states that are not
    !> finite or off the constraint manifold.
    pure subroutine move(self, state, moved)
-      class(lean_motion_t), intent(in) :: self
+      class(specialised_motion_t), intent(in) :: self
       type(state_t), intent(inout) :: state
       logical, intent(out) :: moved
       real(wp) :: y(8), square, length, product
@@ -365,7 +366,7 @@ contains
 
    !> A step of a free body.
    pure subroutine move_free(self, y, followed)
-      type(lean_motion_t), intent(in) :: self
+      type(specialised_motion_t), intent(in) :: self
       !> [q, L, 0], |q| nearly 1 before and not normalised afterwards; shape (8).
       real(wp), intent(inout) :: y(8)
       logical, intent(out) :: followed
@@ -396,7 +397,7 @@ contains
 
    !> A step of a body in uniform fields.
    pure subroutine move_heavy(self, y, followed)
-      type(lean_motion_t), intent(in) :: self
+      type(specialised_motion_t), intent(in) :: self
       !> [q, L, 0], |q| nearly 1 before and not normalised afterwards; shape (8).
       real(wp), intent(inout) :: y(8)
       logical, intent(out) :: followed
@@ -426,7 +427,7 @@ contains
 
    !> From [q, L, 0] to [q, w, 0] of the axes of the equations.
    pure subroutine to_equations(self, y)
-      type(lean_motion_t), intent(in) :: self
+      type(specialised_motion_t), intent(in) :: self
       real(wp), intent(inout) :: y(8)
       if (self%first /= 1) call permute(self%first, y)
       if (self%turned) y(1:4) = quat_product(self%space, y(1:4))
@@ -439,7 +440,7 @@ contains
    !> as they were, for free bodies, several directions, axes that turn, and where there are columns of parameters.
    pure subroutine carry(self, before, tangent, carried)
       !> Of the length of the step.
-      class(lean_motion_t), intent(inout) :: self
+      class(specialised_motion_t), intent(inout) :: self
       !> The start of the step, which succeeded.
       type(state_t), intent(in) :: before
       type(tangent_t), intent(inout) :: tangent
@@ -472,7 +473,7 @@ contains
 
    !> A column in the variables of the equations, δq = ½q∘θ.
    pure subroutine start_column(self, theta, momentum, q, column)
-      type(lean_motion_t), intent(in) :: self
+      type(specialised_motion_t), intent(in) :: self
       !> θ and δL; shape (3).
       real(wp), intent(in) :: theta(:), momentum(:)
       !> In the axes of the equations.
@@ -489,7 +490,7 @@ contains
 
    !> θ = 2 vec(q*∘δq)/|q|² and δL at the end of a step, in the axes of the body.
    pure subroutine finish_column(self, y, column, spin, theta, momentum)
-      type(lean_motion_t), intent(in) :: self
+      type(specialised_motion_t), intent(in) :: self
       !> [q, w, 0], and a column; shapes (8), (7).
       real(wp), intent(in) :: y(8), column(:)
       !> How a symmetric top has turned in the frame of the step; unit quaternion.
@@ -526,7 +527,7 @@ contains
 
    !> From the frame that turns with L/J₁ to the body, which has turned in it about axis 3.
    pure subroutine turn_body(self, x)
-      type(lean_motion_t), intent(in) :: self
+      type(specialised_motion_t), intent(in) :: self
       !> [q, L, 0]; shape (8).
       real(wp), intent(inout) :: x(8)
       real(wp) :: angle, c, s, double_c, double_s, first
@@ -541,4 +542,4 @@ contains
       x(5) = first
    end subroutine turn_body
 
-end module nutate_lean_motion
+end module nutate_specialised_motion
