@@ -34,7 +34,7 @@ module nutate_run_command
    public :: run_command
 
    !> What looks on while trial runs find the steps of a run: a progress bar for each of them, and signals.
-   type, extends(stop_watcher_t) :: pilot_watcher_t
+   type, extends(stop_watcher_t) :: trial_watcher_t
       type(progress_bar_t) :: progress
       !> Trial runs so far, that under way included.
       integer(long), private :: runs = 0
@@ -45,7 +45,7 @@ module nutate_run_command
       procedure :: start
       procedure :: observe => count_run
       procedure :: poll => look_up
-   end type pilot_watcher_t
+   end type trial_watcher_t
 
 contains
 
@@ -185,7 +185,7 @@ contains
       type(scene_t), intent(in) :: scene
       type(run_t), intent(inout) :: run
       integer, intent(inout) :: exit_code
-      type(pilot_watcher_t) :: watcher
+      type(trial_watcher_t) :: watcher
       type(status_t) :: status
       call watcher%start(scene%initial%t, scene%plan%end_time, wanted=.not. command%quiet)
       call run%find_steps(scene%system, status, watcher)
@@ -404,7 +404,7 @@ contains
 
    !> Starts the clock.
    subroutine start(self, t_first, end_time, wanted)
-      class(pilot_watcher_t), intent(inout) :: self
+      class(trial_watcher_t), intent(inout) :: self
       !> Start and end of each run, s.
       real(wp), intent(in) :: t_first, end_time
       !> A progress bar is wanted.
@@ -416,7 +416,7 @@ contains
 
    !> Stores the first state of a run for a new run.
    subroutine count_run(self, system, state, record, status)
-      class(pilot_watcher_t), intent(inout) :: self
+      class(trial_watcher_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
       type(run_record_t), intent(in) :: record
@@ -428,7 +428,7 @@ contains
 
    !> Shows the progress, and ends the runs on a signal.
    subroutine look_up(self, fraction, status)
-      class(pilot_watcher_t), intent(inout) :: self
+      class(trial_watcher_t), intent(inout) :: self
       real(wp), intent(in) :: fraction
       type(status_t), intent(out) :: status
       integer(long) :: now

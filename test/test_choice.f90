@@ -63,7 +63,7 @@ contains
                   new_unittest("fixed steps take order 2 where nothing is named", fixed_steps_take_order_2), &
                   new_unittest("closed solution with accuracy and rows at intervals", closed_solution_with_accuracy), &
                   new_unittest("no row a rounding of the time before the end", no_row_next_to_the_end), &
-                  new_unittest("pilots that nothing tells apart keep their difference", pilots_alike), &
+                  new_unittest("trial runs that nothing tells apart keep their difference", trial_runs_alike), &
                   new_unittest("a chaotic motion is not called solved", chaos_is_not_called_solved)]
    end subroutine collect_choice
 
@@ -391,7 +391,7 @@ contains
    end subroutine no_row_next_to_the_end
 
    !> Order 8 on damping so strong that its steps have one length whatever the rate.
-   subroutine pilots_alike(error)
+   subroutine trial_runs_alike(error)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem
       type(spectator_t) :: spectator
@@ -404,10 +404,10 @@ contains
                state, summary, status)
       call check(error, status%ok(), trim(status%message))
       call check_below(error, summary%estimate, 1e-2_wp, "estimate")
-   end subroutine pilots_alike
+   end subroutine trial_runs_alike
 
-   !> A stiff spring on a body that many other effects push: pilots differ by radians, and in the end not at all, where
-   !> their steps are at round-off.
+   !> A stiff spring on a body that many other effects push: trial runs differ by radians, and in the end not at all,
+   !> where their steps are at round-off.
    subroutine chaos_is_not_called_solved(error)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem

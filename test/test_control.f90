@@ -55,7 +55,7 @@ contains
                   new_unittest("a run of no length has its state as its only row", runs_of_no_length), &
                   new_unittest("a search that needs too many steps says so", search_has_a_limit), &
                   new_unittest("a finer run that fails is not the end of a search", failing_finer_runs), &
-                  new_unittest("trial runs can be stopped, and begun again", pilots_can_be_stopped), &
+                  new_unittest("trial runs can be stopped, and begun again", trial_runs_can_be_stopped), &
                   new_unittest("a run is the same without observer and in parts", runs_in_parts)]
    end subroutine collect_control
 
@@ -122,7 +122,7 @@ contains
       call check_accuracy(error, problem, 0.5_wp, reference%q, finest=1e-11_wp)
    end subroutine accuracy_with_effects
 
-   !> Runs a problem, with pilots where an accuracy is asked for.
+   !> Runs a problem, with trial runs where an accuracy is asked for.
    subroutine run(problem, order, end_time, goal, recorder, state, summary, status, interval)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: order
@@ -355,7 +355,7 @@ contains
       end do
    end subroutine runs_of_no_length
 
-   subroutine pilots_can_be_stopped(error)
+   subroutine trial_runs_can_be_stopped(error)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem
       class(run_t), allocatable :: run_1
@@ -374,7 +374,7 @@ contains
       if (status%ok()) call integrate(problem%system, of_order(4), state, plan, status)
       call check(error, status%ok(), trim(status%message))
       call check_close(error, [run_1%state%q, run_1%state%p], [state%q, state%p], 0.0_wp, "last state")
-   end subroutine pilots_can_be_stopped
+   end subroutine trial_runs_can_be_stopped
 
    subroutine runs_in_parts(error)
       type(error_type), allocatable, intent(out) :: error

@@ -1,4 +1,4 @@
-!> Runs with adaptive steps, for the suites that look at them: a recorder, and the run with its pilots.
+!> Runs with adaptive steps, for the suites that look at them: a recorder, and the run with its trial runs.
 module test_controlled_run
    use nutate_invariants, only: invariants_t
    use nutate_kinds, only: wp

@@ -41,7 +41,7 @@ contains
                   new_unittest("a member is the scene with its numbers in it, to the bit", members_by_hand), &
                   new_unittest("what a scene refuses is a row with its status", refusals), &
                   new_unittest("a member after a refused one is as if it came first", members_are_alone), &
-                  new_unittest("a last trial run treated as the run leaves no trace", pilots_are_runs), &
+                  new_unittest("a last trial run treated as the run leaves no trace", trial_runs_are_runs), &
                   new_unittest("a frame that only some members turn is theirs alone", turned_frames), &
                   new_unittest("effects that a program adds act on every member", added_effects), &
                   new_unittest("every effect, method and event can stand in an ensemble", everything)]
@@ -323,8 +323,8 @@ contains
    end subroutine turned_frames
 
    !> Members with an accuracy, by each method that it can choose: Euler angles, which are followed through a run, have
-   !> it run once more behind its pilots. Some need more steps than they are allowed.
-   subroutine pilots_are_runs(error)
+   !> it run once more behind its trial runs. Some need more steps than they are allowed.
+   subroutine trial_runs_are_runs(error)
       type(error_type), allocatable, intent(out) :: error
       character(len=*), parameter :: worlds(6) = [character(len=96) :: "accuracy = 1e-6 /", &
          "accuracy = 1e-3 / &rotor momentum = 0, 2, 5 /", "accuracy = 1e-9 / &rotor momentum = 0, 2, 5 /", &
@@ -345,7 +345,7 @@ contains
          call check(error, any(once(2, :) == 0) .or. i == size(worlds), 'no member arrives: '//worlds(i))
          call check(error, any(once(2, :) /= 0) .or. i < size(worlds), 'all members arrive: '//worlds(i))
       end do
-   end subroutine pilots_are_runs
+   end subroutine trial_runs_are_runs
 
    !> Members of a body.
    subroutine run_world(world, columns, is_short, fields, error)

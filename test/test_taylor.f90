@@ -38,7 +38,7 @@ contains
                   new_unittest("what stands still stays", stands_still)]
    end subroutine collect_taylor
 
-   !> Runs a problem, with pilots where an accuracy is asked for.
+   !> Runs a problem, with trial runs where an accuracy is asked for.
    subroutine run(problem, end_time, goal, recorder, state, summary, status, conserve, interval)
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: end_time

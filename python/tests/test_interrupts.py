@@ -85,7 +85,7 @@ class InterruptTest(Interrupted):
         stepper.run(1)
         self.assertAlmostEqual(stepper.time, reached + 0.01, delta=1e-9)
 
-    def test_steps_and_pilot_runs_and_runs_to_a_time_end(self):
+    def test_steps_and_trial_runs_and_runs_to_a_time_end(self):
         self.stop(lambda: make_box().steps(1e-3, 10 ** 11))
         self.stop(lambda: make_box(method="taylor", accuracy=1e-10).run_to(1e9, every=1000))
         self.stop(lambda: make_box(method="taylor", local_tolerance=1e-10).run_to(1e7, every=1000), rows=10 ** 5)

@@ -1,10 +1,11 @@
 !> From the attitude error that is asked for at the end of a run to the error that its steps may make.
 !>
-!> What steps and round-off do on the way grows by a factor that belongs to the motion: trial runs measure it. Pilot A
-!> has a larger tolerance than the run B and *noise* η in its data and in every step, some twentieth of that tolerance,
-!> so that it is off by errors of every kind, each in a direction of its own. How far it ends from B tells what errors
-!> of B's size come to, and, with round-off ε in the place of η, what is left of it however short the steps are: the
-!> *floor*. Two ends can be near each other by accident, so that in doubt there are two such pilots, and every
+!> What steps and round-off do on the way grows by a factor that belongs to the motion: trial runs measure it. Trial
+!> run A has a larger tolerance than the run B and *noise* η in its data and in every step, some twentieth of that
+!> tolerance, so that it is off by errors of every kind, each in a direction of its own. How far it ends from B tells
+!> what errors of B's size come to, and, with round-off ε in the place of η, what is left of it however short the steps
+!> are: the
+!> *floor*. Two ends can be near each other by accident, so that in doubt there are two such trial runs, and every
 !> earlier run is used.
 !>
 !> The constants are measured: `make accuracy` runs random scenes against an oracle of higher precision and writes the
@@ -72,7 +73,7 @@ module nutate_accuracy
    !> Noise over the tolerance of its run.
    real(wp), parameter :: noise_part = 0.05_wp
    !> A and B farther apart than this measure nothing, rad: their tolerances are then divided by `much_finer`, unless
-   !> that leads below `hopeless`. Where a pilot with noise fails, by `finer`.
+   !> that leads below `hopeless`. Where a trial run with noise fails, by `finer`.
    real(wp), parameter :: too_far = 0.1_wp, much_finer = 1e3_wp, hopeless = 1e-15_wp, finer = 1e2_wp
    !> The difference of A and B times this over the gain from A to B bounds the error of B.
    real(wp), parameter :: margin = 1.5_wp
@@ -80,9 +81,9 @@ module nutate_accuracy
    !> by less than `hardly_more`.
    integer(long), parameter :: few_steps = 6
    real(wp), parameter :: gain_of_few = 0.03_wp, gain_of_equals = 0.1_wp, hardly_more = 1.15_wp
-   !> The tolerance of the second pilot over that of the first, and at most.
+   !> The tolerance of the second trial run over that of the first, and at most.
    real(wp), parameter :: other_ratio = 10.0_wp, coarsest_other = 1e-2_wp
-   !> The same ratio for the series, whose second pilot is asked for the response to noise alone: a coarse one costs
+   !> The same ratio for the series, whose second trial run is asked for the response to noise alone: a coarse one costs
    !> half.
    real(wp), parameter :: other_ratio_of_series = 1e4_wp
    !> A response that a draw of noise gave by accident may be smaller by this factor than that of another.
@@ -101,13 +102,13 @@ module nutate_accuracy
    real(wp), parameter :: aim = 2.5_wp, usual_power = 0.9_wp, most_change = 1e-5_wp, least_change = 0.1_wp
    !> Part of the gain by the order of an interpolation which shows that its error follows the order.
    real(wp), parameter :: believed_order = 0.5_wp
-   !> Steps of a pilot at most: hours of low orders end in a message after minutes.
+   !> Steps of a trial run at most: hours of low orders end in a message after minutes.
    integer(long), parameter :: most_steps = 100000000_long
-   !> Pairs of runs at most; runs, with two pilots for each.
+   !> Pairs of runs at most; runs, with two trial runs for each.
    integer, parameter :: most_rounds = 9, most_runs = 3*most_rounds
 
    !> What is kept of a run.
-   type :: pilot_t
+   type :: trial_t
       !> rad a step.
       real(wp) :: tolerance = 0.0_wp
       !> η.
@@ -115,7 +116,7 @@ module nutate_accuracy
       !> Attitude at the end; shape (4).
       real(wp) :: q(4) = 0.0_wp
       integer(long) :: steps = 1
-   end type pilot_t
+   end type trial_t
 
    !> What the runs so far tell.
    type :: search_t
@@ -128,9 +129,9 @@ module nutate_accuracy
       !> Tolerances of A and B.
       real(wp) :: coarse = 0.0_wp, fine = 0.0_wp
       !> The runs so far; the last is B.
-      type(pilot_t) :: runs(most_runs)
+      type(trial_t) :: runs(most_runs)
       integer :: n = 0
-      !> Pilots with noise in the last pair.
+      !> Trial runs with noise in the last pair.
       integer :: n_noisy = 0
       !> B is the first one after them.
       logical :: first_pair = .true.
@@ -142,7 +143,7 @@ contains
 
    !> The tolerance of steps that makes the attitude error at the end time at most the accuracy of the goal, and an
    !> estimate of that error. Where round-off or instability keep the accuracy out of reach, the estimate and the part
-   !> of round-off in it stay above the accuracy. A method without an error needs no pilots: it has
+   !> of round-off in it stay above the accuracy. A method without an error needs no trial runs: it has
    !> that of round-off alone.
    !>
    !> Errors: those of the runs, and what the observers returned.
@@ -229,7 +230,7 @@ contains
          call thinned%effects%thin_tables()
          q = search%runs(search%n)%q
          search%n = min(search%n, most_runs - 1)
-         call run_pilot(search, search%fine, 0.0_wp, thinned, settings, progress, own, control, status, observer)
+         call run_trial(search, search%fine, 0.0_wp, thinned, settings, progress, own, control, status, observer)
          if (.not. (status%ok() .or. went_astray(status))) return
          if (.not. status%ok()) exit
          differences(i) = attitude_distance(q, search%runs(search%n)%q)
@@ -268,7 +269,7 @@ contains
       end if
    end function behaviour_of
 
-   !> Runs both pilots with noise; where the first fails, again with smaller tolerances. Errors: those of a run that
+   !> Runs both trial runs with noise; where the first fails, again with smaller tolerances. Errors: those of a run that
    !> shorter steps do not help.
    subroutine run_noisy(search, system, settings, progress, own, control, status, observer)
       type(search_t), intent(inout) :: search
@@ -281,7 +282,7 @@ contains
       class(observer_t), intent(inout), optional :: observer
       type(status_t) :: success
       do
-         call run_pilot(search, search%coarse, noise_part*search%coarse, system, settings, progress, own, control, &
+         call run_trial(search, search%coarse, noise_part*search%coarse, system, settings, progress, own, control, &
                         status, observer)
          if (.not. went_astray(status)) exit
          if (search%fine < finer*hopeless) return
@@ -310,18 +311,18 @@ contains
       class(observer_t), intent(inout), optional :: observer, shown
       type(status_t) :: success
       real(wp) :: known
-      call run_pilot(search, search%fine, 0.0_wp, system, settings, progress, own, control, status, observer, shown)
+      call run_trial(search, search%fine, 0.0_wp, system, settings, progress, own, control, status, observer, shown)
       at_limit = went_astray(status) .and. .not. first
       if (.not. at_limit) return
       known = merge(much_finer*search%fine, search%coarse, fresh)
       do while (went_astray(status) .and. search%fine < known)
          status = success
          search%fine = min(known, finer*search%fine)
-         call run_pilot(search, search%fine, 0.0_wp, system, settings, progress, own, control, status, observer, shown)
+         call run_trial(search, search%fine, 0.0_wp, system, settings, progress, own, control, status, observer, shown)
       end do
    end subroutine run_fine
 
-   !> Runs the second pilot with noise; that it fails does no harm. Its place is before the last run.
+   !> Runs the second trial run with noise; that it fails does no harm. Its place is before the last run.
    subroutine run_other(search, system, settings, progress, control, status, observer)
       type(search_t), intent(inout) :: search
       type(system_t), intent(in) :: system
@@ -331,13 +332,13 @@ contains
       type(status_t), intent(inout) :: status
       class(observer_t), intent(inout), optional :: observer
       type(progress_t) :: own
-      type(pilot_t) :: before
+      type(trial_t) :: before
       type(status_t) :: success
       real(wp) :: tolerance
       search%n_noisy = 2
       before = search%runs(search%n)
       tolerance = min(other_ratio_here(search)*search%coarse, coarsest_other)
-      call run_pilot(search, tolerance, noise_part*tolerance, system, settings, progress, own, control, status, &
+      call run_trial(search, tolerance, noise_part*tolerance, system, settings, progress, own, control, status, &
                      observer)
       if (status%ok()) then
          search%runs(search%n - 1) = search%runs(search%n)
@@ -347,8 +348,8 @@ contains
       end if
    end subroutine run_other
 
-   !> Tolerance of the second pilot with noise over that of the first: one that was followed by a pilot too far apart
-   !> would be no second opinion.
+   !> Tolerance of the second trial run with noise over that of the first: one that was followed by a trial run too far
+   !> apart would be no second opinion.
    pure real(wp) function other_ratio_here(search) result(ratio)
       type(search_t), intent(in) :: search
       real(wp) :: distance
@@ -416,7 +417,7 @@ contains
    !> Bound on the error of a run over its distance from a coarser one.
    pure real(wp) function gain_of(search, coarse, fine) result(gain)
       type(search_t), intent(in) :: search
-      type(pilot_t), intent(in) :: coarse, fine
+      type(trial_t), intent(in) :: coarse, fine
       real(wp) :: equals
       gain = min(1.0_wp, margin*(fine%tolerance/coarse%tolerance)**search%behaviour%power)
       if (min(coarse%steps, fine%steps) < few_steps) gain = max(gain, gain_of_few)
@@ -428,8 +429,8 @@ contains
       gain = max(gain, equals)
    end function gain_of
 
-   !> True where another pilot with noise is to be heard: for a floor that counts, and before a bound that is only just
-   !> met by the first pair is believed, where there are such accidents.
+   !> True where another trial run with noise is to be heard: for a floor that counts, and before a bound that is only
+   !> just met by the first pair is believed, where there are such accidents.
    pure logical function is_doubtful(search)
       type(search_t), intent(in) :: search
       is_doubtful = search%floor > doubtful_floor*search%accuracy
@@ -447,7 +448,7 @@ contains
    end function is_done
 
    !> A run of a tolerance, without rows. Errors: why it failed.
-   subroutine run_pilot(search, tolerance, noise, system, settings, progress, own, control, status, observer, shown)
+   subroutine run_trial(search, tolerance, noise, system, settings, progress, own, control, status, observer, shown)
       type(search_t), intent(inout) :: search
       !> rad, and η.
       real(wp), intent(in) :: tolerance, noise
@@ -485,10 +486,10 @@ contains
       if (status%code == NUTATE_STEP_LIMIT) status = fail(NUTATE_STEP_LIMIT, needs_more(plan%max_steps))
       if (.not. status%ok()) return
       search%n = search%n + 1
-      search%runs(search%n) = pilot_t(tolerance, noise, own%state%q, max(own%summary%steps, 1_long))
-   end subroutine run_pilot
+      search%runs(search%n) = trial_t(tolerance, noise, own%state%q, max(own%summary%steps, 1_long))
+   end subroutine run_trial
 
-   !> What is reported about a pilot that its steps end.
+   !> What is reported about a trial run that its steps end.
    pure function needs_more(limit) result(message)
       integer(long), intent(in) :: limit
       character(len=80) :: message

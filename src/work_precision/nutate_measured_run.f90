@@ -23,9 +23,9 @@ module nutate_measured_run
 
    !> Steps of the run that looks for the fastest rotation: at most so many, some 0.1 s of work; at least so many where
    !> the start does not say how fast the body is.
-   integer(long), parameter :: most_pilot_steps = 20000, least_pilot_steps = 64
+   integer(long), parameter :: most_trial_steps = 20000, least_trial_steps = 64
    !> Turn in a step of that run, rad: the maximum of |Ω| is hit to a few per cent, and every method takes such steps.
-   real(wp), parameter :: pilot_turn = 0.5_wp
+   real(wp), parameter :: trial_rotation = 0.5_wp
 
    !> What is studied: a motion from a state to a time.
    type :: problem_t
@@ -180,9 +180,9 @@ contains
       monitor%stages = methods(method)%stages
       if (present(budget)) monitor%budget = budget
       plan = plan_of(problem, monitor)
-      plan%time_step = problem%duration()/real(least_pilot_steps, wp)
-      if (abs(plan%time_step)*rate > pilot_turn) plan%time_step = sign(pilot_turn/rate, plan%time_step)
-      plan%max_steps = min(plan%max_steps, most_pilot_steps)
+      plan%time_step = problem%duration()/real(least_trial_steps, wp)
+      if (abs(plan%time_step)*rate > trial_rotation) plan%time_step = sign(trial_rotation/rate, plan%time_step)
+      plan%max_steps = min(plan%max_steps, most_trial_steps)
       state = problem%start
       call copy_observer(monitor, problem)
       call monitor%invariants%start(problem%system, state)

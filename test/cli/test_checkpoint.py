@@ -184,7 +184,7 @@ class Resumed(CheckpointTest):
     def test_the_exact_motion(self):
         self.resumes_exactly("box.nml", (1, 20), "--set", "integrator.method='exact'")
 
-    def test_an_accuracy_found_by_pilot_runs(self):
+    def test_an_accuracy_found_by_trial_runs(self):
         scene = self.controlled("forced.nml", "accuracy", "1e-5")
         settings = ("--set", "integrator.formulation='reduced'", "--set", "integrator.order=4", "--set",
                     "integrator.end_time=6", "--set", "output.interval=0.0003")

@@ -86,7 +86,7 @@ class Runs(SignalTest):
         self.succeed("run", "box.nml", "--quiet", *arguments, *settings)
         self.assertEqual(self.read("part.csv"), self.read("whole.csv"))
 
-    def test_pilot_runs(self):
+    def test_trial_runs(self):
         self.write("top.nml", self.read("top.nml").replace("time_step = 0.005", "accuracy = 1e-9"))
         run = self.start("run", "top.nml", *ENDLESS)
         run.send_signal(signal.SIGINT)

@@ -27,14 +27,14 @@ module nutate_c_polls
    end type poll_t
 
    !> Calls the poll callback in trial runs, which write no output.
-   type, extends(observer_t) :: pilot_observer_t
+   type, extends(observer_t) :: trial_observer_t
       type(poll_t) :: whom
       !> Status and what the callback returned, of a callback that failed; shape (2).
       integer(c_int), pointer :: failure(:) => null()
    contains
-      procedure :: observe => observe_pilot
-      procedure :: poll => poll_pilot
-   end type pilot_observer_t
+      procedure :: observe => observe_trial
+      procedure :: poll => poll_trial
+   end type trial_observer_t
 
    abstract interface
       integer(c_int) function asked_function(user) bind(C)
@@ -66,8 +66,8 @@ contains
       if (function(self%user) /= 0) status = fail(NUTATE_STOPPED, 'the run was asked to stop')
    end subroutine ask
 
-   !> Finds the steps of a run that has begun, as its `find_steps` does, and asks in trial runs. Errors: those of pilot
-   !> runs and of callbacks, and `NUTATE_STOPPED`.
+   !> Finds the steps of a run that has begun, as its `find_steps` does, and asks in trial runs. Errors: those of trial
+   !> run runs and of callbacks, and `NUTATE_STOPPED`.
    subroutine find_steps_asking(run, whom, failure, system, status)
       type(run_t), intent(inout) :: run
       type(poll_t), intent(in) :: whom
@@ -75,29 +75,29 @@ contains
       integer(c_int), intent(in), target :: failure(:)
       type(system_t), intent(in) :: system
       type(status_t), intent(out) :: status
-      type(pilot_observer_t) :: pilots
-      pilots%whom = whom
-      pilots%failure => failure
-      call run%find_steps(system, status, pilots)
+      type(trial_observer_t) :: trials
+      trials%whom = whom
+      trials%failure => failure
+      call run%find_steps(system, status, trials)
    end subroutine find_steps_asking
 
    !> Ends a trial run where a callback has failed.
-   subroutine observe_pilot(self, system, state, record, status)
-      class(pilot_observer_t), intent(inout) :: self
+   subroutine observe_trial(self, system, state, record, status)
+      class(trial_observer_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
       type(run_record_t), intent(in) :: record
       type(status_t), intent(out) :: status
       status = judge_failure(self%failure)
-   end subroutine observe_pilot
+   end subroutine observe_trial
 
    !> Ends a trial run where a callback has failed, or the program wants it.
-   subroutine poll_pilot(self, fraction, status)
-      class(pilot_observer_t), intent(inout) :: self
+   subroutine poll_trial(self, fraction, status)
+      class(trial_observer_t), intent(inout) :: self
       real(wp), intent(in) :: fraction
       type(status_t), intent(out) :: status
       status = judge_failure(self%failure)
       if (status%ok()) call self%whom%ask(status)
-   end subroutine poll_pilot
+   end subroutine poll_trial
 
 end module nutate_c_polls
