@@ -15,7 +15,7 @@ program main
    use nutate_run_signals, only: end_by_signal
    use nutate_member_rows, only: has_threads
    use nutate_sweep_command, only: sweep_command
-   use nutate_sweep_crew, only: sweep_crew_t
+   use nutate_sweep_workers, only: sweep_workers_t
    use nutate_version, only: version
    use nutate_view_command, only: view_command
    implicit none
@@ -34,7 +34,7 @@ contains
       type(argument_t), allocatable :: arguments(:)
       type(command_t) :: command
       type(page_t) :: page
-      type(sweep_crew_t) :: crew
+      type(sweep_workers_t) :: workers
 
       call get_arguments(arguments)
       call parse_arguments(arguments, command)
@@ -57,7 +57,7 @@ contains
       case ('plot')
          call plot_command(command, exit_code)
       case ('sweep')
-         call sweep_command(command, crew, exit_code)
+         call sweep_command(command, workers, exit_code)
       case ('export')
          call export_command(command, exit_code)
       case ('view')

@@ -17,7 +17,7 @@ module nutate_sweep_command
    use nutate_scene_loading, only: read_scene_of
    use nutate_status, only: status_t, NUTATE_IO, NUTATE_STOPPED
    use nutate_sweep, only: sweep_t
-   use nutate_sweep_crew, only: sweep_crew_t
+   use nutate_sweep_workers, only: sweep_workers_t
    use nutate_sweep_csv, only: csv_line, header_line, write_csv
    use nutate_sweep_listing, only: listing_fits, listing_name, write_listing
    use nutate_sweep_merge, only: merge_parts, part_name, stem_of
@@ -32,16 +32,16 @@ module nutate_sweep_command
 contains
 
    !> Runs the members that are wanted, or one of them, or puts files together.
-   subroutine sweep_command(command, crew, exit_code)
+   subroutine sweep_command(command, workers, exit_code)
       type(command_t), intent(in) :: command
       !> Who runs them.
-      class(sweep_crew_t), intent(inout) :: crew
+      class(sweep_workers_t), intent(inout) :: workers
       integer, intent(out) :: exit_code
       type(scene_t) :: scene
       character(len=:), allocatable :: name, message
       integer(long) :: first, last
 
-      crew%threads = command%threads
+      workers%threads = command%threads
       call read_ensemble(command, scene, message)
       if (message /= '') then
          call say_error(message)
@@ -59,7 +59,7 @@ contains
       else if (command%merges) then
          call merge_files(command, scene, name, exit_code)
       else
-         call run_all(command, crew, scene, first, last, name, exit_code)
+         call run_all(command, workers, scene, first, last, name, exit_code)
       end if
    end subroutine sweep_command
 
@@ -167,9 +167,9 @@ contains
    end subroutine add_history
 
    !> Runs members to their file.
-   subroutine run_all(command, crew, scene, first, last, name, exit_code)
+   subroutine run_all(command, workers, scene, first, last, name, exit_code)
       type(command_t), intent(in) :: command
-      class(sweep_crew_t), intent(inout) :: crew
+      class(sweep_workers_t), intent(inout) :: workers
       type(scene_t), intent(in) :: scene
       integer(long), intent(in) :: first, last
       character(len=*), intent(in) :: name
@@ -181,14 +181,14 @@ contains
          call keep_finished(command, scene, first, last, name, exit_code)
          return
       end if
-      call sweep%open(scene, first, last, name, command%goes_on, status, crew%workers())
+      call sweep%open(scene, first, last, name, command%goes_on, status, workers%count())
       if (.not. status%ok()) then
          exit_code = merge(EXIT_OUTPUT, EXIT_INPUT, status%code == NUTATE_IO)
          call say_error('nutate: cannot write '//printable_path(name)//': '//trim(status%message))
          return
       end if
       call watcher%start(wanted=.not. command%quiet)
-      call crew%go(sweep, scene, watcher, status)
+      call workers%go(sweep, scene, watcher, status)
       call watcher%bar%erase()
       if (status%ok()) call write_listing(scene, sweep%layout, first, last, name, status)
       if (status%ok()) then
@@ -197,7 +197,7 @@ contains
          call sweep%abandon(closing)
       end if
       if (.not. status%ok()) then
-         call give_up(crew, scene, sweep, status, name, exit_code)
+         call give_up(workers, scene, sweep, status, name, exit_code)
          return
       end if
       call write_histories(scene, sweep%layout, first, last, name, watcher, exit_code)
@@ -230,8 +230,8 @@ contains
    end subroutine keep_finished
 
    !> Says why a sweep ended before its end.
-   subroutine give_up(crew, scene, sweep, status, name, exit_code)
-      class(sweep_crew_t), intent(in) :: crew
+   subroutine give_up(workers, scene, sweep, status, name, exit_code)
+      class(sweep_workers_t), intent(in) :: workers
       type(scene_t), intent(in) :: scene
       type(sweep_t), intent(in) :: sweep
       type(status_t), intent(in) :: status
@@ -241,7 +241,7 @@ contains
          exit_code = EXIT_SIGNAL + caught_signal()
          call say_error('nutate: '//printable_path(scene%file)//': stopped by '//signal_name()//'; '// &
                         count_text(sweep%members_done)//' of '//count_text(sweep%last - sweep%first + 1)// &
-                        ' members are in '//printable_path(name)//'.partial ('//trim(crew%program)// &
+                        ' members are in '//printable_path(name)//'.partial ('//trim(workers%program)// &
                         ' sweep --resume continues)')
       else if (status%code == NUTATE_IO) then
          exit_code = EXIT_OUTPUT

@@ -4,7 +4,7 @@ program main
    use nutate_console, only: page_t, say_error, show_page, EXIT_INPUT, EXIT_SIGNAL
    use nutate_contraction, only: arithmetic_in_words
    use nutate_files, only: prepare_process, STANDARD_ERROR, STANDARD_OUTPUT
-   use nutate_rank_crew, only: follow, rank_crew_t
+   use nutate_rank_workers, only: follow, rank_workers_t
    use nutate_ranks, only: ranks_t
    use nutate_run_signals, only: caught_signal, end_by_signal
    use nutate_spelling, only: is_listed
@@ -40,7 +40,7 @@ contains
    !> What rank 0 does: what the arguments ask for.
    subroutine lead(exit_code)
       integer, intent(inout) :: exit_code
-      type(rank_crew_t) :: crew
+      type(rank_workers_t) :: workers
       type(page_t) :: page
       if (command%error /= '') then
          call say_error('nutate-mpi: '//command%error)
@@ -49,10 +49,10 @@ contains
       end if
       select case (command%verb)
       case ('sweep')
-         crew%program = 'nutate-mpi'
-         crew%ranks = ranks
-         call sweep_command(command, crew, exit_code)
-         call crew%dismiss()
+         workers%program = 'nutate-mpi'
+         workers%ranks = ranks
+         call sweep_command(command, workers, exit_code)
+         call workers%dismiss()
       case ('help')
          call show_page(mpi_help(), STANDARD_OUTPUT, exit_code)
       case ('version')

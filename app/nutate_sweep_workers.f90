@@ -1,5 +1,5 @@
 !> Who runs the members of a sweep: the threads of this process. A program of several processes extends it.
-module nutate_sweep_crew
+module nutate_sweep_workers
    use nutate_scene, only: scene_t
    use nutate_status, only: status_t
    use nutate_sweep, only: sweep_t
@@ -7,9 +7,9 @@ module nutate_sweep_crew
    implicit none
    private
 
-   public :: sweep_crew_t
+   public :: sweep_workers_t
 
-   type :: sweep_crew_t
+   type :: sweep_workers_t
       !> The program, as messages name it.
       character(len=12) :: program = 'nutate'
       integer :: threads = 1
@@ -18,19 +18,19 @@ module nutate_sweep_crew
       procedure :: workers
       !> Runs what is not done yet.
       procedure :: go
-   end type sweep_crew_t
+   end type sweep_workers_t
 
 contains
 
    !> How many members are run at once.
    integer function workers(self)
-      class(sweep_crew_t), intent(in) :: self
+      class(sweep_workers_t), intent(in) :: self
       workers = self%threads
    end function workers
 
    !> Runs what is not done yet. Errors: those of `sweep%go`.
    subroutine go(self, sweep, scene, watcher, status)
-      class(sweep_crew_t), intent(inout) :: self
+      class(sweep_workers_t), intent(inout) :: self
       !> Open.
       type(sweep_t), intent(inout), target :: sweep
       !> The scene that it was opened with.
@@ -40,4 +40,4 @@ contains
       call sweep%go(scene, self%threads, watcher, status)
    end subroutine go
 
-end module nutate_sweep_crew
+end module nutate_sweep_workers

@@ -1,5 +1,5 @@
 !> The ranks as those who run the members of a sweep: rank 0 leads it, all others follow.
-module nutate_rank_crew
+module nutate_rank_workers
    use nutate_cli, only: command_t
    use nutate_desk, only: desk_t
    use nutate_kinds, only: long
@@ -10,18 +10,18 @@ module nutate_rank_crew
    use nutate_status, only: status_t, fail, NUTATE_BAD_SCENE, NUTATE_STOPPED
    use nutate_sweep, only: sweep_t
    use nutate_sweep_command, only: choose_members, read_ensemble
-   use nutate_sweep_crew, only: sweep_crew_t
+   use nutate_sweep_workers, only: sweep_workers_t
    use nutate_sweep_watcher, only: sweep_watcher_t
    implicit none
    private
 
-   public :: rank_crew_t, follow
+   public :: rank_workers_t, follow
 
    !> Asks in vain before a rank lets others have its core.
    integer, parameter :: patience = 100
 
    !> The ranks.
-   type, extends(sweep_crew_t) :: rank_crew_t
+   type, extends(sweep_workers_t) :: rank_workers_t
       type(ranks_t) :: ranks
       !> The other ranks know what there is to do.
       logical :: has_begun = .false.
@@ -30,7 +30,7 @@ module nutate_rank_crew
       procedure :: go
       !> Lets the other ranks go, if there was nothing to do for them.
       procedure :: dismiss
-   end type rank_crew_t
+   end type rank_workers_t
 
    !> Ends members on a signal.
    type, extends(sweep_watcher_t) :: signal_watcher_t
@@ -42,14 +42,14 @@ contains
 
    !> How many members are run at once.
    integer function workers(self)
-      class(rank_crew_t), intent(in) :: self
+      class(rank_workers_t), intent(in) :: self
       workers = self%ranks%count
    end function workers
 
    !> Runs what is not done yet. Errors: those of `desk%run`.
    subroutine go(self, sweep, scene, watcher, status)
       !> Of rank 0.
-      class(rank_crew_t), intent(inout) :: self
+      class(rank_workers_t), intent(inout) :: self
       type(sweep_t), intent(inout), target :: sweep
       type(scene_t), intent(in) :: scene
       class(sweep_watcher_t), intent(inout), target :: watcher
@@ -68,7 +68,7 @@ contains
    !> Lets the other ranks go, if there was nothing to do for them.
    subroutine dismiss(self)
       !> Of rank 0.
-      class(rank_crew_t), intent(inout) :: self
+      class(rank_workers_t), intent(inout) :: self
       integer(long) :: numbers(2)
       numbers = 0
       if (.not. self%has_begun) call self%ranks%announce(numbers)
@@ -150,4 +150,4 @@ contains
       signal_came = caught_signal() /= 0
    end function signal_came
 
-end module nutate_rank_crew
+end module nutate_rank_workers
