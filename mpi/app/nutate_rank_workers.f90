@@ -1,7 +1,7 @@
 !> The ranks as those who run the members of a sweep: rank 0 leads it, all others follow.
 module nutate_rank_workers
    use nutate_cli, only: command_t
-   use nutate_desk, only: desk_t
+   use nutate_sweep_server, only: sweep_server_t
    use nutate_kinds, only: long
    use nutate_member_run, only: member_run_t
    use nutate_ranks, only: nap, ranks_t
@@ -46,7 +46,7 @@ contains
       workers = self%ranks%count
    end function workers
 
-   !> Runs what is not done yet. Errors: those of `desk%run`.
+   !> Runs what is not done yet. Errors: those of `server%run`.
    subroutine go(self, sweep, scene, watcher, status)
       !> Of rank 0.
       class(rank_workers_t), intent(inout) :: self
@@ -54,15 +54,15 @@ contains
       type(scene_t), intent(in) :: scene
       class(sweep_watcher_t), intent(inout), target :: watcher
       type(status_t), intent(out) :: status
-      type(desk_t), target :: desk
+      type(sweep_server_t), target :: server
       integer(long) :: numbers(2)
       numbers = [sweep%chunk, sweep%identity]
       call self%ranks%announce(numbers)
       self%has_begun = .true.
-      desk%ranks = self%ranks
-      desk%sweep => sweep
-      desk%watcher => watcher
-      call desk%run(scene, status)
+      server%ranks = self%ranks
+      server%sweep => sweep
+      server%watcher => watcher
+      call server%run(scene, status)
    end subroutine go
 
    !> Lets the other ranks go, if there was nothing to do for them.

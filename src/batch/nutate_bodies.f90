@@ -84,10 +84,10 @@ module nutate_bodies
    end type movement_t
 
    !> Lanes of a thread, and the class of the body in each; 0 where none was yet.
-   type :: desk_t
+   type :: lane_buffer_t
       type(drift_lanes_t) :: lanes
       integer :: held(lanes)
-   end type desk_t
+   end type lane_buffer_t
 
 contains
 
@@ -259,7 +259,7 @@ contains
       integer, intent(inout), allocatable :: failed(:)
       type(status_t), intent(out) :: status
       type(movement_t) :: whole
-      type(desk_t) :: desk
+      type(lane_buffer_t) :: buffer
       logical :: bad(group)
       integer :: start, last, k, n_bad, threads, i
       failed = [integer ::]
@@ -278,11 +278,11 @@ contains
          start = last + 1
          last = start + min(group, n - start + 1) - 1
          n_bad = 0
-         !$omp parallel if (n >= few) num_threads(threads) default(shared) private(desk, k) reduction(+:n_bad)
-         desk%held = 0
+         !$omp parallel if (n >= few) num_threads(threads) default(shared) private(buffer, k) reduction(+:n_bad)
+         buffer%held = 0
          !$omp do schedule(static)
          do k = 0, (last - start)/lanes
-            call move_lanes(classes, whole, desk, start + k*lanes, min(last - start - k*lanes + 1, lanes), n, q, l, &
+            call move_lanes(classes, whole, buffer, start + k*lanes, min(last - start - k*lanes + 1, lanes), n, q, l, &
                             torque, class_of, bad(k*lanes + 1:(k + 1)*lanes))
             n_bad = n_bad + count(bad(k*lanes + 1:(k + 1)*lanes))
          end do
@@ -305,10 +305,10 @@ contains
    end function describe_failures
 
    !> Moves some bodies, at most one for each lane.
-   subroutine move_lanes(classes, what, desk, first, several, n, q, l, torque, class_of, bad)
+   subroutine move_lanes(classes, what, buffer, first, several, n, q, l, torque, class_of, bad)
       type(body_class_t), intent(in), contiguous :: classes(:)
       type(movement_t), intent(in) :: what
-      type(desk_t), intent(inout) :: desk
+      type(lane_buffer_t), intent(inout) :: buffer
       !> The first of them, and how many; number of all bodies.
       integer, intent(in) :: first, several, n
       real(wp), intent(inout) :: q(4, n), l(3, n)
@@ -319,21 +319,21 @@ contains
       logical :: full
       bad = .false.
       full = several == lanes
-      if (full) call load_all(classes, what, desk, first, n, q, l, torque, class_of, full)
-      if (.not. full) call load_each(classes, what, desk, first, several, n, q, l, torque, class_of, bad)
-      call enter(what, desk%lanes)
-      if (.not. are_within(3*lanes, desk%lanes%momentum, greatest_number)) &
-         call reject_momenta(classes, what, desk, bad)
+      if (full) call load_all(classes, what, buffer, first, n, q, l, torque, class_of, full)
+      if (.not. full) call load_each(classes, what, buffer, first, several, n, q, l, torque, class_of, bad)
+      call enter(what, buffer%lanes)
+      if (.not. are_within(3*lanes, buffer%lanes%momentum, greatest_number)) &
+         call reject_momenta(classes, what, buffer, bad)
       if (what%drifts) then
-         call drift_all(what, desk%lanes)
-         if (sum(desk%lanes%certified) < lanes - 0.5_wp) &
-            call move_doubtful(classes, what, desk, first, several, q, bad)
+         call drift_all(what, buffer%lanes)
+         if (sum(buffer%lanes%certified) < lanes - 0.5_wp) &
+            call move_doubtful(classes, what, buffer, first, several, q, bad)
       end if
-      call leave(what, desk%lanes)
+      call leave(what, buffer%lanes)
       if (full .and. .not. any(bad)) then
-         call store_all(desk%lanes, what%drifts, first, n, q, l)
+         call store_all(buffer%lanes, what%drifts, first, n, q, l)
       else
-         call store_each(desk%lanes, what%drifts, first, several, n, q, l, bad)
+         call store_each(buffer%lanes, what%drifts, first, several, n, q, l, bad)
       end if
    end subroutine move_lanes
 
@@ -375,24 +375,24 @@ contains
    end subroutine leave
 
    !> Puts lanes to rest, and counts them as bad, whose momenta after the impulse are beyond 1e100.
-   pure subroutine reject_momenta(classes, what, desk, bad)
+   pure subroutine reject_momenta(classes, what, buffer, bad)
       type(body_class_t), intent(in), contiguous :: classes(:)
       type(movement_t), intent(in) :: what
-      type(desk_t), intent(inout) :: desk
+      type(lane_buffer_t), intent(inout) :: buffer
       logical, intent(inout) :: bad(lanes)
       integer :: i
       do i = 1, lanes
-         if (are_within(3, desk%lanes%momentum(i, :), greatest_number)) cycle
+         if (are_within(3, buffer%lanes%momentum(i, :), greatest_number)) cycle
          bad(i) = .true.
-         call rest(classes, what, desk, i)
+         call rest(classes, what, buffer, i)
       end do
    end subroutine reject_momenta
 
    !> Fills all lanes with bodies. Not `fine` if one of them cannot be computed with.
-   pure subroutine load_all(classes, what, desk, first, n, q, l, torque, class_of, fine)
+   pure subroutine load_all(classes, what, buffer, first, n, q, l, torque, class_of, fine)
       type(body_class_t), intent(in), contiguous :: classes(:)
       type(movement_t), intent(in) :: what
-      type(desk_t), intent(inout) :: desk
+      type(lane_buffer_t), intent(inout) :: buffer
       integer, intent(in) :: first, n
       real(wp), intent(in) :: q(4, n), l(3, n)
       real(wp), intent(in), contiguous :: torque(:, :)
@@ -411,20 +411,20 @@ contains
             fine = number >= 1 .and. number <= size(classes)
             if (.not. fine) return
          end if
-         if (desk%held(lane) == number) cycle
-         call put_class(desk%lanes, lane, classes(number), what%dt)
-         desk%held(lane) = number
+         if (buffer%held(lane) == number) cycle
+         call put_class(buffer%lanes, lane, classes(number), what%dt)
+         buffer%held(lane) = number
       end do
       do lane = 1, lanes
          j = first + lane - 1
          lack = 1 - (q(1, j)*q(1, j) + q(2, j)*q(2, j) + q(3, j)*q(3, j) + q(4, j)*q(4, j))
          if (abs(lack) > manifold_tolerance) fine = .false.
-         desk%lanes%q(lane, :) = q(:, j)
-         desk%lanes%momentum(lane, :) = l(:, j)
+         buffer%lanes%q(lane, :) = q(:, j)
+         buffer%lanes%momentum(lane, :) = l(:, j)
       end do
       if (.not. what%kicks) return
       do lane = 1, lanes
-         desk%lanes%torque(lane, :) = torque(:, first + lane - 1)
+         buffer%lanes%torque(lane, :) = torque(:, first + lane - 1)
       end do
    end subroutine load_all
 
@@ -443,10 +443,10 @@ contains
    end subroutine store_all
 
    !> Fills lanes one by one, with a body at rest where one cannot be computed with.
-   pure subroutine load_each(classes, what, desk, first, several, n, q, l, torque, class_of, bad)
+   pure subroutine load_each(classes, what, buffer, first, several, n, q, l, torque, class_of, bad)
       type(body_class_t), intent(in), contiguous :: classes(:)
       type(movement_t), intent(in) :: what
-      type(desk_t), intent(inout) :: desk
+      type(lane_buffer_t), intent(inout) :: buffer
       integer, intent(in) :: first, several, n
       real(wp), intent(in) :: q(4, n), l(3, n)
       real(wp), intent(in), contiguous :: torque(:, :)
@@ -460,11 +460,11 @@ contains
          j = first + i - 1
          if (what%classed) number = class_of(j) + 1 - what%first_number
          if (what%kicks) pull = torque(:, j)
-         call load(classes, what, desk, i, number, q(:, j), l(:, j), pull, bad(i))
-         if (bad(i)) call rest(classes, what, desk, i)
+         call load(classes, what, buffer, i, number, q(:, j), l(:, j), pull, bad(i))
+         if (bad(i)) call rest(classes, what, buffer, i)
       end do
       do i = several + 1, lanes
-         call rest(classes, what, desk, i)
+         call rest(classes, what, buffer, i)
       end do
    end subroutine load_each
 
@@ -485,38 +485,38 @@ contains
    end subroutine store_each
 
    !> Moves the bodies whose drift is not certified along their exact motion.
-   subroutine move_doubtful(classes, what, desk, first, several, q, bad)
+   subroutine move_doubtful(classes, what, buffer, first, several, q, bad)
       type(body_class_t), intent(in), contiguous :: classes(:)
       type(movement_t), intent(in) :: what
-      type(desk_t), intent(inout) :: desk
+      type(lane_buffer_t), intent(inout) :: buffer
       integer, intent(in) :: first, several
       !> Attitudes before the step; shape (4, n).
       real(wp), intent(in), contiguous :: q(:, :)
       logical, intent(inout) :: bad(lanes)
       integer :: i
       do i = 1, several
-         if (bad(i) .or. desk%lanes%certified(i) > 0.5_wp) cycle
-         call move_exactly(classes(desk%held(i)), what, q(:, first + i - 1), desk%lanes%q(i, :), &
-                           desk%lanes%momentum(i, :), bad(i))
+         if (bad(i) .or. buffer%lanes%certified(i) > 0.5_wp) cycle
+         call move_exactly(classes(buffer%held(i)), what, q(:, first + i - 1), buffer%lanes%q(i, :), &
+                           buffer%lanes%momentum(i, :), bad(i))
       end do
    end subroutine move_doubtful
 
    !> Fills a lane with a body at rest.
-   pure subroutine rest(classes, what, desk, lane)
+   pure subroutine rest(classes, what, buffer, lane)
       type(body_class_t), intent(in), contiguous :: classes(:)
       type(movement_t), intent(in) :: what
-      type(desk_t), intent(inout) :: desk
+      type(lane_buffer_t), intent(inout) :: buffer
       integer, intent(in) :: lane
       logical :: bad
-      call load(classes, what, desk, lane, 1, [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], [0.0_wp, 0.0_wp, 0.0_wp], &
+      call load(classes, what, buffer, lane, 1, [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], [0.0_wp, 0.0_wp, 0.0_wp], &
                 [0.0_wp, 0.0_wp, 0.0_wp], bad)
    end subroutine rest
 
    !> Puts a body into a lane; bad if it cannot be computed with.
-   pure subroutine load(classes, what, desk, lane, number, q, l, torque, bad)
+   pure subroutine load(classes, what, buffer, lane, number, q, l, torque, bad)
       type(body_class_t), intent(in), contiguous :: classes(:)
       type(movement_t), intent(in) :: what
-      type(desk_t), intent(inout) :: desk
+      type(lane_buffer_t), intent(inout) :: buffer
       integer, intent(in) :: lane, number
       real(wp), intent(in) :: q(4), l(3), torque(3)
       logical, intent(out) :: bad
@@ -526,13 +526,13 @@ contains
       if (.not. is_within(q, l, torque)) return
       lack = 1 - (q(1)*q(1) + q(2)*q(2) + q(3)*q(3) + q(4)*q(4))
       if (abs(lack) > manifold_tolerance) return
-      if (desk%held(lane) /= number) then
-         call put_class(desk%lanes, lane, classes(number), what%dt)
-         desk%held(lane) = number
+      if (buffer%held(lane) /= number) then
+         call put_class(buffer%lanes, lane, classes(number), what%dt)
+         buffer%held(lane) = number
       end if
-      desk%lanes%q(lane, :) = q
-      desk%lanes%momentum(lane, :) = l
-      desk%lanes%torque(lane, :) = torque
+      buffer%lanes%q(lane, :) = q
+      buffer%lanes%momentum(lane, :) = l
+      buffer%lanes%torque(lane, :) = torque
       bad = .false.
    end subroutine load
 

@@ -1,6 +1,6 @@
 !> Where rank 0 hands out chunks and takes back what has been finished. It runs chunks itself as long as the others are
 !> few: then it looks for their requests whenever the members it runs ask whether to go on.
-module nutate_desk
+module nutate_sweep_server
    use nutate_kinds, only: long
    use nutate_member_run, only: member_run_t
    use nutate_ranks, only: nap, ranks_t, request_t
@@ -11,13 +11,13 @@ module nutate_desk
    implicit none
    private
 
-   public :: desk_t
+   public :: sweep_server_t
 
    !> Where there are more ranks, rank 0 runs no chunks: no rank waits for an answer, and one more would not be noticed.
    integer, parameter :: most_helped = 32
 
    !> The sweep that is handed out, and how far that is.
-   type :: desk_t
+   type :: sweep_server_t
       type(ranks_t) :: ranks
       type(sweep_t), pointer :: sweep => null()
       !> Told how far the sweep is; asked whether to go on.
@@ -31,11 +31,11 @@ module nutate_desk
       procedure :: run
       !> Answers all requests that are there.
       procedure :: serve
-   end type desk_t
+   end type sweep_server_t
 
-   !> Lets the desk look for requests while rank 0 runs members.
+   !> Lets the server look for requests while rank 0 runs members.
    type, extends(sweep_watcher_t) :: bell_t
-      type(desk_t), pointer :: desk => null()
+      type(sweep_server_t), pointer :: server => null()
    contains
       procedure :: wants_end
    end type bell_t
@@ -45,7 +45,7 @@ contains
    !> Runs the whole sweep. Errors: `NUTATE_STOPPED` where the watcher wants the end; `NUTATE_IO`; what another rank
    !> could not do.
    subroutine run(self, scene, status)
-      class(desk_t), intent(inout), target :: self
+      class(sweep_server_t), intent(inout), target :: self
       type(scene_t), intent(in) :: scene
       type(status_t), intent(out) :: status
       logical :: served
@@ -61,14 +61,14 @@ contains
 
    !> Runs chunks, as the other ranks do.
    subroutine help(self, scene)
-      type(desk_t), intent(inout), target :: self
+      type(sweep_server_t), intent(inout), target :: self
       type(scene_t), intent(in) :: scene
       type(bell_t), target :: bell
       type(member_run_t) :: runner
       type(status_t) :: status
       integer(long), allocatable :: fields(:, :)
       integer(long) :: chunk
-      bell%desk => self
+      bell%server => self
       call runner%prepare(scene, self%sweep%layout, status, bell)
       do while (status%ok() .and. self%failure%ok())
          call self%sweep%get_chunk(chunk)
@@ -84,14 +84,14 @@ contains
    logical function wants_end(self)
       class(bell_t), intent(in) :: self
       logical :: served
-      call self%desk%serve(served)
-      wants_end = .not. self%desk%failure%ok()
-      if (.not. wants_end) wants_end = self%desk%watcher%wants_end()
+      call self%server%serve(served)
+      wants_end = .not. self%server%failure%ok()
+      if (.not. wants_end) wants_end = self%server%watcher%wants_end()
    end function wants_end
 
    !> Answers all requests that are there.
    subroutine serve(self, served)
-      class(desk_t), intent(inout) :: self
+      class(sweep_server_t), intent(inout) :: self
       !> There were some.
       logical, intent(out) :: served
       type(request_t) :: request
@@ -118,7 +118,7 @@ contains
 
    !> Receives a chunk.
    subroutine finish(self, request, fields)
-      class(desk_t), intent(inout) :: self
+      class(sweep_server_t), intent(inout) :: self
       type(request_t), intent(in) :: request
       !> Its rows, where they are to be added up; on return not allocated.
       integer(long), allocatable, intent(inout) :: fields(:, :)
@@ -143,8 +143,8 @@ contains
    end function said_by
 
    subroutine show(self)
-      class(desk_t), intent(inout) :: self
+      class(sweep_server_t), intent(inout) :: self
       call self%watcher%show(self%sweep%members_done, self%sweep%last - self%sweep%first + 1)
    end subroutine show
 
-end module nutate_desk
+end module nutate_sweep_server
