@@ -39,7 +39,7 @@ contains
       testsuite = [ &
                   new_unittest("F77 bodies of one set-up do not disturb each other", alike_bodies_are_alone), &
                   new_unittest("F77 WORK that is put back repeats its steps", work_put_back_repeats), &
-                  new_unittest("F77 more bodies than a shelf had room for", many_bodies_are_alone), &
+                  new_unittest("F77 more bodies than a cache had room for", many_bodies_are_alone), &
                   new_unittest("F77 bodies of one hash are told apart", equal_hashes_are_told_apart), &
                   new_unittest("F77 body in use is not given to a second call", busy_body_is_not_shared), &
                   new_unittest("F77 threads step bodies of one set-up", threads_step_alike_bodies), &

@@ -1,9 +1,9 @@
 !> Bodies of FORTRAN 77 programs, prepared for their steps.
 !>
 !> All that a body is and was stays in WORK, as plain numbers. What has been made of the set-up in it, system and
-!> stepper, is kept on a shelf of the thread, so that it is made once and not in every call: a call finds it by a
+!> stepper, is kept on a cache of the thread, so that it is made once and not in every call: a call finds it by a
 !> hash of the set-up. Work arrays with the same set-up share it, copies included; each call gives the stepper the
-!> memory that is in its own WORK. Nothing that is on the shelf changes a result, so that bodies may leave it.
+!> memory that is in its own WORK. Nothing that is on the cache changes a result, so that bodies may leave it.
 module nutate_f77_prepared
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_loc, c_ptr
    use, intrinsic :: iso_fortran_env, only: int64
@@ -27,7 +27,7 @@ module nutate_f77_prepared
 
    public :: f77_body_t, find_body, let_go
 
-   !> Bodies that a shelf has room for at first, and at most: some 100 MB at order 2.
+   !> Bodies that a cache has room for at first, and at most: some 100 MB at order 2.
    integer, parameter :: first_room = 64, most_room = 16384
    !> Places in which a body is looked for: were there more, a body that is not there would cost more than it saves.
    integer, parameter :: most_places = 8
@@ -52,7 +52,7 @@ module nutate_f77_prepared
       type(status_t) :: status
       !> 1: a callback has returned a number that is not finite or exceeds 1e100.
       integer :: failed = 0
-      !> A call works with it: another one, from inside a callback, needs one of its own, which is on no shelf.
+      !> A call works with it: another one, from inside a callback, needs one of its own, which is on no cache.
       logical, private :: is_busy = .false., is_alone = .false.
    contains
       !> True if a call goes on from the last one of the body, with its step: nothing is to be tested, or recalled.
@@ -72,39 +72,39 @@ module nutate_f77_prepared
    end type slot_t
 
    !> The bodies of a thread: a table in which a body is near the place that its hash gives it.
-   type :: shelf_t
+   type :: cache_t
       !> Shape (0:room - 1), the room a power of two.
       type(slot_t), allocatable :: places(:)
-   end type shelf_t
+   end type cache_t
 
    interface
-      type(c_ptr) function shelf_of_thread() bind(C, name='nutate_f77_shelf')
+      type(c_ptr) function cache_of_thread() bind(C, name='nutate_f77_cache')
          import :: c_ptr
-      end function shelf_of_thread
+      end function cache_of_thread
 
       real(c_double) function new_mark() bind(C, name='nutate_f77_mark')
          import :: c_double
       end function new_mark
 
-      subroutine keep_shelf(shelf) bind(C, name='nutate_f77_keep_shelf')
+      subroutine keep_cache(cache) bind(C, name='nutate_f77_keep_cache')
          import :: c_ptr
-         type(c_ptr), intent(in), value :: shelf
-      end subroutine keep_shelf
+         type(c_ptr), intent(in), value :: cache
+      end subroutine keep_cache
    end interface
 
 contains
 
-   !> The body of a work array: from the shelf, or made. To be given back by `let_go`.
+   !> The body of a work array: from the cache, or made. To be given back by `let_go`.
    function find_body(work) result(body)
       !> From NUINIT.
       real(wp), intent(in), target :: work(*)
       type(f77_body_t), pointer :: body
-      type(shelf_t), pointer :: shelf
+      type(cache_t), pointer :: cache
       type(c_ptr) :: address
-      address = shelf_of_thread()
+      address = cache_of_thread()
       if (c_associated(address)) then
-         call c_f_pointer(address, shelf)
-         body => shelf%places(home(work(5), size(shelf%places)))%body
+         call c_f_pointer(address, cache)
+         body => cache%places(home(work(5), size(cache%places)))%body
          if (associated(body)) then
             if (is_of(body, work) .and. .not. body%is_busy) then
                body%is_busy = .true.
@@ -120,26 +120,26 @@ contains
    function search_body(work) result(body)
       real(wp), intent(in), target :: work(*)
       type(f77_body_t), pointer :: body
-      type(shelf_t), pointer :: shelf
+      type(cache_t), pointer :: cache
       integer :: i, place, room
-      if (c_associated(shelf_of_thread())) then
-         call c_f_pointer(shelf_of_thread(), shelf)
+      if (c_associated(cache_of_thread())) then
+         call c_f_pointer(cache_of_thread(), cache)
       else
-         allocate (shelf)
-         allocate (shelf%places(0:first_room - 1))
-         call keep_shelf(c_loc(shelf))
+         allocate (cache)
+         allocate (cache%places(0:first_room - 1))
+         call keep_cache(c_loc(cache))
       end if
-      room = size(shelf%places)
+      room = size(cache%places)
       do i = 0, most_places - 1
          place = iand(home(work(5), room) + i, room - 1)
-         body => shelf%places(place)%body
+         body => cache%places(place)%body
          if (.not. associated(body)) exit
          if (is_of(body, work)) exit
          body => null()
       end do
       if (.not. associated(body)) then
          body => new_body(work)
-         call put(shelf, body)
+         call put(cache, body)
       else if (body%is_busy) then
          body => new_body(work)
          body%is_alone = .true.
@@ -219,58 +219,58 @@ contains
       end if
    end subroutine recall
 
-   !> Puts a body on a shelf that does not have it: in a free place near its own, or, on a full shelf, in place of
+   !> Puts a body on a cache that does not have it: in a free place near its own, or, on a full cache, in place of
    !> another one; if all of these are busy, it is alone.
-   recursive subroutine put(shelf, body)
-      type(shelf_t), intent(inout) :: shelf
+   recursive subroutine put(cache, body)
+      type(cache_t), intent(inout) :: cache
       type(f77_body_t), pointer, intent(in) :: body
       integer :: i, place, idle, room
       logical :: is_full
-      room = size(shelf%places)
+      room = size(cache%places)
       is_full = room >= most_room
       idle = -1
       do i = most_places - 1, 0, -1
          place = iand(home(body%hash, room) + i, room - 1)
-         if (.not. associated(shelf%places(place)%body)) then
+         if (.not. associated(cache%places(place)%body)) then
             idle = place
          else if (is_full .and. idle < 0) then
-            if (.not. shelf%places(place)%body%is_busy) idle = place
+            if (.not. cache%places(place)%body%is_busy) idle = place
          end if
       end do
       if (idle >= 0) then
-         if (associated(shelf%places(idle)%body)) deallocate (shelf%places(idle)%body)
-         shelf%places(idle)%body => body
+         if (associated(cache%places(idle)%body)) deallocate (cache%places(idle)%body)
+         cache%places(idle)%body => body
       else if (is_full) then
          body%is_alone = .true.
       else
-         call grow(shelf)
-         call put(shelf, body)
+         call grow(cache)
+         call put(cache, body)
       end if
    end subroutine put
 
-   !> Makes a shelf twice as large.
-   recursive subroutine grow(shelf)
-      type(shelf_t), intent(inout) :: shelf
+   !> Makes a cache twice as large.
+   recursive subroutine grow(cache)
+      type(cache_t), intent(inout) :: cache
       type(slot_t), allocatable :: old(:)
       integer :: i
-      call move_alloc(shelf%places, old)
-      allocate (shelf%places(0:2*size(old) - 1))
+      call move_alloc(cache%places, old)
+      allocate (cache%places(0:2*size(old) - 1))
       do i = lbound(old, 1), ubound(old, 1)
-         if (associated(old(i)%body)) call put(shelf, old(i)%body)
+         if (associated(old(i)%body)) call put(cache, old(i)%body)
       end do
    end subroutine grow
 
-   !> Frees the shelf of a thread that ends.
-   subroutine free_shelf(address) bind(C, name='nutate_f77_free_shelf')
+   !> Frees the cache of a thread that ends.
+   subroutine free_cache(address) bind(C, name='nutate_f77_free_cache')
       type(c_ptr), intent(in), value :: address
-      type(shelf_t), pointer :: shelf
+      type(cache_t), pointer :: cache
       integer :: i
-      call c_f_pointer(address, shelf)
-      do i = lbound(shelf%places, 1), ubound(shelf%places, 1)
-         if (associated(shelf%places(i)%body)) deallocate (shelf%places(i)%body)
+      call c_f_pointer(address, cache)
+      do i = lbound(cache%places, 1), ubound(cache%places, 1)
+         if (associated(cache%places(i)%body)) deallocate (cache%places(i)%body)
       end do
-      deallocate (shelf)
-   end subroutine free_shelf
+      deallocate (cache)
+   end subroutine free_cache
 
    !> Makes the body of a work array.
    function new_body(work) result(body)

@@ -10,29 +10,29 @@
 #include <stdint.h>
 #include <time.h>
 
-void *nutate_f77_shelf(void);
+void *nutate_f77_cache(void);
 double nutate_f77_mark(void);
-void nutate_f77_keep_shelf(void *shelf);
+void nutate_f77_keep_cache(void *cache);
 
-/* Frees a shelf. In nutate_f77_prepared.f90. */
-void nutate_f77_free_shelf(void *shelf);
+/* Frees a cache. In nutate_f77_prepared.f90. */
+void nutate_f77_free_cache(void *cache);
 
-/* The shelf of this thread, and the key by which a thread that ends finds it. */
+/* The cache of this thread, and the key by which a thread that ends finds it. */
 static __thread void *own;
 static pthread_once_t once = PTHREAD_ONCE_INIT;
 static pthread_key_t key;
 static int has_key;
 
-static void make_key(void) { has_key = pthread_key_create(&key, nutate_f77_free_shelf) == 0; }
+static void make_key(void) { has_key = pthread_key_create(&key, nutate_f77_free_cache) == 0; }
 
-/* The shelf of this thread; NULL where there is none yet. */
-void *nutate_f77_shelf(void) { return own; }
+/* The cache of this thread; NULL where there is none yet. */
+void *nutate_f77_cache(void) { return own; }
 
-void nutate_f77_keep_shelf(void *shelf)
+void nutate_f77_keep_cache(void *cache)
 {
-    own = shelf;
+    own = cache;
     pthread_once(&once, make_key);
-    if (has_key) pthread_setspecific(key, shelf);
+    if (has_key) pthread_setspecific(key, cache);
 }
 
 /* A whole number below 2^52 that no other body has, in whatever thread and process: time, thread and a count, mixed as in
@@ -54,10 +54,10 @@ double nutate_f77_mark(void)
 #if defined __GNUC__
 static void __attribute__((destructor)) clear_up(void)
 {
-    void *shelf = own;
-    if (!shelf) return;
+    void *cache = own;
+    if (!cache) return;
     own = NULL;
     if (has_key) pthread_setspecific(key, NULL);
-    nutate_f77_free_shelf(shelf);
+    nutate_f77_free_cache(cache);
 }
 #endif
