@@ -15,7 +15,7 @@ module nutate_sweep_workers
       integer :: threads = 1
    contains
       !> How many members are run at once.
-      procedure :: workers
+      procedure :: count => count_workers
       !> Runs what is not done yet.
       procedure :: go
    end type sweep_workers_t
@@ -23,10 +23,10 @@ module nutate_sweep_workers
 contains
 
    !> How many members are run at once.
-   integer function workers(self)
+   integer function count_workers(self)
       class(sweep_workers_t), intent(in) :: self
-      workers = self%threads
-   end function workers
+      count_workers = self%threads
+   end function count_workers
 
    !> Runs what is not done yet. Errors: those of `sweep%go`.
    subroutine go(self, sweep, scene, watcher, status)

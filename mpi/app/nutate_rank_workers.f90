@@ -26,7 +26,7 @@ module nutate_rank_workers
       !> The other ranks know what there is to do.
       logical :: has_begun = .false.
    contains
-      procedure :: workers
+      procedure :: count => count_workers
       procedure :: go
       !> Lets the other ranks go, if there was nothing to do for them.
       procedure :: dismiss
@@ -41,10 +41,10 @@ module nutate_rank_workers
 contains
 
    !> How many members are run at once.
-   integer function workers(self)
+   integer function count_workers(self)
       class(rank_workers_t), intent(in) :: self
-      workers = self%ranks%count
-   end function workers
+      count_workers = self%ranks%count
+   end function count_workers
 
    !> Runs what is not done yet. Errors: those of `server%run`.
    subroutine go(self, sweep, scene, watcher, status)
