@@ -5,7 +5,7 @@ module test_attack
    use test_attack_case, only: attack_case_t, attack_effect_t, draw_case, effect_kinds, BODY_TORQUE, &
       DAMPING, FEEDBACK, POLYNOMIAL, SPACE_TORQUE, SPRING
    use test_attack_oracle, only: branch_t, oracle_t, ENDED, REACHED
-   use test_attack_run, only: attack_case, attack_cases, judge, outcome_t, tally_t, verdict_text
+   use test_attack_run, only: attack_case, attack_cases, assess, outcome_t, tally_t, verdict_text
    use test_support, only: check, check_close, error_type, new_unittest, random_vector, share_of, unittest_type
    implicit none
    private
@@ -79,7 +79,7 @@ contains
       type(tally_t) :: tally
       call attack_case(item, 'this case', tally)
       associate (all => tally%total())
-         call check(error, tally%broken == 0 .and. all%unclear == 0 .and. all%stages > 0, 'the case is not judged')
+         call check(error, tally%broken == 0 .and. all%unclear == 0 .and. all%stages > 0, 'the case is not assessed')
          call check(error, all%wrong + all%wrong_uncertified + tally%disagreements + &
                     tally%uncertified_disagreements == 0, 'a wrong root, or a difference: '//trim(tally%first))
       end associate
@@ -163,7 +163,7 @@ contains
       call check_close(error, branch%b, b, 1e-9_wp)
    end subroutine oracle_follows_damping
 
-   !> The box of scenes/box.nml has several roots at 0.3 s. The branch's own is judged right and one that Newton's
+   !> The box of scenes/box.nml has several roots at 0.3 s. The branch's own is assessed right and one that Newton's
    !> iteration finds from elsewhere wrong: an attack that sees nothing has not been blind.
    subroutine wrong_root_is_seen(error)
       type(error_type), allocatable, intent(out) :: error
@@ -178,11 +178,11 @@ contains
       call oracle%follow(1.0_wp, branch)
       call find_other_root(oracle, branch%b, b)
       call check(error, branch%outcome == REACHED .and. norm2(b - branch%b) > 0.01_wp, 'no second root')
-      call judge(oracle, branch, outcome_t(.true., branch%b, 0, 0), 'full', 1, 1, tally)
+      call assess(oracle, branch, outcome_t(.true., branch%b, 0, 0), 'full', 1, 1, tally)
       call check(error, tally%counts(1, 1)%wrong == 0 .and. tally%counts(1, 1)%at_once == 1, 'the right root')
-      call judge(oracle, branch, outcome_t(.true., b, 0, 0), 'full', 1, 1, tally)
-      call judge(oracle, branch, outcome_t(.true., b, 0, 1), 'full', 1, 1, tally)
-      call judge(oracle, branch, outcome_t(.false., b, 0, 0), 'full', 1, 1, tally)
+      call assess(oracle, branch, outcome_t(.true., b, 0, 0), 'full', 1, 1, tally)
+      call assess(oracle, branch, outcome_t(.true., b, 0, 1), 'full', 1, 1, tally)
+      call assess(oracle, branch, outcome_t(.false., b, 0, 0), 'full', 1, 1, tally)
       associate (counts => tally%counts(1, 1))
          call check(error, counts%wrong == 1 .and. counts%wrong_uncertified == 1, 'a wrong root is not counted')
          call check(error, counts%too_careful == 1 .and. index(verdict_text(tally), 'as certified (1)') > 0, 'refusal')

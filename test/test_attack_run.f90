@@ -1,5 +1,5 @@
 !> The attack on the true root: cases are stepped with both forms of the equations, stage by stage, and every stage is
-!> judged by the oracle.
+!> assessed by the oracle.
 !>
 !> A stage is accepted or refused by the library, and right or wrong by the oracle. What is counted of it stands in
 !> `tally_t`, for each solver and each kind of stage.
@@ -19,7 +19,7 @@ module test_attack_run
    implicit none
    private
 
-   public :: attack_case, attack_cases, judge, tally_t, counts_t, outcome_t, kinds, solvers, verdict_text
+   public :: attack_case, attack_cases, assess, tally_t, counts_t, outcome_t, kinds, solvers, verdict_text
 
    !> Kinds of stages by Δt|Ω| at the start of the stage and by the size of the effects' torques.
    character(len=32), parameter :: kinds(6) = [character(len=32) :: &
@@ -122,7 +122,7 @@ contains
       end do
    end subroutine attack_cases
 
-   !> Steps a case with both solvers until one of them refuses, and judges every stage.
+   !> Steps a case with both solvers until one of them refuses, and assesses every stage.
    subroutine attack_case(item, command, tally)
       type(attack_case_t), intent(in) :: item
       !> Repeats the case.
@@ -252,7 +252,7 @@ contains
             walker%b = 0.0_wp
             if (walker%accepted) walker%b = turn_between(before%q, walker%state%q)
             if (tally%traced) call trace(tally, length, branch, outcome_of(walker, stage), solvers(k), status)
-            call judge(oracle, branch, outcome_of(walker, stage), solvers(k), kind, k, tally)
+            call assess(oracle, branch, outcome_of(walker, stage), solvers(k), kind, k, tally)
          end associate
       end do
       if ((walkers(1)%accepted .neqv. walkers(2)%accepted) .or. &
@@ -328,7 +328,7 @@ contains
    end function outcome_of
 
    !> Counts a stage. What looks like a fault of the library is followed once more before it counts.
-   subroutine judge(oracle, branch, outcome, solver, kind, k, tally)
+   subroutine assess(oracle, branch, outcome, solver, kind, k, tally)
       type(oracle_t), intent(in) :: oracle
       type(branch_t), intent(in) :: branch
       type(outcome_t), intent(in) :: outcome
@@ -365,7 +365,7 @@ contains
             counts%too_careful = counts%too_careful + 1
          end if
       end associate
-   end subroutine judge
+   end subroutine assess
 
    !> A step of the whole method must be its stages, to the last bit, and be refused with them.
    subroutine compare_whole(item, system, walkers, n, tally)

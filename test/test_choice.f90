@@ -56,7 +56,7 @@ contains
                   new_unittest("an effect without series takes dop853 with conserve", without_series_dop853), &
                   new_unittest("strong damping takes the implicit step", strong_damping_takes_implicit_step), &
                   new_unittest("what is not the method's is kept", other_settings_are_kept), &
-                  new_unittest("extreme input is judged without a trap", extreme_input), &
+                  new_unittest("extreme input is assessed without a trap", extreme_input), &
                   new_unittest("a run chooses where no method is named", run_chooses_method), &
                   new_unittest("a run chooses the order where it is open", run_chooses_order), &
                   new_unittest("auto needs a goal, and nothing beside it", auto_is_refused), &

@@ -89,7 +89,7 @@ contains
       item%end_time = 20.0_wp
       do exponent = 3, 10
          item%asked = 10.0_wp**(-exponent)
-         call judge(item, 'damped body', tally)
+         call assess(item, 'damped body', tally)
       end do
       call check(error, is_kept(tally) .and. tally%worst <= 1.0_wp, trim(tally%first))
    end subroutine damped_body
@@ -224,12 +224,12 @@ contains
          call draw(number, item)
          write (label, '("case ",i0)') number
          misses = tally%misses + tally%failed
-         call judge(item, trim(label), tally, loud)
+         call assess(item, trim(label), tally, loud)
       end do
    end subroutine run_cases
 
    !> Runs a case by all methods.
-   subroutine judge(item, label, tally, loud)
+   subroutine assess(item, label, tally, loud)
       type(dying_t), intent(in) :: item
       character(len=*), intent(in) :: label
       type(tally_t), intent(inout) :: tally
@@ -279,7 +279,7 @@ contains
          if (tally%first == '') tally%first = line
          if (present(loud)) write (error_unit, '(3a)') trim(line), ' ', trim(again)
       end do
-   end subroutine judge
+   end subroutine assess
 
    !> The case of a number: damping of rates that differ by up to ten between axes, with or without a weight, or wheels
    !> with friction, one of them beside a driven one. The slowest of it takes 1 to 300 times its own time in the run.

@@ -39,7 +39,7 @@ module test_event_attack
 
    !> What came out.
    type :: event_tally_t
-      !> Cases judged, their roots, and those found.
+      !> Cases assessed, their roots, and those found.
       integer :: cases = 0, roots = 0, found = 0
       !> Roots missed that are farther from every other than an eighth of the step, or by a series good to 1e-6 at all;
       !> others that were missed; events where there is no root; cases whose run failed.
@@ -121,7 +121,7 @@ contains
             event%weights(1), ' ', event%weights(2)
          write (output_unit, '(a,g0,a,g0)') 'level ', event%level, ', largest distance from it ', maxval(abs(item%f))
       end associate
-      if (.not. is_fit) write (output_unit, '(a)') 'not judged'
+      if (.not. is_fit) write (output_unit, '(a)') 'not assessed'
    end subroutine describe
 
    function verdict(seed, tally) result(text)
@@ -150,7 +150,7 @@ contains
          call draw_event(seed, number, item, is_fit)
          if (is_fit) then
             faults = tally%missed + tally%false_events + tally%broken
-            call judge_case(item, tally)
+            call assess_case(item, tally)
             if (tally%missed + tally%false_events + tally%broken > faults) then
                tally%n_at_fault = min(tally%n_at_fault + 1, size(tally%at_fault))
                tally%at_fault(tally%n_at_fault) = number
@@ -331,7 +331,7 @@ contains
    end function follows_the_motion
 
    !> Runs a case, and compares its events with the changes of sign.
-   subroutine judge_case(item, tally)
+   subroutine assess_case(item, tally)
       type(event_case_t), intent(in) :: item
       type(event_tally_t), intent(inout) :: tally
       type(keeper_t), allocatable :: keeper
@@ -366,7 +366,7 @@ contains
       tally%roots = tally%roots + n
       call count_missed(item, at, roots(1:n), tally)
       call count_false(at, roots(1:n), item%f, tally)
-   end subroutine judge_case
+   end subroutine assess_case
 
    !> A root between places i - 1 and i is found if an event is there.
    subroutine count_missed(item, at, roots, tally)

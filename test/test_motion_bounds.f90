@@ -59,14 +59,14 @@ module test_motion_bounds
 
    !> What the attack counts.
    type :: tally_t
-      !> Motions judged, and bounds that were compared and that were exceeded.
+      !> Motions assessed, and bounds that were compared and that were exceeded.
       integer :: motions = 0, compared = 0, exceeded = 0
       !> The first: motion, column, and by which factor.
       integer :: motion = 0
       character(len=16) :: column = ''
       !> Of each column how often its bound was compared over a whole motion, and how often it was within the factor
       !> `near` of the fastest rate, and the greatest value; shape (n_columns).
-      integer, dimension(n_columns) :: judged = 0, near_rates = 0, near_values = 0
+      integer, dimension(n_columns) :: assessed = 0, near_rates = 0, near_values = 0
    end type tally_t
    real(wp), parameter :: near = 3.0_wp
 
@@ -106,7 +106,7 @@ contains
       character(len=200) :: text
       call attack(motions(), tally)
       write (text, '(4(i0,a))') tally%exceeded, ' of ', tally%compared, ' bounds exceeded, first in motion ', &
-         tally%motion, ' by '//trim(tally%column)//'; ', tally%motions, ' motions judged'
+         tally%motion, ' by '//trim(tally%column)//'; ', tally%motions, ' motions assessed'
       call check(error, tally%exceeded == 0, trim(text))
       call check(error, 3*tally%motions > 2*motions(), trim(text))
    end subroutine no_motion_exceeds_its_bounds
@@ -119,12 +119,12 @@ contains
       logical :: is_near
       integer :: i
       call attack(many, tally)
-      ! One motion in ten has wheels: their speeds are judged together.
+      ! One motion in ten has wheels: their speeds are assessed together.
       tally%near_rates(AT_WHEEL::2) = sum(tally%near_rates(AT_WHEEL::2))
-      tally%judged(AT_WHEEL::2) = sum(tally%judged(AT_WHEEL::2))
+      tally%assessed(AT_WHEEL::2) = sum(tally%assessed(AT_WHEEL::2))
       do i = 1, n_columns
-         is_near = 20*tally%near_rates(i) > tally%judged(i)
-         if (i < AT_THETA) is_near = is_near .and. 6*tally%near_values(i) > tally%judged(i)
+         is_near = 20*tally%near_rates(i) > tally%assessed(i)
+         if (i < AT_THETA) is_near = is_near .and. 6*tally%near_values(i) > tally%assessed(i)
          call check(error, is_near, 'far from '//columns(i))
       end do
    end subroutine bounds_are_near
@@ -263,7 +263,7 @@ contains
          if (.not. is_fit) cycle
          allocate (keeper)
          call follow(system, start, time, keeper, is_fit)
-         if (is_fit) call judge(number, system, keeper, tally)
+         if (is_fit) call assess(number, system, keeper, tally)
          deallocate (keeper)
       end do
    end subroutine attack
@@ -398,7 +398,7 @@ contains
    end subroutine follow
 
    !> Compares every row with what the first one bounds.
-   subroutine judge(number, system, keeper, tally)
+   subroutine assess(number, system, keeper, tally)
       integer, intent(in) :: number
       type(system_t), intent(in) :: system
       type(keeper_t), intent(in) :: keeper
@@ -476,7 +476,7 @@ contains
             if (.not. fastest(i) > 0.0_wp) cycle
             event%columns(1) = columns(i)
             call event%place()
-            tally%judged(i) = tally%judged(i) + 1
+            tally%assessed(i) = tally%assessed(i) + 1
             event%level = 0.0_wp
             if (event%is_out_of_reach(speeds, near*margin_of_rates*fastest(i)*time, time)) &
                tally%near_rates(i) = tally%near_rates(i) + 1
@@ -485,7 +485,7 @@ contains
          end do
       end subroutine find_distances
 
-   end subroutine judge
+   end subroutine assess
 
    !> What columns are made of, as a number.
    pure real(wp) function size_of(motion, speeds) result(size)

@@ -91,7 +91,7 @@ contains
          if (is_fit) then
             call draw_event(seed, number, item)
             faults = tally%missed + tally%made_up + tally%broken
-            call judge(item, tally)
+            call assess(item, tally)
             if (tally%missed + tally%made_up + tally%broken > faults) then
                tally%n_at_fault = min(tally%n_at_fault + 1, size(tally%at_fault))
                tally%at_fault(tally%n_at_fault) = number
@@ -114,7 +114,7 @@ contains
             ' direction ', event%direction, ' weights ', event%weights(1), ' ', event%weights(2), ', from ', &
             minval(item%g(0:places*item%parts)), ' to ', maxval(item%g(0:places*item%parts))
       end associate
-      if (.not. is_fit) write (output_unit, '(a)') 'not judged'
+      if (.not. is_fit) write (output_unit, '(a)') 'not assessed'
    end subroutine describe
 
    !> A level with a modulus or without, or extremes.
@@ -146,7 +146,7 @@ contains
    end subroutine draw_event
 
    !> Runs a case, and compares.
-   subroutine judge(item, tally)
+   subroutine assess(item, tally)
       type(path_case_t), intent(inout) :: item
       type(path_tally_t), intent(inout) :: tally
       type(keeper_t), allocatable :: keeper
@@ -184,7 +184,7 @@ contains
       else
          call compare_extremes(item, at, values, tally)
       end if
-   end subroutine judge
+   end subroutine assess
 
    !> Times in distances of places from the start; shape (size(times)).
    function places_of(item, times) result(at)

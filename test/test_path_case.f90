@@ -26,7 +26,7 @@ module test_path_case
 
    !> Steps of a case, and places of a step or of a part of one.
    integer, parameter, public :: steps = 5, places = 240, most_parts = steps + 6, most_places = places*most_parts
-   !> The error of the steps, over the size of the state, with which a motion is judged.
+   !> The error of the steps, over the size of the state, with which a motion is assessed.
    real(wp), parameter :: error_of_steps = 1e-6_wp
 
    character(len=8), parameter :: quantity_columns(16) = [character(len=8) :: 'phi', 'psi', 'phi', 'psi', 'omega1', &

@@ -145,7 +145,7 @@ contains
       do i = 1, 20
          call sample(dipole_t(random_vector(seed), random_vector(seed)), seed, most)
       end do
-      call judge_quotients(error, most)
+      call assess_quotients(error, most)
    end subroutine linear_keeps_to_bounds
 
    subroutine gradient_keeps_to_bounds(error)
@@ -158,7 +158,7 @@ contains
          call sample(gravity_gradient_t(random_body(seed), random_vector(seed), random_unit(seed) - 0.5_wp), seed, most)
       end do
       ! Its components are bounded one by one: γ cannot make all of them large.
-      call judge_quotients(error, most, least=0.3_wp)
+      call assess_quotients(error, most, least=0.3_wp)
    end subroutine gradient_keeps_to_bounds
 
    subroutine spring_keeps_to_bounds(error)
@@ -172,7 +172,7 @@ contains
                               2*random_unit(seed)), seed, most)
          call sample(spring_t(random_vector(seed), random_vector(seed), 3.0_wp), seed, most)
       end do
-      call judge_quotients(error, most)
+      call assess_quotients(error, most)
    end subroutine spring_keeps_to_bounds
 
    subroutine close_spring_keeps_to_bounds(error)
@@ -189,7 +189,7 @@ contains
          call sample(spring_t(x, a, 3.0_wp, 2*random_unit(seed)), seed, most)
          call sample(spring_t(x, a, 3.0_wp), seed, most)
       end do
-      call judge_quotients(error, most)
+      call assess_quotients(error, most)
    end subroutine close_spring_keeps_to_bounds
 
    !> In body axes, in space axes, and of forces that turn with an orbit.
@@ -210,9 +210,9 @@ contains
          force%force%vector = random_vector(seed)
          call sample(force, seed, along)
       end do
-      call judge_quotients(error, in_body)
-      call judge_quotients(error, in_space)
-      call judge_quotients(error, along)
+      call assess_quotients(error, in_body)
+      call assess_quotients(error, in_space)
+      call assess_quotients(error, along)
       call check(error, min(in_body%change, in_space%change, along%change) > 0.5_wp, 'nothing changed')
    end subroutine torques_keep_to_bounds
 
@@ -225,7 +225,7 @@ contains
       do i = 1, 20
          call sample(damping_t(random_vector(seed)), seed, most)
       end do
-      call judge_quotients(error, most)
+      call assess_quotients(error, most)
    end subroutine damping_keeps_to_bounds
 
    subroutine own_potential_keeps_to_bounds(error)
@@ -244,7 +244,7 @@ contains
          call sample(cubic, seed, most)
       end do
       ! For any potential the bounds cannot be as sharp.
-      call judge_quotients(error, most, least=0.1_wp)
+      call assess_quotients(error, most, least=0.1_wp)
    end subroutine own_potential_keeps_to_bounds
 
    subroutine own_torque_keeps_to_bounds(error)
@@ -261,12 +261,12 @@ contains
          torque%given = given_bounds_t(known=.true., first=size, second=size, third=size, rate=1.0_wp)
          call sample(torque, seed, most)
       end do
-      call judge_quotients(error, most, least=0.1_wp)
+      call assess_quotients(error, most, least=0.1_wp)
    end subroutine own_torque_keeps_to_bounds
 
    !> No quotient exceeds 1, and bounds are not much larger than what is seen: forces come within `least` of theirs,
    !> derivatives within a third of that.
-   subroutine judge_quotients(error, most, least)
+   subroutine assess_quotients(error, most, least)
       type(error_type), allocatable, intent(inout) :: error
       type(quotients_t), intent(in) :: most
       !> Default 0.6.
@@ -282,7 +282,7 @@ contains
       call check(error, most%force > nearest, 'the bound of the force is too wide')
       call check(error, most%slope > nearest/3, 'the bound of the slope is too wide')
       call check(error, most%curvature > nearest/6, 'the bound of the curvature is too wide')
-   end subroutine judge_quotients
+   end subroutine assess_quotients
 
    !> Draws steps and maps, and compares what an effect does in them with its bounds.
    subroutine sample(effect, seed, most)

@@ -157,7 +157,7 @@ contains
       if (meter%at_high < 0.0_wp) then
          call record%show('tilt, rad', meter%most)
       else
-         call judge_rate(problem, meter, 10.0_wp, 0.01_wp, way, record)
+         call assess_rate(problem, meter, 10.0_wp, 0.01_wp, way, record)
       end if
    end subroutine run_on_axis
 
@@ -181,7 +181,7 @@ contains
                      meter=meter)
          call record%require(.not. record%refused, trim(record%outcome))
          call record%require(meter%at_high > 0.0_wp, number_text(sizes(i))//' did not grow')
-         call judge_rate(problem, meter, 10.0_wp, dt, way, record)
+         call assess_rate(problem, meter, 10.0_wp, dt, way, record)
          ! Not before the perturbation, or round-off, can have grown as far; for 1e-8 not later either.
          earliest = log(meter%low/max(sizes(i), 1e-15_wp))/rate - 1
          call record%require(meter%at_low > earliest, number_text(sizes(i))//' grew too fast')
@@ -191,7 +191,7 @@ contains
    end subroutine run_off_axis
 
    !> Compares the growth between two tilts with the linearised scheme; order 8 with the exact rate.
-   subroutine judge_rate(problem, meter, omega, dt, way, record)
+   subroutine assess_rate(problem, meter, omega, dt, way, record)
       type(problem_t), intent(in) :: problem
       type(axis_meter_t), intent(in) :: meter
       real(wp), intent(in) :: omega, dt
@@ -203,7 +203,7 @@ contains
       if (way%order == 8) expected = scheme_rate(problem%system%body%moments, omega, 1e-6_wp)
       call record%show('relative error of the growth rate', measured/expected - 1)
       call record%require_below(abs(measured/expected - 1), 2e-3_wp, 'error of the growth rate')
-   end subroutine judge_rate
+   end subroutine assess_rate
 
    !> A start on the separatrix, L²= 2TJ3, far from the saddle.
    subroutine run_separatrix(way, whole, record)

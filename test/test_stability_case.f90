@@ -85,7 +85,7 @@ module test_stability_case
    end type stability_case_t
 
    abstract interface
-      !> Runs a case in one way and judges it.
+      !> Runs a case in one way and assesses it.
       subroutine run_case(way, whole, record)
          import :: way_t, record_t
          type(way_t), intent(in) :: way

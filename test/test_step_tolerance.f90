@@ -26,13 +26,13 @@ module test_step_tolerance
                                              method='taylor', order=0, formulation='', conserve=.true.)
 
    !> Repeats the last step in forty parts, and keeps the largest error over the tolerance.
-   type, extends(observer_t) :: judge_t
+   type, extends(observer_t) :: assessor_t
       type(state_t) :: before = state_t()
       real(wp) :: tolerance = 0.0_wp, worst = 0.0_wp
       logical :: begun = .false.
    contains
-      procedure :: observe => judge_step
-   end type judge_t
+      procedure :: observe => assess_step
+   end type assessor_t
 
 contains
 
@@ -45,8 +45,8 @@ contains
                   new_unittest("moons on ellipses", with_eccentric_orbits)]
    end subroutine collect_step_tolerance
 
-   subroutine judge_step(self, system, state, record, status)
-      class(judge_t), intent(inout) :: self
+   subroutine assess_step(self, system, state, record, status)
+      class(assessor_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
       type(run_record_t), intent(in) :: record
@@ -64,17 +64,17 @@ contains
       end if
       self%begun = .true.
       self%before = state
-   end subroutine judge_step
+   end subroutine assess_step
 
    !> Ten random motions at three tolerances.
-   subroutine judge(error, system, rate, end_time)
+   subroutine assess(error, system, rate, end_time)
       type(error_type), allocatable, intent(inout) :: error
       type(system_t), intent(in) :: system
       !> Of the motions, rad/s; s.
       real(wp), intent(in) :: rate, end_time
       !> Error of a step over the tolerance, of which a third is the aim.
       real(wp), parameter :: bound = 3.0_wp
-      type(judge_t) :: judge_of_run
+      type(assessor_t) :: assessor
       type(state_t) :: state
       type(status_t) :: status
       integer(int64) :: seed
@@ -88,36 +88,36 @@ contains
          direction = direction/norm2(direction)
          do exponent = 6, 12, 3
             state = make_state(system, q, rate*direction)
-            judge_of_run = judge_t(tolerance=10.0_wp**(-exponent))
+            assessor = assessor_t(tolerance=10.0_wp**(-exponent))
             call integrate(system, series, state, run_plan_t(goal=run_goal_t( &
-                  local_tolerance=judge_of_run%tolerance), end_time=end_time, every=1_long), status, judge_of_run)
-            write (label, '("motion ",i0,", 1e-",i0,": ",es9.2," tolerances")') i, exponent, judge_of_run%worst
-            call check(error, status%ok() .and. judge_of_run%worst <= bound, trim(label)//' '//trim(status%message))
+                  local_tolerance=assessor%tolerance), end_time=end_time, every=1_long), status, assessor)
+            write (label, '("motion ",i0,", 1e-",i0,": ",es9.2," tolerances")') i, exponent, assessor%worst
+            call check(error, status%ok() .and. assessor%worst <= bound, trim(label)//' '//trim(status%message))
          end do
       end do
-   end subroutine judge
+   end subroutine assess
 
    subroutine without_torques(error)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem
       problem = box()
-      call judge(error, problem%system, 5.0_wp, 5.0_wp)
+      call assess(error, problem%system, 5.0_wp, 5.0_wp)
       problem = simo_top()
-      call judge(error, problem%system, 30.0_wp, 1.0_wp)
+      call assess(error, problem%system, 30.0_wp, 1.0_wp)
    end subroutine without_torques
 
    subroutine with_torques(error)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem
       problem = forced_body()
-      call judge(error, problem%system, 3.0_wp, 3.0_wp)
+      call assess(error, problem%system, 3.0_wp, 3.0_wp)
    end subroutine with_torques
 
    subroutine with_wheels(error)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem
       problem = wheeled_body()
-      call judge(error, problem%system, 3.0_wp, 2.0_wp)
+      call assess(error, problem%system, 3.0_wp, 2.0_wp)
    end subroutine with_wheels
 
    subroutine with_eccentric_orbits(error)
@@ -126,7 +126,7 @@ contains
       type(status_t) :: status
       call make_body(diagonal([0.6_wp, 0.6_wp + 0.7921_wp/3, 1.0_wp]), system%body, status)
       call system%effects%add(orbital_gradient_t(system%body, kepler_orbit_t(eccentricity=0.1_wp)))
-      call judge(error, system, 2.3_wp, 5.0_wp)
+      call assess(error, system, 2.3_wp, 5.0_wp)
    end subroutine with_eccentric_orbits
 
 end module test_step_tolerance

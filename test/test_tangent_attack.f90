@@ -115,7 +115,7 @@ contains
       end do
       write (output_unit, '("Seed ",i0,": ",i0," steps with ",i0," columns compared, ",i0," beyond their bounds.")') &
          seed, sum(tally%cases), sum(tally%columns), sum(tally%failures)
-      write (output_unit, '(/,a,/,a)') '| method | steps | not judged | columns | largest error |', &
+      write (output_unit, '(/,a,/,a)') '| method | steps | not assessed | columns | largest error |', &
          '|---|---|---|---|---|'
       do i = 1, size(ways)
          if (tally%cases(i) > 0) write (output_unit, '("| ",a,3(" | ",i0)," | ",es7.1," |")') trim(ways(i)%name), &

@@ -128,7 +128,7 @@ contains
       if (.not. status%ok()) return
       allocate (scale(tangent%n), scale_l(tangent%n), source=0.0_wp)
       call measure()
-      call judge()
+      call assess()
       do i = 1, steps
          before = state
          call stepper%step(system, state, time_step, status)
@@ -137,9 +137,9 @@ contains
          if (present(done)) done = i
          if (.not. status%ok()) return
          call measure()
-         if (mod(i, max(1_int64, steps/1000)) == 0) call judge()
+         if (mod(i, max(1_int64, steps/1000)) == 0) call assess()
          if (max(maxval(abs(tangent%theta)), maxval(abs(tangent%momentum))) < largest) cycle
-         call judge()
+         call assess()
          call tangent%begin(system, state, all_columns(system), status)
          scale = 0.0_wp
          scale_l = 0.0_wp
@@ -165,7 +165,7 @@ contains
          end do
       end subroutine measure
 
-      subroutine judge()
+      subroutine assess()
          real(wp) :: row(tangent%n), change(tangent%n, 3), along
          integer :: k
          row = abs(tangent%energy_row(system, state) - tangent%energy - tangent%work)
@@ -178,7 +178,7 @@ contains
             if (any(abs(axis) > 0.0_wp) .and. allocated(tangent%columns(k)%effects)) cycle
             if (scale_l(k) > 0.0_wp) momentum = max(momentum, along/scale_l(k))
          end do
-      end subroutine judge
+      end subroutine assess
 
    end subroutine worst_defect
 

@@ -82,7 +82,7 @@ contains
       if (.not. status%ok()) return
       call invert_inertia(body)
       body%locked = body%inertia
-      if (body%has_mass) call judge_center_tensor(body)
+      if (body%has_mass) call check_center_tensor(body)
    end subroutine make_body
 
    !> The body without the inertia of wheels about their axes: what L - Σ s h turns. Errors: `NUTATE_BAD_BODY` where
@@ -345,7 +345,7 @@ contains
    end subroutine invert_inertia
 
    !> Notes whether the tensor about the centre of mass is one that a body can have.
-   pure subroutine judge_center_tensor(body)
+   pure subroutine check_center_tensor(body)
       type(body_t), intent(inout) :: body
       real(wp) :: central(3, 3), values(3), vectors(3, 3)
       type(status_t) :: status
@@ -354,7 +354,7 @@ contains
       call symmetric_eigen(central/maxval(abs(body%inertia)), values, vectors, status)
       if (.not. status%ok()) return
       body%idealised = values(1) < -triangle_tolerance .or. values(1) + values(2) < values(3) - triangle_tolerance
-   end subroutine judge_center_tensor
+   end subroutine check_center_tensor
 
    !> Returns the diagonal matrix of three numbers.
    pure function diagonal(d) result(matrix)

@@ -66,7 +66,7 @@ contains
       !> `ANY_VALUE`, ...
       integer, intent(in) :: range
       real(wp), intent(in) :: numbers(:)
-      admits = all(judge(range, numbers) == good)
+      admits = all(fault_in(range, numbers) == good)
       if (admits) admits = .not. is_short(range, numbers)
    end function admits
 
@@ -79,7 +79,7 @@ contains
       character(len=*), intent(in) :: expected
       character(len=:), allocatable :: words
       integer :: fault
-      fault = judge(range, number)
+      fault = fault_in(range, number)
       select case (fault)
       case (good)
          words = ''
@@ -114,26 +114,26 @@ contains
    end function kind_in_words
 
    !> What is wrong with one number: `good`, `no_number`, ...
-   elemental integer function judge(range, number)
+   elemental integer function fault_in(range, number)
       integer, intent(in) :: range
       real(wp), intent(in) :: number
       type(range_t) :: r
       r = ranges(range)
-      judge = good
+      fault_in = good
       if (ieee_is_nan(number)) then
-         judge = no_number
+         fault_in = no_number
       else if (.not. ieee_is_finite(number)) then
-         if (.not. (r%infinite .and. number > 0.0_wp)) judge = wrong_sign
+         if (.not. (r%infinite .and. number > 0.0_wp)) fault_in = wrong_sign
       else if (number < 0.0_wp .and. .not. r%negative) then
-         judge = wrong_sign
+         fault_in = wrong_sign
       else if (abs(number) <= 0.0_wp) then
-         if (.not. r%zero) judge = wrong_sign
+         if (.not. r%zero) fault_in = wrong_sign
       else if (abs(number) > r%greatest) then
-         judge = too_large
+         fault_in = too_large
       else if (abs(number) < r%least) then
-         judge = too_small
+         fault_in = too_small
       end if
-   end function judge
+   end function fault_in
 
    !> None of several numbers is as large as one of them must be.
    pure logical function is_short(range, numbers)

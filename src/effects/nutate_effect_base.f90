@@ -51,7 +51,7 @@ module nutate_effect_base
       procedure :: auxiliary_series => no_auxiliary
       !> Returns true if the effect's numbers, its energy (J), torque (N m) and momentum (N m s) are finite and of a
       !> size that can be computed with, at every attitude; default `.true.`.
-      procedure :: is_valid => not_judged
+      procedure :: is_valid => not_checked
       !> Bounds the torque in a step and its derivatives; default: the bounds from the user.
       procedure :: bound => not_bounded
       !> Returns true if a body axis is exactly an axis of symmetry of the effect; default `.false.`.
@@ -79,10 +79,10 @@ module nutate_effect_base
 contains
 
    !> Returns true: the numbers of a user-defined effect are not checked.
-   pure logical function not_judged(self)
+   pure logical function not_checked(self)
       class(effect_t), intent(in) :: self
-      not_judged = .true.
-   end function not_judged
+      not_checked = .true.
+   end function not_checked
 
    pure function no_parameters(self) result(list)
       class(effect_t), intent(in) :: self

@@ -88,7 +88,7 @@ contains
       if (outcome%ok()) then
          if (associated(self%watcher%sweep)) call self%watcher%sweep%prepare(self%member%scene%system%effects)
          call go(self, run, fields, outcome)
-         if (associated(self%watcher%sweep)) call self%watcher%sweep%judge(failure)
+         if (associated(self%watcher%sweep)) call self%watcher%sweep%check(failure)
          if (.not. failure%ok()) then
             outcome = failure
             fields = blank

@@ -88,7 +88,7 @@ contains
       real(wp), intent(in) :: fraction
       type(status_t), intent(out) :: status
       if (.not. associated(self%sweep)) return
-      call self%sweep%judge(status)
+      call self%sweep%check(status)
       if (self%sweep%wants_end()) status = fail(NUTATE_STOPPED, 'the sweep was stopped')
    end subroutine ask_sweep
 

@@ -15,10 +15,10 @@ module nutate_sweep_watcher
       procedure :: wants_end => never
       !> Told how many members are done, of how many; by one thread at a time.
       procedure :: show => ignore
-      !> Prepares the effects of a member for what `judge` looks at; called by the thread that runs the member.
+      !> Prepares the effects of a member for what `check` looks at; called by the thread that runs the member.
       procedure :: prepare => leave_effects
       !> Looks whether a user-defined effect has failed in the member that the thread runs. Errors: as the program says.
-      procedure :: judge => find_no_failure
+      procedure :: check => find_no_failure
    end type sweep_watcher_t
 
 contains

@@ -185,12 +185,12 @@ contains
          if (status%ok()) call run_fine(search, round == 1, fresh, system, settings, progress, own, control, &
                                         at_limit, status, observer, shown)
          if (.not. status%ok()) return
-         call judge(search, fresh)
+         call measure_errors(search, fresh)
          if (at_limit) exit
          if (.not. fresh .and. is_doubtful(search)) then
             call run_other(search, system, settings, progress, control, status, observer)
             if (.not. status%ok()) return
-            call judge(search, fresh)
+            call measure_errors(search, fresh)
          end if
          done = is_done(search)
          if (fresh) done = search%fine < much_finer*hopeless
@@ -387,7 +387,7 @@ contains
    end subroutine refine
 
    !> What the earlier runs tell of the error of the last one.
-   pure subroutine judge(search, astray)
+   pure subroutine measure_errors(search, astray)
       type(search_t), intent(inout) :: search
       !> They tell nothing: those of the pair are too far apart.
       logical, intent(out) :: astray
@@ -412,7 +412,7 @@ contains
          search%floor = max(search%behaviour%round_off*0.5_wp*eps*response, eps*sqrt(real(fine%steps, wp)))
       end associate
       if (astray) search%truncation = unknown
-   end subroutine judge
+   end subroutine measure_errors
 
    !> Bound on the error of a run over its distance from a coarser one.
    pure real(wp) function gain_of(search, coarse, fine) result(gain)

@@ -272,12 +272,12 @@ contains
          accepted = .true.
          call accept(self, progress, next, step)
       else
-         call judge(self, system, progress, next, step, error, accepted, status)
+         call accept_or_reject(self, system, progress, next, step, error, accepted, status)
       end if
    end subroutine try
 
    !> Keeps a step if the estimate of its error allows, and chooses the next one.
-   subroutine judge(self, system, progress, next, step, error, accepted, status)
+   subroutine accept_or_reject(self, system, progress, next, step, error, accepted, status)
       class(error_control_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(progress_t), intent(inout) :: progress
@@ -307,7 +307,7 @@ contains
       else
          call reject(self, progress, step*self%length%shrinkage(growth), status)
       end if
-   end subroutine judge
+   end subroutine accept_or_reject
 
    !> Keeps a step.
    subroutine accept(self, progress, next, step)

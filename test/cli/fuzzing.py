@@ -65,7 +65,7 @@ def arguments_of(command, case):
 
 
 class Overrun(Exception):
-    """Raised by the runner of a judge: the command took longer than it may."""
+    """Raised by the runner of a assess: the command took longer than it may."""
 
 
 def call(program, arguments, folder, patience=PATIENCE):
@@ -74,7 +74,7 @@ def call(program, arguments, folder, patience=PATIENCE):
                           check=False)
 
 
-def judge(program, case, runner=call):
+def assess(program, case, runner=call):
     """Gives a case to `check` and `run` of a program, in an empty folder; `runner` runs them, as `call` does."""
     with tempfile.TemporaryDirectory() as folder:
         path = pathlib.Path(folder)
@@ -118,7 +118,7 @@ def make_wide_case(program, seed, number):
     return Case(text, [], True)
 
 
-def judge_wide(program, case, runner=call, budget=BUDGET):
+def assess_wide(program, case, runner=call, budget=BUDGET):
     """Gives a case to the commands that cost more than `check` and `run`: a study of costs of that budget, a picture, a sweep."""
     statuses = []
     with tempfile.TemporaryDirectory() as folder:

@@ -61,7 +61,7 @@ class EffectColumns(CommandLineTest):
         header, rows = self.history(name)
         return [dict(zip(header, row)) for row in rows]
 
-    def judge(self, rows, first, closes, wheels=0):
+    def assess(self, rows, first, closes, wheels=0):
         """Energies are those of the potentials, works those of the sums; where `closes`, they explain the change of the energy."""
         size = max(row["kinetic"] + sum(abs(value) for key, value in row.items() if key.startswith("energy_"))
                    + sum(abs(value) for key, value in row.items() if key.startswith("work")) for row in rows)
@@ -108,7 +108,7 @@ class EffectColumns(CommandLineTest):
                         with self.subTest(scene=scene, method=settings, goal=goal, plan=plan):
                             rows = self.rows(scene, columns, *settings, goal, plan.format(times=times, interval=end / 97))
                             self.assertGreater(len(rows), 4)
-                            self.judge(rows, first, closes, wheels)
+                            self.assess(rows, first, closes, wheels)
 
     def test_columns_have_their_names(self):
         self.succeed("run", "switched.nml", "--quiet", "--set", "output.columns=works,energies,solver", "--output", "a.csv")
@@ -149,14 +149,14 @@ class EffectColumns(CommandLineTest):
                     header, *lines = self.read("rows.events.csv").splitlines()
                     rows = [dict(zip(header.split(","), line.split(","))) for line in lines]
                     self.assertGreater(len(rows), 2)
-                    self.judge([{key: float(value) for key, value in row.items() if key not in ("event", "number")} for row in rows],
+                    self.assess([{key: float(value) for key, value in row.items() if key not in ("event", "number")} for row in rows],
                                first, closes, 2)
 
     def test_works_count_backward_too(self):
         for method in ("nielsen_krenk", "rk8", "taylor"):
             rows = self.rows("all_effects.nml", f"integrator.method={method}", "integrator.time_step=-0.02", "integrator.end_time=-1.0",
                              "output.columns=energy,time_dependent_work,energies,works")
-            self.judge(rows, rows[0], method != "rk8")
+            self.assess(rows, rows[0], method != "rk8")
 
     def test_members_have_them(self):
         scene = SWITCHED + """&output columns = 'energy', 'energies', 'works' /

@@ -18,7 +18,7 @@ class Fuzz(CommandLineTest):
     def test_any_scene_is_simulated_or_refused_in_one_line(self):
         statuses = collections.Counter()
         for number in range(CASES):
-            verdict = fuzzing.judge(self.program, fuzzing.make_case(SEED, number))
+            verdict = fuzzing.assess(self.program, fuzzing.make_case(SEED, number))
             with self.subTest(repeat=f"make fuzz FUZZ='--seed {SEED} --case {number}'"):
                 self.assertEqual(verdict.fault, "")
             statuses[verdict.statuses[-1]] += 1
@@ -34,7 +34,7 @@ class Wide(CommandLineTest):
     def test_cost_plot_and_sweep_succeed_or_name_the_reason(self):
         costs = collections.Counter()
         for number in range(WIDE_CASES):
-            verdict = fuzzing.judge_wide(self.program, fuzzing.make_wide_case(self.program, SEED, number))
+            verdict = fuzzing.assess_wide(self.program, fuzzing.make_wide_case(self.program, SEED, number))
             with self.subTest(repeat=f"make fuzz FUZZ='--seed {SEED} --wide-case {number}'"):
                 self.assertEqual(verdict.fault, "")
             costs[verdict.statuses[0]] += 1
@@ -55,19 +55,19 @@ class Extreme(CommandLineTest):
         for path in sorted(EXTREME.glob("*.nml")):
             text = path.read_bytes()
             status = int(re.match(rb"! expect: (\d): ", text)[1])
-            verdict = fuzzing.judge(self.program, fuzzing.Case(text, [], True))
+            verdict = fuzzing.assess(self.program, fuzzing.Case(text, [], True))
             with self.subTest(path.name):
                 self.assertEqual(verdict.fault, "")
                 self.assertEqual(verdict.statuses, [2 if status == 2 else 0, status])
 
 
-class Judge(CommandLineTest):
-    """The judge sees what must not be, shown by scripts in the place of the program."""
+class Assess(CommandLineTest):
+    """The assess sees what must not be, shown by scripts in the place of the program."""
 
     def fault_of(self, script):
         self.write("program", "#!/bin/sh\n" + script)
         os.chmod(self.path("program"), 0o755)
-        return fuzzing.judge(self.path("program"), fuzzing.make_case(SEED, 0)).fault
+        return fuzzing.assess(self.path("program"), fuzzing.make_case(SEED, 0)).fault
 
     def test_one_line_and_exit_status_2_are_right(self):
         self.assertEqual(self.fault_of("echo 'scene.nml:1: wrong' >&2; exit 2"), "")
@@ -101,15 +101,15 @@ class Judge(CommandLineTest):
             self.write("program", "#!/bin/sh\n" + script)
             os.chmod(self.path("program"), 0o755)
             with self.subTest(script=script):
-                found = fuzzing.judge_wide(self.path("program"), case).fault
+                found = fuzzing.assess_wide(self.path("program"), case).fault
                 self.assertTrue(fault in found and bool(fault) == bool(found), found)
 
     def test_an_overrun_is_a_fault(self):
         def overrun(*arguments):
             raise fuzzing.Overrun("took 9 s")
         case = fuzzing.make_case(SEED, 0)
-        self.assertEqual(fuzzing.judge(self.program, case, overrun).fault, "check: took 9 s")
-        self.assertEqual(fuzzing.judge_wide(self.program, case, overrun).fault, "cost: took 9 s")
+        self.assertEqual(fuzzing.assess(self.program, case, overrun).fault, "check: took 9 s")
+        self.assertEqual(fuzzing.assess_wide(self.program, case, overrun).fault, "cost: took 9 s")
 
 
 if __name__ == "__main__":

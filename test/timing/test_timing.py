@@ -68,7 +68,7 @@ class Short(Timed):
     def test_make_fuzz_sees_a_command_that_takes_too_long(self):
         self.write("program", "#!/bin/sh\ni=0; while [ $i -lt 3000000 ]; do i=$((i + 1)); done\n")
         os.chmod(self.path("program"), 0o755)
-        self.assertRegex(fuzzing.judge(self.path("program"), fuzzing.make_case(1, 0), fuzz.Timed()).fault, "check: took .* s")
+        self.assertRegex(fuzzing.assess(self.path("program"), fuzzing.make_case(1, 0), fuzz.Timed()).fault, "check: took .* s")
 
 
 if __name__ == "__main__":

@@ -68,7 +68,7 @@ def try_case(job):
     """Number of a case, its faults with the programs that have them, exit statuses, and the longest time, s."""
     seed, number, programs = job
     case, timed = fuzzing.make_case(seed, number), Timed()
-    verdicts = [fuzzing.judge(program, case, timed) for program in programs]
+    verdicts = [fuzzing.assess(program, case, timed) for program in programs]
     faults = [f"{program}: {verdict.fault}" for program, verdict in zip(programs, verdicts) if verdict.fault]
     return number, faults, [verdict.statuses for verdict in verdicts], timed.longest
 
@@ -78,7 +78,7 @@ def try_wide_case(job):
     seed, number, programs = job
     case = fuzzing.make_wide_case(programs[0], seed, number)
     timed = Timed()
-    verdicts = [fuzzing.judge_wide(program, case, timed, BUDGET) for program in programs]
+    verdicts = [fuzzing.assess_wide(program, case, timed, BUDGET) for program in programs]
     return number, [f"{program}: {verdict.fault}" for program, verdict in zip(programs, verdicts) if verdict.fault], case
 
 
@@ -113,7 +113,7 @@ def repeat_case(options, programs):
     print(f"case {options.case} of seed {options.seed}: {scene}")
     failed = 0
     for program in programs:
-        verdict = fuzzing.judge(program, case, Timed())
+        verdict = fuzzing.assess(program, case, Timed())
         failed += bool(verdict.fault)
         print(f"{program}: {verdict.fault or 'as it should be'} (exit statuses {verdict.statuses})")
         for command in ("check", "run"):

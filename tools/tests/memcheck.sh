@@ -19,11 +19,11 @@ trap 'rm -rf "$scratch"' EXIT
 # command should have.
 examine() {
    while [ "$(jobs -rp | wc -l)" -ge "$cores" ]; do wait -n; done
-   judge "$@" &
+   assess "$@" &
 }
 
-# judge NAME STATUS COMMAND...: says what came of it, and leaves a file of the verdict.
-judge() {
+# assess NAME STATUS COMMAND...: says what came of it, and leaves a file of the verdict.
+assess() {
    local name=$1 expected=$2 log=$logs/memcheck-$1.log output=$scratch/$1.output started=$SECONDS
    shift 2
    valgrind --quiet --error-exitcode=99 --leak-check=full --show-leak-kinds=definite --errors-for-leak-kinds=definite \

@@ -24,7 +24,7 @@ contains
       real(c_double), intent(in), optional :: q(4)
       !> C's r[3][3], which is this one's transpose.
       real(c_double), intent(inout), optional :: r(3, 3)
-      code = judge(is_attitude(q) .and. present(r))
+      code = code_if(is_attitude(q) .and. present(r))
       if (code == NUTATE_OK) r = transpose(rotation_matrix(quat_normalized(q)))
    end function nutate_matrix_from_quat
 
@@ -50,7 +50,7 @@ contains
    integer(c_int) function nutate_euler_from_quat(q, angles) result(code) bind(C)
       real(c_double), intent(in), optional :: q(4)
       real(c_double), intent(inout), optional :: angles(3)
-      code = judge(is_attitude(q) .and. present(angles))
+      code = code_if(is_attitude(q) .and. present(angles))
       if (code == NUTATE_OK) call euler_from_quat(q, angles(1), angles(2), angles(3))
    end function nutate_euler_from_quat
 
@@ -58,7 +58,7 @@ contains
       real(c_double), intent(in), optional :: q(4)
       real(c_double), intent(inout), optional :: angles(3)
       real(wp) :: side
-      code = judge(is_attitude(q) .and. is_vector(angles))
+      code = code_if(is_attitude(q) .and. is_vector(angles))
       if (code /= NUTATE_OK) return
       ! Of q and -q, the one that continues the earlier attitude.
       side = sign(1.0_wp, dot_product(q, quat_from_euler(angles(1), angles(2), angles(3))))
@@ -68,14 +68,14 @@ contains
    integer(c_int) function nutate_quat_from_euler(angles, q) result(code) bind(C)
       real(c_double), intent(in), optional :: angles(3)
       real(c_double), intent(inout), optional :: q(4)
-      code = judge(is_vector(angles) .and. present(q))
+      code = code_if(is_vector(angles) .and. present(q))
       if (code == NUTATE_OK) q = quat_from_euler(angles(1), angles(2), angles(3))
    end function nutate_quat_from_euler
 
    integer(c_int) function nutate_omega_from_euler_rates(angles, rates, omega) result(code) bind(C)
       real(c_double), intent(in), optional :: angles(3), rates(3)
       real(c_double), intent(inout), optional :: omega(3)
-      code = judge(is_vector(angles) .and. is_vector(rates) .and. present(omega))
+      code = code_if(is_vector(angles) .and. is_vector(rates) .and. present(omega))
       if (code == NUTATE_OK) &
          omega = angular_velocity_from_euler_rates(angles(2), angles(3), rates(1), rates(2), rates(3))
    end function nutate_omega_from_euler_rates
@@ -86,8 +86,8 @@ contains
       real(c_double), intent(inout), optional :: q(4)
       type(status_t) :: status
       real(wp) :: unit(4)
-      code = judge(is_vector(axis) .and. is_moderate(angle) .and. present(q))
-      if (code == NUTATE_OK) code = judge(is_direction(axis))
+      code = code_if(is_vector(axis) .and. is_moderate(angle) .and. present(q))
+      if (code == NUTATE_OK) code = code_if(is_direction(axis))
       if (code /= NUTATE_OK) return
       call quat_from_axis_angle(axis, angle, unit, status)
       code = status%code
@@ -97,21 +97,21 @@ contains
    integer(c_int) function nutate_axis_angle_from_quat(q, axis, angle) result(code) bind(C)
       real(c_double), intent(in), optional :: q(4)
       real(c_double), intent(inout), optional :: axis(3), angle
-      code = judge(is_attitude(q) .and. present(axis) .and. present(angle))
+      code = code_if(is_attitude(q) .and. present(axis) .and. present(angle))
       if (code == NUTATE_OK) call axis_angle_from_quat(q, axis, angle)
    end function nutate_axis_angle_from_quat
 
    integer(c_int) function nutate_quat_from_rotation_vector(v, q) result(code) bind(C)
       real(c_double), intent(in), optional :: v(3)
       real(c_double), intent(inout), optional :: q(4)
-      code = judge(is_vector(v) .and. present(q))
+      code = code_if(is_vector(v) .and. present(q))
       if (code == NUTATE_OK) q = quat_from_rotation_vector(v)
    end function nutate_quat_from_rotation_vector
 
    integer(c_int) function nutate_rotation_vector_from_quat(q, v) result(code) bind(C)
       real(c_double), intent(in), optional :: q(4)
       real(c_double), intent(inout), optional :: v(3)
-      code = judge(is_attitude(q) .and. present(v))
+      code = code_if(is_attitude(q) .and. present(v))
       if (code == NUTATE_OK) v = rotation_vector_from_quat(q)
    end function nutate_rotation_vector_from_quat
 
@@ -119,7 +119,7 @@ contains
       real(c_double), intent(in), optional :: a(4), b(4)
       real(c_double), intent(inout), optional :: c(4)
       real(wp) :: product(4)
-      code = judge(is_quaternion(a) .and. is_quaternion(b) .and. present(c))
+      code = code_if(is_quaternion(a) .and. is_quaternion(b) .and. present(c))
       if (code /= NUTATE_OK) return
       product = quat_product(a, b)
       c = product
@@ -129,7 +129,7 @@ contains
       real(c_double), intent(in), optional :: q(4)
       real(c_double), intent(inout), optional :: unit(4)
       real(wp) :: normalized(4)
-      code = judge(is_attitude(q) .and. present(unit))
+      code = code_if(is_attitude(q) .and. present(unit))
       if (code /= NUTATE_OK) return
       normalized = quat_normalized(q)
       unit = normalized
@@ -139,7 +139,7 @@ contains
       real(c_double), intent(in), optional :: q(4), v(3)
       real(c_double), intent(inout), optional :: r(3)
       real(wp) :: rotated(3)
-      code = judge(is_attitude(q) .and. is_vector(v) .and. present(r))
+      code = code_if(is_attitude(q) .and. is_vector(v) .and. present(r))
       if (code /= NUTATE_OK) return
       rotated = rotate_to_space(quat_normalized(q), v)
       r = rotated
@@ -149,7 +149,7 @@ contains
       real(c_double), intent(in), optional :: q(4), v(3)
       real(c_double), intent(inout), optional :: r(3)
       real(wp) :: rotated(3)
-      code = judge(is_attitude(q) .and. is_vector(v) .and. present(r))
+      code = code_if(is_attitude(q) .and. is_vector(v) .and. present(r))
       if (code /= NUTATE_OK) return
       rotated = rotate_to_body(quat_normalized(q), v)
       r = rotated
@@ -158,15 +158,15 @@ contains
    integer(c_int) function nutate_attitude_distance(a, b, angle) result(code) bind(C)
       real(c_double), intent(in), optional :: a(4), b(4)
       real(c_double), intent(inout), optional :: angle
-      code = judge(is_attitude(a) .and. is_attitude(b) .and. present(angle))
+      code = code_if(is_attitude(a) .and. is_attitude(b) .and. present(angle))
       if (code == NUTATE_OK) angle = attitude_distance(quat_normalized(a), quat_normalized(b))
    end function nutate_attitude_distance
 
    !> Success or `NUTATE_BAD_ARGUMENT`.
-   pure integer(c_int) function judge(good)
+   pure integer(c_int) function code_if(good)
       logical, intent(in) :: good
-      judge = merge(NUTATE_OK, NUTATE_BAD_ARGUMENT, good)
-   end function judge
+      code_if = merge(NUTATE_OK, NUTATE_BAD_ARGUMENT, good)
+   end function code_if
 
    !> The argument is there and its numbers are no trouble.
    pure logical function is_vector(v)

@@ -18,7 +18,7 @@ void nutate_c_call_quantity(nutate_quantity quantity, double t, const double *q,
                             int *failure, double *g);
 
 /* Keeps the first failure; zeros in place of results that are none. */
-static void judge(int returned, int *failure, int n, double *results)
+static void check_results(int returned, int *failure, int n, double *results)
 {
     int i;
     if (returned == 0 && nutate_c_are_moderate(n, results)) return;
@@ -34,7 +34,7 @@ void nutate_c_call_potential(nutate_potential potential, const double *gamma, vo
                              double *gradient)
 {
     double results[4] = {0.0, 0.0, 0.0, 0.0};
-    if (!has_failed(failure)) judge(potential(gamma, user, &results[0], &results[1]), failure, 4, results);
+    if (!has_failed(failure)) check_results(potential(gamma, user, &results[0], &results[1]), failure, 4, results);
     *energy = results[0];
     gradient[0] = results[1];
     gradient[1] = results[2];
@@ -47,7 +47,7 @@ void nutate_c_call_hessian(nutate_hessian hessian, const double *gamma, void *us
     int i, returned;
     if (!has_failed(failure)) {
         returned = hessian(gamma, user, rows);
-        judge(returned, failure, 9, &rows[0][0]);
+        check_results(returned, failure, 9, &rows[0][0]);
     }
     /* Symmetric, so rows or columns do not matter. */
     for (i = 0; i < 9; ++i) matrix[i] = rows[i / 3][i % 3];
@@ -57,12 +57,12 @@ void nutate_c_call_torque(nutate_torque torque, double t, const double *q, const
                           int *failure, double *tau)
 {
     tau[0] = tau[1] = tau[2] = 0.0;
-    if (!has_failed(failure)) judge(torque(t, q, omega, user, tau), failure, 3, tau);
+    if (!has_failed(failure)) check_results(torque(t, q, omega, user, tau), failure, 3, tau);
 }
 
 void nutate_c_call_quantity(nutate_quantity quantity, double t, const double *q, const double *omega, void *user,
                             int *failure, double *g)
 {
     *g = 0.0;
-    if (!has_failed(failure)) judge(quantity(t, q, omega, user, g), failure, 1, g);
+    if (!has_failed(failure)) check_results(quantity(t, q, omega, user, g), failure, 1, g);
 }

@@ -1,7 +1,7 @@
 !> C interface: states inside steps of earlier runs. What each function does stands in `include/nutate_runs.h`.
 module nutate_c_dense_output
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_ptr, c_size_t
-   use nutate_c_effects, only: add_failure, judge_failure
+   use nutate_c_effects, only: add_failure, status_of_failure
    use nutate_c_handles, only: conclude, find_stepper, null_argument, stepper_handle_t
    use nutate_c_settings, only: prepare_if_needed
    use nutate_columns, only: columns_t
@@ -195,7 +195,7 @@ contains
       if (status%code /= 0) return
       do i = 0, most_halvings
          call handle%inside%step(handle%system, state, length, status)
-         if (handle%failure(1) /= 0) status = judge_failure(handle%failure)
+         if (handle%failure(1) /= 0) status = status_of_failure(handle%failure)
          if (all(status%code /= [NUTATE_NOT_CONVERGED, NUTATE_OFF_BRANCH, NUTATE_SINGULAR])) return
          length = 0.5_wp*length
       end do

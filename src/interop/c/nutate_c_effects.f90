@@ -1,7 +1,7 @@
 !> Potentials and torques that a C program supplies.
 !>
 !> That a callback is called from a pure procedure is the program's promise: what it returns depends on its arguments.
-!> What fails is kept in a cell of the run that asked (`judge_failure`), not in the effect, so that runs of the same
+!> What fails is kept in a cell of the run that asked (`status_of_failure`), not in the effect, so that runs of the same
 !> system in several threads do not meet.
 module nutate_c_effects
    use, intrinsic :: iso_c_binding, only: c_double, c_funptr, c_int, c_null_funptr, c_null_ptr, c_ptr
@@ -15,7 +15,7 @@ module nutate_c_effects
    private
 
    public :: c_potential_t, c_curved_potential_t, c_torque_t, report_failures_to, has_callbacks, &
-      judge_failure, add_failure, are_moderate
+      status_of_failure, add_failure, are_moderate
 
    !> U(γ) and its gradient from a callback `nutate_potential`.
    type, extends(potential_t) :: c_potential_t
@@ -163,7 +163,7 @@ contains
    end function has_callbacks
 
    !> What a cell says: `NUTATE_CALLBACK`, `NUTATE_NOT_FINITE`, or success.
-   type(status_t) function judge_failure(cell) result(status)
+   type(status_t) function status_of_failure(cell) result(status)
       !> Status and what the callback returned; shape (2).
       integer(c_int), intent(in) :: cell(2)
       character(len=12) :: returned
@@ -176,14 +176,14 @@ contains
          status = fail(NUTATE_NOT_FINITE, 'a callback gave a number that is not finite or exceeds '// &
                        in_words(greatest_number))
       end select
-   end function judge_failure
+   end function status_of_failure
 
    !> Turns a success into what a cell says.
    subroutine add_failure(cell, status)
       !> Status and what the callback returned; shape (2).
       integer(c_int), intent(in) :: cell(2)
       type(status_t), intent(inout) :: status
-      if (status%code == NUTATE_OK .and. cell(1) /= NUTATE_OK) status = judge_failure(cell)
+      if (status%code == NUTATE_OK .and. cell(1) /= NUTATE_OK) status = status_of_failure(cell)
    end subroutine add_failure
 
 end module nutate_c_effects

@@ -2,7 +2,7 @@
 module nutate_c_polls
    use, intrinsic :: iso_c_binding, only: c_associated, c_f_procpointer, c_funptr, c_int, c_null_funptr, c_null_ptr, &
       c_ptr
-   use nutate_c_effects, only: judge_failure
+   use nutate_c_effects, only: status_of_failure
    use nutate_kinds, only: wp, long
    use nutate_observer, only: observer_t, run_record_t
    use nutate_run, only: run_t
@@ -88,7 +88,7 @@ contains
       type(state_t), intent(in) :: state
       type(run_record_t), intent(in) :: record
       type(status_t), intent(out) :: status
-      status = judge_failure(self%failure)
+      status = status_of_failure(self%failure)
    end subroutine observe_trial
 
    !> Ends a trial run where a callback has failed, or the program wants it.
@@ -96,7 +96,7 @@ contains
       class(trial_observer_t), intent(inout) :: self
       real(wp), intent(in) :: fraction
       type(status_t), intent(out) :: status
-      status = judge_failure(self%failure)
+      status = status_of_failure(self%failure)
       if (status%ok()) call self%whom%ask(status)
    end subroutine poll_trial
 

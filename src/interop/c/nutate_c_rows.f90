@@ -1,7 +1,7 @@
 !> Rows of a run in an array of C, in a history, or in a file.
 module nutate_c_rows
    use, intrinsic :: iso_c_binding, only: c_associated, c_f_pointer, c_null_ptr, c_ptr, c_size_t
-   use nutate_c_effects, only: add_failure, judge_failure
+   use nutate_c_effects, only: add_failure, status_of_failure
    use nutate_c_handles, only: history_handle_t, make_room, stepper_handle_t
    use nutate_event, only: event_t
    use nutate_event_history, only: event_history_t
@@ -42,7 +42,7 @@ module nutate_c_rows
       procedure :: open_array
       procedure :: observe => receive_row
       procedure :: poll => ask_program
-      procedure :: check_step => judge_callbacks
+      procedure :: check_step => check_callbacks
       procedure :: observe_event => receive_event
       procedure :: observe_step => follow_state
    end type row_receiver_t
@@ -132,7 +132,7 @@ contains
       type(state_t), intent(in) :: state
       type(run_record_t), intent(in) :: record
       type(status_t), intent(out) :: status
-      status = judge_failure(self%handle%failure)
+      status = status_of_failure(self%handle%failure)
       if (status%code /= 0 .or. .not. self%wants_rows) return
       if (self%leaves_out_ends) then
          associate (run => self%handle%run)
@@ -153,7 +153,7 @@ contains
       type(state_t), intent(in) :: state
       type(run_record_t), intent(in) :: record
       type(status_t), intent(inout) :: status
-      status = judge_failure(self%handle%failure)
+      status = status_of_failure(self%handle%failure)
       if (status%code == 0 .and. associated(self%file)) then
          call self%events%write(self%file, system, trim(event%name), number, state, record, status)
       else if (status%code == 0) then
@@ -171,11 +171,11 @@ contains
    end subroutine ask_program
 
    !> Undoes a step in which a callback has failed.
-   subroutine judge_callbacks(self, status)
+   subroutine check_callbacks(self, status)
       class(row_receiver_t), intent(inout) :: self
       type(status_t), intent(out) :: status
-      status = judge_failure(self%handle%failure)
-   end subroutine judge_callbacks
+      status = status_of_failure(self%handle%failure)
+   end subroutine check_callbacks
 
    !> Follows angles that must not lose turns.
    subroutine follow_state(self, state)

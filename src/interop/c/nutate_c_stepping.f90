@@ -2,7 +2,7 @@
 !> `include/nutate_stepper.h`.
 module nutate_c_stepping
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_int64_t, c_ptr
-   use nutate_c_effects, only: has_callbacks, judge_failure
+   use nutate_c_effects, only: has_callbacks, status_of_failure
    use nutate_c_handles, only: conclude, find_stepper, stepper_handle_t, unprepare, STEPPER_MARK, null_argument
    use nutate_c_polls, only: steps_between_looks
    use nutate_c_settings, only: prepare_if_needed
@@ -101,7 +101,7 @@ contains
       if (handle%failure(1) /= 0) then
          handle%run%state = before
          call unprepare(handle)
-         status = judge_failure(handle%failure)
+         status = status_of_failure(handle%failure)
       else if (status%code == 0) then
          call count_works(handle%run%progress_t, handle%run%stepper)
          if (handle%columns%follows_steps) call handle%columns%follow(handle%run%state)
@@ -161,7 +161,7 @@ contains
       if (status%ok()) then
          handle%failure = 0
          call handle%run%state_at(handle%system, t, state, status)
-         if (handle%failure(1) /= 0) status = judge_failure(handle%failure)
+         if (handle%failure(1) /= 0) status = status_of_failure(handle%failure)
       end if
       code = conclude(handle, status)
       if (.not. status%ok()) return

@@ -1,7 +1,7 @@
 !> C interface: members of an ensemble. What each function does stands in `include/nutate_sweep.h`.
 module nutate_c_sweep
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_int64_t, c_loc, c_ptr, c_size_t
-   use nutate_c_effects, only: judge_failure, report_failures_to
+   use nutate_c_effects, only: status_of_failure, report_failures_to
    use nutate_c_handles, only: find_scene, null_argument, report, scene_handle_t
    use nutate_c_polls, only: poll_t
    use nutate_c_text, only: lock_texts, copy_text, text_to_c, unlock_texts
@@ -45,7 +45,7 @@ module nutate_c_sweep
       procedure :: start
       procedure :: wants_end => ask_program
       procedure :: prepare => prepare_callbacks
-      procedure :: judge => judge_callbacks
+      procedure :: check => check_callbacks
       final :: forget
    end type polling_sweep_t
 
@@ -249,11 +249,11 @@ contains
       call report_failures_to(effects, c_loc(self%answer%failures(1, thread)))
    end subroutine prepare_callbacks
 
-   subroutine judge_callbacks(self, status)
+   subroutine check_callbacks(self, status)
       class(polling_sweep_t), intent(in) :: self
       type(status_t), intent(out) :: status
-      status = judge_failure(self%answer%failures(:, thread_of(self)))
-   end subroutine judge_callbacks
+      status = status_of_failure(self%answer%failures(:, thread_of(self)))
+   end subroutine check_callbacks
 
    subroutine forget(self)
       type(polling_sweep_t), intent(inout) :: self

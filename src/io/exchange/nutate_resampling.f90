@@ -43,7 +43,7 @@ contains
       if (.not. allocated(rows%omega)) then
          problem = 'there are no angular velocities (expected columns omega1, omega2, omega3)'
       else if (n < 3) then
-         problem = 'there are too few rows to judge what lies between them (expected 3 or more)'
+         problem = 'there are too few rows to tell what lies between them (expected 3 or more)'
       end if
       if (problem /= '') return
       if (maxval(norm2(rows%omega, dim=1))*maxval(rows%t(2:) - rows%t(:n - 1)) > too_far) then

@@ -14,7 +14,7 @@ module nutate_continuation
    implicit none
    private
 
-   public :: root_t, root_judge_t, continuation_t
+   public :: root_t, root_acceptance_t, continuation_t
 
    !> |b|, b = ¼Δt Ω̄, below which a root may be taken: where that of a free body with a positive determinant is the
    !> true one (`nutate_root_proof`).
@@ -46,8 +46,8 @@ module nutate_continuation
       real(wp) :: jump = 0.0_wp
    end type root_t
 
-   !> Judges roots from the system, the start of a step and its length.
-   type :: root_judge_t
+   !> Accepts or rejects roots from the system, the start of a step and its length.
+   type :: root_acceptance_t
       !> There are effects; some depend on the attitude.
       logical :: forced = .false., by_attitude = .false.
    contains
@@ -58,7 +58,7 @@ module nutate_continuation
       procedure :: continues
       !> Starts the continuation to a step.
       procedure :: begin
-   end type root_judge_t
+   end type root_acceptance_t
 
    !> A continuation in parts of the step's length.
    type :: continuation_t
@@ -84,7 +84,7 @@ module nutate_continuation
 contains
 
    pure subroutine set_up(self, system)
-      class(root_judge_t), intent(inout) :: self
+      class(root_acceptance_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       self%forced = system%effects%n_potentials + system%effects%n_torques + system%effects%n_wheels > 0
       self%by_attitude = system%effects%needs_attitude()
@@ -92,7 +92,7 @@ contains
 
    !> True if a root needs no continuation to be treated as the true one.
    pure logical function accepts(self, root)
-      class(root_judge_t), intent(in) :: self
+      class(root_acceptance_t), intent(in) :: self
       type(root_t), intent(in) :: root
       accepts = root%turn < near .and. root%determinant > 0.0_wp
       if (accepts .and. self%forced) accepts = root%determinant*mild > 1.0_wp
@@ -101,7 +101,7 @@ contains
 
    !> True if a root continues that of the last step, which was true: in a step that effects dominate.
    pure logical function continues(self, root, last_determinant)
-      class(root_judge_t), intent(in) :: self
+      class(root_acceptance_t), intent(in) :: self
       type(root_t), intent(in) :: root
       !> Of the last step of the same length; 0 where there is none.
       real(wp), intent(in) :: last_determinant
@@ -112,7 +112,7 @@ contains
    !> Starts the continuation to a step at a length whose root can be accepted: b0 = ¼ΔtΩ0, the b of the step if
    !> its rate stayed that of the start, tells how far.
    pure function begin(self, system, state, dt) result(path)
-      class(root_judge_t), intent(in) :: self
+      class(root_acceptance_t), intent(in) :: self
       type(system_t), intent(in) :: system
       !> At the start of the step.
       type(state_t), intent(in) :: state

@@ -1,5 +1,5 @@
-!> Judges a root of the step's equations, in either form: certified directly, certified by following the branch from
-!> Δt = 0, or beyond what can be certified.
+!> Accepts or rejects a root of the step's equations, in either form: certified directly, certified by following the
+!> branch from Δt = 0, or beyond what can be certified.
 module nutate_root_proof
    use nutate_branch_tubes, only: branch_t
    use nutate_discrete_forces, only: discrete_forces_t
@@ -24,7 +24,7 @@ module nutate_root_proof
    !> the same root found in two ways is, with a margin for round-off of badly conditioned steps.
    real(wp), parameter :: same_root = 1e-6_wp
 
-   !> Judges roots from the system, the start of a stage and its length.
+   !> Accepts or rejects roots from the system, the start of a stage and its length.
    type :: root_proof_t
       !> Root of the stage last followed, the Cayley vector b = ¼Δt Ω̄; shape (3).
       real(wp) :: b(3) = 0.0_wp
@@ -48,7 +48,7 @@ module nutate_root_proof
       !> The root is the true one, as bounds show that belong to the step's length.
       procedure :: holds
       !> Looks for a proof in the attitude at the start, then along the branch.
-      procedure :: judge
+      procedure :: certify
       !> A root is the one last followed to.
       procedure :: is_root
    end type root_proof_t
@@ -93,7 +93,7 @@ contains
 
    !> Looks for a proof in the attitude at the start of the stage; then follows the branch. `CERTIFIED` leaves the root
    !> in b unless the given one is certified already.
-   subroutine judge(self, system, state, dt, window_time, start, root, verdict)
+   subroutine certify(self, system, state, dt, window_time, start, root, verdict)
       class(root_proof_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       !> At the start of the stage.
@@ -107,14 +107,14 @@ contains
       self%tried = 0
       self%b = root
       if (self%certificate%has_bounds()) then
-         call judge_by(self, system, state, dt, window_time, start, root, verdict, here)
+         call certify_by(self, system, state, dt, window_time, start, root, verdict, here)
       else
-         call judge_by(self, system, state, dt, window_time, start, root, verdict)
+         call certify_by(self, system, state, dt, window_time, start, root, verdict)
       end if
-   end subroutine judge
+   end subroutine certify
 
    !> The same with bounds of all effects for the stage, if there are any.
-   subroutine judge_by(self, system, state, dt, window_time, start, root, verdict, here)
+   subroutine certify_by(self, system, state, dt, window_time, start, root, verdict, here)
       type(root_proof_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
@@ -138,7 +138,7 @@ contains
       if (branch%is_unbounded) return
       verdict = ENDED
       if (branch%part >= 1.0_wp) verdict = CERTIFIED
-   end subroutine judge_by
+   end subroutine certify_by
 
    !> True if a root is the one last followed to.
    pure logical function is_root(self, b)

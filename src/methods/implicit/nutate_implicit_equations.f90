@@ -2,7 +2,7 @@
 !> Jacobian and update of its unknowns, and the vector of the Cayley map that they stand for.
 module nutate_implicit_equations
    use nutate_archive, only: archive_t
-   use nutate_continuation, only: root_judge_t
+   use nutate_continuation, only: root_acceptance_t
    use nutate_kinds, only: wp
    use nutate_newton_increment, only: increment_t, usual_cancellation
    use nutate_number_archive, only: number_archive_t
@@ -21,7 +21,7 @@ module nutate_implicit_equations
    type, abstract, extends(stepper_t) :: implicit_equations_t
       type(predictor_t) :: predictor
       type(root_proof_t) :: proof
-      type(root_judge_t) :: judge
+      type(root_acceptance_t) :: acceptance
       !> Determinant of the Jacobian last computed, over that of a very short step.
       real(wp) :: determinant = 0.0_wp
       !> Step to which the kept part of the Jacobian belongs, s; 0: there is none that is worth keeping.

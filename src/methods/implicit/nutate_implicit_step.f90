@@ -79,7 +79,7 @@ contains
       self%kept_dt = 0.0_wp
       self%determinant = 0.0_wp
       call self%predictor%set_up(unknowns)
-      call self%judge%set_up(system)
+      call self%acceptance%set_up(system)
       call self%proof%set_up(system)
    end subroutine begin
 
@@ -163,7 +163,7 @@ contains
          call self%get_start_vector(system, start)
          if (self%proof%holds(system, dt, window_time, start, b, self%determinant)) return
          if (self%prepared_with%max_iterations >= fewest) &
-            call self%proof%judge(system, state, dt, window_time, start, b, verdict)
+            call self%proof%certify(system, state, dt, window_time, start, b, verdict)
          self%continued = self%proof%tried
       end if
       select case (verdict)
@@ -192,7 +192,7 @@ contains
       end if
       z = self%predictor%guess
       call iterate(self, system, z, self%prepared_with%max_iterations, status)
-      if (status%code == NUTATE_NOT_CONVERGED .and. self%predictor%known == 0 .and. self%judge%forced) then
+      if (status%code == NUTATE_NOT_CONVERGED .and. self%predictor%known == 0 .and. self%acceptance%forced) then
          ! A stiff force may hold the body where it is.
          status = status_t()
          z = 0.0_wp
@@ -235,9 +235,9 @@ contains
       if (status%code == 0) then
          root%turn = vector_length(b)
          root%determinant = self%determinant
-         if (self%judge%accepts(root)) return
+         if (self%acceptance%accepts(root)) return
          root%jump = maxval(abs(z - self%predictor%guess))
-         if (self%judge%continues(root, last)) return
+         if (self%acceptance%continues(root, last)) return
          status = fail(NUTATE_OFF_BRANCH, too_long)
       end if
       if (self%prepared_with%max_iterations >= fewest) &
@@ -259,7 +259,7 @@ contains
       last = 0.0_wp
       last_b = 0.0_wp
       change = 0.0_wp
-      path = self%judge%begin(system, state, dt)
+      path = self%acceptance%begin(system, state, dt)
       do while (path%goes_on())
          call try_length(path%next*dt)
          if (.not. found) cycle
@@ -301,7 +301,7 @@ contains
          if (found .and. path%reached > 0.0_wp) then
             found = path%keeps_to(root)
          else if (found) then
-            found = self%judge%accepts(root)
+            found = self%acceptance%accepts(root)
          end if
          call path%record_trial(found, vector_length(b - last_b), self%determinant)
       end subroutine try_length
