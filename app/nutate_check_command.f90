@@ -54,7 +54,7 @@ module nutate_check_command
       integer(long) :: deadline = 0
    contains
       procedure :: observe => ignore_row
-      procedure :: poll => look_at_clock
+      procedure :: poll => poll_clock
    end type timekeeper_t
 
 contains
@@ -560,14 +560,14 @@ contains
    end subroutine ignore_row
 
    !> Ends the run after the deadline.
-   subroutine look_at_clock(self, fraction, status)
+   subroutine poll_clock(self, fraction, status)
       class(timekeeper_t), intent(inout) :: self
       real(wp), intent(in) :: fraction
       type(status_t), intent(out) :: status
       integer(long) :: now
       call system_clock(now)
       if (now > self%deadline) status = fail(NUTATE_STOPPED, 'it would take too long')
-   end subroutine look_at_clock
+   end subroutine poll_clock
 
    subroutine add_notes(page, scene)
       type(page_t), intent(inout) :: page

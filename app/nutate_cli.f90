@@ -478,7 +478,7 @@ contains
             command%verb = words(1)%text
             command%topic = command%verb
             first = 2
-         else if (.not. looks_like_scene(words(1)%text)) then
+         else if (.not. names_a_scene(words(1)%text)) then
             command%error = 'unknown command '//quoted(words(1)%text)//hint(nearest_name(words(1)%text, verbs%name))
             if (did_you_mean(words(1)%text, '.nml') /= '') command%error = 'unknown command '// &
                quoted(words(1)%text)//' ('//did_you_mean(words(1)%text, '.nml')//')'
@@ -521,11 +521,11 @@ contains
    end subroutine parse_topic
 
    !> True for a file that exists and for anything that is written like a path.
-   logical function looks_like_scene(word)
+   logical function names_a_scene(word)
       character(len=*), intent(in) :: word
-      looks_like_scene = scan(word, './') > 0
-      if (.not. looks_like_scene .and. word /= '') inquire (file=word, exist=looks_like_scene)
-   end function looks_like_scene
+      names_a_scene = scan(word, './') > 0
+      if (.not. names_a_scene .and. word /= '') inquire (file=word, exist=names_a_scene)
+   end function names_a_scene
 
    !> Every option given must belong to the command.
    subroutine check_options(given, command)

@@ -108,7 +108,7 @@ contains
                call add_block(picture, 'm', c, times, curves(c, :), turn_of(measurement, c))
                call add_block(picture, 'd', c, measurement%times, points(c, :), 0.0_wp)
             end do
-            call find_look(measurement, label, paint)
+            call find_style(measurement, label, paint)
             call begin_panel(picture, label, points(:n, :), upper, data_height, height)
             call picture%put('set format x ''''')
             plot = ''
@@ -126,7 +126,7 @@ contains
 
    !> The label of a panel of data, with the unit where all columns have one, and the colours of its columns, those that
    !> they have in pictures of histories.
-   subroutine find_look(measurement, label, paint)
+   subroutine find_style(measurement, label, paint)
       type(measurement_t), intent(in) :: measurement
       character(len=:), allocatable, intent(out) :: label
       character(len=7), intent(out) :: paint(most_columns)
@@ -139,7 +139,7 @@ contains
       if (size(panels) /= 1) return
       label = trim(panels(1)%label)//': '//label
       paint(:n) = panels(1)%colours
-   end subroutine find_look
+   end subroutine find_style
 
    !> The columns of the model at the times of the curve, their biases added; shape (columns, times).
    subroutine find_curves(fit, i, motion, curves)
@@ -208,7 +208,7 @@ contains
       character(len=7) :: paint(most_columns)
       integer :: c, width
       width = measurement%width()
-      call find_look(measurement, label, paint)
+      call find_style(measurement, label, paint)
       ! The rotation about axis 1 has the colour of q1.
       if (measurement%kind == ATTITUDES) paint = cshift(paint, 1)
       plot = ''

@@ -44,7 +44,7 @@ module nutate_run_command
       !> Starts the clock.
       procedure :: start
       procedure :: observe => count_run
-      procedure :: poll => look_up
+      procedure :: poll => poll
    end type trial_watcher_t
 
 contains
@@ -427,7 +427,7 @@ contains
    end subroutine count_run
 
    !> Shows the progress, and ends the runs on a signal.
-   subroutine look_up(self, fraction, status)
+   subroutine poll(self, fraction, status)
       class(trial_watcher_t), intent(inout) :: self
       real(wp), intent(in) :: fraction
       type(status_t), intent(out) :: status
@@ -435,6 +435,6 @@ contains
       call system_clock(now)
       call self%progress%update(fraction, now)
       call check_signals(status)
-   end subroutine look_up
+   end subroutine poll
 
 end module nutate_run_command

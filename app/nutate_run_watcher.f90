@@ -48,7 +48,7 @@ module nutate_run_watcher
       !> Wall time so far, s.
       procedure :: seconds
       procedure :: observe => write_row
-      procedure :: poll => look_up
+      procedure :: poll => poll
       procedure :: observe_step => watch_step
       procedure :: observe_event => write_event
       procedure :: save_checkpoint => write_checkpoint
@@ -132,7 +132,7 @@ contains
    end subroutine write_row
 
    !> Shows the progress where rows are rare, asks for a checkpoint when it is time, and ends the run on a signal.
-   subroutine look_up(self, fraction, status)
+   subroutine poll(self, fraction, status)
       class(run_watcher_t), intent(inout) :: self
       real(wp), intent(in) :: fraction
       type(status_t), intent(out) :: status
@@ -141,7 +141,7 @@ contains
       call self%progress%update(fraction, now)
       call check_signals(status)
       self%wants_checkpoint = self%checkpoint%is_due(now) .or. (self%saves_at_step_limit .and. .not. status%ok())
-   end subroutine look_up
+   end subroutine poll
 
    !> Lets the history follow what it must.
    subroutine watch_step(self, state)

@@ -5,7 +5,7 @@ module nutate_member_run
    use nutate_history, only: history_t
    use nutate_kinds, only: wp, long
    use nutate_member, only: member_t
-   use nutate_member_watcher, only: look_stride, member_watcher_t, sweep_asker_t
+   use nutate_member_watcher, only: poll_stride, member_watcher_t, sweep_asker_t
    use nutate_observer, only: run_record_t
    use nutate_progress, only: put_works
    use nutate_row_layout, only: bits_of, row_layout_t
@@ -109,7 +109,7 @@ contains
       type(status_t), intent(out) :: outcome
       type(run_plan_t) :: plan
       associate (scene => self%member%scene, watcher => self%watcher)
-         watcher%stride = look_stride(scene)
+         watcher%stride = poll_stride(scene)
          plan = scene%plan
          if (.not. associated(watcher%history)) plan%every = max(plan%every, watcher%stride)
          call run%begin(scene%system, scene%integrator, scene%initial, plan, outcome)
@@ -162,9 +162,9 @@ contains
       record = run%record
       call put_works(run%summary, record)
       if (allocated(run%events)) then
-         call look_at_end(run%events%system)
+         call evaluate_end(run%events%system)
       else
-         call look_at_end(self%member%scene%system)
+         call evaluate_end(self%member%scene%system)
       end if
       fields(self%layout%values + 1:self%layout%columns) = bits_of(columns)
       fields(self%layout%columns + 1) = bits_of(self%watcher%invariants%energy_error())
@@ -182,7 +182,7 @@ contains
       end do
    contains
       !> Evaluates the columns, and measures the invariants where the last row was not among those that are looked at.
-      subroutine look_at_end(system)
+      subroutine evaluate_end(system)
          type(system_t), intent(in) :: system
          if (arrived .and. allocated(self%watcher%last_row)) then
             columns = self%watcher%last_row
@@ -191,7 +191,7 @@ contains
          end if
          if (arrived .and. self%watcher%stride > 1) &
             call self%watcher%invariants%measure(system, run%state, record%work)
-      end subroutine look_at_end
+      end subroutine evaluate_end
    end subroutine note_end
 
 end module nutate_member_run

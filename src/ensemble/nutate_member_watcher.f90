@@ -17,11 +17,11 @@ module nutate_member_watcher
    implicit none
    private
 
-   public :: look_stride, member_watcher_t, sweep_asker_t
+   public :: poll_stride, member_watcher_t, sweep_asker_t
 
    !> Times at which the invariants of a member are measured, where the scene asks for no rows: so many that a walk of
    !> round-off is seen, so few that they cost little beside the steps.
-   integer(long), parameter :: usual_looks = 100
+   integer(long), parameter :: usual_polls = 100
 
    !> Ends runs, trial runs too, when the sweep is to end.
    type, extends(observer_t) :: sweep_asker_t
@@ -55,12 +55,12 @@ contains
 
    !> Steps after which a member is looked at, beside its last one, though a history has more rows; 1 where the scene
    !> says when rows are due, or steps are adaptive.
-   pure integer(long) function look_stride(scene)
+   pure integer(long) function poll_stride(scene)
       type(scene_t), intent(in) :: scene
-      look_stride = 1
+      poll_stride = 1
       if (scene%output%by_default .and. .not. scene%plan%goal%active()) &
-         look_stride = max(1_long, count_steps(scene%initial%t, scene%plan)/usual_looks)
-   end function look_stride
+         poll_stride = max(1_long, count_steps(scene%initial%t, scene%plan)/usual_polls)
+   end function poll_stride
 
    subroutine ignore_row(self, system, state, record, status)
       class(sweep_asker_t), intent(inout) :: self

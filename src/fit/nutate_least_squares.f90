@@ -156,7 +156,7 @@ contains
 
       if (present(settings)) chosen = settings
       here%x = within(problem, x)
-      call look(problem, here, result, status)
+      call evaluate_iterate(problem, here, result, status)
       if (.not. status%ok()) return
       if (size(here%residuals) < size(x)) then
          status = fail(NUTATE_BAD_ARGUMENT, 'there are fewer residuals than parameters')
@@ -219,7 +219,7 @@ contains
    end function within
 
    !> Evaluates a place. Errors: those of the problem, and `NUTATE_NOT_FINITE`.
-   subroutine look(problem, here, result, status)
+   subroutine evaluate_iterate(problem, here, result, status)
       class(least_squares_problem_t), intent(inout) :: problem
       type(place_t), intent(inout) :: here
       type(least_squares_result_t), intent(inout) :: result
@@ -232,7 +232,7 @@ contains
          return
       end if
       call apply_losses(problem, least_curvature, here)
-   end subroutine look
+   end subroutine evaluate_iterate
 
    !> Turns the residuals of a place into those that the losses make of them.
    subroutine apply_losses(problem, least, here)
@@ -262,7 +262,7 @@ contains
          trial%x = here%x
          trial%x(factors%moving) = trial%x(factors%moving) + factors%step(damping)
          trial%x = within(problem, trial%x)
-         call look(problem, trial, result, status)
+         call evaluate_iterate(problem, trial, result, status)
          if (status%code == NUTATE_STOPPED .or. status%code == NUTATE_IO) return
          if (status%ok() .and. trial%cost < here%cost) then
             here = trial

@@ -80,7 +80,7 @@ module nutate_error_control
       procedure :: show
       procedure :: state_inside
       procedure :: expect_events
-      procedure :: look_inside
+      procedure :: evaluate_inside
       procedure :: retake
       procedure :: carry
       procedure :: renew
@@ -459,7 +459,7 @@ contains
       type(system_t), intent(in) :: system
       type(progress_t), intent(inout) :: progress
       type(status_t), intent(inout) :: status
-      self%looks_cheaply = self%method%dense
+      self%evaluates_cheaply = self%method%dense
       if (self%equal%suit) then
          call self%half%keep_steps()
       else if (.not. self%method%dense) then
@@ -468,7 +468,7 @@ contains
    end subroutine expect_events
 
    !> The state at a time inside the last step, for events: by the method, or by steps of a branch of their own.
-   subroutine look_inside(self, system, before, progress, t, state, work, status, works, tangent)
+   subroutine evaluate_inside(self, system, before, progress, t, state, work, status, works, tangent)
       class(error_control_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: before
@@ -493,7 +493,7 @@ contains
       ! As the step would be repeated: by one step, or by two halves.
       call go_inside(self%probe, system, merge(2, 1, allocated(self%whole)), t, progress%state%t, state, work, status, &
                      works, tangent)
-   end subroutine look_inside
+   end subroutine evaluate_inside
 
    !> Repeats the last step, shorter. The next step is tried with the length that it had.
    subroutine retake(self, system, progress, t_end, status)

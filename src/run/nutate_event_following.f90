@@ -111,8 +111,8 @@ contains
             curve%progress => progress
             curve%mark => mark
             curve%event = k
-            curve%is_cheap = policy%looks_cheaply
-            call progress%events%look(k, system, window_time, motion, hunt%last_parts)
+            curve%is_cheap = policy%evaluates_cheaply
+            call progress%events%evaluate(k, system, window_time, motion, hunt%last_parts)
             status = watched%start_status
             call check_parts(watched%event, hunt%last_parts, status)
             if (status%code /= 0) return
@@ -177,7 +177,8 @@ contains
          real(wp) :: work, each(size(mark%work))
          if (allocated(progress%tangent)) columns = progress%tangent
          if (hunts(k)%root%s > 0.0_wp) then
-            call policy%look_inside(system, mark%state, progress, mark%state%t + hunts(k)%root%s*length, state, work, &
+            call policy%evaluate_inside(system, mark%state, progress, mark%state%t + hunts(k)%root%s*length, state, &
+               work, &
                                     status, each, columns)
             if (status%code /= 0) return
          else

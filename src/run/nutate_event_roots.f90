@@ -32,7 +32,7 @@ module nutate_event_roots
    !> Halvings of a polynomial: beyond, its roots are not told apart.
    integer, parameter :: most_halvings = 40
    !> Evaluations at most, of a root and of an extremum; both take two to five.
-   integer, parameter :: most_tries = 60, most_looks = 24
+   integer, parameter :: most_tries = 60, most_evaluations = 24
    !> An increment of Newton's iteration, in steps, the square of which is below round-off.
    real(wp), parameter :: last_increment = 1e-9_wp
 
@@ -266,7 +266,7 @@ contains
          if (search%wanted == 0 .or. search%wanted == b%side) &
             call refine(curve, search, a, b, cubic_root(a, b), status)
       else if (a%side*a%slope < 0.0_wp .and. b%side*b%slope > 0.0_wp) then
-         call look_beyond(curve, search, a, b, beyond, crosses, status)
+         call evaluate_beyond(curve, search, a, b, beyond, crosses, status)
          if (status%code /= 0 .or. .not. crosses) return
          if (search%wanted == 0 .or. search%wanted == beyond%side) then
             call refine(curve, search, a, beyond, cubic_root(a, beyond), status)
@@ -279,7 +279,7 @@ contains
    !> Looks for a place on the other side of zero, around the extremum between two places of one side: by false position
    !> of the derivative, each time between the neighbours of the extremum (Illinois), until f is there, or as near to
    !> the extremum as f resolves.
-   subroutine look_beyond(curve, search, a, b, beyond, crosses, status)
+   subroutine evaluate_beyond(curve, search, a, b, beyond, crosses, status)
       class(curve_t), intent(inout) :: curve
       type(search_t), intent(in) :: search
       type(node_t), intent(in) :: a, b
@@ -294,7 +294,7 @@ contains
       weights = 1.0_wp
       last = 0
       crosses = .false.
-      do i = 1, most_looks
+      do i = 1, most_evaluations
          associate (low => weights(1)*left%slope, high => weights(2)*right%slope)
             beyond%s = left%s - low*((right%s - left%s)/(high - low))
          end associate
@@ -315,7 +315,7 @@ contains
             last = 2
          end if
       end do
-   end subroutine look_beyond
+   end subroutine evaluate_beyond
 
    !> The root between two places on different sides: Newton's iteration, halving the bracket where it leaves it or is
    !> slow.

@@ -103,8 +103,8 @@ contains
       end if
       h = wide/size_of
       do i = 1, 3
-         call look_along(event, system, window_time, motion, tangent, k, m, i*h, ahead)
-         call look_along(event, system, window_time, motion, tangent, k, m, -i*h, behind)
+         call evaluate_along(event, system, window_time, motion, tangent, k, m, i*h, ahead)
+         call evaluate_along(event, system, window_time, motion, tangent, k, m, -i*h, behind)
          difference = ahead%value - behind%value
          where (ahead%wrap > 0.0_wp) difference = difference - ahead%wrap*anint(difference/ahead%wrap)
          change = change + weights(i)*sum(difference)
@@ -153,7 +153,7 @@ contains
    end function turn_of_orbit
 
    !> g by its parts, or its rate for an extremum, at a place along a column.
-   subroutine look_along(event, system, window_time, motion, tangent, k, m, part, parts)
+   subroutine evaluate_along(event, system, window_time, motion, tangent, k, m, part, parts)
       class(event_t), intent(in) :: event
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: window_time
@@ -165,15 +165,15 @@ contains
       type(part_t), intent(out) :: parts(most_parts)
       type(system_t) :: moved
       if (m == 0) then
-         call look(system)
+         call evaluate(system)
       else
          call move_system(system, tangent, m, part, moved)
-         call look(moved)
+         call evaluate(moved)
       end if
 
    contains
 
-      subroutine look(there)
+      subroutine evaluate(there)
          type(system_t), intent(in) :: there
          type(motion_t) :: place
          type(state_t) :: state
@@ -190,9 +190,9 @@ contains
          else
             parts(1)%value = event%rate(there, place)
          end if
-      end subroutine look
+      end subroutine evaluate
 
-   end subroutine look_along
+   end subroutine evaluate_along
 
    !> Notes the motion and the columns before the first switch.
    subroutine begin(self, system, state, tangent)

@@ -147,7 +147,7 @@ module nutate_event_tracker
       !> Stores the sides on which the quantities of limits are, as the system has it.
       procedure :: hold_sides
       !> The parts of an event's function.
-      procedure :: look
+      procedure :: evaluate
       !> Makes functions and slopes known at the start of a step.
       procedure :: open_step
       !> Notes functions and slopes where a step was ended.
@@ -374,7 +374,7 @@ contains
    end function all_stay_away
 
    !> The parts of an event's function at a motion, and their derivatives by time; angles as they come.
-   pure subroutine look(self, i, system, window_time, motion, parts)
+   pure subroutine evaluate(self, i, system, window_time, motion, parts)
       class(event_tracker_t), intent(inout) :: self
       !> Which event.
       integer, intent(in) :: i
@@ -386,7 +386,7 @@ contains
       type(part_t), intent(out) :: parts(most_parts)
       associate (event => self%watched(i)%event)
          if (event%kind == CROSSING .and. event%family() /= 0) then
-            call look_at_family(self, event, system, motion, parts(1))
+            call evaluate_family(self, event, system, motion, parts(1))
          else if (event%kind == CROSSING) then
             call event%parts(system, motion, parts)
          else
@@ -394,10 +394,10 @@ contains
             parts(1)%rate = second_rate(event, system, window_time, motion)
          end if
       end associate
-   end subroutine look
+   end subroutine evaluate
 
    !> Returns the part of an event of a family: computed, or recalled if another event of it has been evaluated there.
-   pure subroutine look_at_family(self, event, system, motion, part)
+   pure subroutine evaluate_family(self, event, system, motion, part)
       class(event_tracker_t), intent(inout) :: self
       class(event_t), intent(in) :: event
       type(system_t), intent(in) :: system
@@ -422,7 +422,7 @@ contains
       associate (slot => self%recalled(place), k => event%component())
          part = part_t(slot%values(k), event%period, slot%rates(k))
       end associate
-   end subroutine look_at_family
+   end subroutine evaluate_family
 
    !> True for the same state with the same rates.
    pure logical function is_same(a, b)
@@ -500,7 +500,7 @@ contains
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: window_time
       type(part_t) :: parts(most_parts)
-      call self%look(i, system, window_time, self%motion, parts)
+      call self%evaluate(i, system, window_time, self%motion, parts)
       associate (watched => self%watched(i))
          watched%start_status = status_t()
          call check_parts(watched%event, parts, watched%start_status)

@@ -35,7 +35,7 @@ module nutate_fixed_steps
       procedure :: show
       procedure :: state_inside
       procedure :: expect_events
-      procedure :: look_inside
+      procedure :: evaluate_inside
       procedure :: retake
       procedure :: carry
       procedure :: renew
@@ -186,11 +186,11 @@ contains
       type(progress_t), intent(inout) :: progress
       type(status_t), intent(inout) :: status
       call self%stepper%keep_steps()
-      self%looks_cheaply = self%stepper%chooses_steps()
+      self%evaluates_cheaply = self%stepper%chooses_steps()
    end subroutine expect_events
 
    !> The state at a time inside the last step of the method.
-   subroutine look_inside(self, system, before, progress, t, state, work, status, works, tangent)
+   subroutine evaluate_inside(self, system, before, progress, t, state, work, status, works, tangent)
       class(fixed_steps_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: before
@@ -203,7 +203,7 @@ contains
       type(tangent_t), intent(inout), optional :: tangent
       call self%stepper%state_at(system, t, state, work, status, works)
       if (present(tangent) .and. status%code == 0) call self%stepper%carry_inside(system, state, tangent, status)
-   end subroutine look_inside
+   end subroutine evaluate_inside
 
    !> Repeats a part of the last step of the method; what is left of the nominal step then is a piece of its own.
    subroutine retake(self, system, progress, t_end, status)

@@ -120,14 +120,14 @@ contains
       class(observer_t), intent(inout), optional :: observer
       integer(long) :: steps, next_poll
       real(wp) :: watched, sense, quiet_until
-      logical :: over, looks, waits, vets
+      logical :: over, watches, waits, vets
       type(state_t) :: before
       type(mark_t) :: mark
       type(hunt_t), allocatable :: hunts(:)
 
       next_poll = poll_after(progress, policy)
       over = is_over(progress)
-      looks = .false.
+      watches = .false.
       waits = .false.
       vets = is_vetted(observer)
       sense = sign(1.0_wp, progress%plan%end_time - progress%t_first)
@@ -141,15 +141,15 @@ contains
          watched = progress%state%t
          if (allocated(progress%events)) then
             if (sense*quiet_until < sense*progress%state%t + policy%longest_step) &
-               call see_ahead(progress, policy, system, sense*policy%longest_step, mark, looks, waits, quiet_until)
+               call see_ahead(progress, policy, system, sense*policy%longest_step, mark, watches, waits, quiet_until)
          end if
-         if (vets .and. .not. looks) call mark_progress(progress, mark)
+         if (vets .and. .not. watches) call mark_progress(progress, mark)
          if (allocated(progress%tangent)) before = progress%state
          call policy%advance(system, progress, status, observer)
          over = is_over(progress)
          if (waits .and. status%code == 0) then
-            if (looks) looks = .not. progress%events%sleeps_until(progress%state%t, sense)
-            if (looks) then
+            if (watches) watches = .not. progress%events%sleeps_until(progress%state%t, sense)
+            if (watches) then
                call follow_events(policy, system, progress, mark, hunts, observer, status)
                over = progress%events%stopped .or. is_over(progress)
             else if (progress%summary%steps /= steps) then
@@ -254,7 +254,7 @@ contains
    end function poll_after
 
    !> Finds out if anything can happen in the next step.
-   subroutine see_ahead(progress, policy, system, step, mark, looks, waits, quiet_until)
+   subroutine see_ahead(progress, policy, system, step, mark, watches, waits, quiet_until)
       type(progress_t), intent(inout) :: progress
       class(step_policy_t), intent(inout) :: policy
       type(system_t), intent(in) :: system
@@ -262,7 +262,7 @@ contains
       real(wp), intent(in) :: step
       !> The run as it is, if something can.
       type(mark_t), intent(inout) :: mark
-      logical, intent(out) :: looks
+      logical, intent(out) :: watches
       !> A switch or a sample may be due at its end.
       logical, intent(out) :: waits
       !> A time, s, up to which there is no more to see than whole steps.
@@ -271,23 +271,23 @@ contains
       real(wp) :: sense
       quiet_until = -sign(huge(1.0_wp), step)
       associate (events => progress%events, state => progress%state)
-         looks = size(events%watched) > 0
-         if (looks .and. abs(step) < huge(step)) then
+         watches = size(events%watched) > 0
+         if (watches .and. abs(step) < huge(step)) then
             sense = sign(1.0_wp, step)
-            looks = .not. events%sleeps_until(state%t + step, sense)
-            if (looks) then
+            watches = .not. events%sleeps_until(state%t + step, sense)
+            if (watches) then
                if (.not. events%known) then
                   seen = state
                   call policy%show(system, seen)
                   call events%open_step(system, seen, state%t + 0.5_wp*step)
                end if
                call events%fall_asleep(state%t, step)
-               looks = .not. events%sleeps_until(state%t + step, sense)
+               watches = .not. events%sleeps_until(state%t + step, sense)
             end if
          end if
       end associate
-      if (looks) call mark_progress(progress, mark)
-      waits = looks .or. progress%way%begun .or. abs(progress%events%next_sample) < huge(1.0_wp)
+      if (watches) call mark_progress(progress, mark)
+      waits = watches .or. progress%way%begun .or. abs(progress%events%next_sample) < huge(1.0_wp)
       if (.not. waits) then
          quiet_until = progress%events%wakes
          progress%events%switches = 0

@@ -107,7 +107,7 @@ contains
       call bring_near(b%parts, a%parts%value + (0.5_wp*width)*(a%parts%rate + b%parts%rate))
       if (halvings > 0 .and. .not. is_calm(a, b, turn)) then
          middle%s = 0.5_wp*(a%s + b%s)
-         call look_at(self, middle%s, middle%parts, status)
+         call evaluate_at(self, middle%s, middle%parts, status)
          if (status%code /= 0) return
          if (.not. leads_through(a, middle, b) .or. (self%is_cheap .and. turn*width > great_turn)) then
             call follow(self, middle, turn, halvings - 1, status)
@@ -201,7 +201,7 @@ contains
       type(part_t) :: parts(most_parts)
       f = 0.0_wp
       slope = 0.0_wp
-      call look_at(self, s, parts, status)
+      call evaluate_at(self, s, parts, status)
       if (status%code /= 0) return
       if (self%follows) call bring_near(parts, self%expect(s))
       f = sum(parts%value)
@@ -213,7 +213,7 @@ contains
    end subroutine evaluate
 
    !> The parts of the function at a place inside the step, angles as they come, and their derivatives by s.
-   subroutine look_at(self, s, parts, status)
+   subroutine evaluate_at(self, s, parts, status)
       class(step_curve_t), intent(inout) :: self
       real(wp), intent(in) :: s
       type(part_t), intent(out) :: parts(most_parts)
@@ -227,17 +227,17 @@ contains
       window_time = start + 0.5_wp*length
       call self%progress%events%recall_place(s, motion, known)
       if (.not. known) then
-         call self%policy%look_inside(self%system, self%mark%state, self%progress, start + s*length, state, work, &
+         call self%policy%evaluate_inside(self%system, self%mark%state, self%progress, start + s*length, state, work, &
                                       status)
          if (status%code /= 0) return
          call find_motion(self%system, state, motion)
          call find_rates(self%system, window_time, motion)
          call self%progress%events%store_place(s, motion)
       end if
-      call self%progress%events%look(self%event, self%system, window_time, motion, parts)
+      call self%progress%events%evaluate(self%event, self%system, window_time, motion, parts)
       call check_parts(self%progress%events%watched(self%event)%event, parts, status)
       if (status%code /= 0) return
       parts%rate = parts%rate*length
-   end subroutine look_at
+   end subroutine evaluate_at
 
 end module nutate_step_curve

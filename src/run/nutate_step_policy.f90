@@ -20,8 +20,8 @@ module nutate_step_policy
       integer(long) :: steps_per_poll = 1
       !> `state_inside` can be asked at all times of a step: by dense output.
       logical :: is_dense = .false.
-      !> `look_inside` costs much less than a step.
-      logical :: looks_cheaply = .false.
+      !> `evaluate_inside` costs much less than a step.
+      logical :: evaluates_cheaply = .false.
       !> No step is longer, s.
       real(wp) :: longest_step = huge(1.0_wp)
    contains
@@ -34,7 +34,7 @@ module nutate_step_policy
       !> Gets ready for events: each call of `advance` then ends at the first end of a step of the method.
       procedure(get_ready), deferred :: expect_events
       !> The state at a time inside that step, for events: rows and steps do not notice.
-      procedure(look), deferred :: look_inside
+      procedure(evaluate), deferred :: evaluate_inside
       !> Repeats that step, shorter.
       procedure(repeat_part), deferred :: retake
       !> Moves the tangent columns of a run over the step of the method that was accepted last.
@@ -103,7 +103,7 @@ module nutate_step_policy
       end subroutine get_ready
 
       !> Errors: those of the method.
-      subroutine look(self, system, before, progress, t, state, work, status, works, tangent)
+      subroutine evaluate(self, system, before, progress, t, state, work, status, works, tangent)
          import :: step_policy_t, system_t, progress_t, state_t, status_t, tangent_t, wp
          class(step_policy_t), intent(inout) :: self
          type(system_t), intent(in) :: system
@@ -122,7 +122,7 @@ module nutate_step_policy
          real(wp), intent(inout), optional :: works(:)
          !> Columns at the start of the step on entry, at the time on exit.
          type(tangent_t), intent(inout), optional :: tangent
-      end subroutine look
+      end subroutine evaluate
 
       !> Moves a run by a part of the step that was taken last, and counts no step of the run. Errors: those of the
       !> method.

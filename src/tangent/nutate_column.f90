@@ -149,25 +149,25 @@ contains
       found = .false.
       do place = 1, effects%n_potentials + effects%n_off
          do i = 1, effects%n_potentials + effects%n_off
-            if (effects%potentials(i)%place == place) call look_at(effects%potentials(i)%item, OF_POTENTIAL, place)
+            if (effects%potentials(i)%place == place) call visit(effects%potentials(i)%item, OF_POTENTIAL, place)
          end do
       end do
       do i = 1, effects%n_torques
-         call look_at(effects%torques(i)%item, OF_TORQUE, i)
+         call visit(effects%torques(i)%item, OF_TORQUE, i)
       end do
       do i = 1, effects%n_wheels
-         call look_at(effects%wheels(i), OF_WHEEL, i)
+         call visit(effects%wheels(i), OF_WHEEL, i)
       end do
       if (allocated(effects%orbits)) then
          do i = 1, size(effects%orbits)
-            call look_at(effects%orbits(i), OF_ORBIT, i)
+            call visit(effects%orbits(i), OF_ORBIT, i)
          end do
       end if
       if (.not. found) status = fail(NUTATE_BAD_ARGUMENT, 'there is no effect '//trim(effect)//' to differentiate by')
 
    contains
 
-      subroutine look_at(item, kind, place)
+      subroutine visit(item, kind, place)
          class(effect_t), intent(in) :: item
          integer, intent(in) :: kind, place
          integer :: k
@@ -194,7 +194,7 @@ contains
                call follow_field(self, effects%torques(k)%item, k, parameter, change)
             end do
          end select
-      end subroutine look_at
+      end subroutine visit
 
    end subroutine add_where
 

@@ -64,7 +64,7 @@ contains
                                                     transpose(start(4:, :)))
             end if
          end if
-         if (status%ok()) call look_from(handle, state, dt, times, values, status, tangent)
+         if (status%ok()) call evaluate_from(handle, state, dt, times, values, status, tangent)
          call add_failure(handle%failure, status)
       end if
       code = conclude(handle, status)
@@ -103,7 +103,7 @@ contains
    end function are_in_order
 
    !> Rows at times of the motion from a state. Errors: those of the steps.
-   subroutine look_from(handle, state, dt, times, rows, status, tangent)
+   subroutine evaluate_from(handle, state, dt, times, rows, status, tangent)
       type(stepper_handle_t), intent(inout) :: handle
       type(state_t), intent(inout) :: state
       !> s.
@@ -143,7 +143,7 @@ contains
          if (tangent%n > 0 .and. i <= size(times)) call carry_on(handle, state, dt, tangent, status)
          works = works + handle%inside%work
       end do
-   end subroutine look_from
+   end subroutine evaluate_from
 
    !> Moves columns over the step that led to a state.
    subroutine carry_on(handle, state, dt, tangent, status)

@@ -12,7 +12,7 @@ module nutate_c_polls
    implicit none
    private
 
-   public :: poll_t, find_steps_asking, steps_between_looks
+   public :: poll_t, find_steps_asking, steps_between_polls
 
    !> The poll callback, and when it was called last.
    type :: poll_t
@@ -47,7 +47,7 @@ module nutate_c_polls
    !> s.
    real(wp), parameter :: patience = 0.02_wp
    !> Steps between two looks at the clock, which takes a tenth of the cheapest step.
-   integer(long), parameter :: steps_between_looks = 64
+   integer(long), parameter :: steps_between_polls = 64
 
 contains
 

@@ -19,7 +19,7 @@ module nutate_c_reading
    implicit none
    private
 
-   public :: look
+   public :: find_readable
    public :: nutate_stepper_time, nutate_stepper_quaternion, nutate_stepper_conjugate_momentum, &
       nutate_stepper_angular_velocity, nutate_stepper_angular_velocity_space, nutate_stepper_angular_momentum, &
       nutate_stepper_angular_momentum_space, nutate_stepper_matrix, nutate_stepper_euler, nutate_stepper_energy, &
@@ -33,7 +33,7 @@ contains
       type(c_ptr), intent(in), value :: stepper
       real(c_double), intent(inout), optional :: t
       type(stepper_handle_t), pointer :: handle
-      call look(stepper, present(t), .false., handle, code)
+      call find_readable(stepper, present(t), .false., handle, code)
       if (code == NUTATE_OK) t = handle%run%state%t
    end function nutate_stepper_time
 
@@ -41,7 +41,7 @@ contains
       type(c_ptr), intent(in), value :: stepper
       real(c_double), intent(inout), optional :: q(4)
       type(stepper_handle_t), pointer :: handle
-      call look(stepper, present(q), .true., handle, code)
+      call find_readable(stepper, present(q), .true., handle, code)
       if (code == NUTATE_OK) q = handle%run%state%q
    end function nutate_stepper_quaternion
 
@@ -49,7 +49,7 @@ contains
       type(c_ptr), intent(in), value :: stepper
       real(c_double), intent(inout), optional :: p(4)
       type(stepper_handle_t), pointer :: handle
-      call look(stepper, present(p), .true., handle, code)
+      call find_readable(stepper, present(p), .true., handle, code)
       if (code == NUTATE_OK) p = handle%run%state%p
    end function nutate_stepper_conjugate_momentum
 
@@ -57,7 +57,7 @@ contains
       type(c_ptr), intent(in), value :: stepper
       real(c_double), intent(inout), optional :: omega(3)
       type(stepper_handle_t), pointer :: handle
-      call look(stepper, present(omega), .false., handle, code)
+      call find_readable(stepper, present(omega), .false., handle, code)
       if (code == NUTATE_OK) omega = angular_velocity(handle%system, handle%run%state)
    end function nutate_stepper_angular_velocity
 
@@ -65,7 +65,7 @@ contains
       type(c_ptr), intent(in), value :: stepper
       real(c_double), intent(inout), optional :: omega(3)
       type(stepper_handle_t), pointer :: handle
-      call look(stepper, present(omega), .true., handle, code)
+      call find_readable(stepper, present(omega), .true., handle, code)
       if (code == NUTATE_OK) omega = rotate_to_space(quat_normalized(handle%run%state%q), &
                                                      angular_velocity(handle%system, handle%run%state))
    end function nutate_stepper_angular_velocity_space
@@ -74,7 +74,7 @@ contains
       type(c_ptr), intent(in), value :: stepper
       real(c_double), intent(inout), optional :: momentum(3)
       type(stepper_handle_t), pointer :: handle
-      call look(stepper, present(momentum), .false., handle, code)
+      call find_readable(stepper, present(momentum), .false., handle, code)
       if (code == NUTATE_OK) momentum = body_momentum(handle%run%state)
    end function nutate_stepper_angular_momentum
 
@@ -82,7 +82,7 @@ contains
       type(c_ptr), intent(in), value :: stepper
       real(c_double), intent(inout), optional :: momentum(3)
       type(stepper_handle_t), pointer :: handle
-      call look(stepper, present(momentum), .true., handle, code)
+      call find_readable(stepper, present(momentum), .true., handle, code)
       if (code == NUTATE_OK) momentum = space_momentum(handle%run%state)
    end function nutate_stepper_angular_momentum_space
 
@@ -91,7 +91,7 @@ contains
       !> C's r[3][3], which is this one's transpose.
       real(c_double), intent(inout), optional :: r(3, 3)
       type(stepper_handle_t), pointer :: handle
-      call look(stepper, present(r), .true., handle, code)
+      call find_readable(stepper, present(r), .true., handle, code)
       if (code == NUTATE_OK) r = transpose(rotation_matrix(quat_normalized(handle%run%state%q)))
    end function nutate_stepper_matrix
 
@@ -99,7 +99,7 @@ contains
       type(c_ptr), intent(in), value :: stepper
       real(c_double), intent(inout), optional :: angles(3)
       type(stepper_handle_t), pointer :: handle
-      call look(stepper, present(angles), .true., handle, code)
+      call find_readable(stepper, present(angles), .true., handle, code)
       if (code == NUTATE_OK) call euler_from_quat(handle%run%state%q, angles(1), angles(2), angles(3))
    end function nutate_stepper_euler
 
@@ -109,7 +109,7 @@ contains
       type(stepper_handle_t), pointer :: handle
       type(status_t) :: status
       real(wp) :: kinetic, potential, frame, work
-      call look(stepper, present(energy), .false., handle, code)
+      call find_readable(stepper, present(energy), .false., handle, code)
       if (code /= NUTATE_OK) return
       handle%failure = 0
       kinetic = kinetic_energy(handle%system, handle%run%state, handle%run%requested%inverse_auxiliary_inertia)
@@ -126,7 +126,7 @@ contains
       type(c_ptr), intent(in), value :: stepper
       real(c_double), intent(inout), optional :: constraints(2)
       type(stepper_handle_t), pointer :: handle
-      call look(stepper, present(constraints), .true., handle, code)
+      call find_readable(stepper, present(constraints), .true., handle, code)
       if (code == NUTATE_OK) constraints = [dot_product(handle%run%state%q, handle%run%state%q) - 1, &
                                             dot_product(handle%run%state%q, handle%run%state%p)]
    end function nutate_stepper_constraints
@@ -138,7 +138,7 @@ contains
       type(stepper_handle_t), pointer :: handle
       integer :: which
       real(wp) :: along(3)
-      call look(stepper, present(components), .false., handle, code)
+      call find_readable(stepper, present(components), .false., handle, code)
       if (code /= NUTATE_OK) return
       call conserved_momentum(handle%system%effects, which, along)
       components = which
@@ -149,7 +149,7 @@ contains
       type(c_ptr), intent(in), value :: stepper
       real(c_double), intent(inout), optional :: error(2)
       type(stepper_handle_t), pointer :: handle
-      call look(stepper, present(error), .false., handle, code)
+      call find_readable(stepper, present(error), .false., handle, code)
       if (code == NUTATE_OK) error = [handle%run%summary%estimate, handle%run%summary%round_off]
    end function nutate_stepper_accuracy
 
@@ -158,7 +158,7 @@ contains
       integer(c_int), intent(inout), optional :: iterations
       real(c_double), intent(inout), optional :: residual
       type(stepper_handle_t), pointer :: handle
-      call look(stepper, .true., .false., handle, code)
+      call find_readable(stepper, .true., .false., handle, code)
       if (code /= NUTATE_OK) return
       if (present(iterations)) iterations = 0
       if (present(residual)) residual = 0.0_wp
@@ -171,7 +171,7 @@ contains
       type(c_ptr), intent(in), value :: stepper
       integer(c_int64_t), intent(inout), optional :: steps
       type(stepper_handle_t), pointer :: handle
-      call look(stepper, present(steps), .false., handle, code)
+      call find_readable(stepper, present(steps), .false., handle, code)
       if (code /= NUTATE_OK) return
       steps = handle%run%summary%uncertified_steps
    end function nutate_stepper_uncertified
@@ -203,7 +203,7 @@ contains
       type(c_ptr), intent(in), value :: stepper
       integer(c_size_t), intent(inout), optional :: width
       type(stepper_handle_t), pointer :: handle
-      call look(stepper, present(width), .false., handle, code)
+      call find_readable(stepper, present(width), .false., handle, code)
       if (code == NUTATE_OK) width = handle%columns%width
    end function nutate_stepper_width
 
@@ -211,7 +211,7 @@ contains
       type(c_ptr), intent(in), value :: stepper, buffer
       integer(c_size_t), intent(in), value :: column, size
       type(stepper_handle_t), pointer :: handle
-      call look(stepper, .true., .false., handle, code)
+      call find_readable(stepper, .true., .false., handle, code)
       if (code /= NUTATE_OK) return
       code = NUTATE_BAD_ARGUMENT
       if (column < 0 .or. column >= handle%columns%width) return
@@ -245,7 +245,7 @@ contains
    end function nutate_stepper_row
 
    !> Finds a stepper that can be read.
-   subroutine look(stepper, complete, needs_attitude, handle, code)
+   subroutine find_readable(stepper, complete, needs_attitude, handle, code)
       type(c_ptr), intent(in) :: stepper
       !> No argument that must be there is null.
       logical, intent(in) :: complete
@@ -260,7 +260,7 @@ contains
       code = NUTATE_OK
       if (needs_attitude .and. .not. handle%run%summary%settings%attitude) code = NUTATE_BAD_ARGUMENT
       if (.not. complete) code = NUTATE_BAD_ARGUMENT
-   end subroutine look
+   end subroutine find_readable
 
    !> Sets the sets of columns. Errors: those of `choose` of the columns, those of callbacks.
    subroutine choose_columns(handle, sets, status)

@@ -4,7 +4,7 @@ module nutate_c_stepping
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_int64_t, c_ptr
    use nutate_c_effects, only: has_callbacks, status_of_failure
    use nutate_c_handles, only: conclude, find_stepper, stepper_handle_t, unprepare, STEPPER_MARK, null_argument
-   use nutate_c_polls, only: steps_between_looks
+   use nutate_c_polls, only: steps_between_polls
    use nutate_c_settings, only: prepare_if_needed
    use nutate_control, only: needs_control
    use nutate_failure_causes, only: add_jump
@@ -72,7 +72,7 @@ contains
          if (code /= NUTATE_OK) return
          if (handle%run%stepper%uncertified > 0) call count_uncertified(handle%run%summary)
          if (present(done)) done = i
-         if (mod(i, steps_between_looks) == 0) then
+         if (mod(i, steps_between_polls) == 0) then
             call handle%poll%ask(handle%status)
             code = handle%status%code
             if (code /= NUTATE_OK) return

@@ -5,7 +5,7 @@ module nutate_c_wheels
    use nutate_attitude, only: roll_pitch_yaw_from_quat
    use nutate_c_effects, only: add_failure
    use nutate_c_handles, only: conclude, find_stepper, stepper_handle_t
-   use nutate_c_reading, only: look
+   use nutate_c_reading, only: find_readable
    use nutate_c_settings, only: prepare_if_needed
    use nutate_effect_list, only: effect_list_t
    use nutate_hamiltonian, only: angular_velocity, conserved_energy
@@ -25,7 +25,7 @@ contains
       type(c_ptr), intent(in), value :: stepper
       integer(c_size_t), intent(inout), optional :: n
       type(stepper_handle_t), pointer :: handle
-      call look(stepper, present(n), .false., handle, code)
+      call find_readable(stepper, present(n), .false., handle, code)
       if (code == NUTATE_OK) n = handle%system%effects%n_wheels
    end function nutate_stepper_wheel_count
 
@@ -34,7 +34,7 @@ contains
       integer(c_size_t), intent(in), value :: wheel
       real(c_double), intent(inout), optional :: speed, momentum, work(2)
       type(stepper_handle_t), pointer :: handle
-      call look(stepper, .true., .false., handle, code)
+      call find_readable(stepper, .true., .false., handle, code)
       if (code /= NUTATE_OK) return
       code = NUTATE_BAD_ARGUMENT
       if (wheel < 1 .or. wheel > handle%system%effects%n_wheels) return
@@ -106,7 +106,7 @@ contains
       type(stepper_handle_t), pointer :: handle
       type(status_t) :: status
       real(wp) :: energy
-      call look(stepper, present(jacobi), .true., handle, code)
+      call find_readable(stepper, present(jacobi), .true., handle, code)
       if (code /= NUTATE_OK) return
       handle%failure = 0
       energy = conserved_energy(handle%system, handle%run%state, handle%run%requested%inverse_auxiliary_inertia)
@@ -119,7 +119,7 @@ contains
       type(c_ptr), intent(in), value :: stepper
       real(c_double), intent(inout), optional :: work
       type(stepper_handle_t), pointer :: handle
-      call look(stepper, present(work), .false., handle, code)
+      call find_readable(stepper, present(work), .false., handle, code)
       if (code == NUTATE_OK) work = handle%run%state%time_dependent_work
    end function nutate_stepper_time_dependent_work
 
@@ -127,7 +127,7 @@ contains
       type(c_ptr), intent(in), value :: stepper
       real(c_double), intent(inout), optional :: position(3), true_anomaly
       type(stepper_handle_t), pointer :: handle
-      call look_at_orbit(stepper, .false., handle, code)
+      call find_on_orbit(stepper, .false., handle, code)
       if (code /= NUTATE_OK) return
       associate (path => handle%system%effects%orbit%path, t => handle%run%state%t)
          if (present(position)) position = path%position(t)
@@ -140,7 +140,7 @@ contains
       real(c_double), intent(inout), optional :: q(4), angles(3)
       type(stepper_handle_t), pointer :: handle
       real(wp) :: relative(4)
-      call look_at_orbit(stepper, .true., handle, code)
+      call find_on_orbit(stepper, .true., handle, code)
       if (code /= NUTATE_OK) return
       associate (state => handle%run%state)
          relative = quat_product(quat_conjugate(handle%system%effects%orbit%axes(state%t)), state%q)
@@ -150,15 +150,15 @@ contains
    end function nutate_stepper_lvlh_attitude
 
    !> Finds a stepper whose body is on an orbit.
-   subroutine look_at_orbit(stepper, needs_attitude, handle, code)
+   subroutine find_on_orbit(stepper, needs_attitude, handle, code)
       type(c_ptr), intent(in) :: stepper
       logical, intent(in) :: needs_attitude
       type(stepper_handle_t), pointer, intent(out) :: handle
-      !> As `look` has it; `NUTATE_BAD_ARGUMENT` without an orbit.
+      !> As `find_readable` has it; `NUTATE_BAD_ARGUMENT` without an orbit.
       integer(c_int), intent(out) :: code
-      call look(stepper, .true., needs_attitude, handle, code)
+      call find_readable(stepper, .true., needs_attitude, handle, code)
       if (code /= NUTATE_OK) return
       if (.not. handle%system%effects%on_orbit) code = NUTATE_BAD_ARGUMENT
-   end subroutine look_at_orbit
+   end subroutine find_on_orbit
 
 end module nutate_c_wheels
