@@ -2,7 +2,7 @@
 !> order of time, and a step in which an event stops the run or switches something ends there.
 module nutate_event_following
    use nutate_event, only: CROSSING, event_t, time_scale, SWITCH_OFF, SWITCH_ON
-   use nutate_event_hunt, only: hunt_t
+   use nutate_root_search, only: root_search_t
    use nutate_event_roots, only: node_t
    use nutate_event_times, only: crossing_t, find_time_change
    use nutate_event_tracker, only: check_parts
@@ -38,14 +38,14 @@ contains
    !>
    !> Errors: those of the method and of the observer; `NUTATE_STEP_LIMIT` for switches without end, and for an event
    !> that happens more often than the plan allows steps.
-   subroutine follow_events(policy, system, progress, mark, hunts, observer, status)
+   subroutine follow_events(policy, system, progress, mark, searches, observer, status)
       class(step_policy_t), intent(inout), target :: policy
       type(system_t), intent(in), target :: system
       type(progress_t), intent(inout), target :: progress
       !> The run before the step.
       type(mark_t), intent(in), target :: mark
       !> Made in the first call, and kept for the next.
-      type(hunt_t), allocatable, intent(inout) :: hunts(:)
+      type(root_search_t), allocatable, intent(inout) :: searches(:)
       class(observer_t), intent(inout), optional :: observer
       type(status_t), intent(inout) :: status
       !> As it is shown.
@@ -60,7 +60,7 @@ contains
          if (.not. abs(length) > 0.0_wp) return
          call close_step()
          do i = 1, size(events%watched)
-            if (status%code == 0 .and. .not. hunts(i)%found) call find_next(i, hunts(i)%first)
+            if (status%code == 0 .and. .not. searches(i)%found) call find_next(i, searches(i)%first)
          end do
          if (status%code == 0) call process_in_order()
          if (status%code == 0) call keep_ends()
@@ -77,7 +77,7 @@ contains
          type(state_t) :: seen
          real(wp) :: window_time, turn
          integer :: k
-         if (.not. allocated(hunts)) allocate (hunts(size(progress%events%watched)))
+         if (.not. allocated(searches)) allocate (searches(size(progress%events%watched)))
          associate (events => progress%events)
             window_time = 0.5_wp*(mark%state%t + progress%state%t)
             call events%open_step(system, mark%state, window_time)
@@ -90,8 +90,8 @@ contains
             call find_rates(system, window_time, motion)
             turn = abs(length)/min(time_scale(events%motion), time_scale(motion))
             turn = max(turn, min(abs(length)*events%bounds%frequency, most_phase))
-            do k = 1, size(hunts)
-               call open_hunt(k, motion, window_time, turn)
+            do k = 1, size(searches)
+               call open_search(k, motion, window_time, turn)
                if (status%code /= 0) return
             end do
             events%motion = motion
@@ -99,46 +99,46 @@ contains
       end subroutine close_step
 
       !> Makes function and slope of one event known at both ends.
-      subroutine open_hunt(k, motion, window_time, turn)
+      subroutine open_search(k, motion, window_time, turn)
          integer, intent(in) :: k
          !> At the end.
          type(motion_t), intent(in) :: motion
          !> s; rad.
          real(wp), intent(in) :: window_time, turn
-         associate (hunt => hunts(k), curve => hunts(k)%curve, watched => progress%events%watched(k))
+         associate (search => searches(k), curve => searches(k)%curve, watched => progress%events%watched(k))
             curve%policy => policy
             curve%system => system
             curve%progress => progress
             curve%mark => mark
             curve%event = k
             curve%is_cheap = policy%evaluates_cheaply
-            call progress%events%evaluate(k, system, window_time, motion, hunt%last_parts)
+            call progress%events%evaluate(k, system, window_time, motion, search%last_parts)
             status = watched%start_status
-            call check_parts(watched%event, hunt%last_parts, status)
+            call check_parts(watched%event, search%last_parts, status)
             if (status%code /= 0) return
-            call curve%join(watched%parts, hunt%last_parts, turn, status)
-            hunt%first = node_t(f=watched%f, slope=watched%slope*length)
-            hunt%last = node_t(s=1.0_wp, f=sum(hunt%last_parts%value), slope=sum(hunt%last_parts%rate)*length)
-            if (watched%event%kind == CROSSING) hunt%last%f = hunt%last%f - watched%event%level
-            hunt%turn = turn
+            call curve%join(watched%parts, search%last_parts, turn, status)
+            search%first = node_t(f=watched%f, slope=watched%slope*length)
+            search%last = node_t(s=1.0_wp, f=sum(search%last_parts%value), slope=sum(search%last_parts%rate)*length)
+            if (watched%event%kind == CROSSING) search%last%f = search%last%f - watched%event%level
+            search%turn = turn
             ! Backward in time the derivative grows through zero at a maximum.
-            hunt%wanted = watched%event%counted_direction()
-            if (watched%event%kind /= CROSSING .and. length < 0.0_wp) hunt%wanted = -hunt%wanted
-            hunt%scale = progress%events%variation(k, hunt%last, turn)
+            search%wanted = watched%event%counted_direction()
+            if (watched%event%kind /= CROSSING .and. length < 0.0_wp) search%wanted = -search%wanted
+            search%scale = progress%events%variation(k, search%last, turn)
             if (watched%event%kind /= CROSSING) &
-               hunt%pace = watched%event%magnitude(system, motion)/abs(length)
-            call hunt%set_sides(watched, is_over(progress))
-            watched%lowest = min(watched%lowest, hunt%last%f)
-            watched%highest = max(watched%highest, hunt%last%f)
+               search%pace = watched%event%magnitude(system, motion)/abs(length)
+            call search%set_sides(watched, is_over(progress))
+            watched%lowest = min(watched%lowest, search%last%f)
+            watched%highest = max(watched%highest, search%last%f)
             watched%seen = min(watched%seen + 1, 1000)
          end associate
-      end subroutine open_hunt
+      end subroutine open_search
 
       !> Looks for the next root of an event behind a place.
       subroutine find_next(k, from)
          integer, intent(in) :: k
          type(node_t), intent(in) :: from
-         call hunts(k)%find_next(from, spacing(max(abs(mark%state%t), abs(length)))/abs(length), status)
+         call searches(k)%find_next(from, spacing(max(abs(mark%state%t), abs(length)))/abs(length), status)
       end subroutine find_next
 
       !> Processes the events in the order of time, up to one that ends the step.
@@ -147,11 +147,11 @@ contains
          logical :: ends
          do
             k = 0
-            do i = 1, size(hunts)
-               if (.not. hunts(i)%found) cycle
+            do i = 1, size(searches)
+               if (.not. searches(i)%found) cycle
                if (k == 0) then
                   k = i
-               else if (hunts(i)%root%s < hunts(k)%root%s) then
+               else if (searches(i)%root%s < searches(k)%root%s) then
                   k = i
                end if
             end do
@@ -160,11 +160,11 @@ contains
                ends = watched%event%action /= 0 .or. ends_run(watched%event, watched%number + 1)
             end associate
             if (ends) then
-               call end_step_at(hunts(k)%root%s)
+               call end_step_at(searches(k)%root%s)
                return
             end if
             call show_inside(k)
-            if (status%code == 0) call find_next(k, hunts(k)%root)
+            if (status%code == 0) call find_next(k, searches(k)%root)
             if (status%code /= 0) return
          end do
       end subroutine process_in_order
@@ -176,8 +176,8 @@ contains
          type(run_record_t) :: record
          real(wp) :: work, each(size(mark%work))
          if (allocated(progress%tangent)) columns = progress%tangent
-         if (hunts(k)%root%s > 0.0_wp) then
-            call policy%evaluate_inside(system, mark%state, progress, mark%state%t + hunts(k)%root%s*length, state, &
+         if (searches(k)%root%s > 0.0_wp) then
+            call policy%evaluate_inside(system, mark%state, progress, mark%state%t + searches(k)%root%s*length, state, &
                work, &
                                     status, each, columns)
             if (status%code /= 0) return
@@ -215,22 +215,22 @@ contains
             last = progress%state
             call policy%show(system, last)
          end if
-         do k = 1, size(hunts)
-            associate (watched => progress%events%watched(k), curve => hunts(k)%curve)
+         do k = 1, size(searches)
+            associate (watched => progress%events%watched(k), curve => searches(k)%curve)
                if (curve%follows) watched%parts%value = curve%expect(s)
             end associate
          end do
          call progress%events%place(system, last, mark%state%t + 0.5_wp*length)
-         do k = 1, size(hunts)
-            hunts(k)%found = hunts(k)%found .and. hunts(k)%root%s <= s + margin
-            if (.not. hunts(k)%found) cycle
+         do k = 1, size(searches)
+            searches(k)%found = searches(k)%found .and. searches(k)%root%s <= s + margin
+            if (.not. searches(k)%found) cycle
             call happen(k, progress%state, progress%record)
             if (status%code /= 0) return
          end do
-         do k = 1, size(hunts)
-            call hunts(k)%leave_cut(progress%events%watched(k), hunts(k)%found, margin, s > margin)
+         do k = 1, size(searches)
+            call searches(k)%leave_cut(progress%events%watched(k), searches(k)%found, margin, s > margin)
          end do
-         hunts%found = .true.
+         searches%found = .true.
       end subroutine end_step_at
 
       !> The columns at the end of the step; those of the run stay where they are until the step is accepted.
@@ -249,8 +249,8 @@ contains
          integer, intent(in) :: k
          type(state_t), intent(in) :: state
          associate (events => progress%events, watched => progress%events%watched(k))
-            if (.not. hunts(k)%jumped) then
-               call find_time_change(watched%event, system, mark%state%t + 0.5_wp*length, state, hunts(k)%scale, &
+            if (.not. searches(k)%jumped) then
+               call find_time_change(watched%event, system, mark%state%t + 0.5_wp*length, state, searches(k)%scale, &
                                      columns, watched%time_change)
             else if (allocated(events%switch_change) .and. .not. abs(events%switch_time - state%t) > 0.0_wp) then
                watched%time_change = events%switch_change
@@ -277,8 +277,8 @@ contains
             end if
             if (watched%number == 1) watched%first_time = state%t
             watched%last_time = state%t
-            call hunts(k)%pass_root()
-            if (abs(hunts(k)%root%slope) > 0.0_wp) watched%worst = max(watched%worst, spacing(state%t))
+            call searches(k)%pass_root()
+            if (abs(searches(k)%root%slope) > 0.0_wp) watched%worst = max(watched%worst, spacing(state%t))
             if (allocated(columns)) call differentiate_time(k, state)
             if (present(observer) .and. k <= events%n_asked) &
                call observer%observe_event(system, watched%event, k, watched%number, state, record, status)
@@ -298,10 +298,10 @@ contains
       subroutine keep_ends()
          integer :: k
          associate (events => progress%events)
-            if (any(hunts%found)) return
+            if (any(searches%found)) return
             if (progress%summary%steps > mark%steps) events%switches = 0
-            do k = 1, size(hunts)
-               call hunts(k)%leave_step(events%watched(k), length)
+            do k = 1, size(searches)
+               call searches(k)%leave_step(events%watched(k), length)
             end do
          end associate
       end subroutine keep_ends

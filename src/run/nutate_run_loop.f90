@@ -4,7 +4,7 @@ module nutate_run_loop
    use nutate_byte_archive, only: byte_archive_t
    use nutate_control, only: check_sampling, next_sample, take_samples
    use nutate_event_following, only: follow_events, make_switches
-   use nutate_event_hunt, only: hunt_t
+   use nutate_root_search, only: root_search_t
    use nutate_hamiltonian, only: angular_velocity
    use nutate_kinds, only: wp, eps, long
    use nutate_limits, only: same_time
@@ -123,7 +123,7 @@ contains
       logical :: over, watches, waits, vets
       type(state_t) :: before
       type(mark_t) :: mark
-      type(hunt_t), allocatable :: hunts(:)
+      type(root_search_t), allocatable :: searches(:)
 
       next_poll = poll_after(progress, policy)
       over = is_over(progress)
@@ -150,7 +150,7 @@ contains
          if (waits .and. status%code == 0) then
             if (watches) watches = .not. progress%events%sleeps_until(progress%state%t, sense)
             if (watches) then
-               call follow_events(policy, system, progress, mark, hunts, observer, status)
+               call follow_events(policy, system, progress, mark, searches, observer, status)
                over = progress%events%stopped .or. is_over(progress)
             else if (progress%summary%steps /= steps) then
                progress%events%switches = 0

@@ -1,7 +1,7 @@
 !> The search for one event in a step of the method: on which side of its level the function is at both ends, and the
 !> roots between. A function with a period has a level at each multiple of it; between two of them it lies in a cell,
 !> which it leaves by the one above or the one below.
-module nutate_event_hunt
+module nutate_root_search
    use nutate_event, only: CROSSING, most_parts, part_t, SWITCH_TOGGLE
    use nutate_event_roots, only: find_first_root, node_t
    use nutate_event_tracker, only: watched_t
@@ -11,7 +11,7 @@ module nutate_event_hunt
    implicit none
    private
 
-   public :: hunt_t
+   public :: root_search_t
 
    !> Round-off of a function, over its value; that of a derivative, and of one by differences (`second_rate`), over the
    !> size of the quantity in the time of a radian.
@@ -22,7 +22,7 @@ module nutate_event_hunt
    real(wp), parameter :: at_level = 1e-6_wp
 
    !> The search for the next root of one event.
-   type :: hunt_t
+   type :: root_search_t
       type(step_curve_t) :: curve
       !> Both ends; with a period f counts from the level of the event, and the sides are without meaning.
       type(node_t) :: first = node_t(), last = node_t()
@@ -57,13 +57,13 @@ module nutate_event_hunt
       procedure :: leave_step
       !> Notes where the step was cut.
       procedure :: leave_cut
-   end type hunt_t
+   end type root_search_t
 
 contains
 
    !> Finds the sides at both ends; where the function has jumped over a level, that is a root.
    pure subroutine set_sides(self, watched, is_end)
-      class(hunt_t), intent(inout) :: self
+      class(root_search_t), intent(inout) :: self
       type(watched_t), intent(inout) :: watched
       !> The run ends with the step: what comes to its level just there happens.
       logical, intent(in) :: is_end
@@ -103,7 +103,7 @@ contains
 
    !> The same with a period.
    pure subroutine set_cells(self, watched, sense)
-      class(hunt_t), intent(inout) :: self
+      class(root_search_t), intent(inout) :: self
       type(watched_t), intent(inout) :: watched
       !> The cell of a level at the end: 1, behind; -1, before.
       real(wp), intent(in) :: sense
@@ -126,7 +126,7 @@ contains
 
    !> The function has jumped over a level at the start of the step.
    pure subroutine note_jump(self, side)
-      class(hunt_t), intent(inout) :: self
+      class(root_search_t), intent(inout) :: self
       integer, intent(in) :: side
       self%found = self%wanted == 0 .or. self%wanted == side
       self%jumped = .true.
@@ -189,7 +189,7 @@ contains
 
    !> Looks for the next root behind a place. Errors: those of the curve.
    subroutine find_next(self, from, resolution, status)
-      class(hunt_t), intent(inout) :: self
+      class(root_search_t), intent(inout) :: self
       !> By value: it may be the root found last.
       type(node_t), value :: from
       !> Round-off of a time, in steps.
@@ -209,7 +209,7 @@ contains
 
    !> The same with a period: cell by cell, to a root with the direction that is wanted.
    subroutine find_next_level(self, from, resolution, status)
-      class(hunt_t), intent(inout) :: self
+      class(root_search_t), intent(inout) :: self
       type(node_t), value :: from
       real(wp), intent(in) :: resolution
       type(status_t), intent(inout) :: status
@@ -245,7 +245,7 @@ contains
 
    !> The first root at one level.
    subroutine find_at(self, level, from, side, to, resolution, found, root, status)
-      class(hunt_t), intent(inout) :: self
+      class(root_search_t), intent(inout) :: self
       !> In periods.
       real(wp), intent(in) :: level
       !> f from the level of the event.
@@ -272,7 +272,7 @@ contains
 
    !> Notes that the root has happened.
    pure subroutine pass_root(self)
-      class(hunt_t), intent(inout) :: self
+      class(root_search_t), intent(inout) :: self
       self%first%side = self%root%side
       self%cell = self%next_cell
       self%has_passed = .true.
@@ -281,7 +281,7 @@ contains
 
    !> Notes the end of the step.
    pure subroutine leave_step(self, watched, length)
-      class(hunt_t), intent(in) :: self
+      class(root_search_t), intent(in) :: self
       type(watched_t), intent(inout) :: watched
       !> s.
       real(wp), intent(in) :: length
@@ -297,7 +297,7 @@ contains
 
    !> Subtracts whole periods, that are whole turns, so that an angle keeps its digits however long it turns.
    pure subroutine subtract_periods(self, watched)
-      class(hunt_t), intent(in) :: self
+      class(root_search_t), intent(in) :: self
       type(watched_t), intent(inout) :: watched
       real(wp) :: periods, turns
       associate (part => watched%parts(1))
@@ -314,7 +314,7 @@ contains
 
    !> Notes where the step was cut, function and slope known there.
    pure subroutine leave_cut(self, watched, happened, slope_error, moved)
-      class(hunt_t), intent(in) :: self
+      class(root_search_t), intent(in) :: self
       type(watched_t), intent(inout) :: watched
       !> The event happened there; the state there is not that at the start of the step.
       logical, intent(in) :: happened, moved
@@ -342,4 +342,4 @@ contains
       end if
    end subroutine leave_cut
 
-end module nutate_event_hunt
+end module nutate_root_search
