@@ -28,7 +28,7 @@ module nutate_c_polls
 
    !> Calls the poll callback in trial runs, which write no output.
    type, extends(observer_t) :: trial_observer_t
-      type(poll_t) :: whom
+      type(poll_t) :: callback
       !> Status and what the callback returned, of a callback that failed; shape (2).
       integer(c_int), pointer :: failure(:) => null()
    contains
@@ -68,15 +68,15 @@ contains
 
    !> Finds the steps of a run that has begun, as its `find_steps` does, and asks in trial runs. Errors: those of trial
    !> run runs and of callbacks, and `NUTATE_STOPPED`.
-   subroutine find_steps_asking(run, whom, failure, system, status)
+   subroutine find_steps_asking(run, callback, failure, system, status)
       type(run_t), intent(inout) :: run
-      type(poll_t), intent(in) :: whom
+      type(poll_t), intent(in) :: callback
       !> Status and what the callback returned, of a callback that failed; shape (2).
       integer(c_int), intent(in), target :: failure(:)
       type(system_t), intent(in) :: system
       type(status_t), intent(out) :: status
       type(trial_observer_t) :: trials
-      trials%whom = whom
+      trials%callback = callback
       trials%failure => failure
       call run%find_steps(system, status, trials)
    end subroutine find_steps_asking
@@ -97,7 +97,7 @@ contains
       real(wp), intent(in) :: fraction
       type(status_t), intent(out) :: status
       status = status_of_failure(self%failure)
-      if (status%ok()) call self%whom%ask(status)
+      if (status%ok()) call self%callback%ask(status)
    end subroutine poll_trial
 
 end module nutate_c_polls
