@@ -18,7 +18,7 @@ module nutate_check_command
    use nutate_files, only: STANDARD_OUTPUT
    use nutate_fixed_steps, only: count_steps
    use nutate_free_columns, only: usual_sets
-   use nutate_free_setup, only: add_free_numbers, carry_free_columns
+   use nutate_free_setup, only: add_free_numbers, propagate_free_parameters
    use nutate_hamiltonian, only: angular_velocity, body_momentum, kinetic_energy, potential_energy, space_momentum
    use nutate_invariants, only: invariants_t
    use nutate_keys, only: group_t, key_t, KEY_LOGICAL, KEY_TEXT
@@ -73,7 +73,7 @@ contains
       if (exit_code /= EXIT_SUCCESS) return
       scene%output%columns = usual_sets(scene)
       call run%begin(scene%system, scene%integrator, scene%initial, scene%plan, status)
-      if (status%ok()) call carry_free_columns(scene, run, exit_code)
+      if (status%ok()) call propagate_free_parameters(scene, run, exit_code)
       if (status%ok() .and. exit_code == EXIT_SUCCESS) call run%follow_chaos(scene%chaos, scene%system, status)
       if (.not. status%ok()) then
          call say_error(printable_path(scene%file)//': '//trim(status%message))
@@ -478,7 +478,7 @@ contains
       integer(long) :: n, rows
       call page%line('output')
       call columns%choose(scene%output%columns, status, scene%output%degrees, scene%system%effects, &
-                          scene%carried())
+                          scene%propagated())
       header = columns%header()
       if (scene%output%epoch%is_set()) header = 't,date'//header(2:)
       if (status%ok()) call page%item('columns', header)

@@ -12,7 +12,7 @@ module nutate_cost_command
    use nutate_cost_table, only: add_reference, add_table
    use nutate_decimal, only: rounded_text
    use nutate_files, only: STANDARD_ERROR, STANDARD_OUTPUT
-   use nutate_free_setup, only: carried_fault
+   use nutate_free_setup, only: propagated_fault
    use nutate_gnuplot, only: picture_t
    use nutate_outputs, only: outputs_t, picture_kind, COSTS
    use nutate_picture_opening, only: open_picture, report_file
@@ -241,8 +241,8 @@ contains
    subroutine refuse_derivatives(scene, exit_code)
       type(scene_t), intent(in) :: scene
       integer, intent(inout) :: exit_code
-      if (carried_fault(scene) == '') return
-      call say_error(carried_fault(scene))
+      if (propagated_fault(scene) == '') return
+      call say_error(propagated_fault(scene))
       exit_code = EXIT_INPUT
    end subroutine refuse_derivatives
 

@@ -60,7 +60,7 @@ contains
       integer(long), intent(in) :: rows
       type(columns_t) :: columns
       type(status_t) :: status
-      call columns%choose(scene%output%columns, status, effects=scene%system%effects, carried=scene%carried())
+      call columns%choose(scene%output%columns, status, effects=scene%system%effects, propagated=scene%propagated())
       history_bytes = usual_field*real(rows, wp)*real(columns%width, wp)
       if (scene%output%epoch%is_set()) history_bytes = history_bytes + date_field*real(rows, wp)
    end function history_bytes

@@ -3,7 +3,7 @@ module nutate_free_setup
    use nutate_column, only: column_t
    use nutate_console, only: page_t, say_error, EXIT_INPUT
    use nutate_decimal, only: rounded_text
-   use nutate_free_columns, only: free_columns, shows_carried, shows_derivatives
+   use nutate_free_columns, only: free_columns, shows_propagated, shows_derivatives
    use nutate_kinds, only: wp
    use nutate_run, only: run_t
    use nutate_scene, only: scene_t
@@ -13,12 +13,12 @@ module nutate_free_setup
    implicit none
    private
 
-   public :: add_free_numbers, carried_fault, carry_free_columns
+   public :: add_free_numbers, propagated_fault, propagate_free_parameters
 
 contains
 
    !> Gives a run the tangent columns that its history shows, if it shows any. What has none is reported in one line.
-   subroutine carry_free_columns(scene, run, exit_code)
+   subroutine propagate_free_parameters(scene, run, exit_code)
       type(scene_t), intent(in) :: scene
       !> Begun.
       type(run_t), intent(inout) :: run
@@ -36,22 +36,22 @@ contains
       if (.not. error%raised) return
       call say_error(naming_options(error_line(scene%file, error)))
       exit_code = EXIT_INPUT
-   end subroutine carry_free_columns
+   end subroutine propagate_free_parameters
 
    !> Returns what is wrong, in a line, where the columns of a scene are those that only `nutate run` can write; else
    !> nothing.
-   function carried_fault(scene) result(message)
+   function propagated_fault(scene) result(message)
       type(scene_t), intent(in) :: scene
       character(len=:), allocatable :: message
       type(scene_error_t) :: error
       integer :: i
       message = ''
-      if (.not. shows_carried(scene%output%columns)) return
+      if (.not. shows_propagated(scene%output%columns)) return
       i = findloc(scene%groups%name == 'output', .true., dim=1)
       call error%raise(scene%groups(i)%line_of('columns'), 'only nutate run writes sensitivities, covariances and '// &
                        'indicators of chaos', expected='other columns')
       message = naming_options(error_line(scene%file, error))
-   end function carried_fault
+   end function propagated_fault
 
    !> Adds the free numbers of a scene to a page.
    subroutine add_free_numbers(page, scene)

@@ -8,7 +8,7 @@ module nutate_run_command
    use nutate_expectation, only: expectation_text, known_steps, most_rows, rows_of, too_many_rows
    use nutate_files, only: file_exists, goes_to_file, same_file, STANDARD_ERROR
    use nutate_free_columns, only: usual_sets
-   use nutate_free_setup, only: carry_free_columns
+   use nutate_free_setup, only: propagate_free_parameters
    use nutate_gnuplot, only: picture_t
    use nutate_kinds, only: wp, long
    use nutate_observer, only: run_record_t
@@ -102,7 +102,7 @@ contains
       scene%plan%max_steps = command%max_steps
       call run%begin(scene%system, scene%integrator, scene%initial, scene%plan, status)
       if (status%ok()) call run%set_events(scene%events, scene%system, status)
-      if (status%ok()) call carry_free_columns(scene, run, exit_code)
+      if (status%ok()) call propagate_free_parameters(scene, run, exit_code)
       if (status%ok() .and. exit_code == EXIT_SUCCESS) call run%follow_chaos(scene%chaos, scene%system, status)
       if (.not. status%ok()) then
          call say_error(printable_path(scene%file)//': '//trim(status%message))
@@ -229,12 +229,12 @@ contains
             call watcher%history%reopen(scene%output%file, columns, scene%system, scene%initial, j0, archive, status, &
                                         scene%output%degrees, scene%output%digits, &
                                         scene%plan%end_time < scene%initial%t, scene%output%epoch, &
-                                        scene%carried())
+                                        scene%propagated())
          else
             call watcher%history%open(scene%output%file, columns, scene%system, scene%initial, j0, status, &
                                       scene%output%degrees, scene%output%digits, &
                                       scene%plan%end_time < scene%initial%t, scene%output%epoch, &
-                                      scene%carried())
+                                      scene%propagated())
          end if
       end associate
       if (status%ok()) return

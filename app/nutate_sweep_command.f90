@@ -5,7 +5,7 @@ module nutate_sweep_command
    use nutate_decimal, only: decimal_t
    use nutate_event_history, only: events_name
    use nutate_files, only: file_exists, partial_name, write_text, STANDARD_OUTPUT
-   use nutate_free_setup, only: carried_fault
+   use nutate_free_setup, only: propagated_fault
    use nutate_kinds, only: long
    use nutate_member_history, only: write_member
    use nutate_member_rows, only: has_threads
@@ -72,7 +72,7 @@ contains
       type(status_t) :: status
       call read_scene_of(command, scene, status, message)
       if (.not. status%ok()) return
-      message = carried_fault(scene)
+      message = propagated_fault(scene)
       if (.not. scene%ensemble%active()) message = printable_path(scene%file)//': there is no group &ensemble '// &
                                                    '(expected it, with the number of members)'
    end subroutine read_ensemble

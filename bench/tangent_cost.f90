@@ -70,7 +70,7 @@ contains
       do i = 1, steps
          if (columns /= 0) call before%copy_from(state, wheels=.false., balance=.false.)
          call stepper%step(system, state, dt, status)
-         if (columns /= 0) call stepper%carry(system, before, state, dt, before%t + 0.5_wp*dt, tangent, status)
+         if (columns /= 0) call stepper%propagate(system, before, state, dt, before%t + 0.5_wp*dt, tangent, status)
          if (.not. status%ok()) error stop 'a step of a benchmark failed'
       end do
       nanoseconds = 1e9_wp*clock%seconds()/steps

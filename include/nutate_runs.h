@@ -19,7 +19,7 @@ extern "C" {
 int nutate_stepper_run_history(nutate_stepper *stepper, double end_time, int64_t every, double interval,
                                const double *times, size_t n_times, nutate_history **history);
 
-/* Lets runs carry derivatives along, each from its start: the columns of the set "sensitivities" then show them, those of
+/* Lets runs propagate derivatives along, each from its start: the columns of the set "sensitivities" then show them, those of
  * "standard_deviations" and "covariance" if &free has sigma. A stepper that was made from a scene with &free has its numbers.
  *   <=>  stepper   of the body and the effects of the scene
  *   ==>  scene     with &free

@@ -122,7 +122,7 @@ module nutate
    use nutate_system, only: system_t
    use nutate_tabulated_torque, only: make_tabulated_torque, tabulated_torque_t
    use nutate_tangent, only: tangent_t
-   use nutate_tangent_columns, only: carried_t
+   use nutate_tangent_columns, only: propagated_t
    use nutate_third_degree, only: third_degree_t
    use nutate_timed_force, only: timed_force_t
    use nutate_torque, only: torque_t

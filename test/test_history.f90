@@ -145,7 +145,7 @@ contains
       real(wp) :: kinetic
       call set_up(system, state)
       ! All that do not go by the effects of a system, or by what its run carries along.
-      call columns%choose(pack(column_sets%name, column_sets%width > 0 .and. column_sets%carried == 0), status)
+      call columns%choose(pack(column_sets%name, column_sets%width > 0 .and. column_sets%propagated == 0), status)
       allocate (values(columns%width))
       call columns%start(system, state, inverse_j0)
       state%p(1) = state%p(1) + 0.5_wp

@@ -17,7 +17,7 @@ module test_limit_promises
       logical :: zero = .true., negative = .true., infinite = .false.
       !> A program carries the number from call to call, so that it may have decayed to any size: C and FORTRAN 77 take
       !> it below `least` too.
-      logical :: carried = .false.
+      logical :: from_calls = .false.
       !> C says by 0, FORTRAN 77 by 0 or a negative number, that it is not given.
       logical :: c_leaves_out = .false., f77_leaves_out = .false.
       !> C and FORTRAN 77 do not have it.
@@ -229,7 +229,7 @@ contains
       promises(1)%zero = .false.
       promises(2) = any_number('initial', 'quaternion', [1.0_wp, zero], 3)
       promises(2)%greatest = 1e-3_wp
-      promises(2)%carried = .true.
+      promises(2)%from_calls = .true.
       promises(3) = any_number('initial', 'axis', zero, 1)
       promises(3)%least = 1e-100_wp
       promises(3)%zero = .false.
@@ -239,7 +239,7 @@ contains
       ! Beside another component: a momentum of nothing but denormal numbers has lost digits.
       promises(7) = any_number('initial', 'euler_rates', [1.0_wp, zero(1:2)], 2)
       promises(8) = any_number('initial', 'angular_velocity', [1.0_wp, zero(1:2)], 3)
-      promises(4:8)%carried = .true.
+      promises(4:8)%from_calls = .true.
       ! |p||Ω| = 2JΩ² is at the limit of energies; steps are short enough to follow.
       promises(7:8)%greatest = sqrt(5.0_wp)*1e50_wp
       promises(7:8)%setting%time_step = 1e-45_wp
@@ -265,7 +265,7 @@ contains
       promises(1)%setting%omega(3) = 1e-50_wp
       ! The first time is 0. Fewer than 9e15 steps of 0.01 s.
       promises(2) = positive('integrator', 'end_time', [1.0_wp], greatest=9e13_wp)
-      promises(2)%carried = .true.
+      promises(2)%from_calls = .true.
       promises(2)%c_leaves_out = .true.
       promises(3) = positive('integrator', 'accuracy', [1.0_wp], greatest=below_one)
       promises(4) = positive('integrator', 'local_tolerance', [1.0_wp], greatest=below_one)

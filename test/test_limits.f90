@@ -270,14 +270,14 @@ contains
       call compare('text', takes, is_promised(promise, number, .false.), message)
       if (promise%text_only) return
       takes = c_takes(setting, said)
-      call compare('C', takes, is_promised(promise, number, promise%carried) .or. &
+      call compare('C', takes, is_promised(promise, number, promise%from_calls) .or. &
                    promise%c_leaves_out .and. is_zero_or_less(number, 0.0_wp) .or. &
                    is_open_end(number, promise%c_open_end), said)
       ! A mass or density of 0 is none for C, which then says that one is missing.
       if (message /= '' .and. said /= '' .and. any(setting%group == one_voice) .and. .not. &
           (setting%group == 'body' .and. is_zero_or_less(number, 0.0_wp))) call compare_words(message, said)
       takes = f77_takes(setting, has_argument)
-      if (has_argument) call compare('F77', takes, is_promised(promise, number, promise%carried) .or. &
+      if (has_argument) call compare('F77', takes, is_promised(promise, number, promise%from_calls) .or. &
                                      promise%f77_leaves_out .and. is_zero_or_less(number, -1e100_wp), '')
 
    contains

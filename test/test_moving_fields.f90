@@ -29,7 +29,7 @@ module test_moving_fields
    use nutate_wheel_mounting, only: add_wheel
    use test_problems, only: problem_t
    use test_satellites, only: degree, field_along, magnet, moments, path_of, point, push, push_along, satellite, &
-      turning, BOTH, CARRIED, MAGNETIC
+      turning, BOTH, FORCE_ALONG, MAGNETIC
    use test_support, only: check, check_below, check_close, error_type, in_turn, new_unittest, unittest_type
    implicit none
    private
@@ -145,7 +145,7 @@ contains
          if (bdot) then
             change = (8*(field%at(t + dt) - field%at(t - dt)) - field%at(t + 2*dt) + field%at(t - 2*dt))/(12*dt)
             tau = -gain*cross(cross(b, y(5:7)) + rotate_to_body(u, change), b)
-         else if (what /= CARRIED) then
+         else if (what /= FORCE_ALONG) then
             tau = cross(magnet, b)
          end if
          if (what /= MAGNETIC) tau = tau + cross(point, rotate_to_body(u, rotate_to_space(path%axes(t), push)))
@@ -178,7 +178,7 @@ contains
       end do
    end subroutine explicit_motion
 
-   !> In inertial axes and in those of the orbit, where H - ω·l is kept: the works differ by ω·Δl. What is carried
+   !> In inertial axes and in those of the orbit, where H - ω·l is kept: the works differ by ω·Δl. What is FORCE_ALONG
    !> stands still in the LVLH frame.
    subroutine both_axes(error)
       type(error_type), allocatable, intent(out) :: error

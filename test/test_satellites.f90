@@ -16,7 +16,7 @@ module test_satellites
    implicit none
    private
 
-   public :: degree, moments, magnet, point, push, turning, MAGNETIC, CARRIED, BOTH
+   public :: degree, moments, magnet, point, push, turning, MAGNETIC, FORCE_ALONG, BOTH
    public :: path_of, field_along, push_along, satellite
 
    real(wp), parameter :: degree = pi/180
@@ -27,7 +27,7 @@ module test_satellites
    real(wp), parameter :: turning(3) = [4e-3_wp, -3e-3_wp, 5e-3_wp]
 
    !> What acts in the axes of the scene.
-   integer, parameter :: MAGNETIC = 1, CARRIED = 2, BOTH = 3
+   integer, parameter :: MAGNETIC = 1, FORCE_ALONG = 2, BOTH = 3
 
 contains
 
@@ -61,7 +61,7 @@ contains
       real(wp) :: q(4)
       call make_body(diagonal(moments), problem%system%body, status)
       call problem%system%effects%add(orbit)
-      if (what /= CARRIED) call problem%system%effects%add(earth_field_t(magnet, field_along(orbit)))
+      if (what /= FORCE_ALONG) call problem%system%effects%add(earth_field_t(magnet, field_along(orbit)))
       if (what /= MAGNETIC) call problem%system%effects%add(moving_force_t(point, push_along(orbit)))
       call quat_from_axis_angle([1.0_wp, 1.0_wp, 1.0_wp], 40*degree, q, status)
       if (orbit%is_frame) q = quat_product(quat_conjugate(orbit%path%axes(0.0_wp)), q)

@@ -187,7 +187,8 @@ contains
          if (.not. status%ok()) return
          before = state
          call stepper%step(system, state, time_step, status)
-         if (status%ok()) call stepper%carry(system, before, state, time_step, before%t + 0.5_wp*time_step, tangent, &
+         if (status%ok()) call stepper%propagate(system, before, state, time_step, before%t + 0.5_wp*time_step, &
+            tangent, &
                                              status)
       end do
    end subroutine take_steps

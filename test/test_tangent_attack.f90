@@ -161,7 +161,7 @@ contains
       before = state
       if (status%ok()) call stepper%step(system, state, dt, status)
       if (.not. status%ok()) return
-      call stepper%carry(system, before, state, dt, 0.5_wp*dt, tangent, status)
+      call stepper%propagate(system, before, state, dt, 0.5_wp*dt, tangent, status)
       if (.not. status%ok()) call note(tally, m, number, 0, trim(status%message), aloud)
       call prepare_oracle(ways(m), oracle)
       call oracle%begin(p, before%q, dt, ok)

@@ -277,7 +277,7 @@ contains
             before = state
             call stepper%step(system, state, time_step, status)
             if (status%ok()) &
-               call stepper%carry(system, before, state, time_step, before%t + 0.5_wp*time_step, tangent, status)
+               call stepper%propagate(system, before, state, time_step, before%t + 0.5_wp*time_step, tangent, status)
          end do
          call check(error, status%ok(), label//': '//status%message)
          if (allocated(error)) return

@@ -105,7 +105,7 @@ contains
          before = state
          call stepper%step(system, state, time_step, status)
          if (status%ok() .and. present(columns)) &
-            call stepper%carry(system, before, state, time_step, before%t + 0.5_wp*time_step, tangent, status)
+            call stepper%propagate(system, before, state, time_step, before%t + 0.5_wp*time_step, tangent, status)
       end do
       call check(error, status%ok(), name//': '//status%message)
    end subroutine follow
@@ -240,7 +240,7 @@ contains
          if (.not. status%ok()) exit
          before = end
          call stepper%step(system, end, time_step, status)
-         if (status%ok()) call stepper%carry(system, before, end, time_step, before%t + 0.5_wp*time_step, &
+         if (status%ok()) call stepper%propagate(system, before, end, time_step, before%t + 0.5_wp*time_step, &
             tangent, status)
       end do
       call check(error, status%ok(), trim(settings%method)//': '//status%message)
@@ -471,7 +471,7 @@ contains
          call tangent%begin(system, start, columns(:n), status)
          state = start
          call stepper%step(system, state, 3.0_wp, status)
-         if (status%ok()) call stepper%carry(system, start, state, 3.0_wp, 1.5_wp, tangent, status)
+         if (status%ok()) call stepper%propagate(system, start, state, 3.0_wp, 1.5_wp, tangent, status)
          call check(error, status%ok(), status%message)
          if (allocated(error)) return
          largest = max(maxval(abs(tangent%theta)), maxval(abs(tangent%momentum)))

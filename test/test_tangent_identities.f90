@@ -132,7 +132,8 @@ contains
       do i = 1, steps
          before = state
          call stepper%step(system, state, time_step, status)
-         if (status%ok()) call stepper%carry(system, before, state, time_step, before%t + 0.5_wp*time_step, tangent, &
+         if (status%ok()) call stepper%propagate(system, before, state, time_step, before%t + 0.5_wp*time_step, &
+            tangent, &
                                              status)
          if (present(done)) done = i
          if (.not. status%ok()) return
@@ -265,7 +266,7 @@ contains
                if (.not. status%ok()) exit
                before = state
                call stepper%step(scene%problem%system, state, length, status)
-               if (status%ok()) call stepper%carry(scene%problem%system, before, state, length, &
+               if (status%ok()) call stepper%propagate(scene%problem%system, before, state, length, &
                                                    before%t + 0.5_wp*length, tangents(k), status)
             end do
             if (.not. status%ok()) exit
@@ -362,7 +363,7 @@ contains
          end if
          before = state
          call stepper%step(problem%system, state, 0.05_wp, status)
-         if (status%ok()) call stepper%carry(problem%system, before, state, 0.05_wp, before%t + 0.025_wp, tangent, &
+         if (status%ok()) call stepper%propagate(problem%system, before, state, 0.05_wp, before%t + 0.025_wp, tangent, &
                                              status)
       end do
       call check(error, status%ok(), trim(status%message))
@@ -398,7 +399,8 @@ contains
             do i = 1, 100
                before = state
                call stepper%step(problem%system, state, merge(0.05_wp, 2e-3_wp, k == 1), status)
-               call stepper%carry(problem%system, before, state, merge(0.05_wp, 2e-3_wp, k == 1), before%t, tangent, &
+               call stepper%propagate(problem%system, before, state, merge(0.05_wp, 2e-3_wp, k == 1), before%t, &
+                  tangent, &
                                   status)
                call check(error, status%ok(), trim(status%message))
                if (allocated(error)) return

@@ -41,7 +41,7 @@ contains
       type(unittest_type), allocatable, intent(out) :: testsuite(:)
       testsuite = [ &
                   new_unittest("rows inside steps have columns of their own", columns_inside), &
-                  new_unittest("adaptive steps carry columns too", carry_adaptive), &
+                  new_unittest("adaptive steps propagate sensitivities too", propagate_adaptive), &
                   new_unittest("adaptive steps keep columns to the tolerance", keep_tolerance), &
                   new_unittest("checkpoints hold columns", resume_columns), &
                   new_unittest("what has no derivative is refused by name", refuse)]
@@ -98,7 +98,7 @@ contains
          before = state
          ! The middle of the whole step decides which torques act.
          call stepper%advance(problem%system, state, lengths(i), before%t + 0.05_wp, status)
-         call stepper%carry(problem%system, before, state, lengths(i), before%t + 0.05_wp, tangent, status)
+         call stepper%propagate(problem%system, before, state, lengths(i), before%t + 0.05_wp, tangent, status)
          call check(error, status%ok(), trim(status%message))
       end do
       call check_close(error, recorder%theta(3), tangent%theta(1, 2), 1e-13_wp, 'theta inside')
@@ -108,7 +108,7 @@ contains
    end subroutine columns_inside
 
    !> Steps of an error: columns agree with those of short steps of order 8, rows inside included.
-   subroutine carry_adaptive(error)
+   subroutine propagate_adaptive(error)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem
       type(run_plan_t) :: plan
@@ -142,7 +142,7 @@ contains
          call check_close(error, recorder%theta(i), expected%theta(i), 1e-6_wp, 'theta')
          call check_close(error, recorder%momentum(i), expected%momentum(i), 1e-5_wp, 'momentum')
       end do
-   end subroutine carry_adaptive
+   end subroutine propagate_adaptive
 
    !> A box that turns about its middle axis, by explicit methods and series: the motion alone allows steps in which
    !> columns, which grow e-fold in a sixth of a second, are followed badly or not at all.
@@ -275,7 +275,7 @@ contains
       call run%run_steps(problem%system, 2_long, status)
       call check(error, status%ok(), 'a run without columns: '//trim(status%message))
       call run%state_at(problem%system, 0.15_wp, state, status, tangent)
-      call check(error, index(status%message, 'carries no columns') > 0, 'state_at: '//trim(status%message))
+      call check(error, index(status%message, 'propagates no sensitivities') > 0, 'state_at: '//trim(status%message))
       settings = integrator_settings_t(method='nielsen_krenk', formulation='full', projection=.false., &
                                        inverse_auxiliary_inertia=1.0_wp)
       call run%begin(problem%system, settings, problem%start, plan, status)

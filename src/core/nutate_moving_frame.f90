@@ -167,10 +167,10 @@ contains
       type(moving_frame_t), intent(in) :: frame
       real(wp), intent(in) :: t, q(4), omega(3)
       real(wp), intent(out) :: from_frame(4), spin(3)
-      real(wp) :: axes(4), carried(3)
-      call frame%at(t, axes, carried)
+      real(wp) :: axes(4), axes_rate(3)
+      call frame%at(t, axes, axes_rate)
       from_frame = quat_product(quat_conjugate(axes), q)
-      spin = omega - rotate_to_body((1/quat_norm(q))*from_frame, carried)
+      spin = omega - rotate_to_body((1/quat_norm(q))*from_frame, axes_rate)
    end subroutine see
 
 end module nutate_moving_frame

@@ -87,7 +87,7 @@ contains
       type(scene_t), intent(in) :: scene
       type(column_t), intent(inout) :: column
       type(status_t), intent(inout) :: status
-      real(wp) :: turn(3), rate(3), carried(3)
+      real(wp) :: turn(3), rate(3), transport(3)
       integer :: i, m
       if (.not. allocated(column%effects)) return
       associate (initial => scene%groups(findloc(scene%groups%name, 'initial', dim=1)), &
@@ -100,20 +100,20 @@ contains
             associate (orbit => effects%orbits(i), change => column%effects(m)%change)
                turn = 0.0_wp
                rate = 0.0_wp
-               carried = 0.0_wp
+               transport = 0.0_wp
                if (orbit%label /= effects%orbit%label) cycle
                if (initial%text('attitude_from', 'space') == 'lvlh' .and. .not. orbit%is_frame) &
                   turn = rotate_to_body(q, orbit%path%axes_change(change, 0.0_wp))
-               if (initial%text('frame', 'body') == 'space') carried = angular_velocity(scene%system, scene%initial)
+               if (initial%text('frame', 'body') == 'space') transport = angular_velocity(scene%system, scene%initial)
                if (initial%text('rate_from', 'inertial') == 'lvlh') then
                   rate = orbit%axes_rate_change(change, 0.0_wp)
-                  if (initial%text('frame', 'body') == 'body') carried = rotate_to_body(q, orbit%axes_rate(0.0_wp))
+                  if (initial%text('frame', 'body') == 'body') transport = rotate_to_body(q, orbit%axes_rate(0.0_wp))
                else if (initial%text('rate_from', 'inertial') == 'frame') then
                   rate = orbit%frame_rate_change(change)
                end if
                column%attitude = column%attitude + turn
                ! What stands still in space is seen to turn.
-               column%angular_velocity = column%angular_velocity + rotate_to_body(q, rate) + cross(carried, turn)
+               column%angular_velocity = column%angular_velocity + rotate_to_body(q, rate) + cross(transport, turn)
             end associate
          end do
       end associate

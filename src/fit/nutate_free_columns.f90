@@ -16,9 +16,9 @@ module nutate_free_columns
    implicit none
    private
 
-   public :: free_columns, shows_carried, shows_derivatives, shows_indicators, usual_sets
+   public :: free_columns, shows_propagated, shows_derivatives, shows_indicators, usual_sets
 
-   !> A step that tells whether a method carries columns, as a part of the run.
+   !> A step that tells whether a method propagates sensitivities, as a part of the run.
    real(wp), parameter :: short = 1e-9_wp
 
 contains
@@ -44,24 +44,24 @@ contains
       !> Their names.
       character(len=*), intent(in) :: sets(:)
       integer :: i
-      shows_derivatives = any([(any(sets == column_sets(i)%name) .and. is_by_free(column_sets(i)%carried), &
+      shows_derivatives = any([(any(sets == column_sets(i)%name) .and. is_by_free(column_sets(i)%propagated), &
                                 i=1, size(column_sets))])
    end function shows_derivatives
 
-   !> True if sets of columns are of what runs carry along: derivatives by free numbers, or indicators of chaos.
-   pure logical function shows_carried(sets)
+   !> True if sets of columns are of what runs propagate: derivatives by free numbers, or indicators of chaos.
+   pure logical function shows_propagated(sets)
       !> Their names.
       character(len=*), intent(in) :: sets(:)
-      shows_carried = shows_derivatives(sets) .or. shows_indicators(sets)
-   end function shows_carried
+      shows_propagated = shows_derivatives(sets) .or. shows_indicators(sets)
+   end function shows_propagated
 
    !> True if sets of columns are indicators of chaos.
    pure logical function shows_indicators(sets)
       !> Their names.
       character(len=*), intent(in) :: sets(:)
       integer :: i
-      shows_indicators = any([(any(sets == column_sets(i)%name) .and. column_sets(i)%carried > 0 .and. &
-                               .not. is_by_free(column_sets(i)%carried), i=1, size(column_sets))])
+      shows_indicators = any([(any(sets == column_sets(i)%name) .and. column_sets(i)%propagated > 0 .and. &
+                               .not. is_by_free(column_sets(i)%propagated), i=1, size(column_sets))])
    end function shows_indicators
 
    !> Makes the tangent columns of the free numbers of a scene. Raises an error, with its line, for what has no
@@ -125,7 +125,7 @@ contains
          if (status%ok()) call stepper%advance(scene%system, state, dt, middle, status)
          ! What has no step at all is for the run to report.
          if (.not. status%ok()) return
-         call stepper%carry(scene%system, scene%initial, state, dt, middle, tangent, status)
+         call stepper%propagate(scene%system, scene%initial, state, dt, middle, tangent, status)
       end if
       i = findloc(scene%groups%name == 'integrator', .true., dim=1)
       if (.not. status%ok()) call error%raise_status(scene%groups(i)%line_of('method'), status)

@@ -36,7 +36,7 @@ module nutate_exact_stepper
       procedure :: advance
       procedure :: choose_step
       procedure :: state_at
-      procedure :: move_columns
+      procedure :: propagate_step
       procedure :: transfer
    end type exact_t
 
@@ -169,7 +169,7 @@ contains
 
    !> Moves tangent columns by the derivative of the solution. Errors: `NUTATE_BAD_ARGUMENT` for columns of anything
    !> but start and inertia, and for those that turn principal axes of equal moments.
-   recursive subroutine move_columns(self, system, before, after, dt, window_time, tangent, status)
+   recursive subroutine propagate_step(self, system, before, after, dt, window_time, tangent, status)
       class(exact_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: before, after
@@ -208,7 +208,7 @@ contains
          tangent%theta(k, :) = tangent%theta(k, :) + own(:, 1, m)
          tangent%momentum(k, :) = tangent%momentum(k, :) + own(:, 2, m)
       end do
-   end subroutine move_columns
+   end subroutine propagate_step
 
    !> Where the solution started and where the last step ended; the solution is found again from its start.
    subroutine transfer(self, archive)

@@ -37,8 +37,8 @@ module nutate_lvlh_stepper
       procedure :: state_at
       procedure :: show
       procedure :: disturb
-      procedure :: move_columns
-      procedure :: carry_inside
+      procedure :: propagate_step
+      procedure :: propagate_inside
    end type lvlh_stepper_t
 
 contains
@@ -208,7 +208,7 @@ contains
    !> Propagates sensitivities over the last step in the LVLH frame. They are in body axes, which the conversion leaves
    !> as they are; work and energy differ by the change of ω·l. Errors: those of the stepper; `NUTATE_BAD_ARGUMENT` for
    !> derivatives by the elements of the orbit, which require `in_space_axes`.
-   recursive subroutine move_columns(self, system, before, after, dt, window_time, tangent, status)
+   recursive subroutine propagate_step(self, system, before, after, dt, window_time, tangent, status)
       class(lvlh_stepper_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: before, after
@@ -218,7 +218,7 @@ contains
       type(state_t) :: first, last
       real(wp) :: energy(tangent%n)
       if (.not. self%view%exists) then
-         call self%base%carry(system, before, after, dt, window_time, tangent, status)
+         call self%base%propagate(system, before, after, dt, window_time, tangent, status)
          return
       end if
       call check_columns(tangent, status)
@@ -227,13 +227,13 @@ contains
       call self%view%to_lvlh(after, last)
       energy = tangent%energy
       call enter_frame(self%view, first, tangent)
-      call self%base%carry(self%view%system, first, last, dt, window_time, tangent, status)
+      call self%base%propagate(self%view%system, first, last, dt, window_time, tangent, status)
       if (status%code == 0) call leave_frame(self%view, last, energy, tangent)
       if (status%code /= 0) call leave_frame(self%view, first, energy, tangent)
-   end subroutine move_columns
+   end subroutine propagate_step
 
-   !> Propagates sensitivities to a state inside the last step. Errors: those of `move_columns`.
-   recursive subroutine carry_inside(self, system, state, tangent, status)
+   !> Propagates sensitivities to a state inside the last step. Errors: those of `propagate_step`.
+   recursive subroutine propagate_inside(self, system, state, tangent, status)
       class(lvlh_stepper_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
@@ -242,7 +242,7 @@ contains
       type(state_t) :: inside
       real(wp) :: energy(tangent%n)
       if (.not. self%view%exists) then
-         call self%base%carry_inside(system, state, tangent, status)
+         call self%base%propagate_inside(system, state, tangent, status)
          return
       end if
       call check_columns(tangent, status)
@@ -250,10 +250,10 @@ contains
       call self%view%to_lvlh(state, inside)
       energy = tangent%energy
       call enter_frame(self%view, self%start, tangent)
-      call self%base%carry_inside(self%view%system, inside, tangent, status)
+      call self%base%propagate_inside(self%view%system, inside, tangent, status)
       if (status%code == 0) call leave_frame(self%view, inside, energy, tangent)
       if (status%code /= 0) call leave_frame(self%view, self%start, energy, tangent)
-   end subroutine carry_inside
+   end subroutine propagate_inside
 
    !> Errors: `NUTATE_BAD_ARGUMENT` for derivatives by the elements of the orbit.
    subroutine check_columns(tangent, status)

@@ -84,7 +84,7 @@ module nutate_stepper
       real(wp), allocatable :: work(:)
       !> Settings of the last `prepare`.
       type(integrator_settings_t) :: prepared_with = integrator_settings_t()
-      !> The method conserves by itself, and is not projected: `carry` removes from columns what round-off adds.
+      !> The method conserves by itself, and is not projected: `propagate` removes from columns what round-off adds.
       logical :: conserves = .false.
       !> Starts of steps are stored, for `state_at`.
       logical :: keeps_steps = .false.
@@ -141,11 +141,11 @@ module nutate_stepper
       procedure :: disturb => leave_noise
       !> Moves tangent columns over the step that `advance` took last (`nutate_tangent`), and removes from them the
       !> round-off of what the method conserves.
-      procedure, non_overridable :: carry
+      procedure, non_overridable :: propagate
       !> Moves them by the derivative of the step; refused unless overridden.
-      procedure :: move_columns => refuse_tangent
+      procedure :: propagate_step => refuse_tangent
       !> Moves tangent columns from the start of the step that is kept to the state that `state_at` computed last.
-      procedure :: carry_inside
+      procedure :: propagate_inside
    end type stepper_t
 
    !> A method that chooses the length of a step before the step, and has dense output.
@@ -445,7 +445,7 @@ contains
 
    !> Moves tangent columns over the step that `advance` took last. Errors, the columns as they were: those of the
    !> method; `NUTATE_BAD_ARGUMENT` for one without columns, and for columns that it does not have.
-   recursive subroutine carry(self, system, before, after, dt, window_time, tangent, status)
+   recursive subroutine propagate(self, system, before, after, dt, window_time, tangent, status)
       class(stepper_t), intent(inout) :: self
       !> That of `advance`.
       type(system_t), intent(in) :: system
@@ -456,16 +456,17 @@ contains
       type(tangent_t), intent(inout) :: tangent
       !> Success on entry.
       type(status_t), intent(inout) :: status
-      call self%move_columns(system, before, after, dt, window_time, tangent, status)
+      call self%propagate_step(system, before, after, dt, window_time, tangent, status)
       if (status%code /= 0 .or. .not. self%conserves) return
       tangent%steps = tangent%steps + 1
       if (tangent%steps < kept_steps) return
       tangent%steps = 0
       call project_columns(system, after, .true., tangent)
-   end subroutine carry
+   end subroutine propagate
 
-   !> Moves tangent columns to the state inside the last step that `state_at` computed last. Errors: those of `carry`.
-   recursive subroutine carry_inside(self, system, state, tangent, status)
+   !> Moves tangent columns to the state inside the last step that `state_at` computed last. Errors: those of
+   !> `propagate`.
+   recursive subroutine propagate_inside(self, system, state, tangent, status)
       class(stepper_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
@@ -476,14 +477,14 @@ contains
       since = state%t - self%last_start%t
       if (.not. abs(since) > 0.0_wp) return
       if (.not. allocated(self%again)) then
-         call self%carry(system, self%last_start, state, since, self%last_window, tangent, status)
+         call self%propagate(system, self%last_start, state, since, self%last_window, tangent, status)
          return
       end if
       select type (again => self%again)
       class is (stepper_t)
-         call again%carry(system, self%last_start, state, since, self%last_window, tangent, status)
+         call again%propagate(system, self%last_start, state, since, self%last_window, tangent, status)
       end select
-   end subroutine carry_inside
+   end subroutine propagate_inside
 
    subroutine leave_noise(self, noise)
       class(stepper_t), intent(inout) :: self

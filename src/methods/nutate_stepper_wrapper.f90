@@ -30,8 +30,8 @@ module nutate_stepper_wrapper
       procedure :: keep_steps
       procedure :: update_commands
       procedure :: transfer
-      procedure :: move_columns
-      procedure :: carry_inside
+      procedure :: propagate_step
+      procedure :: propagate_inside
    end type stepper_wrapper_t
 
 contains
@@ -113,25 +113,25 @@ contains
    end subroutine update_commands
 
    !> So does the stepper inside.
-   recursive subroutine move_columns(self, system, before, after, dt, window_time, tangent, status)
+   recursive subroutine propagate_step(self, system, before, after, dt, window_time, tangent, status)
       class(stepper_wrapper_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: before, after
       real(wp), intent(in) :: dt, window_time
       type(tangent_t), intent(inout) :: tangent
       type(status_t), intent(inout) :: status
-      call self%base%move_columns(system, before, after, dt, window_time, tangent, status)
-   end subroutine move_columns
+      call self%base%propagate_step(system, before, after, dt, window_time, tangent, status)
+   end subroutine propagate_step
 
    !> So does the stepper inside.
-   recursive subroutine carry_inside(self, system, state, tangent, status)
+   recursive subroutine propagate_inside(self, system, state, tangent, status)
       class(stepper_wrapper_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
       type(tangent_t), intent(inout) :: tangent
       type(status_t), intent(inout) :: status
-      call self%base%carry_inside(system, state, tangent, status)
-   end subroutine carry_inside
+      call self%base%propagate_inside(system, state, tangent, status)
+   end subroutine propagate_inside
 
    !> What the stepper inside remembers.
    subroutine transfer(self, archive)

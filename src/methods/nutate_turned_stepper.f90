@@ -33,8 +33,8 @@ module nutate_turned_stepper
       procedure :: advance
       procedure :: mark_step
       procedure :: state_at
-      procedure :: move_columns
-      procedure :: carry_inside
+      procedure :: propagate_step
+      procedure :: propagate_inside
    end type turned_stepper_t
 
 contains
@@ -148,7 +148,7 @@ contains
    !> By the stepper inside, in axes that stand still; columns are in body axes, which the turn leaves as they are.
    !> Errors: those of the stepper; `NUTATE_BAD_ARGUMENT` for a change of the axes' rate across a potential's direction,
    !> of which the motion would know.
-   recursive subroutine move_columns(self, system, before, after, dt, window_time, tangent, status)
+   recursive subroutine propagate_step(self, system, before, after, dt, window_time, tangent, status)
       class(turned_stepper_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: before, after
@@ -156,28 +156,28 @@ contains
       type(tangent_t), intent(inout) :: tangent
       type(status_t), intent(inout) :: status
       if (.not. self%turn%there) then
-         call self%base%move_columns(system, before, after, dt, window_time, tangent, status)
+         call self%base%propagate_step(system, before, after, dt, window_time, tangent, status)
       else
-         call self%base%move_columns(self%standing, before, standing_state(self, after), dt, window_time, tangent, &
+         call self%base%propagate_step(self%standing, before, standing_state(self, after), dt, window_time, tangent, &
                                      status)
          call turn_columns(system, after, dt, tangent, status)
       end if
-   end subroutine move_columns
+   end subroutine propagate_step
 
    !> The same to a state inside of the last step.
-   recursive subroutine carry_inside(self, system, state, tangent, status)
+   recursive subroutine propagate_inside(self, system, state, tangent, status)
       class(turned_stepper_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
       type(tangent_t), intent(inout) :: tangent
       type(status_t), intent(inout) :: status
       if (.not. self%turn%there) then
-         call self%base%carry_inside(system, state, tangent, status)
+         call self%base%propagate_inside(system, state, tangent, status)
       else
-         call self%base%carry_inside(self%standing, standing_state(self, state), tangent, status)
+         call self%base%propagate_inside(self%standing, standing_state(self, state), tangent, status)
          call turn_columns(system, state, state%t - self%start, tangent, status)
       end if
-   end subroutine carry_inside
+   end subroutine propagate_inside
 
    !> A state without the turn that was made last.
    type(state_t) function standing_state(self, state) result(standing)

@@ -82,7 +82,7 @@ module nutate_error_control
       procedure :: expect_events
       procedure :: evaluate_inside
       procedure :: retake
-      procedure :: carry
+      procedure :: propagate
       procedure :: renew
       procedure :: update_commands
       procedure :: transfer => transfer_control
@@ -374,7 +374,7 @@ contains
       if (present(tangent)) before = state
       call stepper%advance(system, state, dt, middle, status)
       if (present(tangent) .and. status%code == 0) &
-         call stepper%carry(system, before, state, dt, middle, tangent, status)
+         call stepper%propagate(system, before, state, dt, middle, tangent, status)
       record%continued = record%continued + stepper%continued
       record%iterations = record%iterations + stepper%iterations
       ! A whole step says how good the halves are: its root counts like theirs.
@@ -439,9 +439,9 @@ contains
          if (status%ok()) record%work = record%work + since
          if (status%ok() .and. present(tangent)) then
             if (self%half%keeps_steps) then
-               call self%half%carry_inside(system, state, tangent, status)
+               call self%half%propagate_inside(system, state, tangent, status)
             else
-               call self%half%carry(system, self%start, state, t - self%start%t, &
+               call self%half%propagate(system, self%start, state, t - self%start%t, &
                                     0.5_wp*(self%start%t + progress%state%t), tangent, status)
             end if
          end if
@@ -485,7 +485,7 @@ contains
       if (abs(t - before%t) < 1e-290_wp) return ! closer to the start than equations can divide by
       if (self%method%dense .or. self%equal%suit) then
          call self%half%state_at(system, t, state, work, status, works)
-         if (present(tangent) .and. status%code == 0) call self%half%carry_inside(system, state, tangent, status)
+         if (present(tangent) .and. status%code == 0) call self%half%propagate_inside(system, state, tangent, status)
          return
       end if
       if (.not. self%probed) call self%probe%forget_steps()
@@ -529,14 +529,14 @@ contains
    end subroutine retake
 
    !> The columns were moved along with the step.
-   subroutine carry(self, system, before, progress, status)
+   subroutine propagate(self, system, before, progress, status)
       class(error_control_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: before
       type(progress_t), intent(inout) :: progress
       type(status_t), intent(inout) :: status
       progress%tangent = self%trial
-   end subroutine carry
+   end subroutine propagate
 
    !> Prepares again for a system that has changed.
    subroutine renew(self, system, status)

@@ -50,7 +50,7 @@ contains
       type(status_t), intent(inout) :: status
       !> As it is shown.
       type(state_t) :: start
-      !> Columns at the event that is shown, of a run that carries any.
+      !> Columns at the event that is shown, of a run that propagates any.
       type(tangent_t), allocatable :: columns
       real(wp) :: length
       integer :: i
@@ -207,7 +207,7 @@ contains
             call go_back(mark, progress)
             call policy%retake(system, progress, t, status)
          end if
-         if (status%code == 0 .and. allocated(progress%tangent)) call carry_to_end(s > margin)
+         if (status%code == 0 .and. allocated(progress%tangent)) call propagate_to_end(s > margin)
          if (status%code /= 0) return
          call put_works(progress%summary, progress%record)
          last = start
@@ -234,14 +234,14 @@ contains
       end subroutine end_step_at
 
       !> The columns at the end of the step; those of the run stay where they are until the step is accepted.
-      subroutine carry_to_end(moved)
+      subroutine propagate_to_end(moved)
          !> The end of the step is not its start.
          logical, intent(in) :: moved
          columns = progress%tangent
          if (.not. moved) return
-         call policy%carry(system, mark%state, progress, status)
+         call policy%propagate(system, mark%state, progress, status)
          call swap(columns, progress%tangent)
-      end subroutine carry_to_end
+      end subroutine propagate_to_end
 
       !> The derivative of the time of an event: where its function jumped, that of the switch which made it jump; 0
       !> where a torque began or stopped.

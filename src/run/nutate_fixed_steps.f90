@@ -37,7 +37,7 @@ module nutate_fixed_steps
       procedure :: expect_events
       procedure :: evaluate_inside
       procedure :: retake
-      procedure :: carry
+      procedure :: propagate
       procedure :: renew
       procedure :: update_commands
       procedure :: transfer => transfer_stepper
@@ -202,7 +202,7 @@ contains
       real(wp), intent(inout), optional :: works(:)
       type(tangent_t), intent(inout), optional :: tangent
       call self%stepper%state_at(system, t, state, work, status, works)
-      if (present(tangent) .and. status%code == 0) call self%stepper%carry_inside(system, state, tangent, status)
+      if (present(tangent) .and. status%code == 0) call self%stepper%propagate_inside(system, state, tangent, status)
    end subroutine evaluate_inside
 
    !> Repeats a part of the last step of the method; what is left of the nominal step then is a piece of its own.
@@ -223,17 +223,18 @@ contains
    end subroutine retake
 
    !> Moves the columns over the last step of the method.
-   subroutine carry(self, system, before, progress, status)
+   subroutine propagate(self, system, before, progress, status)
       class(fixed_steps_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: before
       type(progress_t), intent(inout) :: progress
       type(status_t), intent(inout) :: status
       associate (length => progress%last_length)
-         call self%stepper%carry(system, before, progress%state, length, before%t + 0.5_wp*length, progress%tangent, &
+         call self%stepper%propagate(system, before, progress%state, length, before%t + 0.5_wp*length, &
+            progress%tangent, &
                                  status)
       end associate
-   end subroutine carry
+   end subroutine propagate
 
    !> Prepares again for a system that has changed.
    subroutine renew(self, system, status)
@@ -264,7 +265,7 @@ contains
       real(wp) :: since, each(size(self%stepper%work))
       record = progress%record
       call self%stepper%state_at(system, t, state, since, status, each)
-      if (present(tangent) .and. status%ok()) call self%stepper%carry_inside(system, state, tangent, status)
+      if (present(tangent) .and. status%ok()) call self%stepper%propagate_inside(system, state, tangent, status)
       call put_works(progress%summary, record)
       record%work = (record%work - sum(self%stepper%work)) + since
       call add_works(record, each - self%stepper%work)

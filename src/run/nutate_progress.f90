@@ -99,7 +99,7 @@ module nutate_progress
       type(way_t) :: way
       !> Compensation of the rounding of `switch_work`, J.
       real(wp) :: switch_compensation = 0.0_wp
-      !> Tangent columns, where the run carries any, and those at the start of the last step.
+      !> Tangent columns, where the run propagates any, and those at the start of the last step.
       type(tangent_t), allocatable :: tangent, last_tangent
       !> Indicators of chaos, where the run follows any, at the start of the last step.
       type(chaos_t), allocatable :: last_chaos

@@ -54,7 +54,7 @@ module nutate_run
       procedure, private :: begin_by_stepper
       !> Sets the events; to be called directly after `begin`.
       procedure :: set_events
-      !> Sets tangent columns to carry along; between `begin` and all else.
+      !> Sets tangent columns to propagate; between `begin` and all else.
       procedure :: differentiate
       !> Sets indicators of chaos to follow; at the same place.
       procedure :: follow_chaos
@@ -294,7 +294,7 @@ contains
       call expect_events(self%progress_t, self%policy, events, system, status)
    end subroutine set_events
 
-   !> Sets tangent columns to carry along from here (`nutate_tangent`): `tangent` holds them. Errors, with no
+   !> Sets tangent columns to propagate from here (`nutate_tangent`): `tangent` holds them. Errors, with no
    !> columns set: `NUTATE_BAD_ARGUMENT` for what has no derivative.
    subroutine differentiate(self, columns, system, status)
       !> Begun.
@@ -589,7 +589,8 @@ contains
       real(wp) :: work
       if (present(tangent)) then
          if (.not. (allocated(self%policy) .and. allocated(self%last_tangent))) then
-            status = fail(NUTATE_BAD_ARGUMENT, 'the run carries no columns (expected a call of differentiate before)', &
+            status = fail(NUTATE_BAD_ARGUMENT, &
+               'the run propagates no sensitivities (expected a call of differentiate before)', &
                           'tangent')
             return
          end if

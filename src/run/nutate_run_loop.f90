@@ -157,7 +157,7 @@ contains
             end if
          end if
          if (vets) call vet_step(progress, policy, system, mark, observer, status)
-         if (allocated(progress%tangent)) call carry_columns(progress, policy, system, before, status)
+         if (allocated(progress%tangent)) call propagate_sensitivities(progress, policy, system, before, status)
          if (status%code /= 0) return
          if (present(observer)) then
             call show_step(progress, policy, system, watched, progress%summary%steps /= steps, over, observer, status)
@@ -181,7 +181,7 @@ contains
    end function is_vetted
 
    !> Moves the tangent columns over the step that was accepted, if one was.
-   subroutine carry_columns(progress, policy, system, before, status)
+   subroutine propagate_sensitivities(progress, policy, system, before, status)
       type(progress_t), intent(inout) :: progress
       class(step_policy_t), intent(inout) :: policy
       type(system_t), intent(in) :: system
@@ -194,13 +194,13 @@ contains
          progress%last_tangent = progress%tangent
          if (allocated(progress%summary%chaos)) progress%last_chaos = progress%summary%chaos
       end if
-      call policy%carry(system, before, progress, status)
+      call policy%propagate(system, before, progress, status)
       if (status%code == 0) call pass_windows(progress, system, before%t)
       if (.not. allocated(progress%summary%chaos) .or. status%code /= 0) return
       ! A switch that is due needs the columns by which the derivative of its time was computed.
       if (is_switch_due(progress)) return
       call progress%summary%chaos%follow(system, progress%state, progress%tangent, status)
-   end subroutine carry_columns
+   end subroutine propagate_sensitivities
 
    !> Gives the columns at the last state to an observer that wants them.
    subroutine give_columns(progress, observer)

@@ -38,7 +38,7 @@ module nutate_step_policy
       !> Repeats that step, shorter.
       procedure(repeat_part), deferred :: retake
       !> Moves the tangent columns of a run over the step of the method that was accepted last.
-      procedure(carry_columns), deferred :: carry
+      procedure(propagate_sensitivities), deferred :: propagate
       !> Prepares again for a system that has changed.
       procedure(set_system), deferred :: renew
       !> Notes that torques and motors hold other values.
@@ -80,7 +80,7 @@ module nutate_step_policy
       end subroutine show_state
 
       !> Errors: those of the method.
-      subroutine carry_columns(self, system, before, progress, status)
+      subroutine propagate_sensitivities(self, system, before, progress, status)
          import :: step_policy_t, system_t, state_t, progress_t, status_t
          class(step_policy_t), intent(inout) :: self
          type(system_t), intent(in) :: system
@@ -90,7 +90,7 @@ module nutate_step_policy
          type(progress_t), intent(inout) :: progress
          !> Success on entry.
          type(status_t), intent(inout) :: status
-      end subroutine carry_columns
+      end subroutine propagate_sensitivities
 
       subroutine get_ready(self, system, progress, status)
          import :: step_policy_t, system_t, progress_t, status_t

@@ -129,7 +129,7 @@ contains
          if (present(tangent)) before = state
          call stepper%advance(system, state, length, middle, status)
          if (present(tangent) .and. status%code == 0) &
-            call stepper%carry(system, before, state, length, middle, tangent, status)
+            call stepper%propagate(system, before, state, length, middle, tangent, status)
          if (status%code /= 0) return
          work = work + sum(stepper%work)
          if (present(works)) works(:) = works + stepper%work

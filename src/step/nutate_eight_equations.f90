@@ -185,15 +185,15 @@ contains
       type(system_t), intent(in) :: system
       !> b = ¼Δt Ω̄, body axes; shape (3).
       real(wp), intent(in) :: b(3)
-      real(wp) :: z(8), c(4), w(4), carried(3, 3)
-      carried = 0.0_wp
-      if (allocated(self%wheels)) carried = self%wheels%carried
+      real(wp) :: z(8), c(4), w(4), coupling(3, 3)
+      coupling = 0.0_wp
+      if (allocated(self%wheels)) coupling = self%wheels%coupling
       c(2:4) = b
       if (self%turn%there) c(2:4) = self%turn%to_relative(b)
       c(1) = -dot_product(c(2:4), c(2:4))
       z(1:4) = (2*self%x0(1)/(1 - c(1)))*c
       w(1) = self%w0(1)
-      w(2:4) = (16/(self%dt*self%momentum_unit))*times_vector(system%body%inertia + carried, b) &
+      w(2:4) = (16/(self%dt*self%momentum_unit))*times_vector(system%body%inertia + coupling, b) &
                + 2*self%rotor - self%w0(2:4)
       c = self%x0 + z(1:4)
       z(5:8) = quat_product(c, w)/dot_product(c, c) - self%y0

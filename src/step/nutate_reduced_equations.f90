@@ -126,7 +126,7 @@ contains
                       (0.25_wp*dt)**2*dot_product(self%turn%rate, self%turn%rate) <= slow_frame
       if (.not. allocated(self%wheels)) return
       call self%wheels%set_step(system%effects, dt)
-      self%inertia = self%inertia + self%wheels%carried/largest
+      self%inertia = self%inertia + self%wheels%coupling/largest
    end subroutine set_step
 
    !> Starts a step from a state.

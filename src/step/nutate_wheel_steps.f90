@@ -32,7 +32,7 @@ module nutate_wheel_steps
       real(wp) :: dt = 0.0_wp
       logical :: is_short = .true.
       !> Σ κ ssᵀ, kg m², body axes; shape (3,3).
-      real(wp) :: carried(3, 3) = 0.0_wp
+      real(wp) :: coupling(3, 3) = 0.0_wp
       !> Σ s h0 and Σ σ(h0 + ½Δtū)s, N m s, body axes; shape (3).
       real(wp) :: first(3) = 0.0_wp, rotor(3) = 0.0_wp
       !> σ; h0, N m s; ū, N m, and when the motor was asked, s, if it was; shape (most_wheels).
@@ -66,7 +66,7 @@ contains
       end do
       self%dt = 0.0_wp
       self%is_short = .true.
-      self%carried = 0.0_wp
+      self%coupling = 0.0_wp
       self%share = 1.0_wp
    end subroutine prepare
 
@@ -75,11 +75,11 @@ contains
       class(wheel_steps_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
       real(wp), intent(in) :: dt
-      real(wp) :: divisor, carried
+      real(wp) :: divisor, coupling
       integer :: i, k
       self%dt = dt
       self%is_short = .true.
-      self%carried = 0.0_wp
+      self%coupling = 0.0_wp
       do i = 1, self%n
          associate (wheel => effects%wheels(i))
             divisor = 1 + 0.5_wp*dt*(wheel%friction/wheel%inertia)
@@ -88,9 +88,9 @@ contains
                divisor = 1.0_wp
             end if
             self%share(i) = 1/divisor
-            carried = 0.5_wp*dt*wheel%friction*self%share(i)
+            coupling = 0.5_wp*dt*wheel%friction*self%share(i)
             do k = 1, 3
-               self%carried(:, k) = self%carried(:, k) + (carried*wheel%axis(k))*wheel%axis
+               self%coupling(:, k) = self%coupling(:, k) + (coupling*wheel%axis(k))*wheel%axis
             end do
          end associate
       end do
@@ -133,16 +133,16 @@ contains
       type(effect_list_t), intent(in) :: effects
       !> kg⁻¹ m⁻²; shape (3,3).
       real(wp), intent(inout) :: inverse(3, 3)
-      real(wp) :: turned(3), carried
+      real(wp) :: turned(3), coupling
       integer :: i, k
       if (.not. self%rubs) return
       do i = 1, self%n
          associate (wheel => effects%wheels(i))
-            carried = 0.5_wp*self%dt*wheel%friction*self%share(i)
+            coupling = 0.5_wp*self%dt*wheel%friction*self%share(i)
             turned = times_vector(inverse, wheel%axis)
-            carried = carried/(1 + carried*dot_product(wheel%axis, turned))
+            coupling = coupling/(1 + coupling*dot_product(wheel%axis, turned))
             do k = 1, 3
-               inverse(:, k) = inverse(:, k) - (carried*turned(k))*turned
+               inverse(:, k) = inverse(:, k) - (coupling*turned(k))*turned
             end do
          end associate
       end do

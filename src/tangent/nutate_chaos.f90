@@ -1,5 +1,5 @@
 !> Indicators of chaos: Lyapunov exponents, MEGNO and the fast Lyapunov indicator, from tangent columns that a run
-!> carries along. The columns are orthonormalised at the end of steps, so that no motion is too long for them.
+!> propagates. The columns are orthonormalised at the end of steps, so that no motion is too long for them.
 module nutate_chaos
    use nutate_archive, only: archive_t
    use nutate_hamiltonian, only: body_momentum

@@ -67,13 +67,13 @@ module nutate_step_tangent
       real(wp), private :: by_momentum(3, 3) = 0.0_wp, by_start(3, 3) = 0.0_wp
    contains
       !> Moves tangent columns over the step.
-      procedure :: carry
+      procedure :: propagate
    end type conserving_step_t
 
 contains
 
    !> Moves tangent columns over the step. Errors: `NUTATE_SINGULAR`, the columns as they were.
-   subroutine carry(self, system, forces, turn, wheels, tangent, status)
+   subroutine propagate(self, system, forces, turn, wheels, tangent, status)
       class(conserving_step_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       !> Of the step, started.
@@ -114,7 +114,7 @@ contains
       call move_plain(self, tangent)
       if (self%forces%has_torques) &
          call add_products(tangent%n, tangent%change, by_mean, tangent%momentum, tangent%work)
-   end subroutine carry
+   end subroutine propagate
 
    !> Adds what the friction of wheels carries to h and T.
    subroutine add_wheels(self, system, wheels)
@@ -122,7 +122,7 @@ contains
       type(system_t), intent(in) :: system
       type(wheel_steps_t), intent(in) :: wheels
       real(wp) :: inverse(3, 3)
-      self%rotor = self%rotor + (4/self%dt)*times_vector(wheels%carried, self%b)
+      self%rotor = self%rotor + (4/self%dt)*times_vector(wheels%coupling, self%b)
       inverse = system%body%inverse_inertia
       call wheels%add_to_inverse(system%effects, inverse)
       self%turn_by_mean = (0.25_wp*self%dt)*inverse
@@ -544,7 +544,7 @@ contains
       real(wp), intent(inout) :: mean(3), inner(:), work
       ! Motors that follow attitude and rate have no such steps.
       real(wp), parameter :: unturned(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], at_rest(3) = 0.0_wp
-      real(wp) :: half, base, turned, share, carried, own, drive, speed, axis(3), moved
+      real(wp) :: half, base, turned, share, coupling, own, drive, speed, axis(3), moved
       integer :: i, m
       if (.not. allocated(column%effects)) return
       do m = 1, size(column%effects)
@@ -555,12 +555,12 @@ contains
             base = steps%start_momentum(i) + half*steps%drive(i)
             turned = self%forces%rate*dot_product(wheel%axis, self%b)
             share = -half*sigma**2*(c(6) - wheel%friction*c(4)/wheel%inertia)/wheel%inertia
-            carried = half*(c(6)*sigma + wheel%friction*share)
+            coupling = half*(c(6)*sigma + wheel%friction*share)
             axis = wheel%axis_change(c)
             moved = self%forces%rate*dot_product(axis, self%b)
             drive = 0.0_wp
             if (steps%drives(i)) drive = wheel%drive_change(c, steps%asked(i), unturned, at_rest)
-            own = share*base + sigma*half*drive + carried*turned &
+            own = share*base + sigma*half*drive + coupling*turned &
                   + half*wheel%friction*sigma*moved
             speed = sigma*(base/wheel%inertia - turned)
             inner(i) = inner(i) + own
@@ -599,15 +599,15 @@ contains
       !> Its number.
       integer, intent(in) :: i
       type(tangent_t), intent(inout) :: tangent
-      real(wp) :: turned, inner, carried, speed, factor
+      real(wp) :: turned, inner, coupling, speed, factor
       integer :: k
-      carried = 0.5_wp*self%dt*wheel%friction*steps%share(i)
+      coupling = 0.5_wp*self%dt*wheel%friction*steps%share(i)
       speed = steps%share(i)*((steps%start_momentum(i) + 0.5_wp*self%dt*steps%drive(i))/wheel%inertia &
                               - self%forces%rate*dot_product(wheel%axis, self%b))
       factor = self%dt*(steps%drive(i) - 2*wheel%friction*speed)
       do k = 1, tangent%n
          turned = self%forces%rate*dot_product(wheel%axis, tangent%turn(k, :))
-         inner = tangent%inner(k, i) + carried*turned
+         inner = tangent%inner(k, i) + coupling*turned
          tangent%work(k) = tangent%work(k) + factor*(inner/wheel%inertia - turned)
          tangent%wheels(k, i) = 2*inner - tangent%wheels(k, i)
       end do

@@ -1,4 +1,4 @@
-!> Tangent columns: the derivative of a motion by its start and by parameters, carried along a run.
+!> Tangent columns: the derivative of a motion by its start and by parameters, propagated along a run.
 !>
 !> Column k is the change (θ, δL), and δh of each wheel, that a unit of `columns(k)` makes of the state, in the chart
 !>
@@ -10,17 +10,17 @@
 !>
 !> **Who calls what.** A program describes columns (`nutate_column`) and gives them to a run, `run%differentiate`
 !> after `begin`; `begin` here makes the tangent of the first state. Wherever the run accepts a step of the method,
-!> `policy%carry` calls `stepper%carry` for each `advance` that the step is made of; rows inside steps carry a copy.
-!> States depend on columns only where these shorten adaptive steps (`nutate_error_control`).
+!> `policy%propagate` calls `stepper%propagate` for each `advance` that the step is made of; rows inside steps carry a
+!> copy. States depend on columns only where these shorten adaptive steps (`nutate_error_control`).
 !>
-!> **What an override of `stepper_t%move_columns` must do**: move `theta`, `momentum` and `wheels` from the state
+!> **What an override of `stepper_t%propagate_step` must do**: move `theta`, `momentum` and `wheels` from the state
 !> `before` to the state `after`, of which `advance` has just made the second from the first: what that left in the
 !> stepper may be used, and must stay as it is. Of parametric columns (`parametric` holds their numbers) add what
 !> their changes do in the step: `inertia` is that of the body without what turns freely, `columns(k)%rotor`,
 !> `%frame`, `%effects` are the others; effects know their own derivatives (`direction_change`, `gradient_change`,
 !> `torque_change`). `work` gains the change of the work of torques, motors and friction. Methods that project move
 !> the columns to the targets `energy` and `space_momentum`, the values of the rows at the start. For methods that
-!> conserve by themselves, and say so (`conserves`), `carry` removes round-off of these rows every so many steps
+!> conserve by themselves, and say so (`conserves`), `propagate` removes round-off of these rows every so many steps
 !> (`nutate_column_projection`).
 module nutate_tangent
    use nutate_archive, only: archive_t
@@ -59,7 +59,7 @@ module nutate_tangent
       !> freely of each, kg m²; shape (3, 3, n_parametric).
       integer, allocatable :: parametric(:)
       real(wp), allocatable :: inertia(:, :, :)
-      !> Steps since round-off was last removed from what the columns conserve (`stepper_t%carry`).
+      !> Steps since round-off was last removed from what the columns conserve (`stepper_t%propagate`).
       integer :: steps = 0
       !> Columns change the times at which torques or motors start or stop: `nutate_window_edges` moves them over these.
       logical :: moves_windows = .false.
@@ -103,7 +103,8 @@ contains
       type(status_t), intent(out) :: status
       integer :: k, m
       call check_effects(system%effects, status)
-      if (status%ok() .and. size(columns) == 0) status = fail(NUTATE_BAD_ARGUMENT, 'there are no columns to carry')
+      if (status%ok() .and. size(columns) == 0) status = fail(NUTATE_BAD_ARGUMENT, &
+         'there are no sensitivities to propagate')
       do k = 1, size(columns)
          if (status%ok() .and. any(abs(columns(k)%frame) > 0.0_wp) .and. .not. system%effects%frame_turns) &
             status = fail(NUTATE_BAD_ARGUMENT, 'the rate of the space axes has a derivative only where they turn '// &

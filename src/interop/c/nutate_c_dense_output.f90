@@ -134,19 +134,19 @@ contains
             record%works = [works + each, 0.0_wp]
             inside = tangent
             if (tangent%n > 0 .and. status%code == 0) &
-               call handle%inside%carry_inside(handle%system, there, inside, status)
+               call handle%inside%propagate_inside(handle%system, there, inside, status)
             if (tangent%n > 0 .and. status%code == 0 .and. .not. abs(times(i) - state%t) > 0.0_wp) &
                call cross_windows(handle, there, dt, inside)
             if (status%code == 0) call columns%evaluate(handle%system, there, record, rows(:, i), inside)
             i = i + 1
          end do
-         if (tangent%n > 0 .and. i <= size(times)) call carry_on(handle, state, dt, tangent, status)
+         if (tangent%n > 0 .and. i <= size(times)) call propagate_on(handle, state, dt, tangent, status)
          works = works + handle%inside%work
       end do
    end subroutine evaluate_from
 
    !> Moves columns over the step that led to a state.
-   subroutine carry_on(handle, state, dt, tangent, status)
+   subroutine propagate_on(handle, state, dt, tangent, status)
       type(stepper_handle_t), intent(inout) :: handle
       type(state_t), intent(in) :: state
       !> Of whole steps, s.
@@ -154,11 +154,11 @@ contains
       type(tangent_t), intent(inout) :: tangent
       type(status_t), intent(inout) :: status
       associate (stepper => handle%inside)
-         call stepper%carry(handle%system, stepper%last_start, state, state%t - stepper%last_start%t, &
+         call stepper%propagate(handle%system, stepper%last_start, state, state%t - stepper%last_start%t, &
                             stepper%last_window, tangent, status)
       end associate
       if (status%code == 0) call cross_windows(handle, state, dt, tangent)
-   end subroutine carry_on
+   end subroutine propagate_on
 
    !> Moves columns at the end of a step over the torques that start or stop there.
    subroutine cross_windows(handle, state, dt, tangent)

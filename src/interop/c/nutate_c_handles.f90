@@ -26,7 +26,7 @@ module nutate_c_handles
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NO_MEMORY
    use nutate_stepper, only: stepper_t
    use nutate_system, only: system_t
-   use nutate_tangent_columns, only: carried_t
+   use nutate_tangent_columns, only: propagated_t
    implicit none
    private
 
@@ -34,7 +34,7 @@ module nutate_c_handles
    public :: SYSTEM_MARK, SCENE_MARK, STEPPER_MARK, HISTORY_MARK, BODIES_MARK
    public :: find_system, find_scene, find_stepper, find_history, find_bodies, find_handle
    public :: open_slot, erase_mark, copy_system, null_argument, report, whole_message, conclude, make_room
-   public :: unprepare, get_carried, set_carried, set_chaos
+   public :: unprepare, get_propagated, set_propagated, set_chaos
 
    !> Marks of the kinds.
    integer(c_int64_t), parameter :: SYSTEM_MARK = 7811887110843601971_c_int64_t, &
@@ -141,9 +141,9 @@ module nutate_c_handles
       type(columns_t) :: columns
       !> Names of the columns, comma separated.
       character(len=:), allocatable :: names
-      !> What runs carry along, if anything: the tangent columns by free numbers, where columns show them; indicators of
+      !> What runs propagate, if anything: the tangent columns by free numbers, where columns show them; indicators of
       !> chaos, and those of the last run.
-      type(carried_t), allocatable :: carried
+      type(propagated_t), allocatable :: propagated
       type(column_t), allocatable :: tangents(:)
       type(chaos_settings_t), allocatable :: chaos
       type(chaos_t), allocatable :: indicators
@@ -258,24 +258,24 @@ contains
       state%wheel_momentum = self%wheel_momentum
    end function state_of_start
 
-   !> Gives what the runs of a stepper carry along.
-   subroutine get_carried(handle, carried)
+   !> Gives what the runs of a stepper propagate.
+   subroutine get_propagated(handle, propagated)
       type(stepper_handle_t), intent(in) :: handle
-      type(carried_t), intent(out) :: carried
-      if (allocated(handle%carried)) then
-         carried = handle%carried
+      type(propagated_t), intent(out) :: propagated
+      if (allocated(handle%propagated)) then
+         propagated = handle%propagated
       else
-         allocate (carried%names(0), carried%sigma(0))
+         allocate (propagated%names(0), propagated%sigma(0))
       end if
-   end subroutine get_carried
+   end subroutine get_propagated
 
-   !> Sets what the runs of a stepper carry along.
-   subroutine set_carried(handle, carried)
+   !> Sets what the runs of a stepper propagate.
+   subroutine set_propagated(handle, propagated)
       type(stepper_handle_t), intent(inout) :: handle
-      type(carried_t), intent(in) :: carried
-      if (allocated(handle%carried)) deallocate (handle%carried)
-      if (size(carried%names) > 0 .or. carried%exponents > 0) handle%carried = carried
-   end subroutine set_carried
+      type(propagated_t), intent(in) :: propagated
+      if (allocated(handle%propagated)) deallocate (handle%propagated)
+      if (size(propagated%names) > 0 .or. propagated%exponents > 0) handle%propagated = propagated
+   end subroutine set_propagated
 
    !> Sets the indicators of chaos that the runs of a stepper follow.
    subroutine set_chaos(handle, chaos)

@@ -215,7 +215,7 @@ contains
          call set_scene(stepper, from, usual_sets(scene), status)
          call lock_texts()
          if (status%ok()) call columns%choose(usual_sets(scene), status, scene%output%degrees, scene%system%effects, &
-                                              scene%carried())
+                                              scene%propagated())
          handle%names = columns%header()
          call unlock_texts()
          if (status%ok()) then
@@ -288,7 +288,7 @@ contains
       call file%open(name, usual_sets(scene), system, scene%initial, scene%integrator%inverse_auxiliary_inertia, &
                      status, scene%output%degrees, scene%output%digits, &
                      backward=scene%plan%end_time < scene%initial%t, epoch=scene%output%epoch, &
-                     carried=scene%carried())
+                     propagated=scene%propagated())
       beside = scene%output%events
       if (beside == '') beside = events_name(name)
       if (status%ok() .and. scene%events%count() > 0 .and. beside /= '') then

@@ -3,7 +3,7 @@ module nutate_c_reading
    use, intrinsic :: iso_c_binding, only: c_double, c_int, c_int64_t, c_ptr, c_size_t
    use nutate_attitude, only: euler_from_quat
    use nutate_c_effects, only: add_failure
-   use nutate_c_handles, only: conclude, find_stepper, get_carried, null_argument, stepper_handle_t, unprepare
+   use nutate_c_handles, only: conclude, find_stepper, get_propagated, null_argument, stepper_handle_t, unprepare
    use nutate_c_rows, only: present_record
    use nutate_c_text, only: lock_texts, nth_name, copy_text, text_to_c, unlock_texts
    use nutate_columns, only: columns_t, need_attitude
@@ -15,7 +15,7 @@ module nutate_c_reading
    use nutate_progress, only: total_work
    use nutate_quaternion, only: quat_normalized, rotate_to_space, rotation_matrix
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_OK
-   use nutate_tangent_columns, only: carried_t
+   use nutate_tangent_columns, only: propagated_t
    implicit none
    private
 
@@ -233,7 +233,7 @@ contains
          else if (size >= 0 .and. size < width) then
             status = fail(NUTATE_BAD_ARGUMENT, 'the array for the row is too small', 'size')
          else if (handle%columns%differentiates) then
-            status = fail(NUTATE_BAD_ARGUMENT, 'only runs have columns of what they carry along (expected other '// &
+            status = fail(NUTATE_BAD_ARGUMENT, 'only runs have columns of what they propagate (expected other '// &
                           'columns, or a run)', 'row')
          else
             handle%failure = 0
@@ -271,11 +271,11 @@ contains
       character(len=name_length), allocatable :: chosen(:)
       character(len=:), allocatable :: names
       type(columns_t) :: columns
-      type(carried_t) :: carried
+      type(propagated_t) :: propagated
       chosen = sets
-      call get_carried(handle, carried)
+      call get_propagated(handle, propagated)
       call lock_texts()
-      call columns%choose(chosen, status, effects=handle%system%effects, carried=carried)
+      call columns%choose(chosen, status, effects=handle%system%effects, propagated=propagated)
       if (status%ok()) names = columns%header()
       call unlock_texts()
       if (status%ok() .and. shows_derivatives(chosen) .and. .not. allocated(handle%tangents)) &

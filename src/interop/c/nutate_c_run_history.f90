@@ -3,8 +3,8 @@
 module nutate_c_run_history
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_funptr, c_int, c_int64_t, c_loc, &
       c_ptr, c_size_t
-   use nutate_c_handles, only: conclude, find_scene, find_stepper, get_carried, history_handle_t, null_argument, &
-      open_slot, scene_handle_t, set_carried, set_chaos, stepper_handle_t, HISTORY_MARK
+   use nutate_c_handles, only: conclude, find_scene, find_stepper, get_propagated, history_handle_t, null_argument, &
+      open_slot, scene_handle_t, set_propagated, set_chaos, stepper_handle_t, HISTORY_MARK
    use nutate_c_polls, only: poll_t
    use nutate_c_reading, only: choose_columns
    use nutate_c_rows, only: row_receiver_t
@@ -14,7 +14,7 @@ module nutate_c_run_history
    use nutate_limits, only: is_moderate
    use nutate_run_plan, only: run_plan_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_NO_MEMORY, NUTATE_OK
-   use nutate_tangent_columns, only: carried_t
+   use nutate_tangent_columns, only: propagated_t
    implicit none
    private
 
@@ -49,25 +49,25 @@ contains
       type(c_ptr), intent(in), value :: stepper, scene
       type(stepper_handle_t), pointer :: handle
       type(scene_handle_t), pointer :: from
-      type(carried_t) :: before, carried
+      type(propagated_t) :: before, propagated
       type(status_t) :: status
       code = NUTATE_BAD_HANDLE
       handle => find_stepper(stepper)
       from => find_scene(scene)
       if (.not. associated(handle) .or. .not. associated(from)) return
-      call get_carried(handle, before)
-      carried = from%scene%carried()
-      if (size(carried%names) == 0) then
+      call get_propagated(handle, before)
+      propagated = from%scene%propagated()
+      if (size(propagated%names) == 0) then
          status = fail(NUTATE_BAD_ARGUMENT, 'the scene has no free numbers (expected &free)', 'scene')
       else
          call find_tangents(from%scene, handle, status)
       end if
       if (status%ok()) then
-         carried%exponents = before%exponents
-         call set_carried(handle, carried)
+         propagated%exponents = before%exponents
+         call set_propagated(handle, propagated)
          ! Columns that show them have other names now.
          if (handle%columns%differentiates) call choose_columns(handle, handle%sets, status)
-         if (.not. status%ok()) call set_carried(handle, before)
+         if (.not. status%ok()) call set_propagated(handle, before)
       end if
       code = conclude(handle, status)
    end function nutate_stepper_differentiate
@@ -76,21 +76,21 @@ contains
       type(c_ptr), intent(in), value :: stepper, scene
       type(stepper_handle_t), pointer :: handle
       type(scene_handle_t), pointer :: from
-      type(carried_t) :: before, carried
+      type(propagated_t) :: before, propagated
       type(status_t) :: status
       code = NUTATE_BAD_HANDLE
       handle => find_stepper(stepper)
       from => find_scene(scene)
       if (.not. associated(handle) .or. .not. associated(from)) return
-      call get_carried(handle, before)
-      carried = before
-      carried%exponents = from%scene%chaos%exponents
-      call set_carried(handle, carried)
+      call get_propagated(handle, before)
+      propagated = before
+      propagated%exponents = from%scene%chaos%exponents
+      call set_propagated(handle, propagated)
       if (handle%columns%differentiates) call choose_columns(handle, handle%sets, status)
       if (status%ok()) then
          call set_chaos(handle, from%scene%chaos)
       else
-         call set_carried(handle, before)
+         call set_propagated(handle, before)
       end if
       code = conclude(handle, status)
    end function nutate_stepper_follow_chaos

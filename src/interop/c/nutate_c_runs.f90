@@ -153,7 +153,7 @@ contains
       if (allocated(handle%found)) handle%found%n = 0
       if (.not. abs(plan%end_time - handle%run%state%t) > 0.0_wp) then
          if (.not. is_first_a_row(plan, receiver)) return
-         call carry_along(handle, status)
+         call propagate_along(handle, status)
          if (allocated(handle%run%tangent)) receiver%tangent = handle%run%tangent
          if (allocated(handle%run%summary%chaos)) receiver%chaos = handle%run%summary%chaos
          if (status%ok()) call write_row(handle, receiver, status)
@@ -165,7 +165,7 @@ contains
       call handle%run%set_plan(handle%system, plan, status)
       if (status%ok() .and. .not. is_watched) call handle%run%set_events(handle%events, handle%system, status)
       if (status%ok()) call find_steps_asking(handle%run, handle%poll, handle%failure, handle%system, status)
-      if (status%ok()) call carry_along(handle, status)
+      if (status%ok()) call propagate_along(handle, status)
       if (status%ok()) call handle%run%run_to_end(handle%system, status, receiver)
       call put_down(handle)
       call add_failure(handle%failure, status)
@@ -175,15 +175,15 @@ contains
       if (plan%goal%active() .and. allocated(handle%run%stepper)) deallocate (handle%run%stepper)
    end subroutine travel
 
-   !> Makes the run carry along what the stepper says. Errors: `NUTATE_BAD_ARGUMENT` for what has no derivative.
-   subroutine carry_along(handle, status)
+   !> Makes the run propagate what the stepper says. Errors: `NUTATE_BAD_ARGUMENT` for what has no derivative.
+   subroutine propagate_along(handle, status)
       type(stepper_handle_t), intent(inout) :: handle
       type(status_t), intent(inout) :: status
       if (allocated(handle%indicators)) deallocate (handle%indicators)
       if (allocated(handle%tangents) .and. handle%columns%differentiates) &
          call handle%run%differentiate(handle%tangents, handle%system, status)
       if (status%ok() .and. allocated(handle%chaos)) call handle%run%follow_chaos(handle%chaos, handle%system, status)
-   end subroutine carry_along
+   end subroutine propagate_along
 
    !> Ends that: single steps carry nothing.
    subroutine put_down(handle)

@@ -3,8 +3,9 @@ module nutate_c_stepper
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_loc, c_null_ptr, c_ptr, c_size_t
    use nutate_body, only: body_t, whole_body
    use nutate_c_effects, only: add_failure, report_failures_to
-   use nutate_c_handles, only: conclude, copy_system, erase_mark, find_scene, find_stepper, find_system, get_carried, &
-      null_argument, open_slot, report, scene_handle_t, set_carried, set_chaos, stepper_handle_t, system_handle_t, &
+   use nutate_c_handles, only: conclude, copy_system, erase_mark, find_scene, find_stepper, find_system, &
+      get_propagated, &
+      null_argument, open_slot, report, scene_handle_t, set_propagated, set_chaos, stepper_handle_t, system_handle_t, &
       unprepare, STEPPER_MARK
    use nutate_c_settings, only: get_key, prepare, set_key
    use nutate_c_text, only: lock_texts, copy_text, text_to_c, unlock_texts
@@ -26,7 +27,7 @@ module nutate_c_stepper
       NUTATE_NO_MEMORY, NUTATE_OK
    use nutate_stepper, only: integrator_settings_t
    use nutate_system, only: system_t
-   use nutate_tangent_columns, only: carried_t
+   use nutate_tangent_columns, only: propagated_t
    implicit none
    private
 
@@ -264,14 +265,14 @@ contains
       end if
    end subroutine finish_handle
 
-   !> Sets system, start and settings of a scene, and what its runs carry along.
+   !> Sets system, start and settings of a scene, and what its runs propagate.
    subroutine set_scene(handle, from, sets, status)
       type(stepper_handle_t), intent(inout), target :: handle
       type(scene_handle_t), intent(in) :: from
       !> Sets of columns.
       character(len=*), intent(in) :: sets(:)
       type(status_t), intent(out) :: status
-      type(carried_t) :: carried
+      type(propagated_t) :: propagated
       integer :: i
       call copy_system(from%scene%system, handle%system, c_loc(handle%failure))
       handle%run%requested = from%scene%integrator
@@ -281,8 +282,8 @@ contains
       do i = 1, size(from%scene%groups)
          if (from%scene%groups(i)%name == 'integrator') handle%group = from%scene%groups(i)
       end do
-      carried = from%scene%carried()
-      call set_carried(handle, carried)
+      propagated = from%scene%propagated()
+      call set_propagated(handle, propagated)
       call set_chaos(handle, from%scene%chaos)
       call store_start(handle, from%scene%initial, sets, status)
       if (status%ok() .and. shows_derivatives(sets)) call find_tangents(from%scene, handle, status)
@@ -309,11 +310,11 @@ contains
       type(state_t), intent(in) :: state
       character(len=*), intent(in) :: sets(:)
       type(status_t), intent(out) :: status
-      type(carried_t) :: carried
+      type(propagated_t) :: propagated
       handle%sets = sets
-      call get_carried(handle, carried)
+      call get_propagated(handle, propagated)
       call lock_texts()
-      call handle%columns%choose(handle%sets, status, effects=handle%system%effects, carried=carried)
+      call handle%columns%choose(handle%sets, status, effects=handle%system%effects, propagated=propagated)
       handle%names = handle%columns%header()
       call unlock_texts()
       if (status%ok()) call replace_state(handle, state, status)

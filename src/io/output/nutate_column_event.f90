@@ -404,9 +404,9 @@ contains
       integer, intent(in) :: column
       type(system_t), intent(in) :: system
       type(motion_t), intent(in) :: motion
-      real(wp) :: v(3), w(4), torque(3), momentum_rate(3), carried(3)
+      real(wp) :: v(3), w(4), torque(3), momentum_rate(3), frame_in_body(3)
       torque = motion%potential_torque + motion%torque
-      carried = motion%omega - motion%relative
+      frame_in_body = motion%omega - motion%relative
       momentum_rate = cross(motion%momentum, motion%omega) + torque
       associate (q => motion%state%q, omega => motion%omega, relative => motion%relative)
          select case (column)
@@ -423,10 +423,10 @@ contains
          case (AT_L1:AT_L1 + 2)
             x = momentum_rate(column - AT_L1 + 1)
          case (AT_OMEGA_X:AT_OMEGA_X + 2)
-            v = rotate_to_space(unit(q), motion%acceleration + cross(omega, carried))
+            v = rotate_to_space(unit(q), motion%acceleration + cross(omega, frame_in_body))
             x = v(column - AT_OMEGA_X + 1)
          case (AT_L_X:AT_L_X + 2)
-            v = rotate_to_space(unit(q), torque + cross(motion%momentum, carried))
+            v = rotate_to_space(unit(q), torque + cross(motion%momentum, frame_in_body))
             x = v(column - AT_L_X + 1)
          case (AT_PHI:AT_PSI)
             x = euler_rate(1 + column - AT_PHI, q, relative)
@@ -437,7 +437,7 @@ contains
          case (AT_JACOBI)
             x = dot_product(relative, motion%torque) + motion%inner_power + time_dependent_power_of(system, motion)
          case (AT_TOTAL)
-            x = dot_product(omega, motion%torque) + dot_product(carried, motion%potential_torque) + &
+            x = dot_product(omega, motion%torque) + dot_product(frame_in_body, motion%potential_torque) + &
                 motion%inner_power + time_dependent_power_of(system, motion)
          case (AT_ROLL:AT_SHADOW)
             x = orbit_rate(column, system, motion)

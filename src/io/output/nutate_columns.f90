@@ -15,8 +15,8 @@ module nutate_columns
    use nutate_quaternion, only: quat_conjugate, quat_normalized, quat_product, rotate_to_space
    use nutate_observer, only: run_record_t
    use nutate_orbit, only: orbit_t
-   use nutate_tangent_columns, only: carried_t, carried_headers, carried_values, &
-      carried_width, is_by_free, COVARIANCE, DEVIATIONS, FLI, LYAPUNOV, MEGNO, SENSITIVITIES
+   use nutate_tangent_columns, only: propagated_t, propagated_headers, propagated_values, &
+      propagated_width, is_by_free, COVARIANCE, DEVIATIONS, FLI, LYAPUNOV, MEGNO, SENSITIVITIES
    use nutate_spelling, only: comma_list, nearest_name, split_list
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_FINITE
@@ -31,7 +31,7 @@ module nutate_columns
    !> One set of columns.
    type :: column_set_t
       character(len=24) :: name = ''
-      !> Number of its columns; 0: it depends on the effects of the system, or on what runs of the scene carry along.
+      !> Number of its columns; 0: it depends on the effects of the system, or on what runs of the scene propagate.
       integer :: width = 0
       !> Their names, comma separated; where their number depends on the scene, the pattern of them.
       character(len=160) :: headers = ''
@@ -56,7 +56,7 @@ module nutate_columns
       !> Its columns are the Euler angles of this sequence of axes.
       character(len=3) :: sequence = ''
       !> `SENSITIVITIES`, ... of `nutate_tangent_columns`; 0: the run need not carry anything. These sets stand last.
-      integer :: carried = 0
+      integer :: propagated = 0
    end type column_set_t
 
    !> Positions in the table.
@@ -144,12 +144,12 @@ module nutate_columns
                    frame=2), &
       column_set_t('frame3', 5, 'frame3_q0,frame3_q1,frame3_q2,frame3_q3,frame3_angle', first_angle=5, last_angle=5, &
                    frame=3), &
-      column_set_t('sensitivities', 0, 'd_COMPONENT/d_KEY', carried=SENSITIVITIES), &
-      column_set_t('standard_deviations', 0, 'sigma_COMPONENT', carried=DEVIATIONS), &
-      column_set_t('covariance', 0, 'covariance_COMPONENT_COMPONENT', carried=COVARIANCE), &
-      column_set_t('lyapunov', 0, 'lyapunovN', carried=LYAPUNOV), &
-      column_set_t('megno', 1, 'megno', carried=MEGNO), &
-      column_set_t('fli', 1, 'fli', carried=FLI)]
+      column_set_t('sensitivities', 0, 'd_COMPONENT/d_KEY', propagated=SENSITIVITIES), &
+      column_set_t('standard_deviations', 0, 'sigma_COMPONENT', propagated=DEVIATIONS), &
+      column_set_t('covariance', 0, 'covariance_COMPONENT_COMPONENT', propagated=COVARIANCE), &
+      column_set_t('lyapunov', 0, 'lyapunovN', propagated=LYAPUNOV), &
+      column_set_t('megno', 1, 'megno', propagated=MEGNO), &
+      column_set_t('fli', 1, 'fli', propagated=FLI)]
 
    !> A radian.
    real(wp), parameter :: degree = 180.0_wp/pi
@@ -179,12 +179,12 @@ module nutate_columns
       logical :: shows_commands = .false.
       !> The state must be shown to `follow` after every step.
       logical :: follows_steps = .false.
-      !> They show what a run carries along: `evaluate` needs its tangent columns.
+      !> They show what a run propagates: `evaluate` needs its tangent columns.
       logical :: differentiates = .false.
       !> Number of the chosen sets that need none, which come first, and of their columns, that of t included.
       integer, private :: n_plain = 0
       integer :: plain_width = 1
-      type(carried_t), allocatable, private :: carried
+      type(propagated_t), allocatable, private :: propagated
       integer, private :: n_wheels = 0
       !> Angles in degrees, rates in degrees per second.
       logical, private :: degrees = .false.
@@ -222,8 +222,8 @@ contains
 
    !> Selects sets by name, in any order. Errors: `NUTATE_BAD_ARGUMENT` for a name that is not in the table, for
    !> a wheel, an orbit or a sun that does not exist, for two sets with the same columns, and for those of what the run
-   !> does not carry along.
-   subroutine choose(self, names, status, degrees, effects, carried)
+   !> does not propagate.
+   subroutine choose(self, names, status, degrees, effects, propagated)
       class(columns_t), intent(inout) :: self
       character(len=*), intent(in) :: names(:)
       type(status_t), intent(out) :: status
@@ -231,8 +231,8 @@ contains
       logical, intent(in), optional :: degrees
       !> Those of the system; default: there is all that columns ask for, and no effect that has columns of its own.
       type(effect_list_t), intent(in), optional :: effects
-      !> What the run carries along; default: nothing.
-      type(carried_t), intent(in), optional :: carried
+      !> What the run propagates; default: nothing.
+      type(propagated_t), intent(in), optional :: propagated
       integer :: i
 
       do i = 1, size(names)
@@ -240,7 +240,7 @@ contains
             if (present(effects)) call check_shown(column_sets(findloc(column_sets%name, names(i), dim=1)), effects, &
                                                    status)
             if (status%ok()) call check_carried(column_sets(findloc(column_sets%name, names(i), dim=1)), status, &
-                                                    carried)
+                                                    propagated)
             if (.not. status%ok()) return
             cycle
          end if
@@ -266,14 +266,14 @@ contains
       self%widths = column_sets(self%chosen)%width
       where (self%chosen == ENERGIES) self%widths = size(split_list(self%energies))
       where (self%chosen == WORKS) self%widths = size(split_list(self%works))
-      self%n_plain = count(column_sets(self%chosen)%carried == 0)
+      self%n_plain = count(column_sets(self%chosen)%propagated == 0)
       self%differentiates = self%n_plain < size(self%chosen)
       if (self%differentiates) then
-         self%carried = carried
+         self%propagated = propagated
          self%n_wheels = 0
          if (present(effects)) self%n_wheels = effects%n_wheels
          do i = self%n_plain + 1, size(self%chosen)
-            self%widths(i) = carried_width(column_sets(self%chosen(i))%carried, carried, self%n_wheels)
+            self%widths(i) = propagated_width(column_sets(self%chosen(i))%propagated, propagated, self%n_wheels)
          end do
       end if
       self%plain_width = 1 + sum(self%widths(:self%n_plain))
@@ -286,21 +286,21 @@ contains
 
    !> Errors: `NUTATE_BAD_ARGUMENT` for a set of derivatives where nothing is free, for one of standard deviations where
    !> no free number has one, and for indicators of chaos that nothing follows.
-   subroutine check_carried(set, status, carried)
+   subroutine check_carried(set, status, propagated)
       type(column_set_t), intent(in) :: set
       type(status_t), intent(inout) :: status
-      type(carried_t), intent(in), optional :: carried
-      if (set%carried == 0) return
-      if (.not. present(carried)) then
+      type(propagated_t), intent(in), optional :: propagated
+      if (set%propagated == 0) return
+      if (.not. present(propagated)) then
          status = fail(NUTATE_BAD_ARGUMENT, "only nutate run writes the columns '"//trim(set%name)// &
                        "' (expected others)", 'columns')
-      else if (.not. is_by_free(set%carried)) then
-         if (carried%exponents == 0) status = fail(NUTATE_BAD_ARGUMENT, "columns '"//trim(set%name)//"' need "// &
+      else if (.not. is_by_free(set%propagated)) then
+         if (propagated%exponents == 0) status = fail(NUTATE_BAD_ARGUMENT, "columns '"//trim(set%name)//"' need "// &
                                                    'indicators of chaos (expected &tangent)', 'columns')
-      else if (size(carried%names) == 0) then
+      else if (size(propagated%names) == 0) then
          status = fail(NUTATE_BAD_ARGUMENT, "columns '"//trim(set%name)//"' need free numbers (expected &free)", &
                        'columns')
-      else if (set%carried /= SENSITIVITIES .and. .not. any(carried%sigma > 0.0_wp)) then
+      else if (set%propagated /= SENSITIVITIES .and. .not. any(propagated%sigma > 0.0_wp)) then
          status = fail(NUTATE_BAD_ARGUMENT, "columns '"//trim(set%name)//"' need standard deviations (expected "// &
                        'sigma in &free)', 'columns')
       end if
@@ -375,7 +375,7 @@ contains
          if (plain) return
       end if
       do i = self%n_plain + 1, size(self%chosen)
-         line = line//','//carried_headers(column_sets(self%chosen(i))%carried, self%carried, self%n_wheels, &
+         line = line//','//propagated_headers(column_sets(self%chosen(i))%propagated, self%propagated, self%n_wheels, &
                                            self%degrees)
       end do
    end function header
@@ -479,7 +479,7 @@ contains
       if (.not. present(tangent)) return
       do i = self%n_plain + 1, size(self%chosen)
          last = first + self%widths(i) - 1
-         call carried_values(column_sets(self%chosen(i))%carried, self%carried, system, state, tangent, &
+         call propagated_values(column_sets(self%chosen(i))%propagated, self%propagated, system, state, tangent, &
                              chaos, merge(degree, 1.0_wp, self%degrees), values(first:last))
          first = last + 1
       end do

@@ -10,7 +10,7 @@ module nutate_history
    use nutate_files, only: file_mark_t, output_file_t
    use nutate_kinds, only: wp, long
    use nutate_observer, only: observer_t, run_record_t
-   use nutate_tangent_columns, only: carried_t
+   use nutate_tangent_columns, only: propagated_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    use nutate_system, only: system_t
@@ -58,7 +58,7 @@ contains
 
    !> Opens the file and writes the header. Errors: `NUTATE_BAD_ARGUMENT` for an unknown set of columns; `NUTATE_IO`.
    subroutine open_history(self, name, columns, system, state, inverse_j0, status, degrees, digits, backward, epoch, &
-                           carried)
+                           propagated)
       class(history_t), intent(inout) :: self
       !> Path, or `-` for standard output.
       character(len=*), intent(in) :: name
@@ -78,10 +78,10 @@ contains
       logical, intent(in), optional :: backward
       !> When t = 0 is, for a column of dates.
       type(epoch_t), intent(in), optional :: epoch
-      !> What the run carries along, which columns may show.
-      type(carried_t), intent(in), optional :: carried
+      !> What the run propagates, which columns may show.
+      type(propagated_t), intent(in), optional :: propagated
 
-      call start(self, columns, system, state, inverse_j0, status, degrees, digits, backward, epoch, carried)
+      call start(self, columns, system, state, inverse_j0, status, degrees, digits, backward, epoch, propagated)
       if (.not. status%ok()) return
       call self%file%open(name, status)
       if (status%ok()) call self%file%put_line(self%header(), status)
@@ -90,7 +90,7 @@ contains
    !> Continues a history from checkpoint data, instead of `open`. Errors: those of `open`, and `NUTATE_IO` where the
    !> partial file differs from what was recorded; then nothing has been changed.
    subroutine reopen_history(self, name, columns, system, state, inverse_j0, archive, status, degrees, digits, &
-                             backward, epoch, carried)
+                             backward, epoch, propagated)
       class(history_t), intent(inout) :: self
       !> As given to `open`.
       character(len=*), intent(in) :: name, columns(:)
@@ -104,9 +104,9 @@ contains
       integer, intent(in), optional :: digits
       logical, intent(in), optional :: backward
       type(epoch_t), intent(in), optional :: epoch
-      type(carried_t), intent(in), optional :: carried
+      type(propagated_t), intent(in), optional :: propagated
       type(file_mark_t) :: mark
-      call start(self, columns, system, state, inverse_j0, status, degrees, digits, backward, epoch, carried)
+      call start(self, columns, system, state, inverse_j0, status, degrees, digits, backward, epoch, propagated)
       if (.not. status%ok()) return
       call transfer_values(self, archive, mark)
       if (archive%problem() /= '') then
@@ -138,7 +138,7 @@ contains
    end subroutine transfer_values
 
    !> Prepares for rows of the columns asked for.
-   subroutine start(self, columns, system, state, inverse_j0, status, degrees, digits, backward, epoch, carried)
+   subroutine start(self, columns, system, state, inverse_j0, status, degrees, digits, backward, epoch, propagated)
       class(history_t), intent(inout) :: self
       character(len=*), intent(in) :: columns(:)
       type(system_t), intent(in) :: system
@@ -149,8 +149,8 @@ contains
       integer, intent(in), optional :: digits
       logical, intent(in), optional :: backward
       type(epoch_t), intent(in), optional :: epoch
-      type(carried_t), intent(in), optional :: carried
-      call self%columns%choose(columns, status, degrees, system%effects, carried)
+      type(propagated_t), intent(in), optional :: propagated
+      call self%columns%choose(columns, status, degrees, system%effects, propagated)
       if (.not. status%ok()) return
       self%digits = 0
       if (present(digits)) self%digits = digits

@@ -1,4 +1,4 @@
-!> The columns of a history by what a run carries along. By the free numbers of a scene: the derivatives of attitude,
+!> The columns of a history by what a run propagates. By the free numbers of a scene: the derivatives of attitude,
 !> angular velocity and momenta of wheels by each of them, and what their standard deviations come to. By `&tangent`:
 !> the indicators of chaos.
 !>
@@ -14,7 +14,7 @@ module nutate_tangent_columns
    implicit none
    private
 
-   public :: carried_t, carried_headers, carried_values, carried_width, is_by_free, lyapunov_names
+   public :: propagated_t, propagated_headers, propagated_values, propagated_width, is_by_free, lyapunov_names
    public :: SENSITIVITIES, DEVIATIONS, COVARIANCE, LYAPUNOV, MEGNO, FLI
 
    !> The sets: those by free numbers, then those of chaos.
@@ -26,15 +26,15 @@ module nutate_tangent_columns
    character(len=*), parameter :: component_names(components) = [character(len=9) :: &
       'rotation1', 'rotation2', 'rotation3', 'omega1', 'omega2', 'omega3']
 
-   !> What a run carries along: tangent columns by free numbers, and indicators of chaos.
-   type :: carried_t
+   !> What a run propagates: tangent columns by free numbers, and indicators of chaos.
+   type :: propagated_t
       !> Free numbers, `GROUP[.N].KEY[.I]`; shape (free numbers).
       character(len=80), allocatable :: names(:)
       !> Standard deviation of each, in its unit; 0: it is known. Shape (free numbers).
       real(wp), allocatable :: sigma(:)
       !> Number of Lyapunov exponents; 0: no indicators of chaos.
       integer :: exponents = 0
-   end type carried_t
+   end type propagated_t
 
 contains
 
@@ -57,30 +57,30 @@ contains
    end function lyapunov_names
 
    !> Returns the number of columns of a set.
-   pure integer function carried_width(set, carried, n_wheels) result(width)
+   pure integer function propagated_width(set, propagated, n_wheels) result(width)
       !> `SENSITIVITIES`, ...
       integer, intent(in) :: set
-      type(carried_t), intent(in) :: carried
+      type(propagated_t), intent(in) :: propagated
       integer, intent(in) :: n_wheels
       select case (set)
       case (SENSITIVITIES)
-         width = size(carried%names)*(components + n_wheels)
+         width = size(propagated%names)*(components + n_wheels)
       case (DEVIATIONS)
          width = components
       case (COVARIANCE)
          width = components*(components + 1)/2
       case (LYAPUNOV)
-         width = carried%exponents
+         width = propagated%exponents
       case default
          width = 1
       end select
-   end function carried_width
+   end function propagated_width
 
    !> Returns the names of the columns of a set, comma separated.
-   pure function carried_headers(set, carried, n_wheels, degrees) result(names)
+   pure function propagated_headers(set, propagated, n_wheels, degrees) result(names)
       !> `SENSITIVITIES`, ...
       integer, intent(in) :: set
-      type(carried_t), intent(in) :: carried
+      type(propagated_t), intent(in) :: propagated
       integer, intent(in) :: n_wheels
       !> Angles are in degrees.
       logical, intent(in) :: degrees
@@ -94,13 +94,13 @@ contains
       names = ''
       select case (set)
       case (SENSITIVITIES)
-         do k = 1, size(carried%names)
+         do k = 1, size(propagated%names)
             do i = 1, components
-               names = names//',d_'//trim(component_names(i))//trim(unit)//'/d_'//trim(carried%names(k))
+               names = names//',d_'//trim(component_names(i))//trim(unit)//'/d_'//trim(propagated%names(k))
             end do
             do i = 1, n_wheels
                write (wheel, '(i0)') i
-               names = names//',d_wheel'//trim(wheel)//'_momentum/d_'//trim(carried%names(k))
+               names = names//',d_wheel'//trim(wheel)//'_momentum/d_'//trim(propagated%names(k))
             end do
          end do
       case (DEVIATIONS)
@@ -115,7 +115,7 @@ contains
             end do
          end do
       case (LYAPUNOV)
-         exponents = lyapunov_names(carried%exponents)
+         exponents = lyapunov_names(propagated%exponents)
          do i = 1, size(exponents)
             names = names//','//trim(exponents(i))
          end do
@@ -125,16 +125,16 @@ contains
          names = ',fli'
       end select
       names = names(2:)
-   end function carried_headers
+   end function propagated_headers
 
    !> Computes the values of a set: of each free number the derivatives of the rotation vector, rad, of Ω, rad/s, both
    !> in body axes, and of the momentum of each wheel, N m s; or standard deviations of rotation vector and Ω; or the
    !> upper triangle of their covariance, by rows, which are infinite where squares would overflow; or Lyapunov
    !> exponents, 1/s, MEGNO, FLI.
-   pure subroutine carried_values(set, carried, system, state, tangent, chaos, unit, values)
+   pure subroutine propagated_values(set, propagated, system, state, tangent, chaos, unit, values)
       !> `SENSITIVITIES`, ...
       integer, intent(in) :: set
-      type(carried_t), intent(in) :: carried
+      type(propagated_t), intent(in) :: propagated
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
       !> A column for each free number, then others.
@@ -145,7 +145,7 @@ contains
       real(wp), intent(in) :: unit
       !> Shape (width of the set).
       real(wp), intent(out) :: values(:)
-      real(wp) :: derivatives(tangent%n, components), changes(size(carried%names), components)
+      real(wp) :: derivatives(tangent%n, components), changes(size(propagated%names), components)
       integer :: i, k, n, n_free, width
       if (.not. is_by_free(set)) then
          if (set == LYAPUNOV) values = chaos%lyapunov()
@@ -153,7 +153,7 @@ contains
          if (set == FLI) values = chaos%fli()
          return
       end if
-      n_free = size(carried%names)
+      n_free = size(propagated%names)
       derivatives(:, 1:3) = unit*tangent%theta
       derivatives(:, 4:6) = unit*tangent%rates(system, state)
       if (set == SENSITIVITIES) then
@@ -164,9 +164,9 @@ contains
          return
       end if
       values = ieee_value(1.0_wp, ieee_positive_inf)
-      if (maxval(abs(derivatives(:n_free, :))) > greatest_change/max(maxval(carried%sigma), 1.0_wp)) return
+      if (maxval(abs(derivatives(:n_free, :))) > greatest_change/max(maxval(propagated%sigma), 1.0_wp)) return
       do i = 1, components
-         changes(:, i) = carried%sigma*derivatives(:n_free, i)
+         changes(:, i) = propagated%sigma*derivatives(:n_free, i)
       end do
       n = 0
       do i = 1, components
@@ -179,6 +179,6 @@ contains
             values(n) = dot_product(changes(:, i), changes(:, k))
          end do
       end do
-   end subroutine carried_values
+   end subroutine propagated_values
 
 end module nutate_tangent_columns

@@ -17,7 +17,7 @@ module nutate_scene
    use nutate_scene_error, only: scene_error_t
    use nutate_scene_labels, only: labels_t
    use nutate_scene_output, only: output_settings_t
-   use nutate_tangent_columns, only: carried_t
+   use nutate_tangent_columns, only: propagated_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_stepper, only: integrator_settings_t
@@ -67,8 +67,8 @@ module nutate_scene
       !> The groups as given, in the order of the file, overrides applied; shape (number of groups).
       type(group_t), allocatable :: groups(:)
    contains
-      !> What its runs carry along, as columns of a history need it.
-      procedure :: carried
+      !> What its runs propagate, as columns of a history need it.
+      procedure :: propagated
    end type scene_t
 
    interface
@@ -133,13 +133,13 @@ module nutate_scene
 contains
 
    !> Returns the free numbers and the number of exponents that runs follow, none where the scene has none.
-   pure type(carried_t) function carried(self) result(list)
+   pure type(propagated_t) function propagated(self) result(list)
       class(scene_t), intent(in) :: self
       allocate (list%names(0), list%sigma(0))
       list%exponents = self%chaos%exponents
       if (.not. allocated(self%fit%free)) return
       list%names = self%fit%free%name
       list%sigma = self%fit%free%sigma
-   end function carried
+   end function propagated
 
 end module nutate_scene

@@ -362,15 +362,15 @@ contains
       type(scene_t), intent(in) :: scene
       type(scene_error_t), intent(inout) :: error
       type(columns_t) :: columns
-      type(carried_t) :: carried
+      type(propagated_t) :: propagated
       type(status_t) :: status
       integer :: i
       ! Their names are read later.
-      carried%names = pack(scene%groups%name, scene%groups%name == 'free')
-      carried%sigma = pack([(merge(1.0_wp, 0.0_wp, scene%groups(i)%has('sigma')), i=1, size(scene%groups))], &
+      propagated%names = pack(scene%groups%name, scene%groups%name == 'free')
+      propagated%sigma = pack([(merge(1.0_wp, 0.0_wp, scene%groups(i)%has('sigma')), i=1, size(scene%groups))], &
                            scene%groups%name == 'free')
-      carried%exponents = merge(1, 0, any(scene%groups%name == 'tangent'))
-      call columns%choose(scene%output%columns, status, effects=scene%system%effects, carried=carried)
+      propagated%exponents = merge(1, 0, any(scene%groups%name == 'tangent'))
+      call columns%choose(scene%output%columns, status, effects=scene%system%effects, propagated=propagated)
       if (.not. status%ok()) call error%raise_status(group%line_of('columns'), status)
    end subroutine check_columns
 

@@ -78,7 +78,7 @@ contains
          call stepper%advance(system, after, dt, state%t + 0.5_wp*dt, status)
          ! A step that fails is the business of the run.
          if (.not. status%ok()) return
-         call stepper%carry(system, state, after, dt, state%t + 0.5_wp*dt, tangent, status)
+         call stepper%propagate(system, state, after, dt, state%t + 0.5_wp*dt, tangent, status)
       end if
       if (.not. status%ok()) call error%raise_status(group%line, status)
    end subroutine check_tangent

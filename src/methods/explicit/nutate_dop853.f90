@@ -20,12 +20,12 @@ module nutate_dop853
    !> One step of the method. `step` allocates nothing.
    type, extends(stepper_t) :: dop853_t
       type(rigid_rates_t), private :: rates
-      !> Made by the first `move_columns`.
+      !> Made by the first `propagate_step`.
       type(stage_tangent_t), allocatable, private :: tangent
    contains
       procedure :: set_up
       procedure :: advance
-      procedure :: move_columns
+      procedure :: propagate_step
       procedure :: transfer
    end type dop853_t
 
@@ -126,7 +126,7 @@ contains
 
    !> Moves tangent columns over a step, by the same stages. Errors: `NUTATE_BAD_ARGUMENT` where space axes turn, for a
    !> change of their rate that the motion would know of.
-   recursive subroutine move_columns(self, system, before, after, dt, window_time, tangent, status)
+   recursive subroutine propagate_step(self, system, before, after, dt, window_time, tangent, status)
       class(dop853_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: before, after
@@ -140,8 +140,8 @@ contains
          third([1, 9, 12]) = third([1, 9, 12]) - b3
          call self%tangent%set(a, b, c, reshape([e5, 0.1_wp*third], [n_stages, 2]))
       end if
-      call self%tangent%carry(self%rates, system, before, after, dt, window_time, tangent, status)
-   end subroutine move_columns
+      call self%tangent%propagate(self%rates, system, before, after, dt, window_time, tangent, status)
+   end subroutine propagate_step
 
    !> A step remembers nothing of the ones before.
    subroutine transfer(self, archive)

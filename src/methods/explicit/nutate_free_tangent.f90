@@ -33,14 +33,14 @@ module nutate_free_tangent
       type(stage_weights_t) :: weights
    contains
       !> Moves tangent columns over a step.
-      procedure :: carry
+      procedure :: propagate
    end type free_tangent_t
 
 contains
 
    !> Moves tangent columns over a step; false, with these as they were, for a body at rest. Errors: those of a turn of
    !> the axes.
-   subroutine carry(self, system, before, after, dt, tangent, status, carried)
+   subroutine propagate(self, system, before, after, dt, tangent, status, propagated)
       class(free_tangent_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       !> The ends of the step, which succeeded; s.
@@ -48,13 +48,13 @@ contains
       real(wp), intent(in) :: dt
       type(tangent_t), intent(inout) :: tangent
       type(status_t), intent(inout) :: status
-      logical, intent(out) :: carried
+      logical, intent(out) :: propagated
       real(wp) :: first(3), last(3), square
       integer :: i
       first = body_momentum(before)
       square = dot_product(first, first)
-      carried = square > tiny(1.0_wp)
-      if (.not. carried) return
+      propagated = square > tiny(1.0_wp)
+      if (.not. propagated) return
       self%to_angle = dt*system%body%inverse_inertia
       self%inverse = 1/sqrt(square)
       self%axis = self%inverse*first
@@ -68,7 +68,7 @@ contains
       call take_argument(self, n_stages + 1, first, last)
       call finish_columns(self, last, tangent)
       if (system%effects%frame_turns) call turn_columns(system, after, dt, tangent, status)
-   end subroutine carry
+   end subroutine propagate
 
    !> Unit columns of δL, and those of parameters, which change nothing at the start.
    pure subroutine start_columns(self, n)

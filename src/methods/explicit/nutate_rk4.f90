@@ -26,12 +26,12 @@ module nutate_rk4
    type, extends(stepper_t) :: rk4_t
       private
       type(rigid_rates_t) :: rates
-      !> Made by the first `move_columns`.
+      !> Made by the first `propagate_step`.
       type(stage_tangent_t), allocatable :: tangent
    contains
       procedure :: set_up
       procedure :: advance
-      procedure :: move_columns
+      procedure :: propagate_step
       procedure :: transfer
    end type rk4_t
 
@@ -72,7 +72,7 @@ contains
 
    !> Moves tangent columns over a step, by the same stages. Errors: `NUTATE_BAD_ARGUMENT` where space axes turn, for a
    !> change of their rate that the motion would know of.
-   recursive subroutine move_columns(self, system, before, after, dt, window_time, tangent, status)
+   recursive subroutine propagate_step(self, system, before, after, dt, window_time, tangent, status)
       class(rk4_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: before, after
@@ -83,8 +83,8 @@ contains
          allocate (self%tangent)
          call self%tangent%set(a, [outer, inner, inner, outer], [0.0_wp, 0.5_wp, 0.5_wp, 1.0_wp])
       end if
-      call self%tangent%carry(self%rates, system, before, after, dt, window_time, tangent, status)
-   end subroutine move_columns
+      call self%tangent%propagate(self%rates, system, before, after, dt, window_time, tangent, status)
+   end subroutine propagate_step
 
    !> A step remembers nothing of the ones before.
    subroutine transfer(self, archive)

@@ -30,13 +30,13 @@ module nutate_rk8
       private
       type(rigid_rates_t) :: rates
       type(specialised_motion_t) :: specialised
-      !> Made by the first `move_columns` that needs it.
+      !> Made by the first `propagate_step` that needs it.
       type(stage_tangent_t), allocatable :: tangent
       type(free_tangent_t), allocatable :: free
    contains
       procedure :: set_up
       procedure :: advance
-      procedure :: move_columns
+      procedure :: propagate_step
       procedure :: transfer
    end type rk8_t
 
@@ -93,37 +93,37 @@ contains
 
    !> Moves tangent columns over a step, by the same stages. Errors: `NUTATE_BAD_ARGUMENT` where space axes turn, for a
    !> change of their rate that the motion would know of.
-   recursive subroutine move_columns(self, system, before, after, dt, window_time, tangent, status)
+   recursive subroutine propagate_step(self, system, before, after, dt, window_time, tangent, status)
       class(rk8_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: before, after
       real(wp), intent(in) :: dt, window_time
       type(tangent_t), intent(inout) :: tangent
       type(status_t), intent(inout) :: status
-      logical :: is_specialised, carried
+      logical :: is_specialised, propagated
       call self%specialised%fits(dt, is_specialised)
       if (is_specialised .and. self%specialised%free) then
          if (.not. allocated(self%free)) allocate (self%free)
-         call self%free%carry(system, before, after, dt, tangent, status, carried)
-         if (carried) return
+         call self%free%propagate(system, before, after, dt, tangent, status, propagated)
+         if (propagated) return
          is_specialised = .false.
       end if
       if (is_specialised) then
-         call self%specialised%carry(before, tangent, carried)
-         if (carried .and. system%effects%frame_turns) call turn_columns(system, after, dt, tangent, status)
-         if (carried) return
+         call self%specialised%propagate(before, tangent, propagated)
+         if (propagated .and. system%effects%frame_turns) call turn_columns(system, after, dt, tangent, status)
+         if (propagated) return
       end if
       if (.not. allocated(self%tangent)) then
          allocate (self%tangent)
          call self%tangent%set(a, b, c)
       end if
       if (is_specialised) then
-         call self%tangent%carry(self%rates, system, before, after, dt, window_time, tangent, status, &
+         call self%tangent%propagate(self%rates, system, before, after, dt, window_time, tangent, status, &
                                  homogeneous=.true., axis=self%specialised%spin_axis())
       else
-         call self%tangent%carry(self%rates, system, before, after, dt, window_time, tangent, status)
+         call self%tangent%propagate(self%rates, system, before, after, dt, window_time, tangent, status)
       end if
-   end subroutine move_columns
+   end subroutine propagate_step
 
    !> A step remembers nothing of the ones before.
    subroutine transfer(self, archive)

@@ -84,7 +84,7 @@ module nutate_specialised_motion
       !> One step.
       procedure :: move
       !> Moves tangent columns over a step.
-      procedure :: carry
+      procedure :: propagate
       !> How fast a motion is in these variables.
       procedure :: pace
       !> The axis of a symmetric top that turns in the frame of its steps.
@@ -438,17 +438,17 @@ contains
 
    !> Moves tangent columns over a step, in the equations of the step, as its exact derivative. False, with the columns
    !> as they were, for free bodies, several directions, axes that turn, and where there are columns of parameters.
-   pure subroutine carry(self, before, tangent, carried)
+   pure subroutine propagate(self, before, tangent, propagated)
       !> Of the length of the step.
       class(specialised_motion_t), intent(inout) :: self
       !> The start of the step, which succeeded.
       type(state_t), intent(in) :: before
       type(tangent_t), intent(inout) :: tangent
-      logical, intent(out) :: carried
+      logical, intent(out) :: propagated
       real(wp) :: y(8 + 14*most_pairs), start(8), spin(4), room(8 + 14*most_pairs, 2*n_stages + 2)
       integer :: i, k, n, first, last
-      carried = self%single .and. .not. (self%free .or. self%frame_turns) .and. size(tangent%parametric) == 0
-      if (.not. carried) return
+      propagated = self%single .and. .not. (self%free .or. self%frame_turns) .and. size(tangent%parametric) == 0
+      if (.not. propagated) return
       call read_motion(before, dot_product(before%q, before%q), start)
       call to_equations(self, start)
       spin = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
@@ -469,7 +469,7 @@ contains
             call finish_column(self, y(1:8), y(k:k + 12:2), spin, tangent%theta(i, :), tangent%momentum(i, :))
          end do
       end do
-   end subroutine carry
+   end subroutine propagate
 
    !> A column in the variables of the equations, δq = ½q∘θ.
    pure subroutine start_column(self, theta, momentum, q, column)

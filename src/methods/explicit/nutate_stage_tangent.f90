@@ -58,7 +58,7 @@ module nutate_stage_tangent
       !> Sets the coefficients.
       procedure :: set
       !> Moves tangent columns over a step.
-      procedure :: carry
+      procedure :: propagate
    end type stage_tangent_t
 
 contains
@@ -76,7 +76,7 @@ contains
    end subroutine set
 
    !> Moves tangent columns over a step in y = [q, L, W, h].
-   subroutine carry(self, rates, system, before, after, dt, window_time, tangent, status, homogeneous, axis)
+   subroutine propagate(self, rates, system, before, after, dt, window_time, tangent, status, homogeneous, axis)
       class(stage_tangent_t), intent(inout) :: self
       !> Prepared.
       type(rigid_rates_t), intent(inout) :: rates
@@ -135,7 +135,7 @@ contains
       end do
       if (rates%attitude .and. system%effects%frame_turns .and. .not. rates%frame_turns) &
          call turn_columns(system, after, dt, tangent, status)
-   end subroutine carry
+   end subroutine propagate
 
    !> Estimates the error of the columns at the end of a step as that of the motion is: |e|²/√(|e|² + |e'|²), each
    !> relative to the size of its column. Zero where the method has no estimates.

@@ -61,7 +61,7 @@ module nutate_composition
       procedure :: advance
       procedure :: forget_steps
       procedure :: transfer
-      procedure :: move_columns
+      procedure :: propagate_step
       procedure :: put_memory
       procedure :: take_memory
    end type composition_t
@@ -156,7 +156,7 @@ contains
    end subroutine forget_steps
 
    !> Stage by stage: each stepper still holds its own.
-   recursive subroutine move_columns(self, system, before, after, dt, window_time, tangent, status)
+   recursive subroutine propagate_step(self, system, before, after, dt, window_time, tangent, status)
       class(composition_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: before, after
@@ -165,11 +165,11 @@ contains
       type(status_t), intent(inout) :: status
       integer :: i
       do i = 1, size(self%stages)
-         call self%stages(i)%stepper%move_columns(system, before, after, self%stages(i)%weight*dt, window_time, &
+         call self%stages(i)%stepper%propagate_step(system, before, after, self%stages(i)%weight*dt, window_time, &
                                                   tangent, status)
          if (status%code /= 0) return
       end do
-   end subroutine move_columns
+   end subroutine propagate_step
 
    !> What the steppers of all stages remember.
    recursive subroutine transfer(self, archive)

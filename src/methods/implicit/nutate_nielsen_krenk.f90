@@ -52,7 +52,7 @@ module nutate_nielsen_krenk
       real(wp) :: inverse(8, 8) = 0.0_wp
       !> a = J⁻¹(w̄ - 2h) of the root last found, rad/s.
       real(wp) :: rate(4) = 0.0_wp
-      !> b of the step done last; shape (3); and what its tangent is made of, from the first `move_columns` on.
+      !> b of the step done last; shape (3); and what its tangent is made of, from the first `propagate_step` on.
       real(wp) :: root(3) = 0.0_wp
       type(conserving_step_t), allocatable :: last
    contains
@@ -67,7 +67,7 @@ module nutate_nielsen_krenk
       procedure :: get_cayley_vector
       procedure :: finish
       procedure :: transfer_form
-      procedure :: move_columns
+      procedure :: propagate_step
       procedure :: put_form
       procedure :: take_form
    end type nielsen_krenk_t
@@ -298,7 +298,7 @@ contains
 
    !> By the root of the last step: on the constraint manifold that of the reduced form. Errors: `NUTATE_BAD_ARGUMENT`
    !> off the manifold, and where the attitude is not integrated.
-   recursive subroutine move_columns(self, system, before, after, dt, window_time, tangent, status)
+   recursive subroutine propagate_step(self, system, before, after, dt, window_time, tangent, status)
       class(nielsen_krenk_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: before, after
@@ -320,8 +320,9 @@ contains
       self%last%momentum = (0.5_wp*self%equations%momentum_unit)*self%equations%w0(2:4)
       self%last%rotor = system%effects%rotor_momentum
       if (allocated(self%equations%wheels)) self%last%rotor = self%last%rotor + self%equations%wheels%rotor
-      call self%last%carry(system, self%equations%forces, self%equations%turn, self%equations%wheels, tangent, status)
-   end subroutine move_columns
+      call self%last%propagate(system, self%equations%forces, self%equations%turn, self%equations%wheels, tangent, &
+         status)
+   end subroutine propagate_step
 
    !> Unit of momentum and inverse of the Jacobian.
    subroutine transfer_form(self, archive)

@@ -46,7 +46,7 @@ module nutate_reduced
       real(wp) :: rows(3, 3) = 0.0_wp, raw_determinant = 0.0_wp
       !> Way that b went since the Jacobian was taken, and last.
       real(wp) :: moved = 0.0_wp, change = 0.0_wp
-      !> b of the step done last; shape (3); and what its tangent is made of, from the first `move_columns` on.
+      !> b of the step done last; shape (3); and what its tangent is made of, from the first `propagate_step` on.
       real(wp) :: root(3) = 0.0_wp
       type(conserving_step_t), allocatable :: last
    contains
@@ -61,7 +61,7 @@ module nutate_reduced
       procedure :: get_cayley_vector
       procedure :: finish
       procedure :: transfer_form
-      procedure :: move_columns
+      procedure :: propagate_step
       procedure :: put_form
       procedure :: take_form
    end type reduced_t
@@ -239,7 +239,7 @@ contains
    end subroutine finish
 
    !> By the root of the last step. Errors: `NUTATE_BAD_ARGUMENT` where the attitude is not integrated.
-   recursive subroutine move_columns(self, system, before, after, dt, window_time, tangent, status)
+   recursive subroutine propagate_step(self, system, before, after, dt, window_time, tangent, status)
       class(reduced_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: before, after
@@ -258,8 +258,9 @@ contains
       self%last%momentum = self%equations%half_momentum(2:4)
       self%last%rotor = system%effects%rotor_momentum
       if (allocated(self%equations%wheels)) self%last%rotor = self%last%rotor + self%equations%wheels%rotor
-      call self%last%carry(system, self%equations%forces, self%equations%turn, self%equations%wheels, tangent, status)
-   end subroutine move_columns
+      call self%last%propagate(system, self%equations%forces, self%equations%turn, self%equations%wheels, tangent, &
+         status)
+   end subroutine propagate_step
 
    !> The derivatives of the effects; what belongs to the length of the step is computed anew.
    subroutine transfer_form(self, archive)

@@ -37,8 +37,8 @@ module nutate_projected_stepper
       procedure :: show
       procedure :: mark_step
       procedure :: state_at
-      procedure :: move_columns
-      procedure :: carry_inside
+      procedure :: propagate_step
+      procedure :: propagate_inside
       procedure :: transfer
    end type projected_stepper_t
 
@@ -154,7 +154,7 @@ contains
 
    !> By the stepper, from the state that the step went on from; columns are projected where the state was. Errors:
    !> those of the stepper.
-   recursive subroutine move_columns(self, system, before, after, dt, window_time, tangent, status)
+   recursive subroutine propagate_step(self, system, before, after, dt, window_time, tangent, status)
       class(projected_stepper_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: before, after
@@ -164,21 +164,21 @@ contains
       type(state_t) :: origin
       origin = before
       call origin%restore_left()
-      call self%base%move_columns(system, origin, after, dt, window_time, tangent, status)
+      call self%base%propagate_step(system, origin, after, dt, window_time, tangent, status)
       if (status%code == 0 .and. after%balance%count == 0 .and. self%prepared_with%attitude) &
          call project_columns(system, after, .false., tangent)
-   end subroutine move_columns
+   end subroutine propagate_step
 
    !> The same to a state inside of the last step, which is projected.
-   recursive subroutine carry_inside(self, system, state, tangent, status)
+   recursive subroutine propagate_inside(self, system, state, tangent, status)
       class(projected_stepper_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
       type(tangent_t), intent(inout) :: tangent
       type(status_t), intent(inout) :: status
-      call self%base%carry_inside(system, state, tangent, status)
+      call self%base%propagate_inside(system, state, tangent, status)
       if (status%code == 0 .and. self%prepared_with%attitude) call project_columns(system, state, .false., tangent)
-   end subroutine carry_inside
+   end subroutine propagate_inside
 
    !> What the stepper and the projection remember.
    subroutine transfer(self, archive)

@@ -320,12 +320,12 @@ contains
       !> ω, space axes, rad/s; shape (3).
       real(wp), intent(in) :: frame_rate(3)
       type(projection_point_t), intent(inout) :: point
-      real(wp) :: carried(3), energy
-      carried = times_vector(point%to_body, frame_rate)
-      energy = point%momentum(1)*carried(1) + point%momentum(2)*carried(2) + point%momentum(3)*carried(3)
+      real(wp) :: frame_in_body(3), energy
+      frame_in_body = times_vector(point%to_body, frame_rate)
+      energy = point%momentum(1)*frame_in_body(1) + point%momentum(2)*frame_in_body(2) + point%momentum(3)*frame_in_body(3)
       point%energy = point%energy - energy
       point%size = point%size + abs(energy)
-      point%relative = point%omega - carried
+      point%relative = point%omega - frame_in_body
    end subroutine add_frame
 
    !> Adds U and γ×∇U.

@@ -243,7 +243,7 @@ contains
       logical, intent(in) :: acts(:)
       logical, intent(out) :: converges
       real(wp), dimension(2, 3) :: a, b, sums_a, sums_b
-      real(wp) :: to_omega(3, 3), moments(3, 3), w(3), omega(3), tau(3), turn(3), carried(3, 3), bound, across
+      real(wp) :: to_omega(3, 3), moments(3, 3), w(3), omega(3), tau(3), turn(3), transport(3, 3), bound, across
       logical :: two
       integer :: k
       to_omega = self%time_unit*system%body%inverse_inertia
@@ -276,7 +276,7 @@ contains
          if (.not. converges .or. k == self%order) return
          bound = bound*steepest_growth
          tau = 0.0_wp
-         if (self%frame_turns) call see_from_frame(turn, a, b, omega, carried)
+         if (self%frame_turns) call see_from_frame(turn, a, b, omega, transport)
          if (self%torques%n_moments > 0 .or. self%torques%has_more) &
             call add_torque(self, system%effects, k, acts, moments, omega, tau)
          call add_inner(k, self%lanes_1, self%omega, sums_a)
@@ -290,8 +290,8 @@ contains
          call add_outer(k, self%lanes_2(:, :, 0), b, self%omega(:, 0), self%omega(:, k), sums_b)
          b = inverses(k + 1)*sums_b
          if (.not. self%frame_turns) cycle
-         a(2, :) = a(2, :) + inverses(k + 1)*carried(1, :)
-         b = b + inverses(k + 1)*carried(2:3, :)
+         a(2, :) = a(2, :) + inverses(k + 1)*transport(1, :)
+         b = b + inverses(k + 1)*transport(2:3, :)
       end do
    end subroutine expand_pairs
 
@@ -496,7 +496,7 @@ contains
    end function momentum_square
 
    !> Coefficient k as space axes that turn have it: of Ω less Rᵀω = Σ ωᵢEᵢ, and -E×Rᵀω of the three rows.
-   pure subroutine see_from_frame(turn, a, b, omega, carried)
+   pure subroutine see_from_frame(turn, a, b, omega, transport)
       !> ω along the rows, times the unit of time; shape (3).
       real(wp), intent(in) :: turn(3)
       !> Coefficient k of the lanes (L, E1) and (E2, E3).
@@ -504,11 +504,11 @@ contains
       !> Times the unit of time; shape (3).
       real(wp), intent(inout) :: omega(3)
       !> One row each; shape (3,3).
-      real(wp), intent(out) :: carried(3, 3)
+      real(wp), intent(out) :: transport(3, 3)
       omega = omega - (turn(1)*a(2, :) + turn(2)*b(1, :) + turn(3)*b(2, :))
-      carried(1, :) = turn(3)*b(1, :) - turn(2)*b(2, :)
-      carried(2, :) = turn(1)*b(2, :) - turn(3)*a(2, :)
-      carried(3, :) = turn(2)*a(2, :) - turn(1)*b(1, :)
+      transport(1, :) = turn(3)*b(1, :) - turn(2)*b(2, :)
+      transport(2, :) = turn(1)*b(2, :) - turn(3)*a(2, :)
+      transport(3, :) = turn(2)*a(2, :) - turn(1)*b(1, :)
    end subroutine see_from_frame
 
    !> Coefficient k of lane × Ω, for a pair of lanes, without the products with the coefficients 0 and k: what comes

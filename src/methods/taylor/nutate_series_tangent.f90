@@ -66,14 +66,14 @@ module nutate_series_tangent
       real(wp), allocatable :: wheel(:, :), gain(:, :)
    contains
       !> Moves tangent columns over a step.
-      procedure :: carry
+      procedure :: propagate
    end type series_tangent_t
 
 contains
 
    !> Moves tangent columns over a step. Errors, with the columns as they were: `NUTATE_BAD_ARGUMENT` for an effect, or
    !> a change of its parameters, that has no series of its derivative.
-   subroutine carry(self, system, before, after, dt, start, order, acts, driven, tangent, status)
+   subroutine propagate(self, system, before, after, dt, start, order, acts, driven, tangent, status)
       class(series_tangent_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       !> The ends of the step.
@@ -118,7 +118,7 @@ contains
          return
       end if
       call finish_columns(self, quat_product(quat_conjugate(before%q), after%q), tangent)
-   end subroutine carry
+   end subroutine propagate
 
    !> Coefficient 0 of the motion, and the constants of the step.
    pure subroutine start_motion(self, system, before, dt, start, acts, driven)

@@ -77,7 +77,7 @@ module nutate_taylor_stepper
       procedure :: show
       procedure :: state_at
       procedure :: update_commands
-      procedure :: move_columns
+      procedure :: propagate_step
       procedure :: transfer
    end type taylor_t
 
@@ -506,7 +506,7 @@ contains
    !> Moves tangent columns over a step by their series, and projects them where the state was. Works change as the
    !> energy does, which the series keeps; where potentials move they are not needed, and stay. Errors:
    !> `NUTATE_BAD_ARGUMENT` for effects without such series.
-   recursive subroutine move_columns(self, system, before, after, dt, window_time, tangent, status)
+   recursive subroutine propagate_step(self, system, before, after, dt, window_time, tangent, status)
       class(taylor_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: before, after
@@ -522,12 +522,12 @@ contains
       driven = .false.
       if (self%rates%n_wheels > 0) driven = self%rates%wheels%driven
       if (.not. allocated(self%tangent)) allocate (self%tangent)
-      call self%tangent%carry(system, origin, after, dt, self%series%torques%start, self%series%order, self%acted, &
+      call self%tangent%propagate(system, origin, after, dt, self%series%torques%start, self%series%order, self%acted, &
                               driven, tangent, status)
       if (works) tangent%work = tangent%work + tangent%energy_row(system, after)
       if (status%ok() .and. self%conserve .and. self%attitude .and. after%balance%count == 0) &
          call project_columns(system, after, .false., tangent)
-   end subroutine move_columns
+   end subroutine propagate_step
 
    !> What the projection remembers; the series is computed anew from the state.
    subroutine transfer(self, archive)
