@@ -17,7 +17,7 @@ module nutate_check_command
    use nutate_expectation, only: history_bytes, known_steps, most_rows, rows_of, size_text, too_many_rows
    use nutate_files, only: STANDARD_OUTPUT
    use nutate_fixed_steps, only: count_steps
-   use nutate_free_columns, only: usual_sets
+   use nutate_free_variations, only: usual_sets
    use nutate_free_setup, only: add_free_numbers, propagate_free_parameters
    use nutate_hamiltonian, only: angular_velocity, body_momentum, kinetic_energy, potential_energy, space_momentum
    use nutate_invariants, only: invariants_t

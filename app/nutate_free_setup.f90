@@ -1,9 +1,9 @@
 !> The derivatives by the free numbers of a scene in its history: `&free`.
 module nutate_free_setup
-   use nutate_column, only: column_t
+   use nutate_variation, only: variation_t
    use nutate_console, only: page_t, say_error, EXIT_INPUT
    use nutate_decimal, only: rounded_text
-   use nutate_free_columns, only: free_columns, shows_propagated, shows_derivatives
+   use nutate_free_variations, only: free_variations, shows_propagated, shows_derivatives
    use nutate_kinds, only: wp
    use nutate_run, only: run_t
    use nutate_scene, only: scene_t
@@ -17,18 +17,18 @@ module nutate_free_setup
 
 contains
 
-   !> Gives a run the tangent columns that its history shows, if it shows any. What has none is reported in one line.
+   !> Gives a run the sensitivities that its history shows, if it shows any. What has none is reported in one line.
    subroutine propagate_free_parameters(scene, run, exit_code)
       type(scene_t), intent(in) :: scene
       !> Begun.
       type(run_t), intent(inout) :: run
       !> Changed where something has no derivative.
       integer, intent(inout) :: exit_code
-      type(column_t), allocatable :: columns(:)
+      type(variation_t), allocatable :: columns(:)
       type(scene_error_t) :: error
       type(status_t) :: status
       if (.not. shows_derivatives(scene%output%columns)) return
-      call free_columns(scene, columns, error, run%summary%settings)
+      call free_variations(scene, columns, error, run%summary%settings)
       if (.not. error%raised) then
          call run%differentiate(columns, scene%system, status)
          if (.not. status%ok()) call error%raise_status(scene%fit%free(1)%line, status)

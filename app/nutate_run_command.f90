@@ -7,7 +7,7 @@ module nutate_run_command
    use nutate_event_history, only: events_name
    use nutate_expectation, only: expectation_text, known_steps, most_rows, rows_of, too_many_rows
    use nutate_files, only: file_exists, goes_to_file, same_file, STANDARD_ERROR
-   use nutate_free_columns, only: usual_sets
+   use nutate_free_variations, only: usual_sets
    use nutate_free_setup, only: propagate_free_parameters
    use nutate_gnuplot, only: picture_t
    use nutate_kinds, only: wp, long

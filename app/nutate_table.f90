@@ -26,7 +26,7 @@ module nutate_table
       type(cell_t), allocatable :: cells(:)
    end type row_t
 
-   type :: column_t
+   type :: variation_t
       !> First and second line of the head.
       type(cell_t) :: head(2)
       !> Significant digits of numbers; 0 for a column of text, which begins at the left.
@@ -37,11 +37,11 @@ module nutate_table
       integer :: mantissa = 0
       !> Characters of the widest cell up to the decimal point, and from there on; of text all are `after`.
       integer :: before = 0, after = 0
-   end type column_t
+   end type variation_t
 
    type :: table_t
       private
-      type(column_t), allocatable :: columns(:)
+      type(variation_t), allocatable :: columns(:)
       type(row_t), allocatable :: rows(:)
       !> Rows in use; cells in use of the last one.
       integer :: n_rows = 0, n_cells = 0
@@ -72,8 +72,8 @@ contains
       integer, intent(in), optional :: digits
       !> Least width.
       integer, intent(in), optional :: least
-      type(column_t) :: column
-      type(column_t), allocatable :: more(:)
+      type(variation_t) :: column
+      type(variation_t), allocatable :: more(:)
       integer :: n
       n = 0
       if (allocated(self%columns)) n = size(self%columns)
@@ -151,7 +151,7 @@ contains
    function text_of(self) result(text)
       class(table_t), intent(in) :: self
       character(len=:), allocatable :: text
-      type(column_t), allocatable :: columns(:)
+      type(variation_t), allocatable :: columns(:)
       integer :: i, k
       text = ''
       allocate (columns(0))
@@ -174,7 +174,7 @@ contains
 
    !> Finds the notation and the width of a column.
    subroutine measure(column, k, rows)
-      type(column_t), intent(inout) :: column
+      type(variation_t), intent(inout) :: column
       !> Its place.
       integer, intent(in) :: k
       type(row_t), intent(in) :: rows(:)
@@ -209,7 +209,7 @@ contains
       !> Significant digits.
       integer, intent(in) :: digits
       character(len=:), allocatable :: text
-      type(column_t) :: column
+      type(variation_t) :: column
       type(cell_t) :: cell
       cell = cell_t('', .true., number)
       column%digits = digits
@@ -268,7 +268,7 @@ contains
    !> What stands in a cell.
    pure function cell_text(column, cell) result(text)
       !> Its notation is known.
-      type(column_t), intent(in) :: column
+      type(variation_t), intent(in) :: column
       type(cell_t), intent(in) :: cell
       character(len=:), allocatable :: text
       text = cell%text
@@ -282,7 +282,7 @@ contains
 
    !> Characters of a cell before its decimal point; 0 in a column of text.
    pure integer function point_of(column, text)
-      type(column_t), intent(in) :: column
+      type(variation_t), intent(in) :: column
       character(len=*), intent(in) :: text
       point_of = 0
       if (column%digits > 0) point_of = scan(text//'.', '.E') - 1
@@ -297,7 +297,7 @@ contains
 
    !> True if a line of the head says something.
    pure logical function has_head(columns, i)
-      type(column_t), intent(in) :: columns(:)
+      type(variation_t), intent(in) :: columns(:)
       !> 1 or 2.
       integer, intent(in) :: i
       integer :: k
@@ -310,7 +310,7 @@ contains
    !> A line of the head, over the right end of numbers and the left one of text.
    pure function head_line(columns, i, indent) result(line)
       !> Measured.
-      type(column_t), intent(in) :: columns(:)
+      type(variation_t), intent(in) :: columns(:)
       !> 1 or 2.
       integer, intent(in) :: i, indent
       character(len=:), allocatable :: line
@@ -329,7 +329,7 @@ contains
    !> A row of cells as a line.
    pure function row_line(columns, cells, indent) result(line)
       !> Measured.
-      type(column_t), intent(in) :: columns(:)
+      type(variation_t), intent(in) :: columns(:)
       type(cell_t), intent(in) :: cells(:)
       integer, intent(in) :: indent
       character(len=:), allocatable :: line, text
@@ -348,7 +348,7 @@ contains
    pure subroutine append(line, column, text, left, indent)
       character(len=:), allocatable, intent(inout) :: line
       !> Measured, not narrower than text and blanks.
-      type(column_t), intent(in) :: column
+      type(variation_t), intent(in) :: column
       character(len=*), intent(in) :: text
       !> Blanks before the text.
       integer, intent(in) :: left

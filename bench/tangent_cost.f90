@@ -1,11 +1,11 @@
-!> Cost of tangent columns as a ratio to the plain step of the same method: 6 columns of the start, and 12, the others
+!> Cost of sensitivities as a ratio to the plain step of the same method: 6 columns of the start, and 12, the others
 !> of parameters or of the same start. In each round all cases take their turns; figures are medians.
 !>
 !>     bench_tangent                             table
 !>     bench_tangent METHOD CASE COLUMNS STEPS   takes the steps of a case alone, for a count of instructions
 program bench_tangent
-   use nutate, only: attitude_column, column_t, damping_t, dipole_t, gravity_gradient_t, integrator_settings_t, &
-      inertia_column, make_body, make_state, make_stepper, rate_column, spring_t, state_t, status_t, stepper_t, &
+   use nutate, only: attitude_variation, variation_t, damping_t, dipole_t, gravity_gradient_t, integrator_settings_t, &
+      inertia_variation, make_body, make_state, make_stepper, rate_variation, spring_t, state_t, status_t, stepper_t, &
       system_t, tangent_t, wp
    use nutate_body, only: diagonal
    use nutate_quaternion, only: quat_normalized
@@ -79,12 +79,12 @@ contains
    !> Those of the start, twice or with those of J.
    function columns_of(columns) result(list)
       integer, intent(in) :: columns
-      type(column_t), allocatable :: list(:)
+      type(variation_t), allocatable :: list(:)
       integer :: i
-      list = [(attitude_column(i), i=1, 3), (rate_column(i), i=1, 3)]
+      list = [(attitude_variation(i), i=1, 3), (rate_variation(i), i=1, 3)]
       if (columns == 12) list = [list, list]
-      if (columns < 0) list = [list, inertia_column(1, 1), inertia_column(2, 2), inertia_column(3, 3), &
-                               inertia_column(1, 2), inertia_column(1, 3), inertia_column(2, 3)]
+      if (columns < 0) list = [list, inertia_variation(1, 1), inertia_variation(2, 2), inertia_variation(3, 3), &
+                               inertia_variation(1, 2), inertia_variation(1, 3), inertia_variation(2, 3)]
    end function columns_of
 
    !> The scenes of the reference.

@@ -85,7 +85,7 @@ module nutate
    use nutate_bodies, only: bodies_t
    use nutate_body, only: body_t, make_body, make_shape_body
    use nutate_chaos, only: chaos_settings_t, chaos_t
-   use nutate_column, only: attitude_column, column_t, inertia_column, rate_column
+   use nutate_variation, only: attitude_variation, variation_t, inertia_variation, rate_variation
    use nutate_column_event, only: column_event_t
    use nutate_damping, only: damping_t
    use nutate_dipole, only: dipole_t
@@ -122,7 +122,7 @@ module nutate
    use nutate_system, only: system_t
    use nutate_tabulated_torque, only: make_tabulated_torque, tabulated_torque_t
    use nutate_tangent, only: tangent_t
-   use nutate_tangent_columns, only: propagated_t
+   use nutate_propagated_columns, only: propagated_t
    use nutate_third_degree, only: third_degree_t
    use nutate_timed_force, only: timed_force_t
    use nutate_torque, only: torque_t

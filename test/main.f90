@@ -146,7 +146,7 @@ contains
       stop
    end subroutine run_path_attack
 
-   !> Runs the attack on tangent columns at full length, or one case of it; does not return.
+   !> Runs the attack on sensitivities at full length, or one case of it; does not return.
    subroutine run_tangent_attack()
       integer :: seed, number
       logical :: alone, passed

@@ -1,4 +1,4 @@
-!> Suites of orbits, time-dependent torques, wheels, controllers, and tangent columns.
+!> Suites of orbits, time-dependent torques, wheels, controllers, and sensitivities.
 module suites_of_effects
    use test_chaos, only: collect_chaos
    use test_check_cases, only: collect_check_cases

@@ -2,7 +2,7 @@
 module test_chaos
    use nutate_byte_archive, only: byte_archive_t
    use nutate_chaos, only: chaos_settings_t
-   use nutate_column, only: column_t
+   use nutate_variation, only: variation_t
    use nutate_hamiltonian, only: body_momentum
    use nutate_kinds, only: wp, pi
    use nutate_observer, only: run_record_t
@@ -12,7 +12,7 @@ module test_chaos
    use nutate_state, only: state_t
    use nutate_status, only: status_t, NUTATE_STOPPED
    use nutate_system, only: system_t
-   use test_tangent_runs, only: column_recorder_t
+   use test_tangent_runs, only: sensitivity_recorder_t
    use test_support, only: check, check_below, check_close, draws_fewer, error_type, new_unittest, one_in, &
       test_failed, unittest_type
    implicit none
@@ -33,7 +33,7 @@ module test_chaos
                                   "&gravity_gradient /"//lf
 
    !> Logarithms of the length of the first column at each step.
-   type, extends(column_recorder_t) :: length_recorder_t
+   type, extends(sensitivity_recorder_t) :: length_recorder_t
       integer :: rows = 0
       real(wp) :: scale = 1.0_wp
       real(wp) :: time(2001) = 0.0_wp, length(2001) = 0.0_wp
@@ -213,7 +213,7 @@ contains
       class(run_t), allocatable :: run, direct
       type(status_t) :: status
       type(length_recorder_t) :: recorder
-      type(column_t) :: column
+      type(variation_t) :: column
       real(wp) :: x(6), weighted, area, dt
       integer :: k
       allocate (run, direct, scene)

@@ -2,7 +2,7 @@
 module test_rotating_frame
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_body, only: diagonal, make_body
-   use nutate_column, only: column_t
+   use nutate_variation, only: variation_t
    use nutate_damping, only: damping_t
    use nutate_dipole, only: dipole_t
    use nutate_effect, only: rotor_t, torque_t
@@ -120,7 +120,7 @@ contains
       integer, parameter :: places(4) = [-2, -1, 1, 2], weights(4) = [1, -8, 8, -1]
       type(run_plan_t), parameter :: plan = run_plan_t(time_step=0.01_wp, end_time=1.0_wp)
       type(problem_t) :: problem, moved
-      type(column_t) :: column
+      type(variation_t) :: column
       type(status_t) :: status
       type(integrator_settings_t) :: settings
       type(state_t) :: state

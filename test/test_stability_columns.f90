@@ -1,4 +1,4 @@
-!> Tangent columns over many steps: what the steps conserve, their tangent conserves, for the columns of the start and
+!> Sensitivities over many steps: what the steps conserve, their tangent conserves, for the columns of the start and
 !> of every parameter.
 module test_stability_columns
    use, intrinsic :: iso_fortran_env, only: int64

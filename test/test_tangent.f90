@@ -1,8 +1,8 @@
-!> Tangent columns against steps in 50 digits (test/tangent_steps.csv), and what they keep.
+!> Sensitivities against steps in 50 digits (test/tangent_steps.csv), and what they keep.
 module test_tangent
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_body, only: diagonal, make_body
-   use nutate_column, only: attitude_column, column_t, inertia_column, rate_column
+   use nutate_variation, only: attitude_variation, variation_t, inertia_variation, rate_variation
    use nutate_damping, only: damping_t
    use nutate_dipole, only: dipole_t
    use nutate_gravity_gradient, only: gravity_gradient_t
@@ -81,7 +81,7 @@ contains
    end function scene_of
 
    !> The column that the reference calls so.
-   type(column_t) function column_of(system, name) result(column)
+   type(variation_t) function variation_of(system, name) result(column)
       type(system_t), intent(in) :: system
       character(len=*), intent(in) :: name
       type(status_t) :: status
@@ -92,16 +92,16 @@ contains
       if (axis > 0) change(axis) = 1.0_wp
       select case (name(:max(1, len_trim(name) - 1)))
       case ('theta')
-         column = attitude_column(axis)
+         column = attitude_variation(axis)
       case ('L')
-         column = rate_column(axis)
+         column = rate_variation(axis)
          column%angular_velocity = system%body%inverse_inertia(:, axis)
       case ('Jx')
-         column = inertia_column(1, 1)
+         column = inertia_variation(1, 1)
       case ('Jy')
-         column = inertia_column(2, 2)
+         column = inertia_variation(2, 2)
       case ('Jz')
-         column = inertia_column(3, 3)
+         column = inertia_variation(3, 3)
       case ('m')
          call column%add(system%effects, 'dipole', 1, 'moment', change, status)
       case ('strengt')
@@ -121,7 +121,7 @@ contains
       end select
       column%name = name
       if (.not. status%ok()) column%name = 'none'
-   end function column_of
+   end function variation_of
 
    !> Settings of a form and an order.
    pure type(integrator_settings_t) function settings_of(form, order) result(settings)
@@ -138,7 +138,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       character(len=8), parameter :: scenes(5) = [character(len=8) :: 'box', 'top', 'gradient', 'damped', 'spring']
       type(problem_t) :: problem
-      type(column_t) :: columns(7)
+      type(variation_t) :: columns(7)
       type(tangent_t) :: all_six, some
       type(state_t) :: state
       type(status_t) :: status
@@ -146,7 +146,7 @@ contains
       integer :: i, n
       do i = 1, size(scenes)
          problem = scene_of(trim(scenes(i)))
-         columns = [(attitude_column(n), n=1, 3), (rate_column(n), n=1, 3), inertia_column(1, 2)]
+         columns = [(attitude_variation(n), n=1, 3), (rate_variation(n), n=1, 3), inertia_variation(1, 2)]
          do n = 6, 1, -1
             state = problem%start
             call some%begin(problem%system, state, columns(:n), status)
@@ -247,7 +247,7 @@ contains
       !> θ and δL of each column, of the states q and L; shape (6, n).
       real(wp), intent(in) :: rows(:, :)
       type(problem_t) :: problem
-      type(column_t) :: columns(size(names) - 2)
+      type(variation_t) :: columns(size(names) - 2)
       type(tangent_t) :: tangent
       type(status_t) :: status
       type(state_t) :: state
@@ -259,7 +259,7 @@ contains
       read (block(3), *) time_step
       read (block(4), *) steps
       do k = 1, size(columns)
-         columns(k) = column_of(problem%system, trim(names(k + 2)))
+         columns(k) = variation_of(problem%system, trim(names(k + 2)))
          call check(error, columns(k)%name /= 'none', 'no column '//names(k + 2))
       end do
       largest = maxval(abs(rows(:, 3:)))
@@ -300,7 +300,7 @@ contains
                do k = 1, 2
                   call runs(k)%begin(problem%system, settings_of(forms(form), order), problem%start, plan, status)
                   if (k == 2 .and. status%ok()) &
-                     call runs(k)%differentiate([attitude_column(1), rate_column(2)], problem%system, status)
+                     call runs(k)%differentiate([attitude_variation(1), rate_variation(2)], problem%system, status)
                   if (status%ok()) call runs(k)%run_to_end(problem%system, status)
                   call check(error, status%ok(), trim(scenes(i))//': '//status%message)
                   if (allocated(error)) return
@@ -323,7 +323,7 @@ contains
                                                   'hyperion']
       integer, parameter :: orders(4) = [2, 4, 6, 8]
       type(problem_t) :: problem
-      type(column_t) :: columns(6)
+      type(variation_t) :: columns(6)
       type(tangent_t) :: tangent
       type(status_t) :: status
       type(state_t) :: state
@@ -334,8 +334,8 @@ contains
             do form = 1, 2
                problem = scene_of(trim(scenes(i)))
                do k = 1, 3
-                  columns(k) = attitude_column(k)
-                  columns(3 + k) = rate_column(k)
+                  columns(k) = attitude_variation(k)
+                  columns(3 + k) = rate_variation(k)
                end do
                state = problem%start
                call tangent%begin(problem%system, state, columns, status)

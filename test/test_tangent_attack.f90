@@ -3,7 +3,7 @@
 module test_tangent_attack
    use, intrinsic :: iso_fortran_env, only: error_unit, int64, output_unit
    use nutate_body, only: make_body
-   use nutate_column, only: attitude_column, column_t, inertia_column, rate_column
+   use nutate_variation, only: attitude_variation, variation_t, inertia_variation, rate_variation
    use nutate_composition, only: compositions
    use nutate_damping, only: damping_t
    use nutate_dipole, only: dipole_t
@@ -135,7 +135,7 @@ contains
       type(status_t) :: status
       type(tangent_t) :: tangent
       type(tangent_oracle_t) :: oracle
-      type(column_t), allocatable :: columns(:)
+      type(variation_t), allocatable :: columns(:)
       class(stepper_t), allocatable :: stepper
       real(wp) :: p(n_parameters), q(4), omega(3), dt, largest, error
       real(qp) :: exact(6)
@@ -155,7 +155,7 @@ contains
       dt = (0.02_wp + 0.6_wp*random_unit(random))*merge(-1.0_wp, 1.0_wp, random_unit(random) < 0.2_wp)
       ! Series follow the flow over short steps.
       if (ways(m)%settings%method == 'taylor') dt = 0.5_wp*dt/max(1.0_wp, norm2(omega))
-      call make_columns(system, ways(m)%parameters, columns)
+      call make_variations(system, ways(m)%parameters, columns)
       call tangent%begin(system, state, columns, status)
       if (status%ok()) call make_stepper(system, ways(m)%settings, stepper, status)
       before = state
@@ -262,22 +262,22 @@ contains
    end subroutine draw
 
    !> The columns of the parameters; L0 is held where one of the body changes, as the oracle does.
-   subroutine make_columns(system, parameters, columns)
+   subroutine make_variations(system, parameters, columns)
       type(system_t), intent(in) :: system
       integer, intent(in) :: parameters
-      type(column_t), allocatable, intent(out) :: columns(:)
+      type(variation_t), allocatable, intent(out) :: columns(:)
       type(status_t) :: status
       real(wp) :: unit(3)
       integer :: i
       allocate (columns(parameters))
       do i = 1, 6
-         columns(inertia_at + i) = inertia_column(place(1, i), place(2, i))
+         columns(inertia_at + i) = inertia_variation(place(1, i), place(2, i))
       end do
       do i = 1, 3
          unit = 0.0_wp
          unit(i) = 1.0_wp
-         columns(turn_at + i) = attitude_column(i)
-         columns(momentum_at + i) = rate_column(i)
+         columns(turn_at + i) = attitude_variation(i)
+         columns(momentum_at + i) = rate_variation(i)
          columns(momentum_at + i)%angular_velocity = system%body%inverse_inertia(:, i)
          if (parameters < UNIFORM) cycle
          columns(rotor_at + i)%rotor = unit
@@ -291,6 +291,6 @@ contains
       if (parameters < FORCED) return
       call columns(stiffness_at + 1)%add(system%effects, 'spring', 1, 'stiffness', [1.0_wp], status)
       call columns(length_at + 1)%add(system%effects, 'spring', 1, 'rest_length', [1.0_wp], status)
-   end subroutine make_columns
+   end subroutine make_variations
 
 end module test_tangent_attack

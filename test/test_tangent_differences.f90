@@ -1,8 +1,8 @@
-!> Tangent columns against central differences of the program's own steps: every effect of the samples, every parameter
+!> Sensitivities against central differences of the program's own steps: every effect of the samples, every parameter
 !> that it can be differentiated by, named as the scene's key, and every start.
 module test_tangent_differences
    use nutate_body, only: body_t, make_body
-   use nutate_column, only: attitude_column, column_t, inertia_column, rate_column
+   use nutate_variation, only: attitude_variation, variation_t, inertia_variation, rate_variation
    use nutate_effect, only: effect_t, parameter_t
    use nutate_effect_catalogue, only: effect_kind_t, effect_kinds
    use nutate_orbital_effects, only: build_on_orbit, goes_by_orbit
@@ -247,7 +247,7 @@ contains
       type(variant_t) :: varied
       !> The first and the last of the settings; default: all of them.
       integer, intent(in), optional :: first, last
-      type(column_t), allocatable :: columns(:)
+      type(variation_t), allocatable :: columns(:)
       type(variant_t), allocatable :: shifted(:, :)
       real(wp), allocatable :: shifts(:)
       type(system_t) :: system
@@ -268,7 +268,7 @@ contains
          if (.not. in_turn(m + len(label))) cycle
          if (settings(m)%method == 'taylor') varied%groups = without_controllers(variant)
          call varied%build(system, state, status)
-         call list_columns(varied, system, columns, shifted, shifts, error)
+         call list_variations(varied, system, columns, shifted, shifts, error)
          if (allocated(error)) return
          call tangent%begin(system, state, columns, status)
          if (status%ok()) call make_stepper(system, settings(m), stepper, status)
@@ -282,7 +282,7 @@ contains
          call check(error, status%ok(), label//': '//status%message)
          if (allocated(error)) return
          do k = 1, size(columns)
-            call compare_column(error, tangent, k, shifted(:, k), shifts(k), settings(m), &
+            call compare_sensitivity(error, tangent, k, shifted(:, k), shifts(k), settings(m), &
                                 label//' '//trim(settings(m)%method)//' '//trim(settings(m)%formulation))
          end do
       end do
@@ -300,7 +300,7 @@ contains
    end function without_controllers
 
    !> A column against differences of 1 and ½ of a shift, extrapolated.
-   subroutine compare_column(error, tangent, k, shifted, shift, how, label)
+   subroutine compare_sensitivity(error, tangent, k, shifted, shift, how, label)
       type(error_type), allocatable, intent(inout) :: error
       type(tangent_t), intent(in) :: tangent
       integer, intent(in) :: k
@@ -340,8 +340,8 @@ contains
       column(8:7 + size(tangent%wheels, 2)) = tangent%wheels(k, :)
       size_of = max(maxval(abs(column)), 1e-3_wp/shift)
       call check_below(error, maxval(abs(column - difference(:, 2)))/size_of, 1e-8_wp, &
-                       label//' '//trim(tangent%columns(k)%name))
-   end subroutine compare_column
+                       label//' '//trim(tangent%variations(k)%name))
+   end subroutine compare_sensitivity
 
    !> (q1, L1, work, h1) against (q2, L2, work, h2) over twice a shift; shape (14).
    pure function difference_of(one, other, work, shift) result(difference)
@@ -357,10 +357,10 @@ contains
    end function difference_of
 
    !> Columns of the start, of the body, and of each parameter of each group; their variants by four shifts.
-   subroutine list_columns(variant, system, columns, shifted, shifts, error)
+   subroutine list_variations(variant, system, columns, shifted, shifts, error)
       type(variant_t), intent(in) :: variant
       type(system_t), intent(in) :: system
-      type(column_t), allocatable, intent(out) :: columns(:)
+      type(variation_t), allocatable, intent(out) :: columns(:)
       type(variant_t), allocatable, intent(out) :: shifted(:, :)
       real(wp), allocatable, intent(out) :: shifts(:)
       type(error_type), allocatable, intent(inout) :: error
@@ -370,8 +370,8 @@ contains
       shifts = 2e-3_wp
       n = 0
       do k = 1, 3
-         columns(n + 1) = attitude_column(k)
-         columns(n + 2) = rate_column(k)
+         columns(n + 1) = attitude_variation(k)
+         columns(n + 2) = rate_variation(k)
          columns(n + 3)%name = 'mass_moment'
          columns(n + 3)%mass_moment(k) = mass
          do i = 1, 4
@@ -383,7 +383,7 @@ contains
          n = n + 3
          do m = 1, k
             n = n + 1
-            columns(n) = inertia_column(m, k)
+            columns(n) = inertia_variation(m, k)
             do i = 1, 4
                shifted(i, n) = variant
                shifted(i, n)%inertia = inertia + parts(i)*shifts(n)*columns(n)%inertia
@@ -403,7 +403,7 @@ contains
       columns = columns(:n)
       shifts = shifts(:n)
       shifted = shifted(:, :n)
-   end subroutine list_columns
+   end subroutine list_variations
 
    !> Those of the numbers of one group.
    subroutine list_keys(variant, system, j, number, columns, shifted, shifts, n, error)
@@ -411,7 +411,7 @@ contains
       type(system_t), intent(in) :: system
       !> The group, and its number among those of its name.
       integer, intent(in) :: j, number
-      type(column_t), intent(inout) :: columns(:)
+      type(variation_t), intent(inout) :: columns(:)
       type(variant_t), intent(inout) :: shifted(:, :)
       real(wp), intent(inout) :: shifts(:)
       integer, intent(inout) :: n
@@ -431,7 +431,7 @@ contains
                   allocate (change(size(setting%values)), source=0.0_wp)
                   change(m) = 1.0_wp
                   n = n + 1
-                  columns(n) = column_t()
+                  columns(n) = variation_t()
                   select case (group%name)
                   case ('rotor')
                      columns(n)%rotor = change
@@ -473,7 +473,7 @@ contains
       real(wp), intent(in) :: change(3)
       type(system_t), intent(in) :: system
       integer, intent(in) :: number
-      type(column_t), intent(inout) :: column
+      type(variation_t), intent(inout) :: column
       type(status_t), intent(inout) :: status
       real(wp), parameter :: none(3) = 0.0_wp
       if (group%text('axes', '') /= 'body') then
@@ -493,7 +493,7 @@ contains
       real(wp), intent(in) :: change(:)
       type(system_t), intent(in) :: system
       integer, intent(in) :: number
-      type(column_t), intent(inout) :: column
+      type(variation_t), intent(inout) :: column
       type(status_t), intent(inout) :: status
       real(wp) :: of_attitude(9), of_rate(9)
       if (any(key == ['gain ', 'field'])) then
@@ -512,7 +512,7 @@ contains
       class(scene_t), allocatable :: scene
       type(system_t) :: system
       type(state_t) :: state
-      type(column_t) :: column
+      type(variation_t) :: column
       type(status_t) :: status
       allocate (scene)
       call read_samples('test/effect_samples.nml', scene, error)

@@ -1,10 +1,10 @@
-!> Tangent columns and events: derivatives of the times of events, and columns that cross switches; closed forms,
+!> Sensitivities and events: derivatives of the times of events, and columns that cross switches; closed forms,
 !> central differences of runs, time reversal.
 module test_tangent_events
    use nutate_applied_torque, only: applied_torque_t
    use nutate_body, only: diagonal, make_body
    use nutate_byte_archive, only: byte_archive_t
-   use nutate_column, only: attitude_column, column_t, inertia_column, rate_column
+   use nutate_variation, only: attitude_variation, variation_t, inertia_variation, rate_variation
    use nutate_column_event, only: column_event_t
    use nutate_controller, only: controller_t
    use nutate_damping, only: damping_t
@@ -105,7 +105,7 @@ contains
       type(event_list_t), intent(in) :: events
       type(keeper_t), intent(inout) :: keeper
       type(status_t), intent(out) :: status
-      type(column_t), intent(in), optional :: columns(:)
+      type(variation_t), intent(in), optional :: columns(:)
       call run%begin(system, settings, start, plan, status)
       if (status%ok()) call run%set_events(events, system, status)
       if (present(columns) .and. status%ok()) call run%differentiate(columns, system, status)
@@ -120,16 +120,16 @@ contains
       type(system_t) :: system
       type(state_t) :: start
       type(event_list_t) :: by_rate, by_angle
-      type(column_t) :: columns(4)
+      type(variation_t) :: columns(4)
       type(status_t) :: status
       real(wp) :: t, then, dt(4), dthen(4), dtheta(4)
       integer :: i
       call make_body(diagonal([1.5_wp, 1.5_wp, j]), system%body, status)
       call system%effects%add(applied_torque_t(name='torque', label='thruster', amplitude=[0.0_wp, 0.0_wp, tau]))
       start = make_state(system, [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], [0.0_wp, 0.0_wp, first])
-      columns(1) = attitude_column(3)
-      columns(2) = rate_column(3)
-      columns(3) = inertia_column(3, 3)
+      columns(1) = attitude_variation(3)
+      columns(2) = rate_variation(3)
+      columns(3) = inertia_variation(3, 3)
       call columns(4)%add(system%effects, 'torque', 1, 'body', [0.0_wp, 0.0_wp, 1.0_wp], status)
       call check(error, status%ok(), trim(status%message))
       call by_rate%add(rate_event_t(name='fast', level=rate, effect='thruster', action=SWITCH_OFF))
@@ -222,15 +222,15 @@ contains
    end subroutine build
 
    !> The columns of `build`.
-   subroutine list_columns(system, columns, error)
+   subroutine list_variations(system, columns, error)
       type(system_t), intent(in) :: system
-      type(column_t), intent(out) :: columns(most)
+      type(variation_t), intent(out) :: columns(most)
       type(error_type), allocatable, intent(inout) :: error
       type(status_t) :: status(6)
       real(wp), parameter :: e(3) = [1.0_wp, 0.0_wp, 0.0_wp]
-      columns(1) = attitude_column(1)
-      columns(2) = rate_column(2)
-      columns(3) = inertia_column(1, 3)
+      columns(1) = attitude_variation(1)
+      columns(2) = rate_variation(2)
+      columns(3) = inertia_variation(1, 3)
       call columns(4)%add(system%effects, 'dipole', 1, 'moment', e, status(1))
       call columns(5)%add(system%effects, 'dipole', 1, 'field', [0.0_wp, 1.0_wp, 0.0_wp], status(2))
       call columns(6)%add(system%effects, 'spring', 1, 'stiffness', [1.0_wp], status(3))
@@ -239,7 +239,7 @@ contains
       columns(9)%rotor = [0.0_wp, 1.0_wp, 0.0_wp]
       call columns(10)%add(system%effects, 'wheel', 1, 'inertia', [1.0_wp], status(6))
       call check(error, all(status%code == 0), 'columns: '//trim(status(1)%message))
-   end subroutine list_columns
+   end subroutine list_variations
 
    !> A switch of each effect at a quantity of each kind.
    subroutine cross_switches(error)
@@ -316,7 +316,7 @@ contains
       !> Over the largest entry of a column.
       real(wp), intent(in) :: bound
       real(wp), parameter :: parts(4) = [1.0_wp, -1.0_wp, 0.5_wp, -0.5_wp], shift = 2e-4_wp
-      type(column_t) :: columns(most)
+      type(variation_t) :: columns(most)
       type(system_t) :: system
       type(state_t) :: start, ends(4)
       type(status_t) :: status
@@ -327,7 +327,7 @@ contains
       integer :: i, j, k
       allocate (run, plain, shifted)
       call build([(0.0_wp, j=1, most)], limited, system, start)
-      call list_columns(system, columns, error)
+      call list_variations(system, columns, error)
       keeper%wants_tangent = .true.
       call go(run, system, start, settings, plan, events, keeper, status, columns)
       call check(error, status%ok(), trim(status%message))
@@ -399,7 +399,7 @@ contains
       type(run_plan_t) :: plan
       type(keeper_t) :: keeper, backward
       type(status_t) :: status
-      type(column_t) :: columns(6)
+      type(variation_t) :: columns(6)
       real(wp) :: unit(6, 6), first(6, 6), second(6, 6)
       integer :: k
       allocate (there, back)
@@ -411,8 +411,8 @@ contains
       call events%add(rate_event_t(name='rate', axis=1, level=0.5_wp, effect='magnet', action=SWITCH_TOGGLE))
       call events%add(tilt_event_t(name='tilt', level=0.2_wp, effect='thruster', action=SWITCH_TOGGLE))
       do k = 1, 3
-         columns(k) = attitude_column(k)
-         columns(3 + k) = rate_column(k)
+         columns(k) = attitude_variation(k)
+         columns(3 + k) = rate_variation(k)
       end do
       plan = run_plan_t(time_step=0.05_wp, end_time=4.0_wp)
       call go(there, system, start, integrator_settings_t(method='nielsen_krenk', order=2), plan, events, keeper, &
@@ -459,7 +459,7 @@ contains
       start = make_state(system, [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], [0.0_wp, 0.0_wp, -1.0_wp])
       plan = run_plan_t(time_step=0.3_wp, end_time=1.5_wp)
       call turning%add(angle_event_t(name='turn', kind=MINIMUM, stop=.true.))
-      call go(run, system, start, methods(3), plan, turning, keeper, status, [rate_column(3)])
+      call go(run, system, start, methods(3), plan, turning, keeper, status, [rate_variation(3)])
       call check(error, status%ok() .and. keeper%n == 1, 'turn: '//trim(status%message))
       if (allocated(error)) return
       ! t = -Ω0 J/τ; second differences are good to 1e-9.
@@ -467,11 +467,11 @@ contains
       level = 2*atan2(run%state%q(4), run%state%q(1)) + 2e-15_wp
       call touching%add(angle_event_t(name='touch', level=level, direction=-1))
       keeper = keeper_t()
-      call go(run, system, start, methods(3), plan, touching, keeper, status, [rate_column(3)])
+      call go(run, system, start, methods(3), plan, touching, keeper, status, [rate_variation(3)])
       call check(error, status%ok() .and. keeper%n == 1, 'touch: '//trim(status%message))
       call check(error, .not. keeper%known(1), 'no derivative')
       call switching%add(angle_event_t(name='touch', level=level, direction=-1, effect='thruster', action=SWITCH_OFF))
-      call go(run, system, start, methods(3), plan, switching, keeper, status, [rate_column(3)])
+      call go(run, system, start, methods(3), plan, switching, keeper, status, [rate_variation(3)])
       call check(error, index(status%message, "the event 'touch' only touches its level") > 0, trim(status%message))
       call go(run, system, start, methods(3), plan, switching, keeper, status)
       call check(error, status%ok(), 'without columns: '//trim(status%message))
@@ -484,7 +484,7 @@ contains
       type(system_t) :: system
       type(state_t) :: start
       type(event_list_t) :: events
-      type(column_t) :: columns(2)
+      type(variation_t) :: columns(2)
       type(keeper_t) :: keeper
       class(run_t), allocatable :: run
       type(status_t) :: status
@@ -494,7 +494,7 @@ contains
       call system%effects%add(applied_torque_t(name='torque', label='thruster', amplitude=[0.0_wp, 0.0_wp, 0.5_wp]))
       call system%effects%add(applied_torque_t(name='torque', label='brake', amplitude=[0.0_wp, 0.0_wp, -0.1_wp]))
       start = make_state(system, [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], [0.0_wp, 0.0_wp, 0.2_wp])
-      columns(1) = rate_column(3)
+      columns(1) = rate_variation(3)
       call columns(2)%add(system%effects, 'torque', 2, 'body', [0.0_wp, 0.0_wp, 1.0_wp], status)
       call events%add(rate_event_t(name='fast', level=0.6_wp, direction=1, effect='thruster', action=SWITCH_OFF))
       call events%add(rate_event_t(name='peak', kind=MAXIMUM))
@@ -521,13 +521,13 @@ contains
       class(run_t), allocatable :: whole, broken, resumed
       type(keeper_t) :: keeper
       type(byte_archive_t) :: archive
-      type(column_t) :: columns(most)
+      type(variation_t) :: columns(most)
       type(status_t) :: status
       real(wp), parameter :: nothing(most) = 0.0_wp
       integer :: i
       allocate (whole, broken, resumed)
       call build(nothing, .false., system, start)
-      call list_columns(system, columns, error)
+      call list_variations(system, columns, error)
       call events%add(tilt_event_t(name='tilt', level=0.2_wp, effect='magnet', action=SWITCH_TOGGLE))
       call add_columns(events, 'psi', 1.0_wp)
       plan = run_plan_t(end_time=6.0_wp)

@@ -1,9 +1,9 @@
-!> Tangent columns of the explicit methods: differences of their own steps in the variables that they choose, their
+!> Sensitivities of the explicit methods: differences of their own steps in the variables that they choose, their
 !> order, that of the conserving step too, and flows of the reference.
 module test_tangent_explicit
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_body, only: diagonal, make_body
-   use nutate_column, only: attitude_column, column_t, inertia_column, rate_column
+   use nutate_variation, only: attitude_variation, variation_t, inertia_variation, rate_variation
    use nutate_dipole, only: dipole_t
    use nutate_hamiltonian, only: body_momentum, make_state
    use nutate_invariants, only: ALL_COMPONENTS, ALONG_AXIS, conserved_momentum
@@ -89,7 +89,7 @@ contains
       real(wp), intent(in) :: time_step
       integer, intent(in) :: steps
       type(state_t), intent(out) :: state
-      type(column_t), intent(in), optional :: columns(:)
+      type(variation_t), intent(in), optional :: columns(:)
       type(tangent_t), intent(inout), optional :: tangent
       type(error_type), allocatable, intent(inout) :: error
       class(stepper_t), allocatable :: stepper
@@ -111,9 +111,9 @@ contains
    end subroutine follow
 
    !> The columns of a scene: of the start, the moments, the dipole and the frame, with starts to differ by.
-   subroutine list_columns(name, columns, starts, shift)
+   subroutine list_variations(name, columns, starts, shift)
       character(len=*), intent(in) :: name
-      type(column_t), allocatable, intent(out) :: columns(:)
+      type(variation_t), allocatable, intent(out) :: columns(:)
       type(start_t), allocatable, intent(out) :: starts(:, :)
       real(wp), intent(in) :: shift
       real(wp), parameter :: parts(4) = [1.0_wp, -1.0_wp, 0.5_wp, -0.5_wp]
@@ -131,9 +131,9 @@ contains
       do k = 1, 3
          unit = 0.0_wp
          unit(k) = 1.0_wp
-         columns(k) = attitude_column(k)
-         columns(3 + k) = rate_column(k)
-         if (n > 6) columns(6 + k) = inertia_column(k, k)
+         columns(k) = attitude_variation(k)
+         columns(3 + k) = rate_variation(k)
+         if (n > 6) columns(6 + k) = inertia_variation(k, k)
          if (name == 'box frame') columns(9 + k)%frame = unit
          if (n == 12 .and. name /= 'box frame') call columns(9 + k)%add(system%effects, 'dipole', 1, 'moment', &
             unit, status)
@@ -149,20 +149,20 @@ contains
             end if
          end do
       end do
-   end subroutine list_columns
+   end subroutine list_variations
 
    !> All columns of all scenes: of steps so long that another step of the same order would be seen.
    subroutine differ(error)
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: shift = 2e-3_wp
-      type(column_t), allocatable :: columns(:)
+      type(variation_t), allocatable :: columns(:)
       type(start_t), allocatable :: starts(:, :)
       type(tangent_t) :: tangent
       type(state_t) :: state, ends(4)
       real(wp) :: difference(6), largest
       integer :: i, j, k, m
       do i = 1, size(scenes)
-         call list_columns(trim(scenes(i)), columns, starts, shift)
+         call list_variations(trim(scenes(i)), columns, starts, shift)
          do m = 1, size(methods)
             call follow(trim(scenes(i)), start_t(), integrator_settings_t(method=methods(m)), 0.3_wp, 4, state, &
                columns, &
@@ -192,16 +192,17 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(integrator_settings_t), parameter :: settings = integrator_settings_t(method='rk8')
       integer, parameter :: numbers(5) = [1, 2, 6, 13, 30]
-      type(column_t), allocatable :: columns(:)
+      type(variation_t), allocatable :: columns(:)
       type(tangent_t) :: alone, beside
       type(state_t) :: state
       integer :: i, j, k, n
-      columns = [(rate_column(1 + mod(j, 3)), attitude_column(1 + mod(j, 3)), j=1, maxval(numbers))]
+      columns = [(rate_variation(1 + mod(j, 3)), attitude_variation(1 + mod(j, 3)), j=1, maxval(numbers))]
       do i = 1, size(scenes)
          do k = 1, size(numbers)
             n = numbers(k)
             call follow(trim(scenes(i)), start_t(), settings, 0.3_wp, 4, state, columns(:n), alone, error)
-            call follow(trim(scenes(i)), start_t(), settings, 0.3_wp, 4, state, [columns(:n), inertia_column(1, 1)], &
+            call follow(trim(scenes(i)), start_t(), settings, 0.3_wp, 4, state, [columns(:n), inertia_variation(1, &
+               1)], &
                         beside, error)
             if (allocated(error)) return
             call check_below(error, maxval(abs(alone%theta - beside%theta(:n, :)))/maxval(abs(alone%theta)), &
@@ -223,14 +224,14 @@ contains
       type(error_type), allocatable, intent(inout) :: error
       real(wp) :: matrix(6, 6)
       class(stepper_t), allocatable :: stepper
-      type(column_t) :: columns(6)
+      type(variation_t) :: columns(6)
       type(tangent_t) :: tangent
       type(status_t) :: status
       type(state_t) :: before
       integer :: i
       do i = 1, 3
-         columns(i) = attitude_column(i)
-         columns(3 + i) = rate_column(i)
+         columns(i) = attitude_variation(i)
+         columns(3 + i) = rate_variation(i)
          columns(3 + i)%angular_velocity = system%body%inverse_inertia(:, i)
       end do
       end = state
@@ -372,7 +373,7 @@ contains
    !> What projected columns make of energy and momentum stays in long runs, of columns of parameters as well.
    subroutine keep_rows(error)
       type(error_type), allocatable, intent(out) :: error
-      type(column_t), allocatable :: columns(:)
+      type(variation_t), allocatable :: columns(:)
       type(start_t), allocatable :: starts(:, :)
       type(integrator_settings_t) :: settings
       type(tangent_t) :: tangent
@@ -381,7 +382,7 @@ contains
       real(wp) :: lacks(12), axis(3), of_momentum(12, 3), largest
       integer :: i, k, m, components
       do i = 1, size(scenes)
-         call list_columns(trim(scenes(i)), columns, starts, 1.0_wp)
+         call list_variations(trim(scenes(i)), columns, starts, 1.0_wp)
          do m = 0, size(methods)
             settings = integrator_settings_t(method='taylor', conserve=.true., project_each=m /= 2)
             if (m > 0) settings%method = methods(m)
@@ -428,7 +429,7 @@ contains
                   start, plan, &
                                   status)
                if (k == 2 .and. status%ok()) &
-                  call runs(k)%differentiate([attitude_column(1), rate_column(2)], system, status)
+                  call runs(k)%differentiate([attitude_variation(1), rate_variation(2)], system, status)
                if (status%ok()) call runs(k)%run_to_end(system, status)
                call check(error, status%ok(), trim(scenes(i))//': '//status%message)
                if (allocated(error)) return
@@ -446,7 +447,7 @@ contains
    subroutine differ_exact(error)
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: parts(4) = [1.0_wp, -1.0_wp, 0.5_wp, -0.5_wp]
-      type(column_t) :: columns(12)
+      type(variation_t) :: columns(12)
       type(tangent_t) :: tangent
       type(system_t) :: system, other
       type(state_t) :: start, state, ends(4)
@@ -462,10 +463,10 @@ contains
          start = make_state(system, quat_normalized([0.7_wp, 0.4_wp, -0.5_wp, 0.2_wp]), rate)
          n = merge(12, 9, i > 40)
          do k = 1, 3
-            columns(k) = attitude_column(k)
-            columns(3 + k) = rate_column(k)
-            columns(6 + k) = inertia_column(k, k)
-            columns(9 + k) = inertia_column(1 + modulo(k, 3), 1 + modulo(k + 1, 3))
+            columns(k) = attitude_variation(k)
+            columns(3 + k) = rate_variation(k)
+            columns(6 + k) = inertia_variation(k, k)
+            columns(9 + k) = inertia_variation(1 + modulo(k, 3), 1 + modulo(k + 1, 3))
          end do
          call make_stepper(system, integrator_settings_t(method='exact'), stepper, status)
          call tangent%begin(system, start, columns(:n), status)
@@ -563,7 +564,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: shift = 2e-3_wp
       type(integrator_settings_t), parameter :: settings = integrator_settings_t(method='taylor', series_order=20)
-      type(column_t), allocatable :: columns(:)
+      type(variation_t), allocatable :: columns(:)
       type(start_t), allocatable :: starts(:, :)
       type(tangent_t) :: tangent
       type(state_t) :: state, ends(4)
@@ -573,7 +574,7 @@ contains
       real(wp) :: difference(6), largest
       integer :: i, j, k
       do i = 1, size(scenes)
-         call list_columns(trim(scenes(i)), columns, starts, shift)
+         call list_variations(trim(scenes(i)), columns, starts, shift)
          call follow(trim(scenes(i)), start_t(), settings, 0.2_wp, 6, state, columns, tangent, error)
          if (allocated(error)) return
          largest = max(maxval(abs(tangent%theta)), maxval(abs(tangent%momentum)))

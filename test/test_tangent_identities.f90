@@ -2,8 +2,9 @@
 !> change of it, momentum, and symmetry about a direction. Random scenes, every parameter, both forms and all orders.
 module test_tangent_identities
    use, intrinsic :: iso_fortran_env, only: int64
-   use nutate_column_projection, only: kept_steps
-   use nutate_column, only: attitude_column, column_t, inertia_column, rate_column, effect_change_t, OF_POTENTIAL, &
+   use nutate_sensitivity_projection, only: kept_steps
+   use nutate_variation, only: attitude_variation, variation_t, inertia_variation, rate_variation, effect_change_t, &
+      OF_POTENTIAL, &
       OF_TORQUE, OF_WHEEL
    use nutate_effect, only: effect_t, parameter_t, rotor_t
    use nutate_hamiltonian, only: angular_velocity, body_momentum, make_state, potential_torque, space_momentum
@@ -54,13 +55,13 @@ contains
    !> A column for each start and each parameter of a system, in units in which they change it by about their size.
    function all_columns(system) result(columns)
       type(system_t), intent(in) :: system
-      type(column_t), allocatable :: columns(:)
+      type(variation_t), allocatable :: columns(:)
       integer :: i, k
       allocate (columns(0))
       do i = 1, 3
-         columns = [columns, attitude_column(i), rate_column(i)]
+         columns = [columns, attitude_variation(i), rate_variation(i)]
          do k = 1, i
-            columns = [columns, inertia_column(k, i)]
+            columns = [columns, inertia_variation(k, i)]
             columns(size(columns))%inertia = maxval(system%body%moments)*columns(size(columns))%inertia
          end do
       end do
@@ -73,24 +74,24 @@ contains
       do i = 1, system%effects%n_wheels
          call add_all(columns, system%effects%wheels(i), OF_WHEEL, i)
       end do
-      columns = [columns, column_t(name='rotor', rotor=maxval(system%body%moments)*[0.5_wp, -0.2_wp, 0.3_wp])]
-      if (system%effects%frame_turns) columns = [columns, column_t(name='frame', frame=[0.2_wp, 0.5_wp, -0.4_wp])]
+      columns = [columns, variation_t(name='rotor', rotor=maxval(system%body%moments)*[0.5_wp, -0.2_wp, 0.3_wp])]
+      if (system%effects%frame_turns) columns = [columns, variation_t(name='frame', frame=[0.2_wp, 0.5_wp, -0.4_wp])]
    end function all_columns
 
    !> Those of the numbers of an effect.
    subroutine add_all(columns, effect, kind, place)
-      type(column_t), allocatable, intent(inout) :: columns(:)
+      type(variation_t), allocatable, intent(inout) :: columns(:)
       class(effect_t), intent(in) :: effect
       integer, intent(in) :: kind, place
       type(parameter_t), allocatable :: list(:)
-      type(column_t) :: column
+      type(variation_t) :: column
       integer :: i, n
       list = effect%parameters()
       n = sum(list%size)
       ! That of a gravity gradient follows from the body's.
       if (any(list%name == 'inertia')) n = n - 9
       do i = 1, n
-         column = column_t(name=effect%name)
+         column = variation_t(name=effect%name)
          allocate (column%effects(1))
          column%effects(1)%kind = kind
          column%effects(1)%place = place
@@ -176,7 +177,7 @@ contains
             along = norm2(change(k, :))
             if (any(abs(axis) > 0.0_wp)) along = abs(dot_product(change(k, :), axis))
             ! A change of the direction changes what is kept.
-            if (any(abs(axis) > 0.0_wp) .and. allocated(tangent%columns(k)%effects)) cycle
+            if (any(abs(axis) > 0.0_wp) .and. allocated(tangent%variations(k)%effects)) cycle
             if (scale_l(k) > 0.0_wp) momentum = max(momentum, along/scale_l(k))
          end do
       end subroutine assess
@@ -352,7 +353,7 @@ contains
       real(wp) :: omega(3), scale, row(1), change(1, 3)
       integer :: i
       state = problem%start
-      call tangent%begin(problem%system, state, [rate_column(3)], status)
+      call tangent%begin(problem%system, state, [rate_variation(3)], status)
       if (status%ok()) call make_stepper(problem%system, how, stepper, status)
       do i = 1, kept_steps
          if (.not. status%ok()) exit
@@ -379,7 +380,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem
       type(tangent_t) :: tangent
-      type(column_t) :: column
+      type(variation_t) :: column
       type(status_t) :: status
       type(state_t) :: state, before
       class(stepper_t), allocatable :: stepper
@@ -392,7 +393,7 @@ contains
          if (k == 1) n = [0.6_wp, 0.0_wp, -0.8_wp]
          do m = 1, size(settings)
             state = problem%start
-            column = column_t()
+            column = variation_t()
             column%attitude = rotate_to_body(state%q, n)
             call tangent%begin(problem%system, state, [column], status)
             call make_stepper(problem%system, settings(m), stepper, status)

@@ -1,4 +1,4 @@
-!> The oracle of tangent columns: steps in 33 digits, from numbers that can be changed one by one, and central
+!> The oracle of sensitivities: steps in 33 digits, from numbers that can be changed one by one, and central
 !> differences of their ends. It shares no equation with the tangent: implicit stages are solved by Newton, explicit
 !> ones evaluated, flows extrapolated (W. B. Gragg 1965; R. Bulirsch, J. Stoer 1966).
 module test_tangent_oracle

@@ -1,9 +1,9 @@
-!> Tangent columns of runs: at rows inside of steps, by adaptive steps, from checkpoints on; and what is refused.
+!> Sensitivities of runs: at rows inside of steps, by adaptive steps, from checkpoints on; and what is refused.
 module test_tangent_runs
    use nutate_body, only: diagonal, make_body
    use nutate_byte_archive, only: byte_archive_t
-   use nutate_column_projection, only: kept_steps
-   use nutate_column, only: attitude_column, column_t, inertia_column, rate_column
+   use nutate_sensitivity_projection, only: kept_steps
+   use nutate_variation, only: attitude_variation, variation_t, inertia_variation, rate_variation
    use nutate_controller, only: controller_t
    use nutate_hamiltonian, only: body_momentum, make_state
    use nutate_kinds, only: wp, long
@@ -22,15 +22,15 @@ module test_tangent_runs
    implicit none
    private
 
-   public :: collect_tangent_runs, column_recorder_t
+   public :: collect_tangent_runs, sensitivity_recorder_t
 
    !> Keeps the columns of rows, and the checkpoint of one poll, at which it ends the run.
-   type, extends(stopping_observer_t) :: column_recorder_t
+   type, extends(stopping_observer_t) :: sensitivity_recorder_t
       integer :: n = 0
       real(wp) :: t(100) = 0.0_wp, theta(100) = 0.0_wp, momentum(100) = 0.0_wp
    contains
-      procedure :: observe => record_columns
-   end type column_recorder_t
+      procedure :: observe => record_sensitivities
+   end type sensitivity_recorder_t
 
    type(integrator_settings_t), parameter :: of_order_four = &
       integrator_settings_t(method='nielsen_krenk', formulation='reduced', order=4)
@@ -40,21 +40,21 @@ contains
    subroutine collect_tangent_runs(testsuite)
       type(unittest_type), allocatable, intent(out) :: testsuite(:)
       testsuite = [ &
-                  new_unittest("rows inside steps have columns of their own", columns_inside), &
+                  new_unittest("rows inside steps have columns of their own", sensitivities_inside), &
                   new_unittest("adaptive steps propagate sensitivities too", propagate_adaptive), &
                   new_unittest("adaptive steps keep columns to the tolerance", keep_tolerance), &
-                  new_unittest("checkpoints hold columns", resume_columns), &
+                  new_unittest("checkpoints hold columns", resume_sensitivities), &
                   new_unittest("what has no derivative is refused by name", refuse)]
    end subroutine collect_tangent_runs
 
    !> The columns of these tests: two of the start, one of the body.
    function columns_of() result(columns)
-      type(column_t) :: columns(3)
-      columns = [attitude_column(1), rate_column(2), inertia_column(1, 3)]
+      type(variation_t) :: columns(3)
+      columns = [attitude_variation(1), rate_variation(2), inertia_variation(1, 3)]
    end function columns_of
 
-   subroutine record_columns(self, system, state, record, status)
-      class(column_recorder_t), intent(inout) :: self
+   subroutine record_sensitivities(self, system, state, record, status)
+      class(sensitivity_recorder_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
       type(run_record_t), intent(in) :: record
@@ -64,15 +64,15 @@ contains
       self%t(self%n) = state%t
       self%theta(self%n) = self%tangent%theta(1, 2)
       self%momentum(self%n) = self%tangent%momentum(3, 1)
-   end subroutine record_columns
+   end subroutine record_sensitivities
 
    !> A row inside of the third step: two whole steps and a part of one.
-   subroutine columns_inside(error)
+   subroutine sensitivities_inside(error)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem
       type(run_plan_t) :: plan
       class(run_t), allocatable :: run
-      type(column_recorder_t) :: recorder
+      type(sensitivity_recorder_t) :: recorder
       type(status_t) :: status
       type(tangent_t) :: tangent
       type(state_t) :: state, before
@@ -105,7 +105,7 @@ contains
       call check_close(error, recorder%momentum(3), tangent%momentum(3, 1), 1e-12_wp, 'momentum inside')
       call check_close(error, recorder%theta(5), run%tangent%theta(1, 2), 1e-15_wp, 'theta at the end')
       call check(error, abs(recorder%theta(1)) <= 0.0_wp, 'theta at the start')
-   end subroutine columns_inside
+   end subroutine sensitivities_inside
 
    !> Steps of an error: columns agree with those of short steps of order 8, rows inside included.
    subroutine propagate_adaptive(error)
@@ -113,7 +113,7 @@ contains
       type(problem_t) :: problem
       type(run_plan_t) :: plan
       class(run_t), allocatable :: run, reference
-      type(column_recorder_t) :: recorder, expected
+      type(sensitivity_recorder_t) :: recorder, expected
       type(integrator_settings_t) :: best
       type(status_t) :: status
       integer :: i
@@ -193,7 +193,7 @@ contains
 
    !> A run from its checkpoint on ends with the columns of one that was not interrupted, bit by bit: of adaptive steps,
    !> and of so many fixed ones that round-off is removed from the columns.
-   subroutine resume_columns(error)
+   subroutine resume_sensitivities(error)
       type(error_type), allocatable, intent(out) :: error
       type(run_plan_t) :: plan
       plan%end_time = 1.0_wp
@@ -202,7 +202,7 @@ contains
       if (allocated(error)) return
       plan = run_plan_t(end_time=1.0_wp, time_step=1.0_wp/(5*kept_steps))
       call resume_one(error, box(), plan)
-   end subroutine resume_columns
+   end subroutine resume_sensitivities
 
    !> The same for one body.
    subroutine resume_one(error, problem, plan)
@@ -210,7 +210,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(run_plan_t), intent(in) :: plan
       class(run_t), allocatable :: whole, broken, resumed
-      type(column_recorder_t) :: recorder
+      type(sensitivity_recorder_t) :: recorder
       type(byte_archive_t) :: archive
       type(status_t) :: status
       allocate (whole, broken, resumed)
@@ -256,7 +256,7 @@ contains
       type(status_t) :: status
       type(system_t) :: sampled
       type(state_t) :: state
-      type(column_t) :: frame
+      type(variation_t) :: frame
       allocate (run)
       problem = forced_body()
       sampled = problem%system

@@ -1,11 +1,11 @@
-!> Tangent columns by the times at which torques, forces, controllers and motors start and stop, against central
+!> Sensitivities by the times at which torques, forces, controllers and motors start and stop, against central
 !> differences of runs.
 module test_tangent_windows
    use nutate_applied_torque, only: applied_torque_t
    use nutate_body, only: diagonal, make_body
    use nutate_byte_archive, only: byte_archive_t
    use nutate_lvlh_vector, only: lvlh_vector_t
-   use nutate_column, only: column_t, rate_column
+   use nutate_variation, only: variation_t, rate_variation
    use nutate_controller, only: controller_t, BY_WHEELS
    use nutate_controller_mounting, only: add_controller
    use nutate_event, only: event_t, MAXIMUM
@@ -155,10 +155,10 @@ contains
    end subroutine build
 
    !> Their columns.
-   subroutine list_columns(system, kind, columns, status)
+   subroutine list_variations(system, kind, columns, status)
       type(system_t), intent(in) :: system
       integer, intent(in) :: kind
-      type(column_t), allocatable, intent(out) :: columns(:)
+      type(variation_t), allocatable, intent(out) :: columns(:)
       type(status_t), intent(out) :: status
       character(len=5), parameter :: sides(2) = [character(len=5) :: 'start', 'stop']
       integer :: i, k
@@ -171,7 +171,7 @@ contains
             if (.not. status%ok()) return
          end do
       end do
-   end subroutine list_columns
+   end subroutine list_variations
 
    !> A run from one time to another, with columns or without.
    subroutine go(system, settings, plan, start, run, status, columns)
@@ -182,7 +182,7 @@ contains
       real(wp), intent(in) :: start
       type(run_t), intent(out) :: run
       type(status_t), intent(out) :: status
-      type(column_t), intent(in), optional :: columns(:)
+      type(variation_t), intent(in), optional :: columns(:)
       call run%begin(system, settings, make_state(system, attitude, rate, start), plan, status)
       if (present(columns) .and. status%ok()) call run%differentiate(columns, system, status)
       if (status%ok()) call run%run_to_end(system, status)
@@ -197,7 +197,7 @@ contains
       integer, intent(in) :: kind
       real(wp), intent(in) :: tolerance
       type(system_t) :: system
-      type(column_t), allocatable :: columns(:)
+      type(variation_t), allocatable :: columns(:)
       class(run_t), allocatable :: run
       type(status_t) :: status
       real(wp) :: column(8), difference(8), none(n_times)
@@ -205,7 +205,7 @@ contains
       allocate (run)
       none = 0.0_wp
       call build(none, kind, system, status)
-      if (status%ok()) call list_columns(system, kind, columns, status)
+      if (status%ok()) call list_variations(system, kind, columns, status)
       if (status%ok()) call go(system, settings, plan, start, run, status, columns)
       call check(error, status%ok(), trim(settings%method)//': '//trim(status%message))
       if (allocated(error)) return
@@ -297,7 +297,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: steps(2) = [0.04_wp, 0.01_wp]
       type(system_t) :: system
-      type(column_t), allocatable :: columns(:)
+      type(variation_t), allocatable :: columns(:)
       class(run_t), allocatable :: run
       type(status_t) :: status
       real(wp) :: difference(8, n_times), worst(2), none(n_times)
@@ -305,7 +305,7 @@ contains
       allocate (run)
       none = 0.0_wp
       call build(none, 1, system, status)
-      if (status%ok()) call list_columns(system, 1, columns, status)
+      if (status%ok()) call list_variations(system, 1, columns, status)
       do k = 1, n_times
          if (status%ok()) call find_difference(methods(3), run_plan_t(time_step=0.01_wp, end_time=last), 0.0_wp, 1, k, &
                                                1e-3_wp, difference(:, k), status)
@@ -338,7 +338,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: h = 1e-3_wp
       type(system_t) :: system
-      type(column_t) :: columns(2)
+      type(variation_t) :: columns(2)
       type(run_t) :: run(3)
       type(run_plan_t) :: plan
       type(status_t) :: status
@@ -358,7 +358,7 @@ contains
                call go(system, methods(5), plan, 0.0_wp, run(i), status, columns)
                call check(error, status%ok(), trim(status%message))
                if (allocated(error)) return
-               columns = column_t()
+               columns = variation_t()
             end do
             slope = (4*body_momentum(run(2)%state) - 3*body_momentum(run(1)%state) - body_momentum(run(3)%state))/(2*h)
             if (k == 2) slope = -slope
@@ -383,7 +383,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(system_t) :: system
       type(tabulated_torque_t) :: table
-      type(column_t) :: columns(4)
+      type(variation_t) :: columns(4)
       class(run_t), allocatable :: run
       type(status_t) :: status
       integer :: at, k
@@ -409,7 +409,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(system_t) :: system
       type(event_list_t) :: events
-      type(column_t) :: columns(2)
+      type(variation_t) :: columns(2)
       type(keeper_t) :: keeper, rows
       type(run_plan_t) :: plan
       class(run_t), allocatable :: run
@@ -420,7 +420,7 @@ contains
       call system%effects%add(applied_torque_t(name='torque', amplitude=[0.0_wp, 0.0_wp, -0.1_wp]))
       columns(1)%name = 'torque.stop'
       call columns(1)%add(system%effects, 'torque', 1, 'stop', [1.0_wp], status)
-      columns(2) = rate_column(3)
+      columns(2) = rate_variation(3)
       call events%add(rate_event_t(name='peak', kind=MAXIMUM))
       plan = run_plan_t(time_step=0.3_wp, end_time=3.0_wp)
       call run%begin(system, methods(1), make_state(system, attitude, [0.0_wp, 0.0_wp, 0.2_wp], 0.0_wp), plan, status)
@@ -448,7 +448,7 @@ contains
    subroutine resume(error)
       type(error_type), allocatable, intent(out) :: error
       type(system_t) :: system
-      type(column_t), allocatable :: columns(:)
+      type(variation_t), allocatable :: columns(:)
       class(run_t), allocatable :: whole, broken, resumed
       type(run_plan_t) :: plan
       type(keeper_t) :: keeper
@@ -458,7 +458,7 @@ contains
       allocate (whole, broken, resumed)
       none = 0.0_wp
       call build(none, 1, system, status)
-      if (status%ok()) call list_columns(system, 1, columns, status)
+      if (status%ok()) call list_variations(system, 1, columns, status)
       plan%end_time = last
       plan%goal%local_tolerance = 1e-8_wp
       call begin(whole)
@@ -494,7 +494,7 @@ contains
    subroutine refuse(error)
       type(error_type), allocatable, intent(out) :: error
       type(system_t) :: system
-      type(column_t) :: column
+      type(variation_t) :: column
       type(status_t) :: status
       real(wp) :: none(n_times)
       none = 0.0_wp

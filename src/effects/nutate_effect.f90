@@ -10,7 +10,7 @@
 !> integrate with it. All series are in `s = (t - t₀)/time_unit`; coefficient k is asked for when the coefficients 0..k
 !> of what it depends on are there, k = 0, 1, 2, ... in turn.
 !>
-!> An effect may know its derivatives by its numbers: then tangent columns (`nutate_tangent`) can belong to them.
+!> An effect may know its derivatives by its numbers: then sensitivities (`nutate_tangent`) can belong to them.
 !>
 !> An effect may bound what it does in a step: then the root of a step can be certified to be the true one.
 module nutate_effect

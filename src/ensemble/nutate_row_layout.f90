@@ -6,7 +6,7 @@ module nutate_row_layout
    use nutate_scene_events, only: plain_name
    use nutate_spelling, only: split_list
    use nutate_status, only: status_t
-   use nutate_tangent_columns, only: lyapunov_names
+   use nutate_propagated_columns, only: lyapunov_names
    implicit none
    private
 

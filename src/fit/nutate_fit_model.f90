@@ -2,10 +2,10 @@
 module nutate_fit_model
    use nutate_attitude, only: quat_from_rotation_vector
    use nutate_byte_archive, only: byte_archive_t
-   use nutate_column, only: column_t
+   use nutate_variation, only: variation_t
    use nutate_effect_list, only: effect_list_t
    use nutate_event_tracker, only: event_list_t
-   use nutate_fit_columns, only: add_key, add_scene, places, weights
+   use nutate_fit_variations, only: add_key, add_scene, places, weights
    use nutate_fit_plan, only: fit_plan_t
    use nutate_hamiltonian, only: body_momentum
    use nutate_keys, only: group_t, setting_t, KEY_LOGICAL
@@ -42,7 +42,7 @@ module nutate_fit_model
       type(state_t), allocatable :: states(:)
       !> The derivative of each state by each free number: rotation vector and momentum in body axes, and the momenta of
       !> wheels. Shape (6 + wheels, free numbers, times).
-      real(wp), allocatable :: columns(:, :, :)
+      real(wp), allocatable :: variations(:, :, :)
       !> Which effects are on; shape (times).
       type(switches_t), allocatable :: switches(:)
    end type motion_at_t
@@ -73,10 +73,10 @@ module nutate_fit_model
    contains
       !> Prepares for a scene with a fit.
       procedure :: prepare
-      !> Prepares for a scene with free numbers, of which `column_of` is needed only.
+      !> Prepares for a scene with free numbers, of which `variation_of` is needed only.
       procedure :: begin
       !> What a free number changes.
-      procedure :: column_of
+      procedure :: variation_of
       !> Sets the free numbers, and builds the scene with them.
       procedure :: set_values
       !> Sets the time at which runs start from the numbers of `&initial`.
@@ -365,11 +365,11 @@ contains
       real(wp), intent(in) :: times(:)
       type(motion_at_t), intent(out) :: motion
       type(status_t), intent(out) :: status
-      type(column_t), allocatable :: columns(:)
-      call make_columns(self, columns, status)
+      type(variation_t), allocatable :: variations(:)
+      call make_variations(self, variations, status)
       if (.not. status%ok()) return
       self%runs = self%runs + 1
-      call go(self%scene, self%origin, times, motion, status, self%steps_left, self%most_steps, columns)
+      call go(self%scene, self%origin, times, motion, status, self%steps_left, self%most_steps, variations)
    end subroutine run
 
    !> The motion at given times, without derivatives. Errors: those of the run.
@@ -383,30 +383,30 @@ contains
    end subroutine states_at
 
    !> What each free number changes. Errors: `NUTATE_BAD_ARGUMENT` for one by which the motion has no derivative.
-   subroutine make_columns(self, columns, status)
+   subroutine make_variations(self, variations, status)
       class(fit_model_t), intent(in) :: self
-      type(column_t), allocatable, intent(out) :: columns(:)
+      type(variation_t), allocatable, intent(out) :: variations(:)
       type(status_t), intent(out) :: status
       integer :: i
-      allocate (columns(size(self%values)))
-      do i = 1, size(columns)
-         call self%column_of(i, columns(i), status)
+      allocate (variations(size(self%values)))
+      do i = 1, size(variations)
+         call self%variation_of(i, variations(i), status)
          if (.not. status%ok()) return
       end do
-   end subroutine make_columns
+   end subroutine make_variations
 
    !> Returns what a free number changes. Errors: `NUTATE_BAD_ARGUMENT` for one by which the motion has no derivative.
-   subroutine column_of(self, i, column, status)
+   subroutine variation_of(self, i, variation, status)
       class(fit_model_t), intent(in) :: self
       !> Which free number.
       integer, intent(in) :: i
-      type(column_t), intent(out) :: column
+      type(variation_t), intent(out) :: variation
       type(status_t), intent(out) :: status
       class(scene_t), allocatable :: scene
       character(len=24) :: group
       integer :: k
       allocate (scene)
-      column%name = self%plan%free(i)%name
+      variation%name = self%plan%free(i)%name
       group = ''
       if (self%plan%free(i)%target > 0) then
          associate (target => self%plan%numbers%targets(self%plan%free(i)%target))
@@ -414,7 +414,7 @@ contains
             if (all(group /= differentiated)) then
                call add_key(self%scene, target%group, target%key%name, target%value, &
                             size(self%scene%groups(target%group)%settings(target%setting)%values), target%name, &
-                            column, status)
+                            variation, status)
                return
             end if
          end associate
@@ -422,10 +422,10 @@ contains
       do k = 1, size(places)
          call build_beside(self, i, places(k), scene, status)
          if (.not. status%ok()) return
-         call add_scene(group, self%scene, scene, weights(k)/self%steps(i), column)
+         call add_scene(group, self%scene, scene, weights(k)/self%steps(i), variation)
       end do
-      call drop_rounding(column%inertia)
-   end subroutine column_of
+      call drop_rounding(variation%inertia)
+   end subroutine variation_of
 
    !> Sets to zero what rounding has left of zeros.
    pure subroutine drop_rounding(matrix)
@@ -434,7 +434,7 @@ contains
    end subroutine drop_rounding
 
    !> Runs a scene and keeps the motion at given times.
-   subroutine go(scene, origin, times, motion, status, steps_left, most_steps, columns)
+   subroutine go(scene, origin, times, motion, status, steps_left, most_steps, variations)
       type(scene_t), intent(in) :: scene
       !> Time of its start, s.
       real(wp), intent(in) :: origin
@@ -446,7 +446,7 @@ contains
       !> Steps of the longest run that came to its end; 0: none has.
       integer(long), intent(inout), optional :: most_steps
       !> Those whose derivatives are wanted.
-      type(column_t), intent(in), optional :: columns(:)
+      type(variation_t), intent(in), optional :: variations(:)
       type(keeper_t) :: keeper
       type(event_list_t) :: events
       type(run_plan_t) :: plan
@@ -468,13 +468,13 @@ contains
       keeper%times = times
       call list_switches(scene%events, events)
       keeper%is_switched = events%count() > 0
-      if (present(columns)) then
+      if (present(variations)) then
          keeper%wants_tangent = .true.
-         allocate (keeper%motion%columns(6 + scene%system%effects%n_wheels, size(columns), size(times)))
+         allocate (keeper%motion%sensitivities(6 + scene%system%effects%n_wheels, size(variations), size(times)))
       end if
       call run%begin(scene%system, scene%integrator, start, plan, status)
       if (status%ok() .and. keeper%is_switched) call run%set_events(events, scene%system, status)
-      if (status%ok() .and. present(columns)) call run%differentiate(columns, scene%system, status)
+      if (status%ok() .and. present(variations)) call run%differentiate(variations, scene%system, status)
       if (status%ok()) call run%run_to_end(scene%system, status, keeper)
       if (status%ok() .and. keeper%n < size(times)) &
          status = fail(NUTATE_BAD_SCENE, 'the run ended before the last measurement')
@@ -486,7 +486,7 @@ contains
       end if
       call move_alloc(keeper%motion%states, motion%states)
       call move_alloc(keeper%motion%switches, motion%switches)
-      if (present(columns)) call move_alloc(keeper%motion%columns, motion%columns)
+      if (present(variations)) call move_alloc(keeper%motion%sensitivities, motion%sensitivities)
    end subroutine go
 
    !> The events that switch effects. They do not end the run: it goes on to the last measurement.
@@ -523,10 +523,10 @@ contains
       self%n = self%n + 1
       self%motion%states(self%n) = state
       if (self%is_switched) call keep_switches(system%effects, self%motion%switches(self%n)%bytes)
-      if (.not. allocated(self%motion%columns)) return
-      self%motion%columns(1:3, :, self%n) = transpose(self%tangent%theta)
-      self%motion%columns(4:6, :, self%n) = transpose(self%tangent%momentum)
-      self%motion%columns(7:, :, self%n) = transpose(self%tangent%wheels)
+      if (.not. allocated(self%motion%sensitivities)) return
+      self%motion%sensitivities(1:3, :, self%n) = transpose(self%tangent%theta)
+      self%motion%sensitivities(4:6, :, self%n) = transpose(self%tangent%momentum)
+      self%motion%sensitivities(7:, :, self%n) = transpose(self%tangent%wheels)
    end subroutine keep_state
 
    !> Keeps which effects are on.

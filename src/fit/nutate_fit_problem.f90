@@ -193,7 +193,7 @@ contains
                associate (t => self%places(k, i))
                   call switch_systems(motion%switches(t), steps, applied, system, systems)
                   call self%residuals(i)%evaluate(k, system, systems, steps, motion%states(t), &
-                                                  motion%columns(:, :, t), residuals(at + 1:at + width), &
+                                                  motion%sensitivities(:, :, t), residuals(at + 1:at + width), &
                                                   jacobian(at + 1:at + width, :self%n_free))
                end associate
                if (measurement%has_bias) call add_bias(x, bias, measurement%sigma, residuals(at + 1:at + width), &

@@ -2,7 +2,7 @@
 module nutate_fit_residuals
    use nutate_attitude, only: rotation_vector_from_quat
    use nutate_columns, only: columns_t
-   use nutate_fit_columns, only: places, weights
+   use nutate_fit_variations, only: places, weights
    use nutate_fit_model, only: moved_state
    use nutate_fit_plan, only: measurement_t, ATTITUDES, DIRECTIONS
    use nutate_hamiltonian, only: body_momentum
@@ -75,7 +75,7 @@ contains
    end function model
 
    !> Residuals of a row, and their derivatives by numbers of which some change the system.
-   subroutine evaluate(self, i, system, systems, steps, state, columns, residuals, jacobian)
+   subroutine evaluate(self, i, system, systems, steps, state, sensitivities, residuals, jacobian)
       class(residuals_t), intent(inout) :: self
       !> The row.
       integer, intent(in) :: i
@@ -86,7 +86,7 @@ contains
       real(wp), intent(in) :: steps(:)
       type(state_t), intent(in) :: state
       !> Derivative of the state; shape (6 + wheels, numbers).
-      real(wp), intent(in) :: columns(:, :)
+      real(wp), intent(in) :: sensitivities(:, :)
       !> Shape (residuals of a row) and (residuals of a row, numbers).
       real(wp), intent(out) :: residuals(:), jacobian(:, :)
       real(wp) :: e(3), gamma(3), values(size(self%measurement%columns))
@@ -96,18 +96,18 @@ contains
          case (ATTITUDES)
             e = rotation_vector_from_quat(quat_product(quat_conjugate(measured), quat_normalized(state%q)))
             residuals = e
-            jacobian = matmul(inverse_right_jacobian(e), columns(1:3, :))
+            jacobian = matmul(inverse_right_jacobian(e), sensitivities(1:3, :))
          case (DIRECTIONS)
             gamma = rotate_to_body(quat_normalized(state%q), self%measurement%direction)
             residuals = gamma - measured
-            do k = 1, size(columns, 2)
-               jacobian(:, k) = cross(gamma, columns(1:3, k))
+            do k = 1, size(sensitivities, 2)
+               jacobian(:, k) = cross(gamma, sensitivities(1:3, k))
             end do
          case default
             values = self%model(system, state)
             residuals = wrapped(values - measured, self%measurement%turns)
-            do k = 1, size(columns, 2)
-               jacobian(:, k) = slope(self, system, state, values, columns(:, k))
+            do k = 1, size(sensitivities, 2)
+               jacobian(:, k) = slope(self, system, state, values, sensitivities(:, k))
                if (steps(k) > 0.0_wp) &
                   jacobian(:, k) = jacobian(:, k) + slope_of_system(self, systems(:, k), steps(k), state, values)
             end do

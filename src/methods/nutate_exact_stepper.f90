@@ -167,7 +167,7 @@ contains
       end if
    end subroutine state_at
 
-   !> Moves tangent columns by the derivative of the solution. Errors: `NUTATE_BAD_ARGUMENT` for columns of anything
+   !> Moves sensitivities by the derivative of the solution. Errors: `NUTATE_BAD_ARGUMENT` for columns of anything
    !> but start and inertia, and for those that turn principal axes of equal moments.
    recursive subroutine propagate_step(self, system, before, after, dt, window_time, tangent, status)
       class(exact_t), intent(inout) :: self
@@ -185,12 +185,12 @@ contains
       if (.not. status%ok()) return
       call derivative%set(solution, dt)
       do m = 1, size(tangent%parametric)
-         associate (column => tangent%columns(tangent%parametric(m)))
-            if (any(abs([column%rotor, column%frame]) > 0.0_wp)) &
-               status = fail(NUTATE_BAD_ARGUMENT, "method = 'exact' has tangent columns by start and inertia only "// &
+         associate (variation => tangent%variations(tangent%parametric(m)))
+            if (any(abs([variation%rotor, variation%frame]) > 0.0_wp)) &
+               status = fail(NUTATE_BAD_ARGUMENT, "method = 'exact' has sensitivities by start and inertia only "// &
                              '(expected another method)', 'method')
             call derivative%of_inertia(tangent%inertia(:, :, m), own(:, 1, m), own(:, 2, m), possible)
-            if (.not. possible) status = fail(NUTATE_BAD_ARGUMENT, "method = 'exact' has no tangent columns by "// &
+            if (.not. possible) status = fail(NUTATE_BAD_ARGUMENT, "method = 'exact' has no sensitivities by "// &
                                               'products of inertia between equal moments (expected another method)', &
                                               'method')
          end associate

@@ -221,7 +221,7 @@ contains
          call self%base%propagate(system, before, after, dt, window_time, tangent, status)
          return
       end if
-      call check_columns(tangent, status)
+      call check_sensitivities(tangent, status)
       if (status%code /= 0) return
       call self%view%to_lvlh(before, first)
       call self%view%to_lvlh(after, last)
@@ -245,7 +245,7 @@ contains
          call self%base%propagate_inside(system, state, tangent, status)
          return
       end if
-      call check_columns(tangent, status)
+      call check_sensitivities(tangent, status)
       if (status%code /= 0) return
       call self%view%to_lvlh(state, inside)
       energy = tangent%energy
@@ -256,16 +256,16 @@ contains
    end subroutine propagate_inside
 
    !> Errors: `NUTATE_BAD_ARGUMENT` for derivatives by the elements of the orbit.
-   subroutine check_columns(tangent, status)
+   subroutine check_sensitivities(tangent, status)
       type(tangent_t), intent(in) :: tangent
       type(status_t), intent(inout) :: status
       integer :: m
       do m = 1, size(tangent%parametric)
-         if (tangent%columns(tangent%parametric(m))%changes_orbit()) status = fail(NUTATE_BAD_ARGUMENT, &
+         if (tangent%variations(tangent%parametric(m))%changes_orbit()) status = fail(NUTATE_BAD_ARGUMENT, &
             'steps in the LVLH frame have no derivatives by the elements of the orbit (expected settings with '// &
-            'in_space_axes)', trim(tangent%columns(tangent%parametric(m))%name))
+            'in_space_axes)', trim(tangent%variations(tangent%parametric(m))%name))
       end do
-   end subroutine check_columns
+   end subroutine check_sensitivities
 
    !> Subtracts from work and energy of sensitivities the derivatives of ω·l: of its change since the start, and at the
    !> start.

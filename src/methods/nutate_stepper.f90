@@ -1,7 +1,7 @@
 !> What an integration method is to the layers above it: something that moves a state by one step.
 module nutate_stepper
    use nutate_archive, only: archive_t
-   use nutate_column_projection, only: kept_steps, project_columns
+   use nutate_sensitivity_projection, only: kept_steps, project_sensitivities
    use nutate_kinds, only: wp
    use nutate_noise, only: noise_t
    use nutate_number_archive, only: number_archive_t
@@ -84,7 +84,8 @@ module nutate_stepper
       real(wp), allocatable :: work(:)
       !> Settings of the last `prepare`.
       type(integrator_settings_t) :: prepared_with = integrator_settings_t()
-      !> The method conserves by itself, and is not projected: `propagate` removes from columns what round-off adds.
+      !> The method conserves by itself, and is not projected: `propagate` removes from sensitivities what round-off
+      !> adds.
       logical :: conserves = .false.
       !> Starts of steps are stored, for `state_at`.
       logical :: keeps_steps = .false.
@@ -139,12 +140,12 @@ module nutate_stepper
       !> Sets the perturbation of a trial run, for states before their projection; a stepper without projection ignores
       !> it.
       procedure :: disturb => leave_noise
-      !> Moves tangent columns over the step that `advance` took last (`nutate_tangent`), and removes from them the
+      !> Moves sensitivities over the step that `advance` took last (`nutate_tangent`), and removes from them the
       !> round-off of what the method conserves.
       procedure, non_overridable :: propagate
       !> Moves them by the derivative of the step; refused unless overridden.
       procedure :: propagate_step => refuse_tangent
-      !> Moves tangent columns from the start of the step that is kept to the state that `state_at` computed last.
+      !> Moves sensitivities from the start of the step that is kept to the state that `state_at` computed last.
       procedure :: propagate_inside
    end type stepper_t
 
@@ -439,12 +440,12 @@ contains
       type(tangent_t), intent(inout) :: tangent
       !> Success on entry.
       type(status_t), intent(inout) :: status
-      status = fail(NUTATE_BAD_ARGUMENT, "method = '"//trim(self%prepared_with%method)//"' has no tangent columns", &
+      status = fail(NUTATE_BAD_ARGUMENT, "method = '"//trim(self%prepared_with%method)//"' has no sensitivities", &
                     'method')
    end subroutine refuse_tangent
 
-   !> Moves tangent columns over the step that `advance` took last. Errors, the columns as they were: those of the
-   !> method; `NUTATE_BAD_ARGUMENT` for one without columns, and for columns that it does not have.
+   !> Moves sensitivities over the step that `advance` took last. Errors, the sensitivities as they were: those of the
+   !> method; `NUTATE_BAD_ARGUMENT` for one without sensitivities, and for sensitivities that it does not have.
    recursive subroutine propagate(self, system, before, after, dt, window_time, tangent, status)
       class(stepper_t), intent(inout) :: self
       !> That of `advance`.
@@ -461,10 +462,10 @@ contains
       tangent%steps = tangent%steps + 1
       if (tangent%steps < kept_steps) return
       tangent%steps = 0
-      call project_columns(system, after, .true., tangent)
+      call project_sensitivities(system, after, .true., tangent)
    end subroutine propagate
 
-   !> Moves tangent columns to the state inside the last step that `state_at` computed last. Errors: those of
+   !> Moves sensitivities to the state inside the last step that `state_at` computed last. Errors: those of
    !> `propagate`.
    recursive subroutine propagate_inside(self, system, state, tangent, status)
       class(stepper_t), intent(inout) :: self

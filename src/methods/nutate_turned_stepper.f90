@@ -15,7 +15,7 @@ module nutate_turned_stepper
    implicit none
    private
 
-   public :: turned_stepper_t, turn_columns
+   public :: turned_stepper_t, rotate_sensitivities
 
    !> A stepper and the turn of its states. `step` allocates nothing.
    type, extends(stepper_wrapper_t) :: turned_stepper_t
@@ -145,9 +145,9 @@ contains
       state = inside
    end subroutine state_at
 
-   !> By the stepper inside, in axes that stand still; columns are in body axes, which the turn leaves as they are.
-   !> Errors: those of the stepper; `NUTATE_BAD_ARGUMENT` for a change of the axes' rate across a potential's direction,
-   !> of which the motion would know.
+   !> By the stepper inside, in axes that stand still; sensitivities are in body axes, which the turn leaves as they
+   !> are. Errors: those of the stepper; `NUTATE_BAD_ARGUMENT` for a change of the axes' rate across a potential's
+   !> direction, of which the motion would know.
    recursive subroutine propagate_step(self, system, before, after, dt, window_time, tangent, status)
       class(turned_stepper_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -160,7 +160,7 @@ contains
       else
          call self%base%propagate_step(self%standing, before, standing_state(self, after), dt, window_time, tangent, &
                                      status)
-         call turn_columns(system, after, dt, tangent, status)
+         call rotate_sensitivities(system, after, dt, tangent, status)
       end if
    end subroutine propagate_step
 
@@ -175,7 +175,7 @@ contains
          call self%base%propagate_inside(system, state, tangent, status)
       else
          call self%base%propagate_inside(self%standing, standing_state(self, state), tangent, status)
-         call turn_columns(system, state, state%t - self%start, tangent, status)
+         call rotate_sensitivities(system, state, state%t - self%start, tangent, status)
       end if
    end subroutine propagate_inside
 
@@ -191,9 +191,9 @@ contains
       standing%p = state%p + turned(back, state%p)
    end function standing_state
 
-   !> θ of columns that change the rate ω of the axes: these turn by a = -ωΔt, whose change is a rotation J(a)δa,
+   !> θ of sensitivities that change the rate ω of the axes: these turn by a = -ωΔt, whose change is a rotation J(a)δa,
    !> J = 1 + (1 - cos a)/a² [a]× + (a - sin a)/a³ [a]×².
-   subroutine turn_columns(system, after, dt, tangent, status)
+   subroutine rotate_sensitivities(system, after, dt, tangent, status)
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: after
       !> s.
@@ -211,7 +211,7 @@ contains
       if (angle > 0.03_wp) third = (angle - sin(angle))/angle**3
       do m = 1, size(tangent%parametric)
          k = tangent%parametric(m)
-         change = -dt*tangent%columns(k)%frame
+         change = -dt*tangent%variations(k)%frame
          if (.not. any(abs(change) > 0.0_wp)) cycle
          across = cross(a, change)
          if (system%effects%n_potentials > 0 .and. any(abs(across) > 0.0_wp)) then
@@ -223,6 +223,6 @@ contains
          change = change + second*across + third*cross(a, across)
          tangent%theta(k, :) = tangent%theta(k, :) + rotate_to_body(after%q, change)
       end do
-   end subroutine turn_columns
+   end subroutine rotate_sensitivities
 
 end module nutate_turned_stepper

@@ -1,8 +1,8 @@
 !> Adaptive steps: by the method itself before the step, where it can; else by its own estimate after it,
 !> where it has one; else by Richardson's from a whole step against two halves.
 !>
-!> With tangent columns explicit methods and series keep these to the same tolerance too, each relative to its own size;
-!> implicit steps have the columns of the steps that they take anyway.
+!> With sensitivities explicit methods and series keep these to the same tolerance too, each relative to its own size;
+!> implicit steps have the sensitivities of the steps that they take anyway.
 !>
 !> The halves are what is kept, so every invariant of the method is kept too. States between the ends of steps are
 !> computed by the method, where it has dense output, else by a branch: two shorter steps of the same method from the
@@ -69,7 +69,7 @@ module nutate_error_control
       real(wp) :: t_compensation = 0.0_wp
       !> Noise of a trial run, for the ends of steps that nothing projects.
       type(noise_t) :: noise
-      !> Tangent columns of the run, moved along with the step that is tried, and with a whole step.
+      !> Sensitivities of the run, moved along with the step that is tried, and with a whole step.
       type(tangent_t), allocatable :: trial, once
    contains
       !> Prepares the steppers and the first step.
@@ -299,7 +299,7 @@ contains
       if (accepted) then
          call accept(self, progress, next, step)
          if (self%method%dense) then
-            ! The motion chooses the next step, the columns may shorten it.
+            ! The motion chooses the next step, the sensitivities may shorten it.
             if (growth < most_growth) self%longest = step*growth
          else
             call self%length%adapt(step, growth, turn)
@@ -360,7 +360,7 @@ contains
                                self%trial%momentum, self%momentum_scale)/(2.0_wp**self%method%order - 1))
    end subroutine go_halves
 
-   !> A step of one of the steppers, as a part of a step with the given middle, with tangent columns where there are
+   !> A step of one of the steppers, as a part of a step with the given middle, with sensitivities where there are
    !> any.
    subroutine perform_part(stepper, system, state, dt, middle, record, status, tangent)
       class(stepper_t), intent(inout) :: stepper
@@ -528,7 +528,7 @@ contains
       self%has_cuts = .true.
    end subroutine retake
 
-   !> The columns were moved along with the step.
+   !> The sensitivities were moved along with the step.
    subroutine propagate(self, system, before, progress, status)
       class(error_control_t), intent(inout) :: self
       type(system_t), intent(in) :: system

@@ -50,8 +50,8 @@ contains
       type(status_t), intent(inout) :: status
       !> As it is shown.
       type(state_t) :: start
-      !> Columns at the event that is shown, of a run that propagates any.
-      type(tangent_t), allocatable :: columns
+      !> Sensitivities at the event that is shown, of a run that propagates any.
+      type(tangent_t), allocatable :: sensitivities
       real(wp) :: length
       integer :: i
 
@@ -175,11 +175,11 @@ contains
          type(state_t) :: state
          type(run_record_t) :: record
          real(wp) :: work, each(size(mark%work))
-         if (allocated(progress%tangent)) columns = progress%tangent
+         if (allocated(progress%tangent)) sensitivities = progress%tangent
          if (searches(k)%root%s > 0.0_wp) then
             call policy%evaluate_inside(system, mark%state, progress, mark%state%t + searches(k)%root%s*length, state, &
                work, &
-                                    status, each, columns)
+                                    status, each, sensitivities)
             if (status%code /= 0) return
          else
             state = start
@@ -233,14 +233,14 @@ contains
          searches%found = .true.
       end subroutine end_step_at
 
-      !> The columns at the end of the step; those of the run stay where they are until the step is accepted.
+      !> The sensitivities at the end of the step; those of the run stay where they are until the step is accepted.
       subroutine propagate_to_end(moved)
          !> The end of the step is not its start.
          logical, intent(in) :: moved
-         columns = progress%tangent
+         sensitivities = progress%tangent
          if (.not. moved) return
          call policy%propagate(system, mark%state, progress, status)
-         call swap(columns, progress%tangent)
+         call swap(sensitivities, progress%tangent)
       end subroutine propagate_to_end
 
       !> The derivative of the time of an event: where its function jumped, that of the switch which made it jump; 0
@@ -251,16 +251,16 @@ contains
          associate (events => progress%events, watched => progress%events%watched(k))
             if (.not. searches(k)%jumped) then
                call find_time_change(watched%event, system, mark%state%t + 0.5_wp*length, state, searches(k)%scale, &
-                                     columns, watched%time_change)
+                                     sensitivities, watched%time_change)
             else if (allocated(events%switch_change) .and. .not. abs(events%switch_time - state%t) > 0.0_wp) then
                watched%time_change = events%switch_change
             else
-               watched%time_change = 0*columns%work
+               watched%time_change = 0*sensitivities%work
             end if
             if (.not. present(observer)) return
             if (allocated(observer%time_change)) deallocate (observer%time_change)
             if (allocated(watched%time_change)) observer%time_change = watched%time_change
-            if (observer%wants_tangent) observer%tangent = columns
+            if (observer%wants_tangent) observer%tangent = sensitivities
          end associate
       end subroutine differentiate_time
 
@@ -279,7 +279,7 @@ contains
             watched%last_time = state%t
             call searches(k)%pass_root()
             if (abs(searches(k)%root%slope) > 0.0_wp) watched%worst = max(watched%worst, spacing(state%t))
-            if (allocated(columns)) call differentiate_time(k, state)
+            if (allocated(sensitivities)) call differentiate_time(k, state)
             if (present(observer) .and. k <= events%n_asked) &
                call observer%observe_event(system, watched%event, k, watched%number, state, record, status)
             if (status%code /= 0) return
@@ -308,7 +308,7 @@ contains
 
    end subroutine follow_events
 
-   !> Exchanges columns.
+   !> Exchanges sensitivities.
    subroutine swap(a, b)
       type(tangent_t), allocatable, intent(inout) :: a, b
       type(tangent_t), allocatable :: c

@@ -1,11 +1,11 @@
-!> What the times of events do to tangent columns. With g the quantity that crosses its level (of an extremum its rate
-!> along the motion), X a column and f⁻, f⁺ the rates of the motion before and behind a switch,
+!> What the times of events do to sensitivities. With g the quantity that crosses its level (of an extremum its rate
+!> along the motion), X a sensitivity and f⁻, f⁺ the rates of the motion before and behind a switch,
 !>
 !>     dt/dp = -(g·X + ∂g/∂p)/ġ,   X⁺ = X⁻ - (f⁺ - f⁻) dt/dp
 !>
 !> Attitude and rates are continuous in a switch, so θ does not jump, δL and δh do.
 module nutate_event_times
-   use nutate_column, only: OF_ORBIT, OF_WHEEL
+   use nutate_variation, only: OF_ORBIT, OF_WHEEL
    use nutate_event, only: CROSSING, event_t, most_parts, part_t, second_rate, time_scale
    use nutate_kepler_orbit, only: kepler_orbit_t
    use nutate_kinds, only: wp, eps
@@ -21,25 +21,25 @@ module nutate_event_times
 
    public :: crossing_t, find_time_change
 
-   !> Differences of sixth order along a column: over so much of a radian, or of the momentum, inertia or wheel that it
-   !> changes most, ε^(1/7), where truncation error and round-off are alike, 1e-13.
+   !> Differences of sixth order along a sensitivity: over so much of a radian, or of the momentum, inertia or wheel
+   !> that it changes most, ε^(1/7), where truncation error and round-off are alike, 1e-13.
    real(wp), parameter :: wide = 5.8e-3_wp, weights(3) = [45.0_wp/60, -9.0_wp/60, 1.0_wp/60]
 
    !> A quantity that changes by no more than this part of its variation in the time of a radian only touches its level:
    !> where its extremum is as near as round-off, the slope of a root is √ε; of a slope of this size three digits hold.
    real(wp), parameter :: tangency = 32*sqrt(eps)
 
-   !> Columns on their way over switches at one time.
+   !> Sensitivities on their way over switches at one time.
    type :: crossing_t
       private
       !> The motion behind the last switch.
       type(motion_t) :: motion = motion_t()
-      !> The columns' rows of energy before all of them, J; shape (n).
+      !> The sensitivities' rows of energy before all of them, J; shape (n).
       real(wp), allocatable :: energy(:)
    contains
       !> Before the first switch.
       procedure :: begin
-      !> Moves the columns over a switch.
+      !> Moves the sensitivities over a switch.
       procedure :: pass
       !> Behind the last switch.
       procedure :: finish
@@ -47,8 +47,8 @@ module nutate_event_times
 
 contains
 
-   !> Computes the derivative of the time of an event by each column; not allocated where the quantity only touches its
-   !> level: the time has none there.
+   !> Computes the derivative of the time of an event by each sensitivity; not allocated where the quantity only
+   !> touches its level: the time has none there.
    subroutine find_time_change(event, system, window_time, state, scale, tangent, change)
       class(event_t), intent(in) :: event
       type(system_t), intent(in) :: system
@@ -60,7 +60,7 @@ contains
       real(wp), intent(in) :: scale
       !> There.
       type(tangent_t), intent(in) :: tangent
-      !> s a unit of the column's parameter; shape (n).
+      !> s a unit of the sensitivity's parameter; shape (n).
       real(wp), allocatable, intent(out) :: change(:)
       type(motion_t) :: motion
       type(part_t) :: parts(most_parts)
@@ -82,7 +82,7 @@ contains
       end do
    end subroutine find_time_change
 
-   !> Derivative of g, or of its rate for an extremum, along a column.
+   !> Derivative of g, or of its rate for an extremum, along a sensitivity.
    real(wp) function change_along(event, system, window_time, motion, tangent, k, m) result(change)
       class(event_t), intent(in) :: event
       type(system_t), intent(in) :: system
@@ -90,13 +90,13 @@ contains
       !> With its rates.
       type(motion_t), intent(in) :: motion
       type(tangent_t), intent(in) :: tangent
-      !> The column; which of the parametric ones it is, or 0.
+      !> The sensitivity; which of the parametric ones it is, or 0.
       integer, intent(in) :: k, m
       type(part_t) :: ahead(most_parts), behind(most_parts)
       real(wp) :: difference(most_parts), size_of, h
       integer :: i
       change = 0.0_wp
-      size_of = size_of_column(system, motion, tangent, k, m)
+      size_of = size_of_variation(system, motion, tangent, k, m)
       if (.not. size_of > 0.0_wp) then
          if (m == 0) return
          size_of = 1.0_wp
@@ -112,8 +112,9 @@ contains
       change = change/h
    end function change_along
 
-   !> How far a unit of a column is: in radians, or in parts of the momentum, the inertia or a wheel, whatever is most.
-   pure real(wp) function size_of_column(system, motion, tangent, k, m) result(size_of)
+   !> How far a unit of a sensitivity is: in radians, or in parts of the momentum, the inertia or a wheel, whatever is
+   !> most.
+   pure real(wp) function size_of_variation(system, motion, tangent, k, m) result(size_of)
       type(system_t), intent(in) :: system
       type(motion_t), intent(in) :: motion
       type(tangent_t), intent(in) :: tangent
@@ -127,14 +128,14 @@ contains
          momentum = max(momentum, abs(motion%state%wheel_momentum(i)))
          change = max(change, abs(tangent%wheels(k, i)))
       end do
-      if (m > 0) change = max(change, norm2(tangent%columns(k)%rotor))
+      if (m > 0) change = max(change, norm2(tangent%variations(k)%rotor))
       size_of = norm2(tangent%theta(k, :))
       if (momentum > 0.0_wp) size_of = max(size_of, change/momentum)
       if (m == 0) return
       size_of = max(size_of, maxval(abs(tangent%inertia(:, :, m)))/minval(system%body%moments))
-      if (.not. allocated(tangent%columns(k)%effects)) return
-      do i = 1, size(tangent%columns(k)%effects)
-         associate (item => tangent%columns(k)%effects(i))
+      if (.not. allocated(tangent%variations(k)%effects)) return
+      do i = 1, size(tangent%variations(k)%effects)
+         associate (item => tangent%variations(k)%effects(i))
             if (item%kind == OF_WHEEL) &
                size_of = max(size_of, abs(item%change(4))/system%effects%wheels(item%place)%inertia)
             if (item%kind == OF_ORBIT) &
@@ -142,9 +143,9 @@ contains
                              turn_of_orbit(system%effects%orbits(item%place)%path, item%change, motion%state%t))
          end associate
       end do
-   end function size_of_column
+   end function size_of_variation
 
-   !> How far a unit of a column moves an orbit, in radians and parts of the distance.
+   !> How far a unit of a sensitivity moves an orbit, in radians and parts of the distance.
    pure real(wp) function turn_of_orbit(path, change, t) result(turn)
       type(kepler_orbit_t), intent(in) :: path
       real(wp), intent(in) :: change(:), t
@@ -152,7 +153,7 @@ contains
                  abs(change(7))/path%mu)
    end function turn_of_orbit
 
-   !> g by its parts, or its rate for an extremum, at a place along a column.
+   !> g by its parts, or its rate for an extremum, at a place along a sensitivity.
    subroutine evaluate_along(event, system, window_time, motion, tangent, k, m, part, parts)
       class(event_t), intent(in) :: event
       type(system_t), intent(in) :: system
@@ -160,7 +161,7 @@ contains
       type(motion_t), intent(in) :: motion
       type(tangent_t), intent(in) :: tangent
       integer, intent(in) :: k, m
-      !> In units of the column's parameter.
+      !> In units of the sensitivity's parameter.
       real(wp), intent(in) :: part
       type(part_t), intent(out) :: parts(most_parts)
       type(system_t) :: moved
@@ -194,7 +195,7 @@ contains
 
    end subroutine evaluate_along
 
-   !> Notes the motion and the columns before the first switch.
+   !> Notes the motion and the sensitivities before the first switch.
    subroutine begin(self, system, state, tangent)
       class(crossing_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -205,8 +206,8 @@ contains
       call find_rates(system, state%t, self%motion)
    end subroutine begin
 
-   !> Moves the columns over a switch. Errors: `NUTATE_BAD_ARGUMENT` where the rates of the motion jump and the time of
-   !> the event has no derivative.
+   !> Moves the sensitivities over a switch. Errors: `NUTATE_BAD_ARGUMENT` where the rates of the motion jump and the
+   !> time of the event has no derivative.
    subroutine pass(self, system, state, words, change, tangent, status)
       class(crossing_t), intent(inout) :: self
       !> Behind the switch.
@@ -235,14 +236,14 @@ contains
          else
             size_of = norm2(motion%potential_torque) + norm2(motion%torque) + norm2(motion%wheel_rate)
             if (norm2(torque) + norm2(wheels) > tangency*size_of) &
-               status = fail(NUTATE_BAD_ARGUMENT, 'tangent columns end where '//words//' only touches its level '// &
+               status = fail(NUTATE_BAD_ARGUMENT, 'sensitivities end where '//words//' only touches its level '// &
                              '(expected a switch where the quantity passes it)')
          end if
       end associate
       self%motion = motion
    end subroutine pass
 
-   !> Counts what the columns' energy has changed by as work, and sets what is conserved from here on.
+   !> Counts what the sensitivities' energy has changed by as work, and sets what is conserved from here on.
    subroutine finish(self, system, state, renewed, tangent)
       class(crossing_t), intent(in) :: self
       !> Behind the last switch.

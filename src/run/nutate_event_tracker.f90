@@ -65,8 +65,8 @@ module nutate_event_tracker
       integer(long) :: number = 0
       !> First and last time, s.
       real(wp) :: first_time = 0.0_wp, last_time = 0.0_wp
-      !> Derivative of the last time by each tangent column, s a unit of the column's parameter; shape (n). Not
-      !> allocated: it has none, or there are no columns.
+      !> Derivative of the last time by each sensitivity, s a unit of the sensitivity's parameter; shape (n). Not
+      !> allocated: it has none, or there are no sensitivities.
       real(wp), allocatable :: time_change(:)
       !> Largest last increment of an iteration for a time, s.
       real(wp) :: worst = 0.0_wp
@@ -102,7 +102,7 @@ module nutate_event_tracker
       integer :: n_due = 0
       !> Switches since the last whole step.
       integer :: switches = 0
-      !> Time of the last switch, s, and its derivative by each tangent column where there are any; shape (n).
+      !> Time of the last switch, s, and its derivative by each sensitivity where there are any; shape (n).
       real(wp) :: switch_time = -huge(1.0_wp)
       real(wp), allocatable :: switch_change(:)
       !> The motion at the end of the last step, and the torques that acted in it; with functions and slopes of the
@@ -157,7 +157,7 @@ module nutate_event_tracker
       procedure :: transfer
       !> The same of the derivatives of times.
       procedure :: transfer_changes
-      !> Forgets the derivatives of times, for other columns.
+      !> Forgets the derivatives of times, for other sensitivities.
       procedure :: forget_changes
    end type event_tracker_t
 
@@ -618,7 +618,7 @@ contains
       if (archive%is_reading()) self%bounds = bound_motion(self%system)
    end subroutine transfer
 
-   !> Forgets the derivatives of times, for other columns.
+   !> Forgets the derivatives of times, for other sensitivities.
    pure subroutine forget_changes(self)
       class(event_tracker_t), intent(inout) :: self
       integer :: i
@@ -632,7 +632,7 @@ contains
    subroutine transfer_changes(self, n, archive)
       !> Begun with the same events and system.
       class(event_tracker_t), intent(inout) :: self
-      !> Number of tangent columns.
+      !> Number of sensitivities.
       integer, intent(in) :: n
       class(archive_t), intent(inout) :: archive
       integer :: i

@@ -222,7 +222,7 @@ contains
       progress%state%t = t_end
    end subroutine retake
 
-   !> Moves the columns over the last step of the method.
+   !> Moves the sensitivities over the last step of the method.
    subroutine propagate(self, system, before, progress, status)
       class(fixed_steps_t), intent(inout) :: self
       type(system_t), intent(in) :: system

@@ -1,6 +1,6 @@
 !> The equations of motion near a state, linearised: ẋ and ∂ẋ/∂x of x = (θ, Ω, ω), θ a rotation vector of the body from
 !> the attitude of the state, q∘exp(½θ), Ω its angular velocity, both in body axes, ω the speeds of the wheels relative
-!> to the body. The derivatives are those that explicit methods use for tangent columns (`nutate_stage_rates`).
+!> to the body. The derivatives are those that explicit methods use for sensitivities (`nutate_stage_rates`).
 module nutate_linear_rates
    use nutate_effect_list, only: effect_list_t
    use nutate_hamiltonian, only: angular_velocity

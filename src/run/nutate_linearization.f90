@@ -9,7 +9,7 @@
 !> in rotating axes, a steady rotation, a sleeping top.
 module nutate_linearization
    use nutate_applied_torque, only: applied_torque_t
-   use nutate_column, only: attitude_column, column_t, effect_change_t, rate_column, OF_TORQUE, OF_WHEEL
+   use nutate_variation, only: attitude_variation, variation_t, effect_change_t, rate_variation, OF_TORQUE, OF_WHEEL
    use nutate_control, only: needs_control
    use nutate_hamiltonian, only: angular_velocity, frame_rate_of, make_state
    use nutate_kinds, only: wp, pi
@@ -290,14 +290,14 @@ contains
       if (abs(plan%time_step) > 0.0_wp) one%time_step = period/max(1.0_wp, -aint(-period/abs(plan%time_step) + 1e-9_wp))
       driven = with_inputs(system)
       call run%begin(driven, settings_for(settings), start, one, status)
-      if (status%ok()) call run%differentiate(columns_of(driven, motors_of(system)), driven, status)
+      if (status%ok()) call run%differentiate(variations_of(driven, motors_of(system)), driven, status)
       if (status%ok()) call run%run_to_end(driven, status)
       if (status%ok()) call read_tangent(driven, run%state, run%tangent, result)
       if (status%ok()) call general_eigenvalues(result%a, result%eigenvalues, status)
       if (status%ok()) call close_period(system, start, run%state, result, status)
    end subroutine linearize_period_here
 
-   !> Settings with a method that has tangent columns and admits torques.
+   !> Settings with a method that has sensitivities and admits torques.
    pure type(integrator_settings_t) function settings_for(settings) result(chosen)
       type(integrator_settings_t), intent(in) :: settings
       chosen = settings
@@ -325,38 +325,38 @@ contains
       end do
    end function with_inputs
 
-   !> A column for each state, and for each input.
-   function columns_of(driven, motors) result(columns)
+   !> A sensitivity for each state, and for each input.
+   function variations_of(driven, motors) result(variations)
       !> With inputs.
       type(system_t), intent(in) :: driven
       integer, intent(in) :: motors(:)
-      type(column_t), allocatable :: columns(:)
+      type(variation_t), allocatable :: variations(:)
       integer :: i, n
       n = 6 + driven%effects%n_wheels
-      allocate (columns(n + 3 + size(motors)))
+      allocate (variations(n + 3 + size(motors)))
       do i = 1, 3
-         columns(i) = attitude_column(i)
-         columns(3 + i) = rate_column(i)
-         call change_effect(columns(n + i), OF_TORQUE, driven%effects%n_torques, 5, i)
+         variations(i) = attitude_variation(i)
+         variations(3 + i) = rate_variation(i)
+         call change_effect(variations(n + i), OF_TORQUE, driven%effects%n_torques, 5, i)
       end do
       do i = 1, driven%effects%n_wheels
-         call change_effect(columns(6 + i), OF_WHEEL, i, 6, 5)
+         call change_effect(variations(6 + i), OF_WHEEL, i, 6, 5)
       end do
       do i = 1, size(motors)
-         call change_effect(columns(n + 3 + i), OF_WHEEL, motors(i), 9, 7)
+         call change_effect(variations(n + 3 + i), OF_WHEEL, motors(i), 9, 7)
       end do
-   end function columns_of
+   end function variations_of
 
-   !> Makes a column of one number of an effect.
-   subroutine change_effect(column, kind, place, numbers, number)
-      type(column_t), intent(inout) :: column
+   !> Makes a sensitivity of one number of an effect.
+   subroutine change_effect(variation, kind, place, numbers, number)
+      type(variation_t), intent(inout) :: variation
       !> Of the effect; how many numbers it has, and which one changes.
       integer, intent(in) :: kind, place, numbers, number
-      allocate (column%effects(1))
-      column%effects(1)%kind = kind
-      column%effects(1)%place = place
-      allocate (column%effects(1)%change(numbers), source=0.0_wp)
-      column%effects(1)%change(number) = 1.0_wp
+      allocate (variation%effects(1))
+      variation%effects(1)%kind = kind
+      variation%effects(1)%place = place
+      allocate (variation%effects(1)%change(numbers), source=0.0_wp)
+      variation%effects(1)%change(number) = 1.0_wp
    end subroutine change_effect
 
    !> A and B at the end of a period.

@@ -49,13 +49,13 @@ module nutate_observer
       logical :: saves_at_step_limit = .false.
       !> Request a call of `save_checkpoint` after the first output point, or after the `poll` that sets this.
       logical :: wants_checkpoint = .false.
-      !> `tangent` is to be set for each row and event, the columns of the run, where it propagates any; and `chaos` for
-      !> each row, the indicators up to the last sample before it, where the run follows any.
+      !> `tangent` is to be set for each row and event, the sensitivities of the run, where it propagates any; and
+      !> `chaos` for each row, the indicators up to the last sample before it, where the run follows any.
       logical :: wants_tangent = .false.
       type(tangent_t), allocatable :: tangent
       type(chaos_t), allocatable :: chaos
       !> Set before `observe_event`, where the run propagates sensitivities: the derivative of the event's time by each
-      !> of them, s a unit of the column's parameter; shape (n). Not allocated where the quantity only touches its
+      !> of them, s a unit of the sensitivity's parameter; shape (n). Not allocated where the quantity only touches its
       !> level.
       real(wp), allocatable :: time_change(:)
    contains

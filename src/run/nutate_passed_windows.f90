@@ -1,5 +1,5 @@
-!> The columns of a run on their way over the times at which torques and motors start and stop. Steps end there, and one
-!> that ends so near that no step was made for it counts as ending there.
+!> The sensitivities of a run on their way over the times at which torques and motors start and stop. Steps end there,
+!> and one that ends so near that no step was made for it counts as ending there.
 module nutate_passed_windows
    use nutate_fixed_steps, only: step_margin
    use nutate_kinds, only: wp
@@ -15,9 +15,9 @@ module nutate_passed_windows
 
 contains
 
-   !> Moves the columns of a run over what starts or stops just where they begin: it counts as behind.
+   !> Moves the sensitivities of a run over what starts or stops just where they begin: it counts as behind.
    subroutine begin_windows(progress, system)
-      !> Its columns begun.
+      !> Its sensitivities begun.
       type(progress_t), intent(inout) :: progress
       type(system_t), intent(in) :: system
       real(wp) :: sense, t, margin
@@ -31,9 +31,9 @@ contains
       call note_change(progress, change)
    end subroutine begin_windows
 
-   !> Moves the columns of a run over what has started or stopped in the last step.
+   !> Moves the sensitivities of a run over what has started or stopped in the last step.
    subroutine pass_windows(progress, system, since)
-      !> At the end of the step, and its columns.
+      !> At the end of the step, and its sensitivities.
       type(progress_t), intent(inout) :: progress
       type(system_t), intent(in) :: system
       !> Start of the step, s.
@@ -46,7 +46,8 @@ contains
       call note_change(progress, change)
    end subroutine pass_windows
 
-   !> Moves columns at a time inside the last step over what has started or stopped since its start: at its end alone.
+   !> Moves sensitivities at a time inside the last step over what has started or stopped since its start: at its end
+   !> alone.
    subroutine pass_windows_inside(progress, system, state, tangent)
       !> At the end of the step.
       type(progress_t), intent(in) :: progress

@@ -6,10 +6,10 @@
 !>     log((Rz(2πp)∘q(0))*∘q(P)) = 0,   Ω(P) - Ω(0) = 0:
 !>
 !> six equations in the turn x of q(0)∘exp(½x) and the change of Ω(0). Newton's method has its Jacobian, M - 1, from
-!> the tangent columns of the run.
+!> the sensitivities of the run.
 module nutate_periodic_start
    use nutate_attitude, only: quat_from_euler, quat_from_matrix, quat_from_rotation_vector, rotation_vector_from_quat
-   use nutate_column, only: attitude_column, column_t, rate_column
+   use nutate_variation, only: attitude_variation, variation_t, rate_variation
    use nutate_effect_list, only: effect_list_t
    use nutate_hamiltonian, only: angular_velocity, make_state
    use nutate_kepler_orbit, only: kepler_orbit_t
@@ -192,7 +192,7 @@ contains
       type(status_t), intent(out) :: status
       type(run_t) :: run
       type(run_plan_t) :: plan
-      type(column_t) :: columns(6)
+      type(variation_t) :: variations(6)
       real(wp) :: rate, normal(3), target(4)
       integer :: i
       residual = 0.0_wp
@@ -204,12 +204,12 @@ contains
       plan%goal%local_tolerance = step_error
       plan%max_steps = most_steps
       do i = 1, 3
-         columns(i) = attitude_column(i)
-         columns(3 + i) = rate_column(i)
+         variations(i) = attitude_variation(i)
+         variations(3 + i) = rate_variation(i)
       end do
       call run%begin(system, integrator_settings_t(method='dop853'), make_state(system, start%q, start%omega), &
                      plan, status)
-      if (status%ok()) call run%differentiate(columns, system, status)
+      if (status%ok()) call run%differentiate(variations, system, status)
       if (status%ok()) call run%run_to_end(system, status)
       if (.not. status%ok()) then
          status = fail(NUTATE_BAD_ARGUMENT, 'resonance: '//trim(status%message))

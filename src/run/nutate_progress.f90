@@ -50,7 +50,7 @@ module nutate_progress
       !> Settings of the run, given or chosen. And the reason for the method, in a few words, where it was chosen.
       type(integrator_settings_t) :: settings = integrator_settings_t()
       character(len=112) :: choice = ''
-      !> Indicators of chaos, where the run follows any, by the last of its tangent columns.
+      !> Indicators of chaos, where the run follows any, by the last of its sensitivities.
       type(chaos_t), allocatable :: chaos
    contains
       !> Writes or reads its values in checkpoint data.
@@ -99,11 +99,11 @@ module nutate_progress
       type(way_t) :: way
       !> Compensation of the rounding of `switch_work`, J.
       real(wp) :: switch_compensation = 0.0_wp
-      !> Tangent columns, where the run propagates any, and those at the start of the last step.
+      !> Sensitivities, where the run propagates any, and those at the start of the last step.
       type(tangent_t), allocatable :: tangent, last_tangent
       !> Indicators of chaos, where the run follows any, at the start of the last step.
       type(chaos_t), allocatable :: last_chaos
-      !> Start of the last step in which columns may have passed the start or stop of a torque, s.
+      !> Start of the last step in which sensitivities may have passed the start or stop of a torque, s.
       real(wp) :: windows_since = 0.0_wp
       !> Length of the last step of a stepper, as that was told, s.
       real(wp) :: last_length = 0.0_wp

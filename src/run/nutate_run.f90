@@ -13,7 +13,7 @@ module nutate_run
    use nutate_accuracy, only: find_tolerance
    use nutate_archive, only: archive_t
    use nutate_chaos, only: chaos_settings_t
-   use nutate_column, only: column_t
+   use nutate_variation, only: variation_t
    use nutate_control, only: beyond_accuracy, is_watched
    use nutate_error_control, only: error_control_t
    use nutate_fixed_steps, only: count_steps, fixed_steps_t
@@ -44,8 +44,8 @@ module nutate_run
       !> The requested settings and goal; method and steps that they leave open are chosen for each end time.
       type(integrator_settings_t) :: requested
       type(run_goal_t), private :: goal
-      !> The tangent columns as they were given, where there are any: those of a tangent follow the body.
-      type(column_t), allocatable, private :: columns(:)
+      !> The sensitivities as they were given, where there are any: those of a tangent follow the body.
+      type(variation_t), allocatable, private :: variations(:)
       class(step_policy_t), allocatable :: policy
    contains
       !> Sets a plan and the first state; prepares the steppers, or copies those that are prepared.
@@ -54,7 +54,7 @@ module nutate_run
       procedure, private :: begin_by_stepper
       !> Sets the events; to be called directly after `begin`.
       procedure :: set_events
-      !> Sets tangent columns to propagate; between `begin` and all else.
+      !> Sets sensitivities to propagate; between `begin` and all else.
       procedure :: differentiate
       !> Sets indicators of chaos to follow; at the same place.
       procedure :: follow_chaos
@@ -294,19 +294,19 @@ contains
       call expect_events(self%progress_t, self%policy, events, system, status)
    end subroutine set_events
 
-   !> Sets tangent columns to propagate from here (`nutate_tangent`): `tangent` holds them. Errors, with no
-   !> columns set: `NUTATE_BAD_ARGUMENT` for what has no derivative.
-   subroutine differentiate(self, columns, system, status)
+   !> Sets sensitivities to propagate from here (`nutate_tangent`): `tangent` holds them. Errors, with no
+   !> sensitivities set: `NUTATE_BAD_ARGUMENT` for what has no derivative.
+   subroutine differentiate(self, variations, system, status)
       !> Begun.
       class(run_t), intent(inout), target :: self
       !> Shape (n).
-      type(column_t), intent(in) :: columns(:)
+      type(variation_t), intent(in) :: variations(:)
       type(system_t), intent(in) :: system
       type(status_t), intent(out) :: status
       integer :: k
-      self%columns = columns
-      if (any([(columns(k)%changes_orbit(), k=1, size(columns))])) call step_in_space_axes(self, system, status)
-      if (status%ok()) call begin_columns(self, columns, system, status)
+      self%variations = variations
+      if (any([(variations(k)%changes_orbit(), k=1, size(variations))])) call step_in_space_axes(self, system, status)
+      if (status%ok()) call begin_sensitivities(self, variations, system, status)
    end subroutine differentiate
 
    !> Has the steps taken in the space axes of the system: derivatives by the elements of an orbit require that. Errors:
@@ -327,26 +327,26 @@ contains
       if (allocated(self%policy) .and. status%ok()) call prepare_steps(self, system, status)
    end subroutine step_in_space_axes
 
-   !> Begins the columns at the present state. Errors: those of `differentiate`.
-   subroutine begin_columns(self, columns, system, status)
+   !> Begins the sensitivities at the present state. Errors: those of `differentiate`.
+   subroutine begin_sensitivities(self, variations, system, status)
       class(run_t), intent(inout), target :: self
       !> Shape (n).
-      type(column_t), intent(in) :: columns(:)
+      type(variation_t), intent(in) :: variations(:)
       type(system_t), intent(in) :: system
       type(status_t), intent(out) :: status
       if (allocated(self%tangent)) deallocate (self%tangent, self%last_tangent)
       if (allocated(self%events)) call self%events%forget_changes()
       allocate (self%tangent, self%last_tangent)
-      call self%tangent%begin(system, self%state, columns, status)
+      call self%tangent%begin(system, self%state, variations, status)
       if (status%ok()) then
          call begin_windows(self%progress_t, system)
          self%last_tangent = self%tangent
       else
          deallocate (self%tangent, self%last_tangent)
       end if
-   end subroutine begin_columns
+   end subroutine begin_sensitivities
 
-   !> Follows indicators of chaos from here (`nutate_chaos`), by columns of their own behind those that the run
+   !> Follows indicators of chaos from here (`nutate_chaos`), by sensitivities of their own behind those that the run
    !> carries: `summary%chaos` holds them. Does nothing for settings without exponents. Errors: `NUTATE_BAD_ARGUMENT`
    !> for what has no derivative, and for a body at rest without a scale of momentum.
    subroutine follow_chaos(self, settings, system, status)
@@ -355,15 +355,15 @@ contains
       type(chaos_settings_t), intent(in) :: settings
       type(system_t), intent(in) :: system
       type(status_t), intent(out) :: status
-      type(column_t), allocatable :: columns(:)
+      type(variation_t), allocatable :: variations(:)
       integer :: n
       if (settings%exponents == 0) return
       n = 0
-      if (allocated(self%tangent)) n = size(self%columns)
-      allocate (columns(n + settings%exponents))
-      if (n > 0) columns(:n) = self%columns
-      columns(n + 1:)%name = 'tangent'
-      call begin_columns(self, columns, system, status)
+      if (allocated(self%tangent)) n = size(self%variations)
+      allocate (variations(n + settings%exponents))
+      if (n > 0) variations(:n) = self%variations
+      variations(n + 1:)%name = 'tangent'
+      call begin_sensitivities(self, variations, system, status)
       if (.not. status%ok()) return
       if (allocated(self%summary%chaos)) deallocate (self%summary%chaos)
       allocate (self%summary%chaos)
@@ -575,7 +575,7 @@ contains
 
    !> Returns the state at a time inside the last step (dense output), to the accuracy of the method; later steps are
    !> unaffected. Errors: `NUTATE_BAD_ARGUMENT` for a time outside of the step, or one that has not been kept
-   !> (`keeps_dense_output`), and for columns that the run does not carry.
+   !> (`keeps_dense_output`), and for sensitivities that the run does not carry.
    subroutine state_at(self, system, t, state, status, tangent)
       class(run_t), intent(inout), target :: self
       type(system_t), intent(in) :: system
@@ -583,7 +583,7 @@ contains
       real(wp), intent(in) :: t
       type(state_t), intent(out) :: state
       type(status_t), intent(out) :: status
-      !> The columns of the run at that time.
+      !> The sensitivities of the run at that time.
       type(tangent_t), intent(out), optional :: tangent
       type(run_record_t) :: record
       real(wp) :: work

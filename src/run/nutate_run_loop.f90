@@ -180,7 +180,7 @@ contains
       if (present(observer)) is_vetted = observer%checks_steps
    end function is_vetted
 
-   !> Moves the tangent columns over the step that was accepted, if one was.
+   !> Moves the sensitivities over the step that was accepted, if one was.
    subroutine propagate_sensitivities(progress, policy, system, before, status)
       type(progress_t), intent(inout) :: progress
       class(step_policy_t), intent(inout) :: policy
@@ -197,19 +197,19 @@ contains
       call policy%propagate(system, before, progress, status)
       if (status%code == 0) call pass_windows(progress, system, before%t)
       if (.not. allocated(progress%summary%chaos) .or. status%code /= 0) return
-      ! A switch that is due needs the columns by which the derivative of its time was computed.
+      ! A switch that is due needs the sensitivities by which the derivative of its time was computed.
       if (is_switch_due(progress)) return
       call progress%summary%chaos%follow(system, progress%state, progress%tangent, status)
    end subroutine propagate_sensitivities
 
-   !> Gives the columns at the last state to an observer that wants them.
-   subroutine give_columns(progress, observer)
+   !> Gives the sensitivities at the last state to an observer that wants them.
+   subroutine give_sensitivities(progress, observer)
       type(progress_t), intent(in) :: progress
       class(observer_t), intent(inout) :: observer
       if (.not. (observer%wants_tangent .and. allocated(progress%tangent))) return
       observer%tangent = progress%tangent
       if (allocated(progress%summary%chaos)) observer%chaos = progress%summary%chaos
-   end subroutine give_columns
+   end subroutine give_sensitivities
 
    !> Ends a run that may not take more steps.
    subroutine end_at_limit(progress, policy, observer, status)
@@ -357,7 +357,7 @@ contains
       if (observer%observes_every_step) call watch_turn(progress, policy, system, seen, watched, observer, status)
       if (status%code /= 0) return
       call put_works(progress%summary, progress%record)
-      call give_columns(progress, observer)
+      call give_sensitivities(progress, observer)
       call observer%observe(system, seen, progress%record, status)
    end subroutine show_end
 
@@ -390,7 +390,7 @@ contains
          call find_row(progress, t, due)
          if (due) progress%rows = progress%rows + 1
       end if
-      if (due) call give_columns(progress, observer)
+      if (due) call give_sensitivities(progress, observer)
       if (due) call observer%observe(system, progress%state, progress%record, status)
       if (observer%wants_checkpoint .and. status%ok()) call offer(progress, policy, observer, status)
    end subroutine show_first
@@ -448,7 +448,7 @@ contains
                call policy%state_inside(system, progress, t, state, record, status)
             end if
          else
-            call give_columns(progress, observer)
+            call give_sensitivities(progress, observer)
             state = progress%state
             call policy%show(system, state)
             record = progress%record

@@ -37,7 +37,7 @@ module nutate_step_policy
       procedure(evaluate), deferred :: evaluate_inside
       !> Repeats that step, shorter.
       procedure(repeat_part), deferred :: retake
-      !> Moves the tangent columns of a run over the step of the method that was accepted last.
+      !> Moves the sensitivities of a run over the step of the method that was accepted last.
       procedure(propagate_sensitivities), deferred :: propagate
       !> Prepares again for a system that has changed.
       procedure(set_system), deferred :: renew
@@ -75,7 +75,7 @@ module nutate_step_policy
          !> What belongs to a row of that state.
          type(run_record_t), intent(out) :: record
          type(status_t), intent(inout) :: status
-         !> Columns at the start of the step on entry, at the time on exit.
+         !> Sensitivities at the start of the step on entry, at the time on exit.
          type(tangent_t), intent(inout), optional :: tangent
       end subroutine show_state
 
@@ -86,7 +86,7 @@ module nutate_step_policy
          type(system_t), intent(in) :: system
          !> The start of the step.
          type(state_t), intent(in) :: before
-         !> At its end; columns at its start on entry.
+         !> At its end; sensitivities at its start on entry.
          type(progress_t), intent(inout) :: progress
          !> Success on entry.
          type(status_t), intent(inout) :: status
@@ -120,7 +120,7 @@ module nutate_step_policy
          type(status_t), intent(inout) :: status
          !> Work of each from the start of the step, J; shape (n_works).
          real(wp), intent(inout), optional :: works(:)
-         !> Columns at the start of the step on entry, at the time on exit.
+         !> Sensitivities at the start of the step on entry, at the time on exit.
          type(tangent_t), intent(inout), optional :: tangent
       end subroutine evaluate
 

@@ -1,5 +1,5 @@
-!> Indicators of chaos: Lyapunov exponents, MEGNO and the fast Lyapunov indicator, from tangent columns that a run
-!> propagates. The columns are orthonormalised at the end of steps, so that no motion is too long for them.
+!> Indicators of chaos: Lyapunov exponents, MEGNO and the fast Lyapunov indicator, from sensitivities that a run
+!> propagates. The sensitivities are orthonormalised at the end of steps, so that no motion is too long for them.
 module nutate_chaos
    use nutate_archive, only: archive_t
    use nutate_hamiltonian, only: body_momentum
@@ -15,19 +15,19 @@ module nutate_chaos
 
    !> Exponents at most: one for each number of a start.
    integer, parameter, public :: most_exponents = 6
-   !> Longest interval between orthonormalisations, steps: columns stay far from overflow.
+   !> Longest interval between orthonormalisations, steps: sensitivities stay far from overflow.
    integer, parameter, public :: longest_interval = 100
 
-   !> Components below this are set to 0, units of the column: blocks of the columns that do not couple would end as
-   !> denormal numbers, which are slow.
+   !> Components below this are set to 0, units of the sensitivity: blocks of the sensitivities that do not couple
+   !> would end as denormal numbers, which are slow.
    real(wp), parameter :: negligible = 1e-150_wp
 
    !> What a run is to follow.
    type :: chaos_settings_t
       !> Lyapunov exponents: 1, the largest, or 6; 0: nothing is followed.
       integer :: exponents = 0
-      !> Direction of the first column at the start: a rotation vector in body axes, and a change of the momentum in
-      !> body axes in units of the scale of momentum; shape (6).
+      !> Direction of the first sensitivity at the start: a rotation vector in body axes, and a change of the momentum
+      !> in body axes in units of the scale of momentum; shape (6).
       real(wp) :: vector(most_exponents) = 1.0_wp
       !> Momentum that counts as much as 1 rad, N m s; 0: |L| of the start.
       real(wp) :: momentum_scale = 0.0_wp
@@ -35,7 +35,7 @@ module nutate_chaos
       integer :: every = 1
    end type chaos_settings_t
 
-   !> Indicators so far: their columns are the last `n` of a tangent.
+   !> Indicators so far: their sensitivities are the last `n` of a tangent.
    type :: chaos_t
       !> Number of exponents.
       integer :: n = 0
@@ -44,15 +44,15 @@ module nutate_chaos
       integer, private :: every = 1, steps = 0
       !> s, N m s.
       real(wp), private :: t_first = 0.0_wp, scale = 1.0_wp
-      !> Logarithms of the growth of each column since the start, the first the largest so far of the first column;
-      !> shape (6).
+      !> Logarithms of the growth of each sensitivity since the start, the first the largest so far of the first
+      !> sensitivity; shape (6).
       real(wp), private :: growth(most_exponents) = 0.0_wp, largest = 0.0_wp
       !> Sums of MEGNO: over t·d ln |X|, s, and over its value times dt, s.
       real(wp), private :: weighted = 0.0_wp, area = 0.0_wp
    contains
-      !> Sets the columns of the start.
+      !> Sets the sensitivities of the start.
       procedure :: begin
-      !> Follows the columns over a step.
+      !> Follows the sensitivities over a step.
       procedure :: follow
       !> Return the indicators up to the last sample.
       procedure :: lyapunov
@@ -64,8 +64,8 @@ module nutate_chaos
 
 contains
 
-   !> Sets the last columns of a tangent, one for each exponent: the first is `vector`, the others are unit vectors,
-   !> orthonormalised. Errors: `NUTATE_BAD_ARGUMENT` for a body at rest without a scale of momentum.
+   !> Sets the last sensitivities of a tangent, one for each exponent: the first is `vector`, the others are unit
+   !> vectors, orthonormalised. Errors: `NUTATE_BAD_ARGUMENT` for a body at rest without a scale of momentum.
    subroutine begin(self, settings, system, state, tangent, status)
       class(chaos_t), intent(out) :: self
       type(chaos_settings_t), intent(in) :: settings
@@ -104,8 +104,8 @@ contains
       call orthonormalise(self, system, state, tangent, logs, status)
    end subroutine begin
 
-   !> Follows the columns over a step that was accepted; after every so many of them orthonormalises them and takes a
-   !> sample of the sums. Errors: `NUTATE_NOT_FINITE` for a column that vanishes or overflows.
+   !> Follows the sensitivities over a step that was accepted; after every so many of them orthonormalises them and
+   !> takes a sample of the sums. Errors: `NUTATE_NOT_FINITE` for a sensitivity that vanishes or overflows.
    !>
    !> MEGNO is Y(t) = (2/t) ∫ t' d ln|X|, its mean (1/t) ∫ Y dt' (Cincotta & Simó, Astron. Astrophys. Suppl. 147, 2000);
    !> exponents by Gram-Schmidt (Benettin et al., Meccanica 15, 1980).
@@ -132,7 +132,7 @@ contains
       self%time = time
    end subroutine follow
 
-   !> Orthonormalises the columns by modified Gram-Schmidt. Errors: `NUTATE_NOT_FINITE`.
+   !> Orthonormalises the sensitivities by modified Gram-Schmidt. Errors: `NUTATE_NOT_FINITE`.
    subroutine orthonormalise(self, system, state, tangent, logs, status)
       class(chaos_t), intent(in) :: self
       type(system_t), intent(in) :: system
@@ -149,28 +149,28 @@ contains
          largest = max(maxval(abs(tangent%theta(k, :))), maxval(abs(tangent%momentum(k, :)))/self%scale)
          if (size(tangent%wheels, 2) > 0) largest = max(largest, maxval(abs(tangent%wheels(k, :)))/self%scale)
          if (.not. (largest > tiny(largest) .and. largest < 1/tiny(largest))) then
-            status = fail(NUTATE_NOT_FINITE, 'a tangent column vanishes or overflows (expected a smaller every in '// &
+            status = fail(NUTATE_NOT_FINITE, 'a sensitivity vanishes or overflows (expected a smaller every in '// &
                           '&tangent)', 'every')
             return
          end if
          ! By a power of 2 first, so that no square overflows.
-         call scale_column(tangent, k, scale(1.0_wp, -exponent(largest)), self%scale)
+         call scale_deviation(tangent, k, scale(1.0_wp, -exponent(largest)), self%scale)
          do i = first + 1, k - 1
             call add_column(tangent, k, i, -product_of(self, tangent, i, k))
          end do
          square = max(product_of(self, tangent, k, k), tiny(square))
-         call scale_column(tangent, k, 1/sqrt(square), self%scale)
+         call scale_deviation(tangent, k, 1/sqrt(square), self%scale)
          logs(k - first) = 0.5_wp*log(square) + exponent(largest)*log(2.0_wp)
       end do
       call renew_targets(system, state, first, tangent)
    end subroutine orthonormalise
 
-   !> Sets the targets of projections to the present rows. As linear functions of the columns they would keep the
-   !> round-off of all earlier steps, which grows as the ratio of the longest to the shortest column.
+   !> Sets the targets of projections to the present rows. As linear functions of the sensitivities they would keep the
+   !> round-off of all earlier steps, which grows as the ratio of the longest to the shortest sensitivity.
    pure subroutine renew_targets(system, state, first, tangent)
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
-      !> Columns before those of the indicators.
+      !> Sensitivities before those of the indicators.
       integer, intent(in) :: first
       type(tangent_t), intent(inout) :: tangent
       real(wp) :: energy(tangent%n), momentum(tangent%n, 3)
@@ -181,7 +181,7 @@ contains
       tangent%work(first + 1:) = 0.0_wp
    end subroutine renew_targets
 
-   !> Scalar product of two columns; momenta count in units of the scale.
+   !> Scalar product of two sensitivities; momenta count in units of the scale.
    pure real(wp) function product_of(self, tangent, i, k) result(s)
       class(chaos_t), intent(in) :: self
       type(tangent_t), intent(in) :: tangent
@@ -191,7 +191,7 @@ contains
           + dot_product(tangent%wheels(i, :)/self%scale, tangent%wheels(k, :)/self%scale)
    end function product_of
 
-   !> Adds a multiple of column i to column k.
+   !> Adds a multiple of sensitivity i to sensitivity k.
    pure subroutine add_column(tangent, k, i, factor)
       type(tangent_t), intent(inout) :: tangent
       integer, intent(in) :: k, i
@@ -201,8 +201,8 @@ contains
       tangent%wheels(k, :) = tangent%wheels(k, :) + factor*tangent%wheels(i, :)
    end subroutine add_column
 
-   !> Multiplies a column, and sets its negligible components to 0.
-   pure subroutine scale_column(tangent, k, factor, unit)
+   !> Multiplies a sensitivity, and sets its negligible components to 0.
+   pure subroutine scale_deviation(tangent, k, factor, unit)
       type(tangent_t), intent(inout) :: tangent
       integer, intent(in) :: k
       real(wp), intent(in) :: factor
@@ -211,7 +211,7 @@ contains
       tangent%theta(k, :) = without_dust(factor*tangent%theta(k, :), negligible)
       tangent%momentum(k, :) = without_dust(factor*tangent%momentum(k, :), negligible*unit)
       tangent%wheels(k, :) = without_dust(factor*tangent%wheels(k, :), negligible*unit)
-   end subroutine scale_column
+   end subroutine scale_deviation
 
    !> A component, or 0 for one below a limit.
    elemental real(wp) function without_dust(x, least)
@@ -219,7 +219,7 @@ contains
       without_dust = merge(x, 0.0_wp, abs(x) > least)
    end function without_dust
 
-   !> Returns the Lyapunov exponents, the mean growth rates of the columns, 1/s; zeros before the first sample.
+   !> Returns the Lyapunov exponents, the mean growth rates of the sensitivities, 1/s; zeros before the first sample.
    !> Shape (number of exponents).
    pure function lyapunov(self) result(rates)
       class(chaos_t), intent(in) :: self
@@ -228,14 +228,14 @@ contains
       if (self%time > 0.0_wp) rates = self%growth(:self%n)/self%time
    end function lyapunov
 
-   !> Returns the mean MEGNO of the first column: tends to 2 for regular motion, to λt/2 for chaotic.
+   !> Returns the mean MEGNO of the first sensitivity: tends to 2 for regular motion, to λt/2 for chaotic.
    pure real(wp) function megno(self)
       class(chaos_t), intent(in) :: self
       megno = 0.0_wp
       if (self%time > 0.0_wp) megno = self%area/self%time
    end function megno
 
-   !> Returns the fast Lyapunov indicator, the largest ln |X| of the first column so far (Froeschlé, Lega & Gonczi,
+   !> Returns the fast Lyapunov indicator, the largest ln |X| of the first sensitivity so far (Froeschlé, Lega & Gonczi,
    !> Celest. Mech. Dyn. Astron. 67, 1997); at least 0.
    pure real(wp) function fli(self)
       class(chaos_t), intent(in) :: self

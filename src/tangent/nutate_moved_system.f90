@@ -1,8 +1,8 @@
-!> A system whose parameters have moved by a small part of a tangent column: for derivatives of what a system computes
-!> by differences along the column. What effects know of their parameters' changes is added to first order.
+!> A system whose parameters have moved by a small part of a sensitivity: for derivatives of what a system computes
+!> by differences along the sensitivity. What effects know of their parameters' changes is added to first order.
 module nutate_moved_system
    use nutate_body, only: body_t, make_body
-   use nutate_column, only: OF_ORBIT, OF_POTENTIAL, OF_TORQUE
+   use nutate_variation, only: OF_ORBIT, OF_POTENTIAL, OF_TORQUE
    use nutate_controlled_motor, only: controlled_motor_t
    use nutate_controller, only: controller_t
    use nutate_kinds, only: wp, eps
@@ -44,25 +44,25 @@ module nutate_moved_system
 
 contains
 
-   !> Moves the parameters of a system by a part of those of a column.
+   !> Moves the parameters of a system by a part of those of a sensitivity.
    subroutine move_system(system, tangent, m, part, moved)
       type(system_t), intent(in) :: system
       type(tangent_t), intent(in) :: tangent
-      !> Which of the parametric columns.
+      !> Which of the parametric sensitivities.
       integer, intent(in) :: m
-      !> In units of the column's parameter; so small that the body stays one.
+      !> In units of the sensitivity's parameter; so small that the body stays one.
       real(wp), intent(in) :: part
       type(system_t), intent(out) :: moved
       integer :: i, j
       moved = system
-      associate (column => tangent%columns(tangent%parametric(m)), effects => moved%effects)
+      associate (variation => tangent%variations(tangent%parametric(m)), effects => moved%effects)
          if (any(abs(tangent%inertia(:, :, m)) > 0.0_wp)) &
             call move_body(system%body, part*tangent%inertia(:, :, m), moved%body)
-         effects%rotor_momentum = effects%rotor_momentum + part*column%rotor
-         call effects%turn_frame(part*column%frame)
-         if (.not. allocated(column%effects)) return
-         do i = 1, size(column%effects)
-            associate (item => column%effects(i), change => part*column%effects(i)%change)
+         effects%rotor_momentum = effects%rotor_momentum + part*variation%rotor
+         call effects%turn_frame(part*variation%frame)
+         if (.not. allocated(variation%effects)) return
+         do i = 1, size(variation%effects)
+            associate (item => variation%effects(i), change => part*variation%effects(i)%change)
                select case (item%kind)
                case (OF_POTENTIAL)
                   do j = 1, effects%n_potentials

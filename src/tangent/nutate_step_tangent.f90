@@ -25,8 +25,8 @@
 !> Elements of matrices are written out: what has been stored as numbers and is read as a vector at once waits for the
 !> memory, which here cost as much as the arithmetic.
 module nutate_step_tangent
-   use nutate_column, only: column_t, OF_WHEEL
-   use nutate_column_moves, only: add_products, move_pairs, set_product, set_products, turn_columns
+   use nutate_variation, only: variation_t, OF_WHEEL
+   use nutate_sensitivity_steps, only: add_products, move_pairs, set_product, set_products, rotate_sensitivities
    use nutate_discrete_forces, only: discrete_forces_t
    use nutate_frame_turn, only: frame_turn_t
    use nutate_kinds, only: wp
@@ -66,13 +66,13 @@ module nutate_step_tangent
       !> y by δL0, and by θ0; shape (3,3).
       real(wp), private :: by_momentum(3, 3) = 0.0_wp, by_start(3, 3) = 0.0_wp
    contains
-      !> Moves tangent columns over the step.
+      !> Moves sensitivities over the step.
       procedure :: propagate
    end type conserving_step_t
 
 contains
 
-   !> Moves tangent columns over the step. Errors: `NUTATE_SINGULAR`, the columns as they were.
+   !> Moves sensitivities over the step. Errors: `NUTATE_SINGULAR`, the sensitivities as they were.
    subroutine propagate(self, system, forces, turn, wheels, tangent, status)
       class(conserving_step_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -104,7 +104,7 @@ contains
       end if
       if (self%forces%has_torques) then
          call find_plain_rows(self, by_start, by_mean)
-         ! Summed first, and added once: works grow large beside columns that decay.
+         ! Summed first, and added once: works grow large beside sensitivities that decay.
          if (self%forces%follows_attitude) then
             call set_products(tangent%n, by_start, tangent%theta, by_mean, tangent%momentum, tangent%change)
          else
@@ -128,7 +128,7 @@ contains
       self%turn_by_mean = (0.25_wp*self%dt)*inverse
    end subroutine add_wheels
 
-   !> Moves columns with all that parameters, wheels, torques and axes that turn bring with them.
+   !> Moves sensitivities with all that parameters, wheels, torques and axes that turn bring with them.
    subroutine move_extended(self, system, forces, turn, wheels, tangent)
       type(conserving_step_t), intent(in) :: self
       type(system_t), intent(in) :: system
@@ -158,13 +158,13 @@ contains
       else
          tangent%turn = tangent%momentum + tangent%change
       end if
-      call turn_columns(self%turn_by_mean, tangent%n, tangent%turn)
+      call rotate_sensitivities(self%turn_by_mean, tangent%n, tangent%turn)
       do i = 1, system%effects%n_wheels
          call finish_wheel(self, system%effects%wheels(i), wheels, i, tangent)
       end do
       tangent%momentum = tangent%momentum + 2*tangent%change
       if (turn%there) then
-         call shift_columns(self, tangent%n, tangent%mid, tangent%turn, tangent%shift)
+         call shift_sensitivities(self, tangent%n, tangent%mid, tangent%turn, tangent%shift)
          tangent%turn = tangent%shift
       end if
       if (self%forces%has_torques) then
@@ -174,11 +174,11 @@ contains
       end if
       tangent%theta = tangent%mid + (4*self%forces%shrink)*tangent%turn
       tangent%turn = tangent%theta
-      call turn_columns(half_swing, tangent%n, tangent%turn)
+      call rotate_sensitivities(half_swing, tangent%n, tangent%turn)
       tangent%theta = tangent%theta + tangent%turn
    end subroutine move_extended
 
-   !> M⁻¹ with all that it is made of, and the matrices of the columns.
+   !> M⁻¹ with all that it is made of, and the matrices of the sensitivities.
    pure subroutine set_matrices(self, inertia, active, plain, turn, status)
       type(conserving_step_t), intent(inout) :: self
       !> J, shape (3,3).
@@ -392,7 +392,7 @@ contains
       product(3, 3) = x(3, 3) - (x(3, 1)*r(2) - x(3, 2)*r(1))
    end subroutine turn_by_relative
 
-   !> Moves columns that have nothing of their own in the step.
+   !> Moves sensitivities that have nothing of their own in the step.
    subroutine move_plain(self, tangent)
       type(conserving_step_t), intent(in) :: self
       type(tangent_t), intent(inout) :: tangent
@@ -440,7 +440,7 @@ contains
       end associate
    end subroutine set_turned
 
-   !> What θ0, and both δL0 and δL1, of such columns change of the work of the torques, 4r·τ: δr = ½T(δL0 + δL1).
+   !> What θ0, and both δL0 and δL1, of such sensitivities change of the work of the torques, 4r·τ: δr = ½T(δL0 + δL1).
    pure subroutine find_plain_rows(self, by_start, by_mean)
       type(conserving_step_t), intent(in) :: self
       !> Shape (3).
@@ -461,7 +461,7 @@ contains
       product(3) = factor*(row(1)*m(1, 3) + row(2)*m(2, 3) + row(3)*m(3, 3))
    end subroutine multiply_row
 
-   !> φ and y of columns without parameters of their own.
+   !> φ and y of sensitivities without parameters of their own.
    pure subroutine find_changes(self, half_swing, n, theta, momentum, mid, change)
       type(conserving_step_t), intent(in) :: self
       !> Rh - 1; shape (3,3).
@@ -498,7 +498,7 @@ contains
       end do
    end subroutine begin_wheel
 
-   !> What a column's parameters do in the step: δL̄ at fixed b, y and δr, and what they change of the works.
+   !> What a sensitivity's parameters do in the step: δL̄ at fixed b, y and δr, and what they change of the works.
    subroutine add_parameters(self, system, forces, turn, wheels, tangent, m)
       class(conserving_step_t), intent(in) :: self
       type(system_t), intent(in) :: system
@@ -506,27 +506,27 @@ contains
       type(frame_turn_t), intent(in) :: turn
       type(wheel_steps_t), intent(in), optional :: wheels
       type(tangent_t), intent(inout) :: tangent
-      !> Which of the parametric columns.
+      !> Which of the parametric sensitivities.
       integer, intent(in) :: m
       real(wp) :: mean(3), rhs(3), torque(3), working(3), shift(3)
       integer :: k
       k = tangent%parametric(m)
-      associate (column => tangent%columns(k), b => self%b, rate => self%forces%rate)
-         mean = rate*times_vector(tangent%inertia(:, :, m), b) + column%rotor
-         if (present(wheels)) call add_wheel_parameters(self, system%effects%wheels, wheels, column, mean, &
+      associate (variation => tangent%variations(k), b => self%b, rate => self%forces%rate)
+         mean = rate*times_vector(tangent%inertia(:, :, m), b) + variation%rotor
+         if (present(wheels)) call add_wheel_parameters(self, system%effects%wheels, wheels, variation, mean, &
                                                      tangent%inner(k, :), tangent%work(k))
          rhs = 0.0_wp
          if (forces%active) then
-            call self%forces%own_change(system%effects, forces, column, torque, working)
+            call self%forces%own_change(system%effects, forces, variation, torque, working)
             rhs = (0.5_wp*self%dt)*(torque/self%forces%shrink - (2*dot_product(b, torque))*self%forces%r)
             tangent%work(k) = tangent%work(k) + 4*dot_product(self%forces%r, working)
          end if
          if (turn%there) then
             shift = (-0.5_wp*self%dt*self%forces%shrink)*times_vector(self%by_absolute, times_vector( &
-                                               self%forces%back, rotate_to_body(self%frame, column%frame)))
+                                               self%forces%back, rotate_to_body(self%frame, variation%frame)))
             tangent%shift(k, :) = shift
             rhs = rhs - times_vector(self%by_relative, shift) &
-                  - (2*(0.25_wp*self%dt)**2*dot_product(turn%rate, column%frame))*( &
+                  - (2*(0.25_wp*self%dt)**2*dot_product(turn%rate, variation%frame))*( &
                   self%forces%rate*times_vector(system%body%inertia, b) + self%rotor - self%momentum)
          end if
          tangent%change(k, :) = tangent%change(k, :) + times_vector(self%inverse, rhs)
@@ -535,22 +535,22 @@ contains
    end subroutine add_parameters
 
    !> What parameters of wheels and motors change of L̄, of their h̄ and of their works, at fixed b.
-   pure subroutine add_wheel_parameters(self, wheels, steps, column, mean, inner, work)
+   pure subroutine add_wheel_parameters(self, wheels, steps, variation, mean, inner, work)
       type(conserving_step_t), intent(in) :: self
       !> Shape (n_wheels).
       type(wheel_t), intent(in) :: wheels(:)
       type(wheel_steps_t), intent(in) :: steps
-      type(column_t), intent(in) :: column
+      type(variation_t), intent(in) :: variation
       real(wp), intent(inout) :: mean(3), inner(:), work
       ! Motors that follow attitude and rate have no such steps.
       real(wp), parameter :: unturned(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], at_rest(3) = 0.0_wp
       real(wp) :: half, base, turned, share, coupling, own, drive, speed, axis(3), moved
       integer :: i, m
-      if (.not. allocated(column%effects)) return
-      do m = 1, size(column%effects)
-         if (column%effects(m)%kind /= OF_WHEEL) cycle
-         i = column%effects(m)%place
-         associate (wheel => wheels(i), c => column%effects(m)%change, sigma => steps%share(i))
+      if (.not. allocated(variation%effects)) return
+      do m = 1, size(variation%effects)
+         if (variation%effects(m)%kind /= OF_WHEEL) cycle
+         i = variation%effects(m)%place
+         associate (wheel => wheels(i), c => variation%effects(m)%change, sigma => steps%share(i))
             half = 0.5_wp*self%dt
             base = steps%start_momentum(i) + half*steps%drive(i)
             turned = self%forces%rate*dot_product(wheel%axis, self%b)
@@ -613,8 +613,8 @@ contains
       end do
    end subroutine finish_wheel
 
-   !> δr of columns from φ and δb; on entry that of their own.
-   pure subroutine shift_columns(self, n, mid, turn, shift)
+   !> δr of sensitivities from φ and δb; on entry that of their own.
+   pure subroutine shift_sensitivities(self, n, mid, turn, shift)
       type(conserving_step_t), intent(in) :: self
       integer, intent(in) :: n
       !> Shape (n,3).
@@ -629,7 +629,7 @@ contains
             end do
          end do
       end associate
-   end subroutine shift_columns
+   end subroutine shift_sensitivities
 
    !> Derivatives of the work of the torques, 4r·τ, by φ, 0 unless torques depend on the attitude, and by δr; shape (3).
    pure subroutine find_work_rows(forces, by_mid, by_turn)

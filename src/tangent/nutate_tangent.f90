@@ -1,30 +1,32 @@
-!> Tangent columns: the derivative of a motion by its start and by parameters, propagated along a run.
+!> Sensitivities: the derivative of a motion by its start and by parameters, propagated along a run.
 !>
-!> Column k is the change (θ, δL), and δh of each wheel, that a unit of `columns(k)` makes of the state, in the chart
+!> Sensitivity k is the change (θ, δL), and δh of each wheel, that a unit of `sensitivities(k)` makes of the state, in
+!> the chart
 !>
 !>     q → q∘exp(½θ),   L → L + δL,
 !>
 !> θ and δL in body axes. It is the derivative of the map that the method computes, not a second method for the
 !> variational equations: differences of two runs converge to it, and what a step conserves its tangent conserves too
-!> (`nutate_tangent_rows`). The first index of all arrays is the column.
+!> (`nutate_tangent_rows`). The first index of all arrays is the sensitivity.
 !>
-!> **Who calls what.** A program describes columns (`nutate_column`) and gives them to a run, `run%differentiate`
-!> after `begin`; `begin` here makes the tangent of the first state. Wherever the run accepts a step of the method,
-!> `policy%propagate` calls `stepper%propagate` for each `advance` that the step is made of; rows inside steps carry a
-!> copy. States depend on columns only where these shorten adaptive steps (`nutate_error_control`).
+!> **Who calls what.** A program describes sensitivities (`nutate_variation`) and gives them to a run,
+!> `run%differentiate` after `begin`; `begin` here makes the tangent of the first state. Wherever the run accepts a
+!> step of the method, `policy%propagate` calls `stepper%propagate` for each `advance` that the step is made of; rows
+!> inside steps carry a copy. States depend on sensitivities only where these shorten adaptive steps
+!> (`nutate_error_control`).
 !>
 !> **What an override of `stepper_t%propagate_step` must do**: move `theta`, `momentum` and `wheels` from the state
 !> `before` to the state `after`, of which `advance` has just made the second from the first: what that left in the
-!> stepper may be used, and must stay as it is. Of parametric columns (`parametric` holds their numbers) add what
-!> their changes do in the step: `inertia` is that of the body without what turns freely, `columns(k)%rotor`,
+!> stepper may be used, and must stay as it is. Of parametric sensitivities (`parametric` holds their numbers) add what
+!> their changes do in the step: `inertia` is that of the body without what turns freely, `sensitivities(k)%rotor`,
 !> `%frame`, `%effects` are the others; effects know their own derivatives (`direction_change`, `gradient_change`,
 !> `torque_change`). `work` gains the change of the work of torques, motors and friction. Methods that project move
-!> the columns to the targets `energy` and `space_momentum`, the values of the rows at the start. For methods that
+!> the sensitivities to the targets `energy` and `space_momentum`, the values of the rows at the start. For methods that
 !> conserve by themselves, and say so (`conserves`), `propagate` removes round-off of these rows every so many steps
-!> (`nutate_column_projection`).
+!> (`nutate_sensitivity_projection`).
 module nutate_tangent
    use nutate_archive, only: archive_t
-   use nutate_column, only: column_t, OF_POTENTIAL, OF_WHEEL
+   use nutate_variation, only: variation_t, OF_POTENTIAL, OF_WHEEL
    use nutate_controller, only: controller_t
    use nutate_effect_list, only: effect_list_t
    use nutate_hamiltonian, only: angular_velocity, body_direction, body_momentum, frame_rate_of, potential_torque, &
@@ -40,13 +42,13 @@ module nutate_tangent
 
    public :: tangent_t, check_effects
 
-   !> Columns at a state of a run.
+   !> Sensitivities at a state of a run.
    type :: tangent_t
-      !> Number of columns.
+      !> Number of sensitivities.
       integer :: n = 0
       !> What each one is the derivative by; shape (n).
-      type(column_t), allocatable :: columns(:)
-      !> θ, rad, and δL, N m s, body axes, a unit of the column's parameter; shape (n, 3).
+      type(variation_t), allocatable :: variations(:)
+      !> θ, rad, and δL, N m s, body axes, a unit of the sensitivity's parameter; shape (n, 3).
       real(wp), allocatable :: theta(:, :), momentum(:, :)
       !> δh of each wheel, N m s; shape (n, n_wheels).
       real(wp), allocatable :: wheels(:, :)
@@ -55,33 +57,34 @@ module nutate_tangent
       !> The rows of the energy and of l, with the parameters' own part, at the start: J, N m s, space axes; shape (n),
       !> (n, 3).
       real(wp), allocatable :: energy(:), space_momentum(:, :)
-      !> Numbers of the columns that change a parameter; shape (n_parametric). And the change of J without what turns
-      !> freely of each, kg m²; shape (3, 3, n_parametric).
+      !> Numbers of the sensitivities that change a parameter; shape (n_parametric). And the change of J without what
+      !> turns freely of each, kg m²; shape (3, 3, n_parametric).
       integer, allocatable :: parametric(:)
       real(wp), allocatable :: inertia(:, :, :)
-      !> Steps since round-off was last removed from what the columns conserve (`stepper_t%propagate`).
+      !> Steps since round-off was last removed from what the sensitivities conserve (`stepper_t%propagate`).
       integer :: steps = 0
-      !> Columns change the times at which torques or motors start or stop: `nutate_window_edges` moves them over these.
+      !> Sensitivities change the times at which torques or motors start or stop: `nutate_window_edges` moves them over
+      !> these.
       logical :: moves_windows = .false.
-      !> Estimated error of the last step of a method that has an estimate, of the column for which it is largest and
-      !> relative to it (`relative`); else zero. Not in checkpoint data.
+      !> Estimated error of the last step of a method that has an estimate, of the sensitivity for which it is largest
+      !> and relative to it (`relative`); else zero. Not in checkpoint data.
       real(wp) :: error = 0.0_wp
       !> Work space of steps; shape (n, 3).
       real(wp), allocatable :: mid(:, :), turn(:, :), change(:, :), mean(:, :), shift(:, :)
-      !> The same, of an even number of columns; shape (n, 6) or (n + 1, 6).
+      !> The same, of an even number of sensitivities; shape (n, 6) or (n + 1, 6).
       real(wp), allocatable :: even(:, :)
       !> The same; shape (n, n_wheels).
       real(wp), allocatable :: inner(:, :)
    contains
-      !> Makes the columns of a first state.
+      !> Makes the sensitivities of a first state.
       procedure :: begin
-      !> Sets the columns at a later state.
+      !> Sets the sensitivities at a later state.
       procedure :: resume
       !> Change of the rates.
       procedure :: rates
-      !> Change of the momentum that rotors and wheels have in the body, of one column.
+      !> Change of the momentum that rotors and wheels have in the body, of one sensitivity.
       procedure :: inner_change
-      !> Size of a change of the columns, relative to them.
+      !> Size of a change of the sensitivities, relative to them.
       procedure :: relative
       !> Change of what potentials conserve, and of l.
       procedure :: energy_row
@@ -92,50 +95,50 @@ module nutate_tangent
 
 contains
 
-   !> Makes the columns of a first state. Errors: `NUTATE_BAD_ARGUMENT` where there are none, and for effects without a
-   !> derivative.
-   subroutine begin(self, system, state, columns, status)
+   !> Makes the sensitivities of a first state. Errors: `NUTATE_BAD_ARGUMENT` where there are none, and for effects
+   !> without a derivative.
+   subroutine begin(self, system, state, variations, status)
       class(tangent_t), intent(out) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
       !> Shape (n).
-      type(column_t), intent(in) :: columns(:)
+      type(variation_t), intent(in) :: variations(:)
       type(status_t), intent(out) :: status
       integer :: k, m
       call check_effects(system%effects, status)
-      if (status%ok() .and. size(columns) == 0) status = fail(NUTATE_BAD_ARGUMENT, &
+      if (status%ok() .and. size(variations) == 0) status = fail(NUTATE_BAD_ARGUMENT, &
          'there are no sensitivities to propagate')
-      do k = 1, size(columns)
-         if (status%ok() .and. any(abs(columns(k)%frame) > 0.0_wp) .and. .not. system%effects%frame_turns) &
+      do k = 1, size(variations)
+         if (status%ok() .and. any(abs(variations(k)%frame) > 0.0_wp) .and. .not. system%effects%frame_turns) &
             status = fail(NUTATE_BAD_ARGUMENT, 'the rate of the space axes has a derivative only where they turn '// &
-                          '(expected a rotating_frame with a rate)', columns(k)%name)
+                          '(expected a rotating_frame with a rate)', variations(k)%name)
       end do
       if (.not. status%ok()) return
-      self%n = size(columns)
-      self%columns = columns
+      self%n = size(variations)
+      self%variations = variations
       allocate (self%theta(self%n, 3), self%momentum(self%n, 3), self%wheels(self%n, system%effects%n_wheels), &
                 self%work(self%n), self%energy(self%n), self%space_momentum(self%n, 3), self%mid(self%n, 3), &
                 self%turn(self%n, 3), self%change(self%n, 3), self%mean(self%n, 3), self%shift(self%n, 3), &
                 self%even(self%n + modulo(self%n, 2), 6), &
                 self%inner(self%n, system%effects%n_wheels), source=0.0_wp)
       do k = 1, self%n
-         call self%columns(k)%follow_body(system%effects)
-         call self%columns(k)%follow_orbits(system%effects, status)
+         call self%variations(k)%follow_body(system%effects)
+         call self%variations(k)%follow_orbits(system%effects, status)
       end do
       if (.not. status%ok()) return
-      self%moves_windows = any([(allocated(self%columns(k)%windows), k=1, self%n)])
-      self%parametric = pack([(k, k=1, self%n)], [(self%columns(k)%is_parametric(), k=1, self%n)])
+      self%moves_windows = any([(allocated(self%variations(k)%windows), k=1, self%n)])
+      self%parametric = pack([(k, k=1, self%n)], [(self%variations(k)%is_parametric(), k=1, self%n)])
       allocate (self%inertia(3, 3, size(self%parametric)))
       do m = 1, size(self%parametric)
-         self%inertia(:, :, m) = inertia_change(system%effects, self%columns(self%parametric(m)))
+         self%inertia(:, :, m) = inertia_change(system%effects, self%variations(self%parametric(m)))
       end do
-      call start_columns(self, system, state)
+      call start_sensitivities(self, system, state)
       self%energy = self%energy_row(system, state)
       self%space_momentum = self%momentum_row(state)
    end subroutine begin
 
    !> Sets θ, δL and δh of the start, of parameters with Ω0 and the speeds of the wheels held.
-   subroutine start_columns(self, system, state)
+   subroutine start_sensitivities(self, system, state)
       class(tangent_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
@@ -143,12 +146,12 @@ contains
       integer :: i, k, m
       omega = angular_velocity(system, state)
       do k = 1, self%n
-         associate (column => self%columns(k))
-            self%theta(k, :) = column%attitude
-            change = times_vector(system%body%inertia, column%angular_velocity)
+         associate (variation => self%variations(k))
+            self%theta(k, :) = variation%attitude
+            change = times_vector(system%body%inertia, variation%angular_velocity)
             do i = 1, system%effects%n_wheels
                associate (wheel => system%effects%wheels(i))
-                  self%wheels(k, i) = wheel%inertia*dot_product(wheel%axis, column%angular_velocity)
+                  self%wheels(k, i) = wheel%inertia*dot_product(wheel%axis, variation%angular_velocity)
                end associate
             end do
             self%momentum(k, :) = change
@@ -158,10 +161,10 @@ contains
          k = self%parametric(m)
          inertia = self%inertia(:, :, m)
          self%momentum(k, :) = self%momentum(k, :) + times_vector(inertia, omega)
-         associate (column => self%columns(k))
-            if (.not. allocated(column%effects)) cycle
-            do i = 1, size(column%effects)
-               associate (item => column%effects(i))
+         associate (variation => self%variations(k))
+            if (.not. allocated(variation%effects)) cycle
+            do i = 1, size(variation%effects)
+               associate (item => variation%effects(i))
                   if (item%kind /= OF_WHEEL) cycle
                   associate (wheel => system%effects%wheels(item%place), c => item%change)
                      speed = wheel%speed_of(state%wheel_momentum(item%place), omega)
@@ -176,16 +179,16 @@ contains
       do k = 1, self%n
          self%momentum(k, :) = self%momentum(k, :) + self%inner_change(system%effects, state, k)
       end do
-   end subroutine start_columns
+   end subroutine start_sensitivities
 
-   !> Sets the columns at a later state of a motion without wheels, from what `theta` and `rates` were there. What is
-   !> conserved counts from here.
+   !> Sets the sensitivities at a later state of a motion without wheels, from what `theta` and `rates` were there.
+   !> What is conserved counts from here.
    subroutine resume(self, system, state, theta, rates)
       !> Begun.
       class(tangent_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
-      !> rad, rad/s, body axes, a unit of the column's parameter; shape (n, 3).
+      !> rad, rad/s, body axes, a unit of the sensitivity's parameter; shape (n, 3).
       real(wp), intent(in) :: theta(:, :), rates(:, :)
       integer :: k, m
       self%theta = theta
@@ -207,17 +210,17 @@ contains
       class(tangent_t), intent(in) :: self
       type(effect_list_t), intent(in) :: effects
       type(state_t), intent(in) :: state
-      !> The column.
+      !> The sensitivity.
       integer, intent(in) :: k
       real(wp) :: change(3)
       integer :: i
-      change = self%columns(k)%rotor
+      change = self%variations(k)%rotor
       do i = 1, effects%n_wheels
          change = change + self%wheels(k, i)*effects%wheels(i)%axis
       end do
-      if (.not. allocated(self%columns(k)%effects)) return
-      do i = 1, size(self%columns(k)%effects)
-         associate (item => self%columns(k)%effects(i))
+      if (.not. allocated(self%variations(k)%effects)) return
+      do i = 1, size(self%variations(k)%effects)
+         associate (item => self%variations(k)%effects(i))
             if (item%kind == OF_WHEEL) change = change + &
                state%wheel_momentum(item%place)*effects%wheels(item%place)%axis_change(item%change)
          end associate
@@ -225,17 +228,17 @@ contains
    end function inner_change
 
    !> δJ without what turns freely, Jᵣ = J - Σ Jw ssᵀ; shape (3,3).
-   pure function inertia_change(effects, column) result(change)
+   pure function inertia_change(effects, variation) result(change)
       type(effect_list_t), intent(in) :: effects
-      type(column_t), intent(in) :: column
+      type(variation_t), intent(in) :: variation
       real(wp) :: change(3, 3)
       real(wp) :: axis(3)
       integer :: i, j
-      change = column%inertia
-      if (.not. allocated(column%effects)) return
-      do i = 1, size(column%effects)
-         if (column%effects(i)%kind /= OF_WHEEL) cycle
-         associate (wheel => effects%wheels(column%effects(i)%place), c => column%effects(i)%change)
+      change = variation%inertia
+      if (.not. allocated(variation%effects)) return
+      do i = 1, size(variation%effects)
+         if (variation%effects(i)%kind /= OF_WHEEL) cycle
+         associate (wheel => effects%wheels(variation%effects(i)%place), c => variation%effects(i)%change)
             axis = wheel%axis_change(c)
             do j = 1, 3
                change(:, j) = change(:, j) - (c(4)*wheel%axis(j) + wheel%inertia*axis(j))*wheel%axis &
@@ -264,7 +267,7 @@ contains
       end do
    end function rates
 
-   !> Returns by how much columns change, each relative to its own size, √(θ² + δL²/|L|²); the largest of all.
+   !> Returns by how much sensitivities change, each relative to its own size, √(θ² + δL²/|L|²); the largest of all.
    pure real(wp) function relative(self, theta, momentum, scale)
       class(tangent_t), intent(in) :: self
       !> Changes of θ, rad, and of δL, N m s; shape (n, 3).
@@ -307,25 +310,25 @@ contains
       do m = 1, size(self%parametric)
          k = self%parametric(m)
          change(k) = change(k) - 0.5_wp*dot_product(omega, times_vector(self%inertia(:, :, m), omega)) &
-                     - dot_product(omega, self%columns(k)%rotor) &
-                     - dot_product(space_momentum(state), self%columns(k)%frame) &
-                     + effects_energy(system%effects, state, self%columns(k), omega)
+                     - dot_product(omega, self%variations(k)%rotor) &
+                     - dot_product(space_momentum(state), self%variations(k)%frame) &
+                     + effects_energy(system%effects, state, self%variations(k), omega)
       end do
    end function energy_row
 
    !> ∂H by the parameters of effects at fixed q, L and h, but for the change of the inertia, J.
-   pure real(wp) function effects_energy(effects, state, column, omega) result(change)
+   pure real(wp) function effects_energy(effects, state, variation, omega) result(change)
       type(effect_list_t), intent(in) :: effects
       type(state_t), intent(in) :: state
-      type(column_t), intent(in) :: column
+      type(variation_t), intent(in) :: variation
       !> Ω
       real(wp), intent(in) :: omega(3)
       real(wp) :: gamma(3)
       integer :: i, m
       change = 0.0_wp
-      if (.not. allocated(column%effects)) return
-      do m = 1, size(column%effects)
-         associate (item => column%effects(m), c => column%effects(m)%change)
+      if (.not. allocated(variation%effects)) return
+      do m = 1, size(variation%effects)
+         associate (item => variation%effects(m), c => variation%effects(m)%change)
             if (item%kind == OF_WHEEL) then
                associate (h => state%wheel_momentum(item%place), wheel => effects%wheels(item%place))
                   change = change - h*dot_product(omega, wheel%axis_change(c)) - 0.5_wp*c(4)*(h/wheel%inertia)**2
@@ -375,7 +378,7 @@ contains
 
    !> Shows its values to an archive.
    subroutine transfer(self, archive)
-      !> Begun with the same columns.
+      !> Begun with the same sensitivities.
       class(tangent_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive
       integer :: i

@@ -6,7 +6,7 @@
 !> the end, θ1 = Rh(φ + 4δr/(1+ρ)). A change δr turns mid step by Nδr, N = 2(1 - [r]×)/(1+ρ), and scales potentials by
 !> -2(r·δr)/(1+ρ), since γ̄ is of the length of the mean.
 module nutate_tangent_forces
-   use nutate_column, only: column_t, OF_POTENTIAL, OF_TORQUE
+   use nutate_variation, only: variation_t, OF_POTENTIAL, OF_TORQUE
    use nutate_discrete_forces, only: discrete_forces_t
    use nutate_effect_list, only: effect_list_t
    use nutate_kinds, only: wp
@@ -34,7 +34,7 @@ module nutate_tangent_forces
    contains
       !> Sets the step.
       procedure :: set
-      !> Change of τ̄ by a column's parameters.
+      !> Change of τ̄ by a sensitivity's parameters.
       procedure :: own_change
    end type forces_tangent_t
 
@@ -244,29 +244,29 @@ contains
       end associate
    end function mid_attitude
 
-   !> Change of τ̄ by the parameters of a column, at fixed r and attitude of the start; that of the torques alone. N m;
-   !> shape (3).
-   pure subroutine own_change(self, effects, forces, column, torque, working)
+   !> Change of τ̄ by the parameters of a sensitivity, at fixed r and attitude of the start; that of the torques alone.
+   !> N m; shape (3).
+   pure subroutine own_change(self, effects, forces, variation, torque, working)
       class(forces_tangent_t), intent(in) :: self
       type(effect_list_t), intent(in) :: effects
       type(discrete_forces_t), intent(in) :: forces
-      type(column_t), intent(in) :: column
+      type(variation_t), intent(in) :: variation
       real(wp), intent(out) :: torque(3), working(3)
       integer :: i, m
       torque = 0.0_wp
       working = 0.0_wp
-      if (any(abs(column%frame) > 0.0_wp)) then
+      if (any(abs(variation%frame) > 0.0_wp)) then
          do i = 1, effects%n_torques
             if (forces%acts(i)) working = working + effects%torques(i)%item%frame_change( &
-                                          column%frame, forces%t, mid_attitude(self, forces), self%rate*self%r)
+                                          variation%frame, forces%t, mid_attitude(self, forces), self%rate*self%r)
          end do
       end if
-      if (.not. allocated(column%effects)) then
+      if (.not. allocated(variation%effects)) then
          torque = working
          return
       end if
-      do m = 1, size(column%effects)
-         associate (item => column%effects(m))
+      do m = 1, size(variation%effects)
+         associate (item => variation%effects(m))
             if (item%kind == OF_TORQUE) then
                if (.not. forces%acts(item%place)) cycle
                working = working + effects%torques(item%place)%item%torque_change( &

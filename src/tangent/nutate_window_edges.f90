@@ -1,12 +1,12 @@
-!> Tangent columns by the times at which torques and motors start and stop. At such a time tₑ the rates of the motion
-!> jump from f⁻ to f⁺, and with X a column
+!> Sensitivities by the times at which torques and motors start and stop. At such a time tₑ the rates of the motion
+!> jump from f⁻ to f⁺, and with X a sensitivity
 !>
 !>     X⁺ = X⁻ - (f⁺ - f⁻) dtₑ/dp
 !>
-!> tₑ does not depend on the motion: columns by anything else pass it as they are. Attitude and rates are continuous, so
-!> θ does not jump, δL and δh do, each by what the one effect gives there.
+!> tₑ does not depend on the motion: sensitivities by anything else pass it as they are. Attitude and rates are
+!> continuous, so θ does not jump, δL and δh do, each by what the one effect gives there.
 module nutate_window_edges
-   use nutate_column, only: window_change_t, OF_TORQUE
+   use nutate_variation, only: window_change_t, OF_TORQUE
    use nutate_kinds, only: wp
    use nutate_motion, only: find_motion, motion_t
    use nutate_quaternion, only: quat_normalized
@@ -24,7 +24,7 @@ module nutate_window_edges
 
 contains
 
-   !> Moves columns over the starts and stops in an interval of time, at a state at its end.
+   !> Moves sensitivities over the starts and stops in an interval of time, at a state at its end.
    subroutine cross_window_edges(system, state, interval, sense, tangent, change)
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
@@ -33,16 +33,17 @@ contains
       !> Which way time goes: 1 or -1.
       real(wp), intent(in) :: sense
       type(tangent_t), intent(inout) :: tangent
-      !> dtₑ/dp of the last of them, s a unit of the column's parameter, shape (n); not allocated where there is none.
+      !> dtₑ/dp of the last of them, s a unit of the sensitivity's parameter, shape (n); not allocated where there is
+      !> none.
       real(wp), allocatable, intent(out) :: change(:)
       type(motion_t) :: motion
       real(wp) :: energy(tangent%n)
       integer :: k, m
       do k = 1, tangent%n
-         associate (column => tangent%columns(k))
-            if (.not. allocated(column%windows)) cycle
-            do m = 1, size(column%windows)
-               call cross_one(column%windows(m))
+         associate (variation => tangent%variations(k))
+            if (.not. allocated(variation%windows)) cycle
+            do m = 1, size(variation%windows)
+               call cross_one(variation%windows(m))
             end do
          end associate
       end do
@@ -50,7 +51,7 @@ contains
 
    contains
 
-      !> Moves column k over the ends of one window.
+      !> Moves sensitivity k over the ends of one window.
       subroutine cross_one(window)
          type(window_change_t), intent(in) :: window
          real(wp) :: times(2), torque(3), drive

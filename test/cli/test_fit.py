@@ -286,7 +286,7 @@ class Fit(CommandLineTest):
         self.fail_with(2, "fit", "box.nml", says=["there is nothing to fit (expected &free and &measurement)"])
         self.fail_with(2, "fit", "gyro.nml", "--set", "integrator.formulation=full", "--set", "integrator.projection=.false.",
                        "--set", "integrator.auxiliary_inertia=10", "--unset", "integrator.local_tolerance",
-                       "--set", "integrator.time_step=0.01", says=["tangent columns need"])
+                       "--set", "integrator.time_step=0.01", says=["sensitivities need"])
         self.write("sampled.nml", GYRO + "&controller law = 'quaternion', attitude_gain = 1, rate_gain = 1, sample = 0.1 /\n")
         self.fail_with(2, "fit", "sampled.nml", says=["a controller that samples has no derivative (expected one without sample)"])
         self.fail_with(2, "fit", "gyro.nml", "--output", "gyro.nml", says=["gyro.nml is the scene itself"])

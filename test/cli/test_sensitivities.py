@@ -345,7 +345,7 @@ class Sensitivities(CommandLineTest):
         self.assertEqual(self.names(), ["bad.nml", "box.nml", "free.nml", "top.nml"])
         spring = "&spring body_point = 0.1, 0.2, 0.3, anchor = 1, 0, 0, stiffness = 2, rest_length = 0 /\n&free key = 'spring.rest_length' /\n"
         self.write("bad.nml", SYSTEM + spring + STEPS.replace("'nielsen_krenk', order = 4", "'taylor'"))
-        self.fail_with(2, "run", "bad.nml", says=["bad.nml:7: method = 'taylor' has no tangent columns of spring (expected"])
+        self.fail_with(2, "run", "bad.nml", says=["bad.nml:7: method = 'taylor' has no sensitivities of spring (expected"])
         self.write("bad.nml", SYSTEM + STEPS + "&output columns = 'sensitivities' /\n")
         self.fail_with(2, "run", "bad.nml", says=["bad.nml:6: ", "need free numbers (expected &free)"])
         self.write("bad.nml", SYSTEM + STEPS + "&free key = 'body.mass' /\n&output columns = 'covariance' /\n")

@@ -112,7 +112,7 @@ def frames_part(program):
 
 
 def tangent_part(bench):
-    """Returns the time of a step that carries tangent columns, over the plain step."""
+    """Returns the time of a step that carries sensitivities, over the plain step."""
     names = {"nielsen_krenk": "reduced"}
     rows = [re.split(r"\s{2,}", line.strip()) for line in bench("tangent").splitlines()[1:]]
     return table(["method, case", "plain, ns", "6 columns", "12 of the start", "6, and 6 of the inertia"],

@@ -3,11 +3,11 @@
 # an oracle of the tests. Without arguments the results go into docs/results/hard-cases.md. Fails if a wrong root counts as
 # certified.
 # Then looks for events that are missed, or made up, in 100 000 motions drawn at random, and in 20 000 more with levels,
-# turning angles and torques that jump. Then compares the tangent columns of 100 000 random steps with those of 33 digits.
+# turning angles and torques that jump. Then compares the sensitivities of 100 000 random steps with those of 33 digits.
 #    tools/tests/attack.sh [--seed S] [--stages N | --case K]      K repeats one case of a seed, stage by stage
 #    tools/tests/attack.sh [--seed S] --events N | --event-case K  the motions alone
 #    tools/tests/attack.sh [--seed S] --paths N | --path-case K    levels and extremes alone
-#    tools/tests/attack.sh [--seed S] --tangents N | --tangent-case K  tangent columns alone
+#    tools/tests/attack.sh [--seed S] --tangents N | --tangent-case K  sensitivities alone
 set -u
 . "$(dirname "$0")/../environment.sh"
 

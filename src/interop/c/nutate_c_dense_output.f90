@@ -6,7 +6,7 @@ module nutate_c_dense_output
    use nutate_c_settings, only: prepare_if_needed
    use nutate_columns, only: columns_t
    use nutate_control, only: needs_control
-   use nutate_free_columns, only: shows_indicators
+   use nutate_free_variations, only: shows_indicators
    use nutate_kinds, only: wp
    use nutate_limits, only: is_moderate, same_time
    use nutate_methods, only: make_stepper
@@ -58,8 +58,8 @@ contains
          if (handle%columns%differentiates) then
             if (n > 0 .and. .not. c_associated(derivatives)) status = null_argument('derivatives')
             if (status%ok() .and. n > 0) then
-               call c_f_pointer(derivatives, start, [6, size(handle%tangents)])
-               call tangent%begin(handle%system, state, handle%tangents, status)
+               call c_f_pointer(derivatives, start, [6, size(handle%variations)])
+               call tangent%begin(handle%system, state, handle%variations, status)
                if (status%ok()) call tangent%resume(handle%system, state, transpose(start(:3, :)), &
                                                     transpose(start(4:, :)))
             end if

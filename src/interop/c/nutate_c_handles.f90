@@ -11,7 +11,7 @@ module nutate_c_handles
    use nutate_c_polls, only: poll_t
    use nutate_c_text, only: message_to_c
    use nutate_chaos, only: chaos_settings_t, chaos_t
-   use nutate_column, only: column_t
+   use nutate_variation, only: variation_t
    use nutate_columns, only: columns_t
    use nutate_effect_list, only: effect_list_t
    use nutate_event_tracker, only: event_list_t
@@ -26,7 +26,7 @@ module nutate_c_handles
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NO_MEMORY
    use nutate_stepper, only: stepper_t
    use nutate_system, only: system_t
-   use nutate_tangent_columns, only: propagated_t
+   use nutate_propagated_columns, only: propagated_t
    implicit none
    private
 
@@ -141,10 +141,10 @@ module nutate_c_handles
       type(columns_t) :: columns
       !> Names of the columns, comma separated.
       character(len=:), allocatable :: names
-      !> What runs propagate, if anything: the tangent columns by free numbers, where columns show them; indicators of
+      !> What runs propagate, if anything: the sensitivities by free numbers, where columns show them; indicators of
       !> chaos, and those of the last run.
       type(propagated_t), allocatable :: propagated
-      type(column_t), allocatable :: tangents(:)
+      type(variation_t), allocatable :: variations(:)
       type(chaos_settings_t), allocatable :: chaos
       type(chaos_t), allocatable :: indicators
    end type stepper_handle_t

@@ -11,7 +11,7 @@ module nutate_c_history
    use nutate_c_text, only: lock_texts, nth_name, copy_text, text_to_c, unlock_texts
    use nutate_event_history, only: event_history_t, events_name
    use nutate_files, only: same_file
-   use nutate_free_columns, only: usual_sets
+   use nutate_free_variations, only: usual_sets
    use nutate_history, only: history_t
    use nutate_kinds, only: wp, long
    use nutate_scene, only: scene_t

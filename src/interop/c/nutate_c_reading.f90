@@ -7,7 +7,7 @@ module nutate_c_reading
    use nutate_c_rows, only: present_record
    use nutate_c_text, only: lock_texts, nth_name, copy_text, text_to_c, unlock_texts
    use nutate_columns, only: columns_t, need_attitude
-   use nutate_free_columns, only: shows_derivatives
+   use nutate_free_variations, only: shows_derivatives
    use nutate_hamiltonian, only: angular_velocity, body_momentum, kinetic_energy, potential_energy, space_momentum
    use nutate_invariants, only: conserved_momentum
    use nutate_keys, only: name_length
@@ -15,7 +15,7 @@ module nutate_c_reading
    use nutate_progress, only: total_work
    use nutate_quaternion, only: quat_normalized, rotate_to_space, rotation_matrix
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_OK
-   use nutate_tangent_columns, only: propagated_t
+   use nutate_propagated_columns, only: propagated_t
    implicit none
    private
 
@@ -278,7 +278,7 @@ contains
       call columns%choose(chosen, status, effects=handle%system%effects, propagated=propagated)
       if (status%ok()) names = columns%header()
       call unlock_texts()
-      if (status%ok() .and. shows_derivatives(chosen) .and. .not. allocated(handle%tangents)) &
+      if (status%ok() .and. shows_derivatives(chosen) .and. .not. allocated(handle%variations)) &
          status = fail(NUTATE_BAD_ARGUMENT, 'nothing says by what runs differentiate (expected '// &
                        'nutate_stepper_differentiate)', 'sets')
       if (.not. status%ok()) return

@@ -9,12 +9,12 @@ module nutate_c_run_history
    use nutate_c_reading, only: choose_columns
    use nutate_c_rows, only: row_receiver_t
    use nutate_c_runs, only: run_to
-   use nutate_c_stepper, only: find_tangents
+   use nutate_c_stepper, only: find_variations
    use nutate_kinds, only: wp
    use nutate_limits, only: is_moderate
    use nutate_run_plan, only: run_plan_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_NO_MEMORY, NUTATE_OK
-   use nutate_tangent_columns, only: propagated_t
+   use nutate_propagated_columns, only: propagated_t
    implicit none
    private
 
@@ -60,7 +60,7 @@ contains
       if (size(propagated%names) == 0) then
          status = fail(NUTATE_BAD_ARGUMENT, 'the scene has no free numbers (expected &free)', 'scene')
       else
-         call find_tangents(from%scene, handle, status)
+         call find_variations(from%scene, handle, status)
       end if
       if (status%ok()) then
          propagated%exponents = before%exponents

@@ -180,8 +180,8 @@ contains
       type(stepper_handle_t), intent(inout) :: handle
       type(status_t), intent(inout) :: status
       if (allocated(handle%indicators)) deallocate (handle%indicators)
-      if (allocated(handle%tangents) .and. handle%columns%differentiates) &
-         call handle%run%differentiate(handle%tangents, handle%system, status)
+      if (allocated(handle%variations) .and. handle%columns%differentiates) &
+         call handle%run%differentiate(handle%variations, handle%system, status)
       if (status%ok() .and. allocated(handle%chaos)) call handle%run%follow_chaos(handle%chaos, handle%system, status)
    end subroutine propagate_along
 

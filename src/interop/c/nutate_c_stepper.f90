@@ -9,9 +9,9 @@ module nutate_c_stepper
       unprepare, STEPPER_MARK
    use nutate_c_settings, only: get_key, prepare, set_key
    use nutate_c_text, only: lock_texts, copy_text, text_to_c, unlock_texts
-   use nutate_column, only: column_t
+   use nutate_variation, only: variation_t
    use nutate_effect_list, only: effect_list_t
-   use nutate_free_columns, only: free_columns, shows_derivatives
+   use nutate_free_variations, only: free_variations, shows_derivatives
    use nutate_hamiltonian, only: body_momentum, conserved_energy, make_state
    use nutate_keys, only: name_length
    use nutate_kinds, only: wp
@@ -27,14 +27,14 @@ module nutate_c_stepper
       NUTATE_NO_MEMORY, NUTATE_OK
    use nutate_stepper, only: integrator_settings_t
    use nutate_system, only: system_t
-   use nutate_tangent_columns, only: propagated_t
+   use nutate_propagated_columns, only: propagated_t
    implicit none
    private
 
    public :: nutate_stepper_create, nutate_stepper_create_scene, nutate_stepper_destroy, nutate_stepper_set, &
       nutate_stepper_get, nutate_stepper_set_time_step, nutate_stepper_prepare, nutate_stepper_set_state, &
       nutate_stepper_set_canonical
-   public :: find_tangents, start_handle, set_scene
+   public :: find_variations, start_handle, set_scene
 
    !> Sets of columns of a stepper that no scene has chosen.
    character(len=name_length), parameter :: usual_sets(4) = [character(len=name_length) :: &
@@ -286,23 +286,23 @@ contains
       call set_propagated(handle, propagated)
       call set_chaos(handle, from%scene%chaos)
       call store_start(handle, from%scene%initial, sets, status)
-      if (status%ok() .and. shows_derivatives(sets)) call find_tangents(from%scene, handle, status)
+      if (status%ok() .and. shows_derivatives(sets)) call find_variations(from%scene, handle, status)
    end subroutine set_scene
 
-   !> Finds the tangent columns of the free numbers of a scene. Errors: `NUTATE_BAD_SCENE` for what has none.
-   subroutine find_tangents(scene, handle, status)
+   !> Finds the sensitivities of the free numbers of a scene. Errors: `NUTATE_BAD_SCENE` for what has none.
+   subroutine find_variations(scene, handle, status)
       type(scene_t), intent(in) :: scene
       !> Keeps those that it has where there is an error.
       type(stepper_handle_t), intent(inout) :: handle
       type(status_t), intent(out) :: status
-      type(column_t), allocatable :: columns(:)
+      type(variation_t), allocatable :: variations(:)
       type(scene_error_t) :: error
       call lock_texts()
-      call free_columns(scene, columns, error)
+      call free_variations(scene, variations, error)
       if (error%raised) status = fail(NUTATE_BAD_SCENE, error_line(scene%file, error))
       call unlock_texts()
-      if (status%ok()) call move_alloc(columns, handle%tangents)
-   end subroutine find_tangents
+      if (status%ok()) call move_alloc(variations, handle%variations)
+   end subroutine find_variations
 
    !> Stores the first state and the sets of columns.
    subroutine store_start(handle, state, sets, status)

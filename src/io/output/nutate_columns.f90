@@ -15,7 +15,7 @@ module nutate_columns
    use nutate_quaternion, only: quat_conjugate, quat_normalized, quat_product, rotate_to_space
    use nutate_observer, only: run_record_t
    use nutate_orbit, only: orbit_t
-   use nutate_tangent_columns, only: propagated_t, propagated_headers, propagated_values, &
+   use nutate_propagated_columns, only: propagated_t, propagated_headers, propagated_values, &
       propagated_width, is_by_free, COVARIANCE, DEVIATIONS, FLI, LYAPUNOV, MEGNO, SENSITIVITIES
    use nutate_spelling, only: comma_list, nearest_name, split_list
    use nutate_state, only: state_t
@@ -55,7 +55,7 @@ module nutate_columns
       integer :: frame = 0
       !> Its columns are the Euler angles of this sequence of axes.
       character(len=3) :: sequence = ''
-      !> `SENSITIVITIES`, ... of `nutate_tangent_columns`; 0: the run need not carry anything. These sets stand last.
+      !> `SENSITIVITIES`, ... of `nutate_propagated_columns`; 0: the run need not carry anything. These sets stand last.
       integer :: propagated = 0
    end type column_set_t
 
@@ -179,7 +179,7 @@ module nutate_columns
       logical :: shows_commands = .false.
       !> The state must be shown to `follow` after every step.
       logical :: follows_steps = .false.
-      !> They show what a run propagates: `evaluate` needs its tangent columns.
+      !> They show what a run propagates: `evaluate` needs its sensitivities.
       logical :: differentiates = .false.
       !> Number of the chosen sets that need none, which come first, and of their columns, that of t included.
       integer, private :: n_plain = 0
@@ -455,7 +455,7 @@ contains
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
       type(run_record_t), intent(in) :: record
-      !> Shape (width); shape (plain_width) without tangent columns.
+      !> Shape (width); shape (plain_width) without sensitivities.
       real(wp), intent(out) :: values(:)
       !> A column for each free number, then others; needed only if `differentiates`.
       type(tangent_t), intent(in), optional :: tangent

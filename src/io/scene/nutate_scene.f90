@@ -17,7 +17,7 @@ module nutate_scene
    use nutate_scene_error, only: scene_error_t
    use nutate_scene_labels, only: labels_t
    use nutate_scene_output, only: output_settings_t
-   use nutate_tangent_columns, only: propagated_t
+   use nutate_propagated_columns, only: propagated_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_stepper, only: integrator_settings_t

@@ -2,7 +2,7 @@
 module nutate_scene_tangent
    use nutate_admissible, only: ANY_DIRECTION, POSITIVE
    use nutate_chaos, only: chaos_settings_t, longest_interval, most_exponents
-   use nutate_column, only: column_t
+   use nutate_variation, only: variation_t
    use nutate_keys, only: group_t, key_t, KEY_INTEGER
    use nutate_kinds, only: wp
    use nutate_method_choice, only: choose_with_tangent
@@ -52,7 +52,7 @@ contains
       end if
    end subroutine build_tangent
 
-   !> Raises an error where the motion or the method has no tangent columns: takes a step with one.
+   !> Raises an error where the motion or the method has no sensitivities: takes a step with one.
    subroutine check_tangent(group, system, state, plan, settings, error)
       type(group_t), intent(in) :: group
       type(system_t), intent(in) :: system
@@ -64,7 +64,7 @@ contains
       !> Of the end time, where steps are adaptive.
       real(wp), parameter :: part_of_run = 1e-6_wp
       class(stepper_t), allocatable :: stepper
-      type(column_t) :: column
+      type(variation_t) :: column
       type(tangent_t) :: tangent
       type(state_t) :: after
       type(status_t) :: status

@@ -124,7 +124,7 @@ contains
                         + scale*(error(5)**2 + error(6)**2 + error(7)**2)
    end function weighted_square
 
-   !> Moves tangent columns over a step, by the same stages. Errors: `NUTATE_BAD_ARGUMENT` where space axes turn, for a
+   !> Moves sensitivities over a step, by the same stages. Errors: `NUTATE_BAD_ARGUMENT` where space axes turn, for a
    !> change of their rate that the motion would know of.
    recursive subroutine propagate_step(self, system, before, after, dt, window_time, tangent, status)
       class(dop853_t), intent(inout) :: self

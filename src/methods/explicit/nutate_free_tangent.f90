@@ -1,8 +1,8 @@
 !> The tangent of a step of `rk8` of a free body, whose attitude follows from the angle about the fixed momentum
 !> (`nutate_specialised_motion`): the exact derivative of that step.
 !>
-!> Columns of the start change by three matrices, θ1 = Sᵀθ0 + F δL0 and δL1 = G δL0, so that three columns are taken
-!> through the stages, and one for each parameter.
+!> Sensitivities of the start change by three matrices, θ1 = Sᵀθ0 + F δL0 and δL1 = G δL0, so that three sensitivities
+!> are taken through the stages, and one for each parameter.
 module nutate_free_tangent
    use nutate_hamiltonian, only: body_momentum
    use nutate_kinds, only: wp
@@ -14,13 +14,13 @@ module nutate_free_tangent
    use nutate_status, only: status_t
    use nutate_system, only: system_t
    use nutate_tangent, only: tangent_t
-   use nutate_turned_stepper, only: turn_columns
+   use nutate_turned_stepper, only: rotate_sensitivities
    implicit none
    private
 
    public :: free_tangent_t
 
-   !> The columns inside of a step.
+   !> The sensitivities inside of a step.
    type :: free_tangent_t
       private
       !> δL at the start, in a stage and its rates; shapes (n, 3), (n, 3, stages); 2a - the change of the angle about l.
@@ -32,13 +32,13 @@ module nutate_free_tangent
       !> Weights of the stages.
       type(stage_weights_t) :: weights
    contains
-      !> Moves tangent columns over a step.
+      !> Moves sensitivities over a step.
       procedure :: propagate
    end type free_tangent_t
 
 contains
 
-   !> Moves tangent columns over a step; false, with these as they were, for a body at rest. Errors: those of a turn of
+   !> Moves sensitivities over a step; false, with these as they were, for a body at rest. Errors: those of a turn of
    !> the axes.
    subroutine propagate(self, system, before, after, dt, tangent, status, propagated)
       class(free_tangent_t), intent(inout) :: self
@@ -59,19 +59,19 @@ contains
       self%inverse = 1/sqrt(square)
       self%axis = self%inverse*first
       self%half = 0.0_wp
-      call start_columns(self, 3 + size(tangent%parametric))
+      call start_sensitivities(self, 3 + size(tangent%parametric))
       do i = 1, n_stages
          call take_argument(self, i, first, last)
          self%momentum(:, i) = last
          call add_stage(self, i, first, last, system, tangent)
       end do
       call take_argument(self, n_stages + 1, first, last)
-      call finish_columns(self, last, tangent)
-      if (system%effects%frame_turns) call turn_columns(system, after, dt, tangent, status)
+      call finish_sensitivities(self, last, tangent)
+      if (system%effects%frame_turns) call rotate_sensitivities(system, after, dt, tangent, status)
    end subroutine propagate
 
-   !> Unit columns of δL, and those of parameters, which change nothing at the start.
-   pure subroutine start_columns(self, n)
+   !> Unit sensitivities of δL, and those of parameters, which change nothing at the start.
+   pure subroutine start_sensitivities(self, n)
       type(free_tangent_t), intent(inout) :: self
       integer, intent(in) :: n
       integer :: i
@@ -87,7 +87,7 @@ contains
          self%start(i, i) = 1.0_wp
       end do
       self%angle = 0.0_wp
-   end subroutine start_columns
+   end subroutine start_sensitivities
 
    !> L and δL in a stage, or at the end of the step.
    pure subroutine take_argument(self, i, first, last)
@@ -139,7 +139,7 @@ contains
       self%angle = self%angle + row(1)*self%point(:, 1) + row(2)*self%point(:, 2) + row(3)*self%point(:, 3)
       self%angle(1:3) = self%angle(1:3) + of_axis
       do k = 1, size(tangent%parametric)
-         associate (rotor => tangent%columns(tangent%parametric(k))%rotor, change => tangent%inertia(:, :, k))
+         associate (rotor => tangent%variations(tangent%parametric(k))%rotor, change => tangent%inertia(:, :, k))
             own = times_vector(self%to_angle, times_vector(change, times_vector(system%body%inverse_inertia, last)) &
                                + rotor)
             own_first = times_vector(self%to_angle, times_vector(change, times_vector(system%body%inverse_inertia, &
@@ -150,8 +150,8 @@ contains
       end do
    end subroutine add_stage
 
-   !> θ1 and δL1 of all columns, by q1 = q0∘exp(½φu₀)∘(1 + u·u₀, u×u₀).
-   pure subroutine finish_columns(self, momentum, tangent)
+   !> θ1 and δL1 of all sensitivities, by q1 = q0∘exp(½φu₀)∘(1 + u·u₀, u×u₀).
+   pure subroutine finish_sensitivities(self, momentum, tangent)
       type(free_tangent_t), intent(in) :: self
       !> L1; shape (3).
       real(wp), intent(in) :: momentum(3)
@@ -199,6 +199,6 @@ contains
          by = rotate_to_body(swing, u) + (2/dot_product(s, s))*d(2:4)
       end function turn_of
 
-   end subroutine finish_columns
+   end subroutine finish_sensitivities
 
 end module nutate_free_tangent

@@ -18,7 +18,7 @@ module nutate_rk8
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_system, only: system_t
    use nutate_tangent, only: tangent_t
-   use nutate_turned_stepper, only: turn_columns
+   use nutate_turned_stepper, only: rotate_sensitivities
    use nutate_error_weighting, only: step_error_t
    implicit none
    private
@@ -91,7 +91,7 @@ contains
       if (rates%estimates) call get_error(rates, y, estimate_of_fifth(k), e5, error)
    end subroutine evaluate_stages
 
-   !> Moves tangent columns over a step, by the same stages. Errors: `NUTATE_BAD_ARGUMENT` where space axes turn, for a
+   !> Moves sensitivities over a step, by the same stages. Errors: `NUTATE_BAD_ARGUMENT` where space axes turn, for a
    !> change of their rate that the motion would know of.
    recursive subroutine propagate_step(self, system, before, after, dt, window_time, tangent, status)
       class(rk8_t), intent(inout) :: self
@@ -110,7 +110,7 @@ contains
       end if
       if (is_specialised) then
          call self%specialised%propagate(before, tangent, propagated)
-         if (propagated .and. system%effects%frame_turns) call turn_columns(system, after, dt, tangent, status)
+         if (propagated .and. system%effects%frame_turns) call rotate_sensitivities(system, after, dt, tangent, status)
          if (propagated) return
       end if
       if (.not. allocated(self%tangent)) then

@@ -22,7 +22,7 @@ module nutate_specialised_motion
    use nutate_effect_list, only: effect_list_t
    use nutate_invariants, only: common_direction, ALL_COMPONENTS, ALONG_AXIS
    use nutate_kinds, only: wp
-   use nutate_specialised_stages, only: column_stages, free_stages, heavy_stages, specialised_rates_t, &
+   use nutate_specialised_stages, only: sensitivity_stages, free_stages, heavy_stages, specialised_rates_t, &
       evaluate_field_stage, &
       evaluate_turning_field_stage, evaluate_turning_stage, evaluate_upright_stage
    use nutate_limits, only: manifold_tolerance
@@ -46,7 +46,7 @@ module nutate_specialised_motion
    !> Steps whose ½Δt/J is outside of these are left to the general equations: its reciprocal is a number in between.
    real(wp), parameter :: least_half = 1e-150_wp, greatest_half = 1e150_wp
 
-   !> Pairs of tangent columns that are taken through the stages together.
+   !> Pairs of sensitivities that are taken through the stages together.
    integer, parameter :: most_pairs = 6
 
    !> What does not change from step to step.
@@ -83,7 +83,7 @@ module nutate_specialised_motion
       procedure :: fits
       !> One step.
       procedure :: move
-      !> Moves tangent columns over a step.
+      !> Moves sensitivities over a step.
       procedure :: propagate
       !> How fast a motion is in these variables.
       procedure :: pace
@@ -436,8 +436,9 @@ contains
       y(7) = self%half(3)*y(7)
    end subroutine to_equations
 
-   !> Moves tangent columns over a step, in the equations of the step, as its exact derivative. False, with the columns
-   !> as they were, for free bodies, several directions, axes that turn, and where there are columns of parameters.
+   !> Moves sensitivities over a step, in the equations of the step, as its exact derivative. False, with the
+   !> sensitivities as they were, for free bodies, several directions, axes that turn, and where there are
+   !> sensitivities of parameters.
    pure subroutine propagate(self, before, tangent, propagated)
       !> Of the length of the step.
       class(specialised_motion_t), intent(inout) :: self
@@ -460,56 +461,56 @@ contains
          y(9:n) = 0.0_wp
          do i = first, last
             k = 9 + 14*((i - first)/2) + modulo(i - first, 2)
-            call start_column(self, tangent%theta(i, :), tangent%momentum(i, :), start(1:4), y(k:k + 12:2))
+            call start_sensitivity(self, tangent%theta(i, :), tangent%momentum(i, :), start(1:4), y(k:k + 12:2))
          end do
-         call column_stages(self%rates, n, y, room, room(1, n_stages + 1))
+         call sensitivity_stages(self%rates, n, y, room, room(1, n_stages + 1))
          if (first == 1 .and. self%symmetric) spin = [cos(self%spin*y(7)), 0.0_wp, 0.0_wp, sin(self%spin*y(7))]
          do i = first, last
             k = 9 + 14*((i - first)/2) + modulo(i - first, 2)
-            call finish_column(self, y(1:8), y(k:k + 12:2), spin, tangent%theta(i, :), tangent%momentum(i, :))
+            call finish_sensitivity(self, y(1:8), y(k:k + 12:2), spin, tangent%theta(i, :), tangent%momentum(i, :))
          end do
       end do
    end subroutine propagate
 
-   !> A column in the variables of the equations, δq = ½q∘θ.
-   pure subroutine start_column(self, theta, momentum, q, column)
+   !> a sensitivity in the variables of the equations, δq = ½q∘θ.
+   pure subroutine start_sensitivity(self, theta, momentum, q, sensitivity)
       type(specialised_motion_t), intent(in) :: self
       !> θ and δL; shape (3).
       real(wp), intent(in) :: theta(:), momentum(:)
       !> In the axes of the equations.
       real(wp), intent(in) :: q(4)
       !> Shape (7).
-      real(wp), intent(inout) :: column(:)
+      real(wp), intent(inout) :: sensitivity(:)
       ! Copied first: a row of a matrix as an array of given shape would be packed on the heap.
       real(wp) :: turn(3), along(3)
       turn = theta
       along = momentum
-      column(1:4) = 0.5_wp*quat_vector_product(q, from_axis(turn, self%first - 1))
-      column(5:7) = self%half*from_axis(along, self%first - 1)
-   end subroutine start_column
+      sensitivity(1:4) = 0.5_wp*quat_vector_product(q, from_axis(turn, self%first - 1))
+      sensitivity(5:7) = self%half*from_axis(along, self%first - 1)
+   end subroutine start_sensitivity
 
    !> θ = 2 vec(q*∘δq)/|q|² and δL at the end of a step, in the axes of the body.
-   pure subroutine finish_column(self, y, column, spin, theta, momentum)
+   pure subroutine finish_sensitivity(self, y, sensitivity, spin, theta, momentum)
       type(specialised_motion_t), intent(in) :: self
-      !> [q, w, 0], and a column; shapes (8), (7).
-      real(wp), intent(in) :: y(8), column(:)
+      !> [q, w, 0], and a sensitivity; shapes (8), (7).
+      real(wp), intent(in) :: y(8), sensitivity(:)
       !> How a symmetric top has turned in the frame of the step; unit quaternion.
       real(wp), intent(in) :: spin(4)
       !> Shape (3).
       real(wp), intent(inout) :: theta(:), momentum(:)
       real(wp) :: change(4), turn(3), along(3), across(3)
-      change = column(1:4)
+      change = sensitivity(1:4)
       change = quat_product(quat_conjugate(y(1:4)), change)
       turn = (2/(y(1)*y(1) + y(2)*y(2) + y(3)*y(3) + y(4)*y(4)))*change(2:4)
-      along = self%back*column(5:7)
+      along = self%back*sensitivity(5:7)
       if (self%symmetric) then
-         turn = rotate_to_body(spin, turn) + [0.0_wp, 0.0_wp, 2*self%spin*column(7)]
+         turn = rotate_to_body(spin, turn) + [0.0_wp, 0.0_wp, 2*self%spin*sensitivity(7)]
          across = rotate_to_body(spin, self%back*y(5:7))
-         along = rotate_to_body(spin, along) + (2*self%spin*column(7))*[across(2), -across(1), 0.0_wp]
+         along = rotate_to_body(spin, along) + (2*self%spin*sensitivity(7))*[across(2), -across(1), 0.0_wp]
       end if
       theta = from_axis(turn, 4 - self%first)
       momentum = from_axis(along, 4 - self%first)
-   end subroutine finish_column
+   end subroutine finish_sensitivity
 
    !> Axes in cyclic order from a first one on, of body and space alike: attitude and momentum only change places.
    pure subroutine permute(first, x)

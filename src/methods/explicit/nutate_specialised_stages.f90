@@ -2,8 +2,8 @@
 !> the step in their constants.
 !>
 !> A stage waits for the one before. Its newest rates therefore go into the next stage as they are, numbers in
-!> registers; the sum over the older ones, which are known early, is taken beforehand, from columns of even length that
-!> vector instructions take as a whole.
+!> registers; the sum over the older ones, which are known early, is taken beforehand, from sensitivities of even
+!> length that vector instructions take as a whole.
 module nutate_specialised_stages
    use nutate_kinds, only: wp
    use nutate_order_eight, only: a, b, n_stages
@@ -11,7 +11,7 @@ module nutate_specialised_stages
    implicit none
    private
 
-   public :: specialised_rates_t, free_stages, heavy_stages, column_stages, evaluate_upright_stage, &
+   public :: specialised_rates_t, free_stages, heavy_stages, sensitivity_stages, evaluate_upright_stage, &
       evaluate_field_stage, &
       evaluate_turning_stage, evaluate_turning_field_stage
 
@@ -28,7 +28,7 @@ module nutate_specialised_stages
       real(wp) :: pull(3, 3, 3) = 0.0_wp
       !> φ = ½Δt ω of space axes that turn, in these axes, rad; shape (3).
       real(wp) :: frame_turn(3) = 0.0_wp
-      !> Pairs of tangent columns that go with the motion.
+      !> Pairs of sensitivities that go with the motion.
       integer :: pairs = 0
    end type specialised_rates_t
 
@@ -45,9 +45,9 @@ module nutate_specialised_stages
       end subroutine stage_evaluator
    end interface
 
-   !> The stages of free bodies and of columns, under the name that the text of the stages calls.
+   !> The stages of free bodies and of sensitivities, under the name that the text of the stages calls.
    interface evaluate_stage
-      module procedure evaluate_free_stage, evaluate_column_stage
+      module procedure evaluate_free_stage, evaluate_sensitivity_stage
    end interface evaluate_stage
 
 contains
@@ -158,12 +158,12 @@ contains
       next(7) = sum(7) + factor*r7
    end subroutine evaluate_upright_stage
 
-   !> Moves q and w and tangent columns over a step under one direction.
-   pure subroutine column_stages(rates, n, y, k, x)
+   !> Moves q and w and sensitivities over a step under one direction.
+   pure subroutine sensitivity_stages(rates, n, y, k, x)
       type(specialised_rates_t), intent(in) :: rates
       !> Numbers of y.
       integer, intent(in) :: n
-      !> [q, w, 0], and [δq, δw] of pairs of columns, both numbers of a pair side by side; shape (8 + 14*pairs).
+      !> [q, w, 0], and [δq, δw] of pairs of sensitivities, both numbers of a pair side by side; shape (8 + 14*pairs).
       real(wp), intent(inout) :: y(n)
       !> Room for the stages: an automatic array would come from the heap.
       real(wp), intent(inout) :: k(n, n_stages), x(n, n_stages + 2)
@@ -172,12 +172,12 @@ contains
          include 'order_eight_stages.inc'
       end associate
       y = y + x(:, n_stages + 1)
-   end subroutine column_stages
+   end subroutine sensitivity_stages
 
-   !> As `evaluate_upright_stage`, with the derivatives of its rates times the columns.
-   pure subroutine evaluate_column_stage(self, y, sum, factor, rate, next)
+   !> As `evaluate_upright_stage`, with the derivatives of its rates times the sensitivities.
+   pure subroutine evaluate_sensitivity_stage(self, y, sum, factor, rate, next)
       type(specialised_rates_t), intent(in) :: self
-      !> As in `column_stages`.
+      !> As in `sensitivity_stages`.
       real(wp), intent(in) :: y(8 + 14*self%pairs), sum(8 + 14*self%pairs), factor
       real(wp), intent(out) :: rate(8 + 14*self%pairs), next(8 + 14*self%pairs)
       integer :: j
@@ -186,20 +186,21 @@ contains
       do j = 9, size(y), 14
          call evaluate_pair(self, y, y(j), sum(j), factor, rate(j), next(j))
       end do
-   end subroutine evaluate_column_stage
+   end subroutine evaluate_sensitivity_stage
 
-   !> The derivatives of the rates of `evaluate_upright_stage` times two columns.
-   pure subroutine evaluate_pair(self, y, columns, sum, factor, rate, next)
+   !> The derivatives of the rates of `evaluate_upright_stage` times two sensitivities.
+   pure subroutine evaluate_pair(self, y, sensitivities, sum, factor, rate, next)
       type(specialised_rates_t), intent(in) :: self
       !> [q, w, 0]; shape (8).
       real(wp), intent(in) :: y(8)
       !> Shapes (2,7): δq in the first four, and δw.
-      real(wp), intent(in) :: columns(2, 7), sum(2, 7), factor
+      real(wp), intent(in) :: sensitivities(2, 7), sum(2, 7), factor
       real(wp), intent(out) :: rate(2, 7), next(2, 7)
       real(wp) :: g1(2), g2(2), g3(2)
       associate (q => y(1:4), w => y(5:7), c => self%pull, kappa => self%kappa, &
-                 dq1 => columns(:, 1), dq2 => columns(:, 2), dq3 => columns(:, 3), dq4 => columns(:, 4), &
-                 dw1 => columns(:, 5), dw2 => columns(:, 6), dw3 => columns(:, 7))
+                 dq1 => sensitivities(:, 1), dq2 => sensitivities(:, 2), dq3 => sensitivities(:, 3), &
+                    dq4 => sensitivities(:, 4), &
+                 dw1 => sensitivities(:, 5), dw2 => sensitivities(:, 6), dw3 => sensitivities(:, 7))
          rate(:, 1) = -(w(1)*dq2 + w(2)*dq3 + w(3)*dq4) - (q(2)*dw1 + q(3)*dw2 + q(4)*dw3)
          rate(:, 2) = (w(1)*dq1 + w(3)*dq3 - w(2)*dq4) + (q(1)*dw1 + q(3)*dw3 - q(4)*dw2)
          rate(:, 3) = (w(2)*dq1 + w(1)*dq4 - w(3)*dq2) + (q(1)*dw2 + q(4)*dw1 - q(2)*dw3)

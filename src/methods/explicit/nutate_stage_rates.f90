@@ -5,7 +5,7 @@
 !> θ = 2 vec(q*∘δq)/|q|² of the attitude,
 !> `δk = (∂k/∂a)a + Θθ + ...`, a = ΔtJ⁻¹(δL - Σ s δh - ...).
 module nutate_stage_rates
-   use nutate_column, only: column_t, OF_POTENTIAL, OF_TORQUE, OF_WHEEL
+   use nutate_variation, only: variation_t, OF_POTENTIAL, OF_TORQUE, OF_WHEEL
    use nutate_hamiltonian, only: body_direction
    use nutate_kinds, only: wp
    use nutate_limits, only: most_wheels
@@ -42,7 +42,7 @@ module nutate_stage_rates
    contains
       !> Evaluates a stage.
       procedure :: evaluate
-      !> What a column's parameters change of k.
+      !> What a sensitivity's parameters change of k.
       procedure :: own_change
    end type stage_rates_t
 
@@ -288,24 +288,24 @@ contains
       end associate
    end subroutine fill_jacobian
 
-   !> What a column's parameters change of k at fixed y; shape (n).
-   subroutine own_change(self, rates, system, column, inertia, y, change)
+   !> What a sensitivity's parameters change of k at fixed y; shape (n).
+   subroutine own_change(self, rates, system, variation, inertia, y, change)
       class(stage_rates_t), intent(in) :: self
       type(rigid_rates_t), intent(in) :: rates
       type(system_t), intent(in) :: system
-      type(column_t), intent(in) :: column
+      type(variation_t), intent(in) :: variation
       !> δJ without what turns freely, kg m², shape (3,3); y, shape (n).
       real(wp), intent(in) :: inertia(3, 3), y(:)
       real(wp), intent(out) :: change(:)
       real(wp) :: inner(3), angle(3), turn(3), torque(3), working(3), axis(3), speed, drive
       integer :: i, j, m
-      inner = times_vector(inertia, self%omega) + column%rotor
+      inner = times_vector(inertia, self%omega) + variation%rotor
       torque = 0.0_wp
-      working = frame_change(self, rates, system, column%frame)
+      working = frame_change(self, rates, system, variation%frame)
       change = 0.0_wp
-      if (allocated(column%effects)) then
-         do m = 1, size(column%effects)
-            associate (item => column%effects(m), c => column%effects(m)%change)
+      if (allocated(variation%effects)) then
+         do m = 1, size(variation%effects)
+            associate (item => variation%effects(m), c => variation%effects(m)%change)
                select case (item%kind)
                case (OF_TORQUE)
                   if (.not. rates%acts(item%place)) cycle
@@ -344,8 +344,8 @@ contains
       do j = 1, 3
          change = change + angle(j)*self%by_angle(1:self%n, j)
       end do
-      if (.not. any(abs(column%frame) > 0.0_wp)) return
-      turn = rates%dt*rotate_to_body(self%q, column%frame)
+      if (.not. any(abs(variation%frame) > 0.0_wp)) return
+      turn = rates%dt*rotate_to_body(self%q, variation%frame)
       if (rates%frame_turns) call turn_frame(0.5_wp*turn, y, change)
       if (rates%forced) change(5:) = change(5:) - matmul(self%by_relative(5:self%n, :), turn)
    end subroutine own_change

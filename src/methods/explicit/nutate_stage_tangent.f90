@@ -3,7 +3,7 @@
 !>
 !> Inside the step the attitude has the four numbers δq, since stages are not normalised: δq = ½q∘θ at the start,
 !> θ = 2 vec(q*∘δq)/|q|² at the end. What is evaluated once a stage, its rates and their derivative by all of y
-!> (`nutate_stage_rates`), serves all columns.
+!> (`nutate_stage_rates`), serves all sensitivities.
 module nutate_stage_tangent
    use nutate_kinds, only: wp
    use nutate_quaternion, only: cross, quat_conjugate, quat_exp, quat_product, rotate_to_body, rotate_to_space
@@ -13,7 +13,7 @@ module nutate_stage_tangent
    use nutate_status, only: status_t
    use nutate_system, only: system_t
    use nutate_tangent, only: tangent_t
-   use nutate_turned_stepper, only: turn_columns
+   use nutate_turned_stepper, only: rotate_sensitivities
    implicit none
    private
 
@@ -33,7 +33,7 @@ module nutate_stage_tangent
       procedure :: list
    end type stage_weights_t
 
-   !> The coefficients of a method, and the columns inside of a step.
+   !> The coefficients of a method, and the sensitivities inside of a step.
    type :: stage_tangent_t
       private
       type(stage_weights_t) :: weights
@@ -52,12 +52,13 @@ module nutate_stage_tangent
       !> k and y of the motion; shapes (numbers, stages), (numbers).
       real(wp), allocatable :: rate(:, :)
       real(wp) :: first(most_numbers) = 0.0_wp
-      !> The same of the columns at the start, in a stage and of the stages; shapes (n, numbers), (n, numbers, stages).
+      !> The same of the sensitivities at the start, in a stage and of the stages; shapes (n, numbers), (n, numbers,
+      !> stages).
       real(wp), allocatable :: start(:, :), point(:, :), rates(:, :, :)
    contains
       !> Sets the coefficients.
       procedure :: set
-      !> Moves tangent columns over a step.
+      !> Moves sensitivities over a step.
       procedure :: propagate
    end type stage_tangent_t
 
@@ -75,7 +76,7 @@ contains
       if (present(estimates)) self%estimates = estimates
    end subroutine set
 
-   !> Moves tangent columns over a step in y = [q, L, W, h].
+   !> Moves sensitivities over a step in y = [q, L, W, h].
    subroutine propagate(self, rates, system, before, after, dt, window_time, tangent, status, homogeneous, axis)
       class(stage_tangent_t), intent(inout) :: self
       !> Prepared.
@@ -109,7 +110,7 @@ contains
       call make_room(self, tangent%n, m)
       self%first(1:8) = y
       self%first(9:m) = before%wheel_momentum(:rates%n_wheels)
-      call start_columns(self, tangent%n, y(1:4), tangent%theta, tangent%momentum, self%start)
+      call start_sensitivities(self, tangent%n, y(1:4), tangent%theta, tangent%momentum, self%start)
       if (m > 7) self%start(:, 8) = 0.0_wp
       if (m > 8) self%start(:, 9:m) = tangent%wheels(:, :m - 8)
       x = self%first
@@ -126,7 +127,7 @@ contains
          end do
       end do
       call take_argument(self, tangent%n*m, size(self%times) + 1, x)
-      call finish_columns(tangent%n, m, x(1:4), self%point, tangent%theta, tangent%momentum)
+      call finish_sensitivities(tangent%n, m, x(1:4), self%point, tangent%theta, tangent%momentum)
       call estimate_error(self, x(5:7), tangent)
       if (self%stage%works) tangent%work = tangent%work + self%point(:, 8)
       if (self%axis > 0) call end_spin(self, x(5:7), tangent)
@@ -134,11 +135,11 @@ contains
          tangent%wheels(:, i) = self%point(:, 8 + i)
       end do
       if (rates%attitude .and. system%effects%frame_turns .and. .not. rates%frame_turns) &
-         call turn_columns(system, after, dt, tangent, status)
+         call rotate_sensitivities(system, after, dt, tangent, status)
    end subroutine propagate
 
-   !> Estimates the error of the columns at the end of a step as that of the motion is: |e|²/√(|e|² + |e'|²), each
-   !> relative to the size of its column. Zero where the method has no estimates.
+   !> Estimates the error of the sensitivities at the end of a step as that of the motion is: |e|²/√(|e|² + |e'|²), each
+   !> relative to the size of its sensitivity. Zero where the method has no estimates.
    pure subroutine estimate_error(self, momentum, tangent)
       type(stage_tangent_t), intent(in) :: self
       !> L at the end; shape (3).
@@ -190,7 +191,7 @@ contains
       s = quat_exp(turn)
    end function spin_until
 
-   !> Columns in the axes of the body, which has turned.
+   !> Sensitivities in the axes of the body, which has turned.
    pure subroutine end_spin(self, momentum, tangent)
       type(stage_tangent_t), intent(in) :: self
       !> L at the end, in the frame; shape (3).
@@ -208,10 +209,10 @@ contains
       end do
    end subroutine end_spin
 
-   !> Makes room for columns.
+   !> Makes room for sensitivities.
    pure subroutine make_room(self, n, m)
       type(stage_tangent_t), intent(inout) :: self
-      !> Columns and numbers of each.
+      !> Sensitivities and numbers of each.
       integer, intent(in) :: n, m
       if (allocated(self%start)) then
          if (size(self%start, 1) == n .and. size(self%start, 2) == m) return
@@ -221,7 +222,7 @@ contains
    end subroutine make_room
 
    !> δq = ½q∘θ, |q| nearly 1, and δL.
-   pure subroutine start_columns(self, n, q, theta, momentum, start)
+   pure subroutine start_sensitivities(self, n, q, theta, momentum, start)
       type(stage_tangent_t), intent(in) :: self
       integer, intent(in) :: n
       real(wp), intent(in) :: q(4)
@@ -240,12 +241,12 @@ contains
          start(k, 6) = momentum(k, 2)
          start(k, 7) = momentum(k, 3)
       end do
-   end subroutine start_columns
+   end subroutine start_sensitivities
 
-   !> The argument of a stage, or the end of the step: of the motion and of the columns.
+   !> The argument of a stage, or the end of the step: of the motion and of the sensitivities.
    pure subroutine take_argument(self, length, i, x)
       type(stage_tangent_t), intent(inout) :: self
-      !> How many numbers all columns have; the stage.
+      !> How many numbers all sensitivities have; the stage.
       integer, intent(in) :: length, i
       real(wp), intent(inout) :: x(most_numbers)
       integer :: j
@@ -305,9 +306,9 @@ contains
       end do
    end subroutine add_weighted
 
-   !> δk of columns by the derivative of a stage.
+   !> δk of sensitivities by the derivative of a stage.
    pure subroutine multiply(n, m, a, x, rate)
-      !> Columns and numbers of each.
+      !> Sensitivities and numbers of each.
       integer, intent(in) :: n, m
       !> ∂k/∂y
       real(wp), intent(in) :: a(most_numbers, most_numbers)
@@ -353,22 +354,23 @@ contains
       call self%turned_stage%evaluate(rates, system, self%times(i), self%turned)
    end subroutine turn_stage
 
-   !> Adds what the parameters of a column do in a stage.
+   !> Adds what the parameters of a sensitivity do in a stage.
    subroutine add_own(self, rates, system, tangent, m, y, i)
       type(stage_tangent_t), intent(inout) :: self
       type(rigid_rates_t), intent(in) :: rates
       type(system_t), intent(in) :: system
       type(tangent_t), intent(in) :: tangent
-      !> Which of the parametric columns; the stage.
+      !> Which of the parametric sensitivities; the stage.
       integer, intent(in) :: m, i
       real(wp), intent(in) :: y(:)
       real(wp) :: change(size(y))
       integer :: k
       k = tangent%parametric(m)
       if (self%axis == 0) then
-         call self%stage%own_change(rates, system, tangent%columns(k), tangent%inertia(:, :, m), y, change)
+         call self%stage%own_change(rates, system, tangent%variations(k), tangent%inertia(:, :, m), y, change)
       else
-         call self%turned_stage%own_change(rates, system, tangent%columns(k), tangent%inertia(:, :, m), self%turned, &
+         call self%turned_stage%own_change(rates, system, tangent%variations(k), tangent%inertia(:, :, m), &
+            self%turned, &
                                            change)
          change(1:4) = quat_product(change(1:4), quat_conjugate(self%spin))
          change(5:7) = rotate_to_space(self%spin, change(5:7))
@@ -377,8 +379,8 @@ contains
    end subroutine add_own
 
    !> θ = 2 vec(q*∘δq)/|q|² and δL.
-   pure subroutine finish_columns(n, m, q, point, theta, momentum)
-      !> Columns and numbers of each.
+   pure subroutine finish_sensitivities(n, m, q, point, theta, momentum)
+      !> Sensitivities and numbers of each.
       integer, intent(in) :: n, m
       real(wp), intent(in) :: q(4)
       real(wp), intent(in) :: point(n, m)
@@ -395,6 +397,6 @@ contains
          momentum(k, 2) = point(k, 6)
          momentum(k, 3) = point(k, 7)
       end do
-   end subroutine finish_columns
+   end subroutine finish_sensitivities
 
 end module nutate_stage_tangent

@@ -306,11 +306,11 @@ contains
       type(tangent_t), intent(inout) :: tangent
       type(status_t), intent(inout) :: status
       if (.not. self%prepared_with%attitude) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'tangent columns need the attitude (expected attitude = .true.)', &
+         status = fail(NUTATE_BAD_ARGUMENT, 'sensitivities need the attitude (expected attitude = .true.)', &
                        'attitude')
       else if (.not. (self%on_manifold .and. (self%prepared_with%inverse_auxiliary_inertia <= 0.0_wp .or. &
                                               self%equations%is_tangent()))) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'tangent columns need |q| = 1, q.p = 0 and the projection', 'projection')
+         status = fail(NUTATE_BAD_ARGUMENT, 'sensitivities need |q| = 1, q.p = 0 and the projection', 'projection')
       end if
       if (status%code /= 0) return
       if (.not. allocated(self%last)) allocate (self%last)

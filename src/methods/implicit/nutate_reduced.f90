@@ -247,7 +247,7 @@ contains
       type(tangent_t), intent(inout) :: tangent
       type(status_t), intent(inout) :: status
       if (.not. self%prepared_with%attitude) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'tangent columns need the attitude (expected attitude = .true.)', &
+         status = fail(NUTATE_BAD_ARGUMENT, 'sensitivities need the attitude (expected attitude = .true.)', &
                        'attitude')
          return
       end if

@@ -1,7 +1,7 @@
 !> A stepper of any method with the projection onto the invariants after its steps.
 module nutate_projected_stepper
    use nutate_archive, only: archive_t
-   use nutate_column_projection, only: project_columns
+   use nutate_sensitivity_projection, only: project_sensitivities
    use nutate_kinds, only: wp
    use nutate_noise, only: noise_t
    use nutate_spaced_projection, only: spaced_projection_t
@@ -152,8 +152,8 @@ contains
       if (present(works)) works(:) = each
    end subroutine state_at
 
-   !> By the stepper, from the state that the step went on from; columns are projected where the state was. Errors:
-   !> those of the stepper.
+   !> By the stepper, from the state that the step went on from; sensitivities are projected where the state was.
+   !> Errors: those of the stepper.
    recursive subroutine propagate_step(self, system, before, after, dt, window_time, tangent, status)
       class(projected_stepper_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -166,7 +166,7 @@ contains
       call origin%restore_left()
       call self%base%propagate_step(system, origin, after, dt, window_time, tangent, status)
       if (status%code == 0 .and. after%balance%count == 0 .and. self%prepared_with%attitude) &
-         call project_columns(system, after, .false., tangent)
+         call project_sensitivities(system, after, .false., tangent)
    end subroutine propagate_step
 
    !> The same to a state inside of the last step, which is projected.
@@ -177,7 +177,8 @@ contains
       type(tangent_t), intent(inout) :: tangent
       type(status_t), intent(inout) :: status
       call self%base%propagate_inside(system, state, tangent, status)
-      if (status%code == 0 .and. self%prepared_with%attitude) call project_columns(system, state, .false., tangent)
+      if (status%code == 0 .and. self%prepared_with%attitude) call project_sensitivities(system, state, .false., &
+         tangent)
    end subroutine propagate_inside
 
    !> What the stepper and the projection remember.

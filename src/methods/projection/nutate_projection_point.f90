@@ -322,7 +322,8 @@ contains
       type(projection_point_t), intent(inout) :: point
       real(wp) :: frame_in_body(3), energy
       frame_in_body = times_vector(point%to_body, frame_rate)
-      energy = point%momentum(1)*frame_in_body(1) + point%momentum(2)*frame_in_body(2) + point%momentum(3)*frame_in_body(3)
+      energy = point%momentum(1)*frame_in_body(1) + point%momentum(2)*frame_in_body(2) + &
+               point%momentum(3)*frame_in_body(3)
       point%energy = point%energy - energy
       point%size = point%size + abs(energy)
       point%relative = point%omega - frame_in_body

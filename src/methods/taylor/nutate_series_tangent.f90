@@ -2,18 +2,21 @@
 !>
 !>     θ̇ = θ×Ω + δΩ,   δL̇ = δL×Ω + L×δΩ + (∂τ/∂θ)θ + D(δΩ - Rᵀω×θ),   δΩ = J⁻¹(δL - Σ s δh - δh - δJΩ)
 !>
-!> with the torque τ, its derivative by the rate D, and the rate ω of space axes that turn. All that multiplies columns
-!> is one series of matrices, the same for all of them: it is made once from the derivatives by γ that the effects know
-!> (`series_derivative`), ∂τ/∂θ = (∂τ/∂γ)[γ]×. What parameters change is added column by column.
+!> with the torque τ, its derivative by the rate D, and the rate ω of space axes that turn. All that multiplies
+!> sensitivities is one series of matrices, the same for all of them: it is made once from the derivatives by γ that
+!> the effects know (`series_derivative`), ∂τ/∂θ = (∂τ/∂γ)[γ]×. What parameters change is added sensitivity by
+!> sensitivity.
 !>
-!> Columns of the start without wheels are linear in θ and δL of the start, so that no more than a basis of these is
-!> expanded: six columns, and three of δL for a free body, whose θ1 is that of the start, turned, and what δL adds.
+!> Sensitivities of the start without wheels are linear in θ and δL of the start, so that no more than a basis of these
+!> is expanded: six sensitivities, and three of δL for a free body, whose θ1 is that of the start, turned, and what δL
+!> adds.
 !>
 !> It is the derivative of the flow, to the accuracy of the series. Its poles are of one order more than those of the
-!> motion, so that columns err by ten times as much at the same order: theirs is higher.
+!> motion, so that sensitivities err by ten times as much at the same order: theirs is higher.
 module nutate_series_tangent
-   use nutate_column, only: OF_POTENTIAL, OF_TORQUE, OF_WHEEL
-   use nutate_column_series, only: add_lacking, add_rest, add_row, add_turned, by_angle, by_momentum, for_momentum, &
+   use nutate_variation, only: OF_POTENTIAL, OF_TORQUE, OF_WHEEL
+   use nutate_sensitivity_series, only: add_lacking, add_rest, add_row, add_turned, by_angle, by_momentum, &
+      for_momentum, &
       for_theta, lanes, n_factors, numbers, of_lack, of_momentum, of_theta, set_matrix, set_vector, sum_block, sum_free
    use nutate_hamiltonian, only: body_momentum
    use nutate_kinds, only: wp
@@ -32,7 +35,7 @@ module nutate_series_tangent
 
    public :: series_tangent_t
 
-   !> By how much the order of the columns is higher.
+   !> By how much the order of the sensitivities is higher.
    integer, parameter :: more_orders = 2
 
    !> The series of one step, with the step as the unit of time.
@@ -44,7 +47,7 @@ module nutate_series_tangent
       !> There are torques that depend on the attitude, of these but the moment of one row; the axes of space turn; the
       !> matrices of δL have no diagonal.
       logical :: turned = .false., of_row = .false., frame_turns = .false., hollow = .false.
-      !> Columns of the basis of the start; 0 where each column is expanded.
+      !> Sensitivities of the basis of the start; 0 where each sensitivity is expanded.
       integer :: n_basis = 0
       !> ΔtJ⁻¹, its product with D, D, N m s; shape (3,3). Δtω along the rows; shape (3).
       real(wp) :: to_angle(3, 3) = 0.0_wp, damped(3, 3) = 0.0_wp, drag(3, 3) = 0.0_wp, turn(3) = 0.0_wp
@@ -56,23 +59,23 @@ module nutate_series_tangent
       real(wp) :: relative(3, 0:highest_order) = 0.0_wp, row(3, 3, 0:highest_order) = 0.0_wp
       !> The factors, the same in each lane; shape (lanes, n_factors, 0:highest_order).
       real(wp) :: factors(lanes, n_factors, 0:highest_order) = 0.0_wp
-      !> The columns that are expanded; shape (lanes, numbers, 0:highest_order, blocks). Which blocks have a u; shape
-      !> (blocks).
-      real(wp), allocatable :: columns(:, :, :, :)
+      !> The sensitivities that are expanded; shape (lanes, numbers, 0:highest_order, blocks). Which blocks have a u;
+      !> shape (blocks).
+      real(wp), allocatable :: sensitivities(:, :, :, :)
       logical, allocatable :: lacking(:)
-      !> Sums of the columns that are expanded, and their last terms; shape (12, lanes*blocks).
+      !> Sums of the sensitivities that are expanded, and their last terms; shape (12, lanes*blocks).
       real(wp), allocatable :: ends(:, :)
       !> Coefficient k of δh of each wheel, and its sum; shape (n, n_wheels).
       real(wp), allocatable :: wheel(:, :), gain(:, :)
    contains
-      !> Moves tangent columns over a step.
+      !> Moves sensitivities over a step.
       procedure :: propagate
    end type series_tangent_t
 
 contains
 
-   !> Moves tangent columns over a step. Errors, with the columns as they were: `NUTATE_BAD_ARGUMENT` for an effect, or
-   !> a change of its parameters, that has no series of its derivative.
+   !> Moves sensitivities over a step. Errors, with the sensitivities as they were: `NUTATE_BAD_ARGUMENT` for an
+   !> effect, or a change of its parameters, that has no series of its derivative.
    subroutine propagate(self, system, before, after, dt, start, order, acts, driven, tangent, status)
       class(series_tangent_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -96,7 +99,7 @@ contains
       self%n_rows = self%torques%rank
       if (system%effects%frame_turns .or. size(tangent%parametric) > 0) self%n_rows = 3
       call start_motion(self, system, before, dt, start, acts, driven)
-      call start_columns(self, tangent)
+      call start_sensitivities(self, tangent)
       call self%torques%expect_changes(changes_in(tangent))
       do k = 0, self%order
          call add_rates(self, k, system, dt)
@@ -104,7 +107,7 @@ contains
          call add_motion(self, k, system, dt, acts, unknown)
          if (size(tangent%parametric) + self%wheels%n > 0) call add_lacks(self, k, system, dt, tangent)
          do b = 1, size(self%lacking)
-            call add_block(self, k, dt, self%lacking(b), self%columns(:, :, :, b))
+            call add_block(self, k, dt, self%lacking(b), self%sensitivities(:, :, :, b))
          end do
          if (self%wheels%n > 0) call add_wheels(self, k, system, dt, tangent, unknown)
          place = 0
@@ -113,11 +116,11 @@ contains
          end do
       end do
       if (unknown /= '') then
-         status = fail(NUTATE_BAD_ARGUMENT, "method = 'taylor' has no tangent columns of "//trim(unknown)// &
+         status = fail(NUTATE_BAD_ARGUMENT, "method = 'taylor' has no sensitivities of "//trim(unknown)// &
                        ' (expected another method)', 'method')
          return
       end if
-      call finish_columns(self, quat_product(quat_conjugate(before%q), after%q), tangent)
+      call finish_sensitivities(self, quat_product(quat_conjugate(before%q), after%q), tangent)
    end subroutine propagate
 
    !> Coefficient 0 of the motion, and the constants of the step.
@@ -150,8 +153,8 @@ contains
       end do
    end subroutine start_motion
 
-   !> Coefficient 0 of the columns.
-   pure subroutine start_columns(self, tangent)
+   !> Coefficient 0 of the sensitivities.
+   pure subroutine start_sensitivities(self, tangent)
       class(series_tangent_t), intent(inout) :: self
       type(tangent_t), intent(in) :: tangent
       integer :: blocks, c, i, m
@@ -160,12 +163,12 @@ contains
       if (.not. (self%turned .or. self%frame_turns)) self%n_basis = 3
       if (self%wheels%n > 0 .or. tangent%n - m <= self%n_basis) self%n_basis = 0
       blocks = (merge(self%n_basis + m, tangent%n, self%n_basis > 0) + lanes - 1)/lanes
-      if (allocated(self%columns)) then
+      if (allocated(self%sensitivities)) then
          if (size(self%lacking) /= blocks .or. size(self%wheel, 1) /= tangent%n) &
-            deallocate (self%columns, self%lacking, self%ends, self%wheel, self%gain)
+            deallocate (self%sensitivities, self%lacking, self%ends, self%wheel, self%gain)
       end if
-      if (.not. allocated(self%columns)) then
-         allocate (self%columns(lanes, numbers, 0:highest_order, blocks), source=0.0_wp)
+      if (.not. allocated(self%sensitivities)) then
+         allocate (self%sensitivities(lanes, numbers, 0:highest_order, blocks), source=0.0_wp)
          allocate (self%lacking(blocks), self%ends(12, lanes*blocks), self%wheel(tangent%n, self%wheels%n), &
                    self%gain(tangent%n, self%wheels%n))
       end if
@@ -174,9 +177,9 @@ contains
          self%lacking((place_of(self, tangent, i) + lanes - 1)/lanes) = .true.
       end do
       if (self%n_basis > 0) then
-         self%columns(:, :of_lack, 0, :) = 0.0_wp
+         self%sensitivities(:, :of_lack, 0, :) = 0.0_wp
          do i = 1, self%n_basis
-            self%columns(1 + modulo(i - 1, lanes), of_lack - self%n_basis + i, 0, (i + lanes - 1)/lanes) = 1.0_wp
+            self%sensitivities(1 + modulo(i - 1, lanes), of_lack - self%n_basis + i, 0, (i + lanes - 1)/lanes) = 1.0_wp
          end do
       else
          do c = 1, tangent%n
@@ -186,21 +189,21 @@ contains
       end if
       self%wheel = tangent%wheels
       self%gain = 0.0_wp
-   end subroutine start_columns
+   end subroutine start_sensitivities
 
-   !> Changes of effects in all columns.
+   !> Changes of effects in all sensitivities.
    pure integer function changes_in(tangent) result(n)
       type(tangent_t), intent(in) :: tangent
       integer :: m
       n = 0
       do m = 1, size(tangent%parametric)
-         associate (column => tangent%columns(tangent%parametric(m)))
-            if (allocated(column%effects)) n = n + size(column%effects)
+         associate (variation => tangent%variations(tangent%parametric(m)))
+            if (allocated(variation%effects)) n = n + size(variation%effects)
          end associate
       end do
    end function changes_in
 
-   !> Where a parametric column is among those that are expanded. If there is a basis it begins as zero there.
+   !> Where a parametric sensitivity is among those that are expanded. If there is a basis it begins as zero there.
    pure integer function place_of(self, tangent, m)
       class(series_tangent_t), intent(in) :: self
       type(tangent_t), intent(in) :: tangent
@@ -348,12 +351,12 @@ contains
       do m = 1, size(tangent%parametric)
          c = tangent%parametric(m)
          own = times_vector(tangent%inertia(:, :, m), self%angle(:, k)/dt)
-         if (k == 0) own = own + tangent%columns(c)%rotor
+         if (k == 0) own = own + tangent%variations(c)%rotor
          place = place_of(self, tangent, m)
          inner(:, place) = inner(:, place) + own
-         if (.not. allocated(tangent%columns(c)%effects)) cycle
-         do i = 1, size(tangent%columns(c)%effects)
-            associate (item => tangent%columns(c)%effects(i))
+         if (.not. allocated(tangent%variations(c)%effects)) cycle
+         do i = 1, size(tangent%variations(c)%effects)
+            associate (item => tangent%variations(c)%effects(i))
                if (item%kind == OF_WHEEL) &
                   inner(:, place) = inner(:, place) + self%wheels%momentum_term(k, item%place)* &
                                     system%effects%wheels(item%place)%axis_change(item%change)
@@ -366,25 +369,25 @@ contains
       end do
    end subroutine add_lacks
 
-   !> Three numbers of a coefficient of a column.
-   pure function get(self, column, first, k) result(v)
+   !> Three numbers of a coefficient of a sensitivity.
+   pure function get(self, variation, first, k) result(v)
       class(series_tangent_t), intent(in) :: self
-      integer, intent(in) :: column, first, k
+      integer, intent(in) :: variation, first, k
       real(wp) :: v(3)
       integer :: i
       do i = 1, 3
-         v(i) = self%columns(1 + modulo(column - 1, lanes), first + i, k, (column + lanes - 1)/lanes)
+         v(i) = self%sensitivities(1 + modulo(variation - 1, lanes), first + i, k, (variation + lanes - 1)/lanes)
       end do
    end function get
 
    !> Sets them.
-   pure subroutine put(self, column, first, k, v)
+   pure subroutine put(self, variation, first, k, v)
       class(series_tangent_t), intent(inout) :: self
-      integer, intent(in) :: column, first, k
+      integer, intent(in) :: variation, first, k
       real(wp), intent(in) :: v(3)
       integer :: i
       do i = 1, 3
-         self%columns(1 + modulo(column - 1, lanes), first + i, k, (column + lanes - 1)/lanes) = v(i)
+         self%sensitivities(1 + modulo(variation - 1, lanes), first + i, k, (variation + lanes - 1)/lanes) = v(i)
       end do
    end subroutine put
 
@@ -415,7 +418,7 @@ contains
       end do
    end subroutine add_block
 
-   !> Coefficient k + 1 of δh, ḣ = u - cω: of all columns, and of those of parameters what these change.
+   !> Coefficient k + 1 of δh, ḣ = u - cω: of all sensitivities, and of those of parameters what these change.
    pure subroutine add_wheels(self, k, system, dt, tangent, unknown)
       class(series_tangent_t), intent(inout) :: self
       integer, intent(in) :: k
@@ -432,9 +435,9 @@ contains
             associate (wheel => system%effects%wheels(i))
                speed = wheel%speed_of(self%wheel(c, i), rate)
                drive = 0.0_wp
-               if (allocated(tangent%columns(c)%effects)) then
-                  do m = 1, size(tangent%columns(c)%effects)
-                     associate (item => tangent%columns(c)%effects(m))
+               if (allocated(tangent%variations(c)%effects)) then
+                  do m = 1, size(tangent%variations(c)%effects)
+                     associate (item => tangent%variations(c)%effects(m))
                         if (item%kind /= OF_WHEEL .or. item%place /= i) cycle
                         call self%wheels%drive_change(system%effects, i, item%change, k, drive, known)
                         if (.not. known) unknown = wheel%name
@@ -459,9 +462,9 @@ contains
       real(wp), intent(in) :: dt
       logical, intent(in) :: acts(:)
       type(tangent_t), intent(in) :: tangent
-      !> Which of the parametric columns.
+      !> Which of the parametric sensitivities.
       integer, intent(in) :: m
-      !> Changes of effects of the columns before it, and with it.
+      !> Changes of effects of the sensitivities before it, and with it.
       integer, intent(inout) :: place
       character(len=*), intent(inout) :: unknown
       real(wp) :: tau(3), one(3), turning(3)
@@ -470,12 +473,12 @@ contains
       c = tangent%parametric(m)
       tau = 0.0_wp
       turning = 0.0_wp
-      associate (column => tangent%columns(c))
-         if (self%frame_turns) turning = times_vector(self%row(:, :, k), matmul(column%frame, self%torques%basis))
-         if (allocated(column%effects)) then
-            do e = 1, size(column%effects)
+      associate (variation => tangent%variations(c))
+         if (self%frame_turns) turning = times_vector(self%row(:, :, k), matmul(variation%frame, self%torques%basis))
+         if (allocated(variation%effects)) then
+            do e = 1, size(variation%effects)
                place = place + 1
-               associate (item => column%effects(e))
+               associate (item => variation%effects(e))
                   if (item%kind == OF_TORQUE) then
                      if (.not. acts(item%place)) cycle
                      call self%torques%torque_change(system%effects, item%place, item%change, place, k, self%order, &
@@ -501,8 +504,8 @@ contains
       call put(self, c, of_momentum, k + 1, get(self, c, of_momentum, k + 1) + (dt*inverses(k + 1))*tau)
    end subroutine add_own
 
-   !> Sums the series, and makes the columns from the basis. The last terms estimate the error.
-   pure subroutine finish_columns(self, turn, tangent)
+   !> Sums the series, and makes the sensitivities from the basis. The last terms estimate the error.
+   pure subroutine finish_sensitivities(self, turn, tangent)
       class(series_tangent_t), intent(inout) :: self
       !> How the body has turned, of its axes at the start; shape (4).
       real(wp), intent(in) :: turn(4)
@@ -510,7 +513,7 @@ contains
       real(wp) :: turned(3, 3), x(6), y(12)
       integer :: b, c, i
       do b = 1, size(self%lacking)
-         call sum_block(self%order, self%columns(:, :, :, b), self%ends(:, lanes*(b - 1) + 1:lanes*b))
+         call sum_block(self%order, self%sensitivities(:, :, :, b), self%ends(:, lanes*(b - 1) + 1:lanes*b))
       end do
       do i = 1, 3
          x(:3) = 0.0_wp
@@ -526,7 +529,7 @@ contains
             y = y + x(6 - self%n_basis + i)*self%ends(:, i)
          end do
          if (self%n_basis == 3) y(:3) = y(:3) + times_vector(turned, x(:3))
-         call set_column(y, c, tangent)
+         call set_sensitivity(y, c, tangent)
       end do
       if (self%n_basis > 0) then
          do i = 1, size(tangent%parametric)
@@ -535,10 +538,10 @@ contains
       end if
       tangent%wheels = tangent%wheels + self%gain
       tangent%error = tangent%relative(tangent%mid, tangent%change, vector_length(self%momentum(:, 0)))
-   end subroutine finish_columns
+   end subroutine finish_sensitivities
 
-   !> Sets θ and δL of a column, and its last terms in `mid` and `change`.
-   pure subroutine set_column(y, c, tangent)
+   !> Sets θ and δL of a sensitivity, and its last terms in `mid` and `change`.
+   pure subroutine set_sensitivity(y, c, tangent)
       real(wp), intent(in) :: y(12)
       integer, intent(in) :: c
       type(tangent_t), intent(inout) :: tangent
@@ -549,7 +552,7 @@ contains
          tangent%mid(c, i) = y(6 + i)
          tangent%change(c, i) = y(9 + i)
       end do
-   end subroutine set_column
+   end subroutine set_sensitivity
 
    !> Adds to them.
    pure subroutine add_column(y, c, tangent)

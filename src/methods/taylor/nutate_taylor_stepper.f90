@@ -5,7 +5,7 @@
 !> output. The projection onto the invariants follows the steps.
 module nutate_taylor_stepper
    use nutate_archive, only: archive_t
-   use nutate_column_projection, only: project_columns
+   use nutate_sensitivity_projection, only: project_sensitivities
    use nutate_hamiltonian, only: body_momentum, moving_energy
    use nutate_invariants, only: follows_turning_axes
    use nutate_kinds, only: wp, eps
@@ -503,7 +503,7 @@ contains
       if (self%conserve) call self%projection%show(system, state)
    end subroutine show
 
-   !> Moves tangent columns over a step by their series, and projects them where the state was. Works change as the
+   !> Moves sensitivities over a step by their series, and projects them where the state was. Works change as the
    !> energy does, which the series keeps; where potentials move they are not needed, and stay. Errors:
    !> `NUTATE_BAD_ARGUMENT` for effects without such series.
    recursive subroutine propagate_step(self, system, before, after, dt, window_time, tangent, status)
@@ -526,7 +526,7 @@ contains
                               driven, tangent, status)
       if (works) tangent%work = tangent%work + tangent%energy_row(system, after)
       if (status%ok() .and. self%conserve .and. self%attitude .and. after%balance%count == 0) &
-         call project_columns(system, after, .false., tangent)
+         call project_sensitivities(system, after, .false., tangent)
    end subroutine propagate_step
 
    !> What the projection remembers; the series is computed anew from the state.

@@ -1,12 +1,12 @@
-!> Tangent columns of the free numbers of a scene: by the chain rule each is the change of start, body and effects that
+!> Sensitivities of the free numbers of a scene: by the chain rule each is the change of start, body and effects that
 !> a unit of the number makes.
 !>
 !> What the scene computes at its start (the inertia of a shape, the attitude of Euler angles) is differentiated there
 !> by five-point differences, the motion never: its derivative is the exact one of the method.
-module nutate_fit_columns
+module nutate_fit_variations
    use nutate_attitude, only: rotation_vector_from_quat
    use nutate_body, only: whole_body
-   use nutate_column, only: column_t, OF_ORBIT
+   use nutate_variation, only: variation_t, OF_ORBIT
    use nutate_controller_group, only: gain_changes
    use nutate_hamiltonian, only: angular_velocity
    use nutate_keys, only: group_t
@@ -27,30 +27,30 @@ module nutate_fit_columns
 contains
 
    !> Adds what a scene beside the present one contributes to the differences of start and body.
-   subroutine add_scene(group, present_scene, scene, weight, column)
+   subroutine add_scene(group, present_scene, scene, weight, variation)
       !> Name of the group of the number; blank for the attitude.
       character(len=*), intent(in) :: group
       type(scene_t), intent(in) :: present_scene, scene
       real(wp), intent(in) :: weight
-      type(column_t), intent(inout) :: column
+      type(variation_t), intent(inout) :: variation
       select case (group)
       case ('body')
          associate (body => whole_body(scene%system%body))
-            column%inertia = column%inertia + weight*body%inertia
-            column%mass_moment = column%mass_moment + weight*body%mass*body%center_of_mass
+            variation%inertia = variation%inertia + weight*body%inertia
+            variation%mass_moment = variation%mass_moment + weight*body%mass*body%center_of_mass
          end associate
       case ('rotor')
-         column%rotor = column%rotor + weight*scene%system%effects%rotor_momentum
+         variation%rotor = variation%rotor + weight*scene%system%effects%rotor_momentum
       case default
-         if (group == 'rotating_frame') column%frame = column%frame + weight*scene%system%effects%frame_rate
-         column%attitude = column%attitude + weight*rotation_vector_from_quat( &
+         if (group == 'rotating_frame') variation%frame = variation%frame + weight*scene%system%effects%frame_rate
+         variation%attitude = variation%attitude + weight*rotation_vector_from_quat( &
                            quat_product(quat_conjugate(present_scene%initial%q), scene%initial%q))
-         column%angular_velocity = column%angular_velocity + weight*angular_velocity(scene%system, scene%initial)
+         variation%angular_velocity = variation%angular_velocity + weight*angular_velocity(scene%system, scene%initial)
       end select
    end subroutine add_scene
 
    !> Adds a number of an effect. Errors: `NUTATE_BAD_ARGUMENT` where the effect has no derivative by it.
-   subroutine add_key(scene, group, key, value, numbers, name, column, status)
+   subroutine add_key(scene, group, key, value, numbers, name, variation, status)
       type(scene_t), intent(in) :: scene
       !> Place of the group among those of the scene.
       integer, intent(in) :: group
@@ -59,7 +59,7 @@ contains
       integer, intent(in) :: value, numbers
       !> Of the free number, for messages.
       character(len=*), intent(in) :: name
-      type(column_t), intent(inout) :: column
+      type(variation_t), intent(inout) :: variation
       type(status_t), intent(out) :: status
       real(wp) :: change(numbers), of_attitude(9), of_rate(9)
       real(wp), allocatable :: of_parameter(:)
@@ -69,35 +69,35 @@ contains
       associate (given => scene%groups(group), effects => scene%system%effects)
          if (given%name == 'controller' .and. (index(key, '_gain') > 0 .or. key == 'inertia')) then
             call gain_changes(given, scene%nominal%inertia, key, change, of_attitude, of_rate)
-            call column%add_of_group(effects, group, 'attitude_gain_matrix', of_attitude, status)
-            if (status%ok()) call column%add_of_group(effects, group, 'rate_gain_matrix', of_rate, status)
+            call variation%add_of_group(effects, group, 'attitude_gain_matrix', of_attitude, status)
+            if (status%ok()) call variation%add_of_group(effects, group, 'rate_gain_matrix', of_rate, status)
          else
             call find_parameter(given, key, change, parameter, of_parameter)
-            call column%add_of_group(effects, group, trim(parameter), of_parameter, status)
+            call variation%add_of_group(effects, group, trim(parameter), of_parameter, status)
          end if
       end associate
-      if (status%ok()) call follow_start(scene, column, status)
+      if (status%ok()) call follow_start(scene, variation, status)
       if (.not. status%ok()) status = fail(NUTATE_BAD_ARGUMENT, 'the motion has no derivative by '//trim(name)// &
                                            ': '//trim(status%message))
    end subroutine add_key
 
    !> Adds what an effect's numbers change of the start: of attitude and rate that count from the axes of an orbit.
    !> Errors: `NUTATE_BAD_ARGUMENT` for the start of a resonance, which the effects define.
-   subroutine follow_start(scene, column, status)
+   subroutine follow_start(scene, variation, status)
       type(scene_t), intent(in) :: scene
-      type(column_t), intent(inout) :: column
+      type(variation_t), intent(inout) :: variation
       type(status_t), intent(inout) :: status
       real(wp) :: turn(3), rate(3), transport(3)
       integer :: i, m
-      if (.not. allocated(column%effects)) return
+      if (.not. allocated(variation%effects)) return
       associate (initial => scene%groups(findloc(scene%groups%name, 'initial', dim=1)), &
                  effects => scene%system%effects, q => scene%initial%q)
          if (initial%has('resonance')) status = fail(NUTATE_BAD_ARGUMENT, 'it changes the start of the resonance '// &
             '(expected a start without resonance)')
-         do m = 1, size(column%effects)
-            if (column%effects(m)%kind /= OF_ORBIT) cycle
-            i = column%effects(m)%place
-            associate (orbit => effects%orbits(i), change => column%effects(m)%change)
+         do m = 1, size(variation%effects)
+            if (variation%effects(m)%kind /= OF_ORBIT) cycle
+            i = variation%effects(m)%place
+            associate (orbit => effects%orbits(i), change => variation%effects(m)%change)
                turn = 0.0_wp
                rate = 0.0_wp
                transport = 0.0_wp
@@ -111,9 +111,10 @@ contains
                else if (initial%text('rate_from', 'inertial') == 'frame') then
                   rate = orbit%frame_rate_change(change)
                end if
-               column%attitude = column%attitude + turn
+               variation%attitude = variation%attitude + turn
                ! What stands still in space is seen to turn.
-               column%angular_velocity = column%angular_velocity + rotate_to_body(q, rate) + cross(transport, turn)
+               variation%angular_velocity = variation%angular_velocity + rotate_to_body(q, rate) + cross(transport, &
+                  turn)
             end associate
          end do
       end associate
@@ -156,4 +157,4 @@ contains
       end select
    end subroutine find_parameter
 
-end module nutate_fit_columns
+end module nutate_fit_variations

@@ -1,9 +1,9 @@
-!> The sums of products of two series that make coefficient k + 1 of tangent columns, and how coefficients and
+!> The sums of products of two series that make coefficient k + 1 of sensitivities, and how coefficients and
 !> factors are laid out.
 !>
 !> The loop over lanes is the outer one, which is vectorised where the inner one surely runs: then the sums stay in
 !> registers.
-module nutate_column_series
+module nutate_sensitivity_series
    use nutate_kinds, only: wp
    use nutate_power_series, only: highest_order
    implicit none
@@ -12,9 +12,9 @@ module nutate_column_series
    public :: lanes, numbers, n_factors, of_theta, of_momentum, of_lack, by_angle, by_momentum, for_momentum, for_theta
    public :: set_vector, set_matrix, sum_free, add_rest, add_row, add_turned, add_lacking, sum_block
 
-   !> Columns that are computed together, whose sums stay in registers.
+   !> Sensitivities that are computed together, whose sums stay in registers.
    integer, parameter :: lanes = 2
-   !> Numbers of a column: θ, δL and u, by which ΔtδΩ is less than ΔtJ⁻¹δL; where each starts.
+   !> Numbers of a sensitivity: θ, δL and u, by which ΔtδΩ is less than ΔtJ⁻¹δL; where each starts.
    integer, parameter :: of_theta = 0, of_momentum = 3, of_lack = 6, numbers = 9
    !> Factors in a coefficient: ΔtΩ, L, and the matrices of δL and of θ in δL̇, of the latter E instead where there is
    !> but the moment m of one row, m×(E×θ); where each starts.
@@ -206,4 +206,4 @@ contains
       end do
    end subroutine sum_block
 
-end module nutate_column_series
+end module nutate_sensitivity_series

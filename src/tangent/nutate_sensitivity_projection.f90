@@ -1,4 +1,4 @@
-!> The projection of tangent columns: after the projection of a state its columns are moved, by the same directions,
+!> The projection of sensitivities: after the projection of a state its sensitivities are moved, by the same directions,
 !> until what they change of the invariants is what they changed of them at the start of the run.
 !>
 !> The rows dH·X, less the change of the works, d(l·n)·X or δl take the values of the start, the targets of the state's
@@ -8,12 +8,13 @@
 !>
 !> L̇ = L×Ω + τ; of l the move changes what is not conserved alone, by Ω⊥ (`nutate_invariant_projection`).
 !> Of the exact derivative this leaves out how the direction of the state's move changes, times the length of that move.
-!> Potentials that move do work on a column that is not known: columns stay as they are there.
+!> Potentials that move do work on a sensitivity that is not known: sensitivities stay as they are there.
 !>
-!> The columns of a method that conserves by itself are moved there every so many steps, if what they lack is round-off:
-!> in steady motions it is the same in each step, and adds up. A larger error is one of the columns, and stays.
-module nutate_column_projection
-   use nutate_column, only: column_t, OF_POTENTIAL
+!> The sensitivities of a method that conserves by itself are moved there every so many steps, if what they lack is
+!> round-off: in steady motions it is the same in each step, and adds up. A larger error is one of the sensitivities,
+!> and stays.
+module nutate_sensitivity_projection
+   use nutate_variation, only: variation_t, OF_POTENTIAL
    use nutate_effect_list, only: effect_list_t
    use nutate_hamiltonian, only: angular_velocity, body_momentum, frame_rate_of, potential_torque
    use nutate_invariants, only: ALL_COMPONENTS, ALONG_AXIS, conserved_momentum
@@ -25,20 +26,20 @@ module nutate_column_projection
    implicit none
    private
 
-   public :: project_columns, kept_steps
+   public :: project_sensitivities, kept_steps
 
-   !> Steps after which round-off is removed from columns.
+   !> Steps after which round-off is removed from sensitivities.
    integer, parameter :: kept_steps = 500
-   !> Part of the energies of a row that is round-off; longest move, of the length of the column.
+   !> Part of the energies of a row that is round-off; longest move, of the length of the sensitivity.
    real(wp), parameter :: round_off = 16*eps, longest = 0.1_wp
-   !> Round-off of that many steps, of a row or of a column.
+   !> Round-off of that many steps, of a row or of a sensitivity.
    real(wp), parameter :: accumulated = 4096*eps
 
 contains
 
-   !> Moves columns to the values that the rows had at the start, at a state with its attitude: those of a projected
-   !> state, and of a method that conserves by itself.
-   subroutine project_columns(system, state, only_round_off, tangent)
+   !> Moves sensitivities to the values that the rows had at the start, at a state with its attitude: those of a
+   !> projected state, and of a method that conserves by itself.
+   subroutine project_sensitivities(system, state, only_round_off, tangent)
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
       !> What is larger stays.
@@ -57,7 +58,7 @@ contains
          call put_component(system%effects, state%t, axis, gamma, momentum, only_round_off, tangent)
       end if
       call put_energy(system, state, components, gamma, momentum, only_round_off, tangent)
-   end subroutine project_columns
+   end subroutine project_sensitivities
 
    !> Puts δl to its target.
    pure subroutine put_momentum(q, momentum, only_round_off, tangent)
@@ -78,7 +79,7 @@ contains
       end do
    end subroutine put_momentum
 
-   !> Puts δ(l·n), but for columns that turn n: what they change depends on all of l.
+   !> Puts δ(l·n), but for sensitivities that turn n: what they change depends on all of l.
    subroutine put_component(effects, t, axis, gamma, momentum, only_round_off, tangent)
       type(effect_list_t), intent(in) :: effects
       !> s; n, space axes, and in the body; L; shape (3).
@@ -90,7 +91,7 @@ contains
       along = cross(momentum, gamma)
       length = norm2(momentum)
       do k = 1, tangent%n
-         if (turns_axis(effects, t, axis, tangent%columns(k))) cycle
+         if (turns_axis(effects, t, axis, tangent%variations(k))) cycle
          theta = tangent%theta(k, :)
          delta = tangent%momentum(k, :)
          lacks = dot_product(axis, tangent%space_momentum(k, :)) - dot_product(gamma, delta) - dot_product(along, theta)
@@ -99,29 +100,29 @@ contains
       end do
    end subroutine put_component
 
-   !> True for a column that turns a direction which all potentials share, or that of the turning of the axes.
-   pure logical function turns_axis(effects, t, axis, column) result(turns)
+   !> True for a sensitivity that turns a direction which all potentials share, or that of the turning of the axes.
+   pure logical function turns_axis(effects, t, axis, variation) result(turns)
       type(effect_list_t), intent(in) :: effects
       !> s; n; shape (3).
       real(wp), intent(in) :: t, axis(3)
-      type(column_t), intent(in) :: column
+      type(variation_t), intent(in) :: variation
       integer :: i, m
-      turns = any(abs(cross(axis, column%frame)) > 0.0_wp)
-      if (.not. allocated(column%effects)) return
-      do m = 1, size(column%effects)
-         if (column%effects(m)%kind /= OF_POTENTIAL) cycle
+      turns = any(abs(cross(axis, variation%frame)) > 0.0_wp)
+      if (.not. allocated(variation%effects)) return
+      do m = 1, size(variation%effects)
+         if (variation%effects(m)%kind /= OF_POTENTIAL) cycle
          do i = 1, effects%n_potentials
-            if (effects%potentials(i)%place /= column%effects(m)%place) cycle
+            if (effects%potentials(i)%place /= variation%effects(m)%place) cycle
             associate (potential => effects%potentials(i)%item)
                turns = turns .or. &
-                       any(abs(cross(axis, potential%direction_change(column%effects(m)%change, t))) > 0.0_wp)
+                       any(abs(cross(axis, potential%direction_change(variation%effects(m)%change, t))) > 0.0_wp)
             end associate
          end do
       end do
    end function turns_axis
 
-   !> Puts what columns change of the energy. A body that turns about a principal axis has no move that leaves l alone:
-   !> there both are one row, and what round-off of the state has left between the two is shared by them.
+   !> Puts what sensitivities change of the energy. A body that turns about a principal axis has no move that leaves l
+   !> alone: there both are one row, and what round-off of the state has left between the two is shared by them.
    subroutine put_energy(system, state, components, gamma, momentum, only_round_off, tangent)
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
@@ -168,4 +169,4 @@ contains
       end do
    end subroutine put_energy
 
-end module nutate_column_projection
+end module nutate_sensitivity_projection

@@ -1,19 +1,19 @@
-!> Moves tangent columns by the matrices of a step (`nutate_step_tangent`): with y half of what δL gains,
+!> Moves sensitivities by the matrices of a step (`nutate_step_tangent`): with y half of what δL gains,
 !>
 !>     y = WδL0 + Pθ0,   δL1 = δL0 + 2y,   θ1 = θ0 + (Rh² - 1)θ0 + 4RhT(δL0 + y)/(1+ρ)
 !>
-!> Of both only what they gain is rounded. Columns are taken in pairs, for processors that multiply two numbers at once;
-!> what a column becomes does not depend on the other one.
-module nutate_column_moves
+!> Of both only what they gain is rounded. Sensitivities are taken in pairs, for processors that multiply two numbers
+!> at once; what a sensitivity becomes does not depend on the other one.
+module nutate_sensitivity_steps
    use nutate_kinds, only: wp
    implicit none
    private
 
-   public :: move_pairs, turn_columns, set_product, set_products, add_products
+   public :: move_pairs, rotate_sensitivities, set_product, set_products, add_products
 
 contains
 
-   !> Moves pairs of columns.
+   !> Moves pairs of sensitivities.
    pure subroutine move_pairs(n, p, w, h, g, theta, momentum)
       !> Number of pairs.
       integer, intent(in) :: n
@@ -46,37 +46,37 @@ contains
       end do
    end subroutine move_pairs
 
-   !> A matrix times each column, in place.
-   pure subroutine turn_columns(m, n, columns)
+   !> A matrix times each sensitivity, in place.
+   pure subroutine rotate_sensitivities(m, n, sensitivities)
       real(wp), intent(in) :: m(3, 3)
       integer, intent(in) :: n
       !> Shape (n,3).
-      real(wp), intent(inout) :: columns(n, 3)
+      real(wp), intent(inout) :: sensitivities(n, 3)
       real(wp) :: x, y, z
       integer :: i
       do i = 1, n
-         x = columns(i, 1)
-         y = columns(i, 2)
-         z = columns(i, 3)
-         columns(i, 1) = m(1, 1)*x + m(1, 2)*y + m(1, 3)*z
-         columns(i, 2) = m(2, 1)*x + m(2, 2)*y + m(2, 3)*z
-         columns(i, 3) = m(3, 1)*x + m(3, 2)*y + m(3, 3)*z
+         x = sensitivities(i, 1)
+         y = sensitivities(i, 2)
+         z = sensitivities(i, 3)
+         sensitivities(i, 1) = m(1, 1)*x + m(1, 2)*y + m(1, 3)*z
+         sensitivities(i, 2) = m(2, 1)*x + m(2, 2)*y + m(2, 3)*z
+         sensitivities(i, 3) = m(3, 1)*x + m(3, 2)*y + m(3, 3)*z
       end do
-   end subroutine turn_columns
+   end subroutine rotate_sensitivities
 
-   !> A row times each column.
-   pure subroutine set_product(n, row, columns, products)
+   !> A row times each sensitivity.
+   pure subroutine set_product(n, row, sensitivities, products)
       integer, intent(in) :: n
       !> Shapes (3), (n,3), (n).
-      real(wp), intent(in) :: row(3), columns(n, 3)
+      real(wp), intent(in) :: row(3), sensitivities(n, 3)
       real(wp), intent(out) :: products(n)
       integer :: i
       do i = 1, n
-         products(i) = row(1)*columns(i, 1) + row(2)*columns(i, 2) + row(3)*columns(i, 3)
+         products(i) = row(1)*sensitivities(i, 1) + row(2)*sensitivities(i, 2) + row(3)*sensitivities(i, 3)
       end do
    end subroutine set_product
 
-   !> Two rows times each column.
+   !> Two rows times each sensitivity.
    pure subroutine set_products(n, a, x, b, y, products)
       integer, intent(in) :: n
       !> Shapes (3), (n,3), (n).
@@ -88,16 +88,17 @@ contains
       end do
    end subroutine set_products
 
-   !> Adds such products, and another row times each column, in one sum.
-   pure subroutine add_products(n, products, row, columns, sums)
+   !> Adds such products, and another row times each sensitivity, in one sum.
+   pure subroutine add_products(n, products, row, sensitivities, sums)
       integer, intent(in) :: n
       !> Shapes (n), (3), (n,3), (n).
-      real(wp), intent(in) :: products(n), row(3), columns(n, 3)
+      real(wp), intent(in) :: products(n), row(3), sensitivities(n, 3)
       real(wp), intent(inout) :: sums(n)
       integer :: i
       do i = 1, n
-         sums(i) = sums(i) + (products(i) + (row(1)*columns(i, 1) + row(2)*columns(i, 2) + row(3)*columns(i, 3)))
+         sums(i) = sums(i) + (products(i) + (row(1)*sensitivities(i, 1) + row(2)*sensitivities(i, &
+            2) + row(3)*sensitivities(i, 3)))
       end do
    end subroutine add_products
 
-end module nutate_column_moves
+end module nutate_sensitivity_steps

@@ -1,6 +1,6 @@
-!> The derivatives that a run of a scene carries: a tangent column for each number that `&free` names.
-module nutate_free_columns
-   use nutate_column, only: column_t
+!> The derivatives that a run of a scene carries: a sensitivity for each number that `&free` names.
+module nutate_free_variations
+   use nutate_variation, only: variation_t
    use nutate_columns, only: column_sets
    use nutate_fit_model, only: fit_model_t
    use nutate_keys, only: group_t, name_length
@@ -12,11 +12,11 @@ module nutate_free_columns
    use nutate_status, only: status_t
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_tangent, only: tangent_t
-   use nutate_tangent_columns, only: is_by_free
+   use nutate_propagated_columns, only: is_by_free
    implicit none
    private
 
-   public :: free_columns, shows_propagated, shows_derivatives, shows_indicators, usual_sets
+   public :: free_variations, shows_propagated, shows_derivatives, shows_indicators, usual_sets
 
    !> A step that tells whether a method propagates sensitivities, as a part of the run.
    real(wp), parameter :: short = 1e-9_wp
@@ -64,13 +64,13 @@ contains
                                .not. is_by_free(column_sets(i)%propagated), i=1, size(column_sets))])
    end function shows_indicators
 
-   !> Makes the tangent columns of the free numbers of a scene. Raises an error, with its line, for what has no
+   !> Makes the sensitivities of the free numbers of a scene. Raises an error, with its line, for what has no
    !> derivative: a number, a controller with samples, a method.
-   subroutine free_columns(scene, columns, error, settings)
+   subroutine free_variations(scene, variations, error, settings)
       !> With free numbers.
       type(scene_t), intent(in) :: scene
       !> Shape (free numbers).
-      type(column_t), allocatable, intent(out) :: columns(:)
+      type(variation_t), allocatable, intent(out) :: variations(:)
       type(scene_error_t), intent(inout) :: error
       !> Those of the run, complete; without them the run reports what its method does not carry.
       type(integrator_settings_t), intent(in), optional :: settings
@@ -80,14 +80,14 @@ contains
       call check_groups(scene%groups, error)
       if (error%raised) return
       call model%begin(scene)
-      allocate (columns(size(scene%fit%free)))
-      do i = 1, size(columns)
-         call model%column_of(i, columns(i), status)
+      allocate (variations(size(scene%fit%free)))
+      do i = 1, size(variations)
+         call model%variation_of(i, variations(i), status)
          if (.not. status%ok()) call error%raise_status(scene%fit%free(i)%line, status)
          if (error%raised) return
       end do
-      if (present(settings)) call try_method(scene, settings, columns, error)
-   end subroutine free_columns
+      if (present(settings)) call try_method(scene, settings, variations, error)
+   end subroutine free_variations
 
    !> Raises an error for what acts at samples: what it holds has no derivative.
    subroutine check_groups(groups, error)
@@ -101,14 +101,14 @@ contains
       end do
    end subroutine check_groups
 
-   !> Raises an error where the method does not carry the columns, which a first short step shows.
-   subroutine try_method(scene, settings, columns, error)
+   !> Raises an error where the method does not carry the variations, which a first short step shows.
+   subroutine try_method(scene, settings, variations, error)
       type(scene_t), intent(in) :: scene
       type(integrator_settings_t), intent(in) :: settings
-      type(column_t), intent(in) :: columns(:)
+      type(variation_t), intent(in) :: variations(:)
       type(scene_error_t), intent(inout) :: error
       class(stepper_t), allocatable :: stepper
-      type(integrator_settings_t) :: with_columns
+      type(integrator_settings_t) :: with_sensitivities
       type(tangent_t) :: tangent
       type(state_t) :: state
       type(status_t) :: status
@@ -117,11 +117,11 @@ contains
       dt = short*(scene%plan%end_time - scene%initial%t)
       middle = scene%initial%t + 0.5_wp*dt
       state = scene%initial
-      call tangent%begin(scene%system, state, columns, status)
+      call tangent%begin(scene%system, state, variations, status)
       if (status%ok()) then
-         with_columns = settings
-         with_columns%in_space_axes = any([(columns(i)%changes_orbit(), i=1, size(columns))])
-         call make_stepper(scene%system, with_columns, stepper, status)
+         with_sensitivities = settings
+         with_sensitivities%in_space_axes = any([(variations(i)%changes_orbit(), i=1, size(variations))])
+         call make_stepper(scene%system, with_sensitivities, stepper, status)
          if (status%ok()) call stepper%advance(scene%system, state, dt, middle, status)
          ! What has no step at all is for the run to report.
          if (.not. status%ok()) return
@@ -131,4 +131,4 @@ contains
       if (.not. status%ok()) call error%raise_status(scene%groups(i)%line_of('method'), status)
    end subroutine try_method
 
-end module nutate_free_columns
+end module nutate_free_variations

@@ -4,7 +4,7 @@
 !>
 !> With J the derivatives of rotation vector and angular velocity and Σ the diagonal matrix of the squared standard
 !> deviations, JΣJᵀ is the covariance of attitude and angular velocity, to first order.
-module nutate_tangent_columns
+module nutate_propagated_columns
    use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_value
    use nutate_chaos, only: chaos_t
    use nutate_kinds, only: wp
@@ -26,7 +26,7 @@ module nutate_tangent_columns
    character(len=*), parameter :: component_names(components) = [character(len=9) :: &
       'rotation1', 'rotation2', 'rotation3', 'omega1', 'omega2', 'omega3']
 
-   !> What a run propagates: tangent columns by free numbers, and indicators of chaos.
+   !> What a run propagates: sensitivities by free numbers, and indicators of chaos.
    type :: propagated_t
       !> Free numbers, `GROUP[.N].KEY[.I]`; shape (free numbers).
       character(len=80), allocatable :: names(:)
@@ -181,4 +181,4 @@ contains
       end do
    end subroutine propagated_values
 
-end module nutate_tangent_columns
+end module nutate_propagated_columns

@@ -1,6 +1,6 @@
-!> What a tangent column is the derivative by: a direction in the space of starts and parameters. A key of a scene that
-!> changes several of them (the mass of a shape, say) is one column with all of them in it.
-module nutate_column
+!> What a sensitivity is the derivative by: a direction in the space of starts and parameters. A key of a scene that
+!> changes several of them (the mass of a shape, say) is one sensitivity with all of them in it.
+module nutate_variation
    use nutate_effect_base, only: effect_t, parameter_t
    use nutate_controlled_motor, only: controlled_motor_t
    use nutate_controller, only: controller_t, BY_WHEELS
@@ -14,7 +14,7 @@ module nutate_column
    implicit none
    private
 
-   public :: column_t, effect_change_t, window_change_t, attitude_column, rate_column, inertia_column
+   public :: variation_t, effect_change_t, window_change_t, attitude_variation, rate_variation, inertia_variation
    public :: OF_POTENTIAL, OF_TORQUE, OF_WHEEL, OF_ORBIT
 
    !> In which list of the effects one stands.
@@ -40,9 +40,9 @@ module nutate_column
       real(wp) :: change(2) = 0.0_wp
    end type window_change_t
 
-   !> The change of the start and of the parameters that a unit of the column stands for. Where a parameter changes, the
-   !> start keeps its rates, Ω0 and those of the wheels.
-   type :: column_t
+   !> The change of the start and of the parameters that a unit of the sensitivity stands for. Where a parameter
+   !> changes, the start keeps its rates, Ω0 and those of the wheels.
+   type :: variation_t
       !> For messages and files.
       character(len=64) :: name = ''
       !> Start: rotation vector of the attitude, body axes, q → q∘exp(½θ); Ω0, body axes, 1/s; shape (3).
@@ -66,34 +66,34 @@ module nutate_column
       procedure :: is_parametric
       !> Returns true if an element of an orbit changes.
       procedure :: changes_orbit
-   end type column_t
+   end type variation_t
 
 contains
 
-   !> Returns the column of a rotation of the start about a body axis.
-   pure type(column_t) function attitude_column(axis) result(column)
+   !> Returns the sensitivity of a rotation of the start about a body axis.
+   pure type(variation_t) function attitude_variation(axis) result(variation)
       !> 1, 2 or 3.
       integer, intent(in) :: axis
-      column%name = 'initial.attitude.'//decimal(axis)
-      column%attitude(axis) = 1.0_wp
-   end function attitude_column
+      variation%name = 'initial.attitude.'//decimal(axis)
+      variation%attitude(axis) = 1.0_wp
+   end function attitude_variation
 
-   !> Returns the column of a component of Ω0.
-   pure type(column_t) function rate_column(axis) result(column)
+   !> Returns the sensitivity of a component of Ω0.
+   pure type(variation_t) function rate_variation(axis) result(variation)
       !> 1, 2 or 3.
       integer, intent(in) :: axis
-      column%name = 'initial.angular_velocity.'//decimal(axis)
-      column%angular_velocity(axis) = 1.0_wp
-   end function rate_column
+      variation%name = 'initial.angular_velocity.'//decimal(axis)
+      variation%angular_velocity(axis) = 1.0_wp
+   end function rate_variation
 
-   !> Returns the column of a component of the inertia, of both where it is off the diagonal.
-   pure type(column_t) function inertia_column(i, j) result(column)
+   !> Returns the sensitivity of a component of the inertia, of both where it is off the diagonal.
+   pure type(variation_t) function inertia_variation(i, j) result(variation)
       !> 1, 2 or 3.
       integer, intent(in) :: i, j
-      column%name = 'body.inertia.'//decimal(i)//decimal(j)
-      column%inertia(i, j) = 1.0_wp
-      column%inertia(j, i) = 1.0_wp
-   end function inertia_column
+      variation%name = 'body.inertia.'//decimal(i)//decimal(j)
+      variation%inertia(i, j) = 1.0_wp
+      variation%inertia(j, i) = 1.0_wp
+   end function inertia_variation
 
    pure function decimal(i) result(digits)
       integer, intent(in) :: i
@@ -106,7 +106,7 @@ contains
    !> Adds a change of a parameter of an effect. Errors: `NUTATE_BAD_ARGUMENT` where there is no such effect, and where
    !> it has no parameter of that name and size.
    subroutine add(self, effects, effect, number, parameter, change, status)
-      class(column_t), intent(inout) :: self
+      class(variation_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
       !> Name of the effect.
       character(len=*), intent(in) :: effect
@@ -122,7 +122,7 @@ contains
 
    !> Adds a change of a parameter of all effects that were made from one group of a scene. Errors: those of `add`.
    subroutine add_of_group(self, effects, group, parameter, change, status)
-      class(column_t), intent(inout) :: self
+      class(variation_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
       !> Place of the group.
       integer, intent(in) :: group
@@ -135,7 +135,7 @@ contains
 
    !> Adds a change of a parameter of the effect of a name and number, or of those of a group.
    subroutine add_where(self, effects, effect, number, group, parameter, change, status)
-      class(column_t), intent(inout) :: self
+      class(variation_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
       character(len=*), intent(in) :: effect, parameter
       integer, intent(in) :: number
@@ -201,7 +201,7 @@ contains
    !> Adds a change of the time at which a torque or a motor starts or stops; false for an effect that acts before or
    !> behind all times. A controller of wheels acts by their motors.
    logical function moves_edge(self, effects, item, kind, place, edge, change) result(moves)
-      type(column_t), intent(inout) :: self
+      type(variation_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
       class(effect_t), intent(in) :: item
       integer, intent(in) :: kind, place
@@ -256,7 +256,7 @@ contains
 
    !> Adds a change of one end of a window.
    subroutine append_edge(self, kind, place, side, change)
-      type(column_t), intent(inout) :: self
+      type(variation_t), intent(inout) :: self
       integer, intent(in) :: kind, place
       !> 1: start; 2: stop.
       integer, intent(in) :: side
@@ -274,7 +274,7 @@ contains
 
    !> Adds a change of the field of the Earth to magnetorquers in it, which do not have its moment.
    subroutine follow_field(self, item, place, parameter, change)
-      type(column_t), intent(inout) :: self
+      type(variation_t), intent(inout) :: self
       class(effect_t), intent(in) :: item
       integer, intent(in) :: place
       character(len=*), intent(in) :: parameter
@@ -288,7 +288,7 @@ contains
 
    !> Adds a change to those of an effect; false where the effect has no derivative by that name.
    logical function changes(self, effect, kind, place, parameter, change)
-      type(column_t), intent(inout) :: self
+      type(variation_t), intent(inout) :: self
       class(effect_t), intent(in) :: effect
       integer, intent(in) :: kind, place
       character(len=*), intent(in) :: parameter
@@ -339,7 +339,7 @@ contains
    end function names_of
 
    subroutine append(self, one)
-      type(column_t), intent(inout) :: self
+      type(variation_t), intent(inout) :: self
       type(effect_change_t), intent(in) :: one
       type(effect_change_t), allocatable :: grown(:)
       integer :: i, n
@@ -360,7 +360,7 @@ contains
 
    !> Adds the changes of effects that follow from those of the body.
    subroutine follow_body(self, effects)
-      class(column_t), intent(inout) :: self
+      class(variation_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
       integer :: i
       logical :: there
@@ -377,7 +377,7 @@ contains
    !> Adds the changes of effects, and of the rate of the space axes, that follow from those of orbits. Errors:
    !> `NUTATE_BAD_ARGUMENT` where two orbits are equal, since effects know theirs by its numbers.
    subroutine follow_orbits(self, effects, status)
-      class(column_t), intent(inout) :: self
+      class(variation_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
       type(status_t), intent(inout) :: status
       real(wp), allocatable :: change(:)
@@ -397,7 +397,7 @@ contains
 
    !> Adds the changes of the effects that follow a path.
    subroutine follow_path(self, effects, path, change)
-      class(column_t), intent(inout) :: self
+      class(variation_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
       type(kepler_orbit_t), intent(in) :: path
       !> Of its elements.
@@ -420,18 +420,18 @@ contains
       end do
    end subroutine follow_path
 
-   !> True for a column that changes more than the start.
+   !> True for a sensitivity that changes more than the start.
    pure logical function is_parametric(self)
-      class(column_t), intent(in) :: self
+      class(variation_t), intent(in) :: self
       is_parametric = any(abs(self%inertia) > 0.0_wp) .or. any(abs(self%rotor) > 0.0_wp) .or. &
                       any(abs(self%frame) > 0.0_wp) .or. allocated(self%effects)
    end function is_parametric
 
    !> Returns true if an element of an orbit changes.
    pure logical function changes_orbit(self)
-      class(column_t), intent(in) :: self
+      class(variation_t), intent(in) :: self
       changes_orbit = .false.
       if (allocated(self%effects)) changes_orbit = any(self%effects%kind == OF_ORBIT)
    end function changes_orbit
 
-end module nutate_column
+end module nutate_variation
