@@ -125,7 +125,7 @@ contains
       associate (system => scene%system, state => scene%initial)
          call axis_angle_from_quat(state%q, axis, angle)
          call page%item('attitude', 'q = '//vector_text(state%q))
-         if (angle > 0.0_wp) call page%item('', 'turned by '//rounded_text(angle)//' rad about '//vector_text(axis))
+         if (angle > 0.0_wp) call page%item('', 'rotated by '//rounded_text(angle)//' rad about '//vector_text(axis))
          omega = angular_velocity(system, state)
          call page%item('angular velocity', vector_text(omega)//' rad/s in body axes, '// &
                         rate_text(norm2(omega))//' in all')

@@ -53,7 +53,7 @@ module suites_of_runs
    use test_shipped_scenes, only: collect_shipped_scenes
    use test_step, only: collect_step
    use test_threads, only: collect_threads
-   use test_turning_tops, only: collect_turning_tops
+   use test_rotating_tops, only: collect_rotating_tops
    use test_work_precision, only: collect_work_precision
    use testdrive, only: new_testsuite, testsuite_type
    implicit none
@@ -111,7 +111,7 @@ contains
          new_testsuite("dying_motion", collect_dying_motion), &
          new_testsuite("earth_frames", collect_earth_frames), &
          new_testsuite("rotating_frame", collect_rotating_frame), &
-         new_testsuite("turning_tops", collect_turning_tops), &
+         new_testsuite("rotating_tops", collect_rotating_tops), &
          new_testsuite("rotation", collect_rotation), &
          new_testsuite("round_off", collect_round_off), &
          new_testsuite("run", collect_run), &

@@ -332,7 +332,7 @@ contains
    !> Adds a potential or torque of the test's own, and its bounds if it comes with them. For |γ| ≤ |n|:
    !>
    !> - U = e((a·γ)³ - γ1γ2): |∇U| ≤ e(3|a|³|n|² + |n|), ‖∇²U‖ ≤ e(6|a|³|n| + 1), the third derivative is 6e|a|³;
-   !> - τ = e(a·γ)γ: with the body turned by θ about an axis each component is a constant and waves in θ and 2θ, of
+   !> - τ = e(a·γ)γ: with the body rotated by θ about an axis each component is a constant and waves in θ and 2θ, of
    !>   amplitude e|a||n|²/2 together, since vᵀγγᵀa is at least (v·a - |a|)|n|²/2 and at most (v·a + |a|)|n|²/2 for unit
    !>   vectors v. By Bernstein's inequality the derivatives are at most 2 and 4 times that.
    subroutine add_own(effect, system, status)

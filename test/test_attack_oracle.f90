@@ -89,7 +89,7 @@ contains
       middle = sum(item%moments) - maxval(item%moments) - minval(item%moments)
       do i = 1, item%n_effects
          associate (effect => self%effects(i))
-            self%direction(:, i) = turned_back(unit(1), unit(2:4), effect%n)
+            self%direction(:, i) = rotated_back(unit(1), unit(2:4), effect%n)
             if (effect%kind == BODY_TORQUE) self%direction(:, i) = effect%n
             self%stiffness(:, :, i) = self%inertia
             do k = 1, 3
@@ -141,7 +141,7 @@ contains
       real(wp) :: tau(3)
       tau = self%direction(:, i)
       if (self%effects(i)%kind == BODY_TORQUE) return
-      tau = turned_back(1.0_wp, b, tau)/(1 + dot_product(b, b))
+      tau = rotated_back(1.0_wp, b, tau)/(1 + dot_product(b, b))
       if (self%effects(i)%kind == FEEDBACK) tau = (self%effects(i)%strength*dot_product(self%effects(i)%m, tau))*tau
    end function torque_of
 
@@ -153,8 +153,8 @@ contains
       real(wp) :: tau(3), first(3), last(3), middle(3), slope(3), half(3), shrink, l0, l1
       shrink = 1/(1 + dot_product(b, b))
       first = self%direction(:, i)
-      half = shrink*turned_back(1.0_wp, b, first)
-      last = shrink*turned_back(1.0_wp, b, half)
+      half = shrink*rotated_back(1.0_wp, b, first)
+      last = shrink*rotated_back(1.0_wp, b, half)
       middle = shrink*half
       associate (effect => self%effects(i))
          select case (effect%kind)
@@ -327,11 +327,11 @@ contains
    end function strength
 
    !> R(w + v)ᵀa for a quaternion of scalar w and vector v of any length.
-   pure function turned_back(w, v, a) result(r)
+   pure function rotated_back(w, v, a) result(r)
       real(wp), intent(in) :: w, v(3), a(3)
       real(wp) :: r(3)
       r = (w*w - dot_product(v, v))*a + (2*dot_product(v, a))*v - (2*w)*cross(v, a)
-   end function turned_back
+   end function rotated_back
 
    pure function cross(a, b) result(c)
       real(wp), intent(in) :: a(3), b(3)

@@ -151,7 +151,7 @@ contains
       real(wp), parameter :: change = 1e-5_wp, momentum(3) = [0.4_wp, 1.3_wp, -0.7_wp]
       type(bodies_t) :: bodies
       type(status_t) :: status
-      real(wp) :: q(4, 12), l(3, 12), rotation(3, 6), impulse(3, 6), start(3, 6), turned(4, 2), unit(3)
+      real(wp) :: q(4, 12), l(3, 12), rotation(3, 6), impulse(3, 6), start(3, 6), rotated(4, 2), unit(3)
       integer :: i, k
       call set_up(bodies, inertia(:, 1:1))
       start = 0.0_wp
@@ -175,8 +175,8 @@ contains
       call bodies%drift(dt, q, l, status)
       do i = 1, 6
          ! ξ = 2 δq∘q*, vector part.
-         turned = q(:, 2*i - 1:2*i)
-         unit = cross(turned(2:4, 2), turned(2:4, 1)) + turned(1, 2)*turned(2:4, 1) - turned(1, 1)*turned(2:4, 2)
+         rotated = q(:, 2*i - 1:2*i)
+         unit = cross(rotated(2:4, 2), rotated(2:4, 1)) + rotated(1, 2)*rotated(2:4, 1) - rotated(1, 1)*rotated(2:4, 2)
          rotation(:, i) = unit/change
       end do
       lost = 0.0_wp

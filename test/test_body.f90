@@ -20,7 +20,7 @@ contains
                   new_unittest("density times volume is mass", density_times_volume_is_mass), &
                   new_unittest("parallel axis rule moves the tensor", parallel_axis_rule_moves_the_tensor), &
                   new_unittest("a diagonal tensor keeps its axes", diagonal_tensor_keeps_its_axes), &
-                  new_unittest("principal axes of a turned tensor are found", turned_tensor_is_diagonalised), &
+                  new_unittest("principal axes of a rotated tensor are found", rotated_tensor_is_diagonalised), &
                   new_unittest("inverse inertia is the inverse", inverse_inertia_is_the_inverse), &
                   new_unittest("plates, spheres and needles are bodies", plates_spheres_and_needles_are_bodies), &
                   new_unittest("impossible inertias are refused by name", impossible_inertias_are_refused), &
@@ -87,7 +87,7 @@ contains
       call check_close(error, pack(body%axes, .true.), pack(diagonal([1.0_wp, 1.0_wp, 1.0_wp]), .true.), 0.0_wp)
    end subroutine diagonal_tensor_keeps_its_axes
 
-   subroutine turned_tensor_is_diagonalised(error)
+   subroutine rotated_tensor_is_diagonalised(error)
       type(error_type), allocatable, intent(out) :: error
       type(body_t) :: body
       type(status_t) :: status
@@ -98,7 +98,7 @@ contains
       call make_body(matmul(turn, matmul(diagonal(moments), transpose(turn))), body, status)
       call check_close(error, body%moments, moments, 32*eps)
       call check_close(error, pack(body%axes, .true.), pack(turn, .true.), 64*eps, "axes, right-handed")
-   end subroutine turned_tensor_is_diagonalised
+   end subroutine rotated_tensor_is_diagonalised
 
    subroutine inverse_inertia_is_the_inverse(error)
       type(error_type), allocatable, intent(out) :: error

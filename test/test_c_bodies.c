@@ -40,7 +40,7 @@ int test_c_bodies_steps(void)
 {
     static double q[N][4], l[N][3], torque[N][3], q1[N][4], l1[N][3];
     int class_of[N], i, k;
-    double t = 0.4, exact[4], angle, omega[3] = {0.1, 0.2, 10.0}, rate[3], turned[4];
+    double t = 0.4, exact[4], angle, omega[3] = {0.1, 0.2, 10.0}, rate[3], rotated[4];
     nutate_bodies *bodies = NULL;
     nutate_system *box = NULL;
     EXPECT(NUTATE_OK, make_bodies(NUTATE_SPACE_MOMENTUM, &bodies));
@@ -61,9 +61,9 @@ int test_c_bodies_steps(void)
     EXPECT(NUTATE_OK, make_bodies(NUTATE_BODY_RATE, &bodies));
     EXPECT(NUTATE_OK, make_box(&box));
     EXPECT(NUTATE_OK, nutate_exact_free_body(box, one, omega, 1, &t, exact, rate));
-    memcpy(turned, one, sizeof turned);
-    for (i = 0; i < 100; ++i) EXPECT(NUTATE_OK, nutate_bodies_drift(bodies, 1, NULL, t / 100, turned, omega));
-    EXPECT(NUTATE_OK, nutate_attitude_distance(turned, exact, &angle));
+    memcpy(rotated, one, sizeof rotated);
+    for (i = 0; i < 100; ++i) EXPECT(NUTATE_OK, nutate_bodies_drift(bodies, 1, NULL, t / 100, rotated, omega));
+    EXPECT(NUTATE_OK, nutate_attitude_distance(rotated, exact, &angle));
     CHECK(angle < 1e-6);
     for (k = 0; k < 3; ++k) CHECK(fabs(omega[k] - rate[k]) < 1e-5);
     EXPECT(NUTATE_OK, nutate_system_destroy(&box));

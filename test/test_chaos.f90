@@ -93,7 +93,7 @@ contains
    end subroutine go
 
    !> A body that spins about its middle axis: λ = Ω √((J2 - J3)(J3 - J1)/(J1 J2)) = 6/s, the first row of an exact
-   !> solution: after the columns have turned in, between two times, nothing but the error of the steps is left.
+   !> solution: after the columns have rotated in, between two times, nothing but the error of the steps is left.
    subroutine test_unstable_axis(error)
       type(error_type), allocatable, intent(out) :: error
       class(scene_t), allocatable :: scene

@@ -112,7 +112,7 @@ contains
       end do
    end subroutine separatrix_is_passed
 
-   !> Attitudes turned away by up to 0.01 rad at fixed l, next to a saddle and far from it.
+   !> Attitudes rotated away by up to 0.01 rad at fixed l, next to a saddle and far from it.
    subroutine large_errors_are_removed(error)
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: tilts(3) = [0.05_wp, 0.1_wp, 0.5_wp]
@@ -129,7 +129,7 @@ contains
          call projection%prepare(problem%system, .true., .false.)
          do k = 2, 8
             call projection%follow(problem%system, problem%start)
-            state = turned(problem%start, 0.1_wp**k*[0.5_wp, -0.4_wp, 0.3_wp])
+            state = rotated(problem%start, 0.1_wp**k*[0.5_wp, -0.4_wp, 0.3_wp])
             call projection%project(problem%system, state, 0.0_wp, status)
             call check(error, status%ok(), trim(status%message))
             call check_close(error, total_energy(problem%system, state), energy, 8*eps*energy, "energy")
@@ -138,15 +138,15 @@ contains
       end do
    end subroutine large_errors_are_removed
 
-   !> The state turned at fixed space momentum: q∘exp(v), p = 2[0, l]∘q.
-   function turned(start, v) result(state)
+   !> The state rotated at fixed space momentum: q∘exp(v), p = 2[0, l]∘q.
+   function rotated(start, v) result(state)
       type(state_t), intent(in) :: start
       real(wp), intent(in) :: v(3)
       type(state_t) :: state
       state = start
       state%q = quat_product(start%q, quat_exp(v))
       state%p = quat_product(start%p, quat_exp(v))
-   end function turned
+   end function rotated
 
    !> A step so long that the energy is beyond reach: through the stepper the state stays, and so do the targets.
    subroutine long_moves_are_refused(error)

@@ -9,7 +9,7 @@ module test_earth_frames
    use nutate_gravity, only: gravity_t
    use nutate_gravity_gradient, only: gravity_gradient_t
    use nutate_hamiltonian, only: conserved_energy, frame_rate_of, make_state
-   use nutate_invariants, only: follows_turning_axes
+   use nutate_invariants, only: follows_rotating_axes
    use nutate_kinds, only: wp, eps, pi
    use nutate_methods, only: make_stepper
    use nutate_progress, only: run_summary_t
@@ -65,7 +65,7 @@ contains
                   new_unittest("mild steps are certified", mild_steps_is_certified)]
    end subroutine collect_earth_frames
 
-   !> 28 kg on 67 m at 48.8462° north, turned 3° about east, at rest on the Earth.
+   !> 28 kg on 67 m at 48.8462° north, rotated 3° about east, at rest on the Earth.
    type(problem_t) function pendulum() result(problem)
       type(status_t) :: status
       real(wp) :: q(4)
@@ -161,7 +161,7 @@ contains
       call check_close(error, rotate_to_space(state%q, x), expected(:, 1), 1e-12_wp, "order 8")
    end subroutine free_gyroscope
 
-   !> A rotor of 15 N m s along axis 2, hung above its centre of mass, at 50° north. Its axis is turned from north and
+   !> A rotor of 15 N m s along axis 2, hung above its centre of mass, at 50° north. Its axis is rotated from north and
    !> lifted by the angle (rad) at which it rests.
    type(problem_t) function gyrocompass(azimuth) result(problem)
       real(wp), intent(in) :: azimuth
@@ -240,7 +240,7 @@ contains
       type(state_t) :: state
       type(status_t) :: status
       integer(int64) :: seed
-      !> In axes that stand still, where the motion does not know of their turning; they turn back by a quaternion.
+      !> In axes that stand still, where the motion does not know of their rotating; they turn back by a quaternion.
       type(system_t) :: system
       real(wp) :: r(3), c(4), turn(4), expected(4)
       integer :: n, certified
@@ -256,7 +256,7 @@ contains
          if (.not. status%ok() .or. stepper%uncertified > 0) cycle
          system = problem%system
          turn = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
-         if (follows_turning_axes(system%effects)) then
+         if (follows_rotating_axes(system%effects)) then
             turn = quat_exp(-0.5_wp*system%effects%frame_rate)
             system%effects%frame_turns = .false.
             system%effects%frame_rate = 0.0_wp

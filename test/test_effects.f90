@@ -24,7 +24,7 @@ module test_effects
    public :: collect_effects
 
    !> A start in the middle of everything.
-   real(wp), parameter :: tilted(4) = [0.5_wp, -0.5_wp, 0.1_wp, 0.7_wp], turning(3) = [0.7_wp, -1.1_wp, 0.9_wp]
+   real(wp), parameter :: tilted(4) = [0.5_wp, -0.5_wp, 0.1_wp, 0.7_wp], rotating(3) = [0.7_wp, -1.1_wp, 0.9_wp]
 
 contains
 
@@ -83,8 +83,8 @@ contains
       integer :: i
       settings%inverse_auxiliary_inertia = inverse_j0
       call stepper%prepare(system, settings, status)
-      state = make_state(system, tilted, turning)
-      if (present(q)) state = make_state(system, q, turning)
+      state = make_state(system, tilted, rotating)
+      if (present(q)) state = make_state(system, q, rotating)
       call invariants%start(system, state, inverse_j0)
       work = 0.0_wp
       do i = 1, n
@@ -174,7 +174,7 @@ contains
       type(status_t) :: status
       integer :: i
       call stepper%prepare(system, integrator_settings_t(), status)
-      state = make_state(system, tilted, turning)
+      state = make_state(system, tilted, rotating)
       call invariants%start(system, state)
       call check(error, invariants%components, ALONG_AXIS, label//": conserved components")
       do i = 1, 300
@@ -205,7 +205,7 @@ contains
             problem%system = sample_body()
             call samples%add(problem%system, samples%potentials(i))
             call samples%add(problem%system, samples%potentials(k))
-            problem%start = make_state(problem%system, tilted, turning)
+            problem%start = make_state(problem%system, tilted, rotating)
             call invariants%start(problem%system, problem%start)
             call check(error, invariants%components, NO_COMPONENT)
             call solve(problem, 0.05_wp, 40, state, status)
@@ -236,7 +236,7 @@ contains
       type(status_t) :: status
       real(wp), parameter :: none(3) = 0.0_wp, n(3) = [0.6_wp, -0.5_wp, 0.9_wp]
       free%system = sample_body()
-      free%start = make_state(free%system, tilted, turning)
+      free%start = make_state(free%system, tilted, rotating)
       call solve(free, 0.05_wp, 100, expected, status)
       problem = free
       associate (effects => problem%system%effects, body => problem%system%body)
@@ -287,8 +287,8 @@ contains
          call parts%add(rotor_t(momentum=m1))
          call parts%add(rotor_t(momentum=m2))
       end associate
-      one%start = make_state(one%system, tilted, turning)
-      two%start = make_state(two%system, tilted, turning)
+      one%start = make_state(one%system, tilted, rotating)
+      two%start = make_state(two%system, tilted, rotating)
       call solve(one, 0.02_wp, 100, a, status)
       call solve(two, 0.02_wp, 100, b, status)
       call check(error, status%ok(), trim(status%message))

@@ -42,7 +42,7 @@ contains
                   new_unittest("what a scene refuses is a row with its status", refusals), &
                   new_unittest("a member after a refused one is as if it came first", members_are_alone), &
                   new_unittest("a last trial run treated as the run leaves no trace", trial_runs_are_runs), &
-                  new_unittest("a frame that only some members turn is theirs alone", turned_frames), &
+                  new_unittest("a frame that only some members turn is theirs alone", rotated_frames), &
                   new_unittest("effects that a program adds act on every member", added_effects), &
                   new_unittest("every effect, method and event can stand in an ensemble", everything)]
    end subroutine collect_ensemble
@@ -309,7 +309,7 @@ contains
    end subroutine members_are_alone
 
    !> Every third member turns no frame.
-   subroutine turned_frames(error)
+   subroutine rotated_frames(error)
       type(error_type), allocatable, intent(out) :: error
       class(scene_t), allocatable :: scene
       integer(long), allocatable :: fields(:, :)
@@ -320,7 +320,7 @@ contains
       if (allocated(error)) return
       call compare_rows(scene, fields, error)
       call check(error, all(fields(2, :) == 0), 'statuses')
-   end subroutine turned_frames
+   end subroutine rotated_frames
 
    !> Members with an accuracy, by each method that it can choose: Euler angles, which are followed through a run, have
    !> it run once more behind its trial runs. Some need more steps than they are allowed.

@@ -102,7 +102,7 @@ contains
          associate (moments => short_rows(1:3, i), start => short_rows(4:6, i), t => short_rows(7, i))
             call prepared(body, moments, identity, start)
             call body%evaluate(t, q, momentum)
-            ! One rounding per radian turned, times what an unstable motion makes of it.
+            ! One rounding per radian rotated, times what an unstable motion makes of it.
             tolerance = eps*(2 + fastest(moments, start)*abs(t))*short_rows(8, i)
             write (label, '("row ",i0)') i
             call check_close(error, q, short_rows(9:12, i), tolerance, label)
@@ -301,7 +301,7 @@ contains
          w = random_unit_quaternion(seed)
          axes = rotation_matrix(w)
          call prepared(body, moments, w, start)
-         ! The same axes with one of them turned round: a left-handed set.
+         ! The same axes with one of them rotated round: a left-handed set.
          if (mod(i, 2) == 0) axes(:, 1 + mod(i, 3)) = -axes(:, 1 + mod(i, 3))
          call general%prepare(moments, identity, matmul(rotation_matrix(w), start), status, axes)
          call check(error, status%ok(), trim(status%message))

@@ -1,6 +1,6 @@
 !> The round-off of closed solutions: its estimate against an oracle of higher precision.
 !>
-!> Over long times the oracle follows one period of the body momentum only. The attitude then has turned about the
+!> Over long times the oracle follows one period of the body momentum only. The attitude then has rotated about the
 !> momentum in space by a rotation that is the same for every period: its power is that of many.
 module test_exact_round_off
    use, intrinsic :: iso_fortran_env, only: error_unit, int64
@@ -25,7 +25,7 @@ module test_exact_round_off
    public :: collect_exact_round_off, report_round_off
 
    character(len=20), parameter :: kinds(8) = [character(len=20) :: 'any moments', 'symmetric', 'nearly symmetric', &
-      'near the separatrix', 'near an axis', 'turned axes', 'extreme moments', 'about an axis']
+      'near the separatrix', 'near an axis', 'rotated axes', 'extreme moments', 'about an axis']
    !> Cases of the full report, and of `make stress`.
    integer, parameter :: all_cases = 2000, some_cases = 160
    !> The oracle follows no more than this, rad.
@@ -206,7 +206,7 @@ contains
       call shape_case(kind_of(number), seed, j, momentum)
       q = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
       if (mod((number - 1)/size(kinds), 2) == 1) q = random_unit_quaternion(seed)
-      if (kinds(kind_of(number)) == 'turned axes') then
+      if (kinds(kind_of(number)) == 'rotated axes') then
          call set_up(system, j, random_unit_quaternion(seed))
       else
          call set_up(system, j)
@@ -252,7 +252,7 @@ contains
       end select
    end subroutine shape_case
 
-   !> A free body of principal moments, along the body axes or turned by a rotation.
+   !> A free body of principal moments, along the body axes or rotated by a rotation.
    subroutine set_up(system, moments, turn)
       type(system_t), intent(out) :: system
       real(wp), intent(in) :: moments(3)

@@ -130,7 +130,7 @@ contains
          sample = sample_t(rows(1, i), rows(2, i), rows(3, i), rows(4:7, i), rows(8:10, i))
          top = prepared(sample)
          call top%evaluate(rows(11, i), q, momentum)
-         ! One rounding per radian turned, times what an unstable motion makes of it.
+         ! One rounding per radian rotated, times what an unstable motion makes of it.
          tolerance = eps*(2 + fastest(sample)*abs(rows(11, i)))*rows(12, i)
          write (label, '("row ",i0)') i
          call check_close(error, q, rows(13:16, i), tolerance, label)

@@ -15,7 +15,7 @@ module test_f77_helpers
 
    public :: collect_f77_helpers
 
-   real(wp), parameter :: turned(4) = [0.1_wp, -0.5_wp, 0.7_wp, 0.5_wp]
+   real(wp), parameter :: rotated(4) = [0.1_wp, -0.5_wp, 0.7_wp, 0.5_wp]
 
 contains
 
@@ -37,11 +37,11 @@ contains
       integer :: info(2)
       q = 0.0_wp
       r = 0.0_wp
-      call nuq2m(turned, r, info(1))
+      call nuq2m(rotated, r, info(1))
       call num2q(r, q, info(2))
       call check(error, all(info == 0))
-      call check(error, all(r == rotation_matrix(turned)))
-      call check_close(error, q, turned, 4*eps)
+      call check(error, all(r == rotation_matrix(rotated)))
+      call check_close(error, q, rotated, 4*eps)
    end subroutine matrix_there_and_back
 
    subroutine euler_there_and_back(error)
@@ -66,13 +66,13 @@ contains
       r = 5.0_wp
       q = 5.0_wp
       a = 5.0_wp
-      call nuq2m(2*turned, r, info(1))
-      call nuq2m(nan*turned, r, info(2))
-      call num2q(2*rotation_matrix(turned), q, info(3))
-      call num2q(-rotation_matrix(turned), q, info(4))
-      call num2q(nan*rotation_matrix(turned), q, info(5))
-      call nuq2e(0*turned, a(1), a(2), a(3), info(6))
-      call nuq2e(1e300_wp*turned, a(1), a(2), a(3), info(7))
+      call nuq2m(2*rotated, r, info(1))
+      call nuq2m(nan*rotated, r, info(2))
+      call num2q(2*rotation_matrix(rotated), q, info(3))
+      call num2q(-rotation_matrix(rotated), q, info(4))
+      call num2q(nan*rotation_matrix(rotated), q, info(5))
+      call nuq2e(0*rotated, a(1), a(2), a(3), info(6))
+      call nuq2e(1e300_wp*rotated, a(1), a(2), a(3), info(7))
       call nue2q(nan, 0.0_wp, 0.0_wp, q, info(8))
       call nue2q(0.0_wp, nan, 0.0_wp, q, info(9))
       call nue2q(0.0_wp, 0.0_wp, nan, q, info(10))
@@ -92,9 +92,9 @@ contains
       omega = 0.0_wp
       problem = forced_body()
       associate (body => problem%system%body)
-         call nufree(body%inertia, turned, start, 3, t, q, omega, info)
+         call nufree(body%inertia, rotated, start, 3, t, q, omega, info)
          call check(error, info, 0)
-         call solution%prepare(body%moments, turned, matmul(body%inertia, start), status, body%axes)
+         call solution%prepare(body%moments, rotated, matmul(body%inertia, start), status, body%axes)
          do i = 1, 3
             call solution%evaluate(t(i), expected, momentum)
             call check_close(error, q(:, i), expected, 0.0_wp)
@@ -115,12 +115,12 @@ contains
       q = 5.0_wp
       omega = 5.0_wp
       associate (aj => problem%system%body%inertia)
-         call nufree(-aj, turned, one, 1, [1.0_wp], q, omega, info(1))
-         call nufree(aj, 2*turned, one, 1, [1.0_wp], q, omega, info(2))
-         call nufree(aj, turned, nan*one, 1, [1.0_wp], q, omega, info(3))
-         call nufree(aj, turned, one, -1, [1.0_wp], q, omega, info(4))
-         call nufree(aj, turned, one, 1, [nan], q, omega, info(5))
-         call nufree(aj, turned, one, 0, [nan], q, omega, info(6))
+         call nufree(-aj, rotated, one, 1, [1.0_wp], q, omega, info(1))
+         call nufree(aj, 2*rotated, one, 1, [1.0_wp], q, omega, info(2))
+         call nufree(aj, rotated, nan*one, 1, [1.0_wp], q, omega, info(3))
+         call nufree(aj, rotated, one, -1, [1.0_wp], q, omega, info(4))
+         call nufree(aj, rotated, one, 1, [nan], q, omega, info(5))
+         call nufree(aj, rotated, one, 0, [nan], q, omega, info(6))
       end associate
       call check(error, all(info == [-1, -2, -3, -4, -5, 0]))
       call check(error, all(q == 5.0_wp) .and. all(omega == 5.0_wp))

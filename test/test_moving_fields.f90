@@ -29,7 +29,7 @@ module test_moving_fields
    use nutate_wheel_mounting, only: add_wheel
    use test_problems, only: problem_t
    use test_satellites, only: degree, field_along, magnet, moments, path_of, point, push, push_along, satellite, &
-      turning, BOTH, FORCE_ALONG, MAGNETIC
+      rotating, BOTH, FORCE_ALONG, MAGNETIC
    use test_support, only: check, check_below, check_close, error_type, in_turn, new_unittest, unittest_type
    implicit none
    private
@@ -117,7 +117,7 @@ contains
       real(wp) :: h, t
       integer :: i
       call quat_from_axis_angle([1.0_wp, 1.0_wp, 1.0_wp], 40*degree, q, status)
-      y = [q, turning]
+      y = [q, rotating]
       h = end_time/steps
       do i = 0, steps - 1
          t = i*h
@@ -255,7 +255,7 @@ contains
          call problem%system%effects%add(timed_force_t(name='force', body_point=point, start=500.0_wp, &
                                                        stop=2000.0_wp, moves=.true., &
                                                        force=push_along(problem%system%effects%orbit)))
-         problem%start = make_state(problem%system, problem%start%q, turning)
+         problem%start = make_state(problem%system, problem%start%q, rotating)
          problem%start%wheel_momentum(1) = 0.01_wp
          do order = 2, 8, 2
             do form = 1, 2
@@ -303,7 +303,7 @@ contains
       type(status_t) :: status
       orbit = orbit_t(path_of(0.3_wp))
       call make_body(diagonal(moments), one%system%body, status, mass=2.0_wp, center_of_mass=point)
-      one%start = make_state(one%system, [0.8_wp, 0.0_wp, 0.6_wp, 0.0_wp], turning)
+      one%start = make_state(one%system, [0.8_wp, 0.0_wp, 0.6_wp, 0.0_wp], rotating)
       other = one
       call one%system%effects%add(force_t(point, push))
       call other%system%effects%add(gravity_t(other%system%body, 0.5_wp*push))

@@ -50,7 +50,7 @@ contains
                   new_unittest("shadow of a circular orbit, and its rate", shadow)]
    end subroutine collect_orbit_fields
 
-   !> B = -∇ of the potential a³ G·r/|r|³, G turned with the Earth, by differences; near the equator it points north.
+   !> B = -∇ of the potential a³ G·r/|r|³, G rotated with the Earth, by differences; near the equator it points north.
    subroutine field_of_a_dipole(error)
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: step = 100.0_wp, times(3) = [0.0_wp, 2500.0_wp, 40000.0_wp]

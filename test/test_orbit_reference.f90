@@ -86,7 +86,7 @@ contains
                   new_unittest("a wide libration in pitch is elliptic", wide_pitch)]
    end subroutine collect_orbit_reference
 
-   !> A body on the circular orbit, turned by angles against it and at rest in its axes.
+   !> A body on the circular orbit, rotated by angles against it and at rest in its axes.
    type(problem_t) function satellite(moments, angles) result(problem)
       real(wp), intent(in) :: moments(3), angles(3)
       type(status_t) :: status

@@ -135,7 +135,7 @@ contains
       type(problem_t) :: problem
       integer :: i, k
       do k = BY_TORQUE, BY_MAGNETORQUERS
-         problem = turning(k, 1, label=merge('fine', '    ', k == BY_WHEELS))
+         problem = rotating(k, 1, label=merge('fine', '    ', k == BY_WHEELS))
          events = limit_events(problem%system%effects)
          call check(error, size(events) > 0, 'there are limits')
          do i = 1, size(events)
@@ -147,7 +147,7 @@ contains
    end subroutine limits_have_names
 
    !> A body of random moments that turns on past the attitude opposite to its target, again and again.
-   type(problem_t) function turning(by, number, label) result(problem)
+   type(problem_t) function rotating(by, number, label) result(problem)
       integer, intent(in) :: by, number
       character(len=*), intent(in) :: label
       type(controller_t) :: controller
@@ -175,7 +175,7 @@ contains
       end do
       call add_controller(problem%system, controller, status)
       problem%start = make_state(problem%system, random_unit_quaternion(seed), 1.5_wp*random_vector(seed))
-   end function turning
+   end function rotating
 
    !> The error of a run to an accuracy over the larger of the accuracy and what the run says of it.
    subroutine jump_error(number, ratio, status)
@@ -192,7 +192,7 @@ contains
       by = 1 + mod(number/4, 3)
       if (methods(method) == 'nielsen_krenk' .and. by == BY_WHEELS) by = BY_TORQUE
       accuracy = 10.0_wp**(-4 - mod(number/12, merge(5, 3, method < 3)))
-      problem = turning(by, number, label='')
+      problem = rotating(by, number, label='')
       ratio = 0.0_wp
       plan%end_time = 8.0_wp
       plan%goal = run_goal_t(local_tolerance=1e-14_wp)
@@ -231,7 +231,7 @@ contains
       real(wp) :: errors(2)
       integer :: way, m, k
       do way = 1, 4
-         problem = turning(BY_TORQUE, 40 + way, label='')
+         problem = rotating(BY_TORQUE, 40 + way, label='')
          if (way > 2) call start_half_a_turn_off(problem, merge(1.0_wp, -1.0_wp, way == 3))
          wanted = problem%start
          call integrate(problem%system, default_settings('dop853'), wanted, &

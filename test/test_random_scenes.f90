@@ -104,7 +104,7 @@ contains
          axes = rotation_matrix(random_unit_quaternion(seed))
          tensor = matmul(axes, matmul(tensor, transpose(axes)))
          tensor = 0.5_wp*(tensor + transpose(tensor))
-         text = trim(text)//' turned'
+         text = trim(text)//' rotated'
       end if
       call make_body(tensor, body, status, mass=inertia, center_of_mass=0.5_wp*random_vector(seed), &
                      check_triangle=.false.)

@@ -43,7 +43,7 @@ contains
       type(unittest_type), allocatable, intent(out) :: testsuite(:)
       testsuite = [ &
                   new_unittest("order 8 in every form of the equations", order_8_in_every_form), &
-                  new_unittest("and in space axes that turn", order_8_in_turning_axes), &
+                  new_unittest("and in space axes that turn", order_8_in_rotating_axes), &
                   new_unittest("a symmetric top takes the steps of its slow motion", symmetric_tops_take_few_steps), &
                   new_unittest("every axis of symmetry is as good", every_axis_is_as_good), &
                   new_unittest("every scene keeps its invariants", every_scene_keeps_its_invariants), &
@@ -88,21 +88,21 @@ contains
    end subroutine order_8_in_every_form
 
    !> Axes that turn about nothing that the body knows of.
-   subroutine order_8_in_turning_axes(error)
+   subroutine order_8_in_rotating_axes(error)
       type(error_type), allocatable, intent(out) :: error
-      call check_order(error, turning(bruls_top()), 2.0_wp, 20, 'symmetric')
-      call check_order(error, turning(body_in_fields(1, .false.)), 5.0_wp, 60, 'upright')
-      call check_order(error, turning(body_in_fields(2, .false.)), 5.0_wp, 60, 'aslant')
-      call check_order(error, turning(body_in_fields(3, .false.)), 5.0_wp, 60, 'two fields')
-      call check_order(error, turning(body_in_fields(3, .true.)), 5.0_wp, 60, 'tensor')
-   end subroutine order_8_in_turning_axes
+      call check_order(error, rotating(bruls_top()), 2.0_wp, 20, 'symmetric')
+      call check_order(error, rotating(body_in_fields(1, .false.)), 5.0_wp, 60, 'upright')
+      call check_order(error, rotating(body_in_fields(2, .false.)), 5.0_wp, 60, 'aslant')
+      call check_order(error, rotating(body_in_fields(3, .false.)), 5.0_wp, 60, 'two fields')
+      call check_order(error, rotating(body_in_fields(3, .true.)), 5.0_wp, 60, 'tensor')
+   end subroutine order_8_in_rotating_axes
 
    !> The same in inclined axes, from the same absolute motion.
-   type(problem_t) function turning(still) result(problem)
+   type(problem_t) function rotating(still) result(problem)
       type(problem_t), intent(in) :: still
       problem = still
       call problem%system%effects%add(rotating_frame_t(name='rotating_frame', rate=inclined))
-   end function turning
+   end function rotating
 
    !> Slope of the attitude error over one halving from n steps, against the series; with the projection errors are at
    !> most twice as large.
@@ -135,9 +135,9 @@ contains
       call go(error, bruls_top(), 'taylor', .true., 5e-4_wp, 4000, exact)
       if (.not. allocated(error)) call go(error, bruls_top(), 'rk8', .true., 0.1_wp, 20, state)
       call check_below(error, attitude_distance(state%q, exact%q), 3e-8_wp, "Bruels")
-      if (.not. allocated(error)) call go(error, turning(bruls_top()), 'taylor', .true., 5e-4_wp, 4000, exact)
-      if (.not. allocated(error)) call go(error, turning(bruls_top()), 'rk8', .true., 0.1_wp, 20, state)
-      call check_below(error, attitude_distance(state%q, exact%q), 6e-8_wp, "turning axes")
+      if (.not. allocated(error)) call go(error, rotating(bruls_top()), 'taylor', .true., 5e-4_wp, 4000, exact)
+      if (.not. allocated(error)) call go(error, rotating(bruls_top()), 'rk8', .true., 0.1_wp, 20, state)
+      call check_below(error, attitude_distance(state%q, exact%q), 6e-8_wp, "rotating axes")
       if (.not. allocated(error)) call go(error, fast_top(), 'taylor', .true., 5e-4_wp, 2000, exact)
       if (.not. allocated(error)) call go(error, fast_top(), 'rk8', .true., 0.01_wp, 100, state)
       call check_below(error, attitude_distance(state%q, exact%q), 3e-11_wp, "fast top")
@@ -175,7 +175,7 @@ contains
       type(status_t) :: status
       call make_body(diagonal(moments), problem%system%body, status, mass=1.0_wp, center_of_mass=center)
       call problem%system%effects%add(gravity_t(problem%system%body, field))
-      if (turns) problem = turning(problem)
+      if (turns) problem = rotating(problem)
       problem%start = make_state(problem%system, [0.8_wp, 0.0_wp, -0.6_wp, 0.0_wp], &
                                  20*center + [0.5_wp, 0.4_wp, 0.3_wp])
       call go(error, problem, 'taylor', .true., 1e-2_wp, 300, exact)
@@ -208,8 +208,8 @@ contains
       call check_run(error, box(), 'rk8', 0.01_wp, 1000000, 1001)
       call check_run(error, simo_top(), 'rk8', 0.01_wp, 1000000, 1001)
       call check_run(error, bruls_top(), 'rk8', 0.01_wp, 100000, 101)
-      call check_run(error, turning(bruls_top()), 'rk8', 0.01_wp, 100000, 101)
-      call check_run(error, turning(body_in_fields(3, .false.)), 'rk8', 0.01_wp, 100000, 101)
+      call check_run(error, rotating(bruls_top()), 'rk8', 0.01_wp, 100000, 101)
+      call check_run(error, rotating(body_in_fields(3, .false.)), 'rk8', 0.01_wp, 100000, 101)
    end subroutine nothing_adds_up
 
    !> To the last bit: no rows, a row for every step, steps by hand, and a state that only now and then is asked for.
@@ -334,7 +334,7 @@ contains
          if (k == 1) problem = free_body([0.6_wp, 0.8_wp, 1.0_wp], [1.8_wp, 0.4_wp, -0.9_wp])
          if (modulo(k, 3) == 2) problem = bruls_top()
          if (modulo(k, 3) < 2 .and. k > 1) problem = body_in_fields(2 + modulo(k, 3), .false.)
-         if (k > 4) problem = turning(problem)
+         if (k > 4) problem = rotating(problem)
          call get_stepper(problem, 'rk8', .true., stepper, status)
          state = problem%start
          call march(problem%system, stepper, state, 0.02_wp, 50, status)
@@ -370,7 +370,7 @@ contains
          if (k == 1) problem = box()
          if (k == 2) problem = body_in_fields(1, .false.)
          if (k > 2) problem = bruls_top()
-         if (k > 3) problem = turning(problem)
+         if (k > 3) problem = rotating(problem)
          call get_stepper(problem, 'rk8', .false., stepper, status)
          state = problem%start
          call stepper%step(problem%system, state, 100.0_wp, status)

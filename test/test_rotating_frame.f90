@@ -91,22 +91,22 @@ contains
    !> Ω in body axes is the same, and the attitude differs by the rotation of the axes.
    subroutine absolute_drag_is_the_same(error)
       type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: still, turning
+      type(problem_t) :: still, rotating
       type(state_t) :: states(2)
       type(status_t) :: status
       type(integrator_settings_t) :: settings
       integer :: m
       still = dragged(.false.)
-      turning = dragged(.true.)
+      rotating = dragged(.true.)
       do m = 1, size(methods)
          if (methods(m)%name == 'exact' .or. methods(m)%name == 'taylor' .or. methods(m)%order < 4) cycle
          settings = settings_of(methods(m))
-         states = [still%start, turning%start]
+         states = [still%start, rotating%start]
          call integrate(still%system, settings, states(1), run_plan_t(time_step=1e-3_wp, end_time=1.0_wp), status)
          call check(error, status%ok(), trim(status%message))
-         call integrate(turning%system, settings, states(2), run_plan_t(time_step=1e-3_wp, end_time=1.0_wp), status)
+         call integrate(rotating%system, settings, states(2), run_plan_t(time_step=1e-3_wp, end_time=1.0_wp), status)
          call check(error, status%ok(), trim(status%message))
-         call check_close(error, angular_velocity(turning%system, states(2)), &
+         call check_close(error, angular_velocity(rotating%system, states(2)), &
                           angular_velocity(still%system, states(1)), 1e-7_wp, methods(m)%name)
          call check_below(error, attitude_distance(quat_product(quat_exp(0.5_wp*inclined), states(2)%q), states(1)%q), &
                           1e-7_wp, methods(m)%name)
@@ -352,23 +352,23 @@ contains
       logical, intent(in) :: conserve
       real(wp), parameter :: time = 3.0_wp
       type(integrator_settings_t) :: settings
-      type(system_t) :: turning
+      type(system_t) :: rotating
       type(state_t) :: inertial, seen
       type(status_t) :: status
-      turning = problem%system
-      call turning%effects%add(rotating_frame_t(name='rotating_frame', rate=rate))
+      rotating = problem%system
+      call rotating%effects%add(rotating_frame_t(name='rotating_frame', rate=rate))
       settings = integrator_settings_t(method=method, formulation=formulation, order=8, conserve=conserve)
       inertial = problem%start
       seen = problem%start
       call integrate(problem%system, settings, inertial, run_plan_t(time_step=0.005_wp, end_time=time), status)
-      if (status%ok()) call integrate(turning, settings, seen, run_plan_t(time_step=0.005_wp, end_time=time), status)
+      if (status%ok()) call integrate(rotating, settings, seen, run_plan_t(time_step=0.005_wp, end_time=time), status)
       call check(error, status%ok(), trim(status%message))
       associate (turn => quat_exp(-0.5_wp*time*rate))
          call check_below(error, attitude_distance(seen%q, quat_product(turn, inertial%q)), 1e-12_wp, method//": q")
          call check_close(error, space_momentum(seen), rotate_to_space(turn, space_momentum(inertial)), &
                           1e-12_wp*norm2(space_momentum(inertial)), method//": l")
       end associate
-      call check_close(error, angular_velocity(turning, seen), angular_velocity(problem%system, inertial), 1e-11_wp, &
+      call check_close(error, angular_velocity(rotating, seen), angular_velocity(problem%system, inertial), 1e-11_wp, &
                        method//": omega")
    end subroutine compare_with_inertial_axes
 
@@ -462,7 +462,7 @@ contains
       end do
    end subroutine jacobians_match_differences
 
-   !> H - ω·l, and of l what is kept: all of a free body's, but for its turning; the component along ω of a body whose
+   !> H - ω·l, and of l what is kept: all of a free body's, but for its rotating; the component along ω of a body whose
    !> potentials lie along it.
    subroutine projection_keeps(error)
       type(error_type), allocatable, intent(out) :: error

@@ -16,7 +16,7 @@ module test_satellites
    implicit none
    private
 
-   public :: degree, moments, magnet, point, push, turning, MAGNETIC, FORCE_ALONG, BOTH
+   public :: degree, moments, magnet, point, push, rotating, MAGNETIC, FORCE_ALONG, BOTH
    public :: path_of, field_along, push_along, satellite
 
    real(wp), parameter :: degree = pi/180
@@ -24,7 +24,7 @@ module test_satellites
    real(wp), parameter :: moments(3) = [0.09_wp, 0.1_wp, 0.04_wp], magnet(3) = [0.6_wp, -0.9_wp, 1.2_wp], &
                           point(3) = [0.1_wp, -0.3_wp, 0.2_wp], push(3) = [2e-5_wp, 3e-5_wp, -4e-5_wp]
    !> Start against the stars, rad/s.
-   real(wp), parameter :: turning(3) = [4e-3_wp, -3e-3_wp, 5e-3_wp]
+   real(wp), parameter :: rotating(3) = [4e-3_wp, -3e-3_wp, 5e-3_wp]
 
    !> What acts in the axes of the scene.
    integer, parameter :: MAGNETIC = 1, FORCE_ALONG = 2, BOTH = 3
@@ -65,7 +65,7 @@ contains
       if (what /= MAGNETIC) call problem%system%effects%add(moving_force_t(point, push_along(orbit)))
       call quat_from_axis_angle([1.0_wp, 1.0_wp, 1.0_wp], 40*degree, q, status)
       if (orbit%is_frame) q = quat_product(quat_conjugate(orbit%path%axes(0.0_wp)), q)
-      problem%start = make_state(problem%system, q, turning)
+      problem%start = make_state(problem%system, q, rotating)
    end function satellite
 
 end module test_satellites

@@ -66,11 +66,11 @@ contains
    end subroutine known_coefficients
 
    !> R(q)ᵀn after a time.
-   function turned(n, s) result(gamma)
+   function rotated(n, s) result(gamma)
       real(wp), intent(in) :: n(3), s
       real(wp) :: gamma(3)
       gamma = rotate_to_body(attitude(s), n)
-   end function turned
+   end function rotated
 
    function attitude(s) result(q)
       real(wp), intent(in) :: s
@@ -79,15 +79,15 @@ contains
    end function attitude
 
    !> Series of R(q)ᵀn: γ' = γ×rate.
-   function turned_series(n) result(gamma)
+   function rotated_series(n) result(gamma)
       real(wp), intent(in) :: n(3)
       real(wp) :: gamma(3, 0:highest_order)
       integer :: k
-      gamma(:, 0) = turned(n, 0.0_wp)
+      gamma(:, 0) = rotated(n, 0.0_wp)
       do k = 0, highest_order - 1
          gamma(:, k + 1) = inverses(k + 1)*cross(gamma(:, k), rate)
       end do
-   end function turned_series
+   end function rotated_series
 
    !> Σ termsₖ sᵏ
    pure function total(terms, s) result(value)
@@ -109,7 +109,7 @@ contains
       real(wp) :: auxiliary(0:highest_order, potential%auxiliary_series()), expected(3), now(3)
       integer :: k
       if (allocated(error)) return
-      gamma = turned_series(potential%direction)
+      gamma = rotated_series(potential%direction)
       do k = 0, highest_order
          if (potential%series_kind() == LINEAR_SERIES) then
             terms(:, k) = cross(potential%series_moment(), gamma(:, k))
@@ -118,7 +118,7 @@ contains
          end if
       end do
       do k = 1, size(times)
-         now = turned(potential%direction, times(k))
+         now = rotated(potential%direction, times(k))
          expected = cross(now, potential%gradient(now))
          call check_close(error, total(terms, times(k)), expected, 64*eps*(1 + norm2(expected)), label)
       end do
@@ -179,7 +179,7 @@ contains
       real(wp) :: auxiliary(0:highest_order, torque%auxiliary_series()), expected(3), actual(3)
       integer :: k
       if (allocated(error)) return
-      gamma = turned_series(torque%series_direction())
+      gamma = rotated_series(torque%series_direction())
       if (torque%moves) gamma = moved_series(torque)
       omega = 0.0_wp
       omega(:, 0) = [1.0_wp, -2.0_wp, 3.0_wp]
@@ -208,7 +208,7 @@ contains
       call torque%direction_series(t_start, time_unit, n)
       gamma = 0.0_wp
       do i = 1, 3
-         row = turned_series(merge(1.0_wp, 0.0_wp, [1, 2, 3] == i))
+         row = rotated_series(merge(1.0_wp, 0.0_wp, [1, 2, 3] == i))
          do k = 0, highest_order
             do j = 0, k
                gamma(:, k) = gamma(:, k) + row(:, k - j)*n(i, j)

@@ -138,7 +138,7 @@ contains
    end subroutine orders_with_all_effects
 
    !> Order 8, the Taylor series and what is chosen from 1e-4 to 1e-12 against dop853: the error that comes out is below
-   !> the accuracy. Down to 1e4 times ε per radian turned: the motions amplify the round-off of dop853 that far (on
+   !> the accuracy. Down to 1e4 times ε per radian rotated: the motions amplify the round-off of dop853 that far (on
    !> all_effects, its runs with 345 and 4000 steps differ by 5e-11, those of order 8 with 333, 1000 and 4000 by 5e-13).
    subroutine accuracy_is_met_on_every_scene(error)
       type(error_type), allocatable, intent(out) :: error

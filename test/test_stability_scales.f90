@@ -143,7 +143,7 @@ contains
       call record%require_invariants(1e-11_wp)
    end subroutine run_earth
 
-   !> A free body against its closed solution: (Δt|Ω|)²/12 of the angle turned, or next to nothing at order 8.
+   !> A free body against its closed solution: (Δt|Ω|)²/12 of the angle rotated, or next to nothing at order 8.
    subroutine compare_free(problem, way, dt, n, record)
       type(problem_t), intent(in) :: problem
       type(way_t), intent(in) :: way

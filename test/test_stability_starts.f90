@@ -156,7 +156,7 @@ contains
       integer :: i, k
       n = merge(100000_long, 1000_long, whole)
       ! The spins of both runs walk by 2.5e-17 in each stage (half of what the energy does), and turn the bodies by what
-      ! they are off times the angle turned, 0.15 a step: a third of the square, on the average of a walk.
+      ! they are off times the angle rotated, 0.15 a step: a third of the square, on the average of a walk.
       stages = real(n, wp)*merge(1, 17, way%order == 2)
       bound = 0.15_wp*n*2.5e-17_wp*sqrt(2*stages/3) + 1e-13_wp
       distance = 0.0_wp

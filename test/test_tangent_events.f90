@@ -133,7 +133,7 @@ contains
       call columns(4)%add(system%effects, 'torque', 1, 'body', [0.0_wp, 0.0_wp, 1.0_wp], status)
       call check(error, status%ok(), trim(status%message))
       call by_rate%add(rate_event_t(name='fast', level=rate, effect='thruster', action=SWITCH_OFF))
-      call by_angle%add(angle_event_t(name='turned', level=angle, effect='thruster', action=SWITCH_OFF))
+      call by_angle%add(angle_event_t(name='rotated', level=angle, effect='thruster', action=SWITCH_OFF))
       do i = 1, size(methods)
          if (allocated(error)) return
          t = (rate - first)*j/tau
@@ -447,7 +447,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(system_t) :: system
       type(state_t) :: start
-      type(event_list_t) :: turning, touching, switching
+      type(event_list_t) :: rotating, touching, switching
       class(run_t), allocatable :: run
       type(run_plan_t) :: plan
       type(keeper_t) :: keeper
@@ -458,8 +458,8 @@ contains
       call system%effects%add(applied_torque_t(name='torque', label='thruster', amplitude=[0.0_wp, 0.0_wp, 1.0_wp]))
       start = make_state(system, [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], [0.0_wp, 0.0_wp, -1.0_wp])
       plan = run_plan_t(time_step=0.3_wp, end_time=1.5_wp)
-      call turning%add(angle_event_t(name='turn', kind=MINIMUM, stop=.true.))
-      call go(run, system, start, methods(3), plan, turning, keeper, status, [rate_variation(3)])
+      call rotating%add(angle_event_t(name='turn', kind=MINIMUM, stop=.true.))
+      call go(run, system, start, methods(3), plan, rotating, keeper, status, [rate_variation(3)])
       call check(error, status%ok() .and. keeper%n == 1, 'turn: '//trim(status%message))
       if (allocated(error)) return
       ! t = -Ω0 J/τ; second differences are good to 1e-9.

@@ -152,16 +152,16 @@ contains
 
       !> The largest |row||column| so far, of every step.
       subroutine measure()
-         real(wp) :: l, omega, turning, torque, theta, delta
+         real(wp) :: l, omega, rotating, torque, theta, delta
          integer :: k
          l = norm2(body_momentum(state))
          omega = norm2(angular_velocity(system, state))
-         turning = norm2(system%effects%frame_rate)
+         rotating = norm2(system%effects%frame_rate)
          torque = norm2(potential_torque(system%effects, state%q, state%t))
          do k = 1, tangent%n
             theta = norm2(tangent%theta(k, :))
             delta = norm2(tangent%momentum(k, :))
-            scale(k) = max(scale(k), (torque + turning*l)*theta + (omega + turning)*(delta + l*theta) &
+            scale(k) = max(scale(k), (torque + rotating*l)*theta + (omega + rotating)*(delta + l*theta) &
                            + abs(tangent%energy(k)) + abs(tangent%work(k)))
             scale_l(k) = max(scale_l(k), l*theta + delta)
          end do
@@ -212,7 +212,7 @@ contains
       call check(error, done > 0.8_wp*(number - 1), 'most of the scenes can be stepped')
    end subroutine keep_invariants
 
-   !> Adds wheels to each third scene, turning axes to each fifth.
+   !> Adds wheels to each third scene, rotating axes to each fifth.
    subroutine enrich(scene, number)
       type(random_scene_t), intent(inout) :: scene
       integer, intent(in) :: number

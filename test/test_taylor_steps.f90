@@ -194,7 +194,7 @@ contains
       end do
    end subroutine without_attitude
 
-   !> L = JΩ + h = 0: the rotor keeps the body turning, with nothing to tell the attitude by but itself.
+   !> L = JΩ + h = 0: the rotor keeps the body rotating, with nothing to tell the attitude by but itself.
    subroutine rotor_without_momentum(error)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem

@@ -256,9 +256,9 @@ contains
          free = attitude_after(error, times(i), [character(len=len(no_earth)) :: no_sun, no_earth])
          sun = attitude_after(error, times(i), [no_earth])
          all_of_it = attitude_after(error, times(i), [character(len=len(no_earth)) ::])
-         call check_close(error, attitude_distance(sun, free)/degree, by_sun(i), 0.00501_wp, 'turned by the Sun')
+         call check_close(error, attitude_distance(sun, free)/degree, by_sun(i), 0.00501_wp, 'rotated by the Sun')
       end do
-      call check_close(error, attitude_distance(all_of_it, sun)/degree, 0.04_wp, 0.00101_wp, 'turned by the Earth')
+      call check_close(error, attitude_distance(all_of_it, sun)/degree, 0.04_wp, 0.00101_wp, 'rotated by the Earth')
    end subroutine toutatis_with_tides
 
    !> The attitude of test/cases/toutatis.nml at a time, s; shape (4).

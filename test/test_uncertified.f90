@@ -23,7 +23,7 @@ module test_uncertified
    use nutate_wheel_mounting, only: add_wheel
    use test_attack_case, only: custom_potential_t
    use test_problems, only: box, problem_t
-   use test_satellites, only: field_along, magnet, moments, path_of, point, push, push_along, turning
+   use test_satellites, only: field_along, magnet, moments, path_of, point, push, push_along, rotating
    use test_support, only: check, error_type, new_unittest, unittest_type
    implicit none
    private
@@ -201,7 +201,7 @@ contains
          if (i == 11) call effects%add(moving_force_t(point, push_along(orbit)))
          if (i == 12) call effects%add(orbital_gradient_t(body, orbit%path))
       end associate
-      problem%start = make_state(problem%system, [0.8_wp, 0.0_wp, 0.6_wp, 0.0_wp], turning)
+      problem%start = make_state(problem%system, [0.8_wp, 0.0_wp, 0.6_wp, 0.0_wp], rotating)
    end function underived
 
    subroutine free_body_is_certified(error)

@@ -57,7 +57,7 @@ def box(edges: Array) -> Surface:
     return Surface(points, corners, colours, lines)
 
 
-def turned_profile(radii: Array, heights: Array) -> Surface:
+def rotated_profile(radii: Array, heights: Array) -> Surface:
     """The surface of a profile that is turned about axis 3, its colours by sectors so that spin is seen."""
     angles = 2 * np.pi * np.arange(AROUND + 1) / AROUND
     points = [(r * np.cos(angle), r * np.sin(angle), z) for r, z in zip(radii, heights) for angle in angles]
@@ -75,7 +75,7 @@ def turned_profile(radii: Array, heights: Array) -> Surface:
 def ellipsoid(axes: Array) -> Surface:
     """An ellipsoid with its semi-axes along the axes."""
     polar = np.pi * np.arange(AROUND // 2 + 1) / (AROUND // 2)
-    unit = turned_profile(np.sin(polar), -np.cos(polar))
+    unit = rotated_profile(np.sin(polar), -np.cos(polar))
     return Surface(unit.points * axes, unit.corners, unit.colours, unit.edges)
 
 
@@ -84,9 +84,9 @@ def of_shape(shape: str, size: Array) -> Surface:
     if shape == "box":
         return box(size)
     if shape == "cylinder":
-        return turned_profile(size[0] * np.array([0, 1, 1, 0]), size[1] * np.array([-0.5, -0.5, 0.5, 0.5]))
+        return rotated_profile(size[0] * np.array([0, 1, 1, 0]), size[1] * np.array([-0.5, -0.5, 0.5, 0.5]))
     if shape == "cone":
-        return turned_profile(size[0] * np.array([0, 1, 0]), size[1] * np.array([-0.75, 0.25, 0.25]))
+        return rotated_profile(size[0] * np.array([0, 1, 0]), size[1] * np.array([-0.75, 0.25, 0.25]))
     return ellipsoid(size if shape == "ellipsoid" else np.full(3, size[0]))
 
 

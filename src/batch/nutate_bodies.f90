@@ -78,7 +78,7 @@ module nutate_bodies
       !> Number of the first class and of the first body: 0 in C.
       integer :: first_number = 1
       !> The principal axes of a class are not its body axes.
-      logical, private :: turned = .false.
+      logical, private :: rotated = .false.
       !> The processor has AVX2.
       logical, private :: avx2 = .false.
    end type movement_t
@@ -269,7 +269,7 @@ contains
          return
       end if
       whole = what
-      whole%turned = any([(any(abs(classes(i)%axes - identity_frame) > 0.0_wp), i=1, size(classes))])
+      whole%rotated = any([(any(abs(classes(i)%axes - identity_frame) > 0.0_wp), i=1, size(classes))])
       whole%avx2 = has_avx2()
       threads = what%threads
       !$ if (threads < 1) threads = omp_get_max_threads()
@@ -345,9 +345,9 @@ contains
       in_space = what%frame == SPACE_MOMENTUM
       rates = what%frame == BODY_RATE
       if (what%avx2) then
-         call enter_by_avx2(block, in_space, rates, what%turned, what%kicks, what%dt)
+         call enter_by_avx2(block, in_space, rates, what%rotated, what%kicks, what%dt)
       else
-         call enter_by_sse2(block, in_space, rates, what%turned, what%kicks, what%dt)
+         call enter_by_sse2(block, in_space, rates, what%rotated, what%kicks, what%dt)
       end if
    end subroutine enter
 
@@ -356,9 +356,9 @@ contains
       type(movement_t), intent(in) :: what
       type(drift_lanes_t), intent(inout) :: block
       if (what%avx2) then
-         call drift_by_avx2(block, what%frame == SPACE_MOMENTUM, what%turned)
+         call drift_by_avx2(block, what%frame == SPACE_MOMENTUM, what%rotated)
       else
-         call drift_by_sse2(block, what%frame == SPACE_MOMENTUM, what%turned)
+         call drift_by_sse2(block, what%frame == SPACE_MOMENTUM, what%rotated)
       end if
    end subroutine drift_all
 
@@ -368,9 +368,9 @@ contains
       type(drift_lanes_t), intent(inout) :: block
       if (what%frame == SPACE_MOMENTUM) return
       if (what%avx2) then
-         call leave_by_avx2(block, what%frame == BODY_RATE, what%turned)
+         call leave_by_avx2(block, what%frame == BODY_RATE, what%rotated)
       else
-         call leave_by_sse2(block, what%frame == BODY_RATE, what%turned)
+         call leave_by_sse2(block, what%frame == BODY_RATE, what%rotated)
       end if
    end subroutine leave
 
@@ -549,19 +549,19 @@ contains
       logical, intent(out) :: bad
       type(free_body_t) :: motion
       type(status_t) :: status
-      real(wp) :: turning(3)
+      real(wp) :: rotating(3)
       if (what%frame == SPACE_MOMENTUM) then
-         turning = rotate_to_body(start, momentum)
+         rotating = rotate_to_body(start, momentum)
       else
-         turning = matmul(made%axes, momentum)
+         rotating = matmul(made%axes, momentum)
       end if
-      bad = norm2(matmul(turning, made%axes)/made%moments)*abs(what%dt) > greatest_turn
+      bad = norm2(matmul(rotating, made%axes)/made%moments)*abs(what%dt) > greatest_turn
       if (bad) return
-      call motion%prepare(made%moments, start, turning, status, made%axes)
+      call motion%prepare(made%moments, start, rotating, status, made%axes)
       bad = .not. status%ok()
       if (bad) return
-      call motion%evaluate(what%dt, q, turning)
-      if (what%frame /= SPACE_MOMENTUM) momentum = matmul(turning, made%axes)
+      call motion%evaluate(what%dt, q, rotating)
+      if (what%frame /= SPACE_MOMENTUM) momentum = matmul(rotating, made%axes)
    end subroutine move_exactly
 
    !> True if all numbers are finite and at most 1e100. By their bits: comparisons with NaN set off traps.

@@ -273,7 +273,7 @@ contains
       end do
    end function nearest_order
 
-   !> Columns turned so that each points along its body axis and the three are right-handed.
+   !> Columns rotated so that each points along its body axis and the three are right-handed.
    pure function right_handed(vectors) result(axes)
       real(wp), intent(in) :: vectors(3, 3)
       real(wp) :: axes(3, 3)

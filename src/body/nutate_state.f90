@@ -8,7 +8,7 @@ module nutate_state
    implicit none
    private
 
-   public :: state_t, other_axes_t, add_by_kahan, add_increment, add_turned
+   public :: state_t, other_axes_t, add_by_kahan, add_increment, add_rotated
 
    !> Attitude and momentum in the axes in which a stepper works, if these are not the space axes (`nutate_lvlh_view`).
    type :: other_axes_t
@@ -220,15 +220,15 @@ contains
       total = rounded
    end subroutine add_by_kahan
 
-   !> Adds the increment of a quaternion that was turned, and subtracts the excess length that the turn gave it: before
+   !> Adds the increment of a quaternion that was rotated, and subtracts the excess length that the turn gave it: before
    !> the sum, whose rounding leaves a compensation that is zero on the average, since the next step does not see it.
-   pure subroutine add_turned(increment, excess, x, compensation)
+   pure subroutine add_rotated(increment, excess, x, compensation)
       real(wp), intent(in) :: increment(4)
       !> Part of x.
       real(wp), intent(in) :: excess
       real(wp), intent(inout) :: x(4), compensation(4)
       compensation = compensation - excess*(x + increment)
       call add_increment(x, compensation, increment)
-   end subroutine add_turned
+   end subroutine add_rotated
 
 end module nutate_state

@@ -99,7 +99,7 @@ contains
       lies_along = .not. (abs(v(1 + modulo(axis, 3))) > 0.0_wp .or. abs(v(1 + modulo(axis + 1, 3))) > 0.0_wp)
    end function lies_along
 
-   !> True for a diagonal matrix whose elements across an axis are equal, to the last bit: turned about the axis it is
+   !> True for a diagonal matrix whose elements across an axis are equal, to the last bit: rotated about the axis it is
    !> the same.
    pure logical function is_symmetric_about(a, axis)
       real(wp), intent(in) :: a(3, 3)

@@ -374,11 +374,11 @@ contains
       !> B, body axes, T; shape (3); a unit vector.
       real(wp), intent(in) :: t, q(4), omega(3), b(3), theta(3)
       real(wp), intent(out) :: by_rotation(3), by_rate(3)
-      real(wp) :: turned(3)
-      turned = cross(b, theta)
+      real(wp) :: rotated(3)
+      rotated = cross(b, theta)
       if (self%law == DETUMBLING) then
          by_rotation = -self%gain*rate_by_rotation(self, t, q, omega, theta)
-         by_rate = -self%gain*turned
+         by_rate = -self%gain*rotated
       else
          by_rotation = change_by_rotation(self, t, q, theta)
          by_rate = -times_vector(self%rate_gain, theta)
@@ -386,7 +386,7 @@ contains
             ! |B| stays: of B×τ/|B|² either factor changes.
             by_rotation = moment_for(b, by_rotation)
             if (maxval(abs(b)) > 0.0_wp) by_rotation = by_rotation + &
-               cross(turned/norm2(b), pointing_torque(self, t, q, omega)/norm2(b))
+               cross(rotated/norm2(b), pointing_torque(self, t, q, omega)/norm2(b))
             by_rate = moment_for(b, by_rate)
          end if
       end if
@@ -395,7 +395,7 @@ contains
          by_rate = 0.0_wp
       end where
       if (self%by /= BY_MAGNETORQUERS) return
-      by_rotation = cross(by_rotation, b) + cross(cut_off(self, self%command(t, q, omega)), turned)
+      by_rotation = cross(by_rotation, b) + cross(cut_off(self, self%command(t, q, omega)), rotated)
       by_rate = cross(by_rate, b)
    end subroutine differentiate_cut
 

@@ -1,7 +1,7 @@
 !> The magnetic field of the Earth along an orbit, to first order: that of a dipole in the centre of the Earth, tilted
 !> against the axis about which it turns with the Earth.
 !>
-!>     B = (a/r)³ (3 (G·r̂) r̂ - G),   a = 6371.2 km,   G = (g₁₁, h₁₁, g₁₀) turned by θ = θ₀ + ω_E t about the north.
+!>     B = (a/r)³ (3 (G·r̂) r̂ - G),   a = 6371.2 km,   G = (g₁₁, h₁₁, g₁₀) rotated by θ = θ₀ + ω_E t about the north.
 !>
 !> Inertial axes: x to the equinox, z north. Seen from the axes of a circular orbit, where r̂ stands still, G turns.
 module nutate_geomagnetic_field

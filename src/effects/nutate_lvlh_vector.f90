@@ -108,7 +108,7 @@ contains
       !> Shape (3, 0:order).
       real(wp), intent(out) :: v(:, 0:)
       real(wp), dimension(0:ubound(v, 2)) :: square, w, rate
-      real(wp) :: x(0:ubound(v, 2), 3), axis(3), turned(3)
+      real(wp) :: x(0:ubound(v, 2), 3), axis(3), rotated(3)
       integer :: j, k
       call self%path%position_series(t, time_unit, x, square, w)
       axis = turn_axis(self, t)
@@ -116,11 +116,11 @@ contains
       rate(0) = time_unit*self%path%turn_rate(t)
       do k = 0, ubound(v, 2) - 1
          if (k > 0) rate(k) = power_term(k, -1.0_wp, square(0:k), rate(0:k - 1))
-         turned = 0.0_wp
+         rotated = 0.0_wp
          do j = 0, k
-            turned = turned + rate(j)*v(:, k - j)
+            rotated = rotated + rate(j)*v(:, k - j)
          end do
-         v(:, k + 1) = inverses(k + 1)*cross(axis, turned)
+         v(:, k + 1) = inverses(k + 1)*cross(axis, rotated)
       end do
    end subroutine series
 

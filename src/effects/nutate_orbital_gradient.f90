@@ -147,7 +147,7 @@ contains
       bounds%known = .false.
    end subroutine not_bounded
 
-   !> Returns false: the turned steppers require directions that are fixed in space.
+   !> Returns false: the rotated steppers require directions that are fixed in space.
    pure logical function no_axis(self, axis)
       class(orbital_gradient_t), intent(in) :: self
       integer, intent(in) :: axis

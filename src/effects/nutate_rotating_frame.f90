@@ -24,7 +24,7 @@ module nutate_rotating_frame
                              key_t(name='latitude', instead_of='rate'), &
                              key_t(name='degrees', kind=KEY_LOGICAL)]
 
-   !> The turning of the space axes. Several add up.
+   !> The rotating of the space axes. Several add up.
    type, extends(effect_t) :: rotating_frame_t
       !> ω, in the frame's own axes, rad/s; shape (3).
       real(wp) :: rate(3) = 0.0_wp

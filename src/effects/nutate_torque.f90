@@ -114,8 +114,8 @@ contains
          do i = 1, 3
             shift = 0.0_wp
             shift(i) = 0.5_wp*h
-            by_rotation(:, i) = (self%torque(t, turned(q, shift), omega) &
-                                 - self%torque(t, turned(q, -shift), omega))/(2*h)
+            by_rotation(:, i) = (self%torque(t, rotated(q, shift), omega) &
+                                 - self%torque(t, rotated(q, -shift), omega))/(2*h)
          end do
       end if
       h = h*max(norm2(omega), 1.0_wp)
@@ -144,13 +144,13 @@ contains
       derivative = (self%torque(t + h, q, omega) - self%torque(t - h, q, omega))/(2*h)
    end function difference_in_time
 
-   !> q∘(1, half) normalised: q turned by about the small body rotation 2 half.
-   pure function turned(q, half) result(r)
+   !> q∘(1, half) normalised: q rotated by about the small body rotation 2 half.
+   pure function rotated(q, half) result(r)
       real(wp), intent(in) :: q(4), half(3)
       real(wp) :: r(4)
       r = quat_product(q, [1.0_wp, half])
       r = r/norm2(r)
-   end function turned
+   end function rotated
 
    !> Returns the times between which the torque acts. Here: all times.
    pure subroutine always(self, start, stop)

@@ -15,7 +15,7 @@ module nutate_exact_free
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_elliptic_phase, only: elliptic_clock_t, elliptic_phase_t, winding_t
    use nutate_kinds, only: wp, eps, pi
-   use nutate_principal_frame, only: check_frame, handedness, identity_frame, time_horizon, turned
+   use nutate_principal_frame, only: check_frame, handedness, identity_frame, time_horizon, rotated
    use nutate_quaternion, only: attitude_distance, quat_conjugate, quat_exp, quat_norm, quat_normalized, quat_product
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_BODY
    implicit none
@@ -137,7 +137,7 @@ contains
       phase = self%motion%clock%phase(time)
       direction = self%motion%amplitude*[phase%parity*phase%cn, phase%parity*phase%sn, phase%dn]
       precession = self%precession*time + self%motion%sense*(self%motion%winding%angle(phase) - self%winding0)
-      q = turned(self%motion%q0, self%motion%frame, &
+      q = rotated(self%motion%q0, self%motion%frame, &
                  quat_product(self%start, attitude(self, phase, direction, precession)))
       momentum = self%motion%momentum*matmul(self%motion%frame, direction)
    end subroutine evaluate

@@ -14,7 +14,7 @@ module nutate_exact_top
    use nutate_elliptic_phase, only: elliptic_clock_t, elliptic_phase_t, pole_integral, winding_t
    use nutate_kinds, only: wp
    use nutate_nutation, only: nutation_t, start_t
-   use nutate_principal_frame, only: check_frame, handedness, identity_frame, time_horizon, turned
+   use nutate_principal_frame, only: check_frame, handedness, identity_frame, time_horizon, rotated
    use nutate_quaternion, only: quat_conjugate, quat_norm, quat_normalized, quat_product, rotate_to_body
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_BODY
    implicit none
@@ -123,7 +123,7 @@ contains
       complex(wp) :: half(2), across
       call state(self, t, phase, angle, zeta, xi)
       half = half_angles(angle)
-      q = turned(self%q0, self%frame, quat_product(self%reference, quaternion(sqrt(xi/2), sqrt(zeta/2), half)))
+      q = rotated(self%q0, self%frame, quat_product(self%reference, quaternion(sqrt(xi/2), sqrt(zeta/2), half)))
       across = 0
       if (zeta > 0 .and. xi > 0) then
          ! Along and across the line of nodes: from ż and b - a z.

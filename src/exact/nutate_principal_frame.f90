@@ -7,7 +7,7 @@ module nutate_principal_frame
    implicit none
    private
 
-   public :: check_frame, handedness, identity_frame, time_horizon, turned
+   public :: check_frame, handedness, identity_frame, time_horizon, rotated
 
    !> Departure from orthonormality that is still taken as round-off of the caller's diagonalisation: some thousand ε.
    real(wp), parameter :: orthonormal_to = 1.0e-12_wp
@@ -43,7 +43,7 @@ contains
    end function handedness
 
    !> The attitude q0 followed by a rotation relative to the body that is given in another frame of the body.
-   pure function turned(q0, frame, relative) result(q)
+   pure function rotated(q0, frame, relative) result(q)
       !> Attitude, body -> space.
       real(wp), intent(in) :: q0(4)
       !> Columns: right-handed orthonormal axes in body components.
@@ -52,7 +52,7 @@ contains
       real(wp), intent(in) :: relative(4)
       real(wp) :: q(4)
       q = quat_product(q0, [relative(1), matmul(frame, relative(2:4))])
-   end function turned
+   end function rotated
 
    !> A time beyond which no digit of an angle is left (s), so that products with it cannot overflow.
    pure real(wp) function time_horizon(power) result(horizon)

@@ -32,7 +32,7 @@ module nutate_fit_problem
       !> Times of the arc, each once, s; place of each row of each measurement among them, 0 beyond the arc.
       real(wp), allocatable :: times(:)
       integer, allocatable :: places(:, :)
-      !> Where arcs begin, s: 0, or the first measurement if the body has turned far before.
+      !> Where arcs begin, s: 0, or the first measurement if the body has rotated far before.
       real(wp) :: first_time = 0.0_wp
    contains
       !> Prepares for a scene with a fit.

@@ -1,17 +1,17 @@
-!> The turn of space axes in a step of a motion that does not know of it (`follows_turning_axes`): free bodies, and
+!> The turn of space axes in a step of a motion that does not know of it (`follows_rotating_axes`): free bodies, and
 !> potentials that are symmetric about the rate ω.
 !>
 !> Such a step is taken in axes that stand still, as cheap and as long as there; then the state is turned back by ωΔt,
 !> exactly. What the step keeps in these axes, T + V, l·ω and |l|, stays, and with it H - ω·l.
 module nutate_axes_turn
    use nutate_effect_list, only: effect_list_t
-   use nutate_invariants, only: follows_turning_axes
+   use nutate_invariants, only: follows_rotating_axes
    use nutate_kinds, only: wp, pi
    use nutate_limits, only: greatest_turn
    implicit none
    private
 
-   public :: axes_turn_t, turned
+   public :: axes_turn_t, rotated
 
    !> The turn of one length of step.
    type :: axes_turn_t
@@ -36,7 +36,7 @@ contains
       type(effect_list_t), intent(in) :: effects
       !> The states have an attitude.
       logical, intent(in) :: attitude
-      self%there = follows_turning_axes(effects) .and. attitude
+      self%there = follows_rotating_axes(effects) .and. attitude
       self%length = 0.0_wp
       self%change = 0.0_wp
       if (.not. self%there) return
@@ -65,13 +65,13 @@ contains
    end subroutine set_length
 
    !> d∘x: all that a frame costs; shape (4).
-   pure function turned(d, x)
+   pure function rotated(d, x)
       real(wp), intent(in) :: d(4), x(4)
-      real(wp) :: turned(4)
-      turned(1) = d(1)*x(1) - d(2)*x(2) - d(3)*x(3) - d(4)*x(4)
-      turned(2) = d(1)*x(2) + d(2)*x(1) + d(3)*x(4) - d(4)*x(3)
-      turned(3) = d(1)*x(3) + d(3)*x(1) + d(4)*x(2) - d(2)*x(4)
-      turned(4) = d(1)*x(4) + d(4)*x(1) + d(2)*x(3) - d(3)*x(2)
-   end function turned
+      real(wp) :: rotated(4)
+      rotated(1) = d(1)*x(1) - d(2)*x(2) - d(3)*x(3) - d(4)*x(4)
+      rotated(2) = d(1)*x(2) + d(2)*x(1) + d(3)*x(4) - d(4)*x(3)
+      rotated(3) = d(1)*x(3) + d(3)*x(1) + d(4)*x(2) - d(2)*x(4)
+      rotated(4) = d(1)*x(4) + d(4)*x(1) + d(2)*x(3) - d(3)*x(2)
+   end function rotated
 
 end module nutate_axes_turn

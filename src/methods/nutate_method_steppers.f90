@@ -4,7 +4,7 @@ submodule(nutate_methods) nutate_method_steppers
    use nutate_composition, only: composition_t
    use nutate_dop853, only: dop853_t
    use nutate_exact_stepper, only: exact_t
-   use nutate_invariants, only: follows_turning_axes
+   use nutate_invariants, only: follows_rotating_axes
    use nutate_lvlh_stepper, only: lvlh_stepper_t
    use nutate_lvlh_view, only: lvlh_view_t
    use nutate_nielsen_krenk, only: nielsen_krenk_t
@@ -14,7 +14,7 @@ submodule(nutate_methods) nutate_method_steppers
    use nutate_rk8, only: rk8_t
    use nutate_status, only: fail, NUTATE_BAD_ARGUMENT
    use nutate_taylor_stepper, only: taylor_t
-   use nutate_turned_stepper, only: turned_stepper_t
+   use nutate_rotated_stepper, only: rotated_stepper_t
    implicit none
 
 contains
@@ -49,7 +49,7 @@ contains
          end if
          if (complete%order > 2) call compose_stepper(complete%order, stepper, status)
       end select
-      if (complete%method == 'nielsen_krenk' .and. complete%attitude .and. follows_turning_axes(system%effects)) &
+      if (complete%method == 'nielsen_krenk' .and. complete%attitude .and. follows_rotating_axes(system%effects)) &
          call turn_stepper(stepper)
       if (complete%conserve .and. complete%method /= 'taylor') call project_stepper(method%spacing, stepper)
       if (.not. status%ok()) return
@@ -70,10 +70,10 @@ contains
    !> Puts a stepper with the turn of space axes that its motion does not know of in its place.
    subroutine turn_stepper(stepper)
       class(stepper_t), allocatable, intent(inout) :: stepper
-      type(turned_stepper_t), allocatable :: turned
-      allocate (turned)
-      call turned%wrap(stepper)
-      call move_alloc(turned, stepper)
+      type(rotated_stepper_t), allocatable :: rotated
+      allocate (rotated)
+      call rotated%wrap(stepper)
+      call move_alloc(rotated, stepper)
    end subroutine turn_stepper
 
    !> Puts a stepper that works in the LVLH frame in its place.

@@ -381,7 +381,7 @@ contains
    end subroutine read_tangent
 
    !> Whether a period leads back to the start: to its velocities, and to the same forces. Where these do not know of a
-   !> turn of the space axes, the body may have turned with them.
+   !> turn of the space axes, the body may have rotated with them.
    subroutine close_period(system, start, end, result, status)
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: start, end

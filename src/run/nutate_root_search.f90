@@ -134,7 +134,7 @@ contains
       self%root%side = side
    end subroutine note_jump
 
-   !> Where a step ended on an event, a switch may have turned its function back, or moved it: its side is then that
+   !> Where a step ended on an event, a switch may have rotated its function back, or moved it: its side is then that
    !> to which it goes now, so that what only touches its level does not happen twice. But where the event
    !> toggles, to turn back is to switch again: without a dead band that has no end.
    pure subroutine leave_level(watched, f, slope)

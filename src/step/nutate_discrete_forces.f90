@@ -262,18 +262,18 @@ contains
       t2 = 0.0_wp
       t3 = 0.0_wp
       do i = 1, effects%n_potentials
-         middle = turned_back(b, self%direction(:, i))
+         middle = rotated_back(b, self%direction(:, i))
          if (self%is_linear(i)) then
             gradient = self%slope(:, i)
          else
-            gradient = effects%potentials(i)%item%discrete_gradient(self%gamma0(:, i), square*turned_back(b, middle))
+            gradient = effects%potentials(i)%item%discrete_gradient(self%gamma0(:, i), square*rotated_back(b, middle))
          end if
          t1 = t1 + square*(middle(2)*gradient(3) - middle(3)*gradient(2))
          t2 = t2 + square*(middle(3)*gradient(1) - middle(1)*gradient(3))
          t3 = t3 + square*(middle(1)*gradient(2) - middle(2)*gradient(1))
       end do
       if (effects%n_torques > 0) then
-         attitude = half_turned(self%frame, b, shrink)
+         attitude = half_rotated(self%frame, b, shrink)
          do i = 1, effects%n_torques
             if (.not. self%acts(i)) cycle
             one = effects%torques(i)%item%torque(self%t, attitude, rate*b)
@@ -353,10 +353,10 @@ contains
       tau = 0.0_wp
       by_b = 0.0_wp
       do i = 1, effects%n_potentials
-         call add_turned_potential(self, effects, i, b, turns, tau, by_b)
+         call add_rotated_potential(self, effects, i, b, turns, tau, by_b)
       end do
       if (effects%n_torques == 0) return
-      attitude = half_turned(self%frame, b, shrink)
+      attitude = half_rotated(self%frame, b, shrink)
       do i = 1, effects%n_torques
          if (.not. self%acts(i)) cycle
          tau = tau + effects%torques(i)%item%torque(self%t, attitude, rate*b)
@@ -366,7 +366,7 @@ contains
    end subroutine linearize_turn
 
    !> Adds τ of one potential and its derivative by b.
-   pure subroutine add_turned_potential(self, effects, i, b, turns, tau, by_b)
+   pure subroutine add_rotated_potential(self, effects, i, b, turns, tau, by_b)
       type(discrete_forces_t), intent(in) :: self
       type(effect_list_t), intent(in) :: effects
       integer, intent(in) :: i
@@ -376,8 +376,8 @@ contains
       real(wp) :: middle(3), end(3), gradient(3), hessian(3, 3), own(3), shrink
       integer :: j
       shrink = 1/(1 + dot_product(b, b))
-      middle = shrink*turned_back(b, self%direction(:, i))
-      end = shrink*turned_back(b, middle)
+      middle = shrink*rotated_back(b, self%direction(:, i))
+      end = shrink*rotated_back(b, middle)
       gradient = effects%potentials(i)%item%discrete_gradient(self%gamma0(:, i), end)
       hessian = effects%potentials(i)%item%discrete_hessian(self%gamma0(:, i), end)
       own = shrink*cross_of(middle, gradient)
@@ -386,9 +386,9 @@ contains
          by_b(:, j) = by_b(:, j) - (2*shrink*b(j))*own + shrink*( &
                       cross_of(cross_of(middle, turns(:, j)), gradient) &
                       + cross_of(middle, times_vector(hessian, cross_of(end, turns(:, j) &
-                                                                        + shrink*turned_back(b, turns(:, j))))))
+                                                                        + shrink*rotated_back(b, turns(:, j))))))
       end do
-   end subroutine add_turned_potential
+   end subroutine add_rotated_potential
 
    !> What of the τ that `turn` gives is proportional to the rate, and ∂τ/∂t at fixed attitude and rate.
    pure subroutine split_turn(self, effects, b, rate, span, drag, change)
@@ -405,7 +405,7 @@ contains
       drag = 0.0_wp
       change = 0.0_wp
       if (effects%n_torques == 0) return
-      attitude = half_turned(self%frame, b, 1/(1 + dot_product(b, b)))
+      attitude = half_rotated(self%frame, b, 1/(1 + dot_product(b, b)))
       do i = 1, effects%n_torques
          if (.not. self%acts(i)) cycle
          associate (torque => effects%torques(i)%item)
@@ -447,20 +447,20 @@ contains
    end function mid_attitude
 
    !> vec((1-b)∘v∘(1+b)): v turned back by half the step's rotation, times 1+|b|².
-   pure function turned_back(b, v) result(r)
+   pure function rotated_back(b, v) result(r)
       real(wp), intent(in) :: b(3), v(3)
       real(wp) :: r(3)
       r = (1 - (b(1)*b(1) + b(2)*b(2) + b(3)*b(3)))*v + (2*(b(1)*v(1) + b(2)*v(2) + b(3)*v(3)))*b - 2*cross_of(b, v)
-   end function turned_back
+   end function rotated_back
 
    !> u∘(1+b)/|1+b|: attitude at mid step, body→space; shrink = 1/|1+b|².
-   pure function half_turned(u, b, shrink) result(q)
+   pure function half_rotated(u, b, shrink) result(q)
       real(wp), intent(in) :: u(4), b(3), shrink
       real(wp) :: q(4)
       q(1) = u(1) - u(2)*b(1) - u(3)*b(2) - u(4)*b(3)
       q(2:4) = u(2:4) + u(1)*b + cross_of(u(2:4), b)
       q = sqrt(shrink)*q
-   end function half_turned
+   end function half_rotated
 
    !> a×b, where a call of `cross` would cost more than the product.
    pure function cross_of(a, b) result(c)

@@ -354,18 +354,18 @@ contains
       real(wp), intent(out) :: dq(4), dp(4)
       real(wp) :: delta(3)
       delta = (0.25_wp*self%dt)*self%turn%rate
-      dq = solved(1 - alpha(1), 2*(alpha(1)*state%q + turned(state%q)))
-      dp = solved(1 + alpha(1), 2*(turned(state%p) - alpha(1)*state%p) + &
+      dq = solved(1 - alpha(1), 2*(alpha(1)*state%q + rotated(state%q)))
+      dp = solved(1 + alpha(1), 2*(rotated(state%p) - alpha(1)*state%p) + &
                   self%momentum_unit*quat_product(self%frame, impulse))
 
    contains
 
       !> K x; shape (4).
-      pure function turned(x) result(k)
+      pure function rotated(x) result(k)
          real(wp), intent(in) :: x(4)
          real(wp) :: k(4)
          k = quat_vector_product(x, alpha(2:4)) - vector_quat_product(delta, x)
-      end function turned
+      end function rotated
 
       !> (m - K)⁻¹x = (m + K)((m² + β + d)x - 2δ∘x∘b)/((m² + β + d)² - 4βd); shape (4).
       pure function solved(m, x) result(y)
@@ -374,7 +374,7 @@ contains
          beta = dot_product(alpha(2:4), alpha(2:4))
          size = m*m + beta + self%turn%square
          y = size*x - 2*quat_vector_product(vector_quat_product(delta, x), alpha(2:4))
-         y = (m*y + turned(y))/(size*size - 4*beta*self%turn%square)
+         y = (m*y + rotated(y))/(size*size - 4*beta*self%turn%square)
       end function solved
 
    end subroutine solve_in_frame

@@ -22,7 +22,7 @@ module nutate_reduced_equations
    use nutate_frame_turn, only: frame_turn_t
    use nutate_quaternion, only: cross, quat_conjugate, quat_product
    use nutate_small_products, only: times_columns, times_vector
-   use nutate_state, only: add_increment, add_turned, state_t
+   use nutate_state, only: add_increment, add_rotated, state_t
    use nutate_system, only: system_t
    use nutate_wheel_steps, only: wheel_steps_t
    implicit none
@@ -373,8 +373,8 @@ contains
          ! What a turn adds to q and p is taken from them, not from the momentum in body axes, whose rounding would
          ! count whole: so only the rounding of the increment does. The factor comes last, since its rounding counts in
          ! `excess`.
-         call add_turned(factor*quat_product(state%q, c), excess, state%q, state%q_compensation)
-         call add_turned(factor*quat_product(state%p, c) + impulse, excess, state%p, state%p_compensation)
+         call add_rotated(factor*quat_product(state%q, c), excess, state%q, state%q_compensation)
+         call add_rotated(factor*quat_product(state%p, c) + impulse, excess, state%p, state%p_compensation)
       else
          impulse(1) = 0.0_wp
          impulse(2:4) = 2*momentum_change(self, b, beta, factor)
@@ -397,7 +397,7 @@ contains
       call measure_turn(r, square, factor, excess)
       c(1) = -square
       c(2:4) = r
-      call add_turned(factor*quat_product(state%q, c), excess, state%q, state%q_compensation)
+      call add_rotated(factor*quat_product(state%q, c), excess, state%q, state%q_compensation)
       call add_increment(state%p, state%p_compensation, 2*quat_product( &
                          self%frame, self%turn%momentum_increment(b, r, square, factor, self%half_momentum, impulse)))
       state%t = state%t + self%dt

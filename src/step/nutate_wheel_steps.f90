@@ -133,16 +133,16 @@ contains
       type(effect_list_t), intent(in) :: effects
       !> kg⁻¹ m⁻²; shape (3,3).
       real(wp), intent(inout) :: inverse(3, 3)
-      real(wp) :: turned(3), coupling
+      real(wp) :: rotated(3), coupling
       integer :: i, k
       if (.not. self%rubs) return
       do i = 1, self%n
          associate (wheel => effects%wheels(i))
             coupling = 0.5_wp*self%dt*wheel%friction*self%share(i)
-            turned = times_vector(inverse, wheel%axis)
-            coupling = coupling/(1 + coupling*dot_product(wheel%axis, turned))
+            rotated = times_vector(inverse, wheel%axis)
+            coupling = coupling/(1 + coupling*dot_product(wheel%axis, rotated))
             do k = 1, 3
-               inverse(:, k) = inverse(:, k) - (coupling*turned(k))*turned
+               inverse(:, k) = inverse(:, k) - (coupling*rotated(k))*rotated
             end do
          end associate
       end do

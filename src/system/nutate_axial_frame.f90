@@ -80,35 +80,35 @@ contains
    end function spin
 
    !> Body components of a vector; shape (3).
-   pure function to_body(self, angle, v) result(turned)
+   pure function to_body(self, angle, v) result(rotated)
       class(axial_frame_t), intent(in) :: self
       !> φ, rad.
       real(wp), intent(in) :: angle
       !> Components in the frame; shape (3).
       real(wp), intent(in) :: v(3)
-      real(wp) :: turned(3), c, s
+      real(wp) :: rotated(3), c, s
       integer :: i, j
       i = 1 + modulo(self%axis, 3)
       j = 1 + modulo(self%axis + 1, 3)
       c = cos(angle)
       s = sin(angle)
-      turned(self%axis) = v(self%axis)
-      turned(i) = c*v(i) + s*v(j)
-      turned(j) = c*v(j) - s*v(i)
+      rotated(self%axis) = v(self%axis)
+      rotated(i) = c*v(i) + s*v(j)
+      rotated(j) = c*v(j) - s*v(i)
    end function to_body
 
-   !> q of the body: that of the frame, turned about the axis; shape (4).
-   pure function turn(self, angle, q) result(turned)
+   !> q of the body: that of the frame, rotated about the axis; shape (4).
+   pure function turn(self, angle, q) result(rotated)
       class(axial_frame_t), intent(in) :: self
       !> φ, rad.
       real(wp), intent(in) :: angle
       !> Attitude of the frame, frame→space; shape (4).
       real(wp), intent(in) :: q(4)
-      real(wp) :: turned(4), about(4)
+      real(wp) :: rotated(4), about(4)
       about = 0.0_wp
       about(1) = cos(0.5_wp*angle)
       about(1 + self%axis) = sin(0.5_wp*angle)
-      turned = quat_product(q, about)
+      rotated = quat_product(q, about)
    end function turn
 
 end module nutate_axial_frame

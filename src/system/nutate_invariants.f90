@@ -12,7 +12,7 @@ module nutate_invariants
    implicit none
    private
 
-   public :: invariants_t, conserved_momentum, common_direction, follows_turning_axes, parallel
+   public :: invariants_t, conserved_momentum, common_direction, follows_rotating_axes, parallel
    public :: NO_COMPONENT, ALONG_AXIS, ONLY_LENGTH, ALL_COMPONENTS
 
    !> Which components of the space momentum are conserved; only its length where the attitude is not known.
@@ -198,7 +198,7 @@ contains
    !> True where space axes turn and no effect knows of it, each being symmetric about their rate, or none: the motion
    !> is that in axes which stand still, turned back by ω times the time. Wheels are left out: their motors may know.
    !> False where a number of an effect is none that a run accepts, or the rate so small that it has no direction.
-   pure logical function follows_turning_axes(effects) result(follows)
+   pure logical function follows_rotating_axes(effects) result(follows)
       type(effect_list_t), intent(in) :: effects
       integer :: components
       real(wp) :: axis(3)
@@ -211,7 +211,7 @@ contains
       end do
       call conserved_momentum(effects, components, axis)
       follows = components == ALONG_AXIS
-   end function follows_turning_axes
+   end function follows_rotating_axes
 
    !> True if there is a torque on the body from outside: that of a controller by wheels is none.
    pure logical function has_outer_torques(effects)

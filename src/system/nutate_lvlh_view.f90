@@ -94,13 +94,13 @@ contains
    end subroutine replace_potential
 
    !> Returns the same orbit with its LVLH frame as space axes.
-   pure type(orbit_t) function orbit_in_lvlh(orbit) result(turning)
+   pure type(orbit_t) function orbit_in_lvlh(orbit) result(rotating)
       type(orbit_t), intent(in) :: orbit
       type(orbit_t) :: made
       made = orbit_t(orbit%path, inertial=.false.)
-      turning = orbit
-      turning%is_frame = made%is_frame
-      turning%rate = made%rate
+      rotating = orbit
+      rotating%is_frame = made%is_frame
+      rotating%rate = made%rate
    end function orbit_in_lvlh
 
    !> Returns c at a time, unit quaternion, LVLH→inertial, without jumps; shape (4).

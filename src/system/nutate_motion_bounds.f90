@@ -1,4 +1,4 @@
-!> Bounds of a motion over a time: how fast a body can turn and be turned, whatever its attitude.
+!> Bounds of a motion over a time: how fast a body can turn and be rotated, whatever its attitude.
 !>
 !> With S² = 2T = ΩᵀJΩ the torques τ change S by no more than |τ|/√J₁, J₁ the least moment; what potentials that stand
 !> still do to S² is no more than twice their range. S bounds Ω and all that Euler's equations make of it. In principal
@@ -362,7 +362,7 @@ contains
    end function within
 
    !> Rates of the energy and of the Jacobi integral H - ω·l, to which potentials that stand add nothing: the torques'
-   !> power Ω·τ and what the axes' turning ω takes from the potentials, ω·τ; and (Ω - ω)·τ.
+   !> power Ω·τ and what the axes' rotating ω takes from the potentials, ω·τ; and (Ω - ω)·τ.
    pure subroutine bound_energies(self, speeds)
       class(motion_bounds_t), intent(in) :: self
       type(speed_bounds_t), intent(inout) :: speeds

@@ -100,7 +100,7 @@ contains
       end do
    end subroutine put_component
 
-   !> True for a sensitivity that turns a direction which all potentials share, or that of the turning of the axes.
+   !> True for a sensitivity that turns a direction which all potentials share, or that of the rotating of the axes.
    pure logical function turns_axis(effects, t, axis, variation) result(turns)
       type(effect_list_t), intent(in) :: effects
       !> s; n; shape (3).

@@ -396,18 +396,18 @@ contains
    subroutine move_plain(self, tangent)
       type(conserving_step_t), intent(in) :: self
       type(tangent_t), intent(inout) :: tangent
-      real(wp) :: swing(3, 3), turned(3, 3)
+      real(wp) :: swing(3, 3), rotated(3, 3)
       integer :: n
       call full_swing_back(self%forces%r, self%forces%shrink, swing)
-      call set_turned(self, turned)
+      call set_rotated(self, rotated)
       associate (p => self%by_start, w => self%by_momentum, even => tangent%even)
          n = tangent%n
          if (modulo(n, 2) == 0) then
-            call move_pairs(n/2, p, w, swing, turned, tangent%theta, tangent%momentum)
+            call move_pairs(n/2, p, w, swing, rotated, tangent%theta, tangent%momentum)
          else
             even(:n, :3) = tangent%theta
             even(:n, 4:) = tangent%momentum
-            call move_pairs((n + 1)/2, p, w, swing, turned, even(:, :3), even(:, 4:))
+            call move_pairs((n + 1)/2, p, w, swing, rotated, even(:, :3), even(:, 4:))
             tangent%theta = even(:n, :3)
             tangent%momentum = even(:n, 4:)
          end if
@@ -415,9 +415,9 @@ contains
    end subroutine move_plain
 
    !> 4RhT/(1+ρ).
-   pure subroutine set_turned(self, turned)
+   pure subroutine set_rotated(self, rotated)
       type(conserving_step_t), intent(in) :: self
-      real(wp), intent(out) :: turned(3, 3)
+      real(wp), intent(out) :: rotated(3, 3)
       real(wp) :: factor, x, y, z
       factor = 8*self%forces%shrink**2
       associate (back => self%forces%back, t => self%turn_by_mean)
@@ -425,20 +425,20 @@ contains
             x = factor*t(1, 1)
             y = factor*t(2, 2)
             z = factor*t(3, 3)
-            turned(1, 1) = x*back(1, 1)
-            turned(2, 1) = x*back(2, 1)
-            turned(3, 1) = x*back(3, 1)
-            turned(1, 2) = y*back(1, 2)
-            turned(2, 2) = y*back(2, 2)
-            turned(3, 2) = y*back(3, 2)
-            turned(1, 3) = z*back(1, 3)
-            turned(2, 3) = z*back(2, 3)
-            turned(3, 3) = z*back(3, 3)
+            rotated(1, 1) = x*back(1, 1)
+            rotated(2, 1) = x*back(2, 1)
+            rotated(3, 1) = x*back(3, 1)
+            rotated(1, 2) = y*back(1, 2)
+            rotated(2, 2) = y*back(2, 2)
+            rotated(3, 2) = y*back(3, 2)
+            rotated(1, 3) = z*back(1, 3)
+            rotated(2, 3) = z*back(2, 3)
+            rotated(3, 3) = z*back(3, 3)
          else
-            turned = factor*times_columns(back, t)
+            rotated = factor*times_columns(back, t)
          end if
       end associate
-   end subroutine set_turned
+   end subroutine set_rotated
 
    !> What θ0, and both δL0 and δL1, of such sensitivities change of the work of the torques, 4r·τ: δr = ½T(δL0 + δL1).
    pure subroutine find_plain_rows(self, by_start, by_mean)
@@ -544,7 +544,7 @@ contains
       real(wp), intent(inout) :: mean(3), inner(:), work
       ! Motors that follow attitude and rate have no such steps.
       real(wp), parameter :: unturned(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], at_rest(3) = 0.0_wp
-      real(wp) :: half, base, turned, share, coupling, own, drive, speed, axis(3), moved
+      real(wp) :: half, base, rotated, share, coupling, own, drive, speed, axis(3), moved
       integer :: i, m
       if (.not. allocated(variation%effects)) return
       do m = 1, size(variation%effects)
@@ -553,21 +553,21 @@ contains
          associate (wheel => wheels(i), c => variation%effects(m)%change, sigma => steps%share(i))
             half = 0.5_wp*self%dt
             base = steps%start_momentum(i) + half*steps%drive(i)
-            turned = self%forces%rate*dot_product(wheel%axis, self%b)
+            rotated = self%forces%rate*dot_product(wheel%axis, self%b)
             share = -half*sigma**2*(c(6) - wheel%friction*c(4)/wheel%inertia)/wheel%inertia
             coupling = half*(c(6)*sigma + wheel%friction*share)
             axis = wheel%axis_change(c)
             moved = self%forces%rate*dot_product(axis, self%b)
             drive = 0.0_wp
             if (steps%drives(i)) drive = wheel%drive_change(c, steps%asked(i), unturned, at_rest)
-            own = share*base + sigma*half*drive + coupling*turned &
+            own = share*base + sigma*half*drive + coupling*rotated &
                   + half*wheel%friction*sigma*moved
-            speed = sigma*(base/wheel%inertia - turned)
+            speed = sigma*(base/wheel%inertia - rotated)
             inner(i) = inner(i) + own
-            mean = mean + own*wheel%axis + (sigma*base + half*wheel%friction*sigma*turned)*axis
+            mean = mean + own*wheel%axis + (sigma*base + half*wheel%friction*sigma*rotated)*axis
             work = work + self%dt*(drive - c(6)*speed)*speed &
                    - self%dt*(steps%drive(i) - 2*wheel%friction*speed)*( &
-                   (sigma*base + half*wheel%friction*sigma*turned)*c(4)/wheel%inertia**2 + moved)
+                   (sigma*base + half*wheel%friction*sigma*rotated)*c(4)/wheel%inertia**2 + moved)
          end associate
       end do
    end subroutine add_wheel_parameters
@@ -599,16 +599,16 @@ contains
       !> Its number.
       integer, intent(in) :: i
       type(tangent_t), intent(inout) :: tangent
-      real(wp) :: turned, inner, coupling, speed, factor
+      real(wp) :: rotated, inner, coupling, speed, factor
       integer :: k
       coupling = 0.5_wp*self%dt*wheel%friction*steps%share(i)
       speed = steps%share(i)*((steps%start_momentum(i) + 0.5_wp*self%dt*steps%drive(i))/wheel%inertia &
                               - self%forces%rate*dot_product(wheel%axis, self%b))
       factor = self%dt*(steps%drive(i) - 2*wheel%friction*speed)
       do k = 1, tangent%n
-         turned = self%forces%rate*dot_product(wheel%axis, tangent%turn(k, :))
-         inner = tangent%inner(k, i) + coupling*turned
-         tangent%work(k) = tangent%work(k) + factor*(inner/wheel%inertia - turned)
+         rotated = self%forces%rate*dot_product(wheel%axis, tangent%turn(k, :))
+         inner = tangent%inner(k, i) + coupling*rotated
+         tangent%work(k) = tangent%work(k) + factor*(inner/wheel%inertia - rotated)
          tangent%wheels(k, i) = 2*inner - tangent%wheels(k, i)
       end do
    end subroutine finish_wheel

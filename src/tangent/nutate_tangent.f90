@@ -293,14 +293,14 @@ contains
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
       real(wp) :: change(self%n)
-      real(wp), dimension(3) :: omega, momentum, torque, by_theta, by_momentum, turning
+      real(wp), dimension(3) :: omega, momentum, torque, by_theta, by_momentum, rotating
       integer :: i, k, m
       omega = angular_velocity(system, state)
       momentum = body_momentum(state)
       torque = potential_torque(system%effects, state%q, state%t)
-      turning = frame_rate_of(system%effects, state%q)
-      by_theta = -torque - cross(momentum, turning)
-      by_momentum = omega - turning
+      rotating = frame_rate_of(system%effects, state%q)
+      by_theta = -torque - cross(momentum, rotating)
+      by_momentum = omega - rotating
       do k = 1, self%n
          change(k) = dot_product(by_theta, self%theta(k, :)) + dot_product(by_momentum, self%momentum(k, :))
          do i = 1, system%effects%n_wheels

@@ -10,7 +10,7 @@ class Check(CommandLineTest):
     def test_says_what_would_be_simulated_and_writes_nothing(self):
         done = self.succeed("check", "top.nml")
         self.assertEqual(done.stderr, "")
-        for words in ("top.nml: top", "5, 5, 1 kg m^2", "1 kg\n", "0, 0, 1 m", "turned by 0.5 rad about 1, 0, 0",
+        for words in ("top.nml: top", "5, 5, 1 kg m^2", "1 kg\n", "0, 0, 1 m", "rotated by 0.5 rad about 1, 0, 0",
                       "0, 0, 50 rad/s in body axes", "  gravity             acceleration = 0, 0, -20\n",
                       "nielsen_krenk of order 2",
                       "8 equations in q and p", "200 of 0.005 s, to t = 1 s", "0.25 rad", "component along 0, 0, 1",

@@ -239,8 +239,8 @@ class ControlColumns(CommandLineTest):
                 place = [row[f"orbit_{i}"] for i in "xyz"]
                 r = math.sqrt(dot(place, place))
                 up = [x / r for x in place]
-                turned = 0.7 + 7.292115e-5 * row["t"]
-                moment = (g[0] * math.cos(turned) - g[1] * math.sin(turned), g[0] * math.sin(turned) + g[1] * math.cos(turned), g[2])
+                rotated = 0.7 + 7.292115e-5 * row["t"]
+                moment = (g[0] * math.cos(rotated) - g[1] * math.sin(rotated), g[0] * math.sin(rotated) + g[1] * math.cos(rotated), g[2])
                 b = [(6371.2e3 / r)**3 * (3 * dot(moment, up) * u - m) for u, m in zip(up, moment)]
                 shown = [row[f"B{i}"] for i in (1, 2, 3)]
                 if frame == "inertial":

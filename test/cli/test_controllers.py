@@ -122,7 +122,7 @@ class Controllers(CommandLineTest):
                            ("given", "attitude_gain = 0.25, rate_gain = 0.5, inertia = 90, 100, 40, 5, -3, 2"),
                            ("symmetric", "attitude_gain_matrix = 22.5, 25, 10, 1.25, -0.75, 0.5, rate_gain = 0.5"),
                            ("full", "attitude_gain = 0.25, rate_gain_matrix = 45, 2.5, -1.5, 2.5, 50, 1, -1.5, 1, 20"),
-                           ("turned", "attitude_gain = 0.25, rate_gain_matrix = 45, 9, -9, -4, 50, 1, 3, 1, 20"),
+                           ("rotated", "attitude_gain = 0.25, rate_gain_matrix = 45, 9, -9, -4, 50, 1, 3, 1, 20"),
                            ("transposed", "attitude_gain = 0.25, rate_gain_matrix = 45, -4, 3, 9, 50, 1, -9, 1, 20"),
                            ("scalar", "attitude_gain = 2, rate_gain = 3, gains = 'scalar'"),
                            ("diagonal", "attitude_gain_matrix = 2, 2, 2, rate_gain_matrix = 3, 3, 3")):
@@ -132,7 +132,7 @@ class Controllers(CommandLineTest):
         for name in ("given", "symmetric", "full"):
             self.assertEqual(rows[name], rows["plain"])
         self.assertEqual(rows["diagonal"], rows["scalar"])
-        self.assertEqual(len({rows[name] for name in ("plain", "turned", "transposed", "scalar")}), 4)
+        self.assertEqual(len({rows[name] for name in ("plain", "rotated", "transposed", "scalar")}), 4)
 
     def test_check_says_whose_inertia_gains_use(self):
         varied = "&ensemble members = 5 /\n&vary key = 'body.inertia', distribution = 'uniform', " \

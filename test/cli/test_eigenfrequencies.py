@@ -29,7 +29,7 @@ def column(q, k):
     return product(product(q, unit), [q[0], -q[1], -q[2], -q[3]])[1:]
 
 
-def turned(q, vector):
+def rotated(q, vector):
     """q after a turn by a rotation vector, space axes."""
     angle = math.sqrt(sum(x * x for x in vector))
     part = math.sin(angle / 2) / angle if angle else 0.5
@@ -119,7 +119,7 @@ class Eigenfrequencies(CommandLineTest):
         """Of a body that spins about its axis 3 on the orbit: components of that axis across where it could rest, after a
         turn by a rotation vector from there."""
         half = math.sqrt(2 * (1 + axis[2]))
-        q = turned([0.0, axis[0] / half, axis[1] / half, (axis[2] + 1) / half], about)
+        q = rotated([0.0, axis[0] / half, axis[1] / half, (axis[2] + 1) / half], about)
         rate = [-ORBIT_RATE * column(q, k)[1] for k in range(2)] + [momentum / moments[1]]
         scene = f"&body inertia = {moments[0]}, {moments[0]}, {moments[1]} /\n&orbit semi_major_axis = 6878137.0, frame = 'lvlh' /\n" \
             f"&gravity_gradient /\n&initial quaternion = {str(q)[1:-1]}, angular_velocity = {str(rate)[1:-1]} /\n"
@@ -147,7 +147,7 @@ class Eigenfrequencies(CommandLineTest):
     def compass(self, about, rate, interval, n=7):
         """Of a gyrocompass without damping, from a turn by a rotation vector from its rest and a rate against the Earth:
         azimuth of axis 2, to the east, and the part of axis 1 across where axis 2 rests, downwards."""
-        q = turned([math.cos(TILT / 2), math.sin(TILT / 2), 0.0, 0.0], about)
+        q = rotated([math.cos(TILT / 2), math.sin(TILT / 2), 0.0, 0.0], about)
         scene = "&body inertia = 0.05, 0.06, 0.07, mass = 5.0, center_of_mass = 0.0, 0.0, -0.01 /\n" \
             "&rotor momentum = 0.0, 15.0, 0.0 /\n&rotating_frame latitude = 50.0, degrees = .true. /\n" \
             f"&gravity acceleration = 0.0, 0.0, -9.81 /\n&initial rate_from = 'frame', quaternion = {str(q)[1:-1]}, " \

@@ -154,11 +154,11 @@ class Attitudes(FrameTest):
 REST = """&scene epoch = '2020-01-01T00:00:37', time_system = 'TAI' /
 &body inertia = 1, 1, 1 /
 &initial angular_velocity = 0, 0, 0 /
-&frame attitude = 'turning.aem' /
+&frame attitude = 'rotating.aem' /
 """
 
 
-def turning(last=200, interval=0.5, rates=True, system="TAI", start="2020-01-01T00:00:37"):
+def rotating(last=200, interval=0.5, rates=True, system="TAI", start="2020-01-01T00:00:37"):
     """A message of a frame that turns at 1 rad/s about z, for less than an hour."""
     hour, minute, second = (float(part) for part in start[11:].split(":"))
     lines = []
@@ -235,7 +235,7 @@ class Events(FrameTest):
     def test_every_crossing_of_an_angle_is_found_however_long_the_steps(self):
         # At rest a step may be as long as the run: 32 half turns of the frame.
         for rates in (True, False):
-            self.write("turning.aem", turning(rates=rates))
+            self.write("rotating.aem", rotating(rates=rates))
             for steps in ("method = 'exact', time_step = 100, end_time = 100", "method = 'taylor', time_step = 50, end_time = 100",
                           "accuracy = 1e-9, end_time = 100", "method = 'rk4', time_step = 1, end_time = 100"):
                 found = self.events("&event when = 'frame1_angle', crosses = 1 /\n&event when = 'frame1_q3', crosses = 0 /\n"
@@ -251,7 +251,7 @@ class Events(FrameTest):
                     self.assertAlmostEqual(time, 2 * math.pi * (k + 1), delta=1e-10)
 
     def test_extrema_of_the_angle_are_at_half_turns(self):
-        self.write("turning.aem", turning())
+        self.write("rotating.aem", rotating())
         found = self.events("&event when = 'frame1_angle', extremum = 'maximum' /\n&integrator accuracy = 1e-9, end_time = 100 /\n"
                             "&output interval = 1 /\n")
         self.assertEqual(len(found), 16)
@@ -259,12 +259,12 @@ class Events(FrameTest):
             self.assertAlmostEqual(time, (2 * k + 1) * math.pi, delta=1e-9)
 
     def test_an_event_stops_and_switches(self):
-        self.write("turning.aem", turning())
+        self.write("rotating.aem", rotating())
         found = self.events("&torque name = 'jet', body = 0, 0, 1, on = .false. /\n"
                             "&event when = 'frame1_angle', crosses = 1.5, direction = 1, switch = 'jet on' /\n"
                             "&event name = 'met', when = 'frame1_angle', crosses = 1.0, direction = -1, stop = .true. /\n"
                             "&integrator local_tolerance = 1e-12, end_time = 100 /\n&output columns = 'frame1' /\n")
-        # From 1.5 s on the body has turned by (t - 1.5)^2/2: t - (t - 1.5)^2/2 is 1 for the second time.
+        # From 1.5 s on the body has rotated by (t - 1.5)^2/2: t - (t - 1.5)^2/2 is 1 for the second time.
         self.assertAlmostEqual(found[0][0], 1.5, delta=1e-10)
         self.assertAlmostEqual(found[-1][0], 2.5 + math.sqrt(2.5**2 - 1.5**2 - 2), delta=1e-9)
         self.assertAlmostEqual(self.history("rest.csv")[1][-1][5], 1.0, delta=1e-9)
@@ -272,52 +272,52 @@ class Events(FrameTest):
 
 class Times(FrameTest):
     def rows_with(self, text):
-        self.write("turning.aem", text)
+        self.write("rotating.aem", text)
         self.write("rest.nml", REST + "&integrator time_step = 0.25, end_time = 50 /\n&output columns = 'frame1' /\n")
         self.succeed("run", "rest.nml", "--quiet")
         return self.history("rest.csv")[1]
 
     def test_other_time_systems_are_converted(self):
         for system, start in (("TAI", "2020-01-01T00:00:37"), ("UTC", "2020-01-01T00:00:00"), ("TT", "2020-01-01T00:01:09.184")):
-            for row in self.rows_with(turning(system=system, start=start)):
+            for row in self.rows_with(rotating(system=system, start=start)):
                 # Days from J2000 are known to 1e-7 s.
                 self.assertLess(angle(row[1:5], [math.cos(row[0] / 2), 0, 0, -math.sin(row[0] / 2)]), 1e-12 if system == "TAI" else 4e-7)
 
     def test_a_record_before_and_the_last_one_count(self):
-        rows = self.rows_with(turning(last=124, start="2020-01-01T00:00:25"))
+        rows = self.rows_with(rotating(last=124, start="2020-01-01T00:00:25"))
         for row in rows:
             self.assertLess(angle(row[1:5], [math.cos(row[0] / 2 + 6), 0, 0, -math.sin(row[0] / 2 + 6)]), 1e-12)
-        for last, text in ((123, "rest.nml:5: end_time is outside of the records of 'turning.aem' (expected -12 to 49.5 s)"),
-                           (10, "rest.nml:4: the records of 'turning.aem' go from -12 to -7 s (expected records that contain t = 0)")):
-            self.write("turning.aem", turning(last=last, start="2020-01-01T00:00:25"))
+        for last, text in ((123, "rest.nml:5: end_time is outside of the records of 'rotating.aem' (expected -12 to 49.5 s)"),
+                           (10, "rest.nml:4: the records of 'rotating.aem' go from -12 to -7 s (expected records that contain t = 0)")):
+            self.write("rotating.aem", rotating(last=last, start="2020-01-01T00:00:25"))
             self.fail_with(2, "run", "rest.nml", says=(text,))
             self.fail_with(2, "check", "rest.nml", says=(text,))
 
     def test_messages_that_are_none_are_refused_with_file_and_line(self):
-        self.rows_with(turning())
-        good = self.read("turning.aem")
-        for bad, text in ((good.replace("TIME_SYSTEM = TAI", "TIME_SYSTEM = GPS"), "turning.aem:10: TIME_SYSTEM 'GPS' is not supported"),
+        self.rows_with(rotating())
+        good = self.read("rotating.aem")
+        for bad, text in ((good.replace("TIME_SYSTEM = TAI", "TIME_SYSTEM = GPS"), "rotating.aem:10: TIME_SYSTEM 'GPS' is not supported"),
                           (good.replace("2020-01-01T00:00:38.000000 0 0 ", "2020-01-01T00:00:38.000000 0 0 nan "),
-                           "turning.aem:14: 'nan' is not a number"),
+                           "rotating.aem:14: 'nan' is not a number"),
                           (good.replace("DATA_STOP\n", ""), "the message ends too early"),
-                          ("t,q0\n0,1\n", "turning.aem:1: 't,q0' is out of place"), ("", "not an attitude ephemeris message")):
+                          ("t,q0\n0,1\n", "rotating.aem:1: 't,q0' is out of place"), ("", "not an attitude ephemeris message")):
             self.assertNotEqual(bad, good)
-            self.write("turning.aem", bad)
+            self.write("rotating.aem", bad)
             self.fail_with(2, "run", "rest.nml", says=(text,))
-        self.write("turning.aem", good)
-        self.fail_with(2, "run", "rest.nml", "--set", "scene.space_frame='EME2000'", says=("REF_FRAME_A of turning.aem is 'ICRF'",))
+        self.write("rotating.aem", good)
+        self.fail_with(2, "run", "rest.nml", "--set", "scene.space_frame='EME2000'", says=("REF_FRAME_A of rotating.aem is 'ICRF'",))
         self.fail_with(2, "run", "rest.nml", "--unset", "scene.epoch", "--unset", "scene.time_system",
-                       says=("rest.nml:4: the records of turning.aem have dates", "expected epoch and time_system of &scene"))
+                       says=("rest.nml:4: the records of rotating.aem have dates", "expected epoch and time_system of &scene"))
 
     def test_the_message_is_not_written_over(self):
-        self.rows_with(turning())
-        self.fail_with(2, "run", "rest.nml", "--output", "turning.aem", says=("turning.aem",))
-        self.assertEqual(self.read("turning.aem"), turning())
+        self.rows_with(rotating())
+        self.fail_with(2, "run", "rest.nml", "--output", "rotating.aem", says=("rotating.aem",))
+        self.assertEqual(self.read("rotating.aem"), rotating())
 
     def test_check_names_the_message(self):
-        self.rows_with(turning())
+        self.rows_with(rotating())
         page = self.succeed("check", "rest.nml").stdout
-        self.assertIn("attitude of turning.aem, 201 records from 0 to 100 s, with rates\n", page)
+        self.assertIn("attitude of rotating.aem, 201 records from 0 to 100 s, with rates\n", page)
         self.assertIn("torque-free rigid body", page)
 
 

@@ -78,7 +78,7 @@ class PrintedRows(CommandLineTest):
             self.relative(row["phi"], math.radians(-150 if i == 0 else 150))
 
     def satellite(self, inertia, angles, end_time):
-        """A scene of a satellite that starts at rest in the LVLH frame, turned by angles in rad."""
+        """A scene of a satellite that starts at rest in the LVLH frame, rotated by angles in rad."""
         return (f"&body inertia = {inertia} /\n&orbit semi_major_axis = 6878137.0 /\n&gravity_gradient /\n"
                 f"&initial attitude_from = 'lvlh', rate_from = 'lvlh', roll_pitch_yaw = {angles}, "
                 "angular_velocity = 0.0, 0.0, 0.0 /\n" + SERIES.format(repr(end_time)))

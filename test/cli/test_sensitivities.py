@@ -35,7 +35,7 @@ def rotation(q, r):
     return [x * (2 * math.atan2(length, s) / length if length else 2.0) for x in v]
 
 
-def turned(q, axis, angle):
+def rotated(q, axis, angle):
     return product(q, [math.cos(angle / 2)] + [math.sin(angle / 2) if i == axis else 0.0 for i in range(3)])
 
 
@@ -86,7 +86,7 @@ class Sensitivities(CommandLineTest):
         self.write("plain.nml", SYSTEM + WHEEL + STEPS + columns + " /\n")
         self.write("free.nml", SYSTEM + WHEEL + STEPS + FREE + "&free key = 'wheel.speed' /\n" + columns + ", 'sensitivities' /\n")
         q = [0.8, 0.4, -0.4, 0.2]
-        values = {"initial.attitude.2": lambda h: "initial.quaternion=" + ",".join(map(repr, turned(q, 1, h))),
+        values = {"initial.attitude.2": lambda h: "initial.quaternion=" + ",".join(map(repr, rotated(q, 1, h))),
                   "initial.angular_velocity.1": lambda h: f"initial.angular_velocity={0.4 + h!r},-0.3,2.0",
                   "body.inertia_tensor.1": lambda h: f"body.inertia_tensor={3 + h!r},2.0,1.5,0.1,-0.05,0.2",
                   "body.mass": lambda h: f"body.mass={2 + h!r}",

@@ -102,7 +102,7 @@ contains
                 'component, is the scalar'//nl
          if (error > 0.0_wp) text = text//'COMMENT a rotation at a constant rate between records is within '// &
                                     rounded_text(error, 3)//' rad of the motion'//nl
-         if (is_ecliptic(labels%space_frame)) text = text//'COMMENT '//ecliptic//' was turned to '//equatorial// &
+         if (is_ecliptic(labels%space_frame)) text = text//'COMMENT '//ecliptic//' was rotated to '//equatorial// &
                                                      ' by 84381.448 arcseconds about x'//nl
          text = text//'OBJECT_NAME = '//labels%object//nl//'OBJECT_ID = '//first_of(labels%object_id, labels%object)//nl
          text = text//'REF_FRAME_A = '//frame_of(labels%space_frame)//nl// &

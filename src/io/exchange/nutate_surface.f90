@@ -37,10 +37,10 @@ contains
       case ('box')
          surface = box(size)
       case ('cylinder')
-         surface = turned_profile(size(1)*[0.0_wp, 1.0_wp, 1.0_wp, 0.0_wp], &
+         surface = rotated_profile(size(1)*[0.0_wp, 1.0_wp, 1.0_wp, 0.0_wp], &
                                   size(2)*[-0.5_wp, -0.5_wp, 0.5_wp, 0.5_wp])
       case ('cone')
-         surface = turned_profile(size(1)*[0.0_wp, 1.0_wp, 0.0_wp], size(2)*[-0.75_wp, 0.25_wp, 0.25_wp])
+         surface = rotated_profile(size(1)*[0.0_wp, 1.0_wp, 0.0_wp], size(2)*[-0.75_wp, 0.25_wp, 0.25_wp])
       case ('sphere')
          surface = ellipsoid(spread(size(1), 1, 3))
       case ('ellipsoid')
@@ -67,8 +67,8 @@ contains
                                  2, 6, 7, 2, 7, 3, 0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6], [3, 12])
    end function box
 
-   !> The surface of a profile that is turned about axis 3.
-   pure function turned_profile(radii, heights) result(surface)
+   !> The surface of a profile that is rotated about axis 3.
+   pure function rotated_profile(radii, heights) result(surface)
       !> From below, m; shape (points of the profile).
       real(wp), intent(in) :: radii(:), heights(:)
       type(surface_t) :: surface
@@ -90,7 +90,7 @@ contains
             n = n + 2
          end do
       end do
-   end function turned_profile
+   end function rotated_profile
 
    !> An ellipsoid with its semi-axes along the axes.
    pure function ellipsoid(axes) result(surface)
@@ -104,7 +104,7 @@ contains
          radii(i) = sin(pi*i/(around/2))
          heights(i) = -cos(pi*i/(around/2))
       end do
-      surface = turned_profile(radii, heights)
+      surface = rotated_profile(radii, heights)
       do i = 1, size(surface%points, 2)
          surface%points(:, i) = axes*surface%points(:, i)
       end do

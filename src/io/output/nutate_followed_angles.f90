@@ -7,7 +7,7 @@
 !> e = 1 where i, j, l are in cyclic order, else -1, the axes j, e·l, i of both space and body are right-handed and
 !> take the
 !> place of 1, 2, 3. There i-j-i is z-x-z, and i-j-l, which ends in a turn by e·γ about axis 2, is z-x-z in a body
-!> turned by π/2
+!> rotated by π/2
 !> about axis 1 before, with the angles α, β + π/2, -e·γ: R₂(eγ) = R₁(π/2) R₃(-eγ) R₁(-π/2).
 module nutate_followed_angles
    use nutate_archive, only: archive_t

@@ -43,7 +43,7 @@ module nutate_aem_keywords
       attitude_type_t('QUATERNION/DERIVATIVE', 8, DERIVATIVE), &
       attitude_type_t('QUATERNION/RATE', 7, ROTATION_RATE)]
 
-   !> Ecliptic axes as SPICE calls them, which CCSDS does not know; the axes that they are turned to, and the angle
+   !> Ecliptic axes as SPICE calls them, which CCSDS does not know; the axes that they are rotated to, and the angle
    !> about their x axis, arcseconds.
    character(len=*), parameter :: ecliptic = 'ECLIPJ2000', equatorial = 'EME2000'
    real(wp), parameter :: obliquity = 84381.448_wp

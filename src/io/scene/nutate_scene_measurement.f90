@@ -124,7 +124,7 @@ contains
             return
          end if
          if (.not. any(sets == column_sets(set)%name)) sets = [sets, column_sets(set)%name]
-         if (is_turning(column_sets(set)%name)) &
+         if (is_rotating(column_sets(set)%name)) &
             measurement%turns(i) = merge(360.0_wp, 2*pi, measurement%degrees)
       end do
       measurement%sets = sets
@@ -144,10 +144,10 @@ contains
    end subroutine find_columns
 
    !> The set whose columns are angles that are known but for whole turns.
-   pure logical function is_turning(set)
+   pure logical function is_rotating(set)
       character(len=*), intent(in) :: set
-      is_turning = index(set, 'euler') == 1 .or. set == 'roll_pitch_yaw'
-   end function is_turning
+      is_rotating = index(set, 'euler') == 1 .or. set == 'roll_pitch_yaw'
+   end function is_rotating
 
    !> Raises an error for a column that cannot be fitted.
    subroutine refuse(group, name, error)

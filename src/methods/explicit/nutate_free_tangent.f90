@@ -14,7 +14,7 @@ module nutate_free_tangent
    use nutate_status, only: status_t
    use nutate_system, only: system_t
    use nutate_tangent, only: tangent_t
-   use nutate_turned_stepper, only: rotate_sensitivities
+   use nutate_rotated_stepper, only: rotate_sensitivities
    implicit none
    private
 

@@ -3,7 +3,7 @@
 !>     q̇ = ½ q∘Ω,   L̇ = L×Ω + τ(t,q,Ω),   Ω = J⁻¹(L - h),   Ẇᵢ = Ω·τᵢ
 !>
 !> Where the space axes turn at ω, Ω - Rᵀω takes the place of Ω in q̇, τ and Ẇ; unless nothing knows of it, and the end
-!> of a step is turned (`nutate_axes_turn`).
+!> of a step is rotated (`nutate_axes_turn`).
 !>
 !> A method sees `y = [q, L, W]`, W = Σ Wᵢ from the start of the step, and `k = Δt ẏ`: with `Δt J⁻¹` in place of J⁻¹ no
 !> stage multiplies by the step.
@@ -12,7 +12,7 @@
 !> method's coefficients.
 module nutate_rigid_rates
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
-   use nutate_axes_turn, only: axes_turn_t, turned
+   use nutate_axes_turn, only: axes_turn_t, rotated
    use nutate_hamiltonian, only: potential_torque, time_dependent_power
    use nutate_kinds, only: wp
    use nutate_limits, only: manifold_tolerance, most_wheels
@@ -100,7 +100,7 @@ contains
       !> The states will be projected onto the invariants: where there are works, errors are estimated for that.
       logical, intent(in) :: conserve
       !> Coefficients aᵢⱼ of a Runge-Kutta method as a(j, i - 1), i from the second stage on. Without them nothing is
-      !> turned at the ends of steps.
+      !> rotated at the ends of steps.
       real(wp), intent(in), optional :: a(:, :)
       integer :: i
       self%attitude = attitude
@@ -450,7 +450,7 @@ contains
          return
       end if
       if (self%attitude) state%q = (1/sqrt(square))*y(1:4)
-      if (allocated(self%turn)) state%q = state%q + turned(self%turn%change, state%q)
+      if (allocated(self%turn)) state%q = state%q + rotated(self%turn%change, state%q)
       state%p = quat_vector_product(state%q, 2*y(5:7))
       state%q_compensation = 0.0_wp
       state%p_compensation = 0.0_wp

@@ -12,19 +12,19 @@
 !>   u = L/|l| and u₀ at the start of the step, R = R₀ Rot(u₀, φ) S, S the shortest rotation from u to u₀, and
 !>   `φ̇ = (u₀ + u)·Ω/(1 + u₀·u)`; u·Ω = 2T/|l| is constant.
 !> * **Potentials linear in directions**: V = -Σ m·Rᵀn, summed into the matrix Σ m nᵀ. Where all n are parallel, the
-!>   space axes are turned so that n is the third one, and γ the third row of R alone.
+!>   space axes are rotated so that n is the third one, and γ the third row of R alone.
 !> * **Symmetric tops**, J₁ = J₂ and all m along axis 3, in the frame that turns with L/J₁: κ = 0, and the body turns in
 !>   it about its axis by `(1/J₃ - 1/J₁)L₃Δt` exactly. Steps are those of the slow motion.
 !> * **Space axes that turn** at ω: q' = q∘w - φ∘q with φ = ½Δtω, unless nothing knows of it, and the end of a step is
-!>   turned (`nutate_axes_turn`).
+!>   rotated (`nutate_axes_turn`).
 module nutate_specialised_motion
-   use nutate_axes_turn, only: axes_turn_t, turned
+   use nutate_axes_turn, only: axes_turn_t, rotated
    use nutate_effect_list, only: effect_list_t
    use nutate_invariants, only: common_direction, ALL_COMPONENTS, ALONG_AXIS
    use nutate_kinds, only: wp
    use nutate_specialised_stages, only: sensitivity_stages, free_stages, heavy_stages, specialised_rates_t, &
       evaluate_field_stage, &
-      evaluate_turning_field_stage, evaluate_turning_stage, evaluate_upright_stage
+      evaluate_rotating_field_stage, evaluate_rotating_stage, evaluate_upright_stage
    use nutate_limits, only: manifold_tolerance
    use nutate_linear_potential, only: linear_potential_t
    use nutate_order_eight, only: n_stages
@@ -56,7 +56,7 @@ module nutate_specialised_motion
       logical, public :: possible = .false.
       !> There is no force; all directions are parallel; the body's frame does not spin; space axes are others.
       logical, public :: free = .true.
-      logical :: single = .true., symmetric = .false., turned = .false.
+      logical :: single = .true., symmetric = .false., rotated = .false.
       !> The turn of a motion that does not know of it; not allocated where there is none.
       type(axes_turn_t), allocatable :: turn
       !> The space axes turn, and the motion knows of it: their rate in the space axes of the equations, rad/s; shape
@@ -74,7 +74,7 @@ module nutate_specialised_motion
       type(specialised_rates_t), allocatable :: rates
       !> Δt, s; ½Δt/J and its reciprocal; J₁/J₃ - 1 for the spin, or 0.
       real(wp) :: dt = 0.0_wp, half(3) = 0.0_wp, back(3) = 0.0_wp, spin = 0.0_wp
-      !> What |w| is multiplied by to see whether a step is too long; what pull and turning axes add.
+      !> What |w| is multiplied by to see whether a step is too long; what pull and rotating axes add.
       real(wp) :: stiffness = 3.0_wp, pulled = 0.0_wp
    contains
       !> Looks what a system is.
@@ -125,7 +125,7 @@ contains
          self%moments = from_axis(system%body%moments, self%first - 1)
          self%space = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
          if (self%single) self%space = to_third(from_axis(axis, self%first - 1))
-         self%turned = any(abs(self%space(2:4)) > 0.0_wp)
+         self%rotated = any(abs(self%space(2:4)) > 0.0_wp)
          self%frame_rate = rotate_to_space(self%space, from_axis(effects%frame_rate, self%first - 1))
          if (allocated(self%rates)) deallocate (self%rates)
          self%symmetric = .false.
@@ -325,7 +325,7 @@ contains
       end if
       if (moved) moved = abs(y(5)) + abs(y(6)) + abs(y(7)) <= huge(1.0_wp)
       if (.not. moved) return
-      if (allocated(self%turn)) y(1:4) = y(1:4) + turned(self%turn%change, y(1:4))
+      if (allocated(self%turn)) y(1:4) = y(1:4) + rotated(self%turn%change, y(1:4))
       state%q = inverse_root(y(1)*y(1) + y(2)*y(2) + y(3)*y(3) + y(4)*y(4))*y(1:4)
       state%p = quat_vector_product(state%q, 2*y(5:7))
       state%q_compensation = 0.0_wp
@@ -407,9 +407,9 @@ contains
       if (.not. followed) return
       if (self%frame_turns) then
          if (self%single) then
-            call heavy_stages(evaluate_turning_stage, self%rates, y, change)
+            call heavy_stages(evaluate_rotating_stage, self%rates, y, change)
          else
-            call heavy_stages(evaluate_turning_field_stage, self%rates, y, change)
+            call heavy_stages(evaluate_rotating_field_stage, self%rates, y, change)
          end if
       else if (self%single) then
          call heavy_stages(evaluate_upright_stage, self%rates, y, change)
@@ -417,7 +417,7 @@ contains
          call heavy_stages(evaluate_field_stage, self%rates, y, change)
       end if
       y = y + change
-      if (self%turned) y(1:4) = quat_product(quat_conjugate(self%space), y(1:4))
+      if (self%rotated) y(1:4) = quat_product(quat_conjugate(self%space), y(1:4))
       y(5) = self%back(1)*y(5)
       y(6) = self%back(2)*y(6)
       y(7) = self%back(3)*y(7)
@@ -430,7 +430,7 @@ contains
       type(specialised_motion_t), intent(in) :: self
       real(wp), intent(inout) :: y(8)
       if (self%first /= 1) call permute(self%first, y)
-      if (self%turned) y(1:4) = quat_product(self%space, y(1:4))
+      if (self%rotated) y(1:4) = quat_product(self%space, y(1:4))
       y(5) = self%half(1)*y(5)
       y(6) = self%half(2)*y(6)
       y(7) = self%half(3)*y(7)
@@ -494,7 +494,7 @@ contains
       type(specialised_motion_t), intent(in) :: self
       !> [q, w, 0], and a sensitivity; shapes (8), (7).
       real(wp), intent(in) :: y(8), sensitivity(:)
-      !> How a symmetric top has turned in the frame of the step; unit quaternion.
+      !> How a symmetric top has rotated in the frame of the step; unit quaternion.
       real(wp), intent(in) :: spin(4)
       !> Shape (3).
       real(wp), intent(inout) :: theta(:), momentum(:)
@@ -526,7 +526,7 @@ contains
       end if
    end subroutine permute
 
-   !> From the frame that turns with L/J₁ to the body, which has turned in it about axis 3.
+   !> From the frame that turns with L/J₁ to the body, which has rotated in it about axis 3.
    pure subroutine turn_body(self, x)
       type(specialised_motion_t), intent(in) :: self
       !> [q, L, 0]; shape (8).

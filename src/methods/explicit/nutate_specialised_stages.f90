@@ -13,7 +13,7 @@ module nutate_specialised_stages
 
    public :: specialised_rates_t, free_stages, heavy_stages, sensitivity_stages, evaluate_upright_stage, &
       evaluate_field_stage, &
-      evaluate_turning_stage, evaluate_turning_field_stage
+      evaluate_rotating_stage, evaluate_rotating_field_stage
 
    !> Least 1 + u₀·u: the shortest rotation from u to u₀ must stay away from half a turn, where it has no axis.
    real(wp), parameter :: least_cosine = 0.1_wp
@@ -216,7 +216,7 @@ contains
    end subroutine evaluate_pair
 
    !> The same in space axes that turn, q' = q∘w - φ∘q: in the sums and differences of w and φ, with no products more.
-   pure subroutine evaluate_turning_stage(self, y, sum, factor, rate, next)
+   pure subroutine evaluate_rotating_stage(self, y, sum, factor, rate, next)
       type(specialised_rates_t), intent(in) :: self
       !> [q, w, 0]; shape (8).
       real(wp), intent(in) :: y(8)
@@ -248,7 +248,7 @@ contains
       next(5) = sum(5) + factor*r5
       next(6) = sum(6) + factor*r6
       next(7) = sum(7) + factor*r7
-   end subroutine evaluate_turning_stage
+   end subroutine evaluate_rotating_stage
 
    !> As `evaluate_upright_stage`, under fields of several directions: all rows of R(q) count.
    pure subroutine evaluate_field_stage(self, y, sum, factor, rate, next)
@@ -287,7 +287,7 @@ contains
    end subroutine evaluate_field_stage
 
    !> The same in space axes that turn.
-   pure subroutine evaluate_turning_field_stage(self, y, sum, factor, rate, next)
+   pure subroutine evaluate_rotating_field_stage(self, y, sum, factor, rate, next)
       type(specialised_rates_t), intent(in) :: self
       !> [q, w, 0]; shape (8).
       real(wp), intent(in) :: y(8)
@@ -305,6 +305,6 @@ contains
       call evaluate_field_stage(self, y, sum, factor, rate, next)
       rate(1:4) = rate(1:4) - turn
       next(1:4) = next(1:4) - factor*turn
-   end subroutine evaluate_turning_field_stage
+   end subroutine evaluate_rotating_field_stage
 
 end module nutate_specialised_stages

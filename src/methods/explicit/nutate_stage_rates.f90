@@ -56,7 +56,7 @@ contains
       type(system_t), intent(in) :: system
       !> Time from the start of the step over Δt; y; shape (n).
       real(wp), intent(in) :: fraction, y(:)
-      real(wp) :: inner(3), angle(3), turning(3)
+      real(wp) :: inner(3), angle(3), rotating(3)
       integer :: i, j
       self%t = rates%t + fraction*rates%dt
       self%square = y(1)*y(1) + y(2)*y(2) + y(3)*y(3) + y(4)*y(4)
@@ -68,9 +68,9 @@ contains
       angle = times_vector(self%to_angle, inner)
       self%omega = times_vector(system%body%inverse_inertia, inner)
       self%relative = self%omega
-      turning = 0.0_wp
-      if (system%effects%frame_turns) turning = rotate_to_body(self%q, system%effects%frame_rate)
-      if (system%effects%frame_turns) self%relative = self%omega - turning
+      rotating = 0.0_wp
+      if (system%effects%frame_turns) rotating = rotate_to_body(self%q, system%effects%frame_rate)
+      if (system%effects%frame_turns) self%relative = self%omega - rotating
       call set_kinematics(self, rates, angle, y)
       self%torque = 0.0_wp
       if (rates%forced) then
@@ -81,7 +81,7 @@ contains
          end do
          if (system%effects%frame_turns) then
             do i = 5, self%n
-               self%by_turn(i, :) = self%by_turn(i, :) - rates%dt*cross(self%by_relative(i, :), turning)
+               self%by_turn(i, :) = self%by_turn(i, :) - rates%dt*cross(self%by_relative(i, :), rotating)
             end do
          end if
          self%by_angle(5:self%n, :) = self%by_angle(5:self%n, :) + self%by_relative(5:self%n, :)

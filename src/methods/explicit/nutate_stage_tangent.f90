@@ -13,7 +13,7 @@ module nutate_stage_tangent
    use nutate_status, only: status_t
    use nutate_system, only: system_t
    use nutate_tangent, only: tangent_t
-   use nutate_turned_stepper, only: rotate_sensitivities
+   use nutate_rotated_stepper, only: rotate_sensitivities
    implicit none
    private
 
@@ -47,8 +47,8 @@ module nutate_stage_tangent
       integer :: axis = 0
       real(wp) :: slip = 0.0_wp
       !> A stage of such a top in its own axes, to which parameters belong: y, and the rotation of the body.
-      type(stage_rates_t) :: turned_stage
-      real(wp) :: turned(8) = 0.0_wp, spin(4) = 0.0_wp
+      type(stage_rates_t) :: rotated_stage
+      real(wp) :: rotated(8) = 0.0_wp, spin(4) = 0.0_wp
       !> k and y of the motion; shapes (numbers, stages), (numbers).
       real(wp), allocatable :: rate(:, :)
       real(wp) :: first(most_numbers) = 0.0_wp
@@ -191,21 +191,21 @@ contains
       s = quat_exp(turn)
    end function spin_until
 
-   !> Sensitivities in the axes of the body, which has turned.
+   !> Sensitivities in the axes of the body, which has rotated.
    pure subroutine end_spin(self, momentum, tangent)
       type(stage_tangent_t), intent(in) :: self
       !> L at the end, in the frame; shape (3).
       real(wp), intent(in) :: momentum(3)
       type(tangent_t), intent(inout) :: tangent
-      real(wp) :: s(4), turn(3), turned(3)
+      real(wp) :: s(4), turn(3), rotated(3)
       integer :: k
       s = spin_until(self, 1.0_wp, momentum)
-      turned = rotate_to_body(s, momentum)
+      rotated = rotate_to_body(s, momentum)
       do k = 1, tangent%n
          turn = 0.0_wp
          turn(self%axis) = self%point(k, 8)
          tangent%theta(k, :) = rotate_to_body(s, tangent%theta(k, :)) + turn
-         tangent%momentum(k, :) = rotate_to_body(s, tangent%momentum(k, :)) + cross(turned, turn)
+         tangent%momentum(k, :) = rotate_to_body(s, tangent%momentum(k, :)) + cross(rotated, turn)
       end do
    end subroutine end_spin
 
@@ -345,13 +345,13 @@ contains
       !> The stage.
       integer, intent(in) :: i
       self%spin = spin_until(self, self%times(i), y(5:7))
-      self%turned = y
-      self%turned(1:4) = quat_product(y(1:4), self%spin)
-      self%turned(5:7) = rotate_to_body(self%spin, y(5:7))
-      self%turned_stage%n = 8
-      self%turned_stage%homogeneous = self%stage%homogeneous
-      self%turned_stage%to_angle = rates%to_angle
-      call self%turned_stage%evaluate(rates, system, self%times(i), self%turned)
+      self%rotated = y
+      self%rotated(1:4) = quat_product(y(1:4), self%spin)
+      self%rotated(5:7) = rotate_to_body(self%spin, y(5:7))
+      self%rotated_stage%n = 8
+      self%rotated_stage%homogeneous = self%stage%homogeneous
+      self%rotated_stage%to_angle = rates%to_angle
+      call self%rotated_stage%evaluate(rates, system, self%times(i), self%rotated)
    end subroutine turn_stage
 
    !> Adds what the parameters of a sensitivity do in a stage.
@@ -369,8 +369,8 @@ contains
       if (self%axis == 0) then
          call self%stage%own_change(rates, system, tangent%variations(k), tangent%inertia(:, :, m), y, change)
       else
-         call self%turned_stage%own_change(rates, system, tangent%variations(k), tangent%inertia(:, :, m), &
-            self%turned, &
+         call self%rotated_stage%own_change(rates, system, tangent%variations(k), tangent%inertia(:, :, m), &
+            self%rotated, &
                                            change)
          change(1:4) = quat_product(change(1:4), quat_conjugate(self%spin))
          change(5:7) = rotate_to_space(self%spin, change(5:7))

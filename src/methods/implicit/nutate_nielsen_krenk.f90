@@ -11,7 +11,7 @@ module nutate_nielsen_krenk
    use nutate_lapack, only: dgetrf, dgetrs, handle_info
    use nutate_limits, only: greatest_number, is_moderate, in_words, least_size
    use nutate_small_products, only: times_vector
-   use nutate_state, only: state_t, add_turned
+   use nutate_state, only: state_t, add_rotated
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_OFF_BRANCH
    use nutate_step_tangent, only: conserving_step_t
    use nutate_stepper, only: integrator_settings_t
@@ -288,9 +288,9 @@ contains
       if (system%effects%n_torques > 0) call self%equations%forces%get_work( &
          system%effects, dt, self%equations%x0 + 0.5_wp*z(1:4), self%equations%relative_rate(z, self%rate), self%work)
       call self%equations%increments(state, z, self%rate, dq, dp, excess)
-      call add_turned(dq, excess, state%q, state%q_compensation)
+      call add_rotated(dq, excess, state%q, state%q_compensation)
       call self%equations%make_tangent(state%q, dp)
-      call add_turned(dp, excess, state%p, state%p_compensation)
+      call add_rotated(dp, excess, state%p, state%p_compensation)
       if (allocated(self%equations%wheels)) &
          call self%equations%wheels%finish(system%effects, 0.5_wp*self%rate(2:4), state, self%work)
       state%t = state%t + dt

@@ -17,7 +17,7 @@
 !> bottom of each swing, where only its momentum can make up for an error of the energy.
 !>
 !> **Space axes that turn** at ω. H - ω·l takes the place of H, Ω - Rᵀω that of Ω in ΔL; of l only the component along ω
-!> can be conserved. That of a free body turns by -ω in these axes: it is turned, exactly, not restored.
+!> can be conserved. That of a free body turns by -ω in these axes: it is rotated, exactly, not restored.
 !>
 !> **Limits.** H is stationary at relative equilibria: there the move becomes long for a ΔH that is nothing but
 !> round-off. Excesses up to `round_off` of the energy's scale are left as they are, those up to `doubtful` are removed

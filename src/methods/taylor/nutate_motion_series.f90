@@ -18,7 +18,7 @@ module nutate_motion_series
    use nutate_axial_frame, only: axial_frame_t
    use nutate_diagonal_series, only: expand_axial_top, expand_free, expand_top, steepest_growth
    use nutate_effect_list, only: effect_list_t
-   use nutate_invariants, only: follows_turning_axes
+   use nutate_invariants, only: follows_rotating_axes
    use nutate_kinds, only: wp
    use nutate_power_series, only: highest_order, inverses
    use nutate_quaternion, only: cross, quat_product, rotate_to_body
@@ -26,7 +26,7 @@ module nutate_motion_series
    use nutate_series_tail, only: most_parts, series_tail_t
    use nutate_system, only: system_t
    use nutate_torque_series, only: torque_series_t
-   use nutate_turning_top_series, only: expand_turning_axial_top, expand_turning_top
+   use nutate_rotating_top_series, only: expand_rotating_axial_top, expand_rotating_top
    use nutate_wheel_series, only: wheel_series_t
    implicit none
    private
@@ -100,7 +100,7 @@ contains
       end associate
       call self%axial%recognise(system)
       self%frame_turns = system%effects%frame_turns .and. (self%torques%has_more .or. self%torques%rank > 0) .and. &
-                         .not. follows_turning_axes(system%effects)
+                         .not. follows_rotating_axes(system%effects)
       call choose_equations(self, diagonal, attitude)
       if (self%frame_turns .and. (self%best == TOP .or. self%best == AXIAL_TOP)) &
          call self%torques%turn_basis(system%effects%frame_rate, self%field)
@@ -164,7 +164,8 @@ contains
          self%lanes_1(1, :, 0) = self%frame(:, 1)
          self%lanes_1(2, :, 0) = self%frame(:, 2)
          if (self%frame_turns) then
-            call expand_turning_top(self%order, c, moments, self%field, self%time_unit*self%frame_rate(1), self%omega, &
+            call expand_rotating_top(self%order, c, moments, self%field, self%time_unit*self%frame_rate(1), &
+               self%omega, &
                                     self%lanes_1, converges)
          else
             call expand_top(self%order, c, moments, self%omega, self%lanes_1, converges)
@@ -197,7 +198,7 @@ contains
       self%lanes_1(2, :, 0) = self%frame(:, 2)
       g = rate*(self%time_unit*self%torques%moments(axis, 1))
       if (self%frame_turns) then
-         call expand_turning_axial_top(self%order, g*self%field, self%time_unit*self%frame_rate(1), self%omega, &
+         call expand_rotating_axial_top(self%order, g*self%field, self%time_unit*self%frame_rate(1), self%omega, &
                                        self%lanes_1, converges)
       else
          call expand_axial_top(self%order, g, self%omega, self%lanes_1, converges)
@@ -331,7 +332,7 @@ contains
       !> Quaternion c, not normalised: the attitude is that of the start times c; shape (4). Without attitude it may say
       !> nothing; of length zero where the momentum has no direction that it needs.
       real(wp), intent(out) :: rotation(4)
-      real(wp) :: turned(1), weights(2), own(3), c(4)
+      real(wp) :: rotated(1), weights(2), own(3), c(4)
       call self%tail%weights(self%order, s, weights(1), weights(2))
       call evaluate_frame(self, s, weights, momentum, rotation)
       if (self%axial%axis == 0) return
@@ -340,12 +341,12 @@ contains
          c = rotation
          momentum(self%places) = own
          rotation(1 + self%places) = c(2:4)
-         turned = s*self%angle(1)
+         rotated = s*self%angle(1)
       else
-         call sum_series(1, self%order, s, self%angle, weights, turned)
+         call sum_series(1, self%order, s, self%angle, weights, rotated)
       end if
-      momentum = self%axial%to_body(turned(1), momentum)
-      rotation = self%axial%turn(turned(1), rotation)
+      momentum = self%axial%to_body(rotated(1), momentum)
+      rotation = self%axial%turn(rotated(1), rotation)
    end subroutine evaluate
 
    !> Momentum and rotation of the axes used.

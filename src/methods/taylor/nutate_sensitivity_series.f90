@@ -10,7 +10,7 @@ module nutate_sensitivity_series
    private
 
    public :: lanes, numbers, n_factors, of_theta, of_momentum, of_lack, by_angle, by_momentum, for_momentum, for_theta
-   public :: set_vector, set_matrix, sum_free, add_rest, add_row, add_turned, add_lacking, sum_block
+   public :: set_vector, set_matrix, sum_free, add_rest, add_row, add_rotated, add_lacking, sum_block
 
    !> Sensitivities that are computed together, whose sums stay in registers.
    integer, parameter :: lanes = 2
@@ -134,7 +134,7 @@ contains
    end subroutine add_row
 
    !> Adds the matrices of θ times it.
-   pure subroutine add_turned(k, f, x, s)
+   pure subroutine add_rotated(k, f, x, s)
       integer, intent(in) :: k
       real(wp), intent(in) :: f(lanes, n_factors, 0:highest_order), x(lanes, numbers, 0:highest_order)
       real(wp), intent(inout) :: s(lanes, 6)
@@ -155,7 +155,7 @@ contains
          s(i, 5) = s5
          s(i, 6) = s6
       end do
-   end subroutine add_turned
+   end subroutine add_rotated
 
    !> Adds what u takes from ΔtδΩ, what the torques make of that, and u×L.
    pure subroutine add_lacking(k, f, d, x, s)

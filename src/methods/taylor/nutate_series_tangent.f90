@@ -8,14 +8,14 @@
 !> sensitivity.
 !>
 !> Sensitivities of the start without wheels are linear in θ and δL of the start, so that no more than a basis of these
-!> is expanded: six sensitivities, and three of δL for a free body, whose θ1 is that of the start, turned, and what δL
+!> is expanded: six sensitivities, and three of δL for a free body, whose θ1 is that of the start, rotated, and what δL
 !> adds.
 !>
 !> It is the derivative of the flow, to the accuracy of the series. Its poles are of one order more than those of the
 !> motion, so that sensitivities err by ten times as much at the same order: theirs is higher.
 module nutate_series_tangent
    use nutate_variation, only: OF_POTENTIAL, OF_TORQUE, OF_WHEEL
-   use nutate_sensitivity_series, only: add_lacking, add_rest, add_row, add_turned, by_angle, by_momentum, &
+   use nutate_sensitivity_series, only: add_lacking, add_rest, add_row, add_rotated, by_angle, by_momentum, &
       for_momentum, &
       for_theta, lanes, n_factors, numbers, of_lack, of_momentum, of_theta, set_matrix, set_vector, sum_block, sum_free
    use nutate_hamiltonian, only: body_momentum
@@ -46,7 +46,7 @@ module nutate_series_tangent
       integer :: order = 0, n_rows = 0
       !> There are torques that depend on the attitude, of these but the moment of one row; the axes of space turn; the
       !> matrices of δL have no diagonal.
-      logical :: turned = .false., of_row = .false., frame_turns = .false., hollow = .false.
+      logical :: rotated = .false., of_row = .false., frame_turns = .false., hollow = .false.
       !> Sensitivities of the basis of the start; 0 where each sensitivity is expanded.
       integer :: n_basis = 0
       !> ΔtJ⁻¹, its product with D, D, N m s; shape (3,3). Δtω along the rows; shape (3).
@@ -136,7 +136,7 @@ contains
       if (size(acts) > 0) self%drag = self%torques%total_drag(acts)
       self%damped = times_columns(self%drag, self%to_angle)
       self%frame_turns = system%effects%frame_turns
-      self%turned = system%effects%n_potentials + system%effects%n_torques > 0
+      self%rotated = system%effects%n_potentials + system%effects%n_torques > 0
       self%of_row = self%torques%n_moments == 1 .and. .not. self%torques%has_more
       associate (a => self%to_angle)
          self%hollow = abs(a(1, 2)) + abs(a(1, 3)) + abs(a(2, 3)) + maxval(abs(self%damped)) <= 0.0_wp
@@ -160,7 +160,7 @@ contains
       integer :: blocks, c, i, m
       m = size(tangent%parametric)
       self%n_basis = 6
-      if (.not. (self%turned .or. self%frame_turns)) self%n_basis = 3
+      if (.not. (self%rotated .or. self%frame_turns)) self%n_basis = 3
       if (self%wheels%n > 0 .or. tangent%n - m <= self%n_basis) self%n_basis = 0
       blocks = (merge(self%n_basis + m, tangent%n, self%n_basis > 0) + lanes - 1)/lanes
       if (allocated(self%sensitivities)) then
@@ -243,7 +243,7 @@ contains
       real(wp) :: tau(3), s1, s2, s3
       integer :: i, j
       tau = 0.0_wp
-      if (self%turned) then
+      if (self%rotated) then
          if (self%torques%has_more) call self%torques%add_terms( &
             system%effects, k, self%torques%start, dt, acts, self%relative(:, k)/dt, self%row(:, :, k), tau)
          do i = 1, self%torques%n_moments
@@ -272,7 +272,7 @@ contains
       call add_rows(self%n_rows, k, self%relative, self%row)
    end subroutine add_motion
 
-   !> Sets the matrix of θ, Δt∂τ/∂θ, and what turning axes add to it.
+   !> Sets the matrix of θ, Δt∂τ/∂θ, and what rotating axes add to it.
    pure subroutine set_turn_matrix(self, k, system, dt, acts, unknown)
       class(series_tangent_t), intent(inout) :: self
       integer, intent(in) :: k
@@ -404,10 +404,10 @@ contains
       integer :: j
       call sum_free(k, self%factors, x, s)
       if (.not. self%hollow) call add_rest(k, self%factors, self%to_angle, x, s)
-      if (self%turned .and. self%of_row) then
+      if (self%rotated .and. self%of_row) then
          call add_row(k, self%factors, dt*self%torques%moments(:, 1), x, s)
-      else if (self%turned) then
-         call add_turned(k, self%factors, x, s)
+      else if (self%rotated) then
+         call add_rotated(k, self%factors, x, s)
       end if
       do j = 1, 3
          s(:, j) = s(:, j) + self%to_angle(j, j)*x(:, 3 + j, k)
@@ -467,14 +467,14 @@ contains
       !> Changes of effects of the sensitivities before it, and with it.
       integer, intent(inout) :: place
       character(len=*), intent(inout) :: unknown
-      real(wp) :: tau(3), one(3), turning(3)
+      real(wp) :: tau(3), one(3), rotating(3)
       integer :: c, e, p
       logical :: known
       c = tangent%parametric(m)
       tau = 0.0_wp
-      turning = 0.0_wp
+      rotating = 0.0_wp
       associate (variation => tangent%variations(c))
-         if (self%frame_turns) turning = times_vector(self%row(:, :, k), matmul(variation%frame, self%torques%basis))
+         if (self%frame_turns) rotating = times_vector(self%row(:, :, k), matmul(variation%frame, self%torques%basis))
          if (allocated(variation%effects)) then
             do e = 1, size(variation%effects)
                place = place + 1
@@ -498,19 +498,19 @@ contains
             end do
          end if
       end associate
-      tau = tau - times_vector(self%drag, turning)
+      tau = tau - times_vector(self%drag, rotating)
       c = place_of(self, tangent, m)
-      call put(self, c, of_theta, k + 1, get(self, c, of_theta, k + 1) - (dt*inverses(k + 1))*turning)
+      call put(self, c, of_theta, k + 1, get(self, c, of_theta, k + 1) - (dt*inverses(k + 1))*rotating)
       call put(self, c, of_momentum, k + 1, get(self, c, of_momentum, k + 1) + (dt*inverses(k + 1))*tau)
    end subroutine add_own
 
    !> Sums the series, and makes the sensitivities from the basis. The last terms estimate the error.
    pure subroutine finish_sensitivities(self, turn, tangent)
       class(series_tangent_t), intent(inout) :: self
-      !> How the body has turned, of its axes at the start; shape (4).
+      !> How the body has rotated, of its axes at the start; shape (4).
       real(wp), intent(in) :: turn(4)
       type(tangent_t), intent(inout) :: tangent
-      real(wp) :: turned(3, 3), x(6), y(12)
+      real(wp) :: rotated(3, 3), x(6), y(12)
       integer :: b, c, i
       do b = 1, size(self%lacking)
          call sum_block(self%order, self%sensitivities(:, :, :, b), self%ends(:, lanes*(b - 1) + 1:lanes*b))
@@ -518,7 +518,7 @@ contains
       do i = 1, 3
          x(:3) = 0.0_wp
          x(i) = 1.0_wp
-         turned(:, i) = rotate_to_body(turn, x(:3))
+         rotated(:, i) = rotate_to_body(turn, x(:3))
       end do
       do c = 1, tangent%n
          x = [tangent%theta(c, 1), tangent%theta(c, 2), tangent%theta(c, 3), &
@@ -528,7 +528,7 @@ contains
          do i = 1, self%n_basis
             y = y + x(6 - self%n_basis + i)*self%ends(:, i)
          end do
-         if (self%n_basis == 3) y(:3) = y(:3) + times_vector(turned, x(:3))
+         if (self%n_basis == 3) y(:3) = y(:3) + times_vector(rotated, x(:3))
          call set_sensitivity(y, c, tangent)
       end do
       if (self%n_basis > 0) then

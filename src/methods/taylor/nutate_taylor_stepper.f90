@@ -7,7 +7,7 @@ module nutate_taylor_stepper
    use nutate_archive, only: archive_t
    use nutate_sensitivity_projection, only: project_sensitivities
    use nutate_hamiltonian, only: body_momentum, moving_energy
-   use nutate_invariants, only: follows_turning_axes
+   use nutate_invariants, only: follows_rotating_axes
    use nutate_kinds, only: wp, eps
    use nutate_limits, only: most_wheels
    use nutate_motion_series, only: motion_series_t, TWO_PAIRS
@@ -65,7 +65,7 @@ module nutate_taylor_stepper
       logical :: compensated = .false.
       type(row_change_t) :: change = row_change_t()
       !> Time for which the turn of the axes was computed last, s, and the quaternion that undoes it; shape (4).
-      real(wp) :: turned_time = 0.0_wp, turn(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
+      real(wp) :: rotated_time = 0.0_wp, turn(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
       !> The state that the step under way leads to.
       type(state_t) :: next = state_t()
       type(series_tangent_t), allocatable :: tangent
@@ -109,9 +109,9 @@ contains
       self%attitude = settings%attitude
       self%expanded = .false.
       self%frame_rate = system%effects%frame_rate
-      self%turns_free = follows_turning_axes(system%effects) .or. system%effects%frame_turns .and. &
+      self%turns_free = follows_rotating_axes(system%effects) .or. system%effects%frame_turns .and. &
                         .not. (self%series%torques%has_more .or. self%series%torques%rank > 0)
-      self%turned_time = 0.0_wp
+      self%rotated_time = 0.0_wp
       self%turn = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
       call prepare_rates(self%rates, system, settings%attitude, .false.)
       self%compensated = settings%attitude .and. .not. self%turns_free .and. is_compensated(self%series, system)
@@ -388,8 +388,8 @@ contains
       y(1:4) = self%first%q
       if (self%attitude) y(1:4) = quat_product(self%first%q, rotation)
       if (self%turns_free) then
-         if (abs(time - self%turned_time) > 0.0_wp) then
-            self%turned_time = time
+         if (abs(time - self%rotated_time) > 0.0_wp) then
+            self%rotated_time = time
             self%turn = quat_exp((-0.5_wp*time)*self%frame_rate)
          end if
          y(1:4) = quat_product(self%turn, y(1:4))

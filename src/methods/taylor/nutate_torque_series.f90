@@ -178,7 +178,7 @@ contains
       along = rate/maxval(abs(rate))
       along = along/norm2(along)
       across = cross(along, n)
-      ! Along the direction; a rate so small that `follows_turning_axes` does not ask for its direction.
+      ! Along the direction; a rate so small that `follows_rotating_axes` does not ask for its direction.
       length = norm2(across)
       if (length > tiny(1.0_wp)) then
          across = across/length
@@ -392,7 +392,7 @@ contains
       integer :: i, n
       logical :: known
       do i = 1, self%n_moments
-         call add_turned(skew(self%moments(:, i)), rows(:, i), by_turn)
+         call add_rotated(skew(self%moments(:, i)), rows(:, i), by_turn)
       end do
       if (.not. allocated(self%derivative)) allocate (self%derivative(3, 3, 0:highest_order, size(self%gamma, 3)))
       do i = 1, self%n_general
@@ -427,18 +427,18 @@ contains
       real(wp), intent(inout) :: by_turn(3, 3)
       integer :: j
       do j = 0, k
-         call add_turned(self%derivative(:, :, j, n), self%gamma(:, k - j, n), by_turn)
+         call add_rotated(self%derivative(:, :, j, n), self%gamma(:, k - j, n), by_turn)
       end do
    end subroutine add_slot
 
    !> Adds A[v]×.
-   pure subroutine add_turned(a, v, sum)
+   pure subroutine add_rotated(a, v, sum)
       real(wp), intent(in) :: a(3, 3), v(3)
       real(wp), intent(inout) :: sum(3, 3)
       sum(:, 1) = sum(:, 1) + (v(3)*a(:, 2) - v(2)*a(:, 3))
       sum(:, 2) = sum(:, 2) + (v(1)*a(:, 3) - v(3)*a(:, 1))
       sum(:, 3) = sum(:, 3) + (v(2)*a(:, 1) - v(1)*a(:, 2))
-   end subroutine add_turned
+   end subroutine add_rotated
 
    !> D of the linear torques that act, N m s; shape (3,3).
    pure function total_drag(self, acts) result(drag)

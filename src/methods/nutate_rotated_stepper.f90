@@ -1,8 +1,8 @@
-!> A stepper whose states are sums of increments, for a motion that does not know of the turning of the space axes
+!> A stepper whose states are sums of increments, for a motion that does not know of the rotating of the space axes
 !> (`nutate_axes_turn`): it takes its step in axes that stand still, with all that is certified of its root there, and
 !> the state is turned back with its compensation. Explicit methods have the turn at the ends of their own steps.
-module nutate_turned_stepper
-   use nutate_axes_turn, only: axes_turn_t, turned
+module nutate_rotated_stepper
+   use nutate_axes_turn, only: axes_turn_t, rotated
    use nutate_kinds, only: wp
    use nutate_quaternion, only: cross, rotate_to_body
    use nutate_range, only: check_start
@@ -15,10 +15,10 @@ module nutate_turned_stepper
    implicit none
    private
 
-   public :: turned_stepper_t, rotate_sensitivities
+   public :: rotated_stepper_t, rotate_sensitivities
 
    !> A stepper and the turn of its states. `step` allocates nothing.
-   type, extends(stepper_wrapper_t) :: turned_stepper_t
+   type, extends(stepper_wrapper_t) :: rotated_stepper_t
       private
       !> The system of the last `prepare` may be stepped so; the same in axes that stand still.
       type(axes_turn_t) :: turn
@@ -35,22 +35,22 @@ module nutate_turned_stepper
       procedure :: state_at
       procedure :: propagate_step
       procedure :: propagate_inside
-   end type turned_stepper_t
+   end type rotated_stepper_t
 
 contains
 
    !> Sets the stepper whose states to turn.
    subroutine wrap(self, base)
-      class(turned_stepper_t), intent(inout) :: self
+      class(rotated_stepper_t), intent(inout) :: self
       !> Moved: not allocated afterwards.
       class(stepper_t), allocatable, intent(inout) :: base
       call move_alloc(base, self%base)
    end subroutine wrap
 
-   !> A system that knows of the turning is left to the stepper. Errors: those of the stepper's `prepare`;
+   !> A system that knows of the rotating is left to the stepper. Errors: those of the stepper's `prepare`;
    !> `NUTATE_BAD_ARGUMENT` where there is none.
    subroutine set_up(self, system, settings, status)
-      class(turned_stepper_t), intent(inout) :: self
+      class(rotated_stepper_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(integrator_settings_t), intent(in) :: settings
       type(status_t), intent(inout) :: status
@@ -71,7 +71,7 @@ contains
    !> One step and the turn. Errors, with the state as it was: those of the stepper; `NUTATE_OFF_BRANCH` where the axes
    !> turn so far in it that the digits of the turn are lost.
    subroutine advance(self, system, state, dt, window_time, status)
-      class(turned_stepper_t), intent(inout) :: self
+      class(rotated_stepper_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(inout) :: state
       real(wp), intent(in) :: dt, window_time
@@ -92,7 +92,7 @@ contains
 
    !> Sets the length of a step.
    pure subroutine set_turn(self, dt, status)
-      class(turned_stepper_t), intent(inout) :: self
+      class(rotated_stepper_t), intent(inout) :: self
       !> s.
       real(wp), intent(in) :: dt
       type(status_t), intent(inout) :: status
@@ -106,22 +106,22 @@ contains
       !> Shape (4).
       real(wp), intent(in) :: d(4)
       type(state_t), intent(inout) :: state
-      call add_by_kahan(state%q, state%q_compensation, turned(d, state%q))
-      call add_by_kahan(state%p, state%p_compensation, turned(d, state%p))
+      call add_by_kahan(state%q, state%q_compensation, rotated(d, state%q))
+      call add_by_kahan(state%p, state%p_compensation, rotated(d, state%p))
    end subroutine turn_state
 
    !> Sets the start of a step.
    recursive subroutine mark_step(self, state, dt, window_time)
-      class(turned_stepper_t), intent(inout) :: self
+      class(rotated_stepper_t), intent(inout) :: self
       type(state_t), intent(in) :: state
       real(wp), intent(in) :: dt, window_time
       self%start = state%t
       call self%base%mark_step(state, dt, window_time)
    end subroutine mark_step
 
-   !> The state at a time inside the last step, turned. Errors: those of the stepper, and of a turn.
+   !> The state at a time inside the last step, rotated. Errors: those of the stepper, and of a turn.
    recursive subroutine state_at(self, system, t, state, work, status, works)
-      class(turned_stepper_t), intent(inout) :: self
+      class(rotated_stepper_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: t
       type(state_t), intent(inout) :: state
@@ -149,7 +149,7 @@ contains
    !> are. Errors: those of the stepper; `NUTATE_BAD_ARGUMENT` for a change of the axes' rate across a potential's
    !> direction, of which the motion would know.
    recursive subroutine propagate_step(self, system, before, after, dt, window_time, tangent, status)
-      class(turned_stepper_t), intent(inout) :: self
+      class(rotated_stepper_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: before, after
       real(wp), intent(in) :: dt, window_time
@@ -166,7 +166,7 @@ contains
 
    !> The same to a state inside of the last step.
    recursive subroutine propagate_inside(self, system, state, tangent, status)
-      class(turned_stepper_t), intent(inout) :: self
+      class(rotated_stepper_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
       type(tangent_t), intent(inout) :: tangent
@@ -181,14 +181,14 @@ contains
 
    !> A state without the turn that was made last.
    type(state_t) function standing_state(self, state) result(standing)
-      type(turned_stepper_t), intent(in) :: self
+      type(rotated_stepper_t), intent(in) :: self
       type(state_t), intent(in) :: state
       real(wp) :: back(4)
       back = [self%turn%change(1), -self%turn%change(2:4)]
       standing = state
       if (.not. abs(self%turn%length) > 0.0_wp) return
-      standing%q = state%q + turned(back, state%q)
-      standing%p = state%p + turned(back, state%p)
+      standing%q = state%q + rotated(back, state%q)
+      standing%p = state%p + rotated(back, state%p)
    end function standing_state
 
    !> θ of sensitivities that change the rate ω of the axes: these turn by a = -ωΔt, whose change is a rotation J(a)δa,
@@ -225,4 +225,4 @@ contains
       end do
    end subroutine rotate_sensitivities
 
-end module nutate_turned_stepper
+end module nutate_rotated_stepper

@@ -1,13 +1,13 @@
 !> Tops in space axes that turn, by their series: the equations of motion, the order, few steps, invariants; and by the
 !> conserving step.
-module test_turning_tops
+module test_rotating_tops
    use nutate_body, only: diagonal, make_body
    use nutate_dipole, only: dipole_t
    use nutate_dop853, only: dop853_t
    use nutate_effect, only: rotor_t
    use nutate_gravity, only: gravity_t
    use nutate_hamiltonian, only: body_momentum, conserved_energy, kinetic_energy, make_state
-   use nutate_invariants, only: follows_turning_axes
+   use nutate_invariants, only: follows_rotating_axes
    use nutate_kinds, only: wp, eps
    use nutate_methods, only: default_settings, make_stepper
    use nutate_progress, only: run_summary_t
@@ -23,14 +23,14 @@ module test_turning_tops
    implicit none
    private
 
-   public :: collect_turning_tops
+   public :: collect_rotating_tops
 
    !> A rate that lies along nothing else, rad/s.
    real(wp), parameter :: inclined(3) = [0.8_wp, -1.4_wp, 1.1_wp]
 
 contains
 
-   subroutine collect_turning_tops(testsuite)
+   subroutine collect_rotating_tops(testsuite)
       type(unittest_type), allocatable, intent(out) :: testsuite(:)
       testsuite = [ &
                   new_unittest("which effects know that the axes turn", which_effects_know), &
@@ -40,7 +40,7 @@ contains
                   new_unittest("conserving steps in one field and in two", conserving_steps), &
                   new_unittest("a fast top takes few steps, and keeps H - omega.l", few_steps), &
                   new_unittest("a rate that is all but zero turns nothing", tiny_rates)]
-   end subroutine collect_turning_tops
+   end subroutine collect_rotating_tops
 
    !> Rates whose length, or its square, is no number but zero, along the field and beside it.
    subroutine tiny_rates(error)
@@ -94,11 +94,11 @@ contains
       type(problem_t) :: problem
       real(wp), parameter :: down(3) = [2.0_wp, 1.0_wp, -9.0_wp]
       problem = top(3, inclined)
-      call check(error,.not. follows_turning_axes(problem%system%effects), "an inclined field")
+      call check(error,.not. follows_rotating_axes(problem%system%effects), "an inclined field")
       problem = top(3, -0.3_wp*down)
-      call check(error, follows_turning_axes(problem%system%effects), "a field along the rate")
+      call check(error, follows_rotating_axes(problem%system%effects), "a field along the rate")
       problem = top(3, 0.0_wp*down)
-      call check(error,.not. follows_turning_axes(problem%system%effects), "axes that stand still")
+      call check(error,.not. follows_rotating_axes(problem%system%effects), "axes that stand still")
    end subroutine which_effects_know
 
    !> 1 s by the series in 20 steps, and by DOP853 in 1000, that follows no rows.
@@ -228,7 +228,7 @@ contains
       end do
    end subroutine conserving_steps
 
-   !> The top of Brüls on the turning Earth, and on one that turns 1e4 times as fast.
+   !> The top of Brüls on the rotating Earth, and on one that turns 1e4 times as fast.
    subroutine few_steps(error)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem
@@ -257,4 +257,4 @@ contains
       end do
    end subroutine few_steps
 
-end module test_turning_tops
+end module test_rotating_tops

@@ -5,19 +5,19 @@
 !> still, `E₁' = E₁×w`, against the other by `u = w - ωE₁`: of the six products of a row in the axial frame, whose w has
 !> a constant last component, the first keeps four. The momentum remains that of the absolute motion. What is multiplied
 !> lies side by side for both rows, and the sums go to memory: so gfortran computes them in pairs.
-module nutate_turning_top_series
+module nutate_rotating_top_series
    use nutate_diagonal_series, only: steepest_growth
    use nutate_kinds, only: wp
    use nutate_power_series, only: highest_order, inverses
    implicit none
    private
 
-   public :: expand_turning_top, expand_turning_axial_top
+   public :: expand_rotating_top, expand_rotating_axial_top
 
 contains
 
    !> A top of diagonal inertia, `w₁' = c₁w₂w₃ + (m₁×γ)₁`, ..., w = Ω·time_unit.
-   pure subroutine expand_turning_top(order, c, moments, field, turn, w, rows, converges)
+   pure subroutine expand_rotating_top(order, c, moments, field, turn, w, rows, converges)
       integer, intent(in) :: order
       !> (J₂ - J₃)/J₁, ...; shape (3).
       real(wp), intent(in) :: c(3)
@@ -54,10 +54,10 @@ contains
          call add_products(k, u, e)
       end do
       rows(:, :, 1:order) = e(:, :, 1:order)
-   end subroutine expand_turning_top
+   end subroutine expand_rotating_top
 
    !> A symmetric one in the axial frame, components with the axis last, w = L/J₁·time_unit, `w₁' = -gγ₂`, `w₂' = gγ₁`.
-   pure subroutine expand_turning_axial_top(order, g, turn, w, rows, converges)
+   pure subroutine expand_rotating_axial_top(order, g, turn, w, rows, converges)
       integer, intent(in) :: order
       !> The potential's moment along the axis times time_unit²/J₁, times n₁ and n₂; ω times time_unit.
       real(wp), intent(in) :: g(2), turn
@@ -92,7 +92,7 @@ contains
          w1 = -inverses(k + 1)*(g(1)*rows(1, 2, k) + g(2)*rows(2, 2, k))
          w2 = inverses(k + 1)*(g(1)*rows(1, 1, k) + g(2)*rows(2, 1, k))
       end do
-   end subroutine expand_turning_axial_top
+   end subroutine expand_rotating_axial_top
 
    !> Coefficient k + 1 of the rows by what has the same form for both, and what comes to the second alone.
    pure subroutine add_axial_products(k, w3, u, across, rows, more)
@@ -153,4 +153,4 @@ contains
       e(:, 3, k + 1) = inverses(k + 1)*s3
    end subroutine add_products
 
-end module nutate_turning_top_series
+end module nutate_rotating_top_series
