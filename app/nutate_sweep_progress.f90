@@ -20,7 +20,7 @@ module nutate_sweep_progress
       !> Wall time since, s.
       procedure :: seconds
       procedure :: wants_end
-      procedure :: show
+      procedure :: report
    end type sweep_progress_t
 
 contains
@@ -47,13 +47,13 @@ contains
       wants_end = caught_signal() /= 0
    end function wants_end
 
-   subroutine show(self, done, members)
+   subroutine report(self, done, members)
       class(sweep_progress_t), intent(inout) :: self
       integer(long), intent(in) :: done, members
       integer(long) :: now
       if (self%before < 0) self%before = done
       call system_clock(now)
       call self%bar%update(real(done, wp)/real(members, wp), now)
-   end subroutine show
+   end subroutine report
 
 end module nutate_sweep_progress

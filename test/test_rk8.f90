@@ -309,7 +309,7 @@ contains
          call stepper%advance(problem%system, state, 0.04_wp, 0.0_wp, status)
       end do
       seen = state
-      call stepper%show(problem%system, seen)
+      call stepper%project_for_output(problem%system, seen)
       call check(error, status%ok() .and. any(abs(seen%p - state%p) > 0.0_wp), "nothing to project")
       if (allocated(error)) return
       next = seen

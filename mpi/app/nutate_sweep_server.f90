@@ -49,7 +49,7 @@ contains
       type(scene_t), intent(in) :: scene
       type(status_t), intent(out) :: status
       logical :: served
-      call show(self)
+      call report(self)
       if (self%ranks%count <= most_helped) call help(self, scene)
       do while (self%gone < self%ranks%count - 1 .and. self%failure%code /= NUTATE_STOPPED)
          call self%serve(served)
@@ -75,7 +75,7 @@ contains
          if (chunk == 0) exit
          call self%sweep%run_chunk(scene, runner, chunk, fields, status)
          if (status%ok()) call self%sweep%finish_chunk(chunk, fields, status)
-         call show(self)
+         call report(self)
       end do
       if (self%failure%ok()) self%failure = status
    end subroutine help
@@ -129,7 +129,7 @@ contains
       end if
       call self%sweep%finish_chunk(request%chunk, fields, status)
       if (self%failure%ok()) self%failure = status
-      call show(self)
+      call report(self)
    end subroutine finish
 
    !> What another rank could not do.
@@ -142,9 +142,9 @@ contains
       status%message = 'rank '//trim(rank)//': '//request%status%message
    end function said_by
 
-   subroutine show(self)
+   subroutine report(self)
       class(sweep_server_t), intent(inout) :: self
-      call self%watcher%show(self%sweep%members_done, self%sweep%last - self%sweep%first + 1)
-   end subroutine show
+      call self%watcher%report(self%sweep%members_done, self%sweep%last - self%sweep%first + 1)
+   end subroutine report
 
 end module nutate_sweep_server

@@ -23,7 +23,7 @@ module nutate_energy_balance
    type :: energy_balance_t
       logical :: open = .false.
       !> The state is a projected copy of the one that the last step left, which is `left_q`, ...
-      logical :: shown = .false.
+      logical :: projected = .false.
       !> Steps since the last projection, and from there to the next one.
       integer :: count = 0, interval = 1
       !> H₀ + work.
@@ -52,7 +52,7 @@ contains
       !> There are wheels.
       logical, intent(in) :: wheels
       self%open = other%open
-      self%shown = other%shown
+      self%projected = other%projected
       self%count = other%count
       self%interval = other%interval
       self%energy = other%energy
@@ -63,7 +63,7 @@ contains
       self%q = other%q
       self%p = other%p
       if (wheels) self%wheels = other%wheels
-      if (.not. other%shown) return
+      if (.not. other%projected) return
       self%left_q = other%left_q
       self%left_p = other%left_p
       self%left_q_compensation = other%left_q_compensation
@@ -75,7 +75,7 @@ contains
       class(energy_balance_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive
       call archive%transfer(self%open)
-      call archive%transfer(self%shown)
+      call archive%transfer(self%projected)
       call archive%transfer(self%count)
       call archive%transfer(self%interval)
       call archive%transfer(self%energy%energy)

@@ -114,13 +114,13 @@ contains
    !> Restores the state that the last step left, if this is a projected copy of it.
    pure subroutine restore_left(self)
       class(state_t), intent(inout) :: self
-      if (.not. self%balance%shown) return
+      if (.not. self%balance%projected) return
       if (.not. self%is_balanced()) return
       self%q = self%balance%left_q
       self%p = self%balance%left_p
       self%q_compensation = self%balance%left_q_compensation
       self%p_compensation = self%balance%left_p_compensation
-      self%balance%shown = .false.
+      self%balance%projected = .false.
       call self%balance_here()
    end subroutine restore_left
 

@@ -19,7 +19,7 @@ module nutate_saturation_count
       !> Counts what has come to its limit.
       procedure :: note
       !> The number, with what would be counted now.
-      procedure :: shown
+      procedure :: number_at
       !> Writes or reads its values in checkpoint data.
       procedure :: transfer
    end type saturation_count_t
@@ -45,7 +45,7 @@ contains
    end subroutine note
 
    !> The number, with what would be counted now.
-   pure integer function shown(self, t, side, on, start, stop)
+   pure integer function number_at(self, t, side, on, start, stop)
       class(saturation_count_t), intent(in) :: self
       !> As in `note`.
       real(wp), intent(in) :: t
@@ -55,8 +55,8 @@ contains
       type(saturation_count_t) :: copy
       copy = self
       call copy%note(t, side, on, start, stop)
-      shown = copy%number
-   end function shown
+      number_at = copy%number
+   end function number_at
 
    !> Writes or reads its values in checkpoint data.
    subroutine transfer(self, archive)

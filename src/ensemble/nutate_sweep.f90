@@ -261,7 +261,7 @@ contains
          return
       end if
       self%failure = status_t()
-      call watcher%show(self%members_done, self%last - self%first + 1)
+      call watcher%report(self%members_done, self%last - self%first + 1)
       if (threads > 1) then
          !$omp parallel num_threads(threads) default(shared)
          call work(self, scene, watcher)
@@ -292,7 +292,7 @@ contains
          if (.not. status%ok()) exit
          call lock_texts()
          call self%finish_chunk(chunk, fields, status)
-         call watcher%show(self%members_done, self%last - self%first + 1)
+         call watcher%report(self%members_done, self%last - self%first + 1)
          call unlock_texts()
       end do
       call lock_texts()

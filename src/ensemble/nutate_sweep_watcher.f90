@@ -14,7 +14,7 @@ module nutate_sweep_watcher
       !> True if the sweep is to end; asked by several threads at once.
       procedure :: wants_end => never
       !> Told how many members are done, of how many; by one thread at a time.
-      procedure :: show => ignore
+      procedure :: report => ignore
       !> Prepares the effects of a member for what `check` looks at; called by the thread that runs the member.
       procedure :: prepare => leave_effects
       !> Looks whether a user-defined effect has failed in the member that the thread runs. Errors: as the program says.

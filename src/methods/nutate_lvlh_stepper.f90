@@ -35,7 +35,7 @@ module nutate_lvlh_stepper
       procedure :: keep_steps
       procedure :: mark_step
       procedure :: state_at
-      procedure :: show
+      procedure :: project_for_output
       procedure :: disturb
       procedure :: propagate_step
       procedure :: propagate_inside
@@ -185,18 +185,18 @@ contains
    end subroutine state_at
 
    !> Completes the state that a step left for output: projects one with an open balance.
-   subroutine show(self, system, state)
+   subroutine project_for_output(self, system, state)
       class(lvlh_stepper_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(inout) :: state
       if (.not. self%view%exists) then
-         call self%base%show(system, state)
+         call self%base%project_for_output(system, state)
       else if (state%balance%open .and. state%is_from_other_axes()) then
          call self%view%to_lvlh(state, self%inner)
-         call self%base%show(self%view%system, self%inner)
+         call self%base%project_for_output(self%view%system, self%inner)
          call self%view%to_inertial(self%inner, state)
       end if
-   end subroutine show
+   end subroutine project_for_output
 
    !> Sets the perturbation of a trial run.
    subroutine disturb(self, noise)

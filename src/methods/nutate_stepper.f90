@@ -136,7 +136,7 @@ module nutate_stepper
       procedure :: take_memory => take_by_archive
       !> Completes the state that a step left for output: projects it onto the invariants, where that is not done in
       !> every step. Later steps continue from the unprojected state, whichever of the two they receive.
-      procedure :: show => leave_state
+      procedure :: project_for_output => leave_state
       !> Sets the perturbation of a trial run, for states before their projection; a stepper without projection ignores
       !> it.
       procedure :: disturb => leave_noise
@@ -231,7 +231,7 @@ contains
       type(status_t), intent(out) :: status
       if (self%keeps_steps) call self%mark_step(state, dt, state%t + 0.5_wp*dt)
       call self%advance(system, state, dt, state%t + 0.5_wp*dt, status)
-      if (status%code == 0) call self%show(system, state)
+      if (status%code == 0) call self%project_for_output(system, state)
    end subroutine take_step
 
    !> Makes a stepper that goes on as this one would. What takes steps again is copied by itself, as a stepper: gfortran

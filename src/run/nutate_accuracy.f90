@@ -147,7 +147,7 @@ contains
    !> that of round-off alone.
    !>
    !> Errors: those of the runs, and what the observers returned.
-   subroutine find_tolerance(system, settings, progress, control, status, observer, last, shown)
+   subroutine find_tolerance(system, settings, progress, control, status, observer, last, trial_observer)
       type(system_t), intent(in) :: system
       type(integrator_settings_t), intent(in) :: settings
       !> At its start, not its end. The `local_tolerance` of its goal, `estimate` and `round_off` of its summary
@@ -162,7 +162,7 @@ contains
       !> The end of a run with the tolerance that was found, rows apart.
       type(progress_t), intent(inout), optional :: last
       !> Shown the rows at steps of each run without noise, from its first state on, at last those of `last`.
-      class(observer_t), intent(inout), optional :: shown
+      class(observer_t), intent(inout), optional :: trial_observer
       type(search_t) :: search
       type(progress_t) :: own
       logical :: fresh, done, at_limit
@@ -183,7 +183,7 @@ contains
       do round = 1, most_rounds
          if (fresh) call run_noisy(search, system, settings, progress, own, control, status, observer)
          if (status%ok()) call run_fine(search, round == 1, fresh, system, settings, progress, own, control, &
-                                        at_limit, status, observer, shown)
+                                        at_limit, status, observer, trial_observer)
          if (.not. status%ok()) return
          call measure_errors(search, fresh)
          if (at_limit) exit
@@ -297,7 +297,7 @@ contains
    !> Runs B. Where round-off keeps the error of a step above its tolerance, a larger one is all that can be had, at
    !> most what an earlier run had. Errors: those of the run.
    subroutine run_fine(search, first, fresh, system, settings, progress, own, control, at_limit, status, observer, &
-                       shown)
+                       trial_observer)
       type(search_t), intent(inout) :: search
       !> There is no earlier run without noise; this one belongs to a new pair.
       logical, intent(in) :: first, fresh
@@ -308,17 +308,19 @@ contains
       type(error_control_t), intent(inout) :: control
       logical, intent(out) :: at_limit
       type(status_t), intent(inout) :: status
-      class(observer_t), intent(inout), optional :: observer, shown
+      class(observer_t), intent(inout), optional :: observer, trial_observer
       type(status_t) :: success
       real(wp) :: known
-      call run_trial(search, search%fine, 0.0_wp, system, settings, progress, own, control, status, observer, shown)
+      call run_trial(search, search%fine, 0.0_wp, system, settings, progress, own, control, status, observer, &
+         trial_observer)
       at_limit = went_astray(status) .and. .not. first
       if (.not. at_limit) return
       known = merge(much_finer*search%fine, search%coarse, fresh)
       do while (went_astray(status) .and. search%fine < known)
          status = success
          search%fine = min(known, finer*search%fine)
-         call run_trial(search, search%fine, 0.0_wp, system, settings, progress, own, control, status, observer, shown)
+         call run_trial(search, search%fine, 0.0_wp, system, settings, progress, own, control, status, observer, &
+            trial_observer)
       end do
    end subroutine run_fine
 
@@ -448,7 +450,8 @@ contains
    end function is_done
 
    !> A run of a tolerance, without rows. Errors: why it failed.
-   subroutine run_trial(search, tolerance, noise, system, settings, progress, own, control, status, observer, shown)
+   subroutine run_trial(search, tolerance, noise, system, settings, progress, own, control, status, observer, &
+      trial_observer)
       type(search_t), intent(inout) :: search
       !> rad, and η.
       real(wp), intent(in) :: tolerance, noise
@@ -462,13 +465,13 @@ contains
       type(status_t), intent(inout) :: status
       class(observer_t), intent(inout), optional :: observer
       !> In its place, and with rows at steps.
-      class(observer_t), intent(inout), optional :: shown
+      class(observer_t), intent(inout), optional :: trial_observer
       type(run_plan_t) :: plan
       plan = progress%plan
       plan%goal = run_goal_t(accuracy=search%accuracy, local_tolerance=tolerance)
       plan%interval = 0.0_wp
       if (allocated(plan%times)) deallocate (plan%times)
-      if (.not. present(shown)) plan%every = huge(plan%every)
+      if (.not. present(trial_observer)) plan%every = huge(plan%every)
       plan%max_steps = min(plan%max_steps, most_steps)
       if (noise > 0.0_wp) then
          call drive_noisy(noise_of(noise, search%n), system, settings, progress%state, plan, own, control, status, &
@@ -477,8 +480,8 @@ contains
          call start_run(own, system%effects, progress%state, plan, status)
          if (status%ok()) call control%begin(system, settings, own, status)
          if (status%ok()) call watch_limits(own, system, status)
-         if (status%ok() .and. present(shown)) then
-            call drive(own, control, system, status, shown)
+         if (status%ok() .and. present(trial_observer)) then
+            call drive(own, control, system, status, trial_observer)
          else if (status%ok()) then
             call drive(own, control, system, status, observer)
          end if

@@ -77,7 +77,7 @@ module nutate_error_control
       !> Adds noise to every step, for a trial run.
       procedure :: disturb
       procedure :: advance
-      procedure :: show
+      procedure :: project_for_output
       procedure :: state_inside
       procedure :: expect_events
       procedure :: evaluate_inside
@@ -211,12 +211,12 @@ contains
    end function reach_of
 
    !> Makes the state that the last step left fit to be seen.
-   subroutine show(self, system, state)
+   subroutine project_for_output(self, system, state)
       class(error_control_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(inout) :: state
-      call self%half%show(system, state)
-   end subroutine show
+      call self%half%project_for_output(system, state)
+   end subroutine project_for_output
 
    !> The goal of the next step.
    type(step_goal_t) function goal_of(progress, t_end, observer) result(goal)

@@ -85,7 +85,7 @@ contains
             call events%open_places()
             ! As it is shown: states inside of the step lead there.
             seen = progress%state
-            call policy%show(system, seen)
+            call policy%project_for_output(system, seen)
             call find_motion(system, seen, motion)
             call find_rates(system, window_time, motion)
             turn = abs(length)/min(time_scale(events%motion), time_scale(motion))
@@ -163,14 +163,14 @@ contains
                call end_step_at(searches(k)%root%s)
                return
             end if
-            call show_inside(k)
+            call observe_inside(k)
             if (status%code == 0) call find_next(k, searches(k)%root)
             if (status%code /= 0) return
          end do
       end subroutine process_in_order
 
       !> Shows an event inside the step.
-      subroutine show_inside(k)
+      subroutine observe_inside(k)
          integer, intent(in) :: k
          type(state_t) :: state
          type(run_record_t) :: record
@@ -190,7 +190,7 @@ contains
          record%work = mark%total + work
          if (allocated(record%works)) record%works(:) = [mark%work + each, progress%summary%switch_work]
          call happen(k, state, record)
-      end subroutine show_inside
+      end subroutine observe_inside
 
       !> Ends the step at an event, and shows all that happen there.
       subroutine end_step_at(s)
@@ -213,7 +213,7 @@ contains
          last = start
          if (s > margin) then
             last = progress%state
-            call policy%show(system, last)
+            call policy%project_for_output(system, last)
          end if
          do k = 1, size(searches)
             associate (watched => progress%events%watched(k), curve => searches(k)%curve)

@@ -32,7 +32,7 @@ module nutate_fixed_steps
       !> Counts the steps to the end of the plan.
       procedure :: begin
       procedure :: advance
-      procedure :: show
+      procedure :: project_for_output
       procedure :: state_inside
       procedure :: expect_events
       procedure :: evaluate_inside
@@ -272,12 +272,12 @@ contains
    end subroutine state_inside
 
    !> Makes the state that the last step left fit to be seen.
-   subroutine show(self, system, state)
+   subroutine project_for_output(self, system, state)
       class(fixed_steps_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(inout) :: state
-      call self%stepper%show(system, state)
-   end subroutine show
+      call self%stepper%project_for_output(system, state)
+   end subroutine project_for_output
 
    !> Shows the memory of the stepper, under the name of this policy.
    subroutine transfer_stepper(self, archive)

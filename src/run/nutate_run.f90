@@ -411,7 +411,7 @@ contains
    !> is already known. `run_to_end` calls it if necessary.
    !>
    !> Errors: those of the trial runs, and what the observer returned.
-   recursive subroutine find_steps(self, system, status, observer, shown)
+   recursive subroutine find_steps(self, system, status, observer, trial_observer)
       !> Begun.
       class(run_t), intent(inout), target :: self
       type(system_t), intent(in) :: system
@@ -420,18 +420,19 @@ contains
       class(observer_t), intent(inout), optional :: observer
       !> Of a run without events, wants the rows at steps alone, of several runs from their start to their end: where
       !> trial runs were taken, the last that it was shown is the run, which is then at its end.
-      class(observer_t), intent(inout), optional :: shown
+      class(observer_t), intent(inout), optional :: trial_observer
       type(progress_t) :: last
       if (.not. lacks_steps(self)) return
-      if (allocated(self%tangent) .and. present(shown)) then
+      if (allocated(self%tangent) .and. present(trial_observer)) then
          call self%find_steps(system, status, observer)
          return
       end if
       select type (control => self%policy)
       class is (error_control_t)
-         call find_tolerance(system, self%summary%settings, self%progress_t, control, status, observer, last, shown)
+         call find_tolerance(system, self%summary%settings, self%progress_t, control, status, observer, last, &
+            trial_observer)
          if (.not. status%ok()) return
-         if (present(shown) .and. allocated(last%summary%work)) then
+         if (present(trial_observer) .and. allocated(last%summary%work)) then
             call use_last_run(self, last)
          else
             call control%begin(system, self%summary%settings, self%progress_t, status)

@@ -46,9 +46,9 @@ contains
       if (allocated(progress%events)) then
          call drive_switched(progress, policy, status, observer)
       else
-         if (present(observer)) call show_first(progress, policy, system, observer, status)
+         if (present(observer)) call observe_first(progress, policy, system, observer, status)
          call take_steps(progress, policy, system, status, observer)
-         call policy%show(system, progress%state)
+         call policy%project_for_output(system, progress%state)
       end if
    end subroutine drive
 
@@ -61,10 +61,10 @@ contains
       type(system_t) :: system
       system = progress%events%system
       call sample_state(policy, system, progress)
-      if (present(observer)) call show_first(progress, policy, system, observer, status)
+      if (present(observer)) call observe_first(progress, policy, system, observer, status)
       do
          call take_steps(progress, policy, system, status, observer)
-         call policy%show(system, progress%state)
+         call policy%project_for_output(system, progress%state)
          if (status%code /= 0 .or. .not. (progress%events%n_due > 0 .or. is_sample_due(progress))) exit
          if (progress%events%n_due > 0) call make_switches(policy, system, progress, status)
          call sample_state(policy, system, progress)
@@ -160,7 +160,8 @@ contains
          if (allocated(progress%tangent)) call propagate_sensitivities(progress, policy, system, before, status)
          if (status%code /= 0) return
          if (present(observer)) then
-            call show_step(progress, policy, system, watched, progress%summary%steps /= steps, over, observer, status)
+            call observe_step(progress, policy, system, watched, progress%summary%steps /= steps, over, observer, &
+               status)
             if (tries_of(progress) >= next_poll .and. status%code == 0 .and. .not. is_switch_due(progress)) then
                next_poll = poll_after(progress, policy)
                call observer%poll(fraction_done(progress), status)
@@ -278,7 +279,7 @@ contains
             if (watches) then
                if (.not. events%known) then
                   seen = state
-                  call policy%show(system, seen)
+                  call policy%project_for_output(system, seen)
                   call events%open_step(system, seen, state%t + 0.5_wp*step)
                end if
                call events%fall_asleep(state%t, step)
@@ -296,7 +297,7 @@ contains
    end subroutine see_ahead
 
    !> Shows what lies in the step of the method that was taken.
-   subroutine show_step(progress, policy, system, watched, ends, over, observer, status)
+   subroutine observe_step(progress, policy, system, watched, ends, over, observer, status)
       type(progress_t), intent(inout) :: progress
       class(step_policy_t), intent(inout) :: policy
       type(system_t), intent(in) :: system
@@ -311,7 +312,7 @@ contains
       else if (abs(progress%state%t - watched) > 0.0_wp) then
          call finish_part(progress, policy, system, watched, observer, status)
       end if
-   end subroutine show_step
+   end subroutine observe_step
 
    !> Shows the rows that belong to a step of the run.
    subroutine finish_step(progress, policy, system, watched, over, observer, status)
@@ -328,22 +329,22 @@ contains
       is_row = over
       if (allocated(progress%plan%times)) then
          is_row = .false.
-         call show_inside(progress, policy, system, watched, observer, status)
+         call observe_inside(progress, policy, system, watched, observer, status)
       else if (progress%plan%interval > 0.0_wp .and. .not. observer%rows_at_steps) then
-         call show_inside(progress, policy, system, watched, observer, status)
+         call observe_inside(progress, policy, system, watched, observer, status)
       else if (mod(progress%summary%steps - progress%first_step, progress%plan%every) == 0) then
          is_row = .true.
       end if
       ! Without a copy of the state in steps that end in no output point: this runs in each of them.
       if (is_row) then
-         call show_end(progress, policy, system, watched, observer, status)
+         call observe_end(progress, policy, system, watched, observer, status)
       else if (observer%observes_every_step) then
          call watch_turn(progress, policy, system, progress%state, watched, observer, status)
       end if
    end subroutine finish_step
 
    !> Shows the end of a step of the run that is an output point.
-   subroutine show_end(progress, policy, system, watched, observer, status)
+   subroutine observe_end(progress, policy, system, watched, observer, status)
       type(progress_t), intent(inout) :: progress
       class(step_policy_t), intent(inout) :: policy
       type(system_t), intent(in) :: system
@@ -353,13 +354,13 @@ contains
       type(status_t), intent(inout) :: status
       type(state_t) :: seen
       seen = progress%state
-      call policy%show(system, seen)
+      call policy%project_for_output(system, seen)
       if (observer%observes_every_step) call watch_turn(progress, policy, system, seen, watched, observer, status)
       if (status%code /= 0) return
       call put_works(progress%summary, progress%record)
       call give_sensitivities(progress, observer)
       call observer%observe(system, seen, progress%record, status)
-   end subroutine show_end
+   end subroutine observe_end
 
    !> Shows what lies in a part of a nominal step.
    subroutine finish_part(progress, policy, system, watched, observer, status)
@@ -371,13 +372,13 @@ contains
       class(observer_t), intent(inout) :: observer
       type(status_t), intent(inout) :: status
       if ((progress%plan%interval > 0.0_wp .and. .not. observer%rows_at_steps) .or. allocated(progress%plan%times)) &
-         call show_inside(progress, policy, system, watched, observer, status)
+         call observe_inside(progress, policy, system, watched, observer, status)
       if (observer%observes_every_step) &
          call watch_turn(progress, policy, system, progress%state, watched, observer, status)
    end subroutine finish_part
 
    !> Shows the first row, unless the run goes on behind it, or it is none of those that are asked for.
-   subroutine show_first(progress, policy, system, observer, status)
+   subroutine observe_first(progress, policy, system, observer, status)
       type(progress_t), intent(inout) :: progress
       class(step_policy_t), intent(inout) :: policy
       type(system_t), intent(in) :: system
@@ -393,7 +394,7 @@ contains
       if (due) call give_sensitivities(progress, observer)
       if (due) call observer%observe(system, progress%state, progress%record, status)
       if (observer%wants_checkpoint .and. status%ok()) call offer(progress, policy, observer, status)
-   end subroutine show_first
+   end subroutine observe_first
 
    !> The time of the next row at intervals or at times of the plan, and whether the run has reached it.
    pure subroutine find_row(progress, t, due)
@@ -419,7 +420,7 @@ contains
 
    !> Shows the rows at intervals, or at times of the plan, that lie inside the last step. Errors: `NUTATE_STEP_LIMIT`
    !> where there are more rows at intervals than steps are allowed, or few; those of the method, and of the observer.
-   subroutine show_inside(progress, policy, system, watched, observer, status)
+   subroutine observe_inside(progress, policy, system, watched, observer, status)
       type(progress_t), intent(inout) :: progress
       class(step_policy_t), intent(inout) :: policy
       type(system_t), intent(in) :: system
@@ -450,7 +451,7 @@ contains
          else
             call give_sensitivities(progress, observer)
             state = progress%state
-            call policy%show(system, state)
+            call policy%project_for_output(system, state)
             record = progress%record
             call put_works(progress%summary, record)
          end if
@@ -459,7 +460,7 @@ contains
          if (status%ok()) call observer%observe(system, state, record, status)
          call find_row(progress, t, due)
       end do
-   end subroutine show_inside
+   end subroutine observe_inside
 
    !> How many parts of a turn from a time to that of a state an observer is to watch, so that none is lost.
    pure integer function parts_of_turn(policy, system, state, since) result(n)

@@ -28,9 +28,9 @@ module nutate_step_policy
       !> Moves a run by one step.
       procedure(move_on), deferred :: advance
       !> The state at a time inside the last step, for a row.
-      procedure(show_state), deferred :: state_inside
+      procedure(find_inside), deferred :: state_inside
       !> Makes the state that the last step left fit to be seen.
-      procedure :: show => leave_state
+      procedure :: project_for_output => leave_state
       !> Gets ready for events: each call of `advance` then ends at the first end of a step of the method.
       procedure(get_ready), deferred :: expect_events
       !> The state at a time inside that step, for events: rows and steps do not notice.
@@ -44,7 +44,7 @@ module nutate_step_policy
       !> Notes that torques and motors hold other values.
       procedure(update_values), deferred :: update_commands
       !> Shows to an archive what the next steps depend on.
-      procedure(show_memory), deferred :: transfer
+      procedure(transfer_memory), deferred :: transfer
    end type step_policy_t
 
    abstract interface
@@ -63,7 +63,7 @@ module nutate_step_policy
       end subroutine move_on
 
       !> Errors: those of the method.
-      subroutine show_state(self, system, progress, t, state, record, status, tangent)
+      subroutine find_inside(self, system, progress, t, state, record, status, tangent)
          import :: step_policy_t, system_t, progress_t, state_t, run_record_t, status_t, tangent_t, wp
          class(step_policy_t), intent(inout) :: self
          type(system_t), intent(in) :: system
@@ -77,7 +77,7 @@ module nutate_step_policy
          type(status_t), intent(inout) :: status
          !> Sensitivities at the start of the step on entry, at the time on exit.
          type(tangent_t), intent(inout), optional :: tangent
-      end subroutine show_state
+      end subroutine find_inside
 
       !> Errors: those of the method.
       subroutine propagate_sensitivities(self, system, before, progress, status)
@@ -152,11 +152,11 @@ module nutate_step_policy
          class(step_policy_t), intent(inout) :: self
       end subroutine update_values
 
-      subroutine show_memory(self, archive)
+      subroutine transfer_memory(self, archive)
          import :: step_policy_t, archive_t
          class(step_policy_t), intent(inout) :: self
          class(archive_t), intent(inout) :: archive
-      end subroutine show_memory
+      end subroutine transfer_memory
    end interface
 
 contains

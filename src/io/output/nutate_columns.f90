@@ -237,7 +237,8 @@ contains
 
       do i = 1, size(names)
          if (any(column_sets%name == names(i))) then
-            if (present(effects)) call check_shown(column_sets(findloc(column_sets%name, names(i), dim=1)), effects, &
+            if (present(effects)) call check_available(column_sets(findloc(column_sets%name, names(i), dim=1)), &
+               effects, &
                                                    status)
             if (status%ok()) call check_carried(column_sets(findloc(column_sets%name, names(i), dim=1)), status, &
                                                     propagated)
@@ -316,7 +317,7 @@ contains
    end function hint
 
    !> Errors: `NUTATE_BAD_ARGUMENT` for a set of a wheel, a controller, a field, an orbit or a sun that does not exist.
-   subroutine check_shown(set, effects, status)
+   subroutine check_available(set, effects, status)
       type(column_set_t), intent(in) :: set
       type(effect_list_t), intent(in) :: effects
       type(status_t), intent(out) :: status
@@ -350,7 +351,7 @@ contains
          status = fail(NUTATE_BAD_ARGUMENT, "columns 'works' need an effect that does work "// &
                        '(expected one, such as &torque)', 'columns')
       end if
-   end subroutine check_shown
+   end subroutine check_available
 
    !> The header row: the names of all columns, comma separated.
    pure function header(self, plain) result(line)

@@ -108,7 +108,7 @@ contains
       number = 0
       if (controller%by /= BY_WHEELS) then
          number = controller%saturations%number
-         if (.not. controller%sample > 0.0_wp) number = controller%saturations%shown( &
+         if (.not. controller%sample > 0.0_wp) number = controller%saturations%number_at( &
             t, controller%saturated, controller%on, controller%start, controller%stop)
          return
       end if
@@ -121,7 +121,7 @@ contains
             select type (motor => wheel%motor)
             class is (controlled_motor_t)
                call motor%window(start, stop)
-               number = number + wheel%saturations%shown(t, [motor%saturated, 0, 0], motor%on, start, stop)
+               number = number + wheel%saturations%number_at(t, [motor%saturated, 0, 0], motor%on, start, stop)
             end select
          end associate
       end do

@@ -120,7 +120,7 @@ contains
       self%scale = energy_scale_t()
       call note_size(self, point)
       state%balance%open = .true.
-      state%balance%shown = .false.
+      state%balance%projected = .false.
       state%balance%count = 0
       state%balance%interval = 1
       state%balance%momentum = self%target%momentum

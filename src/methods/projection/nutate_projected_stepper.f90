@@ -34,7 +34,7 @@ module nutate_projected_stepper
       procedure :: disturb
       procedure :: set_up
       procedure :: advance
-      procedure :: show
+      procedure :: project_for_output
       procedure :: mark_step
       procedure :: state_at
       procedure :: propagate_step
@@ -110,12 +110,12 @@ contains
    end subroutine advance
 
    !> Projects a copy of the state that the last step left.
-   subroutine show(self, system, state)
+   subroutine project_for_output(self, system, state)
       class(projected_stepper_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(inout) :: state
-      call self%projection%show(system, state)
-   end subroutine show
+      call self%projection%project_for_output(system, state)
+   end subroutine project_for_output
 
    !> Sets the start of a step.
    recursive subroutine mark_step(self, state, dt, window_time)

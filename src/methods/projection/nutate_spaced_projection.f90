@@ -46,7 +46,7 @@ module nutate_spaced_projection
       !> Projects the state that the step reached, if that is due.
       procedure :: end_step
       !> Projects a copy of the state that the last step left.
-      procedure :: show
+      procedure :: project_for_output
       !> Projects a state inside the last step.
       procedure :: project_inside
       !> Shows what it remembers from step to step to an archive.
@@ -94,14 +94,14 @@ contains
       type(state_t), intent(inout) :: state
       !> The state was such a copy, and has become the one that the step left: its balance belongs to it.
       logical, intent(out), optional :: restored
-      logical :: was_shown
-      was_shown = state%balance%shown .and. .not. self%fresh
+      logical :: was_projected
+      was_projected = state%balance%projected .and. .not. self%fresh
       if (self%fresh) then
          state%balance%open = .false.
       else
          call state%restore_left()
       end if
-      if (present(restored)) restored = was_shown .and. .not. state%balance%shown
+      if (present(restored)) restored = was_projected .and. .not. state%balance%projected
    end subroutine find_origin
 
    !> Prepares the state from which a step starts; one whose balance starts anew is projected after its
@@ -151,16 +151,16 @@ contains
 
    !> Makes a state a projected copy of itself, unless its step was projected. It stays as it is where the projection
    !> does not reach it: the step that is to be projected fails.
-   pure subroutine show(self, system, state)
+   pure subroutine project_for_output(self, system, state)
       class(spaced_projection_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(inout) :: state
       type(energy_balance_t) :: balance
       type(status_t) :: status
-      if (self%each .or. self%fresh .or. state%balance%count == 0 .or. state%balance%shown) return
+      if (self%each .or. self%fresh .or. state%balance%count == 0 .or. state%balance%projected) return
       if (.not. state%is_balanced()) return
       balance = state%balance
-      balance%shown = .true.
+      balance%projected = .true.
       balance%left_q = state%q
       balance%left_p = state%p
       balance%left_q_compensation = state%q_compensation
@@ -168,7 +168,7 @@ contains
       call self%projection%project(system, state, 0.0_wp, status)
       state%balance = balance
       call state%balance_here()
-   end subroutine show
+   end subroutine project_for_output
 
    !> Projects a state inside the last step, which has the balance of the start of the step. Errors: those of the
    !> projection.

@@ -74,7 +74,7 @@ module nutate_taylor_stepper
       procedure :: set_up
       procedure :: advance
       procedure :: choose_step
-      procedure :: show
+      procedure :: project_for_output
       procedure :: state_at
       procedure :: update_commands
       procedure :: propagate_step
@@ -496,12 +496,12 @@ contains
    end subroutine state_at
 
    !> Projects a copy of the state that the last step left.
-   subroutine show(self, system, state)
+   subroutine project_for_output(self, system, state)
       class(taylor_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(inout) :: state
-      if (self%conserve) call self%projection%show(system, state)
-   end subroutine show
+      if (self%conserve) call self%projection%project_for_output(system, state)
+   end subroutine project_for_output
 
    !> Moves sensitivities over a step by their series, and projects them where the state was. Works change as the
    !> energy does, which the series keeps; where potentials move they are not needed, and stay. Errors:
