@@ -72,7 +72,7 @@ contains
       call page%line('removed when the run is complete. --resume continues to the same bytes, with checkpoints in the')
       call page%line('same file unless --checkpoint names another. Scene and overrides must be the same.')
       call page%line('')
-      call page%line('With &tangent the summary has Lyapunov exponents, MEGNO and FLI; --set tangent.exponents=6')
+      call page%line('With &chaos the summary has Lyapunov exponents, MEGNO and FLI; --set chaos.exponents=6')
       call page%line('computes all six exponents.')
       call page%line('')
       call page%line("Columns: t, then the sets selected with --set output.columns=NAME,NAME,...")
@@ -145,7 +145,7 @@ contains
       call page%line('FILE.npy.partial, chunk by chunk; --resume continues after SIGINT, SIGKILL or a power failure')
       call page%line('to the same bytes, which depend on scene, seed and member only, not on threads or chunks.')
       call page%line('--members A:B writes FILE.A-B.npy; --merge merges such files. --member K repeats one member')
-      call page%line('with its history in FILE.memberK.csv. With &tangent rows have the Lyapunov exponents, MEGNO and')
+      call page%line('with its history in FILE.memberK.csv. With &chaos rows have the Lyapunov exponents, MEGNO and')
       call page%line('FLI of the members: a map of chaos where two keys vary on a grid.')
       call add_exit_codes(page)
    end subroutine add_sweep_notes

@@ -26,8 +26,8 @@ int nutate_stepper_run_history(nutate_stepper *stepper, double end_time, int64_t
  * Status: NUTATE_BAD_SCENE where a number has no derivative, NUTATE_BAD_ARGUMENT where there is no &free. */
 int nutate_stepper_differentiate(nutate_stepper *stepper, const nutate_scene *scene);
 /* Lets runs follow indicators of chaos, each from its start: nutate_history_chaos returns them, and the columns of the sets
- * "lyapunov", "megno" and "fli" show them. A stepper that was made from a scene follows those of its &tangent.
- *   <=>  stepper   ==>  scene, with &tangent; without: runs follow none */
+ * "lyapunov", "megno" and "fli" show them. A stepper that was made from a scene follows those of its &chaos.
+ *   <=>  stepper   ==>  scene, with &chaos; without: runs follow none */
 int nutate_stepper_follow_chaos(nutate_stepper *stepper, const nutate_scene *scene);
 
 /* Computes rows inside a step of an earlier run by repeating the step: with dense output if the method has it, else with

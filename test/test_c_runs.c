@@ -371,7 +371,7 @@ int test_c_chaos(void)
                                     "&initial quaternion = 0.8, 0.4, -0.4, 0.2, angular_velocity = 0.4, -0.3, 0.5 /\n"
                                     "&dipole moment = 1, 0.3, 0.5, field = 0, 0, -1 /\n"
                                     "&integrator time_step = 0.1, end_time = 40 /\n"
-                                    "&output columns = 'quaternion', 'lyapunov', 'megno', 'fli' /\n&tangent exponents = 6 /\n";
+                                    "&output columns = 'quaternion', 'lyapunov', 'megno', 'fli' /\n&chaos exponents = 6 /\n";
     static const char *const plain_text = "&body inertia = 3, 2, 1 /\n&dipole moment = 1, 0.3, 0.5, field = 0, 0, -1 /\n"
                                           "&initial angular_velocity = 1, 0, 0 /\n&integrator time_step = 0.1, end_time = 40 /\n";
     nutate_scene *scene = NULL, *plain = NULL;

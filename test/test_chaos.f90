@@ -103,7 +103,7 @@ contains
       allocate (run, scene)
       call begin("&body inertia = 5, 20, 17 /&initial angular_velocity = 0, 0, 10 /"// &
                  "&integrator formulation = 'reduced', order = 8, time_step = 0.01, end_time = 20 /"// &
-                 "&tangent exponents = 6, every = 4 /", scene, run, error)
+                 "&chaos exponents = 6, every = 4 /", scene, run, error)
       if (allocated(error)) return
       call run%run_to(scene%system, 10.0_wp, status)
       call check(error, status%ok(), trim(status%message))
@@ -130,7 +130,7 @@ contains
       duration = merge(500.0_wp, 2e4_wp, draws_fewer())
       write (digits, '(i0)') nint(duration)
       call go(top_a//"&integrator formulation = 'reduced', order = 8, time_step = 0.1, end_time = "//trim(digits)// &
-              " /&tangent exponents = 6, every = 10 /", run, error)
+              " /&chaos exponents = 6, every = 10 /", run, error)
       if (allocated(error)) return
       rates = run%summary%chaos%lyapunov()
       call check_close(error, rates(1), 0.1488_wp, merge(0.05_wp, 0.015_wp, draws_fewer()), 'largest')
@@ -160,7 +160,7 @@ contains
             call go("&body inertia = 2, 1.5, 1 /"//lf//attitude//" 0.4, -0.3, 2 /"//lf// &
                     "&force axes = 'space', body_point = "//numbers//" /"//lf//"&integrator method = "// &
                     trim(methods(m))//", time_step = 0.1, end_time = "//trim(end_time)// &
-                    " /&tangent exponents = 6, every = 5 /", run, error)
+                    " /&chaos exponents = 6, every = 5 /", run, error)
             if (allocated(error)) return
             rates = run%summary%chaos%lyapunov()
             call check(error, rates(1)*duration > merge(280, 700, one_in() > 3), 'the top is not chaotic')
@@ -217,7 +217,7 @@ contains
       real(wp) :: x(6), weighted, area, dt
       integer :: k
       allocate (run, direct, scene)
-      call begin(text//"&tangent vector = 0, 1, -2, 0.5, 0, 1 /", scene, run, error)
+      call begin(text//"&chaos vector = 0, 1, -2, 0.5, 0, 1 /", scene, run, error)
       if (allocated(error)) return
       call run%run_to_end(scene%system, status)
       recorder%wants_tangent = .true.
@@ -262,7 +262,7 @@ contains
       allocate (run)
       call go(hyperion//"&integrator method = 'rk8', time_step = 0.0628318530717958648, "// &
               "end_time = 62.8318530717958648 /"// &
-              "&tangent vector = 0, 0, 1, 0, 0, 1, momentum_scale = 1, every = 8 /", run, error)
+              "&chaos vector = 0, 0, 1, 0, 0, 1, momentum_scale = 1, every = 8 /", run, error)
       if (allocated(error)) return
       rates = run%summary%chaos%lyapunov()
       call check_close(error, rates(1)*20*pi, log(norm2(matmul(block, [1.0_wp, 1.0_wp]))/sqrt(2.0_wp)), 1e-9_wp, &
@@ -273,7 +273,7 @@ contains
    !> Integrable motions: |λ| falls as ln t/t, the mean MEGNO goes to 2; its values at 1e4 s are those of the reference.
    subroutine test_regular(error)
       type(error_type), allocatable, intent(out) :: error
-      character(len=*), parameter :: tangent = "&tangent vector = 1, 0.5, -0.3, 0.7, -0.2, 0.4 /", &
+      character(len=*), parameter :: tangent = "&chaos vector = 1, 0.5, -0.3, 0.7, -0.2, 0.4 /", &
          long = " end_time = 1e4 /"//tangent
       call expect_regular(lagrange//"&integrator formulation = 'reduced', order = 4, time_step = 0.1, "// &
                           "end_time = 1000 /"//tangent, 1.2e-2_wp, 2.0_wp, 0.05_wp, 'Lagrange, short', error)
@@ -310,7 +310,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       class(run_t), allocatable :: run
       real(wp) :: rates(1)
-      character(len=*), parameter :: plane = "&tangent vector = 0, 0, 1, 0, 0, 1 /"
+      character(len=*), parameter :: plane = "&chaos vector = 0, 0, 1, 0, 0, 1 /"
       allocate (run)
       if (draws_fewer()) then
          call go(hyperion//"&integrator method = 'rk8', time_step = 0.25, end_time = 1885 /"//plane, run, error)
@@ -332,7 +332,7 @@ contains
       real(wp) :: rates(6)
       allocate (run)
       call go("&body inertia = 2, 2, 2 /&initial angular_velocity = 0.1, 0.2, 0.3 /&damping coefficient = 1, 1, 1 /"// &
-              "&integrator order = 4, time_step = 0.05, end_time = 40 /&tangent exponents = 6 /", run, error)
+              "&integrator order = 4, time_step = 0.05, end_time = 40 /&chaos exponents = 6 /", run, error)
       if (allocated(error)) return
       rates = run%summary%chaos%lyapunov()
       call check_close(error, sum(rates), -1.5_wp, 1e-5_wp, 'sum of a damped body: -c/J for each axis')
@@ -349,7 +349,7 @@ contains
       type(run_summary_t) :: summary, plain
       type(status_t) :: status
       allocate (run, other, scene)
-      call go(top_a//"&integrator formulation = 'reduced', time_step = 0.05, end_time = 20 /&tangent exponents = 6 /", &
+      call go(top_a//"&integrator formulation = 'reduced', time_step = 0.05, end_time = 20 /&chaos exponents = 6 /", &
               run, error)
       if (allocated(error)) return
       call begin(top_a//"&integrator formulation = 'reduced', time_step = 0.05, end_time = 20 /", scene, other, error)
@@ -370,7 +370,7 @@ contains
    subroutine test_resume(error)
       type(error_type), allocatable, intent(out) :: error
       character(len=*), parameter :: text = top_a//"&integrator formulation = 'reduced', time_step = 0.01, "// &
-         "end_time = 60 /&tangent exponents = 6, every = 7 /"
+         "end_time = 60 /&chaos exponents = 6, every = 7 /"
       class(scene_t), allocatable :: scene
       class(run_t), allocatable :: whole, first, second
       type(length_recorder_t) :: recorder
@@ -406,7 +406,7 @@ contains
       class(run_t), allocatable :: run
       allocate (run)
       call go("&body inertia = 2, 2, 2 /&initial angular_velocity = 0.1, 0.2, 0.3 /&damping coefficient = 1, 1, 1 /"// &
-              "&integrator order = 4, time_step = -0.05, end_time = -20 /&tangent /", run, error)
+              "&integrator order = 4, time_step = -0.05, end_time = -20 /&chaos /", run, error)
       if (allocated(error)) return
       call check_close(error, run%summary%chaos%lyapunov(), [0.5_wp], 0.1_wp, 'exponent')
       call check_close(error, run%summary%chaos%time, 20.0_wp, 1e-12_wp, 'time')

@@ -631,7 +631,7 @@ contains
       call check(error, status%ok(), trim(status%message))
       if (allocated(error)) return
       do i = 1, size(model%values)
-         column = 0*motion%columns(:, i, 1)
+         column = 0*motion%sensitivities(:, i, 1)
          do k = 1, 4
             if (allocated(other)) deallocate (other)
             allocate (other, source=model)
@@ -645,7 +645,7 @@ contains
                quat_conjugate(motion%states(1)%q), moved%states(1)%q)), body_momentum(moved%states(1)), &
                moved%states(1)%wheel_momentum(:size(column) - 6)]
          end do
-         call check_close(error, motion%columns(:, i, 1), column, 2e-9_wp*maxval(abs(column)), &
+         call check_close(error, motion%sensitivities(:, i, 1), column, 2e-9_wp*maxval(abs(column)), &
                           trim(model%plan%free(i)%name))
       end do
    end subroutine compare_columns

@@ -313,8 +313,8 @@ contains
 
    pure function of_tangents() result(promises)
       type(promise_t) :: promises(2)
-      promises(1) = any_number('tangent', 'vector', [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], 2)
-      promises(2) = positive('tangent', 'momentum_scale', [1.0_wp])
+      promises(1) = any_number('chaos', 'vector', [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], 2)
+      promises(2) = positive('chaos', 'momentum_scale', [1.0_wp])
       ! Only scenes have them.
       promises%text_only = .true.
    end function of_tangents

@@ -262,7 +262,7 @@ contains
          text = " key = 'initial.angular_velocity.1'"//entry(setting, group, trim(setting%key), [0.0_wp])
       case ('measurement')
          text = measurement_text(setting)
-      case ('tangent')
+      case ('chaos')
          text = entry(setting, group, trim(setting%key), [0.0_wp])
       case ('output')
          text = entry(setting, group, merge('times   ', 'interval', setting%key == 'times'), [0.5_wp])

@@ -34,7 +34,7 @@ class History(dict):  # type: ignore[type-arg]
     due to round-off, whatever the steps, and `accuracy_reached` is True if the estimate is at most the accuracy; after other
     runs they are None.
 
-    After a run that followed &tangent, `exponents` are its Lyapunov exponents, 1/s, shape (1,) or (6,), `megno` is the mean MEGNO,
+    After a run that followed &chaos, `exponents` are its Lyapunov exponents, 1/s, shape (1,) or (6,), `megno` is the mean MEGNO,
     `fli` the fast Lyapunov indicator; after other runs they are None."""
 
     events: list[Event]

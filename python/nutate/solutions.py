@@ -133,7 +133,7 @@ class Solution(Exchange):
     sensitivity with free: sensitivity(t) returns the derivatives of the rotation vector, body axes, rad, and of omega, rad/s, by
                 the free numbers, each of shape (3, len(free)), at n times (n, 3, len(free)); else None
 
-    exponents, megno, fli   of a Scene with &tangent: Lyapunov exponents, 1/s, shape (1,) or (6,), mean MEGNO and fast Lyapunov
+    exponents, megno, fli   of a Scene with &chaos: Lyapunov exponents, 1/s, shape (1,) or (6,), mean MEGNO and fast Lyapunov
                 indicator; else None
 
     solution["omega3"] is a column by its name, solution.columns all of them; to_pandas() and to_xarray() make tables.

@@ -183,7 +183,7 @@ class Stepper(SatelliteState):
         self._carry("differentiate", scene)
 
     def follow_chaos(self, scene: Scene) -> None:
-        """Lets runs from now on follow the indicators of chaos of &tangent of a scene, each from its start: the history that
+        """Lets runs from now on follow the indicators of chaos of &chaos of a scene, each from its start: the history that
         `run_to` returns has them, and the columns of the sets "lyapunov", "megno" and "fli" show them. A stepper of a scene
         follows those of that."""
         self._call("nutate_stepper_follow_chaos", scene._handle)

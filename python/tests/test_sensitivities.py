@@ -197,7 +197,7 @@ class ChaosTest(unittest.TestCase):
     """Indicators of chaos."""
 
     def setUp(self):
-        self.scene = nutate.Scene(text=TOP.replace("end_time = 1.0", "end_time = 20.0") + "&tangent exponents = 6 /\n"
+        self.scene = nutate.Scene(text=TOP.replace("end_time = 1.0", "end_time = 20.0") + "&chaos exponents = 6 /\n"
                                   "&output columns = 'quaternion', 'lyapunov', 'megno', 'fli' /\n")
 
     def test_runs_of_scenes_have_them(self):

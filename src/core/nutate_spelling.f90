@@ -4,11 +4,11 @@ module nutate_spelling
    implicit none
    private
 
-   public :: lower_case, split_list, joined, comma_list, distinct, is_listed, nearest_name, edit_distance
+   public :: lower_case, split_list, joined, comma_list, distinct, is_listed, nearest_name, new_name, edit_distance
 
    !> Names of before the first release, each with what it is called now; shape (2, n). They are refused with the new
    !> one.
-   character(len=name_length), parameter :: former_names(2, 8) = reshape([character(len=name_length) :: &
+   character(len=name_length), parameter :: former_names(2, 9) = reshape([character(len=name_length) :: &
       'linear_solver', 'formulation', &
       'lapack', 'full', &
       'regulator', 'controller', &
@@ -16,7 +16,8 @@ module nutate_spelling
       'argument_of_perigee', 'argument_of_periapsis', &
       'orbit', 'lvlh', &
       'orbit_attitude', 'lvlh_attitude', &
-      'world_work', 'time_dependent_work'], [2, 8])
+      'world_work', 'time_dependent_work', &
+      'tangent', 'chaos'], [2, 9])
 
 contains
 
@@ -116,6 +117,17 @@ contains
          nearest = trim(known(i))
       end do
    end function nearest_name
+
+   !> Returns the known name that a former name became; blank for any other name.
+   pure function new_name(name, known) result(new)
+      character(len=*), intent(in) :: name
+      character(len=*), intent(in) :: known(:)
+      character(len=:), allocatable :: new
+      integer :: i
+      new = ''
+      i = place_of_former(lower_case(trim(name)), known)
+      if (i > 0) new = trim(known(i))
+   end function new_name
 
    !> Place of the known name that a former name became, both with the same number behind; 0 where it is none.
    pure integer function place_of_former(word, known) result(place)

@@ -42,7 +42,7 @@ module nutate_fit_model
       type(state_t), allocatable :: states(:)
       !> The derivative of each state by each free number: rotation vector and momentum in body axes, and the momenta of
       !> wheels. Shape (6 + wheels, free numbers, times).
-      real(wp), allocatable :: variations(:, :, :)
+      real(wp), allocatable :: sensitivities(:, :, :)
       !> Which effects are on; shape (times).
       type(switches_t), allocatable :: switches(:)
    end type motion_at_t

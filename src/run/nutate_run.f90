@@ -362,7 +362,7 @@ contains
       if (allocated(self%tangent)) n = size(self%variations)
       allocate (variations(n + settings%exponents))
       if (n > 0) variations(:n) = self%variations
-      variations(n + 1:)%name = 'tangent'
+      variations(n + 1:)%name = 'deviation'
       call begin_sensitivities(self, variations, system, status)
       if (.not. status%ok()) return
       if (allocated(self%summary%chaos)) deallocate (self%summary%chaos)

@@ -84,7 +84,7 @@ contains
       if (.not. self%scale > 0.0_wp) self%scale = norm2(body_momentum(state))
       if (.not. self%scale > 0.0_wp) then
          status = fail(NUTATE_BAD_ARGUMENT, 'a body at rest has no scale of momentum (expected momentum_scale in '// &
-                       '&tangent)', 'momentum_scale')
+                       '&chaos)', 'momentum_scale')
          return
       end if
       vectors = 0.0_wp
@@ -150,7 +150,7 @@ contains
          if (size(tangent%wheels, 2) > 0) largest = max(largest, maxval(abs(tangent%wheels(k, :)))/self%scale)
          if (.not. (largest > tiny(largest) .and. largest < 1/tiny(largest))) then
             status = fail(NUTATE_NOT_FINITE, 'a sensitivity vanishes or overflows (expected a smaller every in '// &
-                          '&tangent)', 'every')
+                          '&chaos)', 'every')
             return
          end if
          ! By a power of 2 first, so that no square overflows.

@@ -323,7 +323,7 @@ def tangent(dice, scales):
     lines = [f"exponents = {dice.choice((1, 6))}", f"every = {dice.choice((1, 3, 100))}"]
     lines += [f"momentum_scale = {scales.text(length=2, mass=1, time=-1, signed=False)}"] if dice.random() < 0.5 else []
     lines += [f"vector = {scales.text(6)}"] if dice.random() < 0.5 else []
-    return group("tangent", lines)
+    return group("chaos", lines)
 
 
 def gravity(_, scales):

@@ -1,4 +1,4 @@
-"""&tangent: what run prints, what sweep writes, and what is refused."""
+"""&chaos: what run prints, what sweep writes, and what is refused."""
 import os
 import re
 import stat
@@ -12,7 +12,7 @@ TOP = """&body inertia = 3, 2, 1 /
 &integrator formulation = 'reduced', time_step = 0.1, end_time = 200 /
 &output columns = 'quaternion', 'angular_velocity', every = 100 /
 """
-TANGENT = "&tangent exponents = 6, every = 3 /\n"
+TANGENT = "&chaos exponents = 6, every = 3 /\n"
 GRID = """&ensemble file = 'map.npy' /
 &vary key = 'initial.angular_velocity.1', distribution = 'grid', low = 0, high = 1, points = 3 /
 &vary key = 'initial.angular_velocity.3', distribution = 'grid', low = 0, high = 2, points = 4 /
@@ -60,7 +60,7 @@ class Chaos(CommandLineTest):
         # A row is what a run to there comes to.
         self.succeed("run", "chaos.nml", "--quiet", "--set", "integrator.end_time=50", "--output", "short.csv")
         self.assertEqual(self.rows_of("short.csv")[-1], rows[5])
-        self.write("chaos.nml", text + "&tangent /\n")
+        self.write("chaos.nml", text + "&chaos /\n")
         self.succeed("run", "chaos.nml", "--quiet")
         self.assertEqual(list(self.rows_of("chaos.csv")[0])[5:], ["lyapunov", "megno", "fli"])
 
@@ -75,7 +75,7 @@ class Chaos(CommandLineTest):
         for row, steps in zip(self.rows_of("inside.csv"), (0, 12, 30, 30, 49)):
             self.assertEqual([row[name] for name in names], [ends[steps][name] for name in names])
         adaptive = text.replace("'fli', ", "'fli', interval = 0.7").replace("formulation = 'reduced', time_step = 0.1",
-                                                                            "method = 'rk8', local_tolerance = 1e-6") + "&tangent /\n"
+                                                                            "method = 'rk8', local_tolerance = 1e-6") + "&chaos /\n"
         self.write("adaptive.nml", adaptive)
         self.succeed("run", "adaptive.nml", "--quiet", "--set", "integrator.end_time=5")
         self.write("steps.nml", adaptive.replace(", interval = 0.7", ""))
@@ -137,13 +137,13 @@ class Chaos(CommandLineTest):
         self.assertEqual(self.read("kept.gp").count("set label 1 "), 1)
 
     def test_an_accuracy_gets_a_method_with_columns(self):
-        self.write("chaos.nml", TOP + "&tangent /\n")
+        self.write("chaos.nml", TOP + "&chaos /\n")
         page = self.succeed("run", "chaos.nml", "--set", "integrator.accuracy=1e-6", "--set", "integrator.formulation='reduced'",
                             "--set", "integrator.end_time=50", "--set", "output.interval=10").stderr
         self.assertGreater(number(page, "FLI"), 2)
 
     def test_rows_of_a_sweep_have_fields_whatever_way_they_came_about(self):
-        self.write("map.nml", TOP.replace("200 /", "20 /") + "&tangent momentum_scale = 1 /\n" + GRID +
+        self.write("map.nml", TOP.replace("200 /", "20 /") + "&chaos momentum_scale = 1 /\n" + GRID +
                    "&event name = 'flip', when = 'q0', crosses = 0.0 /\n")
         self.succeed("sweep", "map.nml", "--quiet", "--csv", "map.csv")
         whole = self.bytes_of("map.npy")
@@ -155,7 +155,7 @@ class Chaos(CommandLineTest):
             self.succeed("sweep", "map.nml", "--quiet", "--output", "again.npy", "--set", f"ensemble.chunk={chunk}",
                          *(("--threads", "2") if "threads" in self.succeed("--version").stdout else ()))
             self.assertEqual(self.bytes_of("again.npy"), whole)
-        self.write("one.nml", TOP.replace("200 /", "20 /") + "&tangent momentum_scale = 1 /\n")
+        self.write("one.nml", TOP.replace("200 /", "20 /") + "&chaos momentum_scale = 1 /\n")
         page = self.succeed("run", "one.nml", "--set", "initial.angular_velocity=0.5,-0.3,2").stderr
         self.assertAlmostEqual(rows[7][-3], number(page, "Lyapunov exponent"), delta=1e-5)
         self.assertAlmostEqual(rows[7][-1], number(page, "FLI"), delta=1e-4)
@@ -182,19 +182,21 @@ class Chaos(CommandLineTest):
 
     def test_what_has_no_columns_is_refused_with_the_line(self):
         for change, says in (
-                ("&tangent exponents = 2 /", "chaos.nml:6: exponents is neither 1 nor 6 (expected 1, the largest"),
-                ("&tangent every = 101 /", "chaos.nml:6: every is too large (expected 1 to 100 steps)"),
-                ("&tangent vector = 0, 0, 0, 0, 0, 0 /", "chaos.nml:6: vector")):
+                ("&chaos exponents = 2 /", "chaos.nml:6: exponents is neither 1 nor 6 (expected 1, the largest"),
+                ("&chaos every = 101 /", "chaos.nml:6: every is too large (expected 1 to 100 steps)"),
+                ("&chaos vector = 0, 0, 0, 0, 0, 0 /", "chaos.nml:6: vector")):
             with self.subTest(change=change):
                 self.write("chaos.nml", TOP + change + "\n")
                 self.fail_with(2, "run", "chaos.nml", says=[says])
-        self.write("chaos.nml", TOP.replace("0.4, -0.3, 0.5 /", "0, 0, 0 /") + "&tangent /\n")
-        self.fail_with(2, "run", "chaos.nml", says=["a body at rest has no scale of momentum (expected momentum_scale in &tangent)"])
-        self.succeed("run", "chaos.nml", "--set", "tangent.momentum_scale=1")
+        self.write("chaos.nml", TOP + "&tangent exponents = 6 /\n")
+        self.fail_with(2, "run", "chaos.nml", says=["chaos.nml:6: &tangent is now &chaos"])
+        self.write("chaos.nml", TOP.replace("0.4, -0.3, 0.5 /", "0, 0, 0 /") + "&chaos /\n")
+        self.fail_with(2, "run", "chaos.nml", says=["a body at rest has no scale of momentum (expected momentum_scale in &chaos)"])
+        self.succeed("run", "chaos.nml", "--set", "chaos.momentum_scale=1")
         self.write("plain.nml", TOP.replace("'angular_velocity'", "'megno'"))
-        self.fail_with(2, "run", "plain.nml", says=["plain.nml:5: columns 'megno' need indicators of chaos (expected &tangent)"])
-        self.write("chaos.nml", TOP.replace("'angular_velocity'", "'megno'") + "&tangent /\n" + GRID)
+        self.fail_with(2, "run", "plain.nml", says=["plain.nml:5: columns 'megno' need indicators of chaos (expected &chaos)"])
+        self.write("chaos.nml", TOP.replace("'angular_velocity'", "'megno'") + "&chaos /\n" + GRID)
         for command in ("sweep", "cost"):
             self.fail_with(2, command, "chaos.nml", says=["chaos.nml:5: only nutate run writes sensitivities, covariances and indicators"])
-        self.write("chaos.nml", TOP + "&tangent /\n&event when = 'megno', crosses = 3 /\n")
+        self.write("chaos.nml", TOP + "&chaos /\n&event when = 'megno', crosses = 3 /\n")
         self.fail_with(2, "run", "chaos.nml", says=["chaos.nml:7: "])

@@ -13,7 +13,7 @@ REFERENCE = ROOT / "docs" / "reference"
 PARTS = {"scene": "nutate_scene_labels", "body": "nutate_scene_body", "initial": "nutate_scene_initial",
          "integrator": "nutate_scene_integrator", "output": "nutate_scene_output", "event": "nutate_scene_events",
          "ensemble": "nutate_scene_ensemble", "vary": "nutate_scene_vary", "free": "nutate_scene_free", "measurement": "nutate_scene_measurement",
-         "fit": "nutate_scene_fit", "tangent": "nutate_scene_tangent", "frame": "nutate_scene_frame"}
+         "fit": "nutate_scene_fit", "chaos": "nutate_scene_chaos", "frame": "nutate_scene_frame"}
 # What every effect has.
 COMMON = ("name", "on")
 

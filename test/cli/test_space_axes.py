@@ -177,7 +177,7 @@ class SpaceAxes(CommandLineTest):
 
     def test_sweeps_and_exponents_are_the_same(self):
         self.write_both("&ensemble members = 5, seed = 3 /\n&vary key = 'initial.angular_velocity', distribution = 'normal', sigma = 3*2e-4 /\n"
-                        "&tangent exponents = 1 /\n&integrator order = 6, time_step = 40, end_time = 8000 /\n"
+                        "&chaos exponents = 1 /\n&integrator order = 6, time_step = 40, end_time = 8000 /\n"
                         "&output columns = 'angular_velocity' /\n")
         found = []
         for frame in ("inertial", "lvlh"):

@@ -297,7 +297,7 @@ contains
                        "' (expected others)", 'columns')
       else if (.not. is_by_free(set%propagated)) then
          if (propagated%exponents == 0) status = fail(NUTATE_BAD_ARGUMENT, "columns '"//trim(set%name)//"' need "// &
-                                                   'indicators of chaos (expected &tangent)', 'columns')
+                                                   'indicators of chaos (expected &chaos)', 'columns')
       else if (size(propagated%names) == 0) then
          status = fail(NUTATE_BAD_ARGUMENT, "columns '"//trim(set%name)//"' need free numbers (expected &free)", &
                        'columns')

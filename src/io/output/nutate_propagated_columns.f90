@@ -1,5 +1,5 @@
 !> The columns of a history by what a run propagates. By the free numbers of a scene: the derivatives of attitude,
-!> angular velocity and momenta of wheels by each of them, and what their standard deviations come to. By `&tangent`:
+!> angular velocity and momenta of wheels by each of them, and what their standard deviations come to. By `&chaos`:
 !> the indicators of chaos.
 !>
 !> With J the derivatives of rotation vector and angular velocity and Σ the diagonal matrix of the squared standard

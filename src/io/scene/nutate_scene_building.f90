@@ -23,7 +23,7 @@ submodule(nutate_scene) nutate_scene_building
    use nutate_scene_output, only: output_keys, build_output
    use nutate_scene_override, only: apply_override
    use nutate_scene_table, only: read_table, time_units
-   use nutate_scene_tangent, only: build_tangent, check_tangent, tangent_keys
+   use nutate_scene_chaos, only: build_chaos, check_chaos, chaos_keys
    use nutate_scene_vary, only: vary_keys
    use nutate_spelling, only: lower_case
    use nutate_status, only: fail, NUTATE_BAD_SCENE, NUTATE_IO
@@ -33,7 +33,7 @@ submodule(nutate_scene) nutate_scene_building
    !> Groups that are no effects.
    character(len=name_length), parameter :: fixed_parts(13) = [character(len=name_length) :: &
       'scene', 'body', 'initial', 'integrator', 'output', 'event', 'ensemble', 'vary', 'free', 'measurement', 'fit', &
-      'tangent', 'frame']
+      'chaos', 'frame']
    !> Parts of a scene, each with those before it: its start, its body without effects, body and effects, the whole.
    integer, parameter :: ITS_START = 1, ITS_BODY = 2, ITS_MOTION = 3, ALL_OF_IT = 4
 
@@ -76,7 +76,7 @@ contains
          call build_fit(scene%groups, kinds, path, scene%labels, scene%system, scene%initial, scene%plan%end_time, &
                         scene%fit, error)
       if (.not. error%raised .and. scene%chaos%exponents > 0) &
-         call check_tangent(first_group(scene%groups, 'tangent'), scene%system, scene%initial, scene%plan, &
+         call check_chaos(first_group(scene%groups, 'chaos'), scene%system, scene%initial, scene%plan, &
                             scene%integrator, error)
       message = ''
       if (.not. error%raised) return
@@ -104,7 +104,7 @@ contains
       kinds(10)%keys = measurement_keys()
       kinds(10)%repeatable = .true.
       kinds(11)%keys = fit_keys()
-      kinds(12)%keys = tangent_keys()
+      kinds(12)%keys = chaos_keys()
       kinds(13)%keys = frame_keys
       kinds(13)%repeatable = .true.
       kinds(2:4)%required = .true.
@@ -162,8 +162,8 @@ contains
       call build_events(scene%groups, scene%system%effects, scene%plan%goal%accuracy, scene%events, error)
       if (error%raised) return
       call find_need_of_attitude(scene)
-      if (place_of(scene%groups, 'tangent') > 0) &
-         call build_tangent(first_group(scene%groups, 'tangent'), scene%plan, scene%chaos, scene%integrator, error)
+      if (place_of(scene%groups, 'chaos') > 0) &
+         call build_chaos(first_group(scene%groups, 'chaos'), scene%plan, scene%chaos, scene%integrator, error)
    end subroutine build_scene
 
    !> Gives the output its epoch where it has dates. Raises an error where there is no epoch.
@@ -369,7 +369,7 @@ contains
       propagated%names = pack(scene%groups%name, scene%groups%name == 'free')
       propagated%sigma = pack([(merge(1.0_wp, 0.0_wp, scene%groups(i)%has('sigma')), i=1, size(scene%groups))], &
                            scene%groups%name == 'free')
-      propagated%exponents = merge(1, 0, any(scene%groups%name == 'tangent'))
+      propagated%exponents = merge(1, 0, any(scene%groups%name == 'chaos'))
       call columns%choose(scene%output%columns, status, effects=scene%system%effects, propagated=propagated)
       if (.not. status%ok()) call error%raise_status(group%line_of('columns'), status)
    end subroutine check_columns

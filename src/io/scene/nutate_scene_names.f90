@@ -3,7 +3,7 @@ module nutate_scene_names
    use nutate_keys, only: group_kind_t, name_length
    use nutate_printable, only: quoted
    use nutate_scene_error, only: scene_error_t
-   use nutate_spelling, only: comma_list, lower_case, nearest_name
+   use nutate_spelling, only: comma_list, lower_case, nearest_name, new_name
    implicit none
    private
 
@@ -25,6 +25,8 @@ contains
             if (kinds(kind)%name == lower_case(name)) return
          end do
       end if
+      if (new_name(name, group_names(kinds)) /= '') &
+         call error%raise(line, '&'//lower_case(name)//' is now &'//new_name(name, group_names(kinds)))
       call error%raise(line, 'unknown group '//quoted(name), expected=comma_list(group_names(kinds)), &
                        nearest=nearest_name(name, group_names(kinds)))
    end subroutine find_kind

@@ -21,7 +21,7 @@ module nutate_scene_target
    character(len=*), parameter :: form = 'GROUP.KEY, GROUP.N.KEY, GROUP.KEY.I or GROUP.N.KEY.I'
    !> Groups that say nothing about the motion.
    character(len=*), parameter :: no_motion(9) = [character(len=11) :: &
-      'output', 'scene', 'ensemble', 'vary', 'free', 'measurement', 'fit', 'tangent', 'frame']
+      'output', 'scene', 'ensemble', 'vary', 'free', 'measurement', 'fit', 'chaos', 'frame']
 
 contains
 

@@ -1,5 +1,5 @@
-!> `&tangent`: the indicators of chaos that a run follows.
-module nutate_scene_tangent
+!> `&chaos`: the indicators of chaos that a run follows.
+module nutate_scene_chaos
    use nutate_admissible, only: ANY_DIRECTION, POSITIVE
    use nutate_chaos, only: chaos_settings_t, longest_interval, most_exponents
    use nutate_variation, only: variation_t
@@ -17,22 +17,22 @@ module nutate_scene_tangent
    implicit none
    private
 
-   public :: tangent_keys, build_tangent, check_tangent
+   public :: chaos_keys, build_chaos, check_chaos
 
 contains
 
-   !> Keys of the scene group `&tangent`.
-   pure function tangent_keys() result(keys)
+   !> Keys of the scene group `&chaos`.
+   pure function chaos_keys() result(keys)
       type(key_t) :: keys(4)
       keys = [key_t(name='exponents', kind=KEY_INTEGER, range=POSITIVE, default='1'), &
               key_t(name='vector', least=6, most=6, range=ANY_DIRECTION, default='1, 1, 1, 1, 1, 1'), &
               key_t(name='momentum_scale', range=POSITIVE), &
               key_t(name='every', kind=KEY_INTEGER, range=POSITIVE, default='1')]
-   end function tangent_keys
+   end function chaos_keys
 
    !> What a run is to follow. Adaptive steps whose method the scene leaves open get one that has tangent
    !> columns.
-   subroutine build_tangent(group, plan, chaos, settings, error)
+   subroutine build_chaos(group, plan, chaos, settings, error)
       type(group_t), intent(in) :: group
       type(run_plan_t), intent(in) :: plan
       type(chaos_settings_t), intent(out) :: chaos
@@ -50,10 +50,10 @@ contains
       else if (chaos%every > longest_interval) then
          call error%raise(group%line_of('every'), 'every is too large', expected='1 to 100 steps')
       end if
-   end subroutine build_tangent
+   end subroutine build_chaos
 
    !> Raises an error where the motion or the method has no sensitivities: takes a step with one.
-   subroutine check_tangent(group, system, state, plan, settings, error)
+   subroutine check_chaos(group, system, state, plan, settings, error)
       type(group_t), intent(in) :: group
       type(system_t), intent(in) :: system
       !> The start.
@@ -64,12 +64,12 @@ contains
       !> Of the end time, where steps are adaptive.
       real(wp), parameter :: part_of_run = 1e-6_wp
       class(stepper_t), allocatable :: stepper
-      type(variation_t) :: column
+      type(variation_t) :: variation
       type(tangent_t) :: tangent
       type(state_t) :: after
       type(status_t) :: status
       real(wp) :: dt
-      call tangent%begin(system, state, [column], status)
+      call tangent%begin(system, state, [variation], status)
       if (status%ok()) call make_stepper(system, settings, stepper, status)
       if (status%ok()) then
          dt = plan%time_step
@@ -81,6 +81,6 @@ contains
          call stepper%propagate(system, state, after, dt, state%t + 0.5_wp*dt, tangent, status)
       end if
       if (.not. status%ok()) call error%raise_status(group%line, status)
-   end subroutine check_tangent
+   end subroutine check_chaos
 
-end module nutate_scene_tangent
+end module nutate_scene_chaos
