@@ -308,7 +308,7 @@ contains
       end if
    end subroutine write_number
 
-   !> What `accuracy` takes with the method of `auto`, pilots included, the error it achieves, and its time over the
+   !> What `accuracy` takes with the method of `auto`, trial runs included, the error it achieves, and its time over the
    !> best of ours for that error.
    subroutine write_accuracies(problem, exact, ways)
       type(problem_t), intent(in) :: problem

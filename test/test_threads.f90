@@ -188,7 +188,7 @@ contains
       self%work = record%work
    end subroutine keep_work
 
-   !> True where two states are the same to the last bit, signs of zero and carried digits included.
+   !> True where two states are the same to the last bit, signs of zero and compensations included.
    elemental logical function same_bits(a, b)
       type(state_t), intent(in) :: a, b
       same_bits = all(transfer([a%q, a%p, a%q_compensation, a%p_compensation, a%t], [0_int64]) == &

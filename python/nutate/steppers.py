@@ -67,7 +67,7 @@ class Stepper(SatelliteState):
         self._sets: Optional[tuple[str, ...]] = None
         self._names: Optional[list[str]] = None
         self._events: list[tuple[tuple[Any, ...], dict[str, Any]]] = []
-        self._carried: dict[str, tuple[Any, Any, tuple[Any, ...]]] = {}
+        self._propagated: dict[str, tuple[Any, Any, tuple[Any, ...]]] = {}
         self.set(**settings)
 
     def __repr__(self) -> str:
@@ -104,7 +104,7 @@ class Stepper(SatelliteState):
         self._call("nutate_stepper_save", None, 0, ctypes.byref(needed))
         saved = ctypes.create_string_buffer(needed.value)
         self._call("nutate_stepper_save", saved, needed.value, None)
-        return restored, (self._source, self._settings, self._sets, self._events, self._carried, saved.raw)
+        return restored, (self._source, self._settings, self._sets, self._events, self._propagated, saved.raw)
 
     def set_state(self, q: Any = None, omega: Optional[npt.ArrayLike] = None, t: float = 0.0, *,
                   xyzw: Optional[npt.ArrayLike] = None, frame: str = "body") -> None:
@@ -180,19 +180,19 @@ class Stepper(SatelliteState):
         """Lets runs from now on propagate derivatives by the numbers of &free of a scene of the same body and effects, each from its
         start: the columns of the set "sensitivities" show them."""
         self._call("nutate_stepper_differentiate", scene._handle)
-        self._carry("differentiate", scene)
+        self._propagate("differentiate", scene)
 
     def follow_chaos(self, scene: Scene) -> None:
         """Lets runs from now on follow the indicators of chaos of &chaos of a scene, each from its start: the history that
         `run_to` returns has them, and the columns of the sets "lyapunov", "megno" and "fli" show them. A stepper of a scene
         follows those of that."""
         self._call("nutate_stepper_follow_chaos", scene._handle)
-        self._carry("follow_chaos", scene)
+        self._propagate("follow_chaos", scene)
 
-    def _carry(self, name: str, scene: Scene) -> None:
+    def _propagate(self, name: str, scene: Scene) -> None:
         """Notes a call for copies."""
         self._names = None
-        self._carried = {**self._carried, name: (type(scene), scene._given, tuple(scene._additions))}
+        self._propagated = {**self._propagated, name: (type(scene), scene._given, tuple(scene._additions))}
 
     def add_event(self, when: Union[str, Sequence[str], Callable[..., float]], name: Optional[str] = None, *,
                   crosses: Optional[float] = None, extremum: Optional[str] = None, direction: Optional[int] = None,
@@ -356,13 +356,13 @@ class Stepper(SatelliteState):
 
 
 def restored(source: Any, settings: dict[str, Any], sets: Optional[tuple[str, ...]],
-             events: list[tuple[tuple[Any, ...], dict[str, Any]]], carried: dict[str, tuple[Any, Any, tuple[Any, ...]]],
+             events: list[tuple[tuple[Any, ...], dict[str, Any]]], propagated: dict[str, tuple[Any, Any, tuple[Any, ...]]],
              saved: bytes) -> Stepper:
     """A stepper made as another one was, and put where that was saved."""
     kind, given, additions = source
     with make_again(kind, given, additions) as made:
         stepper = Stepper(made, **settings)
-    for name, recipe in carried.items():
+    for name, recipe in propagated.items():
         with make_again(*recipe) as scene:
             getattr(stepper, name)(scene)
     if sets is not None:

@@ -124,7 +124,6 @@ contains
       type(state_t) :: before
       type(mark_t) :: mark
       type(root_search_t), allocatable :: searches(:)
-
       next_poll = poll_after(progress, policy)
       over = is_over(progress)
       watches = .false.
@@ -160,8 +159,8 @@ contains
          if (allocated(progress%tangent)) call propagate_sensitivities(progress, policy, system, before, status)
          if (status%code /= 0) return
          if (present(observer)) then
-            call observe_step(progress, policy, system, watched, progress%summary%steps /= steps, over, observer, &
-               status)
+            call observe_step(progress, policy, system, watched, over .or. progress%summary%steps /= steps, over, &
+                              observer, status)
             if (tries_of(progress) >= next_poll .and. status%code == 0 .and. .not. is_switch_due(progress)) then
                next_poll = poll_after(progress, policy)
                call observer%poll(fraction_done(progress), status)
@@ -307,7 +306,7 @@ contains
       logical, intent(in) :: ends, over
       class(observer_t), intent(inout) :: observer
       type(status_t), intent(inout) :: status
-      if (ends .or. over) then
+      if (ends) then
          call finish_step(progress, policy, system, watched, over, observer, status)
       else if (abs(progress%state%t - watched) > 0.0_wp) then
          call finish_part(progress, policy, system, watched, observer, status)

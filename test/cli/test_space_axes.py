@@ -118,9 +118,9 @@ class SpaceAxes(CommandLineTest):
                         self.assertAlmostEqual(at[f"q{i}"], sign * q[i], delta=bound)
                     for i in (1, 2, 3):
                         self.assertAlmostEqual(at[f"omega{i}"], there[f"omega{i}"], delta=bound * 10 * orbit.rate)
-                    rotated = rotated(orbit.axes(at["t"]), [there[f"l_{x}"] for x in "xyz"])
+                    seen = rotated(orbit.axes(at["t"]), [there[f"l_{x}"] for x in "xyz"])
                     size = 500 * orbit.rate
-                    for x, l in zip("xyz", rotated):
+                    for x, l in zip("xyz", seen):
                         self.assertAlmostEqual(at[f"l_{x}"], l, delta=bound * size)
                     self.assertAlmostEqual(at["total"], there["total"], delta=bound * size * orbit.rate)
                     # The balance closes in both axes, by the work of the potential in inertial ones: the change of ω·l.

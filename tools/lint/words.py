@@ -2,7 +2,7 @@
 """Finds words of this project's own in user-facing text, and names the field's term for each (words.tsv beside this file).
 
 Read are README, CHANGELOG, docs, the C headers, docstrings of the Python package, and of Fortran sources the `!>` comments and
-the texts between quotes.
+the texts between quotes. Words that no identifier, and no comment, of the sources may have are listed below.
     python3 tools/lint/words.py [FILE]...     all of them unless named; exit status 1 if a phrase is found
 """
 
@@ -16,6 +16,10 @@ FILES = ("README.md", "CHANGELOG.md", "docs/*.md", "include/*.h", "python/README
          "src/*.f90", "mpi/app/*.f90")
 # Where former names are listed, to be rejected with the present ones; and what 0.1.0 was released with.
 EXEMPT = ("src/core/nutate_spelling.f90", "docs/public-api.txt")
+SOURCES = ("src", "app", "mpi", "include", "python", "test", "bench", "example", "link")
+# Words of no identifier: each with the field's word.
+PRIVATE = {"lean": "specialised", "pilot": "trial run", "carried": "propagated", "crew": "workers", "desk": "lane buffer", "shelf": "cache",
+           "hunt": "root search", "whom": "poll, callback", "judge": "accept"}
 QUOTED = re.compile(r"'(?:[^']|'')*'|\"[^\"]*\"")
 
 
@@ -37,6 +41,21 @@ def user_text(path, line):
     return " ".join(QUOTED.findall(line))
 
 
+def private_words():
+    """Prints each word of the sources that has a private word as a part; returns their number."""
+    pattern = re.compile(r"(?:(?<=_)|(?<![a-z0-9]))(" + "|".join(PRIVATE) + r")s?(?![a-z0-9])", re.IGNORECASE)
+    tracked = subprocess.run(["git", "ls-files", "--", *SOURCES], cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    found = 0
+    for name in tracked.split():
+        if not name.endswith((".f90", ".inc", ".f", ".c", ".h", ".py")):
+            continue
+        for number, line in enumerate((ROOT / name).read_text(encoding="utf-8").splitlines(), 1):
+            for word in pattern.findall(line):
+                print(f"{name}:{number}: '{word}' (write: {PRIVATE[word.lower()]})")
+                found += 1
+    return found
+
+
 def main():
     words = list(phrases())
     tracked = subprocess.run(["git", "ls-files", "--", *FILES], cwd=ROOT, capture_output=True, text=True, check=True).stdout
@@ -50,6 +69,8 @@ def main():
                 if pattern.search(user_text(path, line)):
                     print(f"{name}:{number}: '{phrase}' (write: {better})")
                     found += 1
+    if not sys.argv[1:]:
+        found += private_words()
     return 1 if found else 0
 
 

@@ -237,10 +237,9 @@ contains
 
       do i = 1, size(names)
          if (any(column_sets%name == names(i))) then
-            if (present(effects)) call check_available(column_sets(findloc(column_sets%name, names(i), dim=1)), &
-               effects, &
-                                                   status)
-            if (status%ok()) call check_carried(column_sets(findloc(column_sets%name, names(i), dim=1)), status, &
+            if (present(effects)) call check_available( &
+               column_sets(findloc(column_sets%name, names(i), dim=1)), effects, status)
+            if (status%ok()) call check_propagated(column_sets(findloc(column_sets%name, names(i), dim=1)), status, &
                                                     propagated)
             if (.not. status%ok()) return
             cycle
@@ -287,7 +286,7 @@ contains
 
    !> Errors: `NUTATE_BAD_ARGUMENT` for a set of derivatives where nothing is free, for one of standard deviations where
    !> no free number has one, and for indicators of chaos that nothing follows.
-   subroutine check_carried(set, status, propagated)
+   subroutine check_propagated(set, status, propagated)
       type(column_set_t), intent(in) :: set
       type(status_t), intent(inout) :: status
       type(propagated_t), intent(in), optional :: propagated
@@ -305,7 +304,7 @@ contains
          status = fail(NUTATE_BAD_ARGUMENT, "columns '"//trim(set%name)//"' need standard deviations (expected "// &
                        'sigma in &free)', 'columns')
       end if
-   end subroutine check_carried
+   end subroutine check_propagated
 
    !> What to write in the place of an unknown name.
    pure function hint(nearest) result(text)
