@@ -13,7 +13,6 @@ module nutate_run_summary
    use nutate_notes, only: note_t
    use nutate_periodic_words, only: add_periodic
    use nutate_printable, only: printable_path
-   use nutate_controller, only: controller_t, BY_MAGNETORQUERS, BY_WHEELS
    use nutate_run, only: run_t
    use nutate_run_plan, only: run_plan_t
    use nutate_run_watcher, only: run_watcher_t
@@ -241,21 +240,16 @@ contains
    !> across it. Zero elsewhere; shape (3).
    pure function field_of_magnetorquers(effects) result(b)
       type(effect_list_t), intent(in) :: effects
-      real(wp) :: b(3)
-      logical :: alone
+      real(wp) :: b(3), field(3)
+      logical :: alone, found
       integer :: i
       b = 0.0_wp
       alone = .not. effects%frame_turns .and. effects%n_potentials + effects%n_off == 0
       do i = 1, effects%n_torques
-         select type (torque => effects%torques(i)%item)
-         class is (controller_t)
-            if (torque%by == BY_WHEELS) cycle
-            if (.not. norm2(b) > 0.0_wp) b = torque%field
-            alone = alone .and. torque%by == BY_MAGNETORQUERS .and. .not. torque%follows_earth .and. &
-                    all(abs(torque%field - b) <= 0.0_wp)
-         class default
-            alone = .false.
-         end select
+         if (effects%torques(i)%item%drives_wheels()) cycle
+         call effects%torques(i)%item%own_field(field, found)
+         if (.not. norm2(b) > 0.0_wp) b = field
+         alone = alone .and. found .and. all(abs(field - b) <= 0.0_wp)
       end do
       if (.not. alone) b = 0.0_wp
    end function field_of_magnetorquers

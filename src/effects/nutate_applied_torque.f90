@@ -60,6 +60,8 @@ module nutate_applied_torque
       procedure :: has_axis => torque_has_axis
       procedure :: parameters => applied_parameters
       procedure :: torque_change => applied_change
+      procedure :: drive_parameters => parameters_of_motor
+      procedure :: drive_change => change_of_motor
    end type applied_torque_t
 
 contains
@@ -289,6 +291,20 @@ contains
    end function torque_is_valid
 
    !> τ₀, f and phase. Those of a force in body axes are that of its torque.
+   pure function parameters_of_motor(self) result(list)
+      class(applied_torque_t), intent(in) :: self
+      type(parameter_t), allocatable :: list(:)
+      list = [parameter_t('torque'), parameter_t('frequency'), parameter_t('phase')]
+   end function parameters_of_motor
+
+   !> Returns the change of `parameters`: the torque of a motor is component 1.
+   pure function change_of_motor(self, change) result(of_torque)
+      class(applied_torque_t), intent(in) :: self
+      real(wp), intent(in) :: change(:)
+      real(wp), allocatable :: of_torque(:)
+      of_torque = [change(1), 0.0_wp, 0.0_wp, change(2:)]
+   end function change_of_motor
+
    pure function applied_parameters(self) result(list)
       class(applied_torque_t), intent(in) :: self
       type(parameter_t), allocatable :: list(:)

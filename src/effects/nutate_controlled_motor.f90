@@ -17,14 +17,6 @@ module nutate_controlled_motor
       type(controller_t) :: controller = controller_t()
       !> Which wheel.
       integer :: wheel = 1
-      !> Limit of its torque, N m.
-      real(wp) :: limit = huge(1.0_wp)
-      !> 1: what the law asks for is above the limit; -1: below that under zero; 0: neither.
-      integer :: saturated = 0
-      !> 1: the wheel has come to the limit of its speed; -1: to that below zero; 0: neither. The law asks to push it
-      !> further, and the motor gives nothing.
-      integer :: at_limit = 0
-      logical :: blocked = .false.
    contains
       procedure :: torque => motor_torque
       procedure :: window => motor_window
@@ -32,21 +24,58 @@ module nutate_controlled_motor
       procedure :: torque_change => motor_change
       procedure :: follows => motor_follows
       procedure :: thin_table => thin_paths
-      !> What the law asks for.
       procedure :: command
+      procedure :: n_limited => one_component
+      procedure :: is_law => always_law
+      procedure :: hold_sense => hold_sense_of_law
+      procedure :: shift => shift_law
+      procedure :: own_window => no_window_of_its_own
    end type controlled_motor_t
 
 contains
 
    !> Returns the torque that the control law commands from this motor, before its limit, N m.
-   pure real(wp) function command(self, t, q, omega)
+   pure function command(self, t, q, omega)
       class(controlled_motor_t), intent(in) :: self
       !> s.
       real(wp), intent(in) :: t
       !> Attitude, unit quaternion, body→space, and Ω against the space axes, body axes, rad/s; shapes (4), (3).
       real(wp), intent(in) :: q(4), omega(3)
-      command = dot_product(self%controller%share(:, self%wheel), self%controller%law_torque(t, q, omega))
+      real(wp) :: command(3)
+      command = [dot_product(self%controller%share(:, self%wheel), self%controller%law_torque(t, q, omega)), &
+                 0.0_wp, 0.0_wp]
    end function command
+
+   pure integer function one_component(self)
+      class(controlled_motor_t), intent(in) :: self
+      one_component = 1
+   end function one_component
+
+   pure logical function always_law(self)
+      class(controlled_motor_t), intent(in) :: self
+      always_law = .true.
+   end function always_law
+
+   pure subroutine hold_sense_of_law(self, sense)
+      class(controlled_motor_t), intent(inout) :: self
+      integer, intent(in) :: sense
+      self%sense = sense
+      self%controller%sense = sense
+   end subroutine hold_sense_of_law
+
+   logical function shift_law(self, change)
+      class(controlled_motor_t), intent(inout) :: self
+      real(wp), intent(in) :: change(:)
+      shift_law = self%controller%shift(change)
+   end function shift_law
+
+   !> Returns all times: `start` and `stop` are numbers of the controller.
+   pure subroutine no_window_of_its_own(self, start, stop)
+      class(controlled_motor_t), intent(in) :: self
+      real(wp), intent(out) :: start, stop
+      start = -huge(1.0_wp)
+      stop = huge(1.0_wp)
+   end subroutine no_window_of_its_own
 
    pure function motor_torque(self, t, q, omega) result(tau)
       class(controlled_motor_t), intent(in) :: self
@@ -54,10 +83,10 @@ contains
       real(wp) :: tau(3)
       tau = 0.0_wp
       if (self%blocked) return
-      if (self%saturated /= 0) then
-         tau(1) = self%saturated*self%limit
+      if (self%saturated(1) /= 0) then
+         tau(1) = self%saturated(1)*self%limit
       else
-         tau(1) = self%command(t, q, omega)
+         tau = self%command(t, q, omega)
       end if
    end function motor_torque
 
@@ -80,7 +109,7 @@ contains
       real(wp), intent(in) :: change(:), t, q(4), omega(3)
       real(wp) :: tau(3)
       tau = 0.0_wp
-      if (self%blocked .or. self%saturated /= 0) return
+      if (self%blocked .or. self%saturated(1) /= 0) return
       tau(1) = dot_product(self%controller%share(:, self%wheel), self%controller%law_change(change, t, q, omega))
    end function motor_change
 
@@ -93,8 +122,7 @@ contains
    !> Leaves out every second line of the table of the orbit.
    subroutine thin_paths(self)
       class(controlled_motor_t), intent(inout) :: self
-      call self%controller%orbit%path%thin_table()
-      call self%controller%earth%path%thin_table()
+      call self%controller%thin_table()
    end subroutine thin_paths
 
 end module nutate_controlled_motor

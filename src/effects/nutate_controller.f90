@@ -19,6 +19,7 @@
 !> one sample to the next: they are what runs set there (`hold`).
 module nutate_controller
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
+   use nutate_archive, only: archive_t
    use nutate_effect, only: GENERAL_SERIES, NO_SERIES, parameter_t, torque_t
    use nutate_geomagnetic_field, only: geomagnetic_field_t
    use nutate_kepler_orbit, only: kepler_orbit_t, n_elements
@@ -26,8 +27,9 @@ module nutate_controller
    use nutate_limits, only: attitude_tolerance, is_moderate, is_unit, least_step, most_wheels
    use nutate_orbit, only: orbit_t
    use nutate_quaternion, only: cross, quat_conjugate, quat_product, rotate_to_body
-   use nutate_saturation_count, only: saturation_count_t, side_of_limit
+   use nutate_saturation_count, only: side_of_limit
    use nutate_small_products, only: times_vector
+   use nutate_torque, only: transfer_torque
    implicit none
    private
 
@@ -54,15 +56,6 @@ module nutate_controller
       real(wp) :: field(3) = 0.0_wp
       logical :: follows_earth = .false.
       type(geomagnetic_field_t) :: earth = geomagnetic_field_t()
-      !> Sampling period, s; 0: the law acts continuously.
-      real(wp) :: sample = 0.0_wp
-      !> Of each component of torque or moment, N m or A m²; of motors see `wheel_t`.
-      real(wp) :: limit = huge(1.0_wp)
-      !> 1: a component that the law asks for at all times is above the limit; -1: below that under zero; 0: neither.
-      !> Found by runs, as events; shape (3).
-      integer :: saturated(3) = 0
-      !> sgn(e₀) as runs that watch over limits hold it between the zeros of e₀; 0: it follows e₀.
-      integer :: sense = 0
       !> s; samples are taken at whole periods behind the start, or behind t = 0 where there is none.
       real(wp) :: start = -huge(1.0_wp), stop = huge(1.0_wp)
       !> What is held: torque, N m, or moment, A m², body axes, shape (3); torque of each motor, N m, shape
@@ -73,10 +66,6 @@ module nutate_controller
       !> Number of samples of B-dot since it was switched on, at most 2; the last one first: times, s, B, body axes, T.
       integer :: n_fields = 0
       real(wp) :: field_times(2) = 0.0_wp, fields(3, 2) = 0.0_wp
-      !> How often a component of torque or moment has reached the limit; of motors see `wheel_t`.
-      type(saturation_count_t) :: saturations = saturation_count_t()
-      !> It was on at the last sample.
-      logical :: was_on = .false.
       !> The torque of motor i is share(:, i)·τ; set by `add_controller`; shape (3, most_wheels).
       real(wp) :: share(3, most_wheels) = 0.0_wp
    contains
@@ -94,20 +83,31 @@ module nutate_controller
       procedure :: follows => controller_follows
       !> Returns what a change of `parameters` makes of the commanded torque.
       procedure :: law_change
-      !> Adds a change of `parameters`.
       procedure :: shift
+      procedure :: n_limited => limited_components
+      procedure :: is_controller => always_controller
+      procedure :: is_pointing => has_target
+      procedure :: can_jump => jumps_with_sign
+      procedure :: limits_moment => acts_by_magnetorquers
+      procedure :: drives_wheels => acts_by_wheels
+      procedure :: lends_parameters => acts_by_motors
+      procedure :: follows_earth_field => uses_earth_field
+      procedure :: own_field => field_of_magnetorquers
+      procedure :: own_window => start_and_stop
+      procedure :: wheel_command => held_command
+      procedure :: commands_at
+      procedure :: thin_table => thin_paths
+      procedure :: transfer => transfer_controller
       !> Uses the field of the Earth for the magnetorquers.
       procedure :: follow
       !> Refers the target to the LVLH frame.
       procedure :: follow_orbit
-      !> Return the commanded torque, and the commanded torque or moment to which the limit applies.
+      !> Returns the commanded torque.
       procedure :: law_torque
       procedure :: command
-      !> Return e₀ with its sign, and the angle between attitude and target.
       procedure :: error_scalar, error_angle
       !> Returns the time of the next sample.
       procedure :: next_sample
-      !> Samples the control law and holds its command.
       procedure :: hold
    end type controller_t
 
@@ -581,10 +581,11 @@ contains
       if (self%follows_orbit) follows = follows .or. self%orbit%path%equals(path)
    end function controller_follows
 
-   !> Adds a change of `parameters`.
-   pure subroutine shift(self, change)
+   !> Adds a change of `parameters`; returns true.
+   logical function shift(self, change)
       class(controller_t), intent(inout) :: self
       real(wp), intent(in) :: change(:)
+      shift = .true.
       self%attitude_gain = self%attitude_gain + reshape(change(1:9), [3, 3])
       self%rate_gain = self%rate_gain + reshape(change(10:18), [3, 3])
       self%gain = self%gain + change(19)
@@ -595,7 +596,106 @@ contains
       call self%earth%path%shift(change(24:))
       self%earth%coefficients = self%earth%coefficients + change(31:33)
       self%earth%epoch_angle = self%earth%epoch_angle + change(34)
-   end subroutine shift
+   end function shift
+
+   !> Returns 3 where the limit applies to the components of a command that acts at all times; 0 by wheels, whose motors
+   !> have limits of their own, and by samples.
+   pure integer function limited_components(self) result(n)
+      class(controller_t), intent(in) :: self
+      n = merge(0, 3, self%by == BY_WHEELS .or. self%sample > 0.0_wp)
+   end function limited_components
+
+   pure logical function always_controller(self)
+      class(controller_t), intent(in) :: self
+      always_controller = .true.
+   end function always_controller
+
+   pure logical function has_target(self)
+      class(controller_t), intent(in) :: self
+      has_target = self%law == POINTING
+   end function has_target
+
+   pure logical function jumps_with_sign(self) result(jumps)
+      class(controller_t), intent(in) :: self
+      jumps = self%law == POINTING .and. .not. self%sample > 0.0_wp
+   end function jumps_with_sign
+
+   pure logical function acts_by_magnetorquers(self)
+      class(controller_t), intent(in) :: self
+      acts_by_magnetorquers = self%by == BY_MAGNETORQUERS
+   end function acts_by_magnetorquers
+
+   pure logical function acts_by_wheels(self)
+      class(controller_t), intent(in) :: self
+      acts_by_wheels = self%by == BY_WHEELS
+   end function acts_by_wheels
+
+   pure logical function acts_by_motors(self)
+      class(controller_t), intent(in) :: self
+      acts_by_motors = self%by == BY_WHEELS .and. .not. self%sample > 0.0_wp
+   end function acts_by_motors
+
+   pure logical function uses_earth_field(self)
+      class(controller_t), intent(in) :: self
+      uses_earth_field = self%follows_earth
+   end function uses_earth_field
+
+   pure subroutine field_of_magnetorquers(self, field, found)
+      class(controller_t), intent(in) :: self
+      real(wp), intent(out) :: field(3)
+      logical, intent(out) :: found
+      found = self%by == BY_MAGNETORQUERS .and. .not. self%follows_earth
+      field = 0.0_wp
+      if (found) field = self%field
+   end subroutine field_of_magnetorquers
+
+   pure subroutine start_and_stop(self, start, stop)
+      class(controller_t), intent(in) :: self
+      real(wp), intent(out) :: start, stop
+      start = self%start
+      stop = self%stop
+   end subroutine start_and_stop
+
+   pure real(wp) function held_command(self, wheel)
+      class(controller_t), intent(in) :: self
+      integer, intent(in) :: wheel
+      held_command = self%held_by_wheels(wheel)
+   end function held_command
+
+   !> Returns the command, zero while the controller does not act, and the torque or moment that is applied.
+   pure function commands_at(self, t, q, omega) result(commands)
+      class(controller_t), intent(in) :: self
+      real(wp), intent(in) :: t, q(4), omega(3)
+      real(wp) :: commands(6)
+      commands = 0.0_wp
+      if (self%sample > 0.0_wp) then
+         commands = [self%commanded, self%held]
+      else if (self%on .and. t >= self%start .and. t <= self%stop) then
+         commands(1:3) = self%command(t, q, omega)
+         commands(4:6) = cut_off(self, commands(1:3))
+      end if
+   end function commands_at
+
+   !> Leaves out every second line of the tables of orbits.
+   subroutine thin_paths(self)
+      class(controller_t), intent(inout) :: self
+      call self%orbit%path%thin_table()
+      call self%earth%path%thin_table()
+   end subroutine thin_paths
+
+   !> Writes or reads what the controller holds, and what of it is at a limit.
+   subroutine transfer_controller(self, archive)
+      class(controller_t), intent(inout) :: self
+      class(archive_t), intent(inout) :: archive
+      call transfer_torque(self, archive)
+      call archive%transfer(self%held)
+      call archive%transfer(self%held_by_wheels)
+      call archive%transfer(self%was_on)
+      call archive%transfer(self%commanded)
+      call archive%transfer(self%n_fields)
+      call archive%transfer(self%field_times)
+      call archive%transfer(self%fields)
+   end subroutine transfer_controller
 
    !> Change of the torque on the body; of what stands at the limit that of the limit.
    pure function controlling_change(self, change, t, q, omega) result(tau)

@@ -18,6 +18,8 @@ module nutate_dipole
 
    !> U(γ) = -m·γ with γ = Rᵀb.
    type, extends(linear_potential_t) :: dipole_t
+   contains
+      procedure :: own_field => field_of_dipole
    end type dipole_t
 
    !> A dipole in a field.
@@ -38,6 +40,15 @@ contains
       dipole%direction = field
       dipole%moment = moment
    end function new_dipole
+
+   !> Returns b.
+   pure subroutine field_of_dipole(self, field, found)
+      class(dipole_t), intent(in) :: self
+      real(wp), intent(out) :: field(3)
+      logical, intent(out) :: found
+      field = self%direction
+      found = .true.
+   end subroutine field_of_dipole
 
    !> Builds a dipole from its scene group. Returns no errors.
    subroutine build_dipole(group, body, effect, status)

@@ -36,6 +36,7 @@ module nutate_earth_field
       procedure :: direction_change_series => change_of_series
       procedure :: follows => field_follows
       procedure :: thin_table => thin_path
+      procedure :: is_earth_field => always_earth_field
    end type earth_field_t
 
    !> A moment in the Earth's field.
@@ -44,6 +45,12 @@ module nutate_earth_field
    end interface earth_field_t
 
 contains
+
+   !> Returns true.
+   pure logical function always_earth_field(self)
+      class(earth_field_t), intent(in) :: self
+      always_earth_field = .true.
+   end function always_earth_field
 
    !> Makes the potential -m·R(q)ᵀb(t) of a magnetic moment in the field of the Earth along an orbit.
    pure function new_earth_field(moment, field) result(effect)

@@ -1,5 +1,6 @@
 !> What all effects have in common: names and switches, and what is asked of each one.
 module nutate_effect_base
+   use nutate_archive, only: archive_t
    use nutate_effect_bounds, only: effect_bounds_t, linear_map_t
    use nutate_kepler_orbit, only: kepler_orbit_t
    use nutate_kinds, only: wp
@@ -65,6 +66,20 @@ module nutate_effect_base
       procedure :: follows => no_orbit
       !> Leaves out every second line of the table of an orbit that the effect follows; nothing unless overridden.
       procedure :: thin_table => no_table
+      !> Returns the times, s, between which the effect acts by numbers of its own; all times unless overridden.
+      procedure :: own_window => all_times
+      !> Returns a magnetic field of the effect's own, fixed in space axes, T; none unless overridden.
+      procedure :: own_field => no_field
+      !> Return true for the field of the Earth, and for an effect that acts in it; `.false.` unless overridden.
+      procedure :: is_earth_field => never
+      procedure :: follows_earth_field => never
+      !> Returns true for a controller whose torque the motors of wheels give; `.false.` unless overridden.
+      procedure :: drives_wheels => never
+      !> Returns true for a controller that acts at all times by the motors of wheels, which then have its parameters;
+      !> `.false.` unless overridden.
+      procedure :: lends_parameters => never
+      !> Writes or reads in checkpoint data what runs set; `on` unless extended.
+      procedure :: transfer => transfer_switch
    end type effect_t
 
    !> A rotor of constant momentum along body axes: L = JΩ + h, T = ½(L-h)ᵀJ⁻¹(L-h).
@@ -100,6 +115,38 @@ contains
    subroutine no_table(self)
       class(effect_t), intent(inout) :: self
    end subroutine no_table
+
+   !> Returns all times.
+   pure subroutine all_times(self, start, stop)
+      class(effect_t), intent(in) :: self
+      !> s.
+      real(wp), intent(out) :: start, stop
+      start = -huge(1.0_wp)
+      stop = huge(1.0_wp)
+   end subroutine all_times
+
+   !> Finds no magnetic field.
+   pure subroutine no_field(self, field, found)
+      class(effect_t), intent(in) :: self
+      !> Space axes, T; zero where there is none; shape (3).
+      real(wp), intent(out) :: field(3)
+      logical, intent(out) :: found
+      field = 0.0_wp
+      found = .false.
+   end subroutine no_field
+
+   !> Returns false.
+   pure logical function never(self)
+      class(effect_t), intent(in) :: self
+      never = .false.
+   end function never
+
+   !> Writes or reads whether the effect is on.
+   subroutine transfer_switch(self, archive)
+      class(effect_t), intent(inout) :: self
+      class(archive_t), intent(inout) :: archive
+      call archive%transfer(self%on)
+   end subroutine transfer_switch
 
    !> Returns true if the effect is symmetric about a body axis: its torque in axes that rotate with the body is the
    !> same function of γ, Ω and t in all axes that differ from them by a rotation about that axis, and its potential the

@@ -7,12 +7,9 @@ module nutate_effect_list
    use nutate_effect_bounds, only: effect_bounds_t, linear_map_t
    use nutate_geomagnetic_field, only: geomagnetic_field_t
    use nutate_kinds, only: wp
-   use nutate_controlled_motor, only: controlled_motor_t
-   use nutate_controller, only: controller_t, BY_WHEELS
    use nutate_moving_frame, only: moving_frame_t
    use nutate_orbit, only: orbit_t
    use nutate_rotating_frame, only: rotating_frame_t
-   use nutate_saturation_count, only: transfer_integers
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    use nutate_wheel, only: wheel_t
    implicit none
@@ -101,6 +98,8 @@ module nutate_effect_list
       procedure :: feeds_back_to_wheels
       !> Returns true if a controller drives the wheels, continuously or sampled.
       procedure :: controls_wheels
+      !> Returns what all sampled controllers command from the motor of a wheel.
+      procedure :: command_of_wheel
    end type effect_list_t
 
 contains
@@ -322,84 +321,44 @@ contains
       class(archive_t), intent(inout) :: archive
       integer :: i, place
       do i = 1, self%n_torques
-         call archive%transfer(self%torques(i)%item%on)
-         call transfer_held(self%torques(i)%item, archive)
+         call self%torques(i)%item%transfer(archive)
       end do
       do i = 1, self%n_wheels
-         call archive%transfer(self%wheels(i)%on)
-         call archive%transfer(self%wheels(i)%at_limit)
-         call archive%transfer(self%wheels(i)%command)
-         call self%wheels(i)%saturations%transfer(archive)
-         if (allocated(self%wheels(i)%motor)) call transfer_motor(self%wheels(i)%motor, archive)
+         call self%wheels(i)%transfer(archive)
       end do
       if (self%n_potentials + self%n_off == 0) return
       do place = 1, size(self%potentials)
          do i = 1, size(self%potentials)
-            if (self%potentials(i)%place == place) call archive%transfer(self%potentials(i)%item%on)
+            if (self%potentials(i)%place == place) call self%potentials(i)%item%transfer(archive)
          end do
       end do
       if (archive%is_reading()) call sort_potentials(self)
    end subroutine transfer_switches
 
-   !> Shows to an archive whether a motor is on, and at what limits.
-   subroutine transfer_motor(motor, archive)
-      class(torque_t), intent(inout) :: motor
-      class(archive_t), intent(inout) :: archive
-      call archive%transfer(motor%on)
-      select type (motor)
-      class is (controlled_motor_t)
-         call archive%transfer(motor%saturated)
-         call archive%transfer(motor%controller%sense)
-         call archive%transfer(motor%at_limit)
-         call archive%transfer(motor%blocked)
-      end select
-   end subroutine transfer_motor
-
-   !> Shows to an archive what a controller holds, and what of it is at a limit.
-   subroutine transfer_held(torque, archive)
-      class(torque_t), intent(inout) :: torque
-      class(archive_t), intent(inout) :: archive
-      select type (torque)
-      class is (controller_t)
-         call archive%transfer(torque%held)
-         call archive%transfer(torque%held_by_wheels)
-         call archive%transfer(torque%was_on)
-         call transfer_integers(torque%saturated, archive)
-         call archive%transfer(torque%sense)
-         call archive%transfer(torque%commanded)
-         call archive%transfer(torque%n_fields)
-         call archive%transfer(torque%field_times)
-         call archive%transfer(torque%fields)
-         call torque%saturations%transfer(archive)
-      end select
-   end subroutine transfer_held
-
    !> Returns true if a controller drives a wheel continuously, by feedback of the motion.
    pure logical function feeds_back_to_wheels(self)
       class(effect_list_t), intent(in) :: self
       integer :: i
-      feeds_back_to_wheels = .false.
-      do i = 1, self%n_wheels
-         if (.not. allocated(self%wheels(i)%motor)) cycle
-         select type (motor => self%wheels(i)%motor)
-         class is (controlled_motor_t)
-            feeds_back_to_wheels = .true.
-         end select
-      end do
+      feeds_back_to_wheels = any([(self%wheels(i)%has_law(), i=1, self%n_wheels)])
    end function feeds_back_to_wheels
 
    !> Returns true if a controller drives the wheels, continuously or sampled.
    pure logical function controls_wheels(self)
       class(effect_list_t), intent(in) :: self
       integer :: i
-      controls_wheels = .false.
-      do i = 1, self%n_torques
-         select type (controller => self%torques(i)%item)
-         class is (controller_t)
-            controls_wheels = controls_wheels .or. controller%by == BY_WHEELS
-         end select
-      end do
+      controls_wheels = any([(self%torques(i)%item%drives_wheels(), i=1, self%n_torques)])
    end function controls_wheels
+
+   !> Returns what all sampled controllers command from the motor of a wheel, N m.
+   pure real(wp) function command_of_wheel(self, wheel) result(command)
+      class(effect_list_t), intent(in) :: self
+      integer, intent(in) :: wheel
+      integer :: i
+      command = 0.0_wp
+      do i = 1, self%n_torques
+         command = command + self%torques(i)%item%wheel_command(wheel)
+      end do
+   end function command_of_wheel
 
    !> Sets bounds for the user-defined potential that was added last: with them the root of a step can be certified.
    !> They must hold for all |γ| ≤ |n|; a later call replaces them.
@@ -544,13 +503,7 @@ contains
          call self%potentials(i)%item%thin_table()
       end do
       do i = 1, self%n_torques
-         select type (torque => self%torques(i)%item)
-         class is (controller_t)
-            call torque%orbit%path%thin_table()
-            call torque%earth%path%thin_table()
-         class default
-            call torque%thin_table()
-         end select
+         call self%torques(i)%item%thin_table()
       end do
       do i = 1, self%n_wheels
          if (allocated(self%wheels(i)%motor)) call self%wheels(i)%motor%thin_table()

@@ -27,6 +27,7 @@ module nutate_linear_potential
       procedure :: series_kind => linear_kind
       procedure :: series_derivative => linear_series_derivative
       procedure :: series_change => linear_series_change
+      procedure :: is_linear => always_linear
       procedure :: series_moment => constant_moment
       procedure :: has_axis => linear_has_axis
       procedure :: parameters => linear_parameters
@@ -83,6 +84,12 @@ contains
       type(effect_bounds_t), intent(out) :: bounds
       bounds = bounds_of_linear(map, radius, self%moment, vector_length(self%direction))
    end subroutine linear_bound
+
+   !> Returns true: U = -m·γ.
+   pure logical function always_linear(self)
+      class(linear_potential_t), intent(in) :: self
+      always_linear = .true.
+   end function always_linear
 
    !> Returns `LINEAR_SERIES`: the torque is a constant times the series of γ.
    pure integer function linear_kind(self)

@@ -38,6 +38,8 @@ module nutate_potential
       !> Computes ∇̄U and its derivatives by both ends; by the two before unless overridden.
       procedure :: linearize => linearize_gradient
       procedure :: bound => bound_potential
+      !> Returns true for U = -m·γ, which has no curvature; `.false.` unless overridden.
+      procedure :: is_linear => not_linear
       !> Returns m of a linear series: the torque γ×∇U is m×γ; body axes.
       procedure :: series_moment => no_moment
       !> Computes a coefficient of a general series of γ×∇U.
@@ -198,6 +200,12 @@ contains
       real(wp), intent(in) :: delta(3), gamma(3)
       is_short = dot_product(delta, delta) <= eps**(2.0_wp/3)*dot_product(gamma, gamma)
    end function is_short
+
+   !> Returns false: U may be curved.
+   pure logical function not_linear(self)
+      class(potential_t), intent(in) :: self
+      not_linear = .false.
+   end function not_linear
 
    !> Returns m of a linear series, body axes, N m over the unit of n; shape (3). Here: zero.
    pure function no_moment(self) result(moment)

@@ -1,13 +1,15 @@
 !> Torques in body axes, which do work.
 module nutate_torque
-   use nutate_effect_base, only: effect_t
+   use nutate_archive, only: archive_t
+   use nutate_effect_base, only: effect_t, parameter_t
    use nutate_effect_bounds, only: bounds_of_torque, effect_bounds_t, linear_map_t
    use nutate_kinds, only: wp, eps
    use nutate_quaternion, only: quat_product, rotate_to_body
+   use nutate_saturation_count, only: saturation_count_t, transfer_integers
    implicit none
    private
 
-   public :: torque_t
+   public :: torque_t, transfer_torque
 
    !> A torque in body axes that is not the gradient of a potential; its work enters the energy balance.
    type, abstract, extends(effect_t) :: torque_t
@@ -16,7 +18,58 @@ module nutate_torque
       real(wp) :: pace = 0.0_wp
       !> Rate ω of the space axes, in these axes, rad/s; set by the list of effects; shape (3).
       real(wp) :: frame_rate(3) = 0.0_wp
+      !> Sampling period of a control law, s; 0: it acts at all times, as does everything that is no controller.
+      real(wp) :: sample = 0.0_wp
+      !> The law was on at the last sample.
+      logical :: was_on = .false.
+      !> Limit of each component of the command of a control law, N m or A m².
+      real(wp) :: limit = huge(1.0_wp)
+      !> 1: a component of a command that acts at all times is above the limit; -1: below that under zero; 0: neither.
+      !> Set by runs at events; shape (3).
+      integer :: saturated(3) = 0
+      !> sgn(e₀) as runs hold it between the zeros of e₀; 0: it follows e₀.
+      integer :: sense = 0
+      !> How often a component has reached the limit.
+      type(saturation_count_t) :: saturations = saturation_count_t()
+      !> Of a motor. 1: the wheel has come to the limit of its speed; -1: to that below zero; 0: neither. Where the law
+      !> asks to push it further, the motor is blocked and gives nothing. Set by runs.
+      integer :: at_limit = 0
+      logical :: blocked = .false.
    contains
+      !> Returns the command of a control law before its limit, N m or A m², body axes; component 1 for a motor; zero
+      !> unless overridden; shape (3).
+      procedure :: command => no_command
+      !> Returns how many components of a command that acts at all times the limit applies to; 0 unless overridden.
+      procedure :: n_limited => no_components
+      !> Return true for a controller, for one with a target, for a motor that a law drives at all times, and for a law
+      !> that jumps with the sign of e₀ at all times; `.false.` unless overridden.
+      procedure :: is_controller => never
+      procedure :: is_pointing => never
+      procedure :: is_law => never
+      procedure :: can_jump => never
+      !> Returns true where the command of a controller is a moment of magnetorquers; `.false.` unless overridden.
+      procedure :: limits_moment => never
+      !> Return e₀ with its sign, and the angle between attitude and target, rad; zero unless overridden.
+      procedure :: error_scalar => no_error
+      procedure :: error_angle => no_error
+      !> Sets `sense`.
+      procedure :: hold_sense
+      !> Samples a control law and holds its command; nothing unless overridden.
+      procedure :: hold => no_sample
+      !> Returns the torque that a sampled law commands from the motor of a wheel, N m; zero unless overridden.
+      procedure :: wheel_command => no_wheel_command
+      !> Returns the command, and what of it is applied, without that of wheels; zero unless overridden; shape (6).
+      procedure :: commands_at => no_commands
+      !> Counts what has come to the limit, and returns the number with what would be counted now.
+      procedure :: count_saturations
+      procedure :: n_saturations
+      !> Adds a change of `parameters` to the effect itself; false unless overridden.
+      procedure :: shift => not_shifted
+      !> Returns the parameters of a wheel whose motor the torque is, and what a change of them makes of `parameters`.
+      procedure :: drive_parameters
+      procedure :: drive_change
+      procedure :: own_window => window_of_torque
+      procedure :: transfer => transfer_torque
       !> Returns τ(t, q, Ω), body axes, N m; Ω relative to the space axes.
       procedure(body_torque), deferred :: torque
       !> Computes ∂τ/∂θ (θ a small body rotation) and ∂τ/∂Ω; by differences unless overridden.
@@ -78,6 +131,136 @@ module nutate_torque
    end interface
 
 contains
+
+   !> Returns false: the torque is no control law.
+   pure logical function never(self)
+      class(torque_t), intent(in) :: self
+      never = .false.
+   end function never
+
+   !> Returns zero: the torque follows from no control law.
+   pure function no_command(self, t, q, omega) result(command)
+      class(torque_t), intent(in) :: self
+      !> s; attitude, unit quaternion, body→space, shape (4); Ω against the space axes, body axes, rad/s, shape (3).
+      real(wp), intent(in) :: t, q(4), omega(3)
+      real(wp) :: command(3)
+      command = 0.0_wp
+   end function no_command
+
+   !> Returns 0: there is no limit.
+   pure integer function no_components(self)
+      class(torque_t), intent(in) :: self
+      no_components = 0
+   end function no_components
+
+   !> Returns zero: there is no target.
+   pure real(wp) function no_error(self, t, q)
+      class(torque_t), intent(in) :: self
+      !> s; attitude, unit quaternion, body→space; shape (4).
+      real(wp), intent(in) :: t, q(4)
+      no_error = 0.0_wp
+   end function no_error
+
+   !> Sets the sign of e₀.
+   pure subroutine hold_sense(self, sense)
+      class(torque_t), intent(inout) :: self
+      !> 1 or -1; 0: it follows e₀.
+      integer, intent(in) :: sense
+      self%sense = sense
+   end subroutine hold_sense
+
+   !> Does nothing: there is no law to sample.
+   pure subroutine no_sample(self, t, q, omega, moment)
+      class(torque_t), intent(inout) :: self
+      !> Time of the sample, s; attitude and rate as in `command`.
+      real(wp), intent(in) :: t, q(4), omega(3)
+      !> A time inside of what follows, s: it tells whether the window is open.
+      real(wp), intent(in) :: moment
+   end subroutine no_sample
+
+   !> Returns zero.
+   pure real(wp) function no_wheel_command(self, wheel)
+      class(torque_t), intent(in) :: self
+      integer, intent(in) :: wheel
+      no_wheel_command = 0.0_wp
+   end function no_wheel_command
+
+   !> Returns zeros.
+   pure function no_commands(self, t, q, omega) result(commands)
+      class(torque_t), intent(in) :: self
+      !> As in `command`.
+      real(wp), intent(in) :: t, q(4), omega(3)
+      real(wp) :: commands(6)
+      commands = 0.0_wp
+   end function no_commands
+
+   !> Counts what has come to the limit: to be called before and behind changes of limits and switches.
+   pure subroutine count_saturations(self, t)
+      class(torque_t), intent(inout) :: self
+      !> s.
+      real(wp), intent(in) :: t
+      real(wp) :: start, stop
+      if (.not. (self%n_limited() > 0 .and. self%limit < huge(self%limit))) return
+      call self%window(start, stop)
+      call self%saturations%note(t, self%saturated, self%on, start, stop)
+   end subroutine count_saturations
+
+   !> Returns how often a component has come to its limit, now included.
+   pure integer function n_saturations(self, t)
+      class(torque_t), intent(in) :: self
+      !> s.
+      real(wp), intent(in) :: t
+      real(wp) :: start, stop
+      n_saturations = self%saturations%number
+      if (self%n_limited() == 0) return
+      call self%window(start, stop)
+      n_saturations = self%saturations%number_at(t, self%saturated, self%on, start, stop)
+   end function n_saturations
+
+   !> Returns false: a change is added to what the torque is, not to the torque itself.
+   logical function not_shifted(self, change)
+      class(torque_t), intent(inout) :: self
+      !> Of `parameters`.
+      real(wp), intent(in) :: change(:)
+      not_shifted = .false.
+   end function not_shifted
+
+   !> Returns the parameters. Here: those of the torque.
+   pure function drive_parameters(self) result(list)
+      class(torque_t), intent(in) :: self
+      type(parameter_t), allocatable :: list(:)
+      list = self%parameters()
+   end function drive_parameters
+
+   !> Returns the change of `parameters`. Here: the same.
+   pure function drive_change(self, change) result(of_torque)
+      class(torque_t), intent(in) :: self
+      !> Of `drive_parameters`.
+      real(wp), intent(in) :: change(:)
+      real(wp), allocatable :: of_torque(:)
+      of_torque = change
+   end function drive_change
+
+   !> Returns the times between which the torque acts, s.
+   pure subroutine window_of_torque(self, start, stop)
+      class(torque_t), intent(in) :: self
+      real(wp), intent(out) :: start, stop
+      call self%window(start, stop)
+   end subroutine window_of_torque
+
+   !> Writes or reads whether the torque is on, and what runs have found of a law at its limits.
+   subroutine transfer_torque(self, archive)
+      class(torque_t), intent(inout) :: self
+      class(archive_t), intent(inout) :: archive
+      call archive%transfer(self%on)
+      if (.not. (self%is_controller() .or. self%is_law())) return
+      call transfer_integers(self%saturated, archive)
+      call archive%transfer(self%sense)
+      call archive%transfer(self%at_limit)
+      call archive%transfer(self%blocked)
+      call self%saturations%transfer(archive)
+      if (archive%is_reading()) call self%hold_sense(self%sense)
+   end subroutine transfer_torque
 
    !> Bounds a torque in a step from the bounds that the user gave.
    pure subroutine bound_torque(self, map, radius, gamma, slack, bounds)

@@ -7,9 +7,8 @@
 !> friction's -cω². u is that of a motor of its own, or what a controller commands. Where |ω| has reached its limit the
 !> motor does not push further; it does so again once |ω| has fallen by a hundredth of it.
 module nutate_wheel
-   use nutate_applied_torque, only: applied_torque_t
+   use nutate_archive, only: archive_t
    use nutate_body, only: body_t
-   use nutate_controlled_motor, only: controlled_motor_t
    use nutate_effect, only: effect_t, LINEAR_SERIES, parameter_t, torque_t
    use nutate_kepler_orbit, only: kepler_orbit_t
    use nutate_keys, only: group_t, key_t, KEY_TEXT
@@ -83,6 +82,12 @@ module nutate_wheel
       procedure :: drive_change
       procedure :: motor_change
       procedure :: follows => wheel_follows
+      procedure :: own_window => window_of_motor
+      procedure :: transfer => transfer_wheel
+      !> Returns true if a controller drives the wheel at all times, by feedback of the motion.
+      procedure :: has_law
+      !> Puts the wheel at the limit of its speed, or takes it from there.
+      procedure :: put_at_limit
    end type wheel_t
 
 contains
@@ -190,16 +195,9 @@ contains
       type(parameter_t), allocatable :: list(:)
       list = [parameter_t('axis', 3), parameter_t('inertia'), parameter_t('speed'), parameter_t('friction')]
       if (.not. allocated(self%motor)) return
-      select type (motor => self%motor)
-      type is (applied_torque_t)
-         list = [list, parameter_t('torque'), parameter_t('frequency'), parameter_t('phase')]
-      type is (controlled_motor_t)
-         ! How a controller shares its torque depends on the axes of all wheels.
-         list(1)%name = ''
-         list = [list, motor%parameters()]
-      class default
-         list = [list, motor%parameters()]
-      end select
+      ! How a controller shares its torque depends on the axes of all wheels.
+      if (self%motor%is_law()) list(1)%name = ''
+      list = [list, self%motor%drive_parameters()]
    end function wheel_parameters
 
    !> Returns true if the motor follows an orbit.
@@ -210,18 +208,51 @@ contains
       if (allocated(self%motor)) follows = self%motor%follows(path)
    end function wheel_follows
 
+   !> Returns the times between which the motor acts by numbers of its own, s.
+   pure subroutine window_of_motor(self, start, stop)
+      class(wheel_t), intent(in) :: self
+      real(wp), intent(out) :: start, stop
+      start = -huge(1.0_wp)
+      stop = huge(1.0_wp)
+      if (allocated(self%motor)) call self%motor%own_window(start, stop)
+   end subroutine window_of_motor
+
+   !> Writes or reads what runs set of the wheel, and of its motor.
+   subroutine transfer_wheel(self, archive)
+      class(wheel_t), intent(inout) :: self
+      class(archive_t), intent(inout) :: archive
+      call archive%transfer(self%on)
+      call archive%transfer(self%at_limit)
+      call archive%transfer(self%command)
+      call self%saturations%transfer(archive)
+      if (allocated(self%motor)) call self%motor%transfer(archive)
+   end subroutine transfer_wheel
+
+   pure logical function has_law(self)
+      class(wheel_t), intent(in) :: self
+      has_law = .false.
+      if (allocated(self%motor)) has_law = self%motor%is_law()
+   end function has_law
+
+   !> Puts the wheel at a limit of its speed; a motor that a law drives minds the limit itself.
+   pure subroutine put_at_limit(self, side)
+      class(wheel_t), intent(inout) :: self
+      !> 1: at the limit; -1: at that below zero; 0: at neither.
+      integer, intent(in) :: side
+      if (self%has_law()) then
+         self%motor%at_limit = side
+      else
+         self%at_limit = side
+      end if
+   end subroutine put_at_limit
+
    !> Returns the change of the parameters of the motor.
    pure function motor_change(self, change) result(of_motor)
       class(wheel_t), intent(in) :: self
       !> Of `parameters`, with those of the motor.
       real(wp), intent(in) :: change(:)
       real(wp), allocatable :: of_motor(:)
-      select type (motor => self%motor)
-      type is (applied_torque_t)
-         of_motor = [change(7), 0.0_wp, 0.0_wp, change(8:)]
-      class default
-         of_motor = change(7:)
-      end select
+      of_motor = self%motor%drive_change(change(7:))
    end function motor_change
 
    !> Change of the unit vector s; shape (3).

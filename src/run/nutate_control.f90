@@ -7,7 +7,6 @@ module nutate_control
    use nutate_limit_event, only: limit_slot_t
    use nutate_motion, only: find_motion, motion_t
    use nutate_quaternion, only: quat_normalized
-   use nutate_controller, only: controller_t
    use nutate_saturation_count, only: side_of_limit
    use nutate_saturation, only: add_saturations, can_jump, can_saturate, free_senses, note_saturations
    use nutate_speed_limits, only: add_speed_limits, has_speed_limits, find_speed_limits
@@ -70,13 +69,7 @@ contains
    pure logical function has_samples(effects)
       type(effect_list_t), intent(in) :: effects
       integer :: i
-      has_samples = .false.
-      do i = 1, effects%n_torques
-         select type (controller => effects%torques(i)%item)
-         class is (controller_t)
-            has_samples = has_samples .or. controller%sample > 0.0_wp
-         end select
-      end do
+      has_samples = any([(effects%torques(i)%item%sample > 0.0_wp, i=1, effects%n_torques)])
    end function has_samples
 
    !> The next time at which a controller takes a sample, starts or stops, s; huge where none does.
@@ -88,12 +81,9 @@ contains
       integer :: i
       next = sense*huge(next)
       do i = 1, effects%n_torques
-         select type (controller => effects%torques(i)%item)
-         class is (controller_t)
-            if (.not. controller%sample > 0.0_wp) cycle
-            one = controller%next_break(t, sense)
-            if (sense*one < sense*next) next = one
-         end select
+         if (.not. effects%torques(i)%item%sample > 0.0_wp) cycle
+         one = effects%torques(i)%item%next_break(t, sense)
+         if (sense*one < sense*next) next = one
       end do
    end function next_sample
 
@@ -111,15 +101,14 @@ contains
       integer :: i
       changed = .false.
       do i = 1, system%effects%n_torques
-         select type (controller => system%effects%torques(i)%item)
-         class is (controller_t)
+         associate (controller => system%effects%torques(i)%item)
             if (.not. controller%sample > 0.0_wp) cycle
             if (sense*(controller%next_break(state%t - 2*sense*margin, sense) - state%t) > margin .and. &
                 (controller%on .eqv. controller%was_on)) cycle
             if (.not. changed) call find_motion(system, state, motion)
             changed = .true.
             call controller%hold(state%t, quat_normalized(state%q), motion%relative, state%t + 2*sense*margin)
-         end select
+         end associate
       end do
       if (changed) call command_wheels(system%effects, state%t)
    end subroutine take_samples
@@ -132,13 +121,12 @@ contains
       type(status_t), intent(inout) :: status
       integer :: i
       do i = 1, system%effects%n_torques
-         select type (controller => system%effects%torques(i)%item)
-         class is (controller_t)
+         associate (controller => system%effects%torques(i)%item)
             if (.not. (controller%on .and. controller%sample > 0.0_wp)) cycle
             if (norm2(angular_velocity(system, state)) <= longest_rotation/controller%sample) cycle
             status = fail(NUTATE_OFF_BRANCH, 'a sampled controller is unstable: the body turns by over 1e5 rad '// &
                           'from sample to sample (expected a shorter sample or smaller gains)')
-         end select
+         end associate
       end do
    end subroutine check_sampling
 
@@ -148,15 +136,9 @@ contains
       !> s.
       real(wp), intent(in) :: t
       real(wp) :: command
-      integer :: i, k
+      integer :: k
       do k = 1, effects%n_wheels
-         command = 0.0_wp
-         do i = 1, effects%n_torques
-            select type (controller => effects%torques(i)%item)
-            class is (controller_t)
-               command = command + controller%held_by_wheels(k)
-            end select
-         end do
+         command = effects%command_of_wheel(k)
          associate (wheel => effects%wheels(k))
             wheel%command = max(-wheel%torque_limit, min(wheel%torque_limit, command))
             if (.not. allocated(wheel%motor)) &

@@ -8,11 +8,10 @@ module nutate_saturation
    use nutate_limit_event, only: limit_event_t, limit_slot_t, SWITCH_LIMIT
    use nutate_motion, only: find_motion, motion_t
    use nutate_quaternion, only: quat_normalized
-   use nutate_controlled_motor, only: controlled_motor_t
-   use nutate_controller, only: controller_t, BY_MAGNETORQUERS, BY_WHEELS, POINTING
    use nutate_saturation_count, only: side_of_limit
    use nutate_state, only: state_t
    use nutate_system, only: system_t
+   use nutate_torque, only: torque_t
    implicit none
    private
 
@@ -55,37 +54,17 @@ contains
    pure logical function can_saturate(effects)
       type(effect_list_t), intent(in) :: effects
       integer :: i
-      can_saturate = .false.
-      do i = 1, effects%n_torques
-         can_saturate = can_saturate .or. limit_of_torque(effects, i) < huge(1.0_wp)
-      end do
+      can_saturate = any([(is_limited(effects%torques(i)%item), i=1, effects%n_torques)])
       do i = 1, effects%n_wheels
-         can_saturate = can_saturate .or. limit_of_motor(effects, i) < huge(1.0_wp)
+         if (effects%wheels(i)%has_law()) can_saturate = can_saturate .or. is_limited(effects%wheels(i)%motor)
       end do
    end function can_saturate
 
-   !> Limit of the components of a torque that a law gives at all times; huge for others.
-   pure real(wp) function limit_of_torque(effects, i) result(limit)
-      type(effect_list_t), intent(in) :: effects
-      integer, intent(in) :: i
-      limit = huge(limit)
-      select type (controller => effects%torques(i)%item)
-      class is (controller_t)
-         if (.not. controller%sample > 0.0_wp .and. controller%by /= BY_WHEELS) limit = controller%limit
-      end select
-   end function limit_of_torque
-
-   !> Limit of the torque of a motor that a law drives at all times; huge for others.
-   pure real(wp) function limit_of_motor(effects, i) result(limit)
-      type(effect_list_t), intent(in) :: effects
-      integer, intent(in) :: i
-      limit = huge(limit)
-      if (.not. allocated(effects%wheels(i)%motor)) return
-      select type (motor => effects%wheels(i)%motor)
-      class is (controlled_motor_t)
-         limit = motor%limit
-      end select
-   end function limit_of_motor
+   !> True for a torque that a law gives at all times up to a limit.
+   pure logical function is_limited(torque)
+      class(torque_t), intent(in) :: torque
+      is_limited = torque%n_limited() > 0 .and. torque%limit < huge(torque%limit)
+   end function is_limited
 
    !> Adds the events of all such limits to a list: both limits come to, both left; of a wheel with a limit of its
    !> speed what the law asks for passes zero.
@@ -94,23 +73,24 @@ contains
       type(limit_slot_t), allocatable, intent(inout) :: events(:)
       integer :: i, k
       do i = 1, effects%n_torques
-         if (turns_over(effects, i)) then
+         if (effects%torques(i)%item%can_jump()) then
             do k = -1, 1, 2
                call add_one(turnover_event_t(words='zero of e0 of '//controller_words(effects, i), torque=i, &
                                              action=SWITCH_LIMIT, direction=k), events)
             end do
          end if
-         if (.not. limit_of_torque(effects, i) < huge(1.0_wp)) cycle
+         if (.not. is_limited(effects%torques(i)%item)) cycle
          do k = 1, 3
             call add_sides(saturation_event_t(name=name_of(effects, i), words=controller_words(effects, i), torque=i, &
-                                              place=k, action=SWITCH_LIMIT), limit_of_torque(effects, i), events)
+                                              place=k, action=SWITCH_LIMIT), effects%torques(i)%item%limit, events)
          end do
       end do
       do i = 1, effects%n_wheels
-         if (limit_of_motor(effects, i) < huge(1.0_wp)) &
+         if (.not. effects%wheels(i)%has_law()) cycle
+         if (is_limited(effects%wheels(i)%motor)) &
             call add_sides(saturation_event_t(name='limit of motor', words=driver(effects), place=i, &
-                                              action=SWITCH_LIMIT), limit_of_motor(effects, i), events)
-         if (.not. feeds_back(effects, i) .or. .not. effects%wheels(i)%speed_limit < huge(1.0_wp)) cycle
+                                              action=SWITCH_LIMIT), effects%wheels(i)%motor%limit, events)
+         if (.not. effects%wheels(i)%speed_limit < huge(1.0_wp)) cycle
          do k = -1, 1, 2
             call add_one(saturation_event_t(words='zero of the torque of '//driver(effects), place=i, &
                                             action=SWITCH_LIMIT, direction=k), events)
@@ -122,29 +102,15 @@ contains
    pure logical function can_jump(effects)
       type(effect_list_t), intent(in) :: effects
       integer :: i
-      can_jump = .false.
-      do i = 1, effects%n_torques
-         can_jump = can_jump .or. turns_over(effects, i)
-      end do
+      can_jump = any([(effects%torques(i)%item%can_jump(), i=1, effects%n_torques)])
    end function can_jump
-
-   !> True for a controller whose law, at all times, jumps with the sign of e₀.
-   pure logical function turns_over(effects, i)
-      type(effect_list_t), intent(in) :: effects
-      integer, intent(in) :: i
-      turns_over = .false.
-      select type (controller => effects%torques(i)%item)
-      class is (controller_t)
-         turns_over = controller%law == POINTING .and. .not. controller%sample > 0.0_wp
-      end select
-   end function turns_over
 
    !> Lets the laws follow the sign of e₀, for steps that no run watches over.
    pure subroutine free_senses(effects)
       type(effect_list_t), intent(inout) :: effects
       integer :: i
       do i = 1, effects%n_torques
-         if (turns_over(effects, i)) call hold_sense(effects, i, 0)
+         if (effects%torques(i)%item%can_jump()) call hold_sense(effects, i, 0)
       end do
    end subroutine free_senses
 
@@ -154,23 +120,8 @@ contains
       integer, intent(in) :: i
       character(len=15) :: name
       name = 'limit of torque'
-      select type (controller => effects%torques(i)%item)
-      class is (controller_t)
-         if (controller%by == BY_MAGNETORQUERS) name = 'limit of moment'
-      end select
+      if (effects%torques(i)%item%limits_moment()) name = 'limit of moment'
    end function name_of
-
-   !> True for a wheel whose motor a law drives at all times.
-   pure logical function feeds_back(effects, i)
-      type(effect_list_t), intent(in) :: effects
-      integer, intent(in) :: i
-      feeds_back = .false.
-      if (.not. allocated(effects%wheels(i)%motor)) return
-      select type (motor => effects%wheels(i)%motor)
-      class is (controlled_motor_t)
-         feeds_back = .true.
-      end select
-   end function feeds_back
 
    !> A controller in messages: by its name, or as the n-th one.
    pure function controller_words(effects, i) result(words)
@@ -178,15 +129,8 @@ contains
       !> Which torque it is.
       integer, intent(in) :: i
       character(len=40) :: words
-      integer :: n, k
-      n = 0
-      do k = 1, i
-         select type (controller => effects%torques(k)%item)
-         class is (controller_t)
-            n = n + 1
-         end select
-      end do
-      write (words, '(a,i0)') 'controller ', n
+      integer :: k
+      write (words, '(a,i0)') 'controller ', count([(effects%torques(k)%item%is_controller(), k=1, i)])
       if (effects%torques(i)%item%label /= '') words = "controller '"//trim(effects%torques(i)%item%label)//"'"
    end function controller_words
 
@@ -197,10 +141,7 @@ contains
       integer :: i
       words = ''
       do i = 1, effects%n_torques
-         select type (controller => effects%torques(i)%item)
-         class is (controller_t)
-            if (controller%by == BY_WHEELS .and. .not. controller%sample > 0.0_wp) words = controller_words(effects, i)
-         end select
+         if (effects%torques(i)%item%lends_parameters()) words = controller_words(effects, i)
       end do
    end function driver
 
@@ -266,29 +207,20 @@ contains
       type(system_t), intent(in) :: system
       type(motion_t), intent(in) :: motion
       real(wp) :: amounts(3)
-      amounts = 0.0_wp
-      if (self%torque > 0) then
-         select type (controller => system%effects%torques(self%torque)%item)
-         class is (controller_t)
-            amounts = controller%command(motion%state%t, quat_normalized(motion%state%q), motion%relative)
-         end select
-      else
-         select type (motor => system%effects%wheels(self%place)%motor)
-         class is (controlled_motor_t)
-            amounts(1) = motor%command(motion%state%t, quat_normalized(motion%state%q), motion%relative)
-         end select
-      end if
+      associate (t => motion%state%t, q => quat_normalized(motion%state%q), rate => motion%relative)
+         if (self%torque > 0) then
+            amounts = system%effects%torques(self%torque)%item%command(t, q, rate)
+         else
+            amounts = system%effects%wheels(self%place)%motor%command(t, q, rate)
+         end if
+      end associate
    end function asked_amounts
 
    pure real(wp) function error_scalar(self, system, motion) result(scalar)
       class(turnover_event_t), intent(in) :: self
       type(system_t), intent(in) :: system
       type(motion_t), intent(in) :: motion
-      scalar = 0.0_wp
-      select type (controller => system%effects%torques(self%torque)%item)
-      class is (controller_t)
-         scalar = controller%error_scalar(motion%state%t, quat_normalized(motion%state%q))
-      end select
+      scalar = system%effects%torques(self%torque)%item%error_scalar(motion%state%t, quat_normalized(motion%state%q))
    end function error_scalar
 
    !> The side of an amount on which a component at its limit, or within it, leaves it; that of zero where a motor whose
@@ -296,32 +228,28 @@ contains
    pure integer function side_of_cut(self, system) result(side)
       class(saturation_event_t), intent(in) :: self
       type(system_t), intent(in) :: system
-      side = 0
       if (self%torque > 0) then
-         select type (controller => system%effects%torques(self%torque)%item)
-         class is (controller_t)
-            side = merge(self%side, -self%side, controller%saturated(self%place) == self%side)
-         end select
+         side = side_of(system%effects%torques(self%torque)%item%saturated(self%place))
       else
-         select type (motor => system%effects%wheels(self%place)%motor)
-         class is (controlled_motor_t)
-            if (self%side == 0) then
-               side = merge(motor%at_limit, -motor%at_limit, motor%blocked)
-            else
-               side = merge(self%side, -self%side, motor%saturated == self%side)
-            end if
-         end select
+         associate (motor => system%effects%wheels(self%place)%motor)
+            side = side_of(motor%saturated(1))
+            if (self%side == 0) side = merge(motor%at_limit, -motor%at_limit, motor%blocked)
+         end associate
       end if
+
+   contains
+
+      pure integer function side_of(saturated)
+         integer, intent(in) :: saturated
+         side_of = merge(self%side, -self%side, saturated == self%side)
+      end function side_of
+
    end function side_of_cut
 
    pure integer function side_of_sense(self, system) result(side)
       class(turnover_event_t), intent(in) :: self
       type(system_t), intent(in) :: system
-      side = 0
-      select type (controller => system%effects%torques(self%torque)%item)
-      class is (controller_t)
-         side = controller%sense
-      end select
+      side = system%effects%torques(self%torque)%item%sense
    end function side_of_sense
 
    !> The law has jumped: what is at a limit is found anew.
@@ -340,21 +268,11 @@ contains
       integer, intent(in) :: torque
       !> 1 or -1; 0: it follows e₀.
       integer, intent(in) :: sense
-      logical :: drives
       integer :: i
-      drives = .false.
-      select type (controller => effects%torques(torque)%item)
-      class is (controller_t)
-         controller%sense = sense
-         drives = controller%by == BY_WHEELS
-      end select
-      if (.not. drives) return
+      call effects%torques(torque)%item%hold_sense(sense)
+      if (.not. effects%torques(torque)%item%drives_wheels()) return
       do i = 1, effects%n_wheels
-         if (.not. allocated(effects%wheels(i)%motor)) cycle
-         select type (motor => effects%wheels(i)%motor)
-         class is (controlled_motor_t)
-            motor%controller%sense = sense
-         end select
+         if (effects%wheels(i)%has_law()) call effects%wheels(i)%motor%hold_sense(sense)
       end do
    end subroutine hold_sense
 
@@ -369,19 +287,17 @@ contains
       call find_motion(system, state, motion)
       amount = self%value(system, motion)
       if (self%torque > 0) then
-         select type (controller => system%effects%torques(self%torque)%item)
-         class is (controller_t)
+         associate (controller => system%effects%torques(self%torque)%item)
             controller%saturated(self%place) = cut_behind(self, amount, controller%limit)
-         end select
+         end associate
       else
-         select type (motor => system%effects%wheels(self%place)%motor)
-         class is (controlled_motor_t)
+         associate (motor => system%effects%wheels(self%place)%motor)
             if (self%side == 0) then
                motor%blocked = motor%at_limit*self%direction > 0
             else
-               motor%saturated = cut_behind(self, amount, motor%limit)
+               motor%saturated(1) = cut_behind(self, amount, motor%limit)
             end if
-         end select
+         end associate
       end if
       call count_saturations(system%effects, state%t)
    end subroutine settle_saturation
@@ -391,22 +307,12 @@ contains
       type(effect_list_t), intent(inout) :: effects
       !> s.
       real(wp), intent(in) :: t
-      real(wp) :: start, stop
       integer :: i
       do i = 1, effects%n_torques
-         if (.not. limit_of_torque(effects, i) < huge(1.0_wp)) cycle
-         select type (controller => effects%torques(i)%item)
-         class is (controller_t)
-            call controller%saturations%note(t, controller%saturated, controller%on, controller%start, controller%stop)
-         end select
+         call effects%torques(i)%item%count_saturations(t)
       end do
       do i = 1, effects%n_wheels
-         if (.not. limit_of_motor(effects, i) < huge(1.0_wp)) cycle
-         select type (motor => effects%wheels(i)%motor)
-         class is (controlled_motor_t)
-            call motor%window(start, stop)
-            call effects%wheels(i)%saturations%note(t, [motor%saturated, 0, 0], motor%on, start, stop)
-         end select
+         if (effects%wheels(i)%has_law()) call effects%wheels(i)%motor%count_saturations(t)
       end do
    end subroutine count_saturations
 
@@ -427,7 +333,7 @@ contains
       type(state_t), intent(in) :: state
       integer :: i
       do i = 1, system%effects%n_torques
-         if (turns_over(system%effects, i)) call hold_sense(system%effects, i, sense_at(system, i, state))
+         if (system%effects%torques(i)%item%can_jump()) call hold_sense(system%effects, i, sense_at(system, i, state))
       end do
       call find_saturations(system, state)
    end subroutine note_saturations
@@ -453,31 +359,29 @@ contains
       type(system_t), intent(inout) :: system
       type(state_t), intent(in) :: state
       type(motion_t) :: motion
-      real(wp) :: q(4), asked(3), amount
-      integer :: i, k
+      real(wp) :: q(4)
+      integer :: i
       call count_saturations(system%effects, state%t)
       call find_motion(system, state, motion)
       q = quat_normalized(state%q)
       do i = 1, system%effects%n_torques
-         if (.not. limit_of_torque(system%effects, i) < huge(1.0_wp)) cycle
-         select type (controller => system%effects%torques(i)%item)
-         class is (controller_t)
-            asked = controller%command(state%t, q, motion%relative)
-            do k = 1, 3
-               controller%saturated(k) = side_of_limit(asked(k), controller%limit)
-            end do
-         end select
+         if (is_limited(system%effects%torques(i)%item)) call find_sides(system%effects%torques(i)%item)
       end do
       do i = 1, system%effects%n_wheels
-         if (.not. feeds_back(system%effects, i)) cycle
-         select type (motor => system%effects%wheels(i)%motor)
-         class is (controlled_motor_t)
-            amount = motor%command(state%t, q, motion%relative)
-            motor%saturated = side_of_limit(amount, motor%limit)
-            motor%blocked = motor%at_limit*amount > 0.0_wp
-         end select
+         if (system%effects%wheels(i)%has_law()) call find_sides(system%effects%wheels(i)%motor)
       end do
       call count_saturations(system%effects, state%t)
+
+   contains
+
+      pure subroutine find_sides(torque)
+         class(torque_t), intent(inout) :: torque
+         real(wp) :: command(3)
+         command = torque%command(state%t, q, motion%relative)
+         torque%saturated = side_of_limit(command, torque%limit)
+         torque%blocked = torque%at_limit*command(1) > 0.0_wp
+      end subroutine find_sides
+
    end subroutine find_saturations
 
 end module nutate_saturation

@@ -7,7 +7,6 @@ module nutate_speed_limits
    use nutate_motion, only: find_motion, motion_t
    use nutate_motion_bounds, only: speed_bounds_t
    use nutate_quaternion, only: quat_normalized
-   use nutate_controlled_motor, only: controlled_motor_t
    use nutate_state, only: state_t
    use nutate_system, only: system_t
    use nutate_wheel, only: released_at, wheel_t
@@ -90,7 +89,7 @@ contains
             speed = wheel%speed_of(state%wheel_momentum(i), motion%omega)
             side = 0
             if (abs(speed) >= wheel%speed_limit) side = nint(sign(1.0_wp, speed))
-            call put_at_limit(wheel, side)
+            call wheel%put_at_limit(side)
          end associate
       end do
    end subroutine find_speed_limits
@@ -100,23 +99,9 @@ contains
       class(speed_event_t), intent(in) :: self
       type(system_t), intent(inout) :: system
       type(state_t), intent(in) :: state
-      call put_at_limit(system%effects%wheels(self%wheel), self%becomes)
+      call system%effects%wheels(self%wheel)%put_at_limit(self%becomes)
       call block_motor(system, self%wheel, state)
    end subroutine settle_speed
-
-   pure subroutine put_at_limit(wheel, side)
-      type(wheel_t), intent(inout) :: wheel
-      !> 1: at the limit; -1: at that below zero; 0: at neither.
-      integer, intent(in) :: side
-      if (allocated(wheel%motor)) then
-         select type (motor => wheel%motor)
-         class is (controlled_motor_t)
-            motor%at_limit = side
-            return
-         end select
-      end if
-      wheel%at_limit = side
-   end subroutine put_at_limit
 
    !> Finds out whether a law asks to push a wheel beyond its limit.
    pure subroutine block_motor(system, i, state)
@@ -125,12 +110,13 @@ contains
       integer, intent(in) :: i
       type(state_t), intent(in) :: state
       type(motion_t) :: motion
-      if (.not. allocated(system%effects%wheels(i)%motor)) return
+      real(wp) :: command(3)
+      if (.not. system%effects%wheels(i)%has_law()) return
       call find_motion(system, state, motion)
-      select type (motor => system%effects%wheels(i)%motor)
-      class is (controlled_motor_t)
-         motor%blocked = motor%at_limit*motor%command(state%t, quat_normalized(state%q), motion%relative) > 0.0_wp
-      end select
+      associate (motor => system%effects%wheels(i)%motor)
+         command = motor%command(state%t, quat_normalized(state%q), motion%relative)
+         motor%blocked = motor%at_limit*command(1) > 0.0_wp
+      end associate
    end subroutine block_motor
 
    pure real(wp) function speed(self, system, motion)

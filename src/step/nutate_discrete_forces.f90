@@ -15,7 +15,6 @@ module nutate_discrete_forces
    use nutate_effect, only: LINEAR_SERIES
    use nutate_effect_list, only: effect_list_t
    use nutate_kinds, only: wp
-   use nutate_linear_potential, only: linear_potential_t
    use nutate_quaternion, only: cross, quat_conjugate, quat_left_matrix, quat_product, rotate_to_body, &
       rotation_matrix
    use nutate_small_products, only: times_columns, times_vector
@@ -92,11 +91,10 @@ contains
                 self%slope(3, effects%n_potentials), source=0.0_wp)
       allocate (self%is_linear(effects%n_potentials), source=.false.)
       do i = 1, effects%n_potentials
-         select type (potential => effects%potentials(i)%item)
-         class is (linear_potential_t)
-            self%is_linear(i) = .true.
-            self%slope(:, i) = -potential%moment
-         end select
+         associate (potential => effects%potentials(i)%item)
+            self%is_linear(i) = potential%is_linear()
+            if (self%is_linear(i)) self%slope(:, i) = -potential%series_moment()
+         end associate
       end do
       self%in_fields = effects%n_torques == 0 .and. all(self%is_linear)
    end subroutine prepare

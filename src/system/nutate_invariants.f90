@@ -6,7 +6,6 @@ module nutate_invariants
    use nutate_kinds, only: wp
    use nutate_limits, only: is_direction
    use nutate_quaternion, only: cross
-   use nutate_controller, only: controller_t, BY_WHEELS
    use nutate_state, only: state_t
    use nutate_system, only: system_t
    implicit none
@@ -217,15 +216,7 @@ contains
    pure logical function has_outer_torques(effects)
       type(effect_list_t), intent(in) :: effects
       integer :: i
-      has_outer_torques = .false.
-      do i = 1, effects%n_torques
-         select type (torque => effects%torques(i)%item)
-         class is (controller_t)
-            has_outer_torques = has_outer_torques .or. torque%by /= BY_WHEELS
-         class default
-            has_outer_torques = .true.
-         end select
-      end do
+      has_outer_torques = .not. all([(effects%torques(i)%item%drives_wheels(), i=1, effects%n_torques)])
    end function has_outer_torques
 
 end module nutate_invariants

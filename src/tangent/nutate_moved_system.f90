@@ -3,8 +3,6 @@
 module nutate_moved_system
    use nutate_body, only: body_t, make_body
    use nutate_variation, only: OF_ORBIT, OF_POTENTIAL, OF_TORQUE
-   use nutate_controlled_motor, only: controlled_motor_t
-   use nutate_controller, only: controller_t
    use nutate_kinds, only: wp, eps
    use nutate_potential, only: potential_t
    use nutate_quaternion, only: rotate_to_body
@@ -114,15 +112,8 @@ contains
       class(torque_t), allocatable, intent(inout) :: item
       real(wp), intent(in) :: change(:)
       type(moved_torque_t), allocatable :: moved
-      ! What runs watch over is that of a controller.
-      select type (item)
-      class is (controller_t)
-         call item%shift(change)
-         return
-      class is (controlled_motor_t)
-         call item%controller%shift(change)
-         return
-      end select
+      ! Runs watch over a controller itself, not over a copy inside of another torque.
+      if (item%shift(change)) return
       allocate (moved)
       moved%change = change
       call move_alloc(item, moved%base)

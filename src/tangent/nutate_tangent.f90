@@ -27,7 +27,6 @@
 module nutate_tangent
    use nutate_archive, only: archive_t
    use nutate_variation, only: variation_t, OF_POTENTIAL, OF_WHEEL
-   use nutate_controller, only: controller_t
    use nutate_effect_list, only: effect_list_t
    use nutate_hamiltonian, only: angular_velocity, body_direction, body_momentum, frame_rate_of, potential_torque, &
       space_momentum
@@ -368,11 +367,10 @@ contains
       type(status_t), intent(out) :: status
       integer :: i
       do i = 1, effects%n_torques
-         select type (torque => effects%torques(i)%item)
-         class is (controller_t)
+         associate (torque => effects%torques(i)%item)
             if (torque%sample > 0.0_wp) status = fail(NUTATE_BAD_ARGUMENT, &
                'a controller that samples has no derivative (expected one without sample)', torque%name)
-         end select
+         end associate
       end do
    end subroutine check_effects
 

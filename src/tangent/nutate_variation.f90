@@ -2,15 +2,10 @@
 !> changes several of them (the mass of a shape, say) is one sensitivity with all of them in it.
 module nutate_variation
    use nutate_effect_base, only: effect_t, parameter_t
-   use nutate_controlled_motor, only: controlled_motor_t
-   use nutate_controller, only: controller_t, BY_WHEELS
-   use nutate_earth_field, only: earth_field_t
    use nutate_effect_list, only: effect_list_t
    use nutate_kepler_orbit, only: kepler_orbit_t
    use nutate_kinds, only: wp
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
-   use nutate_torque, only: torque_t
-   use nutate_wheel, only: wheel_t
    implicit none
    private
 
@@ -171,6 +166,7 @@ contains
          class(effect_t), intent(in) :: item
          integer, intent(in) :: kind, place
          integer :: k
+         logical :: there
          if (item%name == effect) same_name = same_name + 1
          if (group > 0) then
             if (item%group /= group) return
@@ -183,17 +179,18 @@ contains
             status = fail(NUTATE_BAD_ARGUMENT, 'the effect '//trim(item%name)//' has no derivative by '//parameter// &
                           ' (expected '//trim(names_of(item))//')')
          end if
-         select type (item)
-         class is (controller_t)
-            if (item%by /= BY_WHEELS .or. item%sample > 0.0_wp) return
+         if (item%lends_parameters()) then
             do k = 1, effects%n_wheels
                if (.not. changes(self, effects%wheels(k), OF_WHEEL, k, parameter, change)) return
             end do
-         class is (earth_field_t)
+         else if (item%is_earth_field()) then
+            ! Magnetorquers do not have the moment of the field.
             do k = 1, effects%n_torques
-               call follow_field(self, effects%torques(k)%item, k, parameter, change)
+               associate (torque => effects%torques(k)%item)
+                  if (torque%follows_earth_field()) there = changes(self, torque, OF_TORQUE, k, parameter, change)
+               end associate
             end do
-         end select
+         end if
       end subroutine visit
 
    end subroutine add_where
@@ -213,46 +210,17 @@ contains
       side = findloc(edge_names == edge, .true., dim=1)
       moves = side > 0 .and. size(change) == 1
       if (.not. moves) return
-      times = window_of(item)
+      call item%own_window(times(1), times(2))
       moves = abs(times(side)) < huge(1.0_wp)
       if (.not. moves) return
-      select type (item)
-      class is (controller_t)
-         if (item%by == BY_WHEELS) then
-            do k = 1, effects%n_wheels
-               if (is_controlled(effects%wheels(k))) call append_edge(self, OF_WHEEL, k, side, change(1))
-            end do
-            return
-         end if
-      end select
-      call append_edge(self, kind, place, side, change(1))
+      if (item%drives_wheels()) then
+         do k = 1, effects%n_wheels
+            if (effects%wheels(k)%has_law()) call append_edge(self, OF_WHEEL, k, side, change(1))
+         end do
+      else
+         call append_edge(self, kind, place, side, change(1))
+      end if
    end function moves_edge
-
-   !> True for a wheel that a controller drives at all times.
-   pure logical function is_controlled(wheel)
-      type(wheel_t), intent(in) :: wheel
-      is_controlled = .false.
-      if (.not. allocated(wheel%motor)) return
-      select type (motor => wheel%motor)
-      type is (controlled_motor_t)
-         is_controlled = .true.
-      end select
-   end function is_controlled
-
-   !> The times between which an effect acts by numbers of its own, s; shape (2).
-   pure function window_of(item) result(times)
-      class(effect_t), intent(in) :: item
-      real(wp) :: times(2)
-      times = [-huge(1.0_wp), huge(1.0_wp)]
-      select type (item)
-      class is (controller_t)
-         times = [item%start, item%stop]
-      class is (torque_t)
-         call item%window(times(1), times(2))
-      class is (wheel_t)
-         if (allocated(item%motor) .and. .not. is_controlled(item)) call item%motor%window(times(1), times(2))
-      end select
-   end function window_of
 
    !> Adds a change of one end of a window.
    subroutine append_edge(self, kind, place, side, change)
@@ -271,20 +239,6 @@ contains
       if (i > size(self%windows)) self%windows = [self%windows, one]
       self%windows(i)%change(side) = self%windows(i)%change(side) + change
    end subroutine append_edge
-
-   !> Adds a change of the field of the Earth to magnetorquers in it, which do not have its moment.
-   subroutine follow_field(self, item, place, parameter, change)
-      type(variation_t), intent(inout) :: self
-      class(effect_t), intent(in) :: item
-      integer, intent(in) :: place
-      character(len=*), intent(in) :: parameter
-      real(wp), intent(in) :: change(:)
-      logical :: there
-      select type (item)
-      class is (controller_t)
-         if (item%follows_earth) there = changes(self, item, OF_TORQUE, place, parameter, change)
-      end select
-   end subroutine follow_field
 
    !> Adds a change to those of an effect; false where the effect has no derivative by that name.
    logical function changes(self, effect, kind, place, parameter, change)
@@ -328,7 +282,7 @@ contains
          names = trim(names)//' '//list(i)%name
          if (list(i)%size > 1) names = trim(names)//'('//decimal(list(i)%size)//')'
       end do
-      times = window_of(effect)
+      call effect%own_window(times(1), times(2))
       do i = 1, 2
          if (.not. abs(times(i)) < huge(1.0_wp)) cycle
          if (names /= '') names = trim(names)//','

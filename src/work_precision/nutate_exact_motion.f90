@@ -5,7 +5,6 @@ module nutate_exact_motion
    use nutate_exact_top, only: lagrange_top_t
    use nutate_hamiltonian, only: body_momentum
    use nutate_kinds, only: wp, eps
-   use nutate_linear_potential, only: linear_potential_t
    use nutate_quaternion, only: cross
    use nutate_status, only: status_t
    use nutate_measured_run, only: problem_t
@@ -38,12 +37,10 @@ contains
          if (effects%n_potentials == 0) then
             call solve_free(problem, kind, q)
          else
-            select type (potential => effects%potentials(1)%item)
-            class is (linear_potential_t)
-               call solve_top(problem, potential%moment, potential%direction, kind, q)
-            class default
-               return
-            end select
+            associate (potential => effects%potentials(1)%item)
+               if (potential%is_linear()) &
+                  call solve_top(problem, potential%series_moment(), potential%direction, kind, q)
+            end associate
          end if
       end associate
    end subroutine find_exact_attitude

@@ -1,14 +1,12 @@
 !> Columns of controllers and of the magnetic field in which they act.
 module nutate_control_columns
-   use nutate_dipole, only: dipole_t
    use nutate_effect_list, only: effect_list_t
    use nutate_hamiltonian, only: relative_rate
    use nutate_kinds, only: wp
    use nutate_quaternion, only: quat_normalized, rotate_to_body
-   use nutate_controlled_motor, only: controlled_motor_t
-   use nutate_controller, only: controller_t, BY_MAGNETORQUERS, BY_WHEELS, POINTING
    use nutate_state, only: state_t
    use nutate_system, only: system_t
+   use nutate_torque, only: torque_t
    implicit none
    private
 
@@ -26,36 +24,22 @@ contains
       type(state_t), intent(in) :: state
       real(wp) :: values(7), q(4), rate(3)
       integer :: place
-      logical :: acts
       values = 0.0_wp
       place = place_of(system%effects, n)
       if (place == 0) return
       q = quat_normalized(state%q)
       rate = relative_rate(system, state)
-      select type (controller => system%effects%torques(place)%item)
-      class is (controller_t)
-         acts = controller%on .and. state%t >= controller%start .and. state%t <= controller%stop
-         if (controller%sample > 0.0_wp) then
-            values(1:3) = controller%commanded
-         else if (acts) then
-            values(1:3) = controller%command(state%t, q, rate)
-         end if
+      associate (controller => system%effects%torques(place)%item)
+         values(1:6) = controller%commands_at(state%t, q, rate)
          values(7) = saturations_of(controller, system%effects, state%t)
-         if (controller%by == BY_WHEELS) then
-            values(4:6) = torque_by_wheels(controller, system%effects, state%t, q, rate)
-         else if (controller%sample > 0.0_wp) then
-            values(4:6) = controller%held
-         else if (acts) then
-            values(4:6) = values(1:3)
-            where (controller%saturated /= 0) values(4:6) = controller%saturated*controller%limit
-         end if
-      end select
+         if (controller%drives_wheels()) values(4:6) = torque_by_wheels(controller, system%effects, state%t, q, rate)
+      end associate
    end function controller_values
 
    !> Torque that the motors give the body for a controller, N m, body axes; shape (3). Of several controllers that a
    !> motor cannot give all that they ask for together, each gets the same part of it.
    pure function torque_by_wheels(controller, effects, t, q, rate) result(torque)
-      class(controller_t), intent(in) :: controller
+      class(torque_t), intent(in) :: controller
       type(effect_list_t), intent(in) :: effects
       !> s.
       real(wp), intent(in) :: t
@@ -69,12 +53,12 @@ contains
             if (.not. wheel%is_driven(t)) cycle
             u = wheel%drive(t, q, rate)
             if (controller%sample > 0.0_wp) then
-               asked = command_of_all(effects, i)
+               asked = effects%command_of_wheel(i)
                ! Cut off, it is less; else it stays as it is, to the last digit.
                if (abs(u) < abs(asked)) then
-                  u = controller%held_by_wheels(i)*(u/asked)
+                  u = controller%wheel_command(i)*(u/asked)
                else
-                  u = controller%held_by_wheels(i)
+                  u = controller%wheel_command(i)
                end if
             end if
             torque = torque - u*wheel%axis
@@ -82,47 +66,22 @@ contains
       end do
    end function torque_by_wheels
 
-   !> What all sampled controllers ask of a motor, N m.
-   pure real(wp) function command_of_all(effects, wheel) result(command)
-      type(effect_list_t), intent(in) :: effects
-      !> Which wheel.
-      integer, intent(in) :: wheel
-      integer :: i
-      command = 0.0_wp
-      do i = 1, effects%n_torques
-         select type (controller => effects%torques(i)%item)
-         class is (controller_t)
-            command = command + controller%held_by_wheels(wheel)
-         end select
-      end do
-   end function command_of_all
-
    !> How often a component, or the torque of a motor, has come to its limit.
    pure integer function saturations_of(controller, effects, t) result(number)
-      class(controller_t), intent(in) :: controller
+      class(torque_t), intent(in) :: controller
       type(effect_list_t), intent(in) :: effects
       !> s.
       real(wp), intent(in) :: t
-      real(wp) :: start, stop
       integer :: i
-      number = 0
-      if (controller%by /= BY_WHEELS) then
-         number = controller%saturations%number
-         if (.not. controller%sample > 0.0_wp) number = controller%saturations%number_at( &
-            t, controller%saturated, controller%on, controller%start, controller%stop)
-         return
-      end if
+      number = controller%n_saturations(t)
+      if (.not. controller%drives_wheels()) return
       do i = 1, effects%n_wheels
          associate (wheel => effects%wheels(i))
             if (.not. allocated(wheel%motor)) then
                number = number + wheel%saturations%number
-               cycle
+            else
+               number = number + wheel%motor%n_saturations(t)
             end if
-            select type (motor => wheel%motor)
-            class is (controlled_motor_t)
-               call motor%window(start, stop)
-               number = number + wheel%saturations%number_at(t, [motor%saturated, 0, 0], motor%on, start, stop)
-            end select
          end associate
       end do
    end function saturations_of
@@ -137,10 +96,7 @@ contains
       angle = 0.0_wp
       place = place_of(system%effects, n)
       if (place == 0) return
-      select type (controller => system%effects%torques(place)%item)
-      class is (controller_t)
-         angle = controller%error_angle(state%t, quat_normalized(state%q))
-      end select
+      angle = system%effects%torques(place)%item%error_angle(state%t, quat_normalized(state%q))
    end function pointing_error
 
    !> The magnetic field, body axes, T; shape (3): that of the Earth, or of the first magnetorquers that have one of
@@ -164,20 +120,10 @@ contains
       b = 0.0_wp
       found = .false.
       do i = 1, effects%n_torques
-         if (found) return
-         select type (controller => effects%torques(i)%item)
-         class is (controller_t)
-            found = controller%by == BY_MAGNETORQUERS .and. .not. controller%follows_earth
-            if (found) b = controller%field
-         end select
+         if (.not. found) call effects%torques(i)%item%own_field(b, found)
       end do
       do i = 1, effects%n_potentials + effects%n_off
-         if (found) return
-         select type (dipole => effects%potentials(i)%item)
-         class is (dipole_t)
-            found = .true.
-            b = dipole%direction
-         end select
+         if (.not. found) call effects%potentials(i)%item%own_field(b, found)
       end do
    end subroutine find_still_field
 
@@ -197,11 +143,7 @@ contains
       integer :: place
       place = place_of(effects, n)
       has = place > 0
-      if (.not. (has .and. points)) return
-      select type (controller => effects%torques(place)%item)
-      class is (controller_t)
-         has = controller%law == POINTING
-      end select
+      if (has .and. points) has = effects%torques(place)%item%is_pointing()
    end function has_controller
 
    !> Which torque the n-th controller is; 0 where there is none.
@@ -209,15 +151,7 @@ contains
       type(effect_list_t), intent(in) :: effects
       integer, intent(in) :: n
       integer :: i, k
-      place = 0
-      k = 0
-      do i = 1, effects%n_torques
-         select type (controller => effects%torques(i)%item)
-         class is (controller_t)
-            k = k + 1
-            if (k == n) place = i
-         end select
-      end do
+      place = findloc([(count([(effects%torques(k)%item%is_controller(), k=1, i)]), i=1, effects%n_torques)], n, dim=1)
    end function place_of
 
 end module nutate_control_columns

@@ -26,7 +26,6 @@ module nutate_specialised_motion
       evaluate_field_stage, &
       evaluate_rotating_field_stage, evaluate_rotating_stage, evaluate_upright_stage
    use nutate_limits, only: manifold_tolerance
-   use nutate_linear_potential, only: linear_potential_t
    use nutate_order_eight, only: n_stages
    use nutate_quaternion, only: quat_conjugate, quat_product, quat_vector_product, rotate_to_body, &
       rotate_to_space
@@ -145,12 +144,9 @@ contains
       integer :: i
       are_linear = .true.
       do i = 1, effects%n_potentials
-         select type (potential => effects%potentials(i)%item)
-         class is (linear_potential_t)
-            if (potential%moves) are_linear = .false.
-         class default
-            are_linear = .false.
-         end select
+         associate (potential => effects%potentials(i)%item)
+            if (potential%moves .or. .not. potential%is_linear()) are_linear = .false.
+         end associate
       end do
    end function are_linear
 

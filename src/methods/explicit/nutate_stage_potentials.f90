@@ -6,7 +6,6 @@ module nutate_stage_potentials
    use nutate_effect_list, only: effect_list_t
    use nutate_indices, only: find_indices
    use nutate_kinds, only: wp
-   use nutate_linear_potential, only: linear_potential_t
    use nutate_small_products, only: times_vector
    implicit none
    private
@@ -35,17 +34,18 @@ contains
       class(stage_potentials_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
       logical :: is_other(effects%n_potentials)
+      real(wp) :: moment(3)
       integer :: i, j
-      is_other = .true.
       self%linear = 0.0_wp
       do i = 1, effects%n_potentials
-         select type (potential => effects%potentials(i)%item)
-         class is (linear_potential_t)
-            is_other(i) = .false.
+         associate (potential => effects%potentials(i)%item)
+            is_other(i) = .not. potential%is_linear()
+            if (is_other(i)) cycle
+            moment = potential%series_moment()
             do j = 1, 3
-               self%linear(:, j) = self%linear(:, j) + potential%moment(j)*potential%direction
+               self%linear(:, j) = self%linear(:, j) + moment(j)*potential%direction
             end do
-         end select
+         end associate
       end do
       self%has_linear = .not. all(is_other)
       call find_indices(is_other, self%others)

@@ -9,7 +9,6 @@ module nutate_stage_rates
    use nutate_hamiltonian, only: body_direction
    use nutate_kinds, only: wp
    use nutate_limits, only: most_wheels
-   use nutate_linear_potential, only: linear_potential_t
    use nutate_potential, only: potential_t
    use nutate_quaternion, only: cross, rotate_to_body
    use nutate_rigid_rates, only: rigid_rates_t
@@ -148,7 +147,7 @@ contains
       do i = 1, system%effects%n_potentials
          gamma = body_direction(system%effects, i, self%q, self%t)
          associate (potential => system%effects%potentials(i)%item, by_turn => self%by_turn)
-            linear = is_linear(potential)
+            linear = potential%is_linear()
             slope = potential%gradient(gamma)
             if (.not. linear) curvature = potential%hessian(gamma)
             tau = tau + cross(gamma, slope)
@@ -167,17 +166,6 @@ contains
       self%torque = self%torque + tau
       self%rate(5:7) = self%rate(5:7) + rates%dt*tau
    end subroutine add_potentials
-
-   !> True for a potential without curvature.
-   pure logical function is_linear(potential)
-      class(potential_t), intent(in) :: potential
-      select type (potential)
-      class is (linear_potential_t)
-         is_linear = .true.
-      class default
-         is_linear = .false.
-      end select
-   end function is_linear
 
    !> Adds the torques that act, and their work.
    subroutine add_torques(self, rates, system)

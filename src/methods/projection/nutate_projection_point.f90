@@ -9,7 +9,6 @@ module nutate_projection_point
    use nutate_invariants, only: conserved_momentum, ALL_COMPONENTS, ALONG_AXIS, NO_COMPONENT, ONLY_LENGTH
    use nutate_kinds, only: wp, eps
    use nutate_limits, only: most_wheels
-   use nutate_linear_potential, only: linear_potential_t
    use nutate_quaternion, only: cross, times => quat_vector_product
    use nutate_small_products, only: times_vector
    use nutate_state, only: add_increment, state_t
@@ -198,15 +197,13 @@ contains
       type(effect_list_t), intent(in) :: effects
       logical :: is_other(effects%n_potentials)
       integer :: i
-      is_other = .true.
       self%weight = 0.0_wp
       do i = 1, effects%n_potentials
-         select type (potential => effects%potentials(i)%item)
-         class is (linear_potential_t)
-            is_other(i) = self%components /= ALONG_AXIS
+         associate (potential => effects%potentials(i)%item)
+            is_other(i) = self%components /= ALONG_AXIS .or. .not. potential%is_linear()
             if (.not. is_other(i)) &
-               self%weight = self%weight + dot_product(potential%direction, self%axis)*potential%moment
-         end select
+               self%weight = self%weight + dot_product(potential%direction, self%axis)*potential%series_moment()
+         end associate
       end do
       call find_indices(is_other, self%others)
       self%has_others = any(is_other)
