@@ -520,7 +520,7 @@ contains
       select type (effect)
       type is (earth_field_t)
          self%in_earth_field = .true.
-         self%earth_field = effect%field
+         self%earth_field = effect%field()
       end select
       allocate (grown(n + 1))
       do i = 1, n

@@ -5,9 +5,11 @@
 !>
 !> Inertial axes: x to the equinox, z north. Seen from the axes of a circular orbit, where r̂ stands still, G turns.
 module nutate_geomagnetic_field
-   use nutate_kepler_orbit, only: kepler_orbit_t
+   use nutate_effect_base, only: parameter_t
+   use nutate_kepler_orbit, only: n_elements
    use nutate_kinds, only: wp
    use nutate_limits, only: is_moderate
+   use nutate_moving_direction, only: moving_direction_t
    use nutate_power_series, only: inverses, power_term, product_term
    use nutate_quaternion, only: cross, rotate_to_body
    use nutate_rotating_frame, only: earth_rate
@@ -26,8 +28,7 @@ module nutate_geomagnetic_field
    real(wp), parameter :: north(3) = [0.0_wp, 0.0_wp, 1.0_wp]
 
    !> Magnetic field of the Earth along an orbit: a dipole that rotates with the Earth.
-   type :: geomagnetic_field_t
-      type(kepler_orbit_t) :: path = kepler_orbit_t()
+   type, extends(moving_direction_t) :: geomagnetic_field_t
       !> G in axes of the Earth: x to the meridian of Greenwich, z north, T; shape (3).
       real(wp) :: coefficients(3) = reference_coefficients
       !> θ₀: angle of Greenwich from the equinox at t = 0, rad.
@@ -35,10 +36,10 @@ module nutate_geomagnetic_field
       !> The field is given in the LVLH frame of a circular orbit; else in inertial axes.
       logical :: in_orbit = .false.
    contains
-      !> Returns B at a time, T.
       procedure :: at => field_at
-      !> Returns Ḃ at a time, T/s.
       procedure :: rate_at
+      procedure :: parameters => parameters_of_field
+      procedure :: change_at => change_of_field
       !> Return δB by a change of G and θ₀, and by one of the elements of the orbit, T.
       procedure :: change_by_axis
       !> Returns the field of a changed G alone.
@@ -46,14 +47,10 @@ module nutate_geomagnetic_field
       procedure :: change_by_orbit
       !> Returns δḂ by a change of the elements of the orbit, T/s.
       procedure :: rate_change_by_orbit
-      !> Computes the power series of B, and of what a change of the elements of the orbit makes of it.
       procedure :: series
       procedure :: change_series
-      !> Returns a bound of the rate of its direction, 1/s.
       procedure :: pace
-      !> Returns a bound of |B|, T.
       procedure :: greatest
-      !> Returns true if its numbers can be computed with.
       procedure :: is_valid => field_is_valid
    end type geomagnetic_field_t
 
@@ -173,7 +170,7 @@ contains
       real(wp) :: rate(3), series(3, 0:1)
       rate = 0.0_wp
       if (allocated(self%path%track)) return
-      call self%change_series(change, t, 1/self%pace(), series)
+      call expand_change(self, change, t, 1/self%pace(), series)
       rate = self%pace()*series(:, 1)
    end function rate_change_by_orbit
 
@@ -185,16 +182,16 @@ contains
    end function turn_of
 
    !> Computes the coefficients of the power series of B about a time, space axes.
-   pure subroutine series(self, t, time_unit, b)
+   pure subroutine series(self, t, time_unit, v)
       class(geomagnetic_field_t), intent(in) :: self
       !> s.
       real(wp), intent(in) :: t, time_unit
       !> T; shape (3, 0:order).
-      real(wp), intent(out) :: b(:, 0:)
+      real(wp), intent(out) :: v(:, 0:)
       if (self%in_orbit) then
-         call expand_in_orbit(self, t, time_unit, b)
+         call expand_in_orbit(self, t, time_unit, v)
       else
-         call expand_in_space(self, t, time_unit, b)
+         call expand_in_space(self, t, time_unit, v)
       end if
    end subroutine series
 
@@ -274,19 +271,47 @@ contains
       end do
    end subroutine expand_axis_in_orbit
 
-   !> Computes the coefficients of the power series of δB by a change of the elements of the orbit about a time.
-   pure subroutine change_series(self, change, t, time_unit, b)
+   !> Returns G, θ₀ and the elements of the orbit.
+   pure function parameters_of_field(self) result(list)
       class(geomagnetic_field_t), intent(in) :: self
-      !> Change of the elements, shape (n_elements); time, s.
+      type(parameter_t), allocatable :: list(:)
+      list = [parameter_t('coefficients', 3), parameter_t('epoch_angle'), parameter_t('orbit', n_elements)]
+   end function parameters_of_field
+
+   pure function change_of_field(self, change, t) result(v)
+      class(geomagnetic_field_t), intent(in) :: self
+      real(wp), intent(in) :: change(:), t
+      real(wp) :: v(3)
+      v = self%change_by_axis(change(1:3), change(4), t) + self%change_by_orbit(change(5:), t)
+   end function change_of_field
+
+   !> Computes the coefficients of the power series of δB about a time.
+   pure subroutine change_series(self, change, t, time_unit, v)
+      class(geomagnetic_field_t), intent(in) :: self
+      !> Change of G, θ₀ and the elements, shape (4 + n_elements); time, s.
       real(wp), intent(in) :: change(:), t, time_unit
       !> T; shape (3, 0:order).
+      real(wp), intent(out) :: v(:, 0:)
+      type(geomagnetic_field_t) :: other
+      real(wp) :: by_orbit(3, 0:ubound(v, 2))
+      other = self%with_axis(change(1:3), change(4))
+      call other%series(t, time_unit, v)
+      if (.not. any(abs(change(5:)) > 0.0_wp)) return
+      call expand_change(self, change(5:), t, time_unit, by_orbit)
+      v = v + by_orbit
+   end subroutine change_series
+
+   !> Computes the coefficients of δB by a change of the elements of the orbit, T; shape (3, 0:order).
+   pure subroutine expand_change(self, change, t, time_unit, b)
+      class(geomagnetic_field_t), intent(in) :: self
+      real(wp), intent(in) :: change(:), t, time_unit
       real(wp), intent(out) :: b(:, 0:)
       if (self%in_orbit) then
          call change_in_orbit(self, change, t, time_unit, b)
       else
          call change_in_space(self, change, t, time_unit, b)
       end if
-   end subroutine change_series
+   end subroutine expand_change
 
    !> With δx = δr/r₀, c = (x·x)^(-5/2): the change of 3 ((G·x) c) x - G (x·x)^(-3/2), where that of c is
    !> -5 (x·δx)(x·x)^(-7/2), and that of the last power -3 (x·δx) c.

@@ -1,8 +1,10 @@
 !> A vector that stands still in the axes of an orbit, seen from inertial ones, or vice versa.
 module nutate_lvlh_vector
-   use nutate_kepler_orbit, only: kepler_orbit_t
+   use nutate_effect_base, only: parameter_t
+   use nutate_kepler_orbit, only: n_elements
    use nutate_kinds, only: wp
    use nutate_limits, only: is_moderate
+   use nutate_moving_direction, only: moving_direction_t
    use nutate_power_series, only: inverses, power_term
    use nutate_quaternion, only: cross, rotate_to_body, rotate_to_space
    implicit none
@@ -14,30 +16,41 @@ module nutate_lvlh_vector
    real(wp), parameter :: normal(3) = [0.0_wp, -1.0_wp, 0.0_wp]
 
    !> v, and the orbit.
-   type :: lvlh_vector_t
-      type(kepler_orbit_t) :: path = kepler_orbit_t()
+   type, extends(moving_direction_t) :: lvlh_vector_t
       !> In the axes in which it stands still; shape (3).
       real(wp) :: vector(3) = 0.0_wp
       !> The vector is fixed in inertial axes and given in the LVLH frame of a circular orbit; else vice versa.
       logical :: from_orbit = .false.
    contains
-      !> v as it is seen at a time.
       procedure :: at => vector_at
-      !> v̇, in 1/s of its unit.
       procedure :: rate_at
-      !> v of another vector in the axes in which it stands still.
-      procedure :: change_at
-      !> v by a change of the elements of the orbit.
-      procedure :: change_by_orbit
-      !> Power series of v.
       procedure :: series
-      !> Power series of what a change of the vector and of the elements of the orbit makes of it.
+      procedure :: parameters => parameters_of_vector
+      procedure :: change_at
       procedure :: change_series
-      !> It can be computed with.
+      procedure :: greatest => length
+      procedure :: pace => rate_of_turn
       procedure :: is_valid => vector_is_valid
    end type lvlh_vector_t
 
 contains
+
+   !> Returns the vector in the axes in which it stands still, and the elements of the orbit.
+   pure function parameters_of_vector(self) result(list)
+      class(lvlh_vector_t), intent(in) :: self
+      type(parameter_t), allocatable :: list(:)
+      list = [parameter_t('force', 3), parameter_t('orbit', n_elements)]
+   end function parameters_of_vector
+
+   pure real(wp) function length(self)
+      class(lvlh_vector_t), intent(in) :: self
+      length = norm2(self%vector)
+   end function length
+
+   pure real(wp) function rate_of_turn(self)
+      class(lvlh_vector_t), intent(in) :: self
+      rate_of_turn = self%path%fastest_turn()
+   end function rate_of_turn
 
    !> Returns v at a time, in the space axes of the scene; shape (3).
    pure function vector_at(self, t) result(v)
@@ -52,30 +65,25 @@ contains
       end if
    end function vector_at
 
-   !> Shape (3).
-   pure function change_at(self, vector, t) result(v)
+   !> Returns δv at a time, in the space axes of the scene; shape (3).
+   pure function change_at(self, change, t) result(v)
       class(lvlh_vector_t), intent(in) :: self
-      !> In the axes in which v stands still, shape (3); s.
-      real(wp), intent(in) :: vector(3), t
+      !> Of the vector in the axes in which it stands still, and of the elements, shape (3 + n_elements); s.
+      real(wp), intent(in) :: change(:), t
       real(wp) :: v(3)
       type(lvlh_vector_t) :: other
       other = self
-      other%vector = vector
+      other%vector = change(1:3)
       v = other%at(t)
+      if (.not. size(change) > 3) return
+      associate (turn => self%path%axes_change(change(4:), t))
+         if (self%from_orbit) then
+            v = v + rotate_to_body(self%path%axes(t), cross(self%vector, turn))
+         else
+            v = v + cross(turn, self%at(t))
+         end if
+      end associate
    end function change_at
-
-   !> Returns δv at a time, in the space axes of the scene; shape (3).
-   pure function change_by_orbit(self, change, t) result(v)
-      class(lvlh_vector_t), intent(in) :: self
-      !> Of the elements, shape (n_elements); s.
-      real(wp), intent(in) :: change(:), t
-      real(wp) :: v(3)
-      if (self%from_orbit) then
-         v = rotate_to_body(self%path%axes(t), cross(self%vector, self%path%axes_change(change, t)))
-      else
-         v = cross(self%path%axes_change(change, t), self%at(t))
-      end if
-   end function change_by_orbit
 
    !> Returns v̇ at a time, in the space axes of the scene, unit of v per s; shape (3).
    pure function rate_at(self, t) result(rate)
@@ -126,21 +134,21 @@ contains
 
    !> Computes the coefficients of the power series of δv about a time: of another vector, and of δθ×v, δθ the rotation
    !> of the LVLH frame; seen from that frame of v×δθ.
-   pure subroutine change_series(self, vector, change, t, time_unit, v)
+   pure subroutine change_series(self, change, t, time_unit, v)
       class(lvlh_vector_t), intent(in) :: self
-      !> In the axes in which v stands still, shape (3); of the elements, shape (n_elements); s.
-      real(wp), intent(in) :: vector(3), change(:), t, time_unit
+      !> As in `change_at`; s.
+      real(wp), intent(in) :: change(:), t, time_unit
       !> Shape (3, 0:order).
       real(wp), intent(out) :: v(:, 0:)
       type(lvlh_vector_t) :: other
       real(wp), dimension(3, 0:ubound(v, 2)) :: own, turn
       integer :: j, k
       other = self
-      other%vector = vector
+      other%vector = change(1:3)
       call other%series(t, time_unit, v)
-      if (.not. any(abs(change) > 0.0_wp)) return
+      if (.not. any(abs(change(4:)) > 0.0_wp)) return
       call self%series(t, time_unit, own)
-      call self%path%axes_change_series(change, t, time_unit, self%from_orbit, turn)
+      call self%path%axes_change_series(change(4:), t, time_unit, self%from_orbit, turn)
       if (self%from_orbit) own = -own
       do k = 0, ubound(v, 2)
          do j = 0, k

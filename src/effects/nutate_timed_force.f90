@@ -170,7 +170,7 @@ contains
       real(wp), intent(in) :: change(:), t, time_unit
       real(wp), intent(out) :: n(:, 0:)
       if (self%moves) then
-         call self%force%change_series(change(4:6), change(7:), t, time_unit, n)
+         call self%force%change_series(change(4:), t, time_unit, n)
       else
          n = 0.0_wp
          n(:, 0) = change(4:6)
@@ -213,7 +213,7 @@ contains
       real(wp) :: tau(3)
       real(wp) :: force(3)
       force = change(4:6)
-      if (self%moves) force = self%force%change_at(force, t) + self%force%change_by_orbit(change(7:), t)
+      if (self%moves) force = self%force%change_at(change(4:), t)
       tau = cross(change(1:3), rotate_to_body(q, force_at(self, t))) + cross(self%body_point, rotate_to_body(q, force))
    end function change_by_parameters
 
