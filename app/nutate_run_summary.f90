@@ -191,7 +191,7 @@ contains
       call page%item(trim(merge('Lyapunov exponent ', 'Lyapunov exponents', chaos%n == 1)), &
                      text//' 1/s, over '//rounded_text(chaos%time)//' s')
       call page%item('MEGNO', rounded_text(chaos%megno(), 6)//', its mean; 2 where the motion is regular')
-      call page%item('FLI', rounded_text(chaos%fli(), 6)//', the largest logarithm of the column')
+      call page%item('FLI', rounded_text(chaos%fli(), 6)//', the largest logarithm of the deviation')
    end subroutine add_chaos
 
    !> How well the invariants were kept.

@@ -2,7 +2,8 @@
 module nutate_scene_warnings
    use nutate_column_event, only: shows_orbit
    use nutate_columns, only: column_sets
-   use nutate_controller, only: controller_t, BY_WHEELS, POINTING
+   use nutate_control_law, only: BY_WHEELS, POINTING
+   use nutate_controller, only: controller_t
    use nutate_decimal, only: rounded_text
    use nutate_effect_catalogue, only: effect_kind_t, effect_kinds
    use nutate_epoch, only: epoch_t

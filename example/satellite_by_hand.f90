@@ -44,7 +44,7 @@ program satellite_by_hand
    use nutate_body, only: diagonal
    use nutate_orbit, only: earth_mu
    use nutate_quaternion, only: quat_product, rotate_to_body
-   use nutate_controller, only: BY_WHEELS
+   use nutate_control_law, only: BY_WHEELS
    use pointing_rows, only: printer_t
    implicit none
    type(system_t) :: system

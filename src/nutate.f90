@@ -58,7 +58,7 @@
 !>     use nutate_effect_list, only: effect_list_t
 !>     use nutate_event, only: CROSSING, EXTREMUM, MAXIMUM, MINIMUM, SWITCH_OFF, SWITCH_ON, SWITCH_TOGGLE
 !>     use nutate_geomagnetic_field, only: geomagnetic_field_t
-!>     use nutate_controller, only: BY_MAGNETORQUERS, BY_TORQUE, BY_WHEELS, DETUMBLING, POINTING
+!>     use nutate_control_law, only: BY_MAGNETORQUERS, BY_TORQUE, BY_WHEELS, DETUMBLING, POINTING
 !>     use nutate_wheel_mounting, only: mount_wheels
 !>     use nutate_wheel_motor, only: make_motor_table
 !>

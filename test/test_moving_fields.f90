@@ -16,7 +16,8 @@ module test_moving_fields
    use nutate_observer, only: observer_t, run_record_t
    use nutate_orbit, only: orbit_t
    use nutate_quaternion, only: cross, quat_product, rotate_to_body, rotate_to_space
-   use nutate_controller, only: controller_t, BY_MAGNETORQUERS, DETUMBLING
+   use nutate_control_law, only: BY_MAGNETORQUERS, DETUMBLING
+   use nutate_controller, only: controller_t
    use nutate_controller_mounting, only: add_controller
    use nutate_run, only: integrate
    use nutate_run_plan, only: run_goal_t, run_plan_t

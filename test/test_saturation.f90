@@ -12,7 +12,8 @@ module test_saturation
    use nutate_orbit, only: orbit_t
    use nutate_progress, only: run_summary_t
    use nutate_quaternion, only: attitude_distance, quat_exp, quat_product
-   use nutate_controller, only: controller_t, BY_MAGNETORQUERS, BY_TORQUE, BY_WHEELS, DETUMBLING
+   use nutate_control_law, only: BY_MAGNETORQUERS, BY_TORQUE, BY_WHEELS, DETUMBLING
+   use nutate_controller, only: controller_t
    use nutate_controller_mounting, only: add_controller
    use nutate_run, only: integrate
    use nutate_run_plan, only: run_goal_t, run_plan_t

@@ -6,7 +6,8 @@ module test_tangent_windows
    use nutate_byte_archive, only: byte_archive_t
    use nutate_lvlh_vector, only: lvlh_vector_t
    use nutate_variation, only: variation_t, rate_variation
-   use nutate_controller, only: controller_t, BY_WHEELS
+   use nutate_control_law, only: BY_WHEELS
+   use nutate_controller, only: controller_t
    use nutate_controller_mounting, only: add_controller
    use nutate_event, only: event_t, MAXIMUM
    use nutate_event_tracker, only: event_list_t

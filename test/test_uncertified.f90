@@ -11,7 +11,8 @@ module test_uncertified
    use nutate_orbital_gradient, only: orbital_gradient_t
    use nutate_progress, only: run_summary_t
    use nutate_projected_stepper, only: projected_stepper_t
-   use nutate_controller, only: controller_t, BY_MAGNETORQUERS, BY_WHEELS, DETUMBLING
+   use nutate_control_law, only: BY_MAGNETORQUERS, BY_WHEELS, DETUMBLING
+   use nutate_controller, only: controller_t
    use nutate_controller_mounting, only: add_controller
    use nutate_run, only: integrate, run_t
    use nutate_run_plan, only: run_goal_t, run_plan_t

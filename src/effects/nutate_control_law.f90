@@ -230,8 +230,8 @@ contains
       where (self%saturated /= 0) cut = self%saturated*self%limit
    end function cut_off
 
-   !> Computes the derivatives of a torque that acts at all times by one small rotation θ of the body, which changes e_v by
-   !> ½(e₀θ + e_v×θ) and B by B×θ, and by one component of Ω.
+   !> Computes the derivatives of a torque that acts at all times by one small rotation θ of the body, which changes e_v
+   !> by ½(e₀θ + e_v×θ) and B by B×θ, and by one component of Ω.
    pure subroutine differentiate(self, t, q, omega, b, theta, by_rotation, by_rate)
       class(control_law_t), intent(in) :: self
       !> s; attitude, unit quaternion, body→space, and Ω, body axes, rad/s; shapes (4), (3).

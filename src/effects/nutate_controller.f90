@@ -5,7 +5,7 @@
 module nutate_controller
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use nutate_archive, only: archive_t
-   use nutate_control_law, only: control_law_t, POINTING, DETUMBLING, BY_TORQUE, BY_WHEELS, BY_MAGNETORQUERS
+   use nutate_control_law, only: control_law_t, BY_MAGNETORQUERS, BY_TORQUE, BY_WHEELS, DETUMBLING, POINTING
    use nutate_effect, only: GENERAL_SERIES, NO_SERIES, parameter_t
    use nutate_kepler_orbit, only: kepler_orbit_t, n_elements
    use nutate_kinds, only: wp
@@ -16,7 +16,7 @@ module nutate_controller
    implicit none
    private
 
-   public :: controller_t, POINTING, DETUMBLING, BY_TORQUE, BY_WHEELS, BY_MAGNETORQUERS
+   public :: controller_t
 
    !> A controller that acts from start to stop.
    type, extends(control_law_t) :: controller_t

@@ -7,7 +7,8 @@ module nutate_controller_group
    use nutate_kinds, only: wp
    use nutate_limits, only: attitude_tolerance, is_unit
    use nutate_quaternion, only: quat_normalized
-   use nutate_controller, only: controller_t, BY_MAGNETORQUERS, BY_TORQUE, BY_WHEELS, DETUMBLING
+   use nutate_control_law, only: BY_MAGNETORQUERS, BY_TORQUE, BY_WHEELS, DETUMBLING
+   use nutate_controller, only: controller_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    implicit none
    private

@@ -3,7 +3,8 @@ module nutate_controller_mounting
    use nutate_kinds, only: wp
    use nutate_lapack, only: symmetric_eigen
    use nutate_controlled_motor, only: controlled_motor_t
-   use nutate_controller, only: controller_t, BY_MAGNETORQUERS, BY_WHEELS, DETUMBLING
+   use nutate_control_law, only: BY_MAGNETORQUERS, BY_WHEELS, DETUMBLING
+   use nutate_controller, only: controller_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    use nutate_system, only: system_t
    implicit none
