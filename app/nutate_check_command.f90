@@ -393,6 +393,8 @@ contains
          if (.not. settings%projection) call page%item('projection', 'switched off')
          if (plan%goal%active()) then
             call page%item('steps', steps_text(plan, settings%order, scene%events%count() > 0))
+            if (settings%max_step < huge(1.0_wp)) &
+               call page%item('', 'of at most '//rounded_text(settings%max_step)//' s each')
             return
          end if
          call page%item('steps', count_text(count_steps(scene%initial%t, plan))//' of '// &

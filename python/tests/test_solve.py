@@ -93,6 +93,15 @@ class SolveTest(unittest.TestCase):
             self.assertLess(distance(q, rows.q), 1e-7, settings)
             self.assertLess(np.abs(omega - rows.omega).max(), 1e-8, settings)
 
+    def test_max_step_finds_a_narrow_pulse(self):
+        system = nutate.System(moments=(1, 1, 1))
+        system.add_user_torque(lambda t, q, omega: (2.0 * (abs(t - 5.0) < 0.005), 0.0, 0.0))
+        for method in ("dop853", "rk8"):
+            for limit, gained in (({}, 0.0), ({"max_step": 0.002}, 0.02)):
+                solution = nutate.solve(system, omega0=(0.1, 0, 0), t_span=(0, 10), method=method, local_tolerance=1e-6, **limit)
+                # An edge of the pulse lies inside of a step: the impulse is good to a step.
+                self.assertAlmostEqual(solution.omega[-1][0], 0.1 + gained, delta=4e-3 if limit else 1e-12)
+
     def test_the_balance_closes_with_time_dependent_potentials(self):
         system = nutate.System(moments=(90, 100, 40))
         system.add("orbit", semi_major_axis=7e6, eccentricity=0.1)

@@ -49,6 +49,9 @@ class Check(CommandLineTest):
         text = self.succeed("check", "rare.nml", "--set", "integrator.local_tolerance=1e-6",
                             "--set", "output.interval=0.125").stdout
         self.assertIn("9, one every 0.125 s", text)
+        self.assertNotIn("at most", text)
+        text = self.succeed("check", "rare.nml", "--set", "integrator.local_tolerance=1e-6", "--set", "integrator.max_step=0.25").stdout
+        self.assertIn("of at most 0.25 s each", text)
         # What was set on the command line stays.
         self.fail_with(2, "check", "box.nml", "--set", "integrator.accuracy=1e-6", "--set", "integrator.time_step=0.1",
                        says=("--set: accuracy and time_step in &integrator exclude each other",))
