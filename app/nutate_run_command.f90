@@ -223,15 +223,15 @@ contains
       integer, intent(inout) :: exit_code
       type(status_t) :: status
       character(len=:), allocatable :: rows
-      watcher%history%file%stop_flag = signal_flag()
+      watcher%file%stop_flag = signal_flag()
       associate (j0 => scene%integrator%inverse_auxiliary_inertia, columns => scene%output%columns)
          if (allocated(archive)) then
-            call watcher%history%reopen(scene%output%file, columns, scene%system, scene%initial, j0, archive, status, &
+            call watcher%reopen(scene%output%file, columns, scene%system, scene%initial, j0, archive, status, &
                                         scene%output%degrees, scene%output%digits, &
                                         scene%plan%end_time < scene%initial%t, scene%output%epoch, &
                                         scene%propagated())
          else
-            call watcher%history%open(scene%output%file, columns, scene%system, scene%initial, j0, status, &
+            call watcher%open(scene%output%file, columns, scene%system, scene%initial, j0, status, &
                                       scene%output%degrees, scene%output%digits, &
                                       scene%plan%end_time < scene%initial%t, scene%output%epoch, &
                                       scene%propagated())
@@ -240,7 +240,7 @@ contains
       if (status%ok()) return
       if (allocated(archive)) then
          rows = scene%output%file
-         if (allocated(watcher%history%file%partial)) rows = watcher%history%file%partial
+         if (allocated(watcher%file%partial)) rows = watcher%file%partial
          call say_error('nutate: '//printable_path(command%resume)//' cannot be resumed: '//printable_path(rows)// &
                         ': '//trim(status%message))
          exit_code = EXIT_INPUT
@@ -279,10 +279,10 @@ contains
       if (allocated(archive)) then
          call watcher%events%reopen(name, archive, status)
       else
-         call watcher%events%open(name, watcher%history, status)
+         call watcher%events%open(name, watcher%history_t, status)
       end if
       if (status%ok()) return
-      call watcher%history%abandon(closing)
+      call watcher%abandon(closing)
       exit_code = EXIT_OUTPUT
       if (allocated(archive)) exit_code = EXIT_INPUT
       if (allocated(archive)) then
@@ -357,10 +357,10 @@ contains
       if (.not. status%ok()) then
          exit_code = EXIT_OUTPUT
          call say_error('nutate: cannot write '//printable_path(events_file(scene))//': '//trim(status%message))
-         call watcher%history%abandon(status)
+         call watcher%abandon(status)
          return
       end if
-      call watcher%history%finish(status)
+      call watcher%finish(status)
       if (.not. status%ok()) then
          exit_code = EXIT_OUTPUT
          call report_output(scene, status, kept_rows(watcher, status))
@@ -384,7 +384,7 @@ contains
       integer, intent(out) :: exit_code
       type(status_t) :: closing
       call close_events(watcher, .false., closing)
-      call watcher%history%abandon(closing)
+      call watcher%abandon(closing)
       if (status%code == NUTATE_STOPPED .or. (status%code == NUTATE_IO .and. caught_signal() /= 0 .and. &
                                               .not. goes_to_file(scene%output%file))) then
          exit_code = EXIT_SIGNAL + caught_signal()

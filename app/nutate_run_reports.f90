@@ -88,14 +88,14 @@ contains
       type(status_t), intent(in) :: closing
       character(len=:), allocatable :: text
       text = ''
-      if (watcher%history%file%kept_in() == '') return
+      if (watcher%file%kept_in() == '') return
       if (closing%ok()) then
-         text = '; kept '//plural(watcher%history%rows, 'row')//' up to t = '// &
+         text = '; kept '//plural(watcher%rows, 'row')//' up to t = '// &
                 rounded_text(watcher%last_row, 9)//' s in '
       else
          text = '; complete rows are in '
       end if
-      text = text//printable_path(watcher%history%file%kept_in())
+      text = text//printable_path(watcher%file%kept_in())
       if (watcher%checkpoint%written) &
          text = text//' (to continue: --resume '//printable_path(watcher%checkpoint%file)//')'
    end function kept_rows

@@ -54,8 +54,8 @@ contains
       end do
       if (allocated(run%events)) call add_events(page, watcher, run)
       if (allocated(run%summary%chaos)) call add_chaos(page, run%summary%chaos)
-      call page%item('history', plural(watcher%history%rows, 'row')//' of '// &
-                     count_text(int(watcher%history%columns%width, long))//' columns in '//output_name(scene))
+      call page%item('history', plural(watcher%rows, 'row')//' of '// &
+                     count_text(int(watcher%columns%width, long))//' columns in '//output_name(scene))
       call collect_notes(scene, notes)
       do i = 1, size(notes)
          call page%item('note', notes(i)%text)

@@ -9,7 +9,7 @@ module nutate_run_watcher
    use nutate_invariants, only: invariants_t
    use nutate_kinds, only: wp, long
    use nutate_run_progress, only: progress_bar_t
-   use nutate_observer, only: observer_t, run_record_t
+   use nutate_observer, only: run_record_t
    use nutate_run_plan, only: run_plan_t
    use nutate_run_signals, only: check_signals
    use nutate_state, only: state_t
@@ -21,8 +21,8 @@ module nutate_run_watcher
 
    public :: run_watcher_t
 
-   type, extends(observer_t) :: run_watcher_t
-      type(history_t) :: history
+   !> The history of a run, with what else watches it.
+   type, extends(history_t) :: run_watcher_t
       type(event_history_t) :: events
       type(invariants_t) :: invariants
       type(progress_bar_t) :: progress
@@ -49,7 +49,6 @@ module nutate_run_watcher
       procedure :: seconds
       procedure :: observe => write_row
       procedure :: poll => poll
-      procedure :: observe_step => watch_step
       procedure :: observe_event => write_event
       procedure :: save_checkpoint => write_checkpoint
    end type run_watcher_t
@@ -65,9 +64,6 @@ contains
       type(integrator_settings_t), intent(in) :: settings
       !> No progress bar; no invariants, unless there are checkpoints: the run that is resumed may show them.
       logical, intent(in) :: quiet
-      self%observes_every_step = self%history%observes_every_step
-      self%wants_works = self%history%wants_works
-      self%wants_tangent = self%history%wants_tangent
       self%saves_at_step_limit = self%checkpoint%is_wanted()
       ! At once, so that what cannot be written is known at the start.
       self%wants_checkpoint = self%saves_at_step_limit
@@ -121,9 +117,7 @@ contains
       integer(long) :: before, after
 
       call system_clock(before)
-      if (allocated(self%tangent)) call move_alloc(self%tangent, self%history%tangent)
-      if (allocated(self%chaos)) call move_alloc(self%chaos, self%history%chaos)
-      call self%history%observe(system, state, record, status)
+      call self%history_t%observe(system, state, record, status)
       if (status%ok()) self%last_row = state%t
       if (self%measures .and. status%ok()) call self%invariants%measure(system, state, record%work)
       call system_clock(after)
@@ -143,13 +137,6 @@ contains
       self%wants_checkpoint = self%checkpoint%is_due(now) .or. (self%saves_at_step_limit .and. .not. status%ok())
    end subroutine poll
 
-   !> Lets the history follow what it must.
-   subroutine watch_step(self, state)
-      class(run_watcher_t), intent(inout) :: self
-      type(state_t), intent(in) :: state
-      call self%history%observe_step(state)
-   end subroutine watch_step
-
    !> Writes an event. Errors: those of the file.
    subroutine write_event(self, system, event, which, number, state, record, status)
       class(run_watcher_t), intent(inout) :: self
@@ -161,7 +148,7 @@ contains
       type(run_record_t), intent(in) :: record
       type(status_t), intent(inout) :: status
       if (self%measures) call self%invariants%measure(system, state, record%work)
-      call self%events%write(self%history, system, trim(event%name), number, state, record, status)
+      call self%events%write(self%history_t, system, trim(event%name), number, state, record, status)
    end subroutine write_event
 
    !> Writes a checkpoint: the rows so far to the disk, then what is needed to go on. Errors: `NUTATE_IO`; for a method
@@ -176,7 +163,7 @@ contains
          status = fail(NUTATE_BAD_ARGUMENT, archive%problem())
       else
          call outer%begin_writing()
-         call self%history%transfer(outer, status)
+         call self%transfer(outer, status)
          if (status%ok()) call self%events%transfer(outer, status)
       end if
       if (status%ok()) then

@@ -16,7 +16,7 @@ module nutate_error_control
    use nutate_methods, only: get_stepper, make_stepper, method_of, method_t
    use nutate_noise, only: noise_t
    use nutate_observer, only: observer_t, run_record_t
-   use nutate_progress, only: add_works, count_step, progress_t, put_works
+   use nutate_progress, only: add_works, count_step, progress_t, put_works, run_point_t
    use nutate_quaternion, only: attitude_distance, quat_norm
    use nutate_step_subdivision, only: go_inside
    use nutate_step_length, only: most_growth, step_length_t
@@ -80,7 +80,6 @@ module nutate_error_control
       procedure :: project_for_output
       procedure :: state_inside
       procedure :: expect_events
-      procedure :: evaluate_inside
       procedure :: retake
       procedure :: propagate
       procedure :: renew
@@ -92,6 +91,8 @@ module nutate_error_control
    real(wp), parameter :: first_turn = 0.1_wp, first_part = 0.1_wp
    !> Rows inside of a step of a method without an error: polls come between steps, and are to be heard soon.
    integer, parameter :: rows_in_a_step = 64
+   !> States nearer to the start of the step than this are the start, s: equations cannot divide by less.
+   real(wp), parameter :: least_time = 1e-290_wp
    !> Shortest step over the length of the run: no run makes 1e13 steps, and 1e-16 would not tell their times apart.
    real(wp), parameter :: shortest = 1e-13_wp
 
@@ -418,40 +419,66 @@ contains
          status = fail(NUTATE_NOT_CONVERGED, 'no step is short enough for the requested accuracy')
    end subroutine reject
 
-   !> The state at a time inside the last step: by the method, or by two steps of a branch.
-   subroutine state_inside(self, system, progress, t, state, record, status, tangent)
+   !> Evaluates the state at a time inside the last step: by the method, or by steps of a branch; for events by a branch
+   !> of their own, as the step would be repeated: by one step, or by two halves.
+   subroutine state_inside(self, system, progress, t, state, status, record, tangent, before)
       class(error_control_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(progress_t), intent(in) :: progress
       !> s.
       real(wp), intent(in) :: t
-      type(state_t), intent(out) :: state
-      type(run_record_t), intent(out) :: record
+      type(state_t), intent(inout) :: state
       type(status_t), intent(inout) :: status
+      type(run_record_t), intent(out), optional :: record
       type(tangent_t), intent(inout), optional :: tangent
-      real(wp) :: since, each(size(self%work))
+      type(run_point_t), intent(in), optional :: before
+      real(wp) :: work, since, each(size(self%work))
+      work = self%before%work
+      since = 0.0_wp
+      each = 0.0_wp
       state = self%start
-      record = progress%record
-      record%work = self%before%work
-      if (allocated(record%works)) record%works(:) = self%before%works
       if (self%method%dense .or. self%equal%suit) then
-         call self%half%state_at(system, t, state, since, status, each)
-         if (status%ok()) record%work = record%work + since
-         if (status%ok() .and. present(tangent)) then
-            if (self%half%keeps_steps) then
-               call self%half%propagate_inside(system, state, tangent, status)
-            else
-               call self%half%propagate(system, self%start, state, t - self%start%t, &
-                                    0.5_wp*(self%start%t + progress%state%t), tangent, status)
-            end if
-         end if
-      else
-         each = 0.0_wp
-         if (abs(t - self%start%t) > 0.0_wp) &
-            call go_inside(self%branch, system, 2, t, progress%state%t, state, record%work, status, each, tangent)
+         if (.not. present(before) .or. abs(t - state%t) >= least_time) &
+            call evaluate_dense(self, system, progress, t, state, since, each, status, present(before), tangent)
+      else if (abs(t - state%t) >= least_time .and. .not. present(before)) then
+         call go_inside(self%branch, system, 2, t, progress%state%t, state, work, status, each, tangent)
+      else if (abs(t - state%t) >= least_time) then
+         if (.not. self%probed) call self%probe%forget_steps()
+         self%probed = .true.
+         call go_inside(self%probe, system, merge(2, 1, allocated(self%whole)), t, progress%state%t, state, since, &
+                        status, each, tangent)
       end if
-      if (status%ok()) call add_works(record, each)
+      if (.not. present(record)) return
+      record = progress%record
+      if (allocated(record%works)) record%works(:) = self%before%works
+      record%work = work
+      if (status%code /= 0) return
+      record%work = work + since
+      call add_works(record, each)
    end subroutine state_inside
+
+   !> Evaluates the state at a time inside the last step by the method.
+   subroutine evaluate_dense(self, system, progress, t, state, since, each, status, for_event, tangent)
+      class(error_control_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(progress_t), intent(in) :: progress
+      !> s.
+      real(wp), intent(in) :: t
+      type(state_t), intent(inout) :: state
+      !> Work since the start of the step, J: of all torques, and of each; shape (n_works).
+      real(wp), intent(out) :: since, each(:)
+      type(status_t), intent(inout) :: status
+      logical, intent(in) :: for_event
+      type(tangent_t), intent(inout), optional :: tangent
+      call self%half%state_at(system, t, state, since, status, each)
+      if (status%code /= 0 .or. .not. present(tangent)) return
+      if (self%half%keeps_steps .or. for_event) then
+         call self%half%propagate_inside(system, state, tangent, status)
+      else
+         call self%half%propagate(system, self%start, state, t - self%start%t, &
+                                  0.5_wp*(self%start%t + progress%state%t), tangent, status)
+      end if
+   end subroutine evaluate_dense
 
    !> Makes what looks inside, where the method does not know.
    subroutine expect_events(self, system, progress, status)
@@ -466,34 +493,6 @@ contains
          call make_stepper(system, self%half%prepared_with, self%probe, status)
       end if
    end subroutine expect_events
-
-   !> The state at a time inside the last step, for events: by the method, or by steps of a branch of their own.
-   subroutine evaluate_inside(self, system, before, progress, t, state, work, status, works, tangent)
-      class(error_control_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      type(state_t), intent(in) :: before
-      type(progress_t), intent(in) :: progress
-      real(wp), intent(in) :: t
-      type(state_t), intent(inout) :: state
-      real(wp), intent(out) :: work
-      type(status_t), intent(inout) :: status
-      real(wp), intent(inout), optional :: works(:)
-      type(tangent_t), intent(inout), optional :: tangent
-      work = 0.0_wp
-      if (present(works)) works(:) = 0.0_wp
-      state = before
-      if (abs(t - before%t) < 1e-290_wp) return ! closer to the start than equations can divide by
-      if (self%method%dense .or. self%equal%suit) then
-         call self%half%state_at(system, t, state, work, status, works)
-         if (present(tangent) .and. status%code == 0) call self%half%propagate_inside(system, state, tangent, status)
-         return
-      end if
-      if (.not. self%probed) call self%probe%forget_steps()
-      self%probed = .true.
-      ! As the step would be repeated: by one step, or by two halves.
-      call go_inside(self%probe, system, merge(2, 1, allocated(self%whole)), t, progress%state%t, state, work, status, &
-                     works, tangent)
-   end subroutine evaluate_inside
 
    !> Repeats the last step, shorter. The next step is tried with the length that it had.
    subroutine retake(self, system, progress, t_end, status)

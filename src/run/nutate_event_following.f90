@@ -11,8 +11,7 @@ module nutate_event_following
    use nutate_limit_event, only: limit_event_t, SWITCH_LIMIT
    use nutate_motion, only: find_motion, find_rates, motion_t
    use nutate_observer, only: observer_t, run_record_t
-   use nutate_progress, only: few_rows, is_over, progress_t, put_works
-   use nutate_run_mark, only: go_back, mark_t
+   use nutate_progress, only: few_rows, is_over, progress_t, put_works, run_point_t, take_back
    use nutate_saturation, only: count_saturations
    use nutate_state, only: state_t, add_increment
    use nutate_status, only: status_t, fail, NUTATE_STEP_LIMIT
@@ -43,7 +42,7 @@ contains
       type(system_t), intent(in), target :: system
       type(progress_t), intent(inout), target :: progress
       !> The run before the step.
-      type(mark_t), intent(in), target :: mark
+      type(run_point_t), intent(in), target :: mark
       !> Made in the first call, and kept for the next.
       type(root_search_t), allocatable, intent(inout) :: searches(:)
       class(observer_t), intent(inout), optional :: observer
@@ -174,21 +173,16 @@ contains
          integer, intent(in) :: k
          type(state_t) :: state
          type(run_record_t) :: record
-         real(wp) :: work, each(size(mark%work))
          if (allocated(progress%tangent)) sensitivities = progress%tangent
          if (searches(k)%root%s > 0.0_wp) then
-            call policy%evaluate_inside(system, mark%state, progress, mark%state%t + searches(k)%root%s*length, state, &
-               work, &
-                                    status, each, sensitivities)
+            call policy%state_inside(system, progress, mark%state%t + searches(k)%root%s*length, state, status, record, &
+                                     sensitivities, mark)
             if (status%code /= 0) return
          else
             state = start
-            work = 0.0_wp
-            each = 0.0_wp
+            record = progress%record
+            call put_works(mark%summary, record)
          end if
-         record = progress%record
-         record%work = mark%total + work
-         if (allocated(record%works)) record%works(:) = [mark%work + each, progress%summary%switch_work]
          call happen(k, state, record)
       end subroutine observe_inside
 
@@ -202,9 +196,9 @@ contains
          margin = 2*spacing(max(abs(mark%state%t), abs(last%t)))/abs(length)
          t = mark%state%t + s*length
          if (s <= margin) then
-            call go_back(mark, progress)
+            call take_back(progress, mark)
          else if (1 - s > margin) then
-            call go_back(mark, progress)
+            call take_back(progress, mark)
             call policy%retake(system, progress, t, status)
          end if
          if (status%code == 0 .and. allocated(progress%tangent)) call propagate_to_end(s > margin)
@@ -299,7 +293,7 @@ contains
          integer :: k
          associate (events => progress%events)
             if (any(searches%found)) return
-            if (progress%summary%steps > mark%steps) events%switches = 0
+            if (progress%summary%steps > mark%summary%steps) events%switches = 0
             do k = 1, size(searches)
                call searches(k)%leave_step(events%watched(k), length)
             end do

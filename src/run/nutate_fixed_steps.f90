@@ -5,7 +5,8 @@ module nutate_fixed_steps
    use nutate_kinds, only: wp, eps, long
    use nutate_limits, only: same_time
    use nutate_observer, only: observer_t, run_record_t
-   use nutate_progress, only: add_works, count_part, count_step, end_of_step, progress_t, put_works, way_t
+   use nutate_progress, only: add_works, count_part, count_step, end_of_step, progress_t, put_works, run_point_t, &
+      way_t
    use nutate_step_subdivision, only: perform_next_part, try, try_piece
    use nutate_step_policy, only: step_policy_t
    use nutate_run_plan, only: run_plan_t
@@ -35,7 +36,6 @@ module nutate_fixed_steps
       procedure :: project_for_output
       procedure :: state_inside
       procedure :: expect_events
-      procedure :: evaluate_inside
       procedure :: retake
       procedure :: propagate
       procedure :: renew
@@ -189,22 +189,6 @@ contains
       self%evaluates_cheaply = self%stepper%chooses_steps()
    end subroutine expect_events
 
-   !> The state at a time inside the last step of the method.
-   subroutine evaluate_inside(self, system, before, progress, t, state, work, status, works, tangent)
-      class(fixed_steps_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      type(state_t), intent(in) :: before
-      type(progress_t), intent(in) :: progress
-      real(wp), intent(in) :: t
-      type(state_t), intent(inout) :: state
-      real(wp), intent(out) :: work
-      type(status_t), intent(inout) :: status
-      real(wp), intent(inout), optional :: works(:)
-      type(tangent_t), intent(inout), optional :: tangent
-      call self%stepper%state_at(system, t, state, work, status, works)
-      if (present(tangent) .and. status%code == 0) call self%stepper%propagate_inside(system, state, tangent, status)
-   end subroutine evaluate_inside
-
    !> Repeats a part of the last step of the method; what is left of the nominal step then is a piece of its own.
    subroutine retake(self, system, progress, t_end, status)
       class(fixed_steps_t), intent(inout) :: self
@@ -250,25 +234,33 @@ contains
       call self%stepper%update_commands()
    end subroutine update_commands
 
-   !> The state at a time inside the last step of the method, and what belongs to a row of it. Errors: those of the
-   !> stepper, which must keep the starts of its steps.
-   subroutine state_inside(self, system, progress, t, state, record, status, tangent)
+   !> Evaluates the state at a time inside the last step of the method. Errors: those of the stepper, which must keep the
+   !> starts of its steps.
+   subroutine state_inside(self, system, progress, t, state, status, record, tangent, before)
       class(fixed_steps_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(progress_t), intent(in) :: progress
       !> s.
       real(wp), intent(in) :: t
-      type(state_t), intent(out) :: state
-      type(run_record_t), intent(out) :: record
+      type(state_t), intent(inout) :: state
       type(status_t), intent(inout) :: status
+      type(run_record_t), intent(out), optional :: record
       type(tangent_t), intent(inout), optional :: tangent
+      type(run_point_t), intent(in), optional :: before
       real(wp) :: since, each(size(self%stepper%work))
-      record = progress%record
       call self%stepper%state_at(system, t, state, since, status, each)
-      if (present(tangent) .and. status%ok()) call self%stepper%propagate_inside(system, state, tangent, status)
-      call put_works(progress%summary, record)
-      record%work = (record%work - sum(self%stepper%work)) + since
-      call add_works(record, each - self%stepper%work)
+      if (present(tangent) .and. status%code == 0) call self%stepper%propagate_inside(system, state, tangent, status)
+      if (.not. present(record)) return
+      record = progress%record
+      if (present(before)) then
+         call put_works(before%summary, record)
+         record%work = record%work + since
+         call add_works(record, each)
+      else
+         call put_works(progress%summary, record)
+         record%work = (record%work - sum(self%stepper%work)) + since
+         call add_works(record, each - self%stepper%work)
+      end if
    end subroutine state_inside
 
    !> Makes the state that the last step left fit to be seen.

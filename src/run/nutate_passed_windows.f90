@@ -3,7 +3,7 @@
 module nutate_passed_windows
    use nutate_fixed_steps, only: step_margin
    use nutate_kinds, only: wp
-   use nutate_progress, only: progress_t
+   use nutate_progress, only: progress_t, sense_of
    use nutate_state, only: state_t
    use nutate_system, only: system_t
    use nutate_tangent, only: tangent_t
@@ -88,11 +88,5 @@ contains
       margin = 0.0_wp
       if (progress%n_steps >= 0) margin = step_margin(t, progress%plan%end_time, progress%plan%time_step)
    end function margin_at
-
-   !> Which way time goes: 1 or -1.
-   pure real(wp) function sense_of(progress) result(sense)
-      type(progress_t), intent(in) :: progress
-      sense = sign(1.0_wp, progress%plan%end_time - progress%t_first)
-   end function sense_of
 
 end module nutate_passed_windows

@@ -17,9 +17,9 @@ module nutate_progress
    implicit none
    private
 
-   public :: progress_t, run_summary_t, way_t, few_rows
-   public :: start_run, is_over, fraction_done, count_works, count_part, count_step, end_of_step, conclude_run, &
-      total_work, put_works, add_works, transfer_progress, watch_limits
+   public :: progress_t, run_point_t, run_summary_t, way_t, few_rows
+   public :: start_run, take_back, sense_of, is_over, fraction_done, count_works, count_part, count_step, &
+      end_of_step, conclude_run, total_work, put_works, add_works, transfer_progress, watch_limits
 
    !> Rows at intervals, and times that an event happens, that are never too many, however few steps are allowed: the
    !> rows that scenes have by default.
@@ -69,23 +69,28 @@ module nutate_progress
       real(wp) :: start = 0.0_wp, length = 0.0_wp
    end type way_t
 
-   !> Progress of a run.
-   type :: progress_t
-      !> The plan, with the local tolerance that trial runs have found.
-      type(run_plan_t) :: plan
+   !> Everything that a step of the method changes: a copy of it takes the step back.
+   type :: run_point_t
       !> Current state and record.
       type(state_t) :: state
       type(run_record_t) :: record
       type(run_summary_t) :: summary
+      type(way_t) :: way
+      !> The next time at which a step must end, since a torque starts or stops there or changes its law, s; beyond all
+      !> times where there is none.
+      real(wp) :: next_break = huge(1.0_wp)
+      !> Compensation of the rounding of `summary%work`, J.
+      real(wp), allocatable :: work_compensation(:)
+   end type run_point_t
+
+   !> Progress of a run.
+   type, extends(run_point_t) :: progress_t
+      !> The plan, with the local tolerance that trial runs have found.
+      type(run_plan_t) :: plan
       !> First time of the run, s: fixed steps end at whole numbers of steps after it.
       real(wp) :: t_first = 0.0_wp
       !> Steps done at the end of the plan; negative where steps are adaptive. And before its first row.
       integer(long) :: n_steps = -1, first_step = 0
-      !> The next time at which a step must end, since a torque starts or stops there or changes its law, s; beyond all
-      !> times where there is none.
-      real(wp) :: next_break = huge(1.0_wp)
-      !> Compensation of the rounding of these works, J.
-      real(wp), allocatable :: work_compensation(:)
       !> Number of steps of the whole run, if trial runs have found it; else 0.
       integer(long) :: expected_steps = 0
       !> Output points at intervals, or at times of the plan, so far.
@@ -96,7 +101,6 @@ module nutate_progress
       type(event_tracker_t), allocatable :: events
       !> Keep the start of the next step, for its dense output; and that of the last step when the run has stopped.
       logical :: keeps_starts = .true., keeps_dense_output = .false.
-      type(way_t) :: way
       !> Compensation of the rounding of `switch_work`, J.
       real(wp) :: switch_compensation = 0.0_wp
       !> Sensitivities, where the run propagates any, and those at the start of the last step.
@@ -158,6 +162,16 @@ contains
       call self%events%begin(event_list_t(), system, self%state, status)
    end subroutine watch_limits
 
+   !> Takes a run back to where it was; the largest number of iterations includes those of the steps taken back.
+   subroutine take_back(self, mark)
+      type(progress_t), intent(inout) :: self
+      type(run_point_t), intent(in) :: mark
+      integer :: most_iterations
+      most_iterations = self%summary%most_iterations
+      self%run_point_t = mark
+      self%summary%most_iterations = most_iterations
+   end subroutine take_back
+
    !> True at the end of the run.
    pure logical function is_over(self)
       type(progress_t), intent(in) :: self
@@ -167,6 +181,12 @@ contains
          is_over = .not. abs(self%plan%end_time - self%state%t) > 0.0_wp
       end if
    end function is_over
+
+   !> Direction of time in the run: 1 or -1.
+   pure real(wp) function sense_of(self) result(sense)
+      type(progress_t), intent(in) :: self
+      sense = sign(1.0_wp, self%plan%end_time - self%t_first)
+   end function sense_of
 
    !> How much of the run is done, 0 to 1.
    pure real(wp) function fraction_done(self)

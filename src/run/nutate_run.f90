@@ -21,7 +21,7 @@ module nutate_run
    use nutate_kinds, only: wp, long
    use nutate_method_choice, only: choose_settings
    use nutate_methods, only: make_stepper
-   use nutate_observer, only: observer_t, run_record_t
+   use nutate_observer, only: observer_t
    use nutate_passed_windows, only: begin_windows, pass_windows_inside
    use nutate_progress, only: conclude_run, end_of_step, is_over, progress_t, run_summary_t, start_run, way_t
    use nutate_run_loop, only: drive, transfer_run
@@ -586,7 +586,6 @@ contains
       type(status_t), intent(out) :: status
       !> The sensitivities of the run at that time.
       type(tangent_t), intent(out), optional :: tangent
-      type(run_record_t) :: record
       real(wp) :: work
       if (present(tangent)) then
          if (.not. (allocated(self%policy) .and. allocated(self%last_tangent))) then
@@ -599,7 +598,7 @@ contains
       end if
       if (allocated(self%policy)) then
          call point_to_stepper(self)
-         call self%policy%state_inside(system, self%progress_t, t, state, record, status, tangent)
+         call self%policy%state_inside(system, self%progress_t, t, state, status, tangent=tangent)
          if (present(tangent) .and. status%ok()) &
             call pass_windows_inside(self%progress_t, system, state, tangent)
       else if (allocated(self%stepper)) then

@@ -10,8 +10,8 @@ module nutate_run_loop
    use nutate_limits, only: same_time
    use nutate_observer, only: observer_t, run_record_t
    use nutate_passed_windows, only: pass_windows, pass_windows_inside
-   use nutate_progress, only: few_rows, fraction_done, is_over, progress_t, put_works, transfer_progress
-   use nutate_run_mark, only: go_back, mark_progress, mark_t
+   use nutate_progress, only: few_rows, fraction_done, is_over, progress_t, put_works, run_point_t, sense_of, take_back, &
+      transfer_progress
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_STEP_LIMIT
    use nutate_step_subdivision, only: spare_tries
@@ -22,9 +22,9 @@ module nutate_run_loop
 
    public :: drive, transfer_run
 
-   !> Turn between two states, rad, that can be followed; a step that turns by more is watched in parts of half of it.
-   !> Parts at most, some tenths of a millisecond: enough for every step that a method chooses.
-   real(wp), parameter :: followed_turn = 3.0_wp, most_parts = 2e3_wp
+   !> Rotation angle between two states, rad, that can be followed; longer rotations are watched in parts of half this
+   !> angle. And the greatest number of parts, some tenths of a millisecond: enough for every step that a method chooses.
+   real(wp), parameter :: followed_angle = 3.0_wp, most_parts = 2e3_wp
 
 contains
 
@@ -80,7 +80,7 @@ contains
       type(progress_t), intent(inout) :: progress
       real(wp) :: sense
       logical :: changed
-      sense = sign(1.0_wp, progress%plan%end_time - progress%t_first)
+      sense = sense_of(progress)
       call take_samples(system, progress%state, sense, sample_margin(progress), changed)
       progress%events%next_sample = next_sample(system%effects, progress%state%t + sense*sample_margin(progress), sense)
       if (.not. changed) return
@@ -98,8 +98,7 @@ contains
    !> True at a sample of a controller.
    pure logical function is_sample_due(progress)
       type(progress_t), intent(in) :: progress
-      is_sample_due = sign(1.0_wp, progress%plan%end_time - progress%t_first)* &
-                      (progress%events%next_sample - progress%state%t) <= sample_margin(progress)
+      is_sample_due = sense_of(progress)*(progress%events%next_sample - progress%state%t) <= sample_margin(progress)
    end function is_sample_due
 
    !> A sample nearer than this to the end of a step is there, s: steps do not end for it once more.
@@ -122,27 +121,28 @@ contains
       real(wp) :: watched, sense, quiet_until
       logical :: over, watches, waits, vets
       type(state_t) :: before
-      type(mark_t) :: mark
+      type(run_point_t) :: mark
       type(root_search_t), allocatable :: searches(:)
       next_poll = poll_after(progress, policy)
       over = is_over(progress)
       watches = .false.
       waits = .false.
-      vets = is_vetted(observer)
-      sense = sign(1.0_wp, progress%plan%end_time - progress%t_first)
+      vets = .false.
+      if (present(observer)) vets = observer%checks_steps
+      sense = sense_of(progress)
       quiet_until = -sense*huge(1.0_wp)
       do while (status%code == 0 .and. .not. over)
          steps = progress%summary%steps
+         watched = progress%state%t
          if (tries_of(progress) - merge(spare_tries, 0_long, progress%way%begun) >= progress%plan%max_steps) then
             call end_at_limit(progress, policy, observer, status)
             return
          end if
-         watched = progress%state%t
          if (allocated(progress%events)) then
             if (sense*quiet_until < sense*progress%state%t + policy%longest_step) &
-               call see_ahead(progress, policy, system, sense*policy%longest_step, mark, watches, waits, quiet_until)
+               call see_ahead(progress, policy, system, sense*policy%longest_step, watches, waits, quiet_until)
          end if
-         if (vets .and. .not. watches) call mark_progress(progress, mark)
+         if (vets .or. watches) mark = progress%run_point_t
          if (allocated(progress%tangent)) before = progress%state
          call policy%advance(system, progress, status, observer)
          over = is_over(progress)
@@ -161,24 +161,13 @@ contains
          if (present(observer)) then
             call observe_step(progress, policy, system, watched, over .or. progress%summary%steps /= steps, over, &
                               observer, status)
-            if (tries_of(progress) >= next_poll .and. status%code == 0 .and. .not. is_switch_due(progress)) then
-               next_poll = poll_after(progress, policy)
-               call observer%poll(fraction_done(progress), status)
-               if (observer%wants_checkpoint) call offer(progress, policy, observer, status)
-            end if
+            if (tries_of(progress) >= next_poll) call poll_observer(progress, policy, next_poll, observer, status)
          end if
          if (waits) then
             if (progress%events%n_due > 0 .or. is_sample_due(progress)) return
          end if
       end do
    end subroutine take_steps
-
-   !> True where an observer says whether what a step has computed can be used.
-   logical function is_vetted(observer)
-      class(observer_t), intent(in), optional :: observer
-      is_vetted = .false.
-      if (present(observer)) is_vetted = observer%checks_steps
-   end function is_vetted
 
    !> Moves the sensitivities over the step that was accepted, if one was.
    subroutine propagate_sensitivities(progress, policy, system, before, status)
@@ -222,23 +211,37 @@ contains
       if (observer%saves_at_step_limit) call offer(progress, policy, observer, status)
    end subroutine end_at_limit
 
-   !> Lets the observer say whether what a step has computed can be used; if not, the run is where it was before.
+   !> Takes a step back and ends the run where the observer rejects what the step has computed.
    subroutine vet_step(progress, policy, system, mark, observer, status)
       type(progress_t), intent(inout) :: progress
       class(step_policy_t), intent(inout) :: policy
       type(system_t), intent(in) :: system
       !> The run before the step.
-      type(mark_t), intent(in) :: mark
+      type(run_point_t), intent(in) :: mark
       class(observer_t), intent(inout) :: observer
-      !> Of the step; what the observer returned, where that is a failure.
+      !> Status of the step, or the failure that the observer returned.
       type(status_t), intent(inout) :: status
       type(status_t) :: verdict, renewed
       call observer%check_step(verdict)
       if (verdict%ok()) return
       status = verdict
-      call go_back(mark, progress)
+      call take_back(progress, mark)
       call policy%renew(system, renewed)
    end subroutine vet_step
+
+   !> Polls the observer, and saves the checkpoint that it then wants; not before a switch that is due.
+   subroutine poll_observer(progress, policy, next_poll, observer, status)
+      type(progress_t), intent(inout) :: progress
+      class(step_policy_t), intent(inout) :: policy
+      !> Tries after which the next poll is due.
+      integer(long), intent(inout) :: next_poll
+      class(observer_t), intent(inout) :: observer
+      type(status_t), intent(inout) :: status
+      if (status%code /= 0 .or. is_switch_due(progress)) return
+      next_poll = poll_after(progress, policy)
+      call observer%poll(fraction_done(progress), status)
+      if (observer%wants_checkpoint) call offer(progress, policy, observer, status)
+   end subroutine poll_observer
 
    !> Steps of a run so far, with the parts of those that were subdivided: one step may take thousands.
    pure integer(long) function tries_of(progress) result(tries)
@@ -253,15 +256,14 @@ contains
       tries = (tries_of(progress)/policy%steps_per_poll + 1)*policy%steps_per_poll
    end function poll_after
 
-   !> Finds out if anything can happen in the next step.
-   subroutine see_ahead(progress, policy, system, step, mark, watches, waits, quiet_until)
+   !> Finds out whether an event, a switch or a sample is possible in the next step.
+   subroutine see_ahead(progress, policy, system, step, watches, waits, quiet_until)
       type(progress_t), intent(inout) :: progress
       class(step_policy_t), intent(inout) :: policy
       type(system_t), intent(in) :: system
-      !> The longest that it can be, s.
+      !> Greatest length of the step, s.
       real(wp), intent(in) :: step
-      !> The run as it is, if something can.
-      type(mark_t), intent(inout) :: mark
+      !> The step must be searched for events.
       logical, intent(out) :: watches
       !> A switch or a sample may be due at its end.
       logical, intent(out) :: waits
@@ -286,7 +288,6 @@ contains
             end if
          end if
       end associate
-      if (watches) call mark_progress(progress, mark)
       waits = watches .or. progress%way%begun .or. abs(progress%events%next_sample) < huge(1.0_wp)
       if (.not. waits) then
          quiet_until = progress%events%wakes
@@ -295,7 +296,7 @@ contains
       progress%keeps_starts = waits .or. allocated(progress%plan%times) .or. progress%keeps_dense_output
    end subroutine see_ahead
 
-   !> Shows what lies in the step of the method that was taken.
+   !> Shows the output points in the step of the method that was accepted, and lets the observer watch the step.
    subroutine observe_step(progress, policy, system, watched, ends, over, observer, status)
       type(progress_t), intent(inout) :: progress
       class(step_policy_t), intent(inout) :: policy
@@ -306,43 +307,21 @@ contains
       logical, intent(in) :: ends, over
       class(observer_t), intent(inout) :: observer
       type(status_t), intent(inout) :: status
-      if (ends) then
-         call finish_step(progress, policy, system, watched, over, observer, status)
-      else if (abs(progress%state%t - watched) > 0.0_wp) then
-         call finish_part(progress, policy, system, watched, observer, status)
-      end if
+      logical :: between
+      if (.not. (ends .or. abs(progress%state%t - watched) > 0.0_wp)) return
+      associate (plan => progress%plan)
+         between = allocated(plan%times) .or. (plan%interval > 0.0_wp .and. .not. observer%rows_at_steps)
+         if (between) call observe_inside(progress, policy, system, watched, observer, status)
+         if (ends .and. .not. allocated(plan%times) .and. &
+             (over .or. .not. between .and. mod(progress%summary%steps - progress%first_step, plan%every) == 0)) then
+            call observe_end(progress, policy, system, watched, observer, status)
+         else if (observer%observes_every_step) then
+            call watch_rotation(progress, policy, system, progress%state, watched, observer, status)
+         end if
+      end associate
    end subroutine observe_step
 
-   !> Shows the rows that belong to a step of the run.
-   subroutine finish_step(progress, policy, system, watched, over, observer, status)
-      type(progress_t), intent(inout) :: progress
-      class(step_policy_t), intent(inout) :: policy
-      type(system_t), intent(in) :: system
-      !> Time up to which the observer watched, s.
-      real(wp), intent(inout) :: watched
-      !> It was the last one.
-      logical, intent(in) :: over
-      class(observer_t), intent(inout) :: observer
-      type(status_t), intent(inout) :: status
-      logical :: is_row
-      is_row = over
-      if (allocated(progress%plan%times)) then
-         is_row = .false.
-         call observe_inside(progress, policy, system, watched, observer, status)
-      else if (progress%plan%interval > 0.0_wp .and. .not. observer%rows_at_steps) then
-         call observe_inside(progress, policy, system, watched, observer, status)
-      else if (mod(progress%summary%steps - progress%first_step, progress%plan%every) == 0) then
-         is_row = .true.
-      end if
-      ! Without a copy of the state in steps that end in no output point: this runs in each of them.
-      if (is_row) then
-         call observe_end(progress, policy, system, watched, observer, status)
-      else if (observer%observes_every_step) then
-         call watch_turn(progress, policy, system, progress%state, watched, observer, status)
-      end if
-   end subroutine finish_step
-
-   !> Shows the end of a step of the run that is an output point.
+   !> Shows the present state as an output point.
    subroutine observe_end(progress, policy, system, watched, observer, status)
       type(progress_t), intent(inout) :: progress
       class(step_policy_t), intent(inout) :: policy
@@ -354,27 +333,12 @@ contains
       type(state_t) :: seen
       seen = progress%state
       call policy%project_for_output(system, seen)
-      if (observer%observes_every_step) call watch_turn(progress, policy, system, seen, watched, observer, status)
+      if (observer%observes_every_step) call watch_rotation(progress, policy, system, seen, watched, observer, status)
       if (status%code /= 0) return
       call put_works(progress%summary, progress%record)
       call give_sensitivities(progress, observer)
       call observer%observe(system, seen, progress%record, status)
    end subroutine observe_end
-
-   !> Shows what lies in a part of a nominal step.
-   subroutine finish_part(progress, policy, system, watched, observer, status)
-      type(progress_t), intent(inout) :: progress
-      class(step_policy_t), intent(inout) :: policy
-      type(system_t), intent(in) :: system
-      !> Time up to which the observer watched, s.
-      real(wp), intent(inout) :: watched
-      class(observer_t), intent(inout) :: observer
-      type(status_t), intent(inout) :: status
-      if ((progress%plan%interval > 0.0_wp .and. .not. observer%rows_at_steps) .or. allocated(progress%plan%times)) &
-         call observe_inside(progress, policy, system, watched, observer, status)
-      if (observer%observes_every_step) &
-         call watch_turn(progress, policy, system, progress%state, watched, observer, status)
-   end subroutine finish_part
 
    !> Shows the first row, unless the run goes on behind it, or it is none of those that are asked for.
    subroutine observe_first(progress, policy, system, observer, status)
@@ -403,7 +367,7 @@ contains
       logical, intent(out) :: due
       real(wp) :: sense
       associate (plan => progress%plan)
-         sense = sign(1.0_wp, plan%end_time - progress%t_first)
+         sense = sense_of(progress)
          t = progress%state%t
          if (allocated(plan%times)) then
             due = progress%rows < size(plan%times)
@@ -438,77 +402,54 @@ contains
             status = fail(NUTATE_STEP_LIMIT, 'the run needs more rows than steps are allowed')
             exit
          end if
-         if (abs(t - progress%state%t) > 0.0_wp .or. .not. allocated(progress%plan%times)) then
+         if (allocated(progress%plan%times) .and. .not. abs(t - progress%state%t) > 0.0_wp) then
+            call observe_end(progress, policy, system, watched, observer, status)
+         else
             if (observer%wants_tangent .and. allocated(progress%tangent)) then
                observer%tangent = progress%last_tangent
                if (allocated(progress%last_chaos)) observer%chaos = progress%last_chaos
-               call policy%state_inside(system, progress, t, state, record, status, observer%tangent)
+               call policy%state_inside(system, progress, t, state, status, record, observer%tangent)
                if (status%ok()) call pass_windows_inside(progress, system, state, observer%tangent)
             else
-               call policy%state_inside(system, progress, t, state, record, status)
+               call policy%state_inside(system, progress, t, state, status, record)
             end if
-         else
-            call give_sensitivities(progress, observer)
-            state = progress%state
-            call policy%project_for_output(system, state)
-            record = progress%record
-            call put_works(progress%summary, record)
+            if (observer%observes_every_step .and. status%ok()) &
+               call watch_rotation(progress, policy, system, state, watched, observer, status)
+            if (status%ok()) call observer%observe(system, state, record, status)
          end if
-         if (observer%observes_every_step .and. status%ok()) &
-            call watch_turn(progress, policy, system, state, watched, observer, status)
-         if (status%ok()) call observer%observe(system, state, record, status)
          call find_row(progress, t, due)
       end do
    end subroutine observe_inside
 
-   !> How many parts of a turn from a time to that of a state an observer is to watch, so that none is lost.
-   pure integer function parts_of_turn(policy, system, state, since) result(n)
-      class(step_policy_t), intent(in) :: policy
-      type(system_t), intent(in) :: system
-      type(state_t), intent(in) :: state
-      !> s.
-      real(wp), intent(in) :: since
-      real(wp) :: turn
-      n = 1
-      if (.not. policy%is_dense) return
-      turn = norm2(angular_velocity(system, state))*abs(state%t - since)
-      if (turn > followed_turn) n = int(min(2*turn, most_parts)/followed_turn) + 1
-   end function parts_of_turn
-
-   !> Lets the observer watch the states inside the last step from a time up to a state, and this one.
-   subroutine watch_turn(progress, policy, system, state, watched, observer, status)
+   !> Lets the observer watch the states inside the last step from a time up to a state, and this one: so many that no
+   !> revolution is lost.
+   subroutine watch_rotation(progress, policy, system, state, watched, observer, status)
       type(progress_t), intent(in) :: progress
       class(step_policy_t), intent(inout) :: policy
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
-      !> s; that of the state on exit.
+      !> s; time of the state on exit.
       real(wp), intent(inout) :: watched
       class(observer_t), intent(inout) :: observer
       type(status_t), intent(inout) :: status
+      real(wp) :: angle
       integer :: i, n
-      n = parts_of_turn(policy, system, state, watched)
+      n = 1
+      if (policy%is_dense) then
+         angle = norm2(angular_velocity(system, state))*abs(state%t - watched)
+         if (angle > followed_angle) n = int(min(2*angle, most_parts)/followed_angle) + 1
+      end if
       do i = 1, n - 1
-         call watch_inside(progress, policy, system, watched + (real(i, wp)/n)*(state%t - watched), observer, status)
+         block
+            type(state_t) :: inside
+            call policy%state_inside(system, progress, watched + (real(i, wp)/n)*(state%t - watched), inside, status)
+            call observer%observe_step(inside)
+         end block
          if (status%code /= 0) return
       end do
       call observer%observe_step(state)
       watched = state%t
-   end subroutine watch_turn
-
-   !> Lets the observer watch the state at a time inside the last step.
-   subroutine watch_inside(progress, policy, system, t, observer, status)
-      type(progress_t), intent(in) :: progress
-      class(step_policy_t), intent(inout) :: policy
-      type(system_t), intent(in) :: system
-      !> s.
-      real(wp), intent(in) :: t
-      class(observer_t), intent(inout) :: observer
-      type(status_t), intent(inout) :: status
-      type(state_t) :: between
-      type(run_record_t) :: record
-      call policy%state_inside(system, progress, t, between, record, status)
-      call observer%observe_step(between)
-   end subroutine watch_inside
+   end subroutine watch_rotation
 
    !> Puts the run in an archive and shows it to the observer.
    subroutine offer(progress, policy, observer, status)

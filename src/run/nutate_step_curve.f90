@@ -10,8 +10,7 @@ module nutate_step_curve
    use nutate_event_tracker, only: bring_near, check_parts
    use nutate_kinds, only: wp
    use nutate_motion, only: find_motion, find_rates, motion_t
-   use nutate_progress, only: progress_t
-   use nutate_run_mark, only: mark_t
+   use nutate_progress, only: progress_t, run_point_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_step_policy, only: step_policy_t
@@ -45,7 +44,7 @@ module nutate_step_curve
       class(step_policy_t), pointer :: policy => null()
       type(system_t), pointer :: system => null()
       type(progress_t), pointer :: progress => null()
-      type(mark_t), pointer :: mark => null()
+      type(run_point_t), pointer :: mark => null()
       !> Which event.
       integer :: event = 0
       !> The level that is looked for, from that of the event: whole periods.
@@ -220,15 +219,14 @@ contains
       type(status_t), intent(inout) :: status
       type(state_t) :: state
       type(motion_t) :: motion
-      real(wp) :: start, length, window_time, work
+      real(wp) :: start, length, window_time
       logical :: known
       start = self%mark%state%t
       length = self%progress%state%t - start
       window_time = start + 0.5_wp*length
       call self%progress%events%recall_place(s, motion, known)
       if (.not. known) then
-         call self%policy%evaluate_inside(self%system, self%mark%state, self%progress, start + s*length, state, work, &
-                                      status)
+         call self%policy%state_inside(self%system, self%progress, start + s*length, state, status, before=self%mark)
          if (status%code /= 0) return
          call find_motion(self%system, state, motion)
          call find_rates(self%system, window_time, motion)

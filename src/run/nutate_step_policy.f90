@@ -4,7 +4,7 @@ module nutate_step_policy
    use nutate_archive, only: archive_t
    use nutate_kinds, only: wp, long
    use nutate_observer, only: observer_t, run_record_t
-   use nutate_progress, only: progress_t
+   use nutate_progress, only: progress_t, run_point_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_system, only: system_t
@@ -20,21 +20,19 @@ module nutate_step_policy
       integer(long) :: steps_per_poll = 1
       !> `state_inside` can be asked at all times of a step: by dense output.
       logical :: is_dense = .false.
-      !> `evaluate_inside` costs much less than a step.
+      !> `state_inside` costs much less than a step.
       logical :: evaluates_cheaply = .false.
       !> No step is longer, s.
       real(wp) :: longest_step = huge(1.0_wp)
    contains
       !> Moves a run by one step.
       procedure(move_on), deferred :: advance
-      !> The state at a time inside the last step, for a row.
-      procedure(find_inside), deferred :: state_inside
+      !> Evaluates the state at a time inside the last step of the method, for an output point or for events.
+      procedure(evaluate), deferred :: state_inside
       !> Makes the state that the last step left fit to be seen.
       procedure :: project_for_output => leave_state
       !> Gets ready for events: each call of `advance` then ends at the first end of a step of the method.
       procedure(get_ready), deferred :: expect_events
-      !> The state at a time inside that step, for events: rows and steps do not notice.
-      procedure(evaluate), deferred :: evaluate_inside
       !> Repeats that step, shorter.
       procedure(repeat_part), deferred :: retake
       !> Moves the sensitivities of a run over the step of the method that was accepted last.
@@ -63,23 +61,6 @@ module nutate_step_policy
       end subroutine move_on
 
       !> Errors: those of the method.
-      subroutine find_inside(self, system, progress, t, state, record, status, tangent)
-         import :: step_policy_t, system_t, progress_t, state_t, run_record_t, status_t, tangent_t, wp
-         class(step_policy_t), intent(inout) :: self
-         type(system_t), intent(in) :: system
-         !> At the end of the step.
-         type(progress_t), intent(in) :: progress
-         !> s.
-         real(wp), intent(in) :: t
-         type(state_t), intent(out) :: state
-         !> What belongs to a row of that state.
-         type(run_record_t), intent(out) :: record
-         type(status_t), intent(inout) :: status
-         !> Sensitivities at the start of the step on entry, at the time on exit.
-         type(tangent_t), intent(inout), optional :: tangent
-      end subroutine find_inside
-
-      !> Errors: those of the method.
       subroutine propagate_sensitivities(self, system, before, progress, status)
          import :: step_policy_t, system_t, state_t, progress_t, status_t
          class(step_policy_t), intent(inout) :: self
@@ -103,25 +84,23 @@ module nutate_step_policy
       end subroutine get_ready
 
       !> Errors: those of the method.
-      subroutine evaluate(self, system, before, progress, t, state, work, status, works, tangent)
-         import :: step_policy_t, system_t, progress_t, state_t, status_t, tangent_t, wp
+      subroutine evaluate(self, system, progress, t, state, status, record, tangent, before)
+         import :: step_policy_t, system_t, progress_t, run_point_t, run_record_t, state_t, status_t, tangent_t, wp
          class(step_policy_t), intent(inout) :: self
          type(system_t), intent(in) :: system
-         !> The start of the step.
-         type(state_t), intent(in) :: before
-         !> At its end.
+         !> At the end of the step.
          type(progress_t), intent(in) :: progress
          !> s.
          real(wp), intent(in) :: t
          type(state_t), intent(inout) :: state
-         !> Work of all torques from the start of the step, J.
-         real(wp), intent(out) :: work
          !> Success on entry.
          type(status_t), intent(inout) :: status
-         !> Work of each from the start of the step, J; shape (n_works).
-         real(wp), intent(inout), optional :: works(:)
+         !> Record of an output point of that state.
+         type(run_record_t), intent(out), optional :: record
          !> Sensitivities at the start of the step on entry, at the time on exit.
          type(tangent_t), intent(inout), optional :: tangent
+         !> The run before the step, for events: output points and later steps stay as they are.
+         type(run_point_t), intent(in), optional :: before
       end subroutine evaluate
 
       !> Moves a run by a part of the step that was taken last, and counts no step of the run. Errors: those of the
