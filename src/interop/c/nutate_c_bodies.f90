@@ -1,10 +1,10 @@
 !> C interface: many bodies with torques of the program. What each function does stands in `include/nutate_bodies.h`.
 module nutate_c_bodies
-   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_loc, c_null_ptr, c_ptr, c_size_t
+   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_loc, c_ptr, c_size_t
    use nutate_bodies, only: make_classes, move_bodies, movement_t
    use nutate_body, only: body_t
-   use nutate_c_handles, only: bodies_handle_t, conclude, erase_mark, find_bodies, find_system, null_argument, &
-      open_slot, report, system_handle_t, BODIES_MARK
+   use nutate_c_handles, only: bodies_handle_t, conclude, destroy, found, null_argument, open_slot, report, &
+      system_handle_t, BODIES_MARK
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_NO_MEMORY, NUTATE_OK
    implicit none
    private
@@ -59,8 +59,7 @@ contains
       integer :: i
       allocate (classes(size(systems)), handle%classes(size(systems)), handle%failed(0))
       do i = 1, size(systems)
-         system => find_system(systems(i))
-         if (.not. associated(system)) then
+         if (.not. found(systems(i), system)) then
             status = fail(NUTATE_BAD_HANDLE, 'a class is NULL, destroyed or not a system')
             return
          end if
@@ -81,20 +80,7 @@ contains
 
    integer(c_int) function nutate_bodies_destroy(bodies) result(code) bind(C)
       type(c_ptr), intent(in), value :: bodies
-      type(c_ptr), pointer :: slot
-      type(bodies_handle_t), pointer :: handle
-      code = NUTATE_BAD_ARGUMENT
-      if (.not. c_associated(bodies)) return
-      call c_f_pointer(bodies, slot)
-      code = NUTATE_OK
-      if (.not. c_associated(slot)) return
-      code = NUTATE_BAD_HANDLE
-      handle => find_bodies(slot)
-      if (.not. associated(handle)) return
-      call erase_mark(handle%mark)
-      deallocate (handle)
-      slot = c_null_ptr
-      code = NUTATE_OK
+      code = destroy(bodies, BODIES_MARK)
    end function nutate_bodies_destroy
 
    integer(c_int) function nutate_bodies_set_threads(bodies, threads) result(code) bind(C)
@@ -102,9 +88,7 @@ contains
       integer(c_int), intent(in), value :: threads
       type(bodies_handle_t), pointer :: handle
       type(status_t) :: status
-      code = NUTATE_BAD_HANDLE
-      handle => find_bodies(bodies)
-      if (.not. associated(handle)) return
+      if (.not. found(bodies, handle, code)) return
       if (threads < 0 .or. threads > most_threads) then
          status = fail(NUTATE_BAD_ARGUMENT, 'threads are out of range (expected 0 to 4096)', 'threads')
       else
@@ -140,9 +124,7 @@ contains
       integer(c_size_t), intent(inout), optional :: n_failed
       type(bodies_handle_t), pointer :: handle
       integer(c_size_t), pointer :: places(:)
-      code = NUTATE_BAD_HANDLE
-      handle => find_bodies(bodies)
-      if (.not. associated(handle)) return
+      if (.not. found(bodies, handle, code)) return
       code = NUTATE_BAD_ARGUMENT
       if (most < 0 .or. (most > 0 .and. .not. c_associated(failed))) return
       code = NUTATE_OK
@@ -164,9 +146,7 @@ contains
       integer(c_int), pointer, contiguous :: numbers(:)
       integer(c_int), target :: none(0)
       real(c_double), target :: no_attitude(4, 0), no_momentum(3, 0)
-      code = NUTATE_BAD_HANDLE
-      handle => find_bodies(bodies)
-      if (.not. associated(handle)) return
+      if (.not. found(bodies, handle, code)) return
       if (size(handle%failed) > 0) handle%failed = [integer ::]
       if (n < 0 .or. n > huge(0)) then
          status = fail(NUTATE_BAD_ARGUMENT, 'too many bodies (expected at most 2147483647)', 'n')

@@ -4,7 +4,7 @@ module nutate_c_copies
    use nutate_archive, only: archive_t
    use nutate_byte_archive, only: byte_archive_t
    use nutate_c_effects, only: report_failures_to
-   use nutate_c_handles, only: conclude, find_stepper, null_argument, open_slot, report, stepper_handle_t, unprepare
+   use nutate_c_handles, only: conclude, found, null_argument, open_slot, report, stepper_handle_t, unprepare
    use nutate_c_polls, only: poll_t
    use nutate_c_quantity, only: c_event_t
    use nutate_c_settings, only: prepare
@@ -33,10 +33,9 @@ contains
       type(status_t) :: status
       integer :: failed
       slot => open_slot(copy)
-      from => find_stepper(stepper)
       if (.not. associated(slot)) then
          status = null_argument('copy')
-      else if (.not. associated(from)) then
+      else if (.not. found(stepper, from)) then
          status = fail(NUTATE_BAD_HANDLE, 'stepper is NULL, destroyed or not a stepper')
       else
          ! What steps is copied by itself; the way of a run, which points to it, is made anew in the next one.
@@ -73,9 +72,7 @@ contains
       type(status_t) :: status
       integer :: i
       if (present(needed)) needed = 0
-      code = NUTATE_BAD_HANDLE
-      handle => find_stepper(stepper)
-      if (.not. associated(handle)) return
+      if (.not. found(stepper, handle, code)) return
       call archive%begin_writing()
       call transfer_handle(handle, archive, status)
       if (status%ok() .and. archive%problem() /= '') status = fail(NUTATE_BAD_ARGUMENT, archive%problem())
@@ -103,9 +100,7 @@ contains
       type(byte_archive_t) :: before, archive
       type(status_t) :: status, again
       integer :: i
-      code = NUTATE_BAD_HANDLE
-      handle => find_stepper(stepper)
-      if (.not. associated(handle)) return
+      if (.not. found(stepper, handle, code)) return
       if (.not. c_associated(bytes) .or. size < 0 .or. size > huge(1)) then
          code = conclude(handle, fail(NUTATE_BAD_ARGUMENT, 'bytes is NULL, or size out of its range', 'bytes'))
          return

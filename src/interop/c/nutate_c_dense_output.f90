@@ -2,7 +2,7 @@
 module nutate_c_dense_output
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_ptr, c_size_t
    use nutate_c_effects, only: add_failure, status_of_failure
-   use nutate_c_handles, only: conclude, find_stepper, null_argument, stepper_handle_t
+   use nutate_c_handles, only: conclude, found, null_argument, stepper_handle_t
    use nutate_c_settings, only: prepare_if_needed
    use nutate_columns, only: columns_t
    use nutate_control, only: needs_control
@@ -12,8 +12,8 @@ module nutate_c_dense_output
    use nutate_methods, only: make_stepper
    use nutate_observer, only: run_record_t
    use nutate_state, only: state_t
-   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_NOT_CONVERGED, &
-      NUTATE_OFF_BRANCH, NUTATE_SINGULAR
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_CONVERGED, NUTATE_OFF_BRANCH, &
+      NUTATE_SINGULAR
    use nutate_stepper, only: step_goal_t
    use nutate_tangent, only: tangent_t
    use nutate_window_edges, only: cross_window_edges
@@ -38,9 +38,7 @@ contains
       type(tangent_t) :: tangent
       type(state_t) :: state
       type(status_t) :: status
-      code = NUTATE_BAD_HANDLE
-      handle => find_stepper(stepper)
-      if (.not. associated(handle)) return
+      if (.not. found(stepper, handle, code)) return
       if (.not. (present(q) .and. present(p) .and. present(times) .and. c_associated(rows))) then
          code = conclude(handle, null_argument('q, p, times or rows'))
          return

@@ -2,14 +2,13 @@
 module nutate_c_events
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_funptr, c_int, c_int64_t, c_loc, c_ptr, c_size_t
    use nutate_c_groups, only: parse_events, parse_table_keys
-   use nutate_c_handles, only: conclude, find_history, find_stepper, find_system, history_handle_t, null_argument, &
-      stepper_handle_t, system_handle_t, &
+   use nutate_c_handles, only: conclude, found, history_handle_t, null_argument, stepper_handle_t, system_handle_t, &
       unprepare
    use nutate_c_quantity, only: c_event_t
    use nutate_c_text, only: lock_texts, copy_text, unlock_texts
    use nutate_event, only: event_t
    use nutate_event_tracker, only: event_list_t, event_tracker_t
-   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_BAD_SCENE, NUTATE_OK
+   use nutate_status, only: status_t, fail, NUTATE_BAD_SCENE
    use nutate_tabulated_torque, only: tabulated_torque_t
    implicit none
    private
@@ -25,9 +24,7 @@ contains
       type(event_list_t) :: events
       type(status_t) :: status
       integer :: i
-      code = NUTATE_BAD_HANDLE
-      handle => find_stepper(stepper)
-      if (.not. associated(handle)) return
+      if (.not. found(stepper, handle, code)) return
       call read_events(handle, groups, .true., events, status)
       if (status%ok()) then
          do i = 1, events%count()
@@ -46,9 +43,7 @@ contains
       type(event_list_t) :: events
       type(c_event_t) :: event
       type(status_t) :: status
-      code = NUTATE_BAD_HANDLE
-      handle => find_stepper(stepper)
-      if (.not. associated(handle)) return
+      if (.not. found(stepper, handle, code)) return
       if (.not. c_associated(quantity)) then
          status = null_argument('quantity')
       else
@@ -72,9 +67,7 @@ contains
       type(c_ptr), intent(in), value :: stepper
       integer(c_size_t), intent(inout), optional :: n
       type(stepper_handle_t), pointer :: handle
-      code = NUTATE_BAD_HANDLE
-      handle => find_stepper(stepper)
-      if (.not. associated(handle)) return
+      if (.not. found(stepper, handle, code)) return
       if (.not. allocated(handle%found)) allocate (handle%found)
       code = handle%found%give_count(n)
    end function nutate_stepper_event_count
@@ -85,9 +78,7 @@ contains
       integer(c_int64_t), intent(inout), optional :: number
       real(c_double), intent(inout), optional :: t, q(4), omega(3)
       type(stepper_handle_t), pointer :: handle
-      code = NUTATE_BAD_HANDLE
-      handle => find_stepper(stepper)
-      if (.not. associated(handle)) return
+      if (.not. found(stepper, handle, code)) return
       if (.not. allocated(handle%found)) allocate (handle%found)
       code = handle%found%give(i, name, size, number, t, q, omega)
    end function nutate_stepper_event
@@ -96,9 +87,7 @@ contains
       type(c_ptr), intent(in), value :: history
       integer(c_size_t), intent(inout), optional :: n
       type(history_handle_t), pointer :: handle
-      code = NUTATE_BAD_HANDLE
-      handle => find_history(history)
-      if (associated(handle)) code = handle%found%give_count(n)
+      if (found(history, handle, code)) code = handle%found%give_count(n)
    end function nutate_history_event_count
 
    integer(c_int) function nutate_history_event(history, i, name, size, number, t, q, omega) result(code) bind(C)
@@ -107,9 +96,7 @@ contains
       integer(c_int64_t), intent(inout), optional :: number
       real(c_double), intent(inout), optional :: t, q(4), omega(3)
       type(history_handle_t), pointer :: handle
-      code = NUTATE_BAD_HANDLE
-      handle => find_history(history)
-      if (associated(handle)) code = handle%found%give(i, name, size, number, t, q, omega)
+      if (found(history, handle, code)) code = handle%found%give(i, name, size, number, t, q, omega)
    end function nutate_history_event
 
    integer(c_int) function nutate_system_add_table(system, n, t, torque, keys) result(code) bind(C)
@@ -122,9 +109,7 @@ contains
       character(len=:), allocatable :: text
       character(len=24) :: digits
       integer :: at
-      code = NUTATE_BAD_HANDLE
-      handle => find_system(system)
-      if (.not. associated(handle)) return
+      if (.not. found(system, handle, code)) return
       if (.not. (present(t) .and. present(torque))) then
          code = conclude(handle, null_argument('t or torque'))
          return

@@ -6,8 +6,8 @@ module nutate_c_exchange
    use nutate_aem_reading, only: read_aem
    use nutate_aem_writing, only: aem_versions, write_aem
    use nutate_attitude_rows, only: attitude_rows_t, is_unit
-   use nutate_c_handles, only: find_scene, find_system, history_handle_t, null_argument, open_slot, report, &
-      scene_handle_t, system_handle_t, HISTORY_MARK
+   use nutate_c_handles, only: found, history_handle_t, null_argument, open_slot, report, scene_handle_t, &
+      system_handle_t, HISTORY_MARK
    use nutate_c_text, only: copy_text, lock_texts, message_to_c, text_to_c, unlock_texts
    use nutate_epoch, only: epoch_t, read_epoch, time_systems
    use nutate_export_facts, only: export_facts_t, parse_facts
@@ -16,8 +16,8 @@ module nutate_c_exchange
    use nutate_limits, only: attitude_tolerance, is_moderate
    use nutate_scene_labels, only: label_of
    use nutate_spelling, only: is_listed
-   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_BAD_SCENE, NUTATE_IO, &
-      NUTATE_NO_MEMORY, NUTATE_OK
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_SCENE, NUTATE_IO, NUTATE_NO_MEMORY, &
+      NUTATE_OK
    implicit none
    private
 
@@ -34,9 +34,7 @@ contains
       integer(c_size_t), intent(in), value :: size
       type(scene_handle_t), pointer :: handle
       character(len=:), allocatable :: name, value
-      code = NUTATE_BAD_HANDLE
-      handle => find_scene(scene)
-      if (.not. associated(handle)) return
+      if (.not. found(scene, handle, code)) return
       call copy_text(key, name)
       if (name == 'title') then
          code = text_to_c(handle%scene%title, buffer, size)
@@ -85,9 +83,7 @@ contains
       type(c_ptr), intent(in), value :: system
       real(c_double), intent(inout), optional :: rate(3)
       type(system_handle_t), pointer :: handle
-      code = NUTATE_BAD_HANDLE
-      handle => find_system(system)
-      if (.not. associated(handle)) return
+      if (.not. found(system, handle, code)) return
       code = NUTATE_BAD_ARGUMENT
       if (.not. present(rate)) return
       rate = handle%system%effects%frame_rate
@@ -101,9 +97,7 @@ contains
       real(c_double), intent(inout), optional :: q(*)
       type(system_handle_t), pointer :: handle
       integer(c_size_t) :: i
-      code = NUTATE_BAD_HANDLE
-      handle => find_system(system)
-      if (.not. associated(handle)) return
+      if (.not. found(system, handle, code)) return
       code = NUTATE_BAD_ARGUMENT
       if (.not. (present(t) .and. present(q) .and. handle%system%effects%knows_space_axes())) return
       do i = 1, n

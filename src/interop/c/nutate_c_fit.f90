@@ -1,8 +1,8 @@
 !> C interface: fits of scenes, and their residuals. What each function does stands in `include/nutate_scene.h`.
 module nutate_c_fit
-   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_ptr, c_size_t
+   use, intrinsic :: iso_c_binding, only: c_double, c_int, c_ptr, c_size_t
    use nutate_attitude, only: rotation_vector_from_quat
-   use nutate_c_handles, only: conclude, find_scene, null_argument, report, scene_handle_t
+   use nutate_c_handles, only: conclude, found, null_argument, report, scene_handle_t
    use nutate_c_text, only: text_to_c
    use nutate_fit, only: fit_scene, fit_t
    use nutate_fit_problem, only: fit_problem_t
@@ -24,9 +24,7 @@ contains
       integer(c_size_t), intent(inout), optional :: parameters, residuals
       type(scene_handle_t), pointer :: handle
       type(status_t) :: status
-      code = NUTATE_BAD_HANDLE
-      handle => find_scene(scene)
-      if (.not. associated(handle)) return
+      if (.not. found(scene, handle, code)) return
       call prepare(handle, status)
       if (status%ok()) then
          if (present(parameters)) parameters = size(handle%fit%names)
@@ -41,9 +39,7 @@ contains
       integer(c_size_t), intent(in), value :: parameter, size
       type(scene_handle_t), pointer :: handle
       type(status_t) :: status
-      code = NUTATE_BAD_HANDLE
-      handle => find_scene(scene)
-      if (.not. associated(handle)) return
+      if (.not. found(scene, handle, code)) return
       call prepare(handle, status)
       code = conclude(handle, status)
       if (.not. status%ok()) return
@@ -58,9 +54,7 @@ contains
       type(scene_handle_t), pointer :: handle
       type(status_t) :: status
       integer :: n
-      code = NUTATE_BAD_HANDLE
-      handle => find_scene(scene)
-      if (.not. associated(handle)) return
+      if (.not. found(scene, handle, code)) return
       call prepare(handle, status)
       if (status%ok()) then
          n = size(handle%fit%names)
@@ -80,9 +74,7 @@ contains
       type(status_t) :: status
       real(wp), allocatable :: r(:), j(:, :)
       integer :: i, n
-      code = NUTATE_BAD_HANDLE
-      handle => find_scene(scene)
-      if (.not. associated(handle)) return
+      if (.not. found(scene, handle, code)) return
       call prepare(handle, status)
       if (status%ok()) call evaluate_at(handle, x, r, j, status)
       if (status%ok()) then
@@ -107,9 +99,7 @@ contains
       real(wp), allocatable :: r(:), j(:, :)
       real(wp) :: rho(3)
       integer :: i
-      code = NUTATE_BAD_HANDLE
-      handle => find_scene(scene)
-      if (.not. associated(handle)) return
+      if (.not. found(scene, handle, code)) return
       call prepare(handle, status)
       if (status%ok()) call evaluate_at(handle, x, r, j, status)
       if (status%ok() .and. present(cost)) then
@@ -133,8 +123,7 @@ contains
       type(status_t) :: status
       real(wp), allocatable :: values(:), errors(:, :)
       integer :: n
-      handle => find_scene(scene)
-      if (.not. associated(handle)) then
+      if (.not. found(scene, handle)) then
          status = fail(NUTATE_BAD_HANDLE, 'scene is NULL, destroyed or not a scene')
       else
          call fit_scene(handle%scene, fit, status)

@@ -2,7 +2,7 @@
 !> `include/nutate.h`.
 module nutate_c_general
    use, intrinsic :: iso_c_binding, only: c_double, c_int, c_ptr, c_size_t
-   use nutate_c_handles, only: find_handle, find_system, handle_t, system_handle_t, whole_message
+   use nutate_c_handles, only: found, handle_t, system_handle_t, whole_message
    use nutate_c_text, only: text_to_c
    use nutate_exact_free, only: free_body_t
    use nutate_hamiltonian, only: make_state
@@ -10,7 +10,7 @@ module nutate_c_general
    use nutate_limits, only: is_moderate
    use nutate_quaternion, only: quat_normalized
    use nutate_range, only: check_motion
-   use nutate_status, only: status_t, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_OK
+   use nutate_status, only: status_t, NUTATE_BAD_ARGUMENT, NUTATE_OK
    use nutate_version, only: version
    implicit none
    private
@@ -57,11 +57,8 @@ contains
    integer(c_int) function nutate_last_message(handle, buffer, size) result(code) bind(C)
       type(c_ptr), intent(in), value :: handle, buffer
       integer(c_size_t), intent(in), value :: size
-      type(handle_t), pointer :: found
-      code = NUTATE_BAD_HANDLE
-      found => find_handle(handle)
-      if (.not. associated(found)) return
-      code = text_to_c(whole_message(found%status, found%text), buffer, size)
+      type(handle_t), pointer :: last
+      if (found(handle, last, code)) code = text_to_c(whole_message(last%status, last%text), buffer, size)
    end function nutate_last_message
 
    integer(c_int) function nutate_exact_free_body(system, q0, omega0, n, t, q, omega) result(code) bind(C)
@@ -74,9 +71,7 @@ contains
       type(status_t) :: status
       real(wp) :: attitude(4), momentum(3)
       integer(c_size_t) :: i
-      code = NUTATE_BAD_HANDLE
-      handle => find_system(system)
-      if (.not. associated(handle)) return
+      if (.not. found(system, handle, code)) return
       code = NUTATE_BAD_ARGUMENT
       if (.not. (present(q0) .and. present(omega0)) .or. n < 0) return
       if (n > 0 .and. .not. present(t)) return

@@ -23,7 +23,7 @@ module nutate_c_handles
    use nutate_run_plan, only: run_plan_t
    use nutate_scene, only: scene_t
    use nutate_state, only: state_t
-   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NO_MEMORY
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_NO_MEMORY, NUTATE_OK
    use nutate_stepper, only: stepper_t
    use nutate_system, only: system_t
    use nutate_propagated_columns, only: propagated_t
@@ -32,8 +32,7 @@ module nutate_c_handles
 
    public :: handle_t, system_handle_t, scene_handle_t, stepper_handle_t, history_handle_t, bodies_handle_t
    public :: SYSTEM_MARK, SCENE_MARK, STEPPER_MARK, HISTORY_MARK, BODIES_MARK
-   public :: find_system, find_scene, find_stepper, find_history, find_bodies, find_handle
-   public :: open_slot, erase_mark, copy_system, null_argument, report, whole_message, conclude, make_room
+   public :: found, destroy, open_slot, copy_system, null_argument, report, whole_message, conclude, make_room
    public :: unprepare, get_propagated, set_propagated, set_chaos
 
    !> Marks of the kinds.
@@ -149,67 +148,115 @@ module nutate_c_handles
       type(chaos_t), allocatable :: indicators
    end type stepper_handle_t
 
+   !> Points to the handle at an address and returns true, if it is one of the pointer's kind. The code becomes
+   !> `NUTATE_BAD_HANDLE`, which the caller replaces.
+   interface found
+      module procedure found_system, found_scene, found_stepper, found_history, found_bodies, found_any
+   end interface found
+
 contains
 
-   !> The system behind a handle; null where it is none.
-   function find_system(address) result(handle)
+   !> Returns true for the address of a handle of one of the kinds.
+   logical function has_mark(address, marks, code)
       type(c_ptr), intent(in) :: address
-      type(system_handle_t), pointer :: handle
-      handle => null()
-      if (.not. c_associated(address)) return
-      call c_f_pointer(address, handle)
-      if (handle%mark /= SYSTEM_MARK) handle => null()
-   end function find_system
-
-   !> The scene behind a handle; null where it is none.
-   function find_scene(address) result(handle)
-      type(c_ptr), intent(in) :: address
-      type(scene_handle_t), pointer :: handle
-      handle => null()
-      if (.not. c_associated(address)) return
-      call c_f_pointer(address, handle)
-      if (handle%mark /= SCENE_MARK) handle => null()
-   end function find_scene
-
-   !> The stepper behind a handle; null where it is none.
-   function find_stepper(address) result(handle)
-      type(c_ptr), intent(in) :: address
-      type(stepper_handle_t), pointer :: handle
-      handle => null()
-      if (.not. c_associated(address)) return
-      call c_f_pointer(address, handle)
-      if (handle%mark /= STEPPER_MARK) handle => null()
-   end function find_stepper
-
-   !> The history behind a handle; null where it is none.
-   function find_history(address) result(handle)
-      type(c_ptr), intent(in) :: address
-      type(history_handle_t), pointer :: handle
-      handle => null()
-      if (.not. c_associated(address)) return
-      call c_f_pointer(address, handle)
-      if (handle%mark /= HISTORY_MARK) handle => null()
-   end function find_history
-
-   !> The bodies behind a handle; null where it is none.
-   function find_bodies(address) result(handle)
-      type(c_ptr), intent(in) :: address
-      type(bodies_handle_t), pointer :: handle
-      handle => null()
-      if (.not. c_associated(address)) return
-      call c_f_pointer(address, handle)
-      if (handle%mark /= BODIES_MARK) handle => null()
-   end function find_bodies
-
-   !> What any handle begins with; null where it is none.
-   function find_handle(address) result(handle)
-      type(c_ptr), intent(in) :: address
+      integer(c_int64_t), intent(in) :: marks(:)
+      integer(c_int), intent(out), optional :: code
       type(handle_t), pointer :: handle
-      handle => null()
-      if (.not. c_associated(address)) return
+      if (present(code)) code = NUTATE_BAD_HANDLE
+      has_mark = c_associated(address)
+      if (.not. has_mark) return
       call c_f_pointer(address, handle)
-      if (all(handle%mark /= [SYSTEM_MARK, SCENE_MARK, STEPPER_MARK, HISTORY_MARK, BODIES_MARK])) handle => null()
-   end function find_handle
+      has_mark = any(handle%mark == marks)
+   end function has_mark
+
+   logical function found_system(address, handle, code) result(is_found)
+      type(c_ptr), intent(in) :: address
+      type(system_handle_t), pointer, intent(inout) :: handle
+      integer(c_int), intent(out), optional :: code
+      is_found = has_mark(address, [SYSTEM_MARK], code)
+      if (is_found) call c_f_pointer(address, handle)
+   end function found_system
+
+   logical function found_scene(address, handle, code) result(is_found)
+      type(c_ptr), intent(in) :: address
+      type(scene_handle_t), pointer, intent(inout) :: handle
+      integer(c_int), intent(out), optional :: code
+      is_found = has_mark(address, [SCENE_MARK], code)
+      if (is_found) call c_f_pointer(address, handle)
+   end function found_scene
+
+   logical function found_stepper(address, handle, code) result(is_found)
+      type(c_ptr), intent(in) :: address
+      type(stepper_handle_t), pointer, intent(inout) :: handle
+      integer(c_int), intent(out), optional :: code
+      is_found = has_mark(address, [STEPPER_MARK], code)
+      if (is_found) call c_f_pointer(address, handle)
+   end function found_stepper
+
+   logical function found_history(address, handle, code) result(is_found)
+      type(c_ptr), intent(in) :: address
+      type(history_handle_t), pointer, intent(inout) :: handle
+      integer(c_int), intent(out), optional :: code
+      is_found = has_mark(address, [HISTORY_MARK], code)
+      if (is_found) call c_f_pointer(address, handle)
+   end function found_history
+
+   logical function found_bodies(address, handle, code) result(is_found)
+      type(c_ptr), intent(in) :: address
+      type(bodies_handle_t), pointer, intent(inout) :: handle
+      integer(c_int), intent(out), optional :: code
+      is_found = has_mark(address, [BODIES_MARK], code)
+      if (is_found) call c_f_pointer(address, handle)
+   end function found_bodies
+
+   !> What all handles begin with, for a handle of any kind.
+   logical function found_any(address, handle, code) result(is_found)
+      type(c_ptr), intent(in) :: address
+      type(handle_t), pointer, intent(inout) :: handle
+      integer(c_int), intent(out), optional :: code
+      is_found = has_mark(address, [SYSTEM_MARK, SCENE_MARK, STEPPER_MARK, HISTORY_MARK, BODIES_MARK], code)
+      if (is_found) call c_f_pointer(address, handle)
+   end function found_any
+
+   !> Frees the handle in a place of C, and sets that to null. Does nothing where it is null already. Errors:
+   !> `NUTATE_BAD_ARGUMENT` for no place, `NUTATE_BAD_HANDLE` for a handle of another kind.
+   integer(c_int) function destroy(address, mark) result(code)
+      type(c_ptr), intent(in) :: address
+      integer(c_int64_t), intent(in) :: mark
+      type(c_ptr), pointer :: slot
+      type(handle_t), pointer :: handle
+      type(system_handle_t), pointer :: system
+      type(scene_handle_t), pointer :: scene
+      type(stepper_handle_t), pointer :: stepper
+      type(history_handle_t), pointer :: history
+      type(bodies_handle_t), pointer :: bodies
+      code = NUTATE_BAD_ARGUMENT
+      if (.not. c_associated(address)) return
+      call c_f_pointer(address, slot)
+      code = NUTATE_OK
+      if (.not. c_associated(slot)) return
+      if (.not. has_mark(slot, [mark], code)) return
+      call c_f_pointer(slot, handle)
+      call erase_mark(handle%mark)
+      if (mark == SYSTEM_MARK) then
+         call c_f_pointer(slot, system)
+         deallocate (system)
+      else if (mark == SCENE_MARK) then
+         call c_f_pointer(slot, scene)
+         deallocate (scene)
+      else if (mark == STEPPER_MARK) then
+         call c_f_pointer(slot, stepper)
+         deallocate (stepper)
+      else if (mark == HISTORY_MARK) then
+         call c_f_pointer(slot, history)
+         deallocate (history)
+      else
+         call c_f_pointer(slot, bodies)
+         deallocate (bodies)
+      end if
+      slot = c_null_ptr
+      code = NUTATE_OK
+   end function destroy
 
    !> The place where C keeps a handle, set to null; null where there is none.
    function open_slot(address) result(slot)

@@ -1,10 +1,9 @@
 !> C interface: runs of scenes, in memory and into files. What each function does stands in `include/nutate_scene.h`.
 module nutate_c_history
-   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_int64_t, c_loc, c_null_ptr, &
-      c_ptr, c_size_t
+   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_int, c_int64_t, c_loc, c_ptr, c_size_t
    use nutate_c_effects, only: add_failure
-   use nutate_c_handles, only: erase_mark, find_history, find_scene, history_handle_t, null_argument, &
-      open_slot, report, scene_handle_t, stepper_handle_t, HISTORY_MARK
+   use nutate_c_handles, only: destroy, found, history_handle_t, null_argument, open_slot, report, scene_handle_t, &
+      stepper_handle_t, HISTORY_MARK
    use nutate_c_rows, only: row_receiver_t
    use nutate_c_runs, only: travel
    use nutate_c_stepper, only: start_handle, set_scene
@@ -15,8 +14,7 @@ module nutate_c_history
    use nutate_history, only: history_t
    use nutate_kinds, only: wp, long
    use nutate_scene, only: scene_t
-   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_BAD_SCENE, &
-      NUTATE_NO_MEMORY, NUTATE_OK
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_NO_MEMORY, NUTATE_OK
    use nutate_system, only: system_t
    implicit none
    private
@@ -36,10 +34,9 @@ contains
       type(status_t) :: status
       integer :: failed
       slot => open_slot(history)
-      from => find_scene(scene)
       if (.not. associated(slot)) then
          status = null_argument('history')
-      else if (.not. associated(from)) then
+      else if (.not. found(scene, from)) then
          status = fail(NUTATE_BAD_HANDLE, 'scene is NULL, destroyed or not a scene')
       else
          allocate (handle, stat=failed)
@@ -60,8 +57,7 @@ contains
       type(scene_handle_t), pointer :: from
       type(status_t) :: status
       character(len=:), allocatable :: name
-      from => find_scene(scene)
-      if (.not. associated(from)) then
+      if (.not. found(scene, from)) then
          status = fail(NUTATE_BAD_HANDLE, 'scene is NULL, destroyed or not a scene')
       else
          name = from%scene%output%file
@@ -81,9 +77,7 @@ contains
       type(c_ptr), intent(in), value :: history
       integer(c_size_t), intent(inout), optional :: rows, columns
       type(history_handle_t), pointer :: handle
-      code = NUTATE_BAD_HANDLE
-      handle => find_history(history)
-      if (.not. associated(handle)) return
+      if (.not. found(history, handle, code)) return
       code = NUTATE_OK
       if (present(rows)) rows = handle%rows
       if (present(columns)) columns = handle%width
@@ -93,9 +87,7 @@ contains
       type(c_ptr), intent(in), value :: history, buffer
       integer(c_size_t), intent(in), value :: column, size
       type(history_handle_t), pointer :: handle
-      code = NUTATE_BAD_HANDLE
-      handle => find_history(history)
-      if (.not. associated(handle)) return
+      if (.not. found(history, handle, code)) return
       code = NUTATE_BAD_ARGUMENT
       if (column < 0 .or. column >= handle%width) return
       code = text_to_c(trim(nth_name(handle%names, int(column) + 1)), buffer, size)
@@ -108,9 +100,7 @@ contains
       type(history_handle_t), pointer :: handle
       character(len=:), allocatable :: wanted
       integer :: column
-      code = NUTATE_BAD_HANDLE
-      handle => find_history(history)
-      if (.not. associated(handle)) return
+      if (.not. found(history, handle, code)) return
       code = NUTATE_BAD_ARGUMENT
       if (.not. present(values) .or. (size >= 0 .and. size < handle%rows)) return
       call copy_text(name, wanted)
@@ -128,9 +118,7 @@ contains
       real(c_double), intent(inout), optional :: values(*)
       type(history_handle_t), pointer :: handle
       integer(c_size_t) :: i
-      code = NUTATE_BAD_HANDLE
-      handle => find_history(history)
-      if (.not. associated(handle)) return
+      if (.not. found(history, handle, code)) return
       code = NUTATE_BAD_ARGUMENT
       if (.not. present(values) .or. (size >= 0 .and. size < handle%rows*handle%width)) return
       do i = 1, handle%rows
@@ -143,9 +131,7 @@ contains
       type(c_ptr), intent(in), value :: history
       integer(c_int64_t), intent(inout), optional :: steps
       type(history_handle_t), pointer :: handle
-      code = NUTATE_BAD_HANDLE
-      handle => find_history(history)
-      if (.not. associated(handle)) return
+      if (.not. found(history, handle, code)) return
       code = NUTATE_BAD_ARGUMENT
       if (.not. present(steps)) return
       steps = handle%uncertified_steps
@@ -156,9 +142,7 @@ contains
       type(c_ptr), intent(in), value :: history
       real(c_double), intent(inout), optional :: error(2), accuracy
       type(history_handle_t), pointer :: handle
-      code = NUTATE_BAD_HANDLE
-      handle => find_history(history)
-      if (.not. associated(handle)) return
+      if (.not. found(history, handle, code)) return
       if (present(error)) error = handle%error
       if (present(accuracy)) accuracy = handle%accuracy
       code = NUTATE_OK
@@ -169,9 +153,7 @@ contains
       integer(c_size_t), intent(inout), optional :: n
       real(c_double), intent(inout), optional :: exponents(*), megno, fli, time
       type(history_handle_t), pointer :: handle
-      code = NUTATE_BAD_HANDLE
-      handle => find_history(history)
-      if (.not. associated(handle)) return
+      if (.not. found(history, handle, code)) return
       code = NUTATE_OK
       if (present(n)) n = 0
       if (.not. allocated(handle%indicators)) return
@@ -186,20 +168,7 @@ contains
 
    integer(c_int) function nutate_history_destroy(history) result(code) bind(C)
       type(c_ptr), intent(in), value :: history
-      type(c_ptr), pointer :: slot
-      type(history_handle_t), pointer :: handle
-      code = NUTATE_BAD_ARGUMENT
-      if (.not. c_associated(history)) return
-      call c_f_pointer(history, slot)
-      code = NUTATE_OK
-      if (.not. c_associated(slot)) return
-      code = NUTATE_BAD_HANDLE
-      handle => find_history(slot)
-      if (.not. associated(handle)) return
-      call erase_mark(handle%mark)
-      deallocate (handle)
-      slot = c_null_ptr
-      code = NUTATE_OK
+      code = destroy(history, HISTORY_MARK)
    end function nutate_history_destroy
 
    !> Runs a scene and keeps its rows: that is a run of a stepper of the scene.

@@ -3,7 +3,7 @@ module nutate_c_reading
    use, intrinsic :: iso_c_binding, only: c_double, c_int, c_int64_t, c_ptr, c_size_t
    use nutate_attitude, only: euler_from_quat
    use nutate_c_effects, only: add_failure
-   use nutate_c_handles, only: conclude, find_stepper, get_propagated, null_argument, stepper_handle_t, unprepare
+   use nutate_c_handles, only: conclude, found, get_propagated, null_argument, stepper_handle_t, unprepare
    use nutate_c_rows, only: present_record
    use nutate_c_text, only: lock_texts, nth_name, copy_text, text_to_c, unlock_texts
    use nutate_columns, only: columns_t, need_attitude
@@ -14,7 +14,7 @@ module nutate_c_reading
    use nutate_kinds, only: wp
    use nutate_progress, only: total_work
    use nutate_quaternion, only: quat_normalized, rotate_to_space, rotation_matrix
-   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_OK
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_OK
    use nutate_propagated_columns, only: propagated_t
    implicit none
    private
@@ -183,9 +183,7 @@ contains
       character(len=:), allocatable :: list
       type(status_t) :: status
       integer :: i
-      code = NUTATE_BAD_HANDLE
-      handle => find_stepper(stepper)
-      if (.not. associated(handle)) return
+      if (.not. found(stepper, handle, code)) return
       call copy_text(sets, list)
       if (list == '') then
          code = conclude(handle, fail(NUTATE_BAD_ARGUMENT, 'no set of columns is given', 'sets'))
@@ -224,9 +222,7 @@ contains
       real(c_double), intent(inout), optional :: row(*)
       type(stepper_handle_t), pointer :: handle
       type(status_t) :: status
-      code = NUTATE_BAD_HANDLE
-      handle => find_stepper(stepper)
-      if (.not. associated(handle)) return
+      if (.not. found(stepper, handle, code)) return
       associate (width => handle%columns%width)
          if (.not. present(row)) then
             status = null_argument('row')
@@ -254,9 +250,7 @@ contains
       type(stepper_handle_t), pointer, intent(out) :: handle
       !> `NUTATE_BAD_HANDLE`; `NUTATE_BAD_ARGUMENT` for a null argument, or an attitude that is not integrated.
       integer(c_int), intent(out) :: code
-      code = NUTATE_BAD_HANDLE
-      handle => find_stepper(stepper)
-      if (.not. associated(handle)) return
+      if (.not. found(stepper, handle, code)) return
       code = NUTATE_OK
       if (needs_attitude .and. .not. handle%run%summary%settings%attitude) code = NUTATE_BAD_ARGUMENT
       if (.not. complete) code = NUTATE_BAD_ARGUMENT

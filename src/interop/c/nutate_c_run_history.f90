@@ -3,8 +3,8 @@
 module nutate_c_run_history
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_funptr, c_int, c_int64_t, c_loc, &
       c_ptr, c_size_t
-   use nutate_c_handles, only: conclude, find_scene, find_stepper, get_propagated, history_handle_t, null_argument, &
-      open_slot, scene_handle_t, set_propagated, set_chaos, stepper_handle_t, HISTORY_MARK
+   use nutate_c_handles, only: conclude, found, get_propagated, history_handle_t, null_argument, open_slot, &
+      scene_handle_t, set_chaos, set_propagated, stepper_handle_t, HISTORY_MARK
    use nutate_c_polls, only: poll_t
    use nutate_c_reading, only: choose_columns
    use nutate_c_rows, only: row_receiver_t
@@ -13,7 +13,7 @@ module nutate_c_run_history
    use nutate_kinds, only: wp
    use nutate_limits, only: is_moderate
    use nutate_run_plan, only: run_plan_t
-   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_NO_MEMORY, NUTATE_OK
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NO_MEMORY, NUTATE_OK
    use nutate_propagated_columns, only: propagated_t
    implicit none
    private
@@ -33,9 +33,7 @@ contains
       type(stepper_handle_t), pointer :: handle
       type(status_t) :: status
       slot => open_slot(history)
-      code = NUTATE_BAD_HANDLE
-      handle => find_stepper(stepper)
-      if (.not. associated(handle)) return
+      if (.not. found(stepper, handle, code)) return
       if (.not. associated(slot)) then
          code = conclude(handle, null_argument('history'))
          return
@@ -51,10 +49,8 @@ contains
       type(scene_handle_t), pointer :: from
       type(propagated_t) :: before, propagated
       type(status_t) :: status
-      code = NUTATE_BAD_HANDLE
-      handle => find_stepper(stepper)
-      from => find_scene(scene)
-      if (.not. associated(handle) .or. .not. associated(from)) return
+      if (.not. found(stepper, handle, code)) return
+      if (.not. found(scene, from, code)) return
       call get_propagated(handle, before)
       propagated = from%scene%propagated()
       if (size(propagated%names) == 0) then
@@ -78,10 +74,8 @@ contains
       type(scene_handle_t), pointer :: from
       type(propagated_t) :: before, propagated
       type(status_t) :: status
-      code = NUTATE_BAD_HANDLE
-      handle => find_stepper(stepper)
-      from => find_scene(scene)
-      if (.not. associated(handle) .or. .not. associated(from)) return
+      if (.not. found(stepper, handle, code)) return
+      if (.not. found(scene, from, code)) return
       call get_propagated(handle, before)
       propagated = before
       propagated%exponents = from%scene%chaos%exponents
@@ -135,9 +129,7 @@ contains
       type(c_ptr), intent(in), value :: stepper, user
       type(c_funptr), intent(in), value :: poll
       type(stepper_handle_t), pointer :: handle
-      code = NUTATE_BAD_HANDLE
-      handle => find_stepper(stepper)
-      if (.not. associated(handle)) return
+      if (.not. found(stepper, handle, code)) return
       handle%poll = poll_t(function=poll, user=user)
       code = NUTATE_OK
    end function nutate_stepper_set_poll
@@ -146,9 +138,7 @@ contains
       type(c_ptr), intent(in), value :: scene, user
       type(c_funptr), intent(in), value :: poll
       type(scene_handle_t), pointer :: handle
-      code = NUTATE_BAD_HANDLE
-      handle => find_scene(scene)
-      if (.not. associated(handle)) return
+      if (.not. found(scene, handle, code)) return
       handle%poll = poll_t(function=poll, user=user)
       code = NUTATE_OK
    end function nutate_scene_set_poll

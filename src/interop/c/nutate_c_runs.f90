@@ -3,7 +3,7 @@ module nutate_c_runs
    use, intrinsic :: iso_c_binding, only: c_double, c_int, c_int64_t, c_ptr, c_size_t
    use nutate_admissible, only: admits, POSITIVE
    use nutate_c_effects, only: add_failure, has_callbacks
-   use nutate_c_handles, only: conclude, find_stepper, stepper_handle_t, unprepare
+   use nutate_c_handles, only: conclude, found, stepper_handle_t
    use nutate_c_polls, only: find_steps_asking
    use nutate_c_rows, only: row_receiver_t, write_row
    use nutate_c_settings, only: prepare_if_needed
@@ -13,7 +13,7 @@ module nutate_c_runs
    use nutate_limits, only: is_countable, is_moderate
    use nutate_method_choice, only: choose_with_tangent
    use nutate_run_plan, only: run_plan_t
-   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_OK
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_OK
    implicit none
    private
 
@@ -31,9 +31,7 @@ contains
       type(run_plan_t) :: plan
       type(status_t) :: status
       if (present(n_rows)) n_rows = 0
-      code = NUTATE_BAD_HANDLE
-      handle => find_stepper(stepper)
-      if (.not. associated(handle)) return
+      if (.not. found(stepper, handle, code)) return
       receiver%array = rows
       receiver%capacity = capacity
       call get_going(handle, status)
@@ -62,9 +60,7 @@ contains
       type(run_plan_t) :: plan
       type(status_t) :: status
       if (present(n_rows)) n_rows = 0
-      code = NUTATE_BAD_HANDLE
-      handle => find_stepper(stepper)
-      if (.not. associated(handle)) return
+      if (.not. found(stepper, handle, code)) return
       receiver%array = rows
       receiver%capacity = capacity
       plan = run_plan_t(end_time=end_time, every=every, interval=interval)
@@ -80,9 +76,7 @@ contains
       integer(c_size_t), intent(inout), optional :: n_rows
       type(stepper_handle_t), pointer :: handle
       integer(long) :: n
-      code = NUTATE_BAD_HANDLE
-      handle => find_stepper(stepper)
-      if (.not. associated(handle)) return
+      if (.not. found(stepper, handle, code)) return
       code = NUTATE_BAD_ARGUMENT
       if (.not. present(n_rows) .or. every < 1 .or. .not. is_moderate(end_time) .or. handle%stale) return
       if (.not. abs(handle%plan%time_step) > 0.0_wp .or. handle%plan%goal%active()) return

@@ -4,13 +4,13 @@ module nutate_c_satellites
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_int, c_ptr, c_size_t
    use nutate_c_groups, only: add_motor_of, parse_motor_keys, put_numbers, put_text
-   use nutate_c_handles, only: conclude, find_system, null_argument, system_handle_t
+   use nutate_c_handles, only: conclude, found, null_argument, system_handle_t
    use nutate_c_system_effects, only: add, is_finite_or_bad
    use nutate_c_text, only: lock_texts, copy_text, unlock_texts
    use nutate_keys, only: group_t, table_t
    use nutate_kinds, only: wp
    use nutate_orbit, only: earth_mu
-   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_OK
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_OK
    implicit none
    private
 
@@ -63,9 +63,7 @@ contains
       type(c_ptr), intent(in), value :: system
       type(system_handle_t), pointer :: handle
       type(group_t) :: group
-      code = NUTATE_BAD_HANDLE
-      handle => find_system(system)
-      if (.not. associated(handle)) return
+      if (.not. found(system, handle, code)) return
       if (handle%system%effects%on_orbit) then
          allocate (group%settings(0))
          code = add(system, 'gravity_gradient', group, .false.)
@@ -122,9 +120,7 @@ contains
       type(c_ptr), intent(in), value :: system
       integer(c_size_t), intent(inout), optional :: n
       type(system_handle_t), pointer :: handle
-      code = NUTATE_BAD_HANDLE
-      handle => find_system(system)
-      if (.not. associated(handle)) return
+      if (.not. found(system, handle, code)) return
       if (present(n)) then
          n = handle%system%effects%n_wheels
          code = NUTATE_OK
@@ -141,9 +137,7 @@ contains
       type(system_handle_t), pointer :: handle
       type(group_t) :: group
       type(status_t) :: status
-      code = NUTATE_BAD_HANDLE
-      handle => find_system(system)
-      if (.not. associated(handle)) return
+      if (.not. found(system, handle, code)) return
       call put_numbers(group, 'torque', [torque])
       call put_numbers(group, 'frequency', [frequency])
       call put_numbers(group, 'phase', [phase])
@@ -164,9 +158,7 @@ contains
       type(table_t) :: table
       type(status_t) :: status
       character(len=:), allocatable :: text
-      code = NUTATE_BAD_HANDLE
-      handle => find_system(system)
-      if (.not. associated(handle)) return
+      if (.not. found(system, handle, code)) return
       if (.not. (present(t) .and. present(torque))) then
          code = conclude(handle, null_argument('t or torque'))
          return

@@ -1,9 +1,8 @@
 !> C interface: scenes. What each function does stands in `include/nutate_scene.h`.
 module nutate_c_scene
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_funptr, c_int, c_int64_t, c_loc, &
-      c_null_ptr, c_ptr, c_size_t
-   use nutate_c_handles, only: conclude, erase_mark, find_scene, null_argument, open_slot, report, scene_handle_t, &
-      SCENE_MARK
+      c_ptr, c_size_t
+   use nutate_c_handles, only: conclude, destroy, found, null_argument, open_slot, report, scene_handle_t, SCENE_MARK
    use nutate_c_system, only: add_callback_potential, add_callback_torque, keep_system
    use nutate_c_text, only: lock_texts, message_to_c, copy_text, text_to_c, unlock_texts
    use nutate_hamiltonian, only: angular_velocity
@@ -38,29 +37,14 @@ contains
 
    integer(c_int) function nutate_scene_destroy(scene) result(code) bind(C)
       type(c_ptr), intent(in), value :: scene
-      type(c_ptr), pointer :: slot
-      type(scene_handle_t), pointer :: handle
-      code = NUTATE_BAD_ARGUMENT
-      if (.not. c_associated(scene)) return
-      call c_f_pointer(scene, slot)
-      code = NUTATE_OK
-      if (.not. c_associated(slot)) return
-      code = NUTATE_BAD_HANDLE
-      handle => find_scene(slot)
-      if (.not. associated(handle)) return
-      call erase_mark(handle%mark)
-      deallocate (handle)
-      slot = c_null_ptr
-      code = NUTATE_OK
+      code = destroy(scene, SCENE_MARK)
    end function nutate_scene_destroy
 
    integer(c_int) function nutate_scene_get_title(scene, buffer, size) result(code) bind(C)
       type(c_ptr), intent(in), value :: scene, buffer
       integer(c_size_t), intent(in), value :: size
       type(scene_handle_t), pointer :: handle
-      code = NUTATE_BAD_HANDLE
-      handle => find_scene(scene)
-      if (associated(handle)) code = text_to_c(handle%scene%title, buffer, size)
+      if (found(scene, handle, code)) code = text_to_c(handle%scene%title, buffer, size)
    end function nutate_scene_get_title
 
    integer(c_int) function nutate_scene_get_plan(scene, time_step, end_time, every) result(code) bind(C)
@@ -68,9 +52,7 @@ contains
       real(c_double), intent(inout), optional :: time_step, end_time
       integer(c_int64_t), intent(inout), optional :: every
       type(scene_handle_t), pointer :: handle
-      code = NUTATE_BAD_HANDLE
-      handle => find_scene(scene)
-      if (.not. associated(handle)) return
+      if (.not. found(scene, handle, code)) return
       code = NUTATE_OK
       if (present(time_step)) time_step = handle%scene%plan%time_step
       if (present(end_time)) end_time = handle%scene%plan%end_time
@@ -81,9 +63,7 @@ contains
       type(c_ptr), intent(in), value :: scene
       real(c_double), intent(inout), optional :: q(4), omega(3)
       type(scene_handle_t), pointer :: handle
-      code = NUTATE_BAD_HANDLE
-      handle => find_scene(scene)
-      if (.not. associated(handle)) return
+      if (.not. found(scene, handle, code)) return
       code = NUTATE_OK
       if (present(q)) q = handle%scene%initial%q
       if (present(omega)) omega = angular_velocity(handle%scene%system, handle%scene%initial)
@@ -95,9 +75,7 @@ contains
       type(c_funptr), intent(in), value :: potential, hessian
       type(scene_handle_t), pointer :: handle
       type(status_t) :: status
-      code = NUTATE_BAD_HANDLE
-      handle => find_scene(scene)
-      if (.not. associated(handle)) return
+      if (.not. found(scene, handle, code)) return
       call add_callback_potential(handle%scene%system%effects, direction, potential, hessian, user, status)
       code = end_adding(handle, status)
    end function nutate_scene_add_potential
@@ -107,9 +85,7 @@ contains
       type(c_funptr), intent(in), value :: torque
       type(scene_handle_t), pointer :: handle
       type(status_t) :: status
-      code = NUTATE_BAD_HANDLE
-      handle => find_scene(scene)
-      if (.not. associated(handle)) return
+      if (.not. found(scene, handle, code)) return
       call add_callback_torque(handle%scene%system%effects, torque, user, status)
       code = end_adding(handle, status)
    end function nutate_scene_add_user_torque
@@ -119,9 +95,7 @@ contains
       real(c_double), intent(in), value :: gradient, hessian, third
       type(scene_handle_t), pointer :: handle
       type(status_t) :: status
-      code = NUTATE_BAD_HANDLE
-      handle => find_scene(scene)
-      if (.not. associated(handle)) return
+      if (.not. found(scene, handle, code)) return
       call handle%scene%system%effects%bound_potential(gradient, hessian, third, status)
       code = conclude(handle, status)
    end function nutate_scene_bound_potential
@@ -131,9 +105,7 @@ contains
       real(c_double), intent(in), value :: torque, by_rotation, second, rate
       type(scene_handle_t), pointer :: handle
       type(status_t) :: status
-      code = NUTATE_BAD_HANDLE
-      handle => find_scene(scene)
-      if (.not. associated(handle)) return
+      if (.not. found(scene, handle, code)) return
       call handle%scene%system%effects%bound_torque(torque, by_rotation, second, rate, status)
       code = conclude(handle, status)
    end function nutate_scene_bound_torque
@@ -145,10 +117,9 @@ contains
       type(scene_handle_t), pointer :: handle
       type(status_t) :: status
       slot => open_slot(system)
-      handle => find_scene(scene)
       if (.not. associated(slot)) then
          status = null_argument('system')
-      else if (.not. associated(handle)) then
+      else if (.not. found(scene, handle)) then
          status = fail(NUTATE_BAD_HANDLE, 'scene is NULL, destroyed or not a scene')
       else
          call keep_system(handle%scene%system, slot, status)
@@ -163,8 +134,7 @@ contains
       type(scene_handle_t), pointer :: handle
       type(linearization_t) :: linear
       type(status_t) :: status
-      handle => find_scene(scene)
-      if (.not. associated(handle)) then
+      if (.not. found(scene, handle)) then
          status = fail(NUTATE_BAD_HANDLE, 'scene is NULL, destroyed or not a scene')
       else if (.not. c_associated(json)) then
          status = null_argument('json')
@@ -181,16 +151,15 @@ contains
       type(c_ptr), intent(in), value :: scene, json, message
       integer(c_size_t), intent(in), value :: json_size, size
       type(scene_handle_t), pointer :: handle
-      type(equilibria_t) :: found
+      type(equilibria_t) :: equilibria
       type(status_t) :: status
-      handle => find_scene(scene)
-      if (.not. associated(handle)) then
+      if (.not. found(scene, handle)) then
          status = fail(NUTATE_BAD_HANDLE, 'scene is NULL, destroyed or not a scene')
       else if (.not. c_associated(json)) then
          status = null_argument('json')
       else
-         call scene_equilibria(handle%scene, found, status)
-         if (status%ok()) status%code = text_to_c(json_of_equilibria(found), json, json_size)
+         call scene_equilibria(handle%scene, equilibria, status)
+         if (status%ok()) status%code = text_to_c(json_of_equilibria(equilibria), json, json_size)
       end if
       code = report(status, message, size)
    end function nutate_scene_equilibria

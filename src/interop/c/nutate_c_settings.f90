@@ -12,11 +12,12 @@ module nutate_c_settings
    use nutate_scene_error, only: scene_error_t
    use nutate_scene_integrator, only: build_integrator, integrator_keys
    use nutate_scene_override, only: apply_override
+   use nutate_scene_values, only: check_values
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    implicit none
    private
 
-   public :: set_key, get_key, prepare, prepare_if_needed
+   public :: set_key, set_number, get_key, prepare, prepare_if_needed
 
 contains
 
@@ -27,12 +28,9 @@ contains
       !> As in a scene; a text without its quotes.
       character(len=*), intent(in) :: value
       type(status_t), intent(out) :: status
-      character(len=*), parameter :: ways(3) = [character(len=15) :: 'time_step', 'accuracy', 'local_tolerance']
       type(group_kind_t) :: kinds(1)
       type(group_t), allocatable :: groups(:)
       type(scene_error_t) :: error
-      integer :: i
-
       if (key == 'end_time') then
          status = fail(NUTATE_BAD_ARGUMENT, 'end_time is an argument of nutate_stepper_run_to', 'end_time')
          return
@@ -41,22 +39,55 @@ contains
       kinds(1)%keys = integrator_keys()
       allocate (groups(1))
       groups(1) = handle%group
-      ! Each of the ways to say how long steps are takes the place of the others.
-      do i = 1, size(ways)
-         if (any(ways == key)) call drop(groups(1), trim(ways(i)))
-      end do
+      call drop_others(groups(1), key)
       call lock_texts()
       call apply_override('integrator.'//key//'='//value, kinds, groups, error)
       call unlock_texts()
+      call keep_group(handle, groups(1), key, error, status)
+   end subroutine set_key
+
+   !> Sets a setting of `&integrator` that is one real number. Errors: `NUTATE_BAD_ARGUMENT`.
+   subroutine set_number(handle, key, number, status)
+      type(stepper_handle_t), intent(inout) :: handle
+      character(len=*), intent(in) :: key
+      real(wp), intent(in) :: number
+      type(status_t), intent(out) :: status
+      type(group_t) :: group
+      type(scene_error_t) :: error
+      group = handle%group
+      call drop_others(group, key)
+      call put_number(group, key, number)
+      call check_values(group, integrator_keys(), error)
+      call keep_group(handle, group, key, error, status)
+   end subroutine set_number
+
+   !> Removes the keys that a key replaces: each way to set the length of steps replaces the others.
+   subroutine drop_others(group, key)
+      type(group_t), intent(inout) :: group
+      character(len=*), intent(in) :: key
+      character(len=*), parameter :: ways(3) = [character(len=15) :: 'time_step', 'accuracy', 'local_tolerance']
+      integer :: i
+      do i = 1, size(ways)
+         if (any(ways == key)) call drop(group, trim(ways(i)))
+      end do
+   end subroutine drop_others
+
+   !> Keeps a group in which a key was set, unless its value was rejected.
+   subroutine keep_group(handle, group, key, error, status)
+      type(stepper_handle_t), intent(inout) :: handle
+      type(group_t), intent(in) :: group
+      character(len=*), intent(in) :: key
+      type(scene_error_t), intent(in) :: error
+      type(status_t), intent(out) :: status
       if (error%raised) then
          status = fail(NUTATE_BAD_ARGUMENT, error%text, key)
          handle%text = error%text
          return
       end if
-      handle%group = groups(1)
+      handle%group = group
       handle%stale = .true.
       call unprepare(handle)
-   end subroutine set_key
+   end subroutine keep_group
 
    !> Removes a key from a group.
    subroutine drop(group, name)

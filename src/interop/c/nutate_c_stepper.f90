@@ -1,13 +1,11 @@
 !> C interface: steppers, their settings and their state. What each function does stands in `include/nutate_stepper.h`.
 module nutate_c_stepper
-   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_loc, c_null_ptr, c_ptr, c_size_t
+   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_int, c_loc, c_ptr, c_size_t
    use nutate_body, only: body_t, whole_body
    use nutate_c_effects, only: add_failure, report_failures_to
-   use nutate_c_handles, only: conclude, copy_system, erase_mark, find_scene, find_stepper, find_system, &
-      get_propagated, &
-      null_argument, open_slot, report, scene_handle_t, set_propagated, set_chaos, stepper_handle_t, system_handle_t, &
-      unprepare, STEPPER_MARK
-   use nutate_c_settings, only: get_key, prepare, set_key
+   use nutate_c_handles, only: conclude, copy_system, destroy, found, get_propagated, null_argument, open_slot, &
+      report, scene_handle_t, set_chaos, set_propagated, stepper_handle_t, system_handle_t, unprepare, STEPPER_MARK
+   use nutate_c_settings, only: get_key, prepare, set_key, set_number
    use nutate_c_text, only: lock_texts, copy_text, text_to_c, unlock_texts
    use nutate_variation, only: variation_t
    use nutate_effect_list, only: effect_list_t
@@ -50,10 +48,9 @@ contains
       type(stepper_handle_t), pointer :: handle
       type(status_t) :: status
       slot => open_slot(stepper)
-      from => find_system(system)
       if (.not. associated(slot)) then
          status = null_argument('stepper')
-      else if (.not. associated(from)) then
+      else if (.not. found(system, from)) then
          status = fail(NUTATE_BAD_HANDLE, 'system is NULL, destroyed or not a system')
       else
          call start_handle(handle, status)
@@ -75,10 +72,9 @@ contains
       type(stepper_handle_t), pointer :: handle
       type(status_t) :: status
       slot => open_slot(stepper)
-      from => find_scene(scene)
       if (.not. associated(slot)) then
          status = null_argument('stepper')
-      else if (.not. associated(from)) then
+      else if (.not. found(scene, from)) then
          status = fail(NUTATE_BAD_HANDLE, 'scene is NULL, destroyed or not a scene')
       else
          call start_handle(handle, status)
@@ -92,20 +88,7 @@ contains
 
    integer(c_int) function nutate_stepper_destroy(stepper) result(code) bind(C)
       type(c_ptr), intent(in), value :: stepper
-      type(c_ptr), pointer :: slot
-      type(stepper_handle_t), pointer :: handle
-      code = NUTATE_BAD_ARGUMENT
-      if (.not. c_associated(stepper)) return
-      call c_f_pointer(stepper, slot)
-      code = NUTATE_OK
-      if (.not. c_associated(slot)) return
-      code = NUTATE_BAD_HANDLE
-      handle => find_stepper(slot)
-      if (.not. associated(handle)) return
-      call erase_mark(handle%mark)
-      deallocate (handle)
-      slot = c_null_ptr
-      code = NUTATE_OK
+      code = destroy(stepper, STEPPER_MARK)
    end function nutate_stepper_destroy
 
    integer(c_int) function nutate_stepper_set(stepper, key, value) result(code) bind(C)
@@ -113,9 +96,7 @@ contains
       character(len=:), allocatable :: name, text
       type(stepper_handle_t), pointer :: handle
       type(status_t) :: status
-      code = NUTATE_BAD_HANDLE
-      handle => find_stepper(stepper)
-      if (.not. associated(handle)) return
+      if (.not. found(stepper, handle, code)) return
       if (c_associated(key) .and. c_associated(value)) then
          call copy_text(key, name)
          call copy_text(value, text)
@@ -133,9 +114,7 @@ contains
       type(stepper_handle_t), pointer :: handle
       character(len=len(handle%run%summary%choice)) :: value
       type(status_t) :: status
-      code = NUTATE_BAD_HANDLE
-      handle => find_stepper(stepper)
-      if (.not. associated(handle)) return
+      if (.not. found(stepper, handle, code)) return
       call copy_text(key, name)
       call get_key(handle, name, value, status)
       code = conclude(handle, status)
@@ -147,12 +126,8 @@ contains
       real(c_double), intent(in), value :: time_step
       type(stepper_handle_t), pointer :: handle
       type(status_t) :: status
-      character(len=32) :: digits
-      code = NUTATE_BAD_HANDLE
-      handle => find_stepper(stepper)
-      if (.not. associated(handle)) return
-      write (digits, '(es24.16e3)') time_step
-      call set_key(handle, 'time_step', trim(adjustl(digits)), status)
+      if (.not. found(stepper, handle, code)) return
+      call set_number(handle, 'time_step', time_step, status)
       code = conclude(handle, status)
    end function nutate_stepper_set_time_step
 
@@ -160,9 +135,7 @@ contains
       type(c_ptr), intent(in), value :: stepper
       type(stepper_handle_t), pointer :: handle
       type(status_t) :: status
-      code = NUTATE_BAD_HANDLE
-      handle => find_stepper(stepper)
-      if (.not. associated(handle)) return
+      if (.not. found(stepper, handle, code)) return
       call prepare(handle, status)
       code = conclude(handle, status)
    end function nutate_stepper_prepare
@@ -174,9 +147,7 @@ contains
       type(stepper_handle_t), pointer :: handle
       type(state_t) :: state
       type(status_t) :: status
-      code = NUTATE_BAD_HANDLE
-      handle => find_stepper(stepper)
-      if (.not. associated(handle)) return
+      if (.not. found(stepper, handle, code)) return
       if (.not. (present(q) .and. present(omega))) then
          status = null_argument('q or omega')
       else
@@ -196,9 +167,7 @@ contains
       type(stepper_handle_t), pointer :: handle
       type(state_t) :: state
       type(status_t) :: status
-      code = NUTATE_BAD_HANDLE
-      handle => find_stepper(stepper)
-      if (.not. associated(handle)) return
+      if (.not. found(stepper, handle, code)) return
       if (.not. (present(q) .and. present(p))) then
          status = null_argument('q or p')
       else

@@ -3,7 +3,7 @@
 module nutate_c_stepping
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_int64_t, c_ptr
    use nutate_c_effects, only: has_callbacks, status_of_failure
-   use nutate_c_handles, only: conclude, find_stepper, stepper_handle_t, unprepare, STEPPER_MARK, null_argument
+   use nutate_c_handles, only: conclude, found, null_argument, stepper_handle_t, unprepare, STEPPER_MARK
    use nutate_c_polls, only: steps_between_polls
    use nutate_c_settings, only: prepare_if_needed
    use nutate_control, only: needs_control
@@ -52,9 +52,7 @@ contains
       type(status_t) :: success
       integer(c_int64_t) :: i
       if (present(done)) done = 0
-      code = NUTATE_BAD_HANDLE
-      handle => find_stepper(stepper)
-      if (.not. associated(handle)) return
+      if (.not. found(stepper, handle, code)) return
       if (n < 0) then
          code = conclude(handle, fail(NUTATE_BAD_ARGUMENT, 'the number of steps is negative', 'n'))
          return
@@ -131,9 +129,7 @@ contains
       type(c_ptr), intent(in), value :: stepper
       type(stepper_handle_t), pointer :: handle
       type(status_t) :: status
-      code = NUTATE_BAD_HANDLE
-      handle => find_stepper(stepper)
-      if (.not. associated(handle)) return
+      if (.not. found(stepper, handle, code)) return
       handle%run%keeps_dense_output = .true.
       call prepare_if_needed(handle, status)
       if (status%ok()) call handle%run%stepper%keep_steps()
@@ -147,9 +143,7 @@ contains
       type(stepper_handle_t), pointer :: handle
       type(state_t) :: state
       type(status_t) :: status
-      code = NUTATE_BAD_HANDLE
-      handle => find_stepper(stepper)
-      if (.not. associated(handle)) return
+      if (.not. found(stepper, handle, code)) return
       if (.not. (present(q) .and. present(omega))) then
          code = conclude(handle, null_argument('q or omega'))
          return

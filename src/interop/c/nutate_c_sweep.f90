@@ -2,7 +2,7 @@
 module nutate_c_sweep
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_int64_t, c_loc, c_ptr, c_size_t
    use nutate_c_effects, only: status_of_failure, report_failures_to
-   use nutate_c_handles, only: find_scene, null_argument, report, scene_handle_t
+   use nutate_c_handles, only: found, null_argument, report, scene_handle_t
    use nutate_c_polls, only: poll_t
    use nutate_c_text, only: lock_texts, copy_text, text_to_c, unlock_texts
    use nutate_effect_list, only: effect_list_t
@@ -84,8 +84,7 @@ contains
       type(scene_handle_t), pointer :: handle
       type(status_t) :: status
       character(len=:), allocatable :: whole
-      handle => find_scene(scene)
-      if (.not. associated(handle)) then
+      if (.not. found(scene, handle)) then
          status = fail(NUTATE_BAD_HANDLE, no_scene)
       else if (.not. c_associated(names) .or. .not. c_associated(numbers)) then
          status = null_argument('names or numbers')
@@ -110,8 +109,7 @@ contains
       type(polling_sweep_t), target :: watcher
       type(status_t) :: status
       integer(c_int64_t), pointer :: fields(:, :)
-      handle => find_scene(scene)
-      if (.not. associated(handle)) then
+      if (.not. found(scene, handle)) then
          status = fail(NUTATE_BAD_HANDLE, no_scene)
       else if (.not. c_associated(rows)) then
          status = null_argument('rows')
@@ -138,9 +136,7 @@ contains
       type(row_layout_t), intent(out) :: layout
       integer(c_int), intent(out) :: code
       type(status_t) :: status
-      code = NUTATE_BAD_HANDLE
-      handle => find_scene(scene)
-      if (.not. associated(handle)) return
+      if (.not. found(scene, handle, code)) return
       call find_layout(handle%scene, layout, status)
       code = status%code
    end subroutine find_rows

@@ -6,7 +6,7 @@ module nutate_c_system
    use nutate_body, only: body_t, whole_body
    use nutate_c_effects, only: c_curved_potential_t, c_potential_t, c_torque_t
    use nutate_c_groups, only: add_groups, make_body_of, parse_system, put_numbers, put_text
-   use nutate_c_handles, only: conclude, copy_system, erase_mark, find_system, null_argument, open_slot, report, &
+   use nutate_c_handles, only: conclude, copy_system, destroy, found, null_argument, open_slot, report, &
       system_handle_t, SYSTEM_MARK
    use nutate_c_text, only: lock_texts, copy_text, unlock_texts
    use nutate_effect_list, only: effect_list_t
@@ -14,7 +14,7 @@ module nutate_c_system
    use nutate_kinds, only: wp
    use nutate_limits, only: greatest_number, in_words, least_size
    use nutate_shapes, only: shape_kinds
-   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_NO_MEMORY, NUTATE_OK
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NO_MEMORY, NUTATE_OK
    use nutate_system, only: system_t
    implicit none
    private
@@ -105,20 +105,7 @@ contains
 
    integer(c_int) function nutate_system_destroy(system) result(code) bind(C)
       type(c_ptr), intent(in), value :: system
-      type(c_ptr), pointer :: slot
-      type(system_handle_t), pointer :: handle
-      code = NUTATE_BAD_ARGUMENT
-      if (.not. c_associated(system)) return
-      call c_f_pointer(system, slot)
-      code = NUTATE_OK
-      if (.not. c_associated(slot)) return
-      code = NUTATE_BAD_HANDLE
-      handle => find_system(slot)
-      if (.not. associated(handle)) return
-      call erase_mark(handle%mark)
-      deallocate (handle)
-      slot = c_null_ptr
-      code = NUTATE_OK
+      code = destroy(system, SYSTEM_MARK)
    end function nutate_system_destroy
 
    integer(c_int) function nutate_system_body(system, inertia, mass, center_of_mass) result(code) bind(C)
@@ -126,9 +113,7 @@ contains
       real(c_double), intent(inout), optional :: inertia(3, 3), mass, center_of_mass(3)
       type(system_handle_t), pointer :: handle
       type(body_t) :: whole
-      code = NUTATE_BAD_HANDLE
-      handle => find_system(system)
-      if (.not. associated(handle)) return
+      if (.not. found(system, handle, code)) return
       code = NUTATE_OK
       ! Symmetric: rows are columns.
       if (present(inertia)) then
@@ -144,9 +129,7 @@ contains
       character(len=:), allocatable :: content
       type(system_handle_t), pointer :: handle
       type(status_t) :: status
-      code = NUTATE_BAD_HANDLE
-      handle => find_system(system)
-      if (.not. associated(handle)) return
+      if (.not. found(system, handle, code)) return
       if (c_associated(text)) then
          call copy_text(text, content)
          call lock_texts()
@@ -164,9 +147,7 @@ contains
       type(c_funptr), intent(in), value :: potential, hessian
       type(system_handle_t), pointer :: handle
       type(status_t) :: status
-      code = NUTATE_BAD_HANDLE
-      handle => find_system(system)
-      if (.not. associated(handle)) return
+      if (.not. found(system, handle, code)) return
       call add_callback_potential(handle%system%effects, direction, potential, hessian, user, status)
       code = conclude(handle, status)
    end function nutate_system_add_potential
@@ -176,9 +157,7 @@ contains
       type(c_funptr), intent(in), value :: torque
       type(system_handle_t), pointer :: handle
       type(status_t) :: status
-      code = NUTATE_BAD_HANDLE
-      handle => find_system(system)
-      if (.not. associated(handle)) return
+      if (.not. found(system, handle, code)) return
       call add_callback_torque(handle%system%effects, torque, user, status)
       code = conclude(handle, status)
    end function nutate_system_add_user_torque

@@ -3,11 +3,11 @@ module nutate_c_system_effects
    use, intrinsic :: iso_c_binding, only: c_double, c_int, c_ptr
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use nutate_c_groups, only: add_effect_of, put_numbers
-   use nutate_c_handles, only: conclude, find_system, null_argument, system_handle_t
+   use nutate_c_handles, only: conclude, found, system_handle_t
    use nutate_c_text, only: lock_texts, unlock_texts
    use nutate_keys, only: group_t
    use nutate_kinds, only: wp
-   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    implicit none
    private
 
@@ -98,9 +98,7 @@ contains
       real(c_double), intent(in), value :: gradient, hessian, third
       type(system_handle_t), pointer :: handle
       type(status_t) :: status
-      code = NUTATE_BAD_HANDLE
-      handle => find_system(system)
-      if (.not. associated(handle)) return
+      if (.not. found(system, handle, code)) return
       call handle%system%effects%bound_potential(gradient, hessian, third, status)
       code = conclude(handle, status)
    end function nutate_system_bound_potential
@@ -110,9 +108,7 @@ contains
       real(c_double), intent(in), value :: torque, by_rotation, second, rate
       type(system_handle_t), pointer :: handle
       type(status_t) :: status
-      code = NUTATE_BAD_HANDLE
-      handle => find_system(system)
-      if (.not. associated(handle)) return
+      if (.not. found(system, handle, code)) return
       call handle%system%effects%bound_torque(torque, by_rotation, second, rate, status)
       code = conclude(handle, status)
    end function nutate_system_bound_torque
@@ -147,9 +143,7 @@ contains
       logical, intent(in) :: missing
       type(system_handle_t), pointer :: handle
       type(status_t) :: status
-      code = NUTATE_BAD_HANDLE
-      handle => find_system(system)
-      if (.not. associated(handle)) return
+      if (.not. found(system, handle, code)) return
       group%name = name
       if (missing) then
          status = fail(NUTATE_BAD_ARGUMENT, name//': an argument is NULL')

@@ -4,7 +4,7 @@ module nutate_c_wheels
    use, intrinsic :: iso_c_binding, only: c_double, c_int, c_ptr, c_size_t
    use nutate_attitude, only: roll_pitch_yaw_from_quat
    use nutate_c_effects, only: add_failure
-   use nutate_c_handles, only: conclude, find_stepper, stepper_handle_t
+   use nutate_c_handles, only: conclude, found, stepper_handle_t
    use nutate_c_reading, only: find_readable
    use nutate_c_settings, only: prepare_if_needed
    use nutate_effect_list, only: effect_list_t
@@ -12,7 +12,7 @@ module nutate_c_wheels
    use nutate_kinds, only: wp
    use nutate_limits, only: is_moderate
    use nutate_quaternion, only: quat_conjugate, quat_product
-   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_OK
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_OK
    implicit none
    private
 
@@ -54,9 +54,7 @@ contains
       real(c_double), intent(in), value :: torque
       type(stepper_handle_t), pointer :: handle
       type(status_t) :: status
-      code = NUTATE_BAD_HANDLE
-      handle => find_stepper(stepper)
-      if (.not. associated(handle)) return
+      if (.not. found(stepper, handle, code)) return
       call check_motor(handle%system%effects, wheel, torque, status)
       if (status%ok()) call prepare_if_needed(handle, status)
       if (status%ok()) call hold_torque(handle, int(wheel), torque)
