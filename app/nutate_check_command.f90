@@ -26,7 +26,7 @@ module nutate_check_command
    use nutate_lvlh_view, only: lvlh_view_t
    use nutate_methods, only: equations_of
    use nutate_notes, only: note_t
-   use nutate_observer, only: observer_t, run_record_t
+   use nutate_observer, only: observer_t
    use nutate_periodic_words, only: add_periodic
    use nutate_printable, only: printable_path
    use nutate_run, only: run_t
@@ -53,7 +53,6 @@ module nutate_check_command
    type, extends(observer_t) :: timekeeper_t
       integer(long) :: deadline = 0
    contains
-      procedure :: observe => ignore_row
       procedure :: poll => poll_clock
    end type timekeeper_t
 
@@ -552,14 +551,6 @@ contains
       if (run%summary%estimate > scene%plan%goal%accuracy .and. scene%plan%goal%accuracy > 0.0_wp) &
          call page%item('accuracy', 'not attainable; best: '//rounded_text(run%summary%estimate, 3)//' rad')
    end subroutine add_expected_rows
-
-   subroutine ignore_row(self, system, state, record, status)
-      class(timekeeper_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      type(state_t), intent(in) :: state
-      type(run_record_t), intent(in) :: record
-      type(status_t), intent(out) :: status
-   end subroutine ignore_row
 
    !> Ends the run after the deadline.
    subroutine poll_clock(self, fraction, status)

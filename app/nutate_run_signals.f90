@@ -5,10 +5,8 @@
 module nutate_run_signals
    use, intrinsic :: iso_c_binding, only: c_int, c_ptr
    use nutate_kinds, only: wp
-   use nutate_observer, only: observer_t, run_record_t
-   use nutate_state, only: state_t
+   use nutate_observer, only: observer_t
    use nutate_status, only: status_t, fail, NUTATE_STOPPED
-   use nutate_system, only: system_t
    implicit none
    private
 
@@ -17,7 +15,6 @@ module nutate_run_signals
    !> Ends runs without any other observer on a signal.
    type, extends(observer_t) :: stop_watcher_t
    contains
-      procedure :: observe => ignore_row
       procedure :: poll => poll_signals
    end type stop_watcher_t
 
@@ -64,14 +61,6 @@ contains
          name = 'signal '//trim(number)
       end select
    end function signal_name
-
-   subroutine ignore_row(self, system, state, record, status)
-      class(stop_watcher_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      type(state_t), intent(in) :: state
-      type(run_record_t), intent(in) :: record
-      type(status_t), intent(out) :: status
-   end subroutine ignore_row
 
    subroutine poll_signals(self, fraction, status)
       class(stop_watcher_t), intent(inout) :: self

@@ -10,12 +10,11 @@ module test_control
    use nutate_progress, only: run_summary_t
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_spring, only: spring_t
-   use nutate_observer, only: observer_t, run_record_t
+   use nutate_observer, only: observer_t
    use nutate_run, only: integrate, run_t
    use nutate_state, only: state_t
    use nutate_status, only: NUTATE_BAD_ARGUMENT, NUTATE_STEP_LIMIT, NUTATE_STOPPED, fail, status_t
    use nutate_stepper, only: integrator_settings_t
-   use nutate_system, only: system_t
    use test_controlled_run, only: recorder_t, run_to
    use test_problems, only: box, bruls_top, free_body, precessing_top, problem_t, simo_top
    use test_random_scenes, only: make_random_scene, random_scene_t
@@ -29,7 +28,6 @@ module test_control
    type, extends(observer_t) :: stopper_t
       integer :: polls = 0
    contains
-      procedure :: observe => ignore_row
       procedure :: poll => stop_at_poll
    end type stopper_t
 
@@ -433,14 +431,6 @@ contains
       call check(error, status%ok(), 'the run: '//trim(status%message))
       call check(error, summary%estimate > 0.0_wp, 'an estimate')
    end subroutine failing_finer_runs
-
-   subroutine ignore_row(self, system, state, record, status)
-      class(stopper_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      type(state_t), intent(in) :: state
-      type(run_record_t), intent(in) :: record
-      type(status_t), intent(out) :: status
-   end subroutine ignore_row
 
    subroutine stop_at_poll(self, fraction, status)
       class(stopper_t), intent(inout) :: self

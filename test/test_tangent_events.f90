@@ -44,7 +44,6 @@ module test_tangent_events
       logical :: known(room) = .false.
       real(wp) :: times(room) = 0.0_wp, changes(most, room) = 0.0_wp, theta(room) = 0.0_wp
    contains
-      procedure :: observe => ignore_row
       procedure :: observe_event => keep_event
    end type keeper_t
 
@@ -69,14 +68,6 @@ contains
                   new_unittest("a maximum at a switch has the time of the switch", peak_at_switch), &
                   new_unittest("a run goes on with the derivatives of times", resume_times)]
    end subroutine collect_tangent_events
-
-   subroutine ignore_row(self, system, state, record, status)
-      class(keeper_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      type(state_t), intent(in) :: state
-      type(run_record_t), intent(in) :: record
-      type(status_t), intent(out) :: status
-   end subroutine ignore_row
 
    subroutine keep_event(self, system, event, which, number, state, record, status)
       class(keeper_t), intent(inout) :: self

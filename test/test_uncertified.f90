@@ -6,7 +6,7 @@ module test_uncertified
    use nutate_force, only: force_t, moving_force_t
    use nutate_hamiltonian, only: make_state
    use nutate_kinds, only: wp, long
-   use nutate_observer, only: observer_t, run_record_t
+   use nutate_observer, only: observer_t
    use nutate_orbit, only: orbit_t
    use nutate_orbital_gradient, only: orbital_gradient_t
    use nutate_progress, only: run_summary_t
@@ -43,7 +43,6 @@ module test_uncertified
    type, extends(observer_t) :: keeper_t
       character(len=:), allocatable :: archive
    contains
-      procedure :: observe => ignore_row
       procedure :: save_checkpoint => keep_archive
    end type keeper_t
 
@@ -82,14 +81,6 @@ contains
       end if
       state%t = state%t + dt
    end subroutine advance_time
-
-   subroutine ignore_row(self, system, state, record, status)
-      class(keeper_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      type(state_t), intent(in) :: state
-      type(run_record_t), intent(in) :: record
-      type(status_t), intent(out) :: status
-   end subroutine ignore_row
 
    subroutine keep_archive(self, archive, status)
       class(keeper_t), intent(inout) :: self

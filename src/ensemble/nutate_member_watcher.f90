@@ -28,7 +28,6 @@ module nutate_member_watcher
       !> Asked whether to go on, where there is one.
       class(sweep_watcher_t), pointer :: sweep => null()
    contains
-      procedure :: observe => ignore_row
       procedure :: poll => ask_sweep
    end type sweep_asker_t
 
@@ -61,14 +60,6 @@ contains
       if (scene%output%by_default .and. .not. scene%plan%goal%active()) &
          poll_stride = max(1_long, count_steps(scene%initial%t, scene%plan)/usual_polls)
    end function poll_stride
-
-   subroutine ignore_row(self, system, state, record, status)
-      class(sweep_asker_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      type(state_t), intent(in) :: state
-      type(run_record_t), intent(in) :: record
-      type(status_t), intent(out) :: status
-   end subroutine ignore_row
 
    subroutine watch_row(self, system, state, record, status)
       class(member_watcher_t), intent(inout) :: self

@@ -60,7 +60,7 @@ module nutate_observer
       real(wp), allocatable :: time_change(:)
    contains
       !> Called with the first state, with each output point of the plan, and with the last state.
-      procedure(observe_row), deferred :: observe
+      procedure :: observe => ignore_row
       !> Called after every 1024 fixed steps, and after every adaptive step: for a progress bar or a request to stop.
       procedure :: poll => ignore_poll
       !> Called after every step of the method, before it is used, if `checks_steps`: a failure takes the step back and
@@ -75,18 +75,6 @@ module nutate_observer
       procedure :: save_checkpoint => ignore_archive
    end type observer_t
 
-   abstract interface
-      !> Receives an output point.
-      subroutine observe_row(self, system, state, record, status)
-         import :: observer_t, system_t, state_t, run_record_t, status_t
-         class(observer_t), intent(inout) :: self
-         type(system_t), intent(in) :: system
-         type(state_t), intent(in) :: state
-         type(run_record_t), intent(in) :: record
-         type(status_t), intent(out) :: status
-      end subroutine observe_row
-   end interface
-
 contains
 
    !> Writes or reads its values in checkpoint data.
@@ -100,6 +88,16 @@ contains
       call archive%transfer(self%work)
       call archive%transfer(self%continued)
    end subroutine transfer_record
+
+   !> Does nothing by default. Override it to receive the output points.
+   subroutine ignore_row(self, system, state, record, status)
+      class(observer_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      type(run_record_t), intent(in) :: record
+      !> A status that is not `NUTATE_OK` ends the run with it.
+      type(status_t), intent(out) :: status
+   end subroutine ignore_row
 
    !> Does nothing by default. Override it for a progress bar or a request to stop.
    subroutine ignore_poll(self, fraction, status)
