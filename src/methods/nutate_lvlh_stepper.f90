@@ -5,10 +5,9 @@
 module nutate_lvlh_stepper
    use nutate_kinds, only: wp
    use nutate_lvlh_view, only: lvlh_view_t
-   use nutate_noise, only: noise_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
-   use nutate_stepper, only: integrator_settings_t, keep_starts, step_goal_t, stepper_t
+   use nutate_stepper, only: integrator_settings_t, step_goal_t
    use nutate_stepper_wrapper, only: stepper_wrapper_t
    use nutate_system, only: system_t
    use nutate_tangent, only: tangent_t
@@ -26,30 +25,17 @@ module nutate_lvlh_stepper
       !> Start of the last step, without balance and wheels, LVLH axes.
       type(state_t) :: start = state_t()
    contains
-      !> Sets the stepper that works in the LVLH frame; must come before `prepare`.
-      procedure :: wrap
       procedure :: set_up
       procedure :: advance
-      procedure :: chooses_steps
       procedure :: choose_step
-      procedure :: keep_steps
       procedure :: mark_step
       procedure :: state_at
       procedure :: project_for_output
-      procedure :: disturb
       procedure :: propagate_step
       procedure :: propagate_inside
    end type lvlh_stepper_t
 
 contains
-
-   !> Sets the stepper that works in the LVLH frame.
-   subroutine wrap(self, base)
-      class(lvlh_stepper_t), intent(inout) :: self
-      !> Moved: not allocated afterwards.
-      class(stepper_t), allocatable, intent(inout) :: base
-      call move_alloc(base, self%base)
-   end subroutine wrap
 
    !> Prepares the stepper for the system as seen from the LVLH frame, or for the system itself if there is no such
    !> view. Errors: those of the stepper's `prepare`; `NUTATE_BAD_ARGUMENT` without a stepper.
@@ -111,12 +97,6 @@ contains
       self%start%time_dependent_work = self%inner%time_dependent_work
    end subroutine set_start
 
-   !> Returns true if the stepper inside chooses its steps.
-   pure logical function chooses_steps(self)
-      class(lvlh_stepper_t), intent(in) :: self
-      chooses_steps = self%base%chooses_steps()
-   end function chooses_steps
-
    !> Computes the length of a step that meets a goal, by the stepper inside.
    recursive subroutine choose_step(self, system, state, goal, step, status)
       class(lvlh_stepper_t), intent(inout) :: self
@@ -132,13 +112,6 @@ contains
          call self%base%choose_step(system, state, goal, step, status)
       end if
    end subroutine choose_step
-
-   !> Keeps the starts of steps, here and inside.
-   recursive subroutine keep_steps(self)
-      class(lvlh_stepper_t), intent(inout) :: self
-      call self%base%keep_steps()
-      call keep_starts(self)
-   end subroutine keep_steps
 
    !> Sets the start of a step.
    recursive subroutine mark_step(self, state, dt, window_time)
@@ -197,13 +170,6 @@ contains
          call self%view%to_inertial(self%inner, state)
       end if
    end subroutine project_for_output
-
-   !> Sets the perturbation of a trial run.
-   subroutine disturb(self, noise)
-      class(lvlh_stepper_t), intent(inout) :: self
-      type(noise_t), intent(in) :: noise
-      call self%base%disturb(noise)
-   end subroutine disturb
 
    !> Propagates sensitivities over the last step in the LVLH frame. They are in body axes, which the conversion leaves
    !> as they are; work and energy differ by the change of ω·l. Errors: those of the stepper; `NUTATE_BAD_ARGUMENT` for

@@ -12,9 +12,10 @@ submodule(nutate_methods) nutate_method_steppers
    use nutate_reduced, only: reduced_t
    use nutate_rk4, only: rk4_t
    use nutate_rk8, only: rk8_t
-   use nutate_status, only: fail, NUTATE_BAD_ARGUMENT
-   use nutate_taylor_stepper, only: taylor_t
    use nutate_rotated_stepper, only: rotated_stepper_t
+   use nutate_status, only: fail, NUTATE_BAD_ARGUMENT
+   use nutate_stepper_wrapper, only: stepper_wrapper_t
+   use nutate_taylor_stepper, only: taylor_t
    implicit none
 
 contains
@@ -23,6 +24,8 @@ contains
       type(integrator_settings_t) :: complete
       type(method_t) :: method
       type(lvlh_view_t) :: view
+      type(projected_stepper_t), allocatable :: projected
+      class(stepper_wrapper_t), allocatable :: wrapper
       complete = with_defaults(settings)
       method = method_of(settings)
       if (method%name == '') then
@@ -49,13 +52,24 @@ contains
          end if
          if (complete%order > 2) call compose_stepper(complete%order, stepper, status)
       end select
-      if (complete%method == 'nielsen_krenk' .and. complete%attitude .and. follows_rotating_axes(system%effects)) &
-         call turn_stepper(stepper)
-      if (complete%conserve .and. complete%method /= 'taylor') call project_stepper(method%spacing, stepper)
+      if (all(complete%method /= ['taylor', 'exact ']) .and. complete%attitude .and. &
+          follows_rotating_axes(system%effects)) then
+         allocate (rotated_stepper_t :: wrapper)
+         call put_around(wrapper, stepper)
+      end if
+      if (complete%conserve .and. complete%method /= 'taylor') then
+         allocate (projected)
+         projected%spacing = method%spacing
+         call move_alloc(projected, wrapper)
+         call put_around(wrapper, stepper)
+      end if
       if (.not. status%ok()) return
       stepper%conserves = method%can_project .and. .not. complete%conserve
       call view%prepare(system)
-      if (view%exists .and. complete%attitude .and. .not. complete%in_space_axes) call step_in_lvlh(stepper)
+      if (view%exists .and. complete%attitude .and. .not. complete%in_space_axes) then
+         allocate (lvlh_stepper_t :: wrapper)
+         call put_around(wrapper, stepper)
+      end if
       call stepper%prepare(system, complete, status)
    end procedure make_stepper
 
@@ -67,34 +81,13 @@ contains
       end if
    end procedure get_stepper
 
-   !> Puts a stepper with the turn of space axes that its motion does not know of in its place.
-   subroutine turn_stepper(stepper)
+   !> Puts a wrapper with a stepper inside in the stepper's place.
+   subroutine put_around(wrapper, stepper)
+      class(stepper_wrapper_t), allocatable, intent(inout) :: wrapper
       class(stepper_t), allocatable, intent(inout) :: stepper
-      type(rotated_stepper_t), allocatable :: rotated
-      allocate (rotated)
-      call rotated%wrap(stepper)
-      call move_alloc(rotated, stepper)
-   end subroutine turn_stepper
-
-   !> Puts a stepper that works in the LVLH frame in its place.
-   subroutine step_in_lvlh(stepper)
-      class(stepper_t), allocatable, intent(inout) :: stepper
-      type(lvlh_stepper_t), allocatable :: wrapped
-      allocate (wrapped)
-      call wrapped%wrap(stepper)
-      call move_alloc(wrapped, stepper)
-   end subroutine step_in_lvlh
-
-   !> Puts a stepper with the projection onto the invariants in its place.
-   subroutine project_stepper(spacing, stepper)
-      !> Steps to a projection.
-      integer, intent(in) :: spacing
-      class(stepper_t), allocatable, intent(inout) :: stepper
-      type(projected_stepper_t), allocatable :: projected
-      allocate (projected)
-      call projected%wrap(stepper, spacing)
-      call move_alloc(projected, stepper)
-   end subroutine project_stepper
+      call wrapper%wrap(stepper)
+      call move_alloc(wrapper, stepper)
+   end subroutine put_around
 
    module procedure compose_stepper
       type(composition_t), allocatable :: composition

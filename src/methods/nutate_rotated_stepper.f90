@@ -1,34 +1,40 @@
-!> A stepper whose states are sums of increments, for a motion that does not know of the rotating of the space axes
-!> (`nutate_axes_turn`): it takes its step in axes that stand still, with all that is certified of its root there, and
-!> the state is turned back with its compensation. Explicit methods have the turn at the ends of their own steps.
+!> A stepper around another one, for a motion that does not depend on the rotation of the space axes
+!> (`follows_rotating_axes`): torque-free bodies, and potentials that are symmetric about the rate ω. The stepper inside
+!> takes its step in axes that stand still, as cheap and as long as there; then the state is rotated back by ωΔt,
+!> exactly. What the step keeps in these axes, T + V, l·ω and |l|, stays, and with it H - ω·l.
+!>
+!> All other motions are integrated by equations that contain ω. Power series rotate their sums themselves.
 module nutate_rotated_stepper
-   use nutate_axes_turn, only: axes_turn_t, rotated
-   use nutate_kinds, only: wp
+   use nutate_invariants, only: follows_rotating_axes
+   use nutate_kinds, only: wp, pi
+   use nutate_limits, only: greatest_turn
    use nutate_quaternion, only: cross, rotate_to_body
    use nutate_range, only: check_start
-   use nutate_state, only: add_by_kahan, state_t
+   use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_OFF_BRANCH
-   use nutate_stepper, only: integrator_settings_t, stepper_t
+   use nutate_stepper, only: integrator_settings_t
    use nutate_stepper_wrapper, only: stepper_wrapper_t
    use nutate_system, only: system_t
    use nutate_tangent, only: tangent_t
    implicit none
    private
 
-   public :: rotated_stepper_t, rotate_sensitivities
+   public :: rotated_stepper_t
 
-   !> A stepper and the turn of its states. `step` allocates nothing.
+   !> A stepper and the rotation of its states. `step` allocates nothing.
    type, extends(stepper_wrapper_t) :: rotated_stepper_t
       private
       !> The system of the last `prepare` may be stepped so; the same in axes that stand still.
-      type(axes_turn_t) :: turn
+      logical :: there = .false.
       type(system_t) :: standing
+      !> |ω|, rad/s, and -ω over it; shape (3).
+      real(wp) :: rate = 0.0_wp, axis(3) = 0.0_wp
+      !> Length of step for which the rotation was computed last, s, and d, its quaternion less 1; shape (4).
+      real(wp) :: length = 0.0_wp, change(4) = 0.0_wp
       !> The next step is the first since `prepare`. Start of the last step, s.
       logical :: untested = .true.
       real(wp) :: start = 0.0_wp
    contains
-      !> Sets the stepper whose states to turn; must come before `prepare`.
-      procedure :: wrap
       procedure :: set_up
       procedure :: advance
       procedure :: mark_step
@@ -39,14 +45,6 @@ module nutate_rotated_stepper
 
 contains
 
-   !> Sets the stepper whose states to turn.
-   subroutine wrap(self, base)
-      class(rotated_stepper_t), intent(inout) :: self
-      !> Moved: not allocated afterwards.
-      class(stepper_t), allocatable, intent(inout) :: base
-      call move_alloc(base, self%base)
-   end subroutine wrap
-
    !> A system that knows of the rotating is left to the stepper. Errors: those of the stepper's `prepare`;
    !> `NUTATE_BAD_ARGUMENT` where there is none.
    subroutine set_up(self, system, settings, status)
@@ -56,12 +54,16 @@ contains
       type(status_t), intent(inout) :: status
       call self%check_base('a turn of the axes', status)
       if (.not. status%ok()) return
-      call self%turn%prepare(system%effects, settings%attitude)
+      self%there = follows_rotating_axes(system%effects) .and. settings%attitude
       self%untested = .true.
-      if (.not. self%turn%there) then
+      self%length = 0.0_wp
+      self%change = 0.0_wp
+      if (.not. self%there) then
          call self%base%prepare(system, settings, status)
          return
       end if
+      self%rate = norm2(system%effects%frame_rate)
+      self%axis = -system%effects%frame_rate/self%rate
       self%standing = system
       self%standing%effects%frame_turns = .false.
       self%standing%effects%frame_rate = 0.0_wp
@@ -76,39 +78,64 @@ contains
       type(state_t), intent(inout) :: state
       real(wp), intent(in) :: dt, window_time
       type(status_t), intent(inout) :: status
-      if (.not. self%turn%there) then
+      if (.not. self%there) then
          call self%advance_base(system, state, dt, window_time, status)
          return
       end if
       if (self%untested) call check_start(system, state, dt, status)
-      if (status%code == 0 .and. dt /= self%turn%length) call set_turn(self, dt, status)
+      if (status%code == 0 .and. dt /= self%length) call set_turn(self, dt, status)
       if (status%code /= 0) return
       call self%base%advance(self%standing, state, dt, window_time, status)
       call self%copy_counts()
       if (status%code /= 0) return
+      self%error_estimate = self%base%error_estimate
       self%untested = .false.
-      call turn_state(self%turn%change, state)
+      call turn_state(self%change, state)
    end subroutine advance
 
-   !> Sets the length of a step.
+   !> Sets the length of a step: the quaternion c = 1 + d of the rotation, -ω̂ sin x its vector, x = ½|ω|Δt. The length
+   !> of c depends on the vector as it is rounded, so that rotations of one length do not stretch what they rotate.
    pure subroutine set_turn(self, dt, status)
       class(rotated_stepper_t), intent(inout) :: self
       !> s.
       real(wp), intent(in) :: dt
       type(status_t), intent(inout) :: status
-      logical :: possible
-      call self%turn%set_length(dt, possible)
-      if (.not. possible) status = fail(NUTATE_OFF_BRANCH, 'the step is too long: the space axes turn too far')
+      real(wp) :: angle, square
+      angle = self%rate*dt
+      if (.not. abs(angle) <= greatest_turn) then
+         status = fail(NUTATE_OFF_BRANCH, 'the step is too long: the space axes turn too far')
+         return
+      end if
+      ! Beyond half a revolution vice versa, to the opposite quaternion.
+      angle = angle - (2*pi)*anint(angle/(2*pi))
+      self%change(2:4) = sin(0.5_wp*angle)*self%axis
+      square = min(dot_product(self%change(2:4), self%change(2:4)), 1.0_wp)
+      self%change(1) = -square/(1 + sqrt(1 - square))
+      self%length = dt
    end subroutine set_turn
 
-   !> Turns attitude and momentum: adds d∘q and d∘p.
+   !> Rotates attitude and momentum.
    pure subroutine turn_state(d, state)
       !> Shape (4).
       real(wp), intent(in) :: d(4)
       type(state_t), intent(inout) :: state
-      call add_by_kahan(state%q, state%q_compensation, rotated(d, state%q))
-      call add_by_kahan(state%p, state%p_compensation, rotated(d, state%p))
+      call add_rotated(d, state%q, state%q_compensation)
+      call add_rotated(d, state%p, state%p_compensation)
    end subroutine turn_state
+
+   !> Adds d∘x to x by compensated summation: in one procedure, because this is most of the cost of a frame.
+   pure subroutine add_rotated(d, x, compensation)
+      real(wp), intent(in) :: d(4)
+      real(wp), intent(inout) :: x(4), compensation(4)
+      real(wp) :: addend(4), rounded(4)
+      addend(1) = (d(1)*x(1) - d(2)*x(2) - d(3)*x(3) - d(4)*x(4)) + compensation(1)
+      addend(2) = (d(1)*x(2) + d(2)*x(1) + d(3)*x(4) - d(4)*x(3)) + compensation(2)
+      addend(3) = (d(1)*x(3) + d(3)*x(1) + d(4)*x(2) - d(2)*x(4)) + compensation(3)
+      addend(4) = (d(1)*x(4) + d(4)*x(1) + d(2)*x(3) - d(3)*x(2)) + compensation(4)
+      rounded = x + addend
+      compensation = addend - (rounded - x)
+      x = rounded
+   end subroutine add_rotated
 
    !> Sets the start of a step.
    recursive subroutine mark_step(self, state, dt, window_time)
@@ -129,7 +156,7 @@ contains
       type(status_t), intent(out) :: status
       real(wp), intent(inout), optional :: works(:)
       type(state_t) :: inside
-      if (.not. self%turn%there) then
+      if (.not. self%there) then
          call self%base%state_at(system, t, state, work, status, works)
          self%step_error = self%base%step_error
          return
@@ -138,9 +165,9 @@ contains
       self%step_error = self%base%step_error
       if (.not. status%ok()) return
       if (abs(t - self%start) > 0.0_wp) then
-         if (t - self%start /= self%turn%length) call set_turn(self, t - self%start, status)
+         if (t - self%start /= self%length) call set_turn(self, t - self%start, status)
          if (.not. status%ok()) return
-         call turn_state(self%turn%change, inside)
+         call turn_state(self%change, inside)
       end if
       state = inside
    end subroutine state_at
@@ -155,7 +182,7 @@ contains
       real(wp), intent(in) :: dt, window_time
       type(tangent_t), intent(inout) :: tangent
       type(status_t), intent(inout) :: status
-      if (.not. self%turn%there) then
+      if (.not. self%there) then
          call self%base%propagate_step(system, before, after, dt, window_time, tangent, status)
       else
          call self%base%propagate_step(self%standing, before, standing_state(self, after), dt, window_time, tangent, &
@@ -171,7 +198,7 @@ contains
       type(state_t), intent(in) :: state
       type(tangent_t), intent(inout) :: tangent
       type(status_t), intent(inout) :: status
-      if (.not. self%turn%there) then
+      if (.not. self%there) then
          call self%base%propagate_inside(system, state, tangent, status)
       else
          call self%base%propagate_inside(self%standing, standing_state(self, state), tangent, status)
@@ -179,16 +206,18 @@ contains
       end if
    end subroutine propagate_inside
 
-   !> A state without the turn that was made last.
+   !> A state without the rotation that was made last.
    type(state_t) function standing_state(self, state) result(standing)
       type(rotated_stepper_t), intent(in) :: self
       type(state_t), intent(in) :: state
-      real(wp) :: back(4)
-      back = [self%turn%change(1), -self%turn%change(2:4)]
+      real(wp) :: back(4), zero(4)
+      back = [self%change(1), -self%change(2:4)]
       standing = state
-      if (.not. abs(self%turn%length) > 0.0_wp) return
-      standing%q = state%q + rotated(back, state%q)
-      standing%p = state%p + rotated(back, state%p)
+      if (.not. abs(self%length) > 0.0_wp) return
+      zero = 0.0_wp
+      call add_rotated(back, standing%q, zero)
+      zero = 0.0_wp
+      call add_rotated(back, standing%p, zero)
    end function standing_state
 
    !> θ of sensitivities that change the rate ω of the axes: these turn by a = -ωΔt, whose change is a rotation J(a)δa,

@@ -2,6 +2,7 @@
 module nutate_stepper_wrapper
    use nutate_archive, only: archive_t
    use nutate_kinds, only: wp
+   use nutate_noise, only: noise_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    use nutate_stepper, only: keep_starts, stepper_t
@@ -17,6 +18,8 @@ module nutate_stepper_wrapper
       !> The stepper inside.
       class(stepper_t), allocatable :: base
    contains
+      !> Sets the stepper inside; must come before `prepare`.
+      procedure, non_overridable :: wrap
       !> Says where there is no stepper inside.
       procedure, non_overridable :: check_base
       !> Copies what the inner stepper reports of its last step, whether it succeeded or not; work and estimate apart.
@@ -26,6 +29,8 @@ module nutate_stepper_wrapper
       !> Performs a step of the inner stepper, with nothing added to it.
       procedure, non_overridable :: advance_base
       procedure :: copy
+      procedure :: chooses_steps
+      procedure :: disturb
       procedure :: forget_steps
       procedure :: keep_steps
       procedure :: update_commands
@@ -35,6 +40,27 @@ module nutate_stepper_wrapper
    end type stepper_wrapper_t
 
 contains
+
+   !> Sets the stepper inside.
+   subroutine wrap(self, base)
+      class(stepper_wrapper_t), intent(inout) :: self
+      !> Moved: not allocated afterwards.
+      class(stepper_t), allocatable, intent(inout) :: base
+      call move_alloc(base, self%base)
+   end subroutine wrap
+
+   !> Returns true if the stepper inside chooses its steps.
+   pure logical function chooses_steps(self)
+      class(stepper_wrapper_t), intent(in) :: self
+      chooses_steps = self%base%chooses_steps()
+   end function chooses_steps
+
+   !> Sets the perturbation of a trial run.
+   subroutine disturb(self, noise)
+      class(stepper_wrapper_t), intent(inout) :: self
+      type(noise_t), intent(in) :: noise
+      call self%base%disturb(noise)
+   end subroutine disturb
 
    !> Errors: `NUTATE_BAD_ARGUMENT` where there is no stepper inside.
    subroutine check_base(self, name, status)

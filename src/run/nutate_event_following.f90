@@ -175,8 +175,8 @@ contains
          type(run_record_t) :: record
          if (allocated(progress%tangent)) sensitivities = progress%tangent
          if (searches(k)%root%s > 0.0_wp) then
-            call policy%state_inside(system, progress, mark%state%t + searches(k)%root%s*length, state, status, record, &
-                                     sensitivities, mark)
+            call policy%state_inside(system, progress, mark%state%t + searches(k)%root%s*length, state, status, &
+                                     record, sensitivities, mark)
             if (status%code /= 0) return
          else
             state = start

@@ -234,8 +234,8 @@ contains
       call self%stepper%update_commands()
    end subroutine update_commands
 
-   !> Evaluates the state at a time inside the last step of the method. Errors: those of the stepper, which must keep the
-   !> starts of its steps.
+   !> Evaluates the state at a time inside the last step of the method. Errors: those of the stepper, which must keep
+   !> the starts of its steps.
    subroutine state_inside(self, system, progress, t, state, status, record, tangent, before)
       class(fixed_steps_t), intent(inout) :: self
       type(system_t), intent(in) :: system

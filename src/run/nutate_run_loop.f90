@@ -10,8 +10,8 @@ module nutate_run_loop
    use nutate_limits, only: same_time
    use nutate_observer, only: observer_t, run_record_t
    use nutate_passed_windows, only: pass_windows, pass_windows_inside
-   use nutate_progress, only: few_rows, fraction_done, is_over, progress_t, put_works, run_point_t, sense_of, take_back, &
-      transfer_progress
+   use nutate_progress, only: few_rows, fraction_done, is_over, progress_t, put_works, run_point_t, sense_of, &
+      take_back, transfer_progress
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_STEP_LIMIT
    use nutate_step_subdivision, only: spare_tries
@@ -23,7 +23,8 @@ module nutate_run_loop
    public :: drive, transfer_run
 
    !> Rotation angle between two states, rad, that can be followed; longer rotations are watched in parts of half this
-   !> angle. And the greatest number of parts, some tenths of a millisecond: enough for every step that a method chooses.
+   !> angle. And the greatest number of parts, some tenths of a millisecond: enough for every step that a method
+   !> chooses.
    real(wp), parameter :: followed_angle = 3.0_wp, most_parts = 2e3_wp
 
 contains

@@ -124,8 +124,7 @@ contains
                         + scale*(error(5)**2 + error(6)**2 + error(7)**2)
    end function weighted_square
 
-   !> Moves sensitivities over a step, by the same stages. Errors: `NUTATE_BAD_ARGUMENT` where space axes turn, for a
-   !> change of their rate that the motion would know of.
+   !> Moves sensitivities over a step, by the same stages.
    recursive subroutine propagate_step(self, system, before, after, dt, window_time, tangent, status)
       class(dop853_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -140,7 +139,7 @@ contains
          third([1, 9, 12]) = third([1, 9, 12]) - b3
          call self%tangent%set(a, b, c, reshape([e5, 0.1_wp*third], [n_stages, 2]))
       end if
-      call self%tangent%propagate(self%rates, system, before, after, dt, window_time, tangent, status)
+      call self%tangent%propagate(self%rates, system, before, dt, window_time, tangent)
    end subroutine propagate_step
 
    !> A step remembers nothing of the ones before.

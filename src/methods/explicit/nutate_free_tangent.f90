@@ -11,10 +11,8 @@ module nutate_free_tangent
    use nutate_small_products, only: skew, times_columns, times_vector
    use nutate_stage_tangent, only: add_weighted, stage_weights_t
    use nutate_state, only: state_t
-   use nutate_status, only: status_t
    use nutate_system, only: system_t
    use nutate_tangent, only: tangent_t
-   use nutate_rotated_stepper, only: rotate_sensitivities
    implicit none
    private
 
@@ -38,16 +36,14 @@ module nutate_free_tangent
 
 contains
 
-   !> Moves sensitivities over a step; false, with these as they were, for a body at rest. Errors: those of a turn of
-   !> the axes.
-   subroutine propagate(self, system, before, after, dt, tangent, status, propagated)
+   !> Moves sensitivities over a step; false, with these as they were, for a body at rest.
+   subroutine propagate(self, system, before, dt, tangent, propagated)
       class(free_tangent_t), intent(inout) :: self
       type(system_t), intent(in) :: system
-      !> The ends of the step, which succeeded; s.
-      type(state_t), intent(in) :: before, after
+      !> Start of the step, which succeeded; s.
+      type(state_t), intent(in) :: before
       real(wp), intent(in) :: dt
       type(tangent_t), intent(inout) :: tangent
-      type(status_t), intent(inout) :: status
       logical, intent(out) :: propagated
       real(wp) :: first(3), last(3), square
       integer :: i
@@ -67,7 +63,6 @@ contains
       end do
       call take_argument(self, n_stages + 1, first, last)
       call finish_sensitivities(self, last, tangent)
-      if (system%effects%frame_turns) call rotate_sensitivities(system, after, dt, tangent, status)
    end subroutine propagate
 
    !> Unit sensitivities of δL, and those of parameters, which change nothing at the start.

@@ -2,8 +2,7 @@
 !>
 !>     q̇ = ½ q∘Ω,   L̇ = L×Ω + τ(t,q,Ω),   Ω = J⁻¹(L - h),   Ẇᵢ = Ω·τᵢ
 !>
-!> Where the space axes turn at ω, Ω - Rᵀω takes the place of Ω in q̇, τ and Ẇ; unless nothing knows of it, and the end
-!> of a step is rotated (`nutate_axes_turn`).
+!> Where the space axes turn at ω, Ω - Rᵀω takes the place of Ω in q̇, τ and Ẇ.
 !>
 !> A method sees `y = [q, L, W]`, W = Σ Wᵢ from the start of the step, and `k = Δt ẏ`: with `Δt J⁻¹` in place of J⁻¹ no
 !> stage multiplies by the step.
@@ -12,7 +11,6 @@
 !> method's coefficients.
 module nutate_rigid_rates
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
-   use nutate_axes_turn, only: axes_turn_t, rotated
    use nutate_hamiltonian, only: potential_torque, time_dependent_power
    use nutate_kinds, only: wp
    use nutate_limits, only: manifold_tolerance, most_wheels
@@ -62,9 +60,7 @@ module nutate_rigid_rates
       type(wheel_stages_t), allocatable :: wheels
       !> Integrate the attitude; else its rates are zero. They are so, or the space axes turn.
       logical :: attitude = .true., general = .false.
-      !> The turn of a motion that does not know of it; not allocated where there is none.
-      type(axes_turn_t), allocatable, private :: turn
-      !> The space axes turn, and the motion knows of it: half their turn in the step, ½Δt ω, rad, in these axes; shape
+      !> The space axes turn: half their turn in the step, ½Δt ω, rad, in these axes; shape
       !> (3).
       logical :: frame_turns = .false.
       real(wp) :: frame_turn(3) = 0.0_wp
@@ -99,18 +95,11 @@ contains
       logical, intent(in) :: attitude
       !> The states will be projected onto the invariants: where there are works, errors are estimated for that.
       logical, intent(in) :: conserve
-      !> Coefficients aᵢⱼ of a Runge-Kutta method as a(j, i - 1), i from the second stage on. Without them nothing is
-      !> rotated at the ends of steps.
+      !> Coefficients aᵢⱼ of a Runge-Kutta method as a(j, i - 1), i from the second stage on.
       real(wp), intent(in), optional :: a(:, :)
       integer :: i
       self%attitude = attitude
-      if (allocated(self%turn)) deallocate (self%turn)
-      if (system%effects%frame_turns .and. attitude .and. present(a)) then
-         allocate (self%turn)
-         call self%turn%prepare(system%effects, attitude)
-         if (.not. self%turn%there) deallocate (self%turn)
-      end if
-      self%frame_turns = system%effects%frame_turns .and. .not. allocated(self%turn)
+      self%frame_turns = system%effects%frame_turns
       self%general = self%frame_turns .or. .not. attitude
       self%forced = system%effects%n_potentials + system%effects%n_works() > 0
       self%n_wheels = system%effects%n_wheels
@@ -148,7 +137,6 @@ contains
       real(wp), intent(in) :: window_time
       !> [q, L, W]; shape (n_rates).
       real(wp), intent(out) :: y(n_rates)
-      logical :: possible
       integer :: i
       self%to_angle = dt*system%body%inverse_inertia
       self%rotor = system%effects%rotor_momentum
@@ -168,11 +156,6 @@ contains
       if (self%n_wheels > 0) call begin_wheels(self, system, state, window_time)
       call read_state(self, state, dt, y)
       if (allocated(self%momentum_balance) .and. self%failure == 0) call self%momentum_balance%start(y(1:4), y(5:7))
-      if (allocated(self%turn)) then
-         possible = .true.
-         if (abs(dt - self%turn%length) > 0.0_wp) call self%turn%set_length(dt, possible)
-         if (.not. possible .and. self%failure == 0) self%failure = NUTATE_OFF_BRANCH
-      end if
       if (self%failure /= 0 .or. .not. self%frame_turns) return
       if (2*maxval(abs(self%frame_turn)) <= largest_angle) return
       self%failure = NUTATE_OFF_BRANCH
@@ -450,7 +433,6 @@ contains
          return
       end if
       if (self%attitude) state%q = (1/sqrt(square))*y(1:4)
-      if (allocated(self%turn)) state%q = state%q + rotated(self%turn%change, state%q)
       state%p = quat_vector_product(state%q, 2*y(5:7))
       state%q_compensation = 0.0_wp
       state%p_compensation = 0.0_wp

@@ -70,8 +70,7 @@ contains
          call get_error(self%rates, y, outer*(k1 - k2 - k3 + k4), outer*[1, -1, -1, 1], self%step_error)
    end subroutine advance
 
-   !> Moves sensitivities over a step, by the same stages. Errors: `NUTATE_BAD_ARGUMENT` where space axes turn, for a
-   !> change of their rate that the motion would know of.
+   !> Moves sensitivities over a step, by the same stages.
    recursive subroutine propagate_step(self, system, before, after, dt, window_time, tangent, status)
       class(rk4_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -83,7 +82,7 @@ contains
          allocate (self%tangent)
          call self%tangent%set(a, [outer, inner, inner, outer], [0.0_wp, 0.5_wp, 0.5_wp, 1.0_wp])
       end if
-      call self%tangent%propagate(self%rates, system, before, after, dt, window_time, tangent, status)
+      call self%tangent%propagate(self%rates, system, before, dt, window_time, tangent)
    end subroutine propagate_step
 
    !> A step remembers nothing of the ones before.

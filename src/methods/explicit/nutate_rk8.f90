@@ -18,7 +18,6 @@ module nutate_rk8
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_system, only: system_t
    use nutate_tangent, only: tangent_t
-   use nutate_rotated_stepper, only: rotate_sensitivities
    use nutate_error_weighting, only: step_error_t
    implicit none
    private
@@ -91,8 +90,7 @@ contains
       if (rates%estimates) call get_error(rates, y, estimate_of_fifth(k), e5, error)
    end subroutine evaluate_stages
 
-   !> Moves sensitivities over a step, by the same stages. Errors: `NUTATE_BAD_ARGUMENT` where space axes turn, for a
-   !> change of their rate that the motion would know of.
+   !> Moves sensitivities over a step, by the same stages.
    recursive subroutine propagate_step(self, system, before, after, dt, window_time, tangent, status)
       class(rk8_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -104,13 +102,12 @@ contains
       call self%specialised%fits(dt, is_specialised)
       if (is_specialised .and. self%specialised%free) then
          if (.not. allocated(self%free)) allocate (self%free)
-         call self%free%propagate(system, before, after, dt, tangent, status, propagated)
+         call self%free%propagate(system, before, dt, tangent, propagated)
          if (propagated) return
          is_specialised = .false.
       end if
       if (is_specialised) then
          call self%specialised%propagate(before, tangent, propagated)
-         if (propagated .and. system%effects%frame_turns) call rotate_sensitivities(system, after, dt, tangent, status)
          if (propagated) return
       end if
       if (.not. allocated(self%tangent)) then
@@ -118,10 +115,10 @@ contains
          call self%tangent%set(a, b, c)
       end if
       if (is_specialised) then
-         call self%tangent%propagate(self%rates, system, before, after, dt, window_time, tangent, status, &
+         call self%tangent%propagate(self%rates, system, before, dt, window_time, tangent, &
                                  homogeneous=.true., axis=self%specialised%spin_axis())
       else
-         call self%tangent%propagate(self%rates, system, before, after, dt, window_time, tangent, status)
+         call self%tangent%propagate(self%rates, system, before, dt, window_time, tangent)
       end if
    end subroutine propagate_step
 

@@ -15,10 +15,8 @@
 !>   space axes are rotated so that n is the third one, and γ the third row of R alone.
 !> * **Symmetric tops**, J₁ = J₂ and all m along axis 3, in the frame that turns with L/J₁: κ = 0, and the body turns in
 !>   it about its axis by `(1/J₃ - 1/J₁)L₃Δt` exactly. Steps are those of the slow motion.
-!> * **Space axes that turn** at ω: q' = q∘w - φ∘q with φ = ½Δtω, unless nothing knows of it, and the end of a step is
-!>   rotated (`nutate_axes_turn`).
+!> * **Space axes that turn** at ω: q' = q∘w - φ∘q with φ = ½Δtω.
 module nutate_specialised_motion
-   use nutate_axes_turn, only: axes_turn_t, rotated
    use nutate_effect_list, only: effect_list_t
    use nutate_invariants, only: common_direction, ALL_COMPONENTS, ALONG_AXIS
    use nutate_kinds, only: wp
@@ -56,9 +54,7 @@ module nutate_specialised_motion
       !> There is no force; all directions are parallel; the body's frame does not spin; space axes are others.
       logical, public :: free = .true.
       logical :: single = .true., symmetric = .false., rotated = .false.
-      !> The turn of a motion that does not know of it; not allocated where there is none.
-      type(axes_turn_t), allocatable :: turn
-      !> The space axes turn, and the motion knows of it: their rate in the space axes of the equations, rad/s; shape
+      !> The space axes turn: their rate in the space axes of the equations, rad/s; shape
       !> (3).
       logical :: frame_turns = .false.
       real(wp) :: frame_rate(3) = 0.0_wp
@@ -109,13 +105,7 @@ contains
          if (.not. self%possible) return
          call common_direction(effects, components, axis)
          self%free = components == ALL_COMPONENTS
-         if (allocated(self%turn)) deallocate (self%turn)
-         if (effects%frame_turns) then
-            allocate (self%turn)
-            call self%turn%prepare(effects, attitude)
-            if (.not. self%turn%there) deallocate (self%turn)
-         end if
-         self%frame_turns = effects%frame_turns .and. .not. allocated(self%turn)
+         self%frame_turns = effects%frame_turns
          if (self%free .and. self%frame_turns) self%possible = .false.
          if (.not. self%possible) return
          self%single = components == ALONG_AXIS
@@ -276,7 +266,6 @@ contains
       if (self%symmetric) inertia = self%moments(1)
       self%half = 0.5_wp*dt/inertia
       yes = all(abs(self%half) >= least_half) .and. all(abs(self%half) <= greatest_half)
-      if (yes .and. allocated(self%turn)) call self%turn%set_length(dt, yes)
       self%dt = 0.0_wp
       if (.not. yes) return
       self%back = 1/self%half
@@ -321,7 +310,6 @@ contains
       end if
       if (moved) moved = abs(y(5)) + abs(y(6)) + abs(y(7)) <= huge(1.0_wp)
       if (.not. moved) return
-      if (allocated(self%turn)) y(1:4) = y(1:4) + rotated(self%turn%change, y(1:4))
       state%q = inverse_root(y(1)*y(1) + y(2)*y(2) + y(3)*y(3) + y(4)*y(4))*y(1:4)
       state%p = quat_vector_product(state%q, 2*y(5:7))
       state%q_compensation = 0.0_wp

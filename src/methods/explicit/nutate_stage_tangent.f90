@@ -10,10 +10,8 @@ module nutate_stage_tangent
    use nutate_rigid_rates, only: begin_step, n_rates, rigid_rates_t
    use nutate_stage_rates, only: most_numbers, stage_rates_t
    use nutate_state, only: state_t
-   use nutate_status, only: status_t
    use nutate_system, only: system_t
    use nutate_tangent, only: tangent_t
-   use nutate_rotated_stepper, only: rotate_sensitivities
    implicit none
    private
 
@@ -77,17 +75,16 @@ contains
    end subroutine set
 
    !> Moves sensitivities over a step in y = [q, L, W, h].
-   subroutine propagate(self, rates, system, before, after, dt, window_time, tangent, status, homogeneous, axis)
+   subroutine propagate(self, rates, system, before, dt, window_time, tangent, homogeneous, axis)
       class(stage_tangent_t), intent(inout) :: self
       !> Prepared.
       type(rigid_rates_t), intent(inout) :: rates
       type(system_t), intent(in) :: system
-      !> The ends of the step, which succeeded.
-      type(state_t), intent(in) :: before, after
+      !> Start of the step, which succeeded.
+      type(state_t), intent(in) :: before
       !> As they were given to the step, s.
       real(wp), intent(in) :: dt, window_time
       type(tangent_t), intent(inout) :: tangent
-      type(status_t), intent(inout) :: status
       !> Torques are those at |q| = 1 times |q|²; default false.
       logical, intent(in), optional :: homogeneous
       !> The axis of a symmetric top whose step is taken in the frame that turns with L/J₁, 1 to 3; default 0, none.
@@ -134,8 +131,6 @@ contains
       do i = 1, rates%n_wheels
          tangent%wheels(:, i) = self%point(:, 8 + i)
       end do
-      if (rates%attitude .and. system%effects%frame_turns .and. .not. rates%frame_turns) &
-         call rotate_sensitivities(system, after, dt, tangent, status)
    end subroutine propagate
 
    !> Estimates the error of the sensitivities at the end of a step as that of the motion is: |e|²/√(|e|² + |e'|²), each

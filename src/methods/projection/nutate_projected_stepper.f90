@@ -7,7 +7,7 @@ module nutate_projected_stepper
    use nutate_spaced_projection, only: spaced_projection_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_stepper, only: integrator_settings_t, stepper_t
+   use nutate_stepper, only: integrator_settings_t
    use nutate_stepper_wrapper, only: stepper_wrapper_t
    use nutate_system, only: system_t
    use nutate_tangent, only: tangent_t
@@ -22,15 +22,13 @@ module nutate_projected_stepper
    type, extends(stepper_wrapper_t) :: projected_stepper_t
       private
       type(spaced_projection_t) :: projection
-      !> Steps to a projection, unless every one is asked for.
-      integer :: spacing = 1
+      !> Steps to a projection, without torques and while errors are small, unless every one is asked for.
+      integer, public :: spacing = 1
       !> There are wheels.
       logical :: has_wheels = .false.
       !> The state before the step under way.
       type(state_t) :: kept = state_t()
    contains
-      !> Sets the stepper whose states to project; must come before `prepare`.
-      procedure :: wrap
       procedure :: disturb
       procedure :: set_up
       procedure :: advance
@@ -43,17 +41,6 @@ module nutate_projected_stepper
    end type projected_stepper_t
 
 contains
-
-   !> Sets the stepper whose states to project.
-   subroutine wrap(self, base, spacing)
-      class(projected_stepper_t), intent(inout) :: self
-      !> Moved: not allocated afterwards.
-      class(stepper_t), allocatable, intent(inout) :: base
-      !> Steps to a projection, without torques and while errors are small; 1 without it.
-      integer, intent(in), optional :: spacing
-      if (present(spacing)) self%spacing = spacing
-      call move_alloc(base, self%base)
-   end subroutine wrap
 
    !> Adds the noise of a trial run, for the states before their projection.
    subroutine disturb(self, noise)
