@@ -34,7 +34,7 @@ contains
    !> Errors: those of the steps, `NUTATE_STEP_LIMIT`, and what the observer returned. The state is then the last one
    !> reached.
    subroutine drive(progress, policy, system, status, observer)
-      !> Started, or resumed.
+      !> A run that was started, or resumed.
       type(progress_t), intent(inout) :: progress
       class(step_policy_t), intent(inout) :: policy
       type(system_t), intent(in) :: system
@@ -89,20 +89,20 @@ contains
       call policy%update_commands()
    end subroutine sample_state
 
-   !> True where switches come before all else: checkpoints hold none that are due.
+   !> Returns true if a switch is due: it comes before everything else, since checkpoints hold none that are due.
    pure logical function is_switch_due(progress)
       type(progress_t), intent(in) :: progress
       is_switch_due = .false.
       if (allocated(progress%events)) is_switch_due = progress%events%n_due > 0
    end function is_switch_due
 
-   !> True at a sample of a controller.
+   !> Returns true at a sample of a controller.
    pure logical function is_sample_due(progress)
       type(progress_t), intent(in) :: progress
       is_sample_due = sense_of(progress)*(progress%events%next_sample - progress%state%t) <= sample_margin(progress)
    end function is_sample_due
 
-   !> A sample nearer than this to the end of a step is there, s: steps do not end for it once more.
+   !> Returns the time, s, within which a sample coincides with the end of a step: no further step ends for it.
    pure real(wp) function sample_margin(progress) result(margin)
       type(progress_t), intent(in) :: progress
       associate (plan => progress%plan)
@@ -139,6 +139,7 @@ contains
             call end_at_limit(progress, policy, observer, status)
             return
          end if
+         ! If an event is possible in the step, a mark is set to which the step can be taken back.
          if (allocated(progress%events)) then
             if (sense*quiet_until < sense*progress%state%t + policy%longest_step) &
                call see_ahead(progress, policy, system, sense*policy%longest_step, watches, waits, quiet_until)
@@ -147,6 +148,7 @@ contains
          if (allocated(progress%tangent)) before = progress%state
          call policy%advance(system, progress, status, observer)
          over = is_over(progress)
+         ! Events are processed in the order of time; the step ends at one that stops the run or switches an effect.
          if (waits .and. status%code == 0) then
             if (watches) watches = .not. progress%events%sleeps_until(progress%state%t, sense)
             if (watches) then
@@ -159,6 +161,7 @@ contains
          if (vets) call vet_step(progress, policy, system, mark, observer, status)
          if (allocated(progress%tangent)) call propagate_sensitivities(progress, policy, system, before, status)
          if (status%code /= 0) return
+         ! The step is accepted now: the observer receives its output points, and is polled.
          if (present(observer)) then
             call observe_step(progress, policy, system, watched, over .or. progress%summary%steps /= steps, over, &
                               observer, status)
@@ -177,7 +180,7 @@ contains
       type(system_t), intent(in) :: system
       !> The start of the step.
       type(state_t), intent(in) :: before
-      !> Of the step.
+      !> Status of the step.
       type(status_t), intent(inout) :: status
       if (status%code /= 0 .or. .not. abs(progress%state%t - before%t) > 0.0_wp) return
       if (progress%keeps_starts) then
@@ -192,7 +195,7 @@ contains
       call progress%summary%chaos%follow(system, progress%state, progress%tangent, status)
    end subroutine propagate_sensitivities
 
-   !> Gives the sensitivities at the last state to an observer that wants them.
+   !> Passes the sensitivities at the last state to an observer that requires them.
    subroutine give_sensitivities(progress, observer)
       type(progress_t), intent(in) :: progress
       class(observer_t), intent(inout) :: observer
@@ -244,13 +247,13 @@ contains
       if (observer%wants_checkpoint) call offer(progress, policy, observer, status)
    end subroutine poll_observer
 
-   !> Steps of a run so far, with the parts of those that were subdivided: one step may take thousands.
+   !> Returns the number of steps so far, with the parts of subdivided ones: one step may take thousands.
    pure integer(long) function tries_of(progress) result(tries)
       type(progress_t), intent(in) :: progress
       tries = progress%summary%parts + progress%record%continued
    end function tries_of
 
-   !> The tries after which the next poll is due.
+   !> Returns the number of tries after which the next poll is due.
    pure integer(long) function poll_after(progress, policy) result(tries)
       type(progress_t), intent(in) :: progress
       class(step_policy_t), intent(in) :: policy
@@ -341,7 +344,7 @@ contains
       call observer%observe(system, seen, progress%record, status)
    end subroutine observe_end
 
-   !> Shows the first row, unless the run goes on behind it, or it is none of those that are asked for.
+   !> Shows the first output point, unless the run was resumed behind it, or the plan has other times.
    subroutine observe_first(progress, policy, system, observer, status)
       type(progress_t), intent(inout) :: progress
       class(step_policy_t), intent(inout) :: policy
@@ -360,10 +363,11 @@ contains
       if (observer%wants_checkpoint .and. status%ok()) call offer(progress, policy, observer, status)
    end subroutine observe_first
 
-   !> The time of the next row at intervals or at times of the plan, and whether the run has reached it.
+   !> Finds the time of the next output point at intervals or at times of the plan, and whether the run has reached
+   !> it.
    pure subroutine find_row(progress, t, due)
       type(progress_t), intent(in) :: progress
-      !> s; without meaning where no row is due.
+      !> s; undefined if no output point is due.
       real(wp), intent(out) :: t
       logical, intent(out) :: due
       real(wp) :: sense
@@ -382,8 +386,8 @@ contains
       end associate
    end subroutine find_row
 
-   !> Shows the rows at intervals, or at times of the plan, that lie inside the last step. Errors: `NUTATE_STEP_LIMIT`
-   !> where there are more rows at intervals than steps are allowed, or few; those of the method, and of the observer.
+   !> Shows the output points at intervals, or at times of the plan, inside the last step. Errors: `NUTATE_STEP_LIMIT`
+   !> if there are more of them at intervals than the plan allows steps; those of the method, and of the observer.
    subroutine observe_inside(progress, policy, system, watched, observer, status)
       type(progress_t), intent(inout) :: progress
       class(step_policy_t), intent(inout) :: policy
@@ -452,12 +456,12 @@ contains
       watched = state%t
    end subroutine watch_rotation
 
-   !> Puts the run in an archive and shows it to the observer.
+   !> Writes checkpoint data and passes them to the observer.
    subroutine offer(progress, policy, observer, status)
       type(progress_t), intent(inout) :: progress
       class(step_policy_t), intent(inout) :: policy
       class(observer_t), intent(inout) :: observer
-      !> Why the run ends, if it does; what the observer returned otherwise.
+      !> Reason for the end of the run, if there is one; otherwise what the observer returned.
       type(status_t), intent(inout) :: status
       type(byte_archive_t) :: archive
       type(status_t) :: kept
@@ -468,7 +472,7 @@ contains
       if (status%ok()) status = kept
    end subroutine offer
 
-   !> Shows all that changes in a run to an archive.
+   !> Writes or reads in checkpoint data everything that changes in a run.
    subroutine transfer_run(progress, policy, archive)
       type(progress_t), intent(inout) :: progress
       class(step_policy_t), intent(inout) :: policy
