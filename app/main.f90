@@ -1,4 +1,4 @@
-!> The command line program: finds out what is wanted, has it done, and ends with the right exit code.
+!> Command line program: parses the arguments, executes the command, and ends with its exit code.
 program main
    use nutate_check_command, only: check_command
    use nutate_cli, only: argument_t, command_t, get_arguments, parse_arguments
@@ -28,7 +28,7 @@ program main
 
 contains
 
-   !> Does what the arguments ask for.
+   !> Executes the command that the arguments name.
    subroutine serve(exit_code)
       integer, intent(out) :: exit_code
       type(argument_t), allocatable :: arguments(:)

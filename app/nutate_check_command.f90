@@ -1,4 +1,4 @@
-!> `nutate check SCENE`: says what would be simulated and writes nothing.
+!> `nutate check SCENE`: reports what would be simulated and writes nothing.
 module nutate_check_command
    use nutate_attitude, only: axis_angle_from_quat
    use nutate_axes_words, only: add_space_axes
@@ -46,10 +46,10 @@ module nutate_check_command
 
    public :: check_command
 
-   !> Time for finding out how many steps there will be, s.
+   !> Time allowed for finding the number of steps, s.
    real(wp), parameter :: patience = 0.5_wp
 
-   !> Ends runs when the time for them is over, and counts no rows.
+   !> Observer that ends runs after a deadline and ignores output points.
    type, extends(observer_t) :: timekeeper_t
       integer(long) :: deadline = 0
    contains
@@ -58,7 +58,7 @@ module nutate_check_command
 
 contains
 
-   !> Reads a scene as `run` would and says what it asks for.
+   !> Reads a scene as `run` would and shows its contents.
    subroutine check_command(command, exit_code)
       type(command_t), intent(in) :: command
       integer, intent(out) :: exit_code
@@ -148,7 +148,7 @@ contains
               (scene%groups(i)%has('angular_velocity') .or. scene%groups(i)%has('euler_rates'))
    end function gives_rate_in_degrees
 
-   !> When the run is, and the names of body and axes.
+   !> Adds the epoch, the object, the names of space and body axes, and the frames.
    subroutine add_labels(page, scene)
       type(page_t), intent(inout) :: page
       type(scene_t), intent(in) :: scene
@@ -170,7 +170,7 @@ contains
       end associate
    end subroutine add_labels
 
-   !> The attitude of a frame: its file, and how much of the time it has.
+   !> Returns the attitude of a frame in words: its file, number of records and time range.
    pure function frame_text(scene, number) result(text)
       type(scene_t), intent(in) :: scene
       integer, intent(in) :: number
@@ -190,7 +190,7 @@ contains
       end associate
    end function frame_text
 
-   !> The tumbling elements of a free triaxial body.
+   !> Adds the tumbling elements of a free triaxial body.
    subroutine add_tumbling(page, system, state)
       type(page_t), intent(inout) :: page
       type(system_t), intent(in) :: system
@@ -230,7 +230,7 @@ contains
 
    end subroutine add_tumbling
 
-   !> Every event.
+   !> Adds every event.
    subroutine add_events(page, scene)
       type(page_t), intent(inout) :: page
       type(scene_t), intent(in) :: scene
@@ -243,7 +243,7 @@ contains
       end do
    end subroutine add_events
 
-   !> Every active effect, as the scene gives it; nothing else is simulated.
+   !> Adds every effect, as the scene gives it; nothing else is simulated.
    subroutine add_effects(page, scene)
       type(page_t), intent(inout) :: page
       type(scene_t), intent(in) :: scene
@@ -287,16 +287,16 @@ contains
       call page%item('', text)
    end subroutine add_orbit
 
-   !> The settings of a group, and the defaults that stand in for others: `key = values; key = values (default)`.
+   !> Returns the settings of a group, then the defaults of missing keys: `key = values; key = values (default)`.
    pure function settings_text(group, keys) result(text)
       type(group_t), intent(in) :: group
-      !> The keys that it may have.
+      !> Keys that the group may have.
       type(key_t), intent(in) :: keys(:)
       character(len=:), allocatable :: text
       integer :: k
       text = ''
       do k = 1, size(keys)
-         ! Its name, and whether it is on, are reported apart.
+         ! The name of the effect, and whether it is on, are reported by `switch_text`.
          if (keys(k)%kind == KEY_LOGICAL .or. keys(k)%name == 'name') cycle
          if (group%has(trim(keys(k)%name))) text = text//'; '//trim(keys(k)%name)//' = '//values_text(group, keys(k))
       end do
@@ -307,8 +307,8 @@ contains
       text = text(min(3, len(text) + 1):)
    end function settings_text
 
-   !> What a controller is given from elsewhere: the field of its magnetorquers, the inertia that its gains are
-   !> multiplied by.
+   !> Returns the settings that a controller derives from other groups: the field of its magnetorquers, the inertia that
+   !> its gains are multiplied by.
    pure function controller_text(scene, group) result(text)
       type(scene_t), intent(in) :: scene
       type(group_t), intent(in) :: group
@@ -332,7 +332,7 @@ contains
       if (scene%ensemble%active()) text = text//', before variation'
    end function controller_text
 
-   !> What an effect is called, and that it is off.
+   !> Returns in words the name of an effect, and whether it is off at the start.
    pure function switch_text(group) result(text)
       type(group_t), intent(in) :: group
       character(len=:), allocatable :: text
@@ -341,7 +341,7 @@ contains
       if (.not. group%flag('on', .true.)) text = text//'; off at the start'
    end function switch_text
 
-   !> The values that a group has for a key.
+   !> Returns the values of a key in a group as a string.
    pure function values_text(group, key) result(text)
       type(group_t), intent(in) :: group
       type(key_t), intent(in) :: key
@@ -353,7 +353,7 @@ contains
       end if
    end function values_text
 
-   !> A default of the key is to be told.
+   !> Returns true if the default of the key applies and is to be reported.
    pure logical function takes_default(group, key) result(takes)
       type(group_t), intent(in) :: group
       type(key_t), intent(in) :: key
@@ -370,9 +370,9 @@ contains
 
    subroutine add_method(page, scene, choice)
       type(page_t), intent(inout) :: page
-      !> Its settings complete.
+      !> Scene with complete settings of the integrator.
       type(scene_t), intent(in) :: scene
-      !> Why this method was chosen; blank where the scene names it.
+      !> Reason for the choice of the method; blank if the scene names the method.
       character(len=*), intent(in) :: choice
       type(lvlh_view_t) :: view
       real(wp) :: turn
@@ -403,7 +403,7 @@ contains
       end associate
    end subroutine add_method
 
-   !> The method, with its order where it has one.
+   !> Returns the method, with its order if it has one.
    function method_text(settings) result(text)
       type(integrator_settings_t), intent(in) :: settings
       character(len=:), allocatable :: text
@@ -411,7 +411,7 @@ contains
       if (settings%order > 0) text = text//' of order '//count_text(int(settings%order, long))
    end function method_text
 
-   !> How the steps are chosen.
+   !> Returns in words how the steps are chosen.
    function steps_text(plan, order, has_events) result(text)
       type(run_plan_t), intent(in) :: plan
       !> Order of the method; 0 for the closed solution.
@@ -430,7 +430,7 @@ contains
       text = text//rounded_text(plan%end_time)//' s'
    end function steps_text
 
-   !> All that does work.
+   !> Returns in words the kinds of effects that do work.
    function workers(effects) result(text)
       type(effect_list_t), intent(in) :: effects
       character(len=:), allocatable :: text
@@ -442,7 +442,7 @@ contains
       if (effects%n_wheels > 0) text = 'torques, motors, friction and time-dependent potentials'
    end function workers
 
-   !> What the run should keep.
+   !> Adds the invariants that the run should conserve.
    subroutine add_invariants(page, scene)
       type(page_t), intent(inout) :: page
       type(scene_t), intent(in) :: scene
@@ -471,7 +471,7 @@ contains
    subroutine add_output(page, scene, refusal)
       type(page_t), intent(inout) :: page
       type(scene_t), intent(in) :: scene
-      !> Why `run` would refuse to write its rows; empty where it would not.
+      !> Reason why `run` would reject the number of rows; empty if it would not.
       character(len=:), allocatable, intent(out) :: refusal
       type(columns_t) :: columns
       type(status_t) :: status
@@ -503,7 +503,7 @@ contains
       if (rows > most_rows(scene)) refusal = too_many_rows(scene, rows)
    end subroutine add_output
 
-   !> Steps, rows and size where steps are adaptive: found as `run` would find them.
+   !> Adds steps, rows and size of a run with adaptive steps, found as `run` would find them.
    subroutine add_expected_rows(page, scene)
       type(page_t), intent(inout) :: page
       type(scene_t), intent(in) :: scene
@@ -574,7 +574,7 @@ contains
       end do
    end subroutine add_notes
 
-   !> `omega3 crosses 0, falling; ends the run`.
+   !> Returns an event in words, such as `omega3 crosses 0, falling; ends the run`.
    function event_text(event) result(text)
       class(event_t), intent(in) :: event
       character(len=:), allocatable :: text
@@ -606,7 +606,7 @@ contains
       end if
    end function event_text
 
-   !> `psi + 2 omega3`.
+   !> Returns the weighted sum of columns of an event, such as `psi + 2 omega3`.
    function columns_text(event) result(text)
       type(column_event_t), intent(in) :: event
       character(len=:), allocatable :: text

@@ -1,4 +1,4 @@
-!> The command line: which commands and options there are, and what the arguments ask for.
+!> The command line: tables of commands and options, and the parser of the arguments.
 module nutate_cli
    use nutate_aem_writing, only: aem_versions
    use nutate_file_hint, only: did_you_mean
@@ -20,9 +20,9 @@ module nutate_cli
    !> One command.
    type :: verb_t
       character(len=9) :: name
-      !> What it does, in one line.
+      !> Purpose of the command, in one line.
       character(len=100) :: purpose
-      !> What it is about.
+      !> Argument of the command, as the help names it.
       character(len=12) :: object = 'SCENE'
    end type verb_t
 
@@ -41,9 +41,9 @@ module nutate_cli
    !> One option.
    type :: option_t
       character(len=16) :: name
-      !> What its value stands for; blank for an option without value.
+      !> Placeholder of the value; blank for an option without value.
       character(len=16) :: value
-      !> Commands that know it, comma separated; blank for one that stands for itself.
+      !> Commands that accept the option, comma separated; blank for an option that needs no command.
       character(len=64) :: verbs
       character(len=100) :: purpose
    end type option_t
@@ -102,57 +102,57 @@ module nutate_cli
       option_t('--help', '', 'run,check,cost,plot,view,sweep,export,fit,linearize', 'show this help'), &
       option_t('--version', '', '', 'show the version')]
 
-   !> What the arguments ask for.
+   !> Parsed arguments of the command line.
    type :: command_t
-      !> Name of a command, `help` or `version`; blank where there are no arguments.
+      !> Name of a command, `help` or `version`; blank if there are no arguments.
       character(len=9) :: verb = ''
-      !> The command that help is wanted on; blank for the program.
+      !> Command that the requested help describes; blank for the program.
       character(len=9) :: topic = ''
       character(len=:), allocatable :: scene
-      !> Where to write; not allocated where the scene decides.
+      !> Path of the output; not allocated if the scene decides.
       character(len=:), allocatable :: output
-      !> `GROUP.KEY=VALUE` and `-GROUP.KEY`, in order; shape (number of overrides).
+      !> Overrides `GROUP.KEY=VALUE` and `-GROUP.KEY`, in order; shape (number of overrides).
       character(len=:), allocatable :: overrides(:)
       logical :: quiet = .false.
       integer(long) :: max_steps = huge(1_long)
-      !> Members of a sweep; 0: all, none alone.
+      !> First and last member of a sweep (0: all), and the member to run alone (0: none).
       integer(long) :: first = 0, last = 0, member = 0
       integer :: threads = 1
-      !> Go on with a sweep; put the files of several together.
+      !> True if a sweep is resumed; true if the files of its parts are merged.
       logical :: goes_on = .false., merges = .false.
-      !> Where to write checkpoints, and the one to go on from; not allocated where not wanted.
+      !> Checkpoint to write, and checkpoint to resume from; not allocated if not requested.
       character(len=:), allocatable :: checkpoint, resume
       !> Time between checkpoints, s.
       real(wp) :: every_seconds = 60.0_wp
-      !> Where to draw and to write the runs of a work-precision study; not allocated where not wanted.
+      !> Paths of the picture and of the CSV file; not allocated if not requested.
       character(len=:), allocatable :: plot, csv
-      !> Columns to draw, comma separated, and the title of the picture; not allocated where not given.
+      !> Columns to draw, comma separated, and the title of the picture; not allocated if not given.
       character(len=:), allocatable :: columns, title
-      !> The picture of a work-precision study has every method.
+      !> True if the picture of a work-precision study shows every method.
       logical :: draws_all = .false.
       !> Budget of a work-precision study, s or evaluations of the equations; 0 evaluations: the time.
       real(wp) :: seconds = 20.0_wp
       integer(long) :: evaluations = 0
-      !> Scene of a history, and what it is exported to; not allocated where not wanted.
+      !> Scene of a history, and the files to export it to; not allocated if not requested.
       character(len=:), allocatable :: of_scene, aem, gltf
       character(len=3) :: aem_version = '2.0'
-      !> Attitude error between exported rows, rad; 0: the rows of the history. Times faster than the motion.
+      !> Attitude error between exported rows, rad (0: the rows of the history); speed of the animation over the motion.
       real(wp) :: error_between = 0.0_wp, speed = 1.0_wp
-      !> Period to linearise over, s; 0: none; negative: that of the orbit.
+      !> Period to linearise over, s; 0: none; negative: the period of the orbit.
       real(wp) :: period = 0.0_wp
-      !> Find equilibria.
+      !> True if equilibria are to be found.
       logical :: equilibria = .false.
-      !> States have relative rates.
+      !> True if the states have relative rates.
       logical :: relative_rates = .false.
-      !> Where to write as JSON; not allocated where not wanted.
+      !> Path of the JSON file; not allocated if not requested.
       character(len=:), allocatable :: json
-      !> What is wrong with the arguments; not allocated if nothing is.
+      !> First error in the arguments; not allocated if there is none.
       character(len=:), allocatable :: error
    end type command_t
 
 contains
 
-   !> The arguments of the program.
+   !> Returns the arguments of the program.
    subroutine get_arguments(arguments)
       type(argument_t), allocatable, intent(out) :: arguments(:)
       integer :: i, length
@@ -164,14 +164,14 @@ contains
       end do
    end subroutine get_arguments
 
-   !> What the arguments ask for. The first error is reported in `command%error`.
+   !> Parses the arguments. The first error is reported in `command%error`.
    subroutine parse_arguments(arguments, command)
       type(argument_t), intent(in) :: arguments(:)
       type(command_t), intent(out) :: command
       logical :: given(size(options)), is_word(size(arguments))
       integer :: i, width
 
-      ! With room for the mark of `--unset`.
+      ! The mark of `--unset` needs one more character.
       width = longest(arguments) + 1
       allocate (character(len=width) :: command%overrides(0))
       given = .false.
@@ -197,7 +197,7 @@ contains
       end if
    end subroutine parse_arguments
 
-   !> Length of the longest argument.
+   !> Returns the length of the longest argument.
    pure integer function longest(arguments)
       type(argument_t), intent(in) :: arguments(:)
       integer :: i
@@ -207,10 +207,10 @@ contains
       end do
    end function longest
 
-   !> Position of an option in the table; 0 for one that is not there.
+   !> Returns the position of an option in the table; 0 if it is not there.
    pure integer function option_number(name, verb)
       character(len=*), intent(in) :: name
-      !> The command, which decides between options of one name.
+      !> Command that decides between options of the same name.
       character(len=*), intent(in), optional :: verb
       integer :: i
       option_number = 0
@@ -223,12 +223,12 @@ contains
       end do
    end function option_number
 
-   !> Parses an option, `--name=value` or `--name value`, and moves on over a value that stands apart.
+   !> Parses an option, `--name=value` or `--name value`, and advances over a separate value.
    subroutine parse_option(arguments, i, given, command)
       type(argument_t), intent(in) :: arguments(:)
-      !> Position of the option; on return that of the last word taken.
+      !> Position of the option; on return, position of the last word read.
       integer, intent(inout) :: i
-      !> Which options have been given; shape (number of options).
+      !> True for each option that has been given; shape (number of options).
       logical, intent(inout) :: given(:)
       type(command_t), intent(inout) :: command
       character(len=:), allocatable :: name, value
@@ -263,10 +263,10 @@ contains
       call set_value(name, value, options(n)%value /= '', command)
    end subroutine parse_option
 
-   !> Notes the value of an option.
+   !> Stores the value of an option.
    subroutine set_value(name, value, has_value, command)
       character(len=*), intent(in) :: name, value
-      !> The option takes one.
+      !> True if the option has a value.
       logical, intent(in) :: has_value
       type(command_t), intent(inout) :: command
       integer(long) :: count
@@ -319,14 +319,14 @@ contains
       case ('--max-steps')
          call set_count(name, value, 'a number of steps', command%max_steps, command%error)
       case default
-         ! An option whose mention is all there is to it.
+         ! The other options have no value to store.
          continue
       end select
    end subroutine set_value
 
    !> Stores the budget of a work-precision study.
    subroutine set_budget(name, value, command)
-      !> The option and its value.
+      !> Option and its value.
       character(len=*), intent(in) :: name, value
       type(command_t), intent(inout) :: command
       if (name == '--seconds') then
@@ -336,9 +336,9 @@ contains
       end if
    end subroutine set_budget
 
-   !> Notes what is linearised, over what period, and where the result goes.
+   !> Stores an option of `nutate linearize`: the period, what is linearised, or the JSON file.
    subroutine set_linear(name, value, command)
-      !> The option and its value.
+      !> Option and its value.
       character(len=*), intent(in) :: name, value
       type(command_t), intent(inout) :: command
       if (name == '--equilibria') then
@@ -355,9 +355,9 @@ contains
       end if
    end subroutine set_linear
 
-   !> Notes what is drawn, and where.
+   !> Stores an option of a picture: its file, columns or title.
    subroutine set_drawing(name, value, command)
-      !> The option and its value.
+      !> Option and its value.
       character(len=*), intent(in) :: name, value
       type(command_t), intent(inout) :: command
       select case (name)
@@ -374,9 +374,9 @@ contains
       end select
    end subroutine set_drawing
 
-   !> Notes what is exported, and how.
+   !> Stores an option of `nutate export`: a file, the scene, or a setting of a format.
    subroutine set_export(name, value, command)
-      !> The option and its value.
+      !> Option and its value.
       character(len=*), intent(in) :: name, value
       type(command_t), intent(inout) :: command
       select case (name)
@@ -398,12 +398,12 @@ contains
       if (value == '') command%error = name//' needs the name of a file'
    end subroutine set_export
 
-   !> Notes a number between two others.
+   !> Stores a number between two limits.
    subroutine set_positive(name, value, least, most, range, number, error)
-      !> The option and its value.
+      !> Option and its value.
       character(len=*), intent(in) :: name, value
       real(wp), intent(in) :: least, most
-      !> Both in words.
+      !> Limits in words.
       character(len=*), intent(in) :: range
       real(wp), intent(inout) :: number
       character(len=:), allocatable, intent(inout) :: error
@@ -413,11 +413,11 @@ contains
       error = name//' '//quoted(value)//' is out of its range (expected '//range//')'
    end subroutine set_positive
 
-   !> Notes a number of something.
+   !> Stores a positive count.
    subroutine set_count(name, value, meaning, count, error)
-      !> The option and its value.
+      !> Option and its value.
       character(len=*), intent(in) :: name, value
-      !> What it is, in words.
+      !> Meaning of the count, in words.
       character(len=*), intent(in) :: meaning
       integer(long), intent(inout) :: count
       character(len=:), allocatable, intent(inout) :: error
@@ -430,7 +430,7 @@ contains
       error = name//' '//quoted(value)//' is not '//meaning//' (expected 1, 2, ...)'
    end subroutine set_count
 
-   !> Notes the members of a sweep, `A:B`.
+   !> Stores the members of a sweep, `A:B`.
    subroutine set_members(value, command)
       character(len=*), intent(in) :: value
       type(command_t), intent(inout) :: command
@@ -443,11 +443,11 @@ contains
          command%error = '--members '//quoted(value)//' is not a range of members (expected A:B, such as 1:1000)'
    end subroutine set_members
 
-   !> Notes a time.
+   !> Stores a time, s.
    subroutine set_seconds(name, value, least, least_text, seconds, error)
-      !> The option and its value.
+      !> Option and its value.
       character(len=*), intent(in) :: name, value
-      !> The shortest time, s, as a number and as text.
+      !> Shortest time, s, as a number and as a string.
       real(wp), intent(in) :: least
       character(len=*), intent(in) :: least_text
       real(wp), intent(inout) :: seconds
@@ -462,7 +462,7 @@ contains
    !> Parses the words that are not options: the command, which may be left out, and the scene.
    subroutine parse_words(words, given, command)
       type(argument_t), intent(in) :: words(:)
-      !> Which options have been given; shape (number of options).
+      !> True for each option that has been given; shape (number of options).
       logical, intent(in) :: given(:)
       type(command_t), intent(inout) :: command
       character(len=:), allocatable :: object
@@ -520,21 +520,21 @@ contains
       end if
    end subroutine parse_topic
 
-   !> True for a file that exists and for anything that is written like a path.
+   !> Returns true for a file that exists and for anything that is written like a path.
    logical function names_a_scene(word)
       character(len=*), intent(in) :: word
       names_a_scene = scan(word, './') > 0
       if (.not. names_a_scene .and. word /= '') inquire (file=word, exist=names_a_scene)
    end function names_a_scene
 
-   !> Every option given must belong to the command.
+   !> Checks that the given options belong to the command and can be combined.
    subroutine check_options(given, command)
       logical, intent(in) :: given(:)
       type(command_t), intent(inout) :: command
       integer :: i
       do i = 1, size(options)
          if (.not. given(i)) cycle
-         ! The text of an option depends on the command, which may stand behind it.
+         ! The meaning of an option depends on the command, which may follow it.
          if (.not. is_listed(command%verb, trim(options(option_number(options(i)%name, command%verb))%verbs))) then
             command%error = 'nutate '//trim(command%verb)//' has no option '//trim(options(i)%name)// &
                             ' (see nutate '//trim(command%verb)//' --help)'
@@ -555,9 +555,9 @@ contains
          command%error = '--merge runs no members'
    end subroutine check_options
 
-   !> What to try instead of an unknown name.
+   !> Returns what to try instead of an unknown name.
    pure function hint(nearest) result(text)
-      !> Blank if there is none.
+      !> Nearest known name; blank if there is none.
       character(len=*), intent(in) :: nearest
       character(len=:), allocatable :: text
       text = ' (see nutate --help)'

@@ -1,4 +1,4 @@
-!> What the program says to people: pages of labelled lines, one-line errors, exit codes.
+!> Messages of the program: pages of labelled lines, one-line errors, exit codes.
 module nutate_console
    use nutate_decimal, only: rounded_text
    use nutate_files, only: write_text, STANDARD_ERROR, STANDARD_OUTPUT
@@ -11,12 +11,12 @@ module nutate_console
    public :: page_t, say_error, show_page, count_text, rate_text, vector_text, plural
    public :: EXIT_SUCCESS, EXIT_INPUT, EXIT_RUN, EXIT_OUTPUT, EXIT_SIGNAL
 
-   !> Exit codes: all went well; the command line or the scene is wrong; the run failed half-way; the output cannot
-   !> be written.
+   !> Exit codes: success; error in the command line or the scene; run that failed half-way; output that cannot be
+   !> written.
    integer, parameter :: EXIT_SUCCESS = 0, EXIT_INPUT = 2, EXIT_RUN = 3, EXIT_OUTPUT = 4
-   !> To this the number of the signal is added that stopped the program.
+   !> Exit code after a stop by a signal, before the number of the signal is added.
    integer, parameter :: EXIT_SIGNAL = 128
-   !> Least width of the labels' column.
+   !> Least width of the column of labels.
    integer, parameter :: label_width = 18
 
    !> Text put together line by line, then shown at once.
@@ -35,7 +35,7 @@ contains
    !> Adds a line.
    subroutine line(self, text)
       class(page_t), intent(inout) :: self
-      !> May hold line feeds.
+      !> Line; may contain line feeds.
       character(len=*), intent(in) :: text
       call self%lines%add_line(text)
    end subroutine line
@@ -43,7 +43,7 @@ contains
    !> Adds a line with a label at its left; all labels of a page have one width.
    subroutine item(self, label, text)
       class(page_t), intent(inout) :: self
-      !> Blank for a line that continues the one above.
+      !> Label and text; a blank label continues the line above.
       character(len=*), intent(in) :: label, text
       if (.not. self%has_items) then
          self%lines%indent = 2
@@ -56,11 +56,11 @@ contains
       call self%lines%put(text)
    end subroutine item
 
-   !> Shows a page. On standard output a page that cannot be written is an error; on standard error there is no one
-   !> to tell.
+   !> Shows a page. A page that cannot be written is an error on standard output; on standard error, the failure is
+   !> ignored.
    subroutine show_page(page, descriptor, exit_code)
       type(page_t), intent(in) :: page
-      !> `STANDARD_OUTPUT` or `STANDARD_ERROR`.
+      !> Descriptor: `STANDARD_OUTPUT` or `STANDARD_ERROR`.
       integer, intent(in) :: descriptor
       integer, intent(out) :: exit_code
       type(status_t) :: status
@@ -78,7 +78,7 @@ contains
       call write_text(STANDARD_ERROR, text//new_line('a'), status)
    end subroutine say_error
 
-   !> A count as text.
+   !> Returns a count as a string.
    pure function count_text(n) result(text)
       integer(long), intent(in) :: n
       character(len=:), allocatable :: text
@@ -87,7 +87,7 @@ contains
       text = trim(digits)
    end function count_text
 
-   !> A count with its noun: `1 row`, `2 rows`.
+   !> Returns a count with its noun: `1 row`, `2 rows`.
    pure function plural(n, noun) result(text)
       integer(long), intent(in) :: n
       character(len=*), intent(in) :: noun
@@ -96,16 +96,16 @@ contains
       if (n /= 1) text = text//'s'
    end function plural
 
-   !> A rate in both units: `2 rad/s (19.0986 rpm)`.
+   !> Returns a rate in both units: `2 rad/s (19.0986 rpm)`.
    pure function rate_text(rate) result(text)
-      !> rad/s.
+      !> Rate, rad/s.
       real(wp), intent(in) :: rate
       character(len=:), allocatable :: text
       text = rounded_text(rate)//' rad/s'
       if (rate < huge(rate)/10) text = text//' ('//rounded_text(rate*30/pi)//' rpm)'
    end function rate_text
 
-   !> Numbers rounded for people, comma separated.
+   !> Returns numbers rounded for people, comma separated.
    pure function vector_text(values, digits) result(text)
       real(wp), intent(in) :: values(:)
       !> Significant digits; default 6.

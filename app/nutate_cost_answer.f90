@@ -1,4 +1,4 @@
-!> The answer of a work-precision study: a table of what some accuracies cost, with what to write into the scene.
+!> Result of a work-precision study: a table of the cost of some accuracies, with the settings for the scene.
 module nutate_cost_answer
    use nutate_console, only: count_text, page_t
    use nutate_kinds, only: wp, long
@@ -13,14 +13,14 @@ module nutate_cost_answer
 
    public :: add_answer
 
-   !> Attitude errors that are asked about, rad.
+   !> Attitude errors in the table, rad.
    real(wp), parameter :: tolerances(4) = [1e-4_wp, 1e-6_wp, 1e-8_wp, 1e-10_wp]
-   !> Errors of energy up to this are round-off, of the longest runs too.
+   !> Energy errors up to this are round-off, even in the longest runs.
    real(wp), parameter :: round_off = 1e-11_wp
 
 contains
 
-   !> The table.
+   !> Adds the table of costs.
    subroutine add_answer(page, study)
       type(page_t), intent(inout) :: page
       type(work_precision_t), intent(in) :: study
@@ -40,11 +40,11 @@ contains
       call page%line(table%text())
    end subroutine add_answer
 
-   !> What one accuracy costs with each method, cheapest first.
+   !> Adds the cost of one accuracy with each method, cheapest first.
    subroutine add_ranking(table, study, tolerance)
       type(table_t), intent(inout) :: table
       type(work_precision_t), intent(in) :: study
-      !> rad.
+      !> Attitude error, rad.
       real(wp), intent(in) :: tolerance
       type(work_point_t) :: points(size(methods))
       real(wp) :: seconds(size(methods))
@@ -88,13 +88,13 @@ contains
       end if
    end subroutine add_ranking
 
-   !> The time of a point, and what to write into the scene for it.
+   !> Adds the time of a point, and the settings to write into the scene for it.
    subroutine add_point(table, point, is_best, is_automatic, tolerance)
       type(table_t), intent(inout) :: table
       type(work_point_t), intent(in) :: point
-      !> It is the cheapest that keeps the invariants; it is what `auto` takes.
+      !> True for the cheapest point that conserves the invariants; true for the point that `auto` uses.
       logical, intent(in) :: is_best, is_automatic
-      !> rad.
+      !> Attitude error, rad.
       real(wp), intent(in) :: tolerance
       call table%put(1e3_wp*point%seconds)
       call table%put(point%energy_error)
@@ -116,13 +116,13 @@ contains
       shorter = sign(unit*floor(abs(step)/unit*(1 + 4*epsilon(unit))), step)
    end function shorter
 
-   !> The points at an accuracy that compete: of each method the cheapest, and that of the row that `auto` takes; none
-   !> elsewhere. Shape (rows of `methods`).
+   !> Returns the points that compete at an accuracy: the cheapest of each family of methods, and the point of the row
+   !> that `auto` uses; no point in the other elements. Shape (rows of `methods`).
    function competitors(study, tolerance, auto) result(points)
       type(work_precision_t), intent(in) :: study
-      !> rad.
+      !> Attitude error, rad.
       real(wp), intent(in) :: tolerance
-      !> Row of `methods`, or 0.
+      !> Row of `methods` that `auto` uses, or 0.
       integer, intent(in) :: auto
       type(work_point_t) :: points(size(methods)), all_points(size(methods))
       integer :: m
@@ -141,10 +141,10 @@ contains
       end do
    end function competitors
 
-   !> The row of `methods` that `auto` takes for an accuracy; 0 where that is another method.
+   !> Returns the row of `methods` that `auto` uses for an accuracy; 0 if it uses another method.
    integer function automatic_row(study, tolerance) result(row)
       type(work_precision_t), intent(in) :: study
-      !> rad.
+      !> Attitude error, rad.
       real(wp), intent(in) :: tolerance
       type(integrator_settings_t) :: settings
       character(len=:), allocatable :: reason
@@ -161,14 +161,14 @@ contains
       end do
    end function automatic_row
 
-   !> True where energy and momentum are kept to round-off.
+   !> Returns true if a point conserves energy and momentum to round-off.
    pure logical function keeps_invariants(point)
-      !> That exists.
+      !> Point that exists.
       type(work_point_t), intent(in) :: point
       keeps_invariants = methods(point%method)%conserving .and. point%energy_error <= round_off
    end function keeps_invariants
 
-   !> What to write into `&integrator` for a method.
+   !> Returns the settings to write into `&integrator` for a method.
    pure function method_text(row) result(text)
       !> Row of `methods`.
       integer, intent(in) :: row

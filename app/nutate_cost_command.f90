@@ -1,4 +1,4 @@
-!> `nutate cost SCENE`: what accuracy costs in time on a scene.
+!> `nutate cost SCENE`: work-precision study of a scene, run time against error.
 module nutate_cost_command
    use nutate_axes_words, only: add_space_axes
    use nutate_cli, only: command_t
@@ -32,7 +32,7 @@ module nutate_cost_command
 
    public :: cost_command
 
-   !> The files that a study is written to, beside the page of text.
+   !> Files of a study, in addition to the page of text.
    type :: study_files_t
       type(cost_csv_t) :: csv
       type(picture_t) :: plot
@@ -41,7 +41,7 @@ module nutate_cost_command
 
 contains
 
-   !> Studies a scene and shows what came of it.
+   !> Studies a scene and shows the result.
    subroutine cost_command(command, exit_code)
       type(command_t), intent(in) :: command
       integer, intent(out) :: exit_code
@@ -68,7 +68,7 @@ contains
       call show(command, scene, study, outputs, exit_code)
    end subroutine cost_command
 
-   !> Says why there is no run to be shown.
+   !> Reports why no run was completed.
    subroutine report_nothing(command, scene, study, exit_code)
       type(command_t), intent(in) :: command
       type(scene_t), intent(in) :: scene
@@ -83,7 +83,7 @@ contains
          return
       end if
       exit_code = EXIT_RUN
-      ! Of the closed solution, which has no order, most scenes are refused.
+      ! The closed solution has no order; it rejects most scenes.
       do m = 1, size(methods)
          if (methods(m)%order < 1 .or. study%refusal(m)%ok()) cycle
          call say_error(line//'no run was completed: '//method_label(m)//': '//trim(study%refusal(m)%message))
@@ -92,7 +92,7 @@ contains
       call say_error(line//budget_text(command))
    end subroutine report_nothing
 
-   !> Budget that the options ask for.
+   !> Returns the budget that the options set.
    pure type(study_budget_t) function budget_of(command) result(budget)
       type(command_t), intent(in) :: command
       budget%is_in_evaluations = command%evaluations > 0
@@ -100,7 +100,7 @@ contains
       if (budget%is_in_evaluations) budget%limit = real(command%evaluations, wp)
    end function budget_of
 
-   !> Message for a budget in which no run was completed.
+   !> Returns the message for a budget in which no run was completed.
    pure function budget_text(command) result(text)
       type(command_t), intent(in) :: command
       character(len=:), allocatable :: text, option
@@ -137,7 +137,7 @@ contains
       if (exit_code /= EXIT_SUCCESS) call discard_outputs(outputs)
    end subroutine open_outputs
 
-   !> Refuses names by which the study would destroy what is there, or what it writes itself.
+   !> Rejects file names that would overwrite an input, a file of another kind or each other.
    subroutine check_names(command, scene, exit_code)
       type(command_t), intent(in) :: command
       type(scene_t), intent(in) :: scene
@@ -155,10 +155,10 @@ contains
       if (outputs%has_plot) call outputs%plot%discard()
    end subroutine discard_outputs
 
-   !> Studies a problem until that is done or a signal comes.
+   !> Studies a problem until the study is complete or a signal arrives.
    subroutine measure(problem, time_step, budget, study)
       type(problem_t), intent(in) :: problem
-      !> The scene's step, s; 0 where it has none.
+      !> Step of the scene, s; 0 if it has none.
       real(wp), intent(in) :: time_step
       type(study_budget_t), intent(in) :: budget
       type(work_precision_t), intent(inout) :: study
@@ -181,7 +181,8 @@ contains
       call progress%update(fraction, now)
    end subroutine show_progress
 
-   !> Table and answer on standard output, or on standard error where the CSV is there; then the files.
+   !> Shows table and answer on standard output, or on standard error if the CSV goes to standard output; then writes
+   !> the files.
    subroutine show(command, scene, study, outputs, exit_code)
       type(command_t), intent(in) :: command
       type(scene_t), intent(in) :: scene
@@ -219,7 +220,7 @@ contains
       end if
    end subroutine show
 
-   !> Keeps the runs of a study that was stopped, and says where; there is no picture then.
+   !> Keeps the runs of a stopped study and reports their file; no picture is drawn.
    subroutine keep_runs(scene, study, outputs)
       type(scene_t), intent(in) :: scene
       type(work_precision_t), intent(in) :: study
@@ -237,7 +238,7 @@ contains
       call say_error(line)
    end subroutine keep_runs
 
-   !> Refuses a scene whose columns are derivatives: the study measures runs without them.
+   !> Rejects a scene whose columns are derivatives: the study measures runs without them.
    subroutine refuse_derivatives(scene, exit_code)
       type(scene_t), intent(in) :: scene
       integer, intent(inout) :: exit_code
@@ -246,7 +247,7 @@ contains
       exit_code = EXIT_INPUT
    end subroutine refuse_derivatives
 
-   !> Refuses a scene whose events switch effects: its motion is not that of the study, which looks for no events.
+   !> Rejects a scene whose events switch effects: the study runs without events, so its motion would differ.
    subroutine refuse_switches(scene, exit_code)
       type(scene_t), intent(in) :: scene
       integer, intent(inout) :: exit_code

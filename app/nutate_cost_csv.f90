@@ -20,7 +20,7 @@ module nutate_cost_csv
                                            'wall_time,ns_per_step,iterations,attitude_error,reference_error,'// &
                                            'momentum_error,energy_error,norm_error'
 
-   !> A CSV file under way.
+   !> CSV file that is being written.
    type :: cost_csv_t
       type(output_file_t), private :: file
       logical :: on_standard_output = .false.
@@ -29,9 +29,9 @@ module nutate_cost_csv
       procedure :: open
       !> Writes the runs and gives the file its name.
       procedure :: write
-      !> Gives the file up.
+      !> Discards the file.
       procedure :: discard
-      !> Where the runs of a study that was stopped are kept; blank where they are not in a file.
+      !> Returns the file that keeps the runs of a stopped study; blank if they are not in a file.
       procedure :: kept_in
    end type cost_csv_t
 
@@ -40,32 +40,32 @@ contains
    !> Claims the file. Errors: `NUTATE_IO`.
    subroutine open(self, name, status)
       class(cost_csv_t), intent(inout) :: self
-      !> A path, or `-` for standard output.
+      !> Path, or `-` for standard output.
       character(len=*), intent(in) :: name
       type(status_t), intent(out) :: status
       self%on_standard_output = name == '-' .or. name == '/dev/stdout' .or. name == '/dev/fd/1'
       call self%file%open(name, status)
    end subroutine open
 
-   !> Gives the file up.
+   !> Discards the file.
    subroutine discard(self)
       class(cost_csv_t), intent(inout) :: self
       call discard_file(self%file)
    end subroutine discard
 
-   !> Where the runs of a study that was stopped are kept; blank where they are not in a file.
+   !> Returns the file that keeps the runs of a stopped study; blank if they are not in a file.
    function kept_in(self) result(name)
       class(cost_csv_t), intent(in) :: self
       character(len=:), allocatable :: name
       name = self%file%kept_in()
    end function kept_in
 
-   !> Writes all runs, method by method, longest step first, and gives the file its name, or leaves it as the partial
-   !> one. Errors: `NUTATE_IO`.
+   !> Writes all runs, method by method, longest step first. A complete file gets its name; another one stays partial.
+   !> Errors: `NUTATE_IO`.
    subroutine write(self, study, complete, status)
       class(cost_csv_t), intent(inout) :: self
       type(work_precision_t), intent(in) :: study
-      !> The file gets its name.
+      !> True if the file is complete and gets its name.
       logical, intent(in) :: complete
       type(status_t), intent(out) :: status
       type(work_point_t), allocatable :: points(:)
@@ -92,12 +92,12 @@ contains
       end if
    end subroutine write
 
-   !> One run. What is not known is an empty field.
+   !> Returns the line of a run. Unknown values are empty fields.
    function row(decimal, point, reference, has_momentum) result(line)
       type(decimal_t), intent(in) :: decimal
       type(work_point_t), intent(in) :: point
       type(reference_t), intent(in) :: reference
-      !> A component of the momentum is conserved.
+      !> True if a component of the momentum is conserved.
       logical, intent(in) :: has_momentum
       character(len=:), allocatable :: line
       associate (method => methods(point%method))
@@ -119,7 +119,7 @@ contains
       line = line//field(decimal, point%energy_error)//field(decimal, point%norm_error)
    end function row
 
-   !> A comma and a number.
+   !> Returns a comma and a number.
    function field(decimal, value) result(text)
       type(decimal_t), intent(in) :: decimal
       real(wp), intent(in) :: value

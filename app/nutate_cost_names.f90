@@ -1,4 +1,4 @@
-!> How a work-precision study speaks of methods.
+!> Names of methods in a work-precision study.
 module nutate_cost_names
    use nutate_console, only: count_text
    use nutate_kinds, only: wp, long
@@ -8,10 +8,10 @@ module nutate_cost_names
 
    public :: method_label, full_label, hopeless
 
-   !> Attitude errors above this say nothing but that the step is too long, rad.
+   !> Attitude errors above this only show that the step is too long, rad.
    real(wp), parameter :: hopeless = 1.0_wp
 
-   !> What a method is called in full; others go by their name.
+   !> Name and full name of a method; methods that are not listed are shown by their name.
    type :: name_t
       character(len=24) :: name, words
    end type name_t
@@ -22,7 +22,7 @@ module nutate_cost_names
 
 contains
 
-   !> A row of the table of methods in a few words: `nielsen_krenk order 6 (reduced)`, `dop853+conserve`.
+   !> Returns a row of `methods` in a few words: `nielsen_krenk order 6 (reduced)`, `dop853+conserve`.
    pure function method_label(method) result(label)
       !> Row of `methods`.
       integer, intent(in) :: method
@@ -32,7 +32,7 @@ contains
       if (methods(method)%formulation /= '') label = label//' ('//trim(methods(method)%formulation)//')'
    end function method_label
 
-   !> The same in full, for pictures: `Nielsen-Krenk, order 8, reduced`.
+   !> Returns the full name of a row of `methods`, for pictures: `Nielsen-Krenk, order 8, reduced`.
    pure function full_label(method) result(label)
       !> Row of `methods`.
       integer, intent(in) :: method
@@ -49,7 +49,7 @@ contains
       end associate
    end function full_label
 
-   !> There are rows that differ from this one in order or solver only.
+   !> Returns true if other rows of `methods` differ from this one in order or solver only.
    pure logical function has_relatives(method)
       !> Row of `methods`.
       integer, intent(in) :: method

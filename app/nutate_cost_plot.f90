@@ -14,7 +14,7 @@ module nutate_cost_plot
 
    public :: draw_cost
 
-   !> Errors are drawn no lower than here, below ε: zero has no logarithm.
+   !> Lower limit of the drawn errors, below ε: zero has no logarithm.
    real(wp), parameter :: lowest = 1e-17_wp
    !> Lines of the script that do not depend on the runs.
    character(len=*), parameter :: head(*) = [character(len=96) :: &
@@ -25,20 +25,19 @@ module nutate_cost_plot
 
 contains
 
-   !> Draws the runs: of all methods, or of those that most people choose from. Errors: `NUTATE_IO`; nothing is left
-   !> then.
+   !> Draws the runs of all methods, or of the most common ones. Errors: `NUTATE_IO`; no file is left then.
    subroutine draw_cost(picture, title, study, draws_all, status)
-      !> Open.
+      !> Picture, open.
       type(picture_t), intent(inout) :: picture
       character(len=*), intent(in) :: title
       type(work_precision_t), intent(in) :: study
-      !> All methods are drawn.
+      !> True if all methods are drawn.
       logical, intent(in) :: draws_all
       type(status_t), intent(out) :: status
       logical :: drawn(size(methods)), has_attitudes
       integer :: i
       drawn = is_drawn(study, draws_all)
-      ! gnuplot gives up on a panel without a point.
+      ! gnuplot fails on a panel without a point.
       has_attitudes = any(drawn(study%points%method) .and. study%points%attitude_error >= 0.0_wp .and. &
                           study%points%attitude_error <= hopeless)
       call picture%begin(980, 860)
@@ -57,8 +56,8 @@ contains
       call picture%draw(status)
    end subroutine draw_cost
 
-   !> Methods that are drawn. By default these are the explicit methods and series with the projection, and the best
-   !> order of each form of the conserving step; of a study without any of them all. Shape (rows of `methods`).
+   !> Returns the methods to draw: by default the explicit methods and series with the projection, and the best order of
+   !> each form of the conserving step; if none of these has a run, all that have one. Shape (rows of `methods`).
    function is_drawn(study, draws_all) result(drawn)
       type(work_precision_t), intent(in) :: study
       logical, intent(in) :: draws_all
@@ -74,8 +73,8 @@ contains
       if (.not. any(drawn .and. measured)) drawn = measured
    end function is_drawn
 
-   !> Of the rows that differ from one by their order alone, that which costs least for the smallest error that any of
-   !> them attains; without a reference the highest order that has a run.
+   !> Returns, of the rows that differ from one by their order alone, the row with the least cost for the smallest error
+   !> that any of them attains; without a reference, the highest order that has a run.
    integer function best_order(study, method) result(best)
       type(work_precision_t), intent(in) :: study
       !> Row of `methods`.
@@ -105,12 +104,12 @@ contains
       end do
    end function best_order
 
-   !> The points that no other one beats in time and error, cheapest first: behind the least error round-off grows, and
-   !> steps so long that they must be subdivided cost more than shorter ones, a curve through all would turn back.
+   !> Returns the points that no other point beats in time and error, cheapest first. A curve through all would bend
+   !> back: beyond the least error round-off grows, and steps that must be subdivided cost more than shorter ones.
    pure function unbeaten(points, floor_of_errors) result(kept)
-      !> Of one method.
+      !> Points of one method.
       type(work_point_t), intent(in) :: points(:)
-      !> What the attitude is known to, rad.
+      !> Uncertainty of the reference attitude, rad.
       real(wp), intent(in) :: floor_of_errors
       type(work_point_t), allocatable :: kept(:)
       real(wp) :: errors(size(points))
@@ -127,16 +126,16 @@ contains
       do while (any(waits))
          i = minloc(points%seconds, dim=1, mask=waits)
          waits(i) = .false.
-         ! Less in the digits that are drawn.
+         ! A lower error must differ in the digits that are drawn.
          if (errors(i) > (1 - 1e-5_wp)*least) cycle
-         ! Of points that took the same time only the best is on the curve.
+         ! If several points took the same time, only the best is on the curve.
          if (any(points%seconds <= points(i)%seconds .and. errors < errors(i))) cycle
          least = errors(i)
          kept = [kept, points(i)]
       end do
    end function unbeaten
 
-   !> A block of data for each method: time (ms), attitude error, energy residual.
+   !> Adds a block of data for each method: time (ms), attitude error, energy residual.
    subroutine add_data(picture, study)
       type(picture_t), intent(inout) :: picture
       type(work_precision_t), intent(in) :: study
@@ -157,11 +156,11 @@ contains
       end do
    end subroutine add_data
 
-   !> One panel: `attitude` above, or `energy` below.
+   !> Adds one panel: `attitude` above, or `energy` below.
    subroutine add_panel(picture, study, drawn, what, has_legend)
       type(picture_t), intent(inout) :: picture
       type(work_precision_t), intent(in) :: study
-      !> Shape (rows of `methods`).
+      !> True for the methods that are drawn; shape (rows of `methods`).
       logical, intent(in) :: drawn(:)
       character(len=*), intent(in) :: what
       logical, intent(in) :: has_legend
@@ -174,7 +173,7 @@ contains
       if (what == 'attitude') then
          call picture%put('set tmargin at screen 0.94; set bmargin at screen 0.54; set format x ''''; '// &
                           'set ylabel ''attitude error  (rad)'' offset 1')
-         ! The least errors stand above the edge.
+         ! The least errors lie above the lower edge.
          least = minval(max(study%points%attitude_error, study%reference%uncertainty, lowest), &
                         mask=study%points%attitude_error >= 0.0_wp .and. study%points%attitude_error <= hopeless)
          call picture%put('set yrange [1e'//count_text(int(floor(log10(least) - 0.2_wp), long))//':*]')
@@ -187,12 +186,12 @@ contains
       end if
    end subroutine add_panel
 
-   !> What a panel draws: a curve for each method, and for one without a run its line of the legend, with the reason.
+   !> Returns the curves of a panel, one for each method; a method without a run has a legend entry with the reason.
    function curves(study, drawn, column) result(text)
       type(work_precision_t), intent(in) :: study
-      !> Shape (rows of `methods`).
+      !> True for the methods that are drawn; shape (rows of `methods`).
       logical, intent(in) :: drawn(:)
-      !> Of the data.
+      !> Column of the data.
       character(len=*), intent(in) :: column
       character(len=:), allocatable :: text, label
       integer :: m
@@ -211,16 +210,17 @@ contains
       end do
    end function curves
 
-   !> The power of ten below a time, in ms, or some powers above that.
+   !> Returns the power of ten below a time, in ms, raised by some powers of ten.
    pure function power_text(seconds, above) result(text)
-      !> s.
+      !> Time, s.
       real(wp), intent(in) :: seconds
       integer, intent(in) :: above
       character(len=:), allocatable :: text
       text = '1e'//count_text(int(floor(log10(max(1e3_wp*seconds, 1e-9_wp))) + above, long))
    end function power_text
 
-   !> Colour by method, projection and order; a second solver of the same is dashed.
+   !> Returns the style of a curve: colour by method, projection and order; of several solvers of one order, all but
+   !> the last are dashed.
    function style(method) result(text)
       !> Row of `methods`.
       integer, intent(in) :: method

@@ -17,7 +17,7 @@ module nutate_cost_table
 
 contains
 
-   !> What errors are taken from.
+   !> Adds the reference of the errors.
    subroutine add_reference(page, study)
       type(page_t), intent(inout) :: page
       type(work_precision_t), intent(in) :: study
@@ -45,15 +45,15 @@ contains
       end associate
    end subroutine add_reference
 
-   !> Digits that an uncertainty leaves.
+   !> Returns in words the number of digits that an uncertainty leaves.
    pure function digits_text(uncertainty) result(text)
-      !> rad.
+      !> Uncertainty, rad.
       real(wp), intent(in) :: uncertainty
       character(len=:), allocatable :: text
       text = count_text(int(-log10(uncertainty), long))//' digits'
    end function digits_text
 
-   !> All runs, method by method.
+   !> Adds all runs, method by method.
    subroutine add_table(page, study)
       type(page_t), intent(inout) :: page
       type(work_precision_t), intent(in) :: study
@@ -83,7 +83,7 @@ contains
       call page%line(table%text())
    end subroutine add_table
 
-   !> Why a method's runs end where they do.
+   !> Returns the reason, in words, why there are no further runs of a method.
    function ending_text(study, method, runs) result(text)
       type(work_precision_t), intent(in) :: study
       !> Row of `methods`, and the number of its runs.
@@ -110,12 +110,12 @@ contains
       if (.not. study%refusal(method)%ok()) text = ': no run finished ('//trim(study%refusal(method)%message)//')'
    end function ending_text
 
-   !> The runs of one method; of those that say nothing only the last.
+   !> Adds the runs of one method; of the runs with hopelessly long steps, only the last.
    subroutine add_points(table, points, reference, has_momentum)
       type(table_t), intent(inout) :: table
       type(work_point_t), intent(in) :: points(:)
       type(reference_t), intent(in) :: reference
-      !> A component of the momentum is conserved.
+      !> True if a component of the momentum is conserved.
       logical, intent(in) :: has_momentum
       integer :: i
       do i = 1, size(points)
@@ -126,7 +126,7 @@ contains
       end do
    end subroutine add_points
 
-   !> The row of a run.
+   !> Adds the row of a run.
    subroutine add_run(table, point, reference, has_momentum)
       type(table_t), intent(inout) :: table
       type(work_point_t), intent(in) :: point

@@ -1,4 +1,4 @@
-!> Output files that are given up.
+!> Discards output files.
 module nutate_discarding
    use nutate_files, only: output_file_t
    use nutate_status, only: status_t
@@ -9,7 +9,7 @@ module nutate_discarding
 
 contains
 
-   !> Closes a file and removes what there is of it.
+   !> Closes an output file and removes its partial file.
    subroutine discard_file(file)
       type(output_file_t), intent(inout) :: file
       type(status_t) :: status

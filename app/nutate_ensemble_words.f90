@@ -1,4 +1,4 @@
-!> What an ensemble is, in words.
+!> Description of an ensemble, in words.
 module nutate_ensemble_words
    use nutate_console, only: count_text, page_t, plural, vector_text
    use nutate_ensemble_plan, only: ensemble_plan_t, variation_t, CASES, GRID, NORMAL, ROTATION
@@ -11,10 +11,10 @@ module nutate_ensemble_words
 
 contains
 
-   !> Members, what differs between them, and what is kept.
+   !> Adds the number of members, the varied quantities, and the file of the results.
    subroutine add_ensemble(page, plan)
       type(page_t), intent(inout) :: page
-      !> Active.
+      !> Plan of an active ensemble.
       type(ensemble_plan_t), intent(in) :: plan
       integer :: i
       call page%line('ensemble (nutate sweep)')
@@ -32,7 +32,7 @@ contains
       end if
    end subroutine add_ensemble
 
-   !> What is drawn together.
+   !> Returns the names of the quantities that are drawn together.
    pure function names_of(plan, variation) result(text)
       type(ensemble_plan_t), intent(in) :: plan
       type(variation_t), intent(in) :: variation
@@ -45,7 +45,7 @@ contains
       if (variation%n > 6) text = text//', ...'
    end function names_of
 
-   !> How.
+   !> Returns the distribution of a variation in words.
    pure function law_of(variation) result(text)
       type(variation_t), intent(in) :: variation
       character(len=:), allocatable :: text

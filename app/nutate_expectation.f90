@@ -1,4 +1,4 @@
-!> What a run is going to write, and whether anybody asked for so much.
+!> Expected steps, rows and bytes of a run, and the default limits of its output.
 module nutate_expectation
    use nutate_columns, only: columns_t
    use nutate_console, only: plural
@@ -24,10 +24,10 @@ module nutate_expectation
 
 contains
 
-   !> Steps to come; negative where nothing tells before the run is over.
+   !> Returns the number of steps to come; negative if it is unknown before the run is over.
    integer(long) function known_steps(scene, run) result(steps)
       type(scene_t), intent(in) :: scene
-      !> Begun, its steps found.
+      !> Run that has begun and found its steps.
       type(run_t), intent(in) :: run
       if (.not. scene%plan%goal%active()) then
          steps = count_steps(scene%initial%t, scene%plan)
@@ -37,10 +37,10 @@ contains
       end if
    end function known_steps
 
-   !> Rows of a history of so many steps; negative where the steps are not known and decide.
+   !> Returns the rows of a history of so many steps; negative if they depend on an unknown number of steps.
    pure integer(long) function rows_of(scene, steps) result(rows)
       type(scene_t), intent(in) :: scene
-      !> Negative: not known.
+      !> Number of steps; negative if unknown.
       integer(long), intent(in) :: steps
       associate (plan => scene%plan)
          rows = -1
@@ -54,7 +54,7 @@ contains
       end associate
    end function rows_of
 
-   !> Size of a history, bytes.
+   !> Returns the size of a history, bytes.
    real(wp) function history_bytes(scene, rows)
       type(scene_t), intent(in) :: scene
       integer(long), intent(in) :: rows
@@ -65,7 +65,7 @@ contains
       if (scene%output%epoch%is_set()) history_bytes = history_bytes + date_field*real(rows, wp)
    end function history_bytes
 
-   !> Rows that may be written: any number that `every`, `interval` or times ask for.
+   !> Returns the most rows that may be written: any number if `every`, `interval` or times are given.
    integer(long) function most_rows(scene)
       type(scene_t), intent(in) :: scene
       integer :: i
@@ -77,7 +77,7 @@ contains
       end do
    end function most_rows
 
-   !> Why a history of so many rows is refused, and what to write instead.
+   !> Returns why a history of so many rows is rejected, and what to write instead.
    function too_many_rows(scene, rows) result(text)
       type(scene_t), intent(in) :: scene
       integer(long), intent(in) :: rows
@@ -89,10 +89,10 @@ contains
              ' in &output; every = 1 for all of them)'
    end function too_many_rows
 
-   !> Steps and rows to expect where trial runs have found them; blank elsewhere.
+   !> Returns the expected steps and rows if trial runs have found them; blank otherwise.
    function expectation_text(scene, run) result(text)
       type(scene_t), intent(in) :: scene
-      !> Begun, its steps found.
+      !> Run that has begun and found its steps.
       type(run_t), intent(in) :: run
       character(len=:), allocatable :: text
       integer(long) :: steps, rows
@@ -104,7 +104,7 @@ contains
              size_text(history_bytes(scene, rows))//' to expect'
    end function expectation_text
 
-   !> A number of bytes for people.
+   !> Returns a number of bytes for people.
    pure function size_text(bytes) result(text)
       real(wp), intent(in) :: bytes
       character(len=:), allocatable :: text

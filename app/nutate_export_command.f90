@@ -24,7 +24,7 @@ module nutate_export_command
    !> Columns that are exported, and names of the rates in degrees per second.
    character(len=name_length), parameter :: quaternion(4) = [character(len=name_length) :: 'q0', 'q1', 'q2', 'q3']
    character(len=name_length), parameter :: rates(3) = [character(len=name_length) :: 'omega1', 'omega2', 'omega3']
-   !> Norms of quaternions whose digits were rounded.
+   !> Tolerance of the norm of quaternions whose digits were rounded.
    real(wp), parameter :: norm_tolerance = 1e-2_wp
 
 contains
@@ -64,7 +64,7 @@ contains
       call write_files(command, rows, facts, exit_code)
    end subroutine export_command
 
-   !> Writes what is wanted.
+   !> Writes the requested files.
    subroutine write_files(command, rows, facts, exit_code)
       type(command_t), intent(in) :: command
       type(attitude_rows_t), intent(in) :: rows
@@ -81,11 +81,11 @@ contains
       end if
    end subroutine write_files
 
-   !> Reads the facts that the history lacks: from a scene, with the overrides, or from these alone.
+   !> Reads the facts that the history lacks: from a scene with the overrides, or from the overrides alone.
    subroutine read_facts(command, facts, problem)
       type(command_t), intent(in) :: command
       type(export_facts_t), intent(out) :: facts
-      !> What is wrong, one printable line; empty on success.
+      !> Error message, one printable line; empty on success.
       character(len=:), allocatable, intent(out) :: problem
       type(scene_t) :: scene
       type(status_t) :: status
@@ -98,7 +98,7 @@ contains
       problem = naming_options(problem)
    end subroutine read_facts
 
-   !> Refuses names by which the files would destroy what is there.
+   !> Rejects file names that would overwrite an input, a file of another kind or each other.
    subroutine check_names(command, exit_code)
       type(command_t), intent(in) :: command
       integer, intent(inout) :: exit_code
@@ -114,7 +114,7 @@ contains
    subroutine read_rows(path, rows, problem)
       character(len=*), intent(in) :: path
       type(attitude_rows_t), intent(inout) :: rows
-      !> What is wrong, one printable line; empty on success.
+      !> Error message, one printable line; empty on success.
       character(len=:), allocatable, intent(out) :: problem
       type(recorded_t) :: history
       character(len=name_length), allocatable :: names(:), wanted(:)
@@ -146,10 +146,10 @@ contains
       end do
    end subroutine read_rows
 
-   !> Columns as rows of a matrix.
+   !> Returns columns as rows of a matrix.
    pure function columns_of(history, names) result(values)
       type(recorded_t), intent(in) :: history
-      !> Of columns that are there.
+      !> Names of existing columns.
       character(len=*), intent(in) :: names(:)
       real(wp), allocatable :: values(:, :)
       integer :: i
@@ -159,7 +159,7 @@ contains
       end do
    end function columns_of
 
-   !> Finds the first row that is not in the order of the run, or no attitude.
+   !> Finds the first row that is out of order in time, or has no valid attitude or angular velocity.
    subroutine check_rows(path, rows, problem)
       character(len=*), intent(in) :: path
       type(attitude_rows_t), intent(in) :: rows
@@ -188,7 +188,7 @@ contains
       end do
    end subroutine check_rows
 
-   !> A file name without folder and ending.
+   !> Returns a file name without folder and ending.
    pure function stem(path) result(name)
       character(len=*), intent(in) :: path
       character(len=:), allocatable :: name

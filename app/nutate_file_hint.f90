@@ -1,4 +1,4 @@
-!> What to try in the place of a file that is not there.
+!> Suggests a file instead of one that does not exist.
 module nutate_file_hint
    use nutate_printable, only: printable_path
    implicit none
@@ -8,10 +8,10 @@ module nutate_file_hint
 
 contains
 
-   !> `did you mean FILE.nml?` where a file is not there and the one with the ending is; else empty.
+   !> Returns `did you mean FILE.nml?` if a file does not exist but the one with the ending does; else empty.
    function did_you_mean(path, ending) result(text)
       character(len=*), intent(in) :: path
-      !> With its dot.
+      !> Ending of file names, with its dot.
       character(len=*), intent(in) :: ending
       character(len=:), allocatable :: text
       logical :: exists

@@ -1,4 +1,4 @@
-!> `nutate fit SCENE`: fits free numbers of a scene to measurements.
+!> `nutate fit SCENE`: fits parameters of a scene to measurements.
 module nutate_fit_command
    use nutate_cli, only: command_t
    use nutate_console, only: page_t, say_error, show_page, EXIT_INPUT, EXIT_RUN, EXIT_SUCCESS
@@ -22,7 +22,7 @@ module nutate_fit_command
 
 contains
 
-   !> Fits a scene, shows what came of it, and writes the files.
+   !> Fits a scene, shows the result, and writes the files.
    subroutine fit_command(command, exit_code)
       type(command_t), intent(in) :: command
       integer, intent(out) :: exit_code
@@ -59,7 +59,7 @@ contains
       call write_files(command, scene, fit, fitted, csv, picture, exit_code)
    end subroutine fit_command
 
-   !> Refuses names by which the fit would destroy what is there, or what it writes itself.
+   !> Rejects file names that would overwrite an input, a file of another kind or each other.
    subroutine check_names(command, scene, fitted_name, csv, exit_code)
       type(command_t), intent(in) :: command
       type(scene_t), intent(in) :: scene
@@ -73,7 +73,7 @@ contains
       call files%report(exit_code)
    end subroutine check_names
 
-   !> Shows the result on standard output, or on standard error where the residuals are there.
+   !> Shows the result on standard output, or on standard error if the residuals go to standard output.
    subroutine show(scene, fit, csv, exit_code)
       type(scene_t), intent(in) :: scene
       type(fit_t), intent(in) :: fit

@@ -44,9 +44,9 @@ contains
    !> Writes the residuals of a row.
    subroutine put_row(fit, i, k, before, file, status)
       type(fit_t), intent(in) :: fit
-      !> Measurement, and row of it.
+      !> Index of the measurement, and its row.
       integer, intent(in) :: i, k
-      !> Residuals before those of the row.
+      !> Number of residuals before those of the row.
       integer, intent(in) :: before
       type(output_file_t), intent(inout) :: file
       type(status_t), intent(inout) :: status
@@ -57,7 +57,7 @@ contains
       associate (measurement => fit%problem%residuals(i)%measurement)
          associate (residuals => fit%result%residuals(before + 1:before + measurement%width()))
             if (measurement%kind == ATTITUDES) then
-               ! The rotation vector from the measured attitude to that of the model.
+               ! The model value is the rotation vector from the measured attitude to that of the model.
                measured = spread(0.0_wp, 1, 3)
             else
                measured = measurement%rows(:, k)
@@ -79,7 +79,7 @@ contains
       end associate
    end subroutine put_row
 
-   !> Writes the scene with the fitted numbers. Errors: `NUTATE_IO`.
+   !> Writes the scene with the fitted parameters. Errors: `NUTATE_IO`.
    subroutine write_fitted_scene(fit, scene, name, status)
       type(fit_t), intent(in) :: fit
       !> The scene that was fitted.

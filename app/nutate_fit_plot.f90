@@ -1,4 +1,4 @@
-!> The picture of a fit, drawn by gnuplot: of each measurement data and model, and below the residuals.
+!> Picture of a fit, drawn by gnuplot: data and model of each measurement, and below them the residuals.
 module nutate_fit_plot
    use nutate_console, only: count_text
    use nutate_decimal, only: rounded_text
@@ -18,16 +18,16 @@ module nutate_fit_plot
 
    public :: draw_fit
 
-   !> Times at which the model is drawn; columns of a measurement that are drawn.
+   !> Number of times at which the model is drawn; most columns of a measurement that are drawn.
    integer, parameter :: curve_points = 800, most_columns = 6
-   !> Height of a panel of data, and of one of residuals; of the title, of the time axis, and between panels.
+   !> Heights of a panel of data, of a panel of residuals, of the title and of the time axis; gap between panels.
    integer, parameter :: data_height = 190, residual_height = 110, top = 50, bottom = 60, gap = 40
 
 contains
 
-   !> Draws data, model and residuals. Errors: `NUTATE_IO`, and those of the run; nothing is left then.
+   !> Draws data, model and residuals. Errors: `NUTATE_IO`, and errors of the run; no file is left then.
    subroutine draw_fit(picture, scene, fit, status)
-      !> Open.
+      !> Picture, open.
       type(picture_t), intent(inout) :: picture
       type(scene_t), intent(in) :: scene
       type(fit_t), intent(inout) :: fit
@@ -63,7 +63,7 @@ contains
       call picture%draw(status)
    end subroutine draw_fit
 
-   !> The extent of the time axis.
+   !> Returns the range of the time axis.
    pure function range_text(last) result(text)
       real(wp), intent(in) :: last
       character(len=:), allocatable :: text
@@ -74,9 +74,9 @@ contains
    subroutine begin_panel(picture, label, values, upper, panel, height)
       type(picture_t), intent(inout) :: picture
       character(len=*), intent(in) :: label
-      !> What it shows.
+      !> Values that the panel shows.
       real(wp), intent(in) :: values(:, :)
-      !> Its upper end, from 0 to 1; its height and that of the picture.
+      !> Upper end of the panel, from 0 to 1; heights of the panel and of the picture.
       real(wp), intent(in) :: upper
       integer, intent(in) :: panel
       real(wp), intent(in) :: height
@@ -86,11 +86,11 @@ contains
       call picture%put('set label 1 '//gnuplot_quoted(label)//' at graph 0, 1 left offset 0, 0.7 noenhanced')
    end subroutine begin_panel
 
-   !> Data as points, the model as lines.
+   !> Draws the data as points and the model as lines.
    subroutine draw_data(picture, fit, i, first, times, motion, upper, height)
       type(picture_t), intent(inout) :: picture
       type(fit_t), intent(inout) :: fit
-      !> Which measurement; the first of its residuals.
+      !> Index of the measurement; index of its first residual.
       integer, intent(in) :: i, first
       real(wp), intent(in) :: times(:), upper, height
       type(motion_at_t), intent(in) :: motion
@@ -124,8 +124,8 @@ contains
       end associate
    end subroutine draw_data
 
-   !> The label of a panel of data, with the unit where all columns have one, and the colours of its columns, those that
-   !> they have in pictures of histories.
+   !> Finds the label of a panel of data, with the unit if all columns have the same, and the colours of its columns, as
+   !> in pictures of histories.
    subroutine find_style(measurement, label, paint)
       type(measurement_t), intent(in) :: measurement
       character(len=:), allocatable, intent(out) :: label
@@ -141,7 +141,7 @@ contains
       paint(:n) = panels(1)%colours
    end subroutine find_style
 
-   !> The columns of the model at the times of the curve, their biases added; shape (columns, times).
+   !> Finds the columns of the model at the times of the curve, with their biases; shape (columns, times).
    subroutine find_curves(fit, i, motion, curves)
       type(fit_t), intent(inout) :: fit
       integer, intent(in) :: i
@@ -165,7 +165,7 @@ contains
       end associate
    end subroutine find_curves
 
-   !> Of the two quaternions of each attitude, that which is near to the curve.
+   !> Chooses, of the two quaternions of each attitude, the one near the curve.
    pure subroutine choose_signs(times, curves, measured_times, points)
       real(wp), intent(in) :: times(:), curves(:, :), measured_times(:)
       real(wp), intent(inout) :: points(:, :)
@@ -176,7 +176,7 @@ contains
       end do
    end subroutine choose_signs
 
-   !> A whole turn of a column that is known but for such; else 0.
+   !> Returns one revolution, in the unit of the column, if the column is known only modulo revolutions; else 0.
    pure real(wp) function turn_of(measurement, c)
       type(measurement_t), intent(in) :: measurement
       integer, intent(in) :: c
@@ -184,7 +184,7 @@ contains
       if (allocated(measurement%turns)) turn_of = measurement%turns(c)
    end function turn_of
 
-   !> Size of the points: small where there are many.
+   !> Returns the size of the points, small if there are many.
    pure function point_size(measurement) result(text)
       type(measurement_t), intent(in) :: measurement
       character(len=:), allocatable :: text
@@ -197,11 +197,11 @@ contains
       digit = count_text(int(c, long))
    end function digit
 
-   !> Residuals as points.
+   !> Draws the residuals as points.
    subroutine draw_residuals(picture, measurement, residuals, upper, height)
       type(picture_t), intent(inout) :: picture
       type(measurement_t), intent(in) :: measurement
-      !> From the first of the measurement on.
+      !> Residuals, beginning with the first of the measurement.
       real(wp), intent(in) :: residuals(:)
       real(wp), intent(in) :: upper, height
       character(len=:), allocatable :: plot, name, label
@@ -230,7 +230,7 @@ contains
    !> Adds a block of data. A line is broken where an angle goes over to the other end of its range.
    subroutine add_block(picture, name, c, times, values, turn)
       type(picture_t), intent(inout) :: picture
-      !> Its name, with the number of the column behind it.
+      !> Name of the block; the number of the column is appended to it.
       character(len=*), intent(in) :: name
       integer, intent(in) :: c
       real(wp), intent(in) :: times(:), values(:)

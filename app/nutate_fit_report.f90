@@ -1,4 +1,4 @@
-!> What a fit came to, for people.
+!> Report of a fit, for people.
 module nutate_fit_report
    use nutate_axes_words, only: add_space_axes
    use nutate_attitude, only: rotation_vector_from_quat
@@ -14,7 +14,7 @@ module nutate_fit_report
 
    public :: add_fit, value_with_error
 
-   !> Correlations that are told; shares of a direction that are left out.
+   !> Least correlation that is reported; share of a direction below which it is left out.
    real(wp), parameter :: strong = 0.95_wp, negligible = 1e-3_wp
 
 contains
@@ -45,7 +45,7 @@ contains
       end associate
    end subroutine add_fit
 
-   !> χ², and what it says about the standard deviations.
+   !> Returns χ², and what it implies for the standard deviations.
    function chi_text(fit) result(text)
       type(fit_t), intent(in) :: fit
       character(len=:), allocatable :: text
@@ -62,7 +62,7 @@ contains
       end associate
    end function chi_text
 
-   !> Adds a row for each parameter. The attitude is the rotation vector from that of the scene.
+   !> Adds a row for each parameter. The attitude is shown as the rotation vector from the attitude of the scene.
    subroutine add_values(fit, table)
       type(fit_t), intent(in) :: fit
       type(table_t), intent(inout) :: table
@@ -100,7 +100,7 @@ contains
    !> Returns a number and its standard error, both to two digits of the error: `2.978 ± 0.214` has three.
    pure function value_with_error(value, error) result(text)
       real(wp), intent(in) :: value
-      !> Above 0.
+      !> Standard error, above 0.
       real(wp), intent(in) :: error
       character(len=:), allocatable :: text
       character(len=8) :: power
@@ -117,7 +117,7 @@ contains
       end if
    end function value_with_error
 
-   !> A number with so many decimals.
+   !> Returns a number with so many decimals.
    pure function fixed(number, decimals) result(text)
       real(wp), intent(in) :: number
       integer, intent(in) :: decimals
@@ -165,8 +165,8 @@ contains
       end do
    end subroutine add_directions
 
-   !> Returns a direction by the names of what changes: changes relative to the values, absolute changes of values that
-   !> are zero within the error that they had if all others were known.
+   !> Returns a direction as changes of its parameters: relative to their values, or absolute if a value is zero within
+   !> the error that it would have if all others were known.
    function direction_text(fit, i) result(text)
       type(fit_t), intent(in) :: fit
       integer, intent(in) :: i

@@ -1,4 +1,4 @@
-!> The derivatives by the free numbers of a scene in its history: `&free`.
+!> Derivatives in the history with respect to the parameters of a scene: `&free`.
 module nutate_free_setup
    use nutate_variation, only: variation_t
    use nutate_console, only: page_t, say_error, EXIT_INPUT
@@ -17,12 +17,12 @@ module nutate_free_setup
 
 contains
 
-   !> Gives a run the sensitivities that its history shows, if it shows any. What has none is reported in one line.
+   !> Gives a run the sensitivities that its history shows, if any. Reports a parameter without derivative in one line.
    subroutine propagate_free_parameters(scene, run, exit_code)
       type(scene_t), intent(in) :: scene
-      !> Begun.
+      !> Run that has begun.
       type(run_t), intent(inout) :: run
-      !> Changed where something has no derivative.
+      !> Exit code, changed if something has no derivative.
       integer, intent(inout) :: exit_code
       type(variation_t), allocatable :: columns(:)
       type(scene_error_t) :: error
@@ -38,8 +38,7 @@ contains
       exit_code = EXIT_INPUT
    end subroutine propagate_free_parameters
 
-   !> Returns what is wrong, in a line, where the columns of a scene are those that only `nutate run` can write; else
-   !> nothing.
+   !> Returns the error message, in a line, if only `nutate run` can write the columns of a scene; else an empty string.
    function propagated_fault(scene) result(message)
       type(scene_t), intent(in) :: scene
       character(len=:), allocatable :: message
@@ -53,7 +52,7 @@ contains
       message = naming_options(error_line(scene%file, error))
    end function propagated_fault
 
-   !> Adds the free numbers of a scene to a page.
+   !> Adds the parameters in `&free` of a scene to a page.
    subroutine add_free_numbers(page, scene)
       type(page_t), intent(inout) :: page
       type(scene_t), intent(in) :: scene

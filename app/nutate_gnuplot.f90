@@ -1,4 +1,4 @@
-!> Pictures drawn by gnuplot: the file, the script that draws it, and texts in quotes.
+!> Pictures drawn by gnuplot: the file, the script that draws it, and quoted strings.
 module nutate_gnuplot
    use nutate_console, only: count_text
    use nutate_discarding, only: discard_file
@@ -21,36 +21,36 @@ module nutate_gnuplot
       'set tics nomirror out scale 0.6', &
       'set grid linecolor rgb ''#dddddd'' linewidth 1 linetype 1']
 
-   !> A picture under way: its file and the script that draws it, both under partial names.
+   !> Picture that is being drawn: its file and the script that draws it, both under partial names.
    type :: picture_t
       type(output_file_t), private :: picture, script
-      !> The end of its name: svg, png or pdf.
+      !> Ending of the name: svg, png or pdf.
       character(len=3), private :: format = 'svg'
-      !> What the first line that could not be written came to.
+      !> Status of the first line that could not be written.
       type(status_t), private :: status
    contains
       !> Claims the files.
       procedure :: open
-      !> Says how large the picture is and begins the script.
+      !> Begins the script with the size of the picture.
       procedure :: begin
       !> Adds a line to the script.
       procedure :: put
-      !> Draws.
+      !> Draws the picture.
       procedure :: draw
-      !> Gives the files up.
+      !> Discards the files.
       procedure :: discard
    end type picture_t
 
 contains
 
-   !> True if gnuplot can be started.
+   !> Returns true if gnuplot can be started.
    logical function gnuplot_is_here()
       integer :: exit_status, command_status
       call execute_command_line('command -v gnuplot >/dev/null 2>&1', exitstat=exit_status, cmdstat=command_status)
       gnuplot_is_here = exit_status == 0 .and. command_status == 0
    end function gnuplot_is_here
 
-   !> True for the name of a file that gnuplot is to draw.
+   !> Returns true for the name of a file that gnuplot is to draw.
    pure logical function is_picture(name)
       character(len=*), intent(in) :: name
       is_picture = .false.
@@ -60,21 +60,21 @@ contains
    !> Claims the files. Errors: `NUTATE_IO`.
    subroutine open(self, name, status)
       class(picture_t), intent(inout) :: self
-      !> `is_picture`.
+      !> Name of a picture, as `is_picture` requires.
       character(len=*), intent(in) :: name
       type(status_t), intent(out) :: status
       self%format = name(len(name) - 2:)
       call self%picture%open(name, status)
       if (.not. status%ok()) return
-      ! As long as the picture's name, which may be as long as names can be.
+      ! The name of the script is as long as that of the picture, which may have the greatest possible length.
       call self%script%open(name(1:len(name) - 4)//'.gp'//name(len(name) - 2:len(name) - 2), status)
       if (.not. status%ok()) call discard_file(self%picture)
    end subroutine open
 
-   !> Says how large the picture is and begins the script.
+   !> Begins the script with the size of the picture.
    subroutine begin(self, width, height)
       class(picture_t), intent(inout) :: self
-      !> Of an SVG; a PNG has half as many pixels again, a PDF an inch for 100 of them.
+      !> Size of an SVG, pixels; a PNG has 1.5 times as many pixels, a PDF an inch for 100 of them.
       integer, intent(in) :: width, height
       integer :: i
       if (self%format == 'svg') then
@@ -99,14 +99,14 @@ contains
       text = count_text(int(width, long))//','//count_text(int(height, long))
    end function size_text
 
-   !> Adds a line to the script. That one could not be written is reported by `draw`.
+   !> Adds a line to the script. A line that could not be written is reported by `draw`.
    subroutine put(self, line)
       class(picture_t), intent(inout) :: self
       character(len=*), intent(in) :: line
       if (self%status%ok()) call self%script%put_line(line, self%status)
    end subroutine put
 
-   !> Draws what the script says. Errors: `NUTATE_IO`; nothing is left then.
+   !> Draws the picture with the script. Errors: `NUTATE_IO`; no file is left then.
    subroutine draw(self, status)
       class(picture_t), intent(inout) :: self
       type(status_t), intent(out) :: status
@@ -130,31 +130,31 @@ contains
       end if
    end subroutine draw
 
-   !> Gives the files up.
+   !> Discards the files.
    subroutine discard(self)
       class(picture_t), intent(inout) :: self
       call discard_file(self%script)
       call discard_file(self%picture)
    end subroutine discard
 
-   !> Text in single quotes for gnuplot.
+   !> Returns a string in single quotes for gnuplot.
    pure function gnuplot_quoted(text) result(quoted)
       character(len=*), intent(in) :: text
       character(len=:), allocatable :: quoted
       quoted = in_quotes(text, "''")
    end function gnuplot_quoted
 
-   !> Text in single quotes for the shell.
+   !> Returns a string in single quotes for the shell.
    pure function shell_quoted(text) result(quoted)
       character(len=*), intent(in) :: text
       character(len=:), allocatable :: quoted
       quoted = in_quotes(text, "'\''")
    end function shell_quoted
 
-   !> Text in single quotes.
+   !> Returns a string in single quotes.
    pure function in_quotes(text, apostrophe) result(quoted)
       character(len=*), intent(in) :: text
-      !> What stands for an apostrophe.
+      !> Replacement of an apostrophe.
       character(len=*), intent(in) :: apostrophe
       character(len=:), allocatable :: quoted
       integer :: i

@@ -12,16 +12,16 @@ module nutate_history_plot
 
    public :: draw_history, tick
 
-   !> Histories of more rows than this are drawn by the least and the greatest value in each of half as many intervals.
+   !> Histories of more rows are drawn by the least and the greatest value in each of half as many intervals.
    integer, parameter :: most_points = 1200
-   !> Height of a panel, of the title and of the time axis.
+   !> Heights of a panel, of the title and of the time axis.
    integer, parameter :: panel_height = 150, top = 50, bottom = 60
 
 contains
 
-   !> Draws all columns of a history. Errors: `NUTATE_IO`; nothing is left then.
+   !> Draws all columns of a history. Errors: `NUTATE_IO`; no file is left then.
    subroutine draw_history(picture, title, history, status)
-      !> Open.
+      !> Picture, open.
       type(picture_t), intent(inout) :: picture
       character(len=*), intent(in) :: title
       type(recorded_t), intent(in) :: history
@@ -44,7 +44,7 @@ contains
          if (i == size(panels)) call picture%put('set xlabel ''t (s)''; set format x ''%g''')
          if (i < size(panels)) call picture%put('set format x ''''')
          call picture%put('set ytics '//rounded_text(tick(history%values(:, panels(i)%columns)), 2))
-         ! Above its panel, where no number of the axis is.
+         ! The label is above its panel, where the axis has no numbers.
          call picture%put('set label 1 '//gnuplot_quoted(trim(panels(i)%label))// &
                           ' at graph 0, 1 left offset 0, 0.7 noenhanced')
          call picture%put('plot '//curves_text(panels(i), history%names))
@@ -53,26 +53,27 @@ contains
       call picture%draw(status)
    end subroutine draw_history
 
-   !> The least and the greatest time.
+   !> Returns the range of the time axis, from the least to the greatest time.
    pure function extent(t) result(text)
-      !> s
+      !> Times, s.
       real(wp), intent(in) :: t(:)
       character(len=:), allocatable :: text
       text = rounded_text(minval(t), 9)//':'//rounded_text(maxval(t), 9)
    end function extent
 
-   !> The distance of the numbers of an axis: 1, 2 or 5 times a power of ten, about a quarter of what the values span.
+   !> Returns the distance of the numbers of an axis: 1, 2 or 5 times a power of ten, about a quarter of the span of the
+   !> values.
    pure real(wp) function tick(values)
       real(wp), intent(in) :: values(:, :)
       real(wp) :: span, power
       span = maxval(values) - minval(values)
-      ! As gnuplot widens a range without extent.
+      ! gnuplot widens a range without extent in the same way.
       if (span <= 0.0_wp) span = merge(2.0_wp, 0.02_wp*abs(maxval(values)), abs(maxval(values)) <= 0.0_wp)
       power = 10.0_wp**floor(log10(span/4))
       tick = power*merge(merge(2, 5, span/power <= 8), 10, span/power <= 20)
    end function tick
 
-   !> What gnuplot draws in a panel.
+   !> Returns the curves of a panel, for the command `plot` of gnuplot.
    function curves_text(panel, names) result(text)
       type(panel_t), intent(in) :: panel
       character(len=*), intent(in) :: names(:)
@@ -86,7 +87,7 @@ contains
       end do
    end function curves_text
 
-   !> The curves of a panel as blocks of data.
+   !> Adds the curves of a panel as blocks of data.
    subroutine add_data(picture, history, panel)
       type(picture_t), intent(inout) :: picture
       type(recorded_t), intent(in) :: history
@@ -100,19 +101,19 @@ contains
       end do
    end subroutine add_data
 
-   !> The change from row to row from which on a curve is broken: three quarters of a turn of an angle that wraps.
+   !> Returns the change between rows that breaks a curve: three quarters of a revolution for an angle that wraps.
    pure real(wp) function jump(name)
       character(len=*), intent(in) :: name
       jump = huge(1.0_wp)
       if (is_wrapped(name)) jump = merge(270.0_wp, 1.5_wp*pi, index(name, '_deg') > 0)
    end function jump
 
-   !> The points of a curve, thinned where there are many.
+   !> Adds the points of a curve, thinned if there are many.
    subroutine add_points(picture, t, y, jump)
       type(picture_t), intent(inout) :: picture
-      !> Same shape.
+      !> Times, s, and values; same shape.
       real(wp), intent(in) :: t(:), y(:)
-      !> A change by more breaks the line.
+      !> Change above which the line is broken.
       real(wp), intent(in) :: jump
       integer :: i, bins, first, last, ends(2), e
       real(wp) :: before

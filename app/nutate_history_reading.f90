@@ -19,9 +19,9 @@ module nutate_history_reading
 
    !> Columns of a history.
    type :: recorded_t
-      !> Their names, `t` first; shape (number of columns).
+      !> Names of the columns, `t` first; shape (number of columns).
       character(len=name_length), allocatable :: names(:)
-      !> Shape (rows, columns).
+      !> Values of the columns; shape (rows, columns).
       real(wp), allocatable :: values(:, :)
    end type recorded_t
 
@@ -30,9 +30,9 @@ contains
    !> Reads the names of all columns.
    subroutine read_names(path, names, problem)
       character(len=*), intent(in) :: path
-      !> `t` first; not allocated where something is wrong.
+      !> Names of the columns, `t` first; not allocated on failure.
       character(len=name_length), allocatable, intent(out) :: names(:)
-      !> What is wrong, one printable line, `FILE: ...` or `FILE:LINE: ...`; empty on success.
+      !> Error message, one printable line, `FILE: ...` or `FILE:LINE: ...`; empty on success.
       character(len=:), allocatable, intent(out) :: problem
       character(len=line_length) :: line
       integer, allocatable :: places(:)
@@ -47,7 +47,7 @@ contains
    !> Opens a history and reads its first line.
    subroutine open_history(path, unit, line, problem)
       character(len=*), intent(in) :: path
-      !> Open on success.
+      !> Unit, open on success.
       integer, intent(out) :: unit
       character(len=*), intent(out) :: line
       character(len=:), allocatable, intent(out) :: problem
@@ -69,7 +69,7 @@ contains
       !> Names of columns that `read_names` found.
       character(len=*), intent(in) :: wanted(:)
       type(recorded_t), intent(out) :: history
-      !> What is wrong, one printable line, `FILE: ...` or `FILE:LINE: ...`; empty on success.
+      !> Error message, one printable line, `FILE: ...` or `FILE:LINE: ...`; empty on success.
       character(len=:), allocatable, intent(out) :: problem
       character(len=line_length) :: line
       integer, allocatable :: places(:)
@@ -85,7 +85,7 @@ contains
          read (unit, '(a)', iostat=iostat) line
          if (iostat /= 0) exit
          lines = lines + 1
-         ! Blank lines at the end are none.
+         ! Blank lines at the end are not rows.
          if (line /= '') rows = lines
       end do
       rewind (unit)
@@ -97,15 +97,15 @@ contains
       close (unit)
    end subroutine read_history
 
-   !> Finds `t` and the wanted columns in the first line; none where it is not that of a history.
+   !> Finds `t` and the wanted columns in the first line; none if the line is not that of a history.
    pure subroutine read_header(line, names, places, fields, wanted)
       character(len=*), intent(in) :: line
       character(len=name_length), allocatable, intent(out) :: names(:)
-      !> Fields of a row that are read; shape (number of names).
+      !> Positions of the fields of a row that are read; shape (number of names).
       integer, allocatable, intent(out) :: places(:)
-      !> How many fields a row has.
+      !> Number of fields in a row.
       integer, intent(out) :: fields
-      !> Default: all.
+      !> Names of the wanted columns; default: all.
       character(len=*), intent(in), optional :: wanted(:)
       character(len=name_length) :: name
       character(len=:), allocatable :: problem
@@ -149,11 +149,11 @@ contains
       end do
    end subroutine read_rows
 
-   !> Reads the fields of a row that are asked for.
+   !> Reads the requested fields of a row.
    subroutine read_row(line, places, fields, values, problem)
       character(len=*), intent(in) :: line
       integer, intent(in) :: places(:), fields
-      !> Shape (number of places).
+      !> Values of the fields; shape (number of `places`).
       real(wp), intent(out) :: values(:)
       character(len=:), allocatable, intent(inout) :: problem
       character(len=:), allocatable :: fault

@@ -1,5 +1,5 @@
-!> `nutate linearize SCENE`: matrices, eigenvalues and Floquet multipliers of small motions beside that of a scene, or
-!> all its equilibria.
+!> `nutate linearize SCENE`: matrices, eigenvalues and Floquet multipliers of small deviations from the motion of a
+!> scene, or all its equilibria.
 module nutate_linearize_command
    use nutate_axes_words, only: add_space_axes
    use nutate_cli, only: command_t
@@ -65,7 +65,7 @@ contains
       if (.not. command%equilibria) call write_json(json_of(linear), command%json, exit_code)
    end subroutine linearize_command
 
-   !> Refuses a name by which the command would destroy what is there.
+   !> Rejects file names that would overwrite an input, a file of another kind or each other.
    subroutine check_names(command, scene, exit_code)
       type(command_t), intent(in) :: command
       type(scene_t), intent(in) :: scene

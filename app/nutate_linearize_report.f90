@@ -1,4 +1,4 @@
-!> A linearised motion, and equilibria, for people.
+!> Report of a linearised motion or of equilibria, for people.
 module nutate_linearize_report
    use nutate_console, only: count_text, page_t, plural, vector_text
    use nutate_equilibria, only: equilibria_t
@@ -10,8 +10,8 @@ module nutate_linearize_report
 
    public :: add_equilibria, add_linearization
 
-   !> Digits of matrices and eigenvalues; what of a row is printed as 0; and of eigenvalues, of which rounding splits a
-   !> double one by the root of it.
+   !> Digits of matrices and eigenvalues; sizes, relative to the largest of a row and of the eigenvalues, up to which a
+   !> number is printed as 0. Rounding splits a double eigenvalue by its square root.
    integer, parameter :: digits = 7
    real(wp), parameter :: negligible = 1e-12_wp, indistinct = 1e-7_wp
 
@@ -57,7 +57,7 @@ contains
       type(page_t), intent(inout) :: page
       character(len=*), intent(in) :: title
       real(wp), intent(in) :: matrix(:, :)
-      !> Of the columns.
+      !> Names of the columns.
       character(len=*), intent(in) :: names(:)
       type(linearization_t), intent(in) :: linear
       type(table_t) :: table
@@ -79,7 +79,7 @@ contains
       call page%line('')
    end subroutine add_matrix
 
-   !> Adds the eigenvalues, of a conjugate pair one.
+   !> Adds the eigenvalues; of a conjugate pair, only one.
    subroutine add_eigenvalues(page, linear)
       type(page_t), intent(inout) :: page
       type(linearization_t), intent(in) :: linear
@@ -154,7 +154,7 @@ contains
       call page%line(table%text())
    end subroutine add_equilibria
 
-   !> A number, or 0 for one that is not above some size.
+   !> Returns a number, or 0 if it is not above some size.
    pure real(wp) function without_rounding(x, least)
       real(wp), intent(in) :: x, least
       without_rounding = merge(x, 0.0_wp, abs(x) > least)

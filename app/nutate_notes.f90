@@ -1,4 +1,4 @@
-!> What a person should know about a scene before trusting its results.
+!> Notes about a scene that limit the trust in its results.
 module nutate_notes
    use nutate_body, only: body_t, whole_body
    use nutate_decimal, only: rounded_text
@@ -10,14 +10,14 @@ module nutate_notes
 
    public :: note_t, add_note, scene_notes
 
-   !> Moments that differ by less than this of their size, but do differ, are worth a note: rounded input does so.
+   !> Relative difference of two moments below which they cause a note, unless they are equal: it may be rounded input.
    real(wp), parameter :: nearly_equal = 1e-6_wp
-   !> Cosine of the angle to an axis, 26 degrees, below which a rotation is not near it.
+   !> Cosine of the angle to an axis, 26 degrees, below which a rotation is not near the axis.
    real(wp), parameter :: near_axis = 0.9_wp
-   !> Turns of the body, steps of which are worth a note, rad: where |b| = 1 at the latest no step follows the rotation;
-   !> from a radian on order 2 is off by 2 % of the phase and more.
+   !> Rotations of the body in a step that cause a note, rad: at |b| = 1 at the latest, no step follows the rotation;
+   !> from a radian on, order 2 is off by 2 % of the phase and more.
    real(wp), parameter :: too_long = 4.0_wp, long = 1.0_wp
-   !> Rates of growth below this part of the rate of rotation do not show in a run.
+   !> Growth rates below this fraction of the rotation rate do not show in a run.
    real(wp), parameter :: slow_growth = 1e-3_wp
 
    type :: note_t
@@ -26,7 +26,7 @@ module nutate_notes
 
 contains
 
-   !> Notes on the body alone.
+   !> Collects the notes on the body alone.
    subroutine body_notes(body, notes)
       type(body_t), intent(in) :: body
       type(note_t), allocatable, intent(out) :: notes(:)
@@ -37,7 +37,7 @@ contains
          call add_note(notes, 'no rigid body has these moments about its centre of mass: an idealised top')
    end subroutine body_notes
 
-   !> Notes on body, start and step.
+   !> Collects the notes on body, initial state and step.
    subroutine scene_notes(scene, notes)
       type(scene_t), intent(in) :: scene
       type(note_t), allocatable, intent(out) :: notes(:)
@@ -59,7 +59,7 @@ contains
       end associate
    end subroutine scene_notes
 
-   !> A body that is symmetric up to what may be rounding of its input.
+   !> Notes a body that is symmetric up to a difference that may be rounding of its input.
    subroutine note_symmetry(body, notes)
       type(body_t), intent(in) :: body
       type(note_t), allocatable, intent(inout) :: notes(:)
@@ -70,11 +70,11 @@ contains
                        rounded_text(minval(gaps, mask=gaps > 0.0_wp), 3)//' of the largest: nearly symmetric')
    end subroutine note_symmetry
 
-   !> A free rotation near the intermediate axis: perturbations grow as exp(λt), λ² = Ω²(J₂-J₁)(J₃-J₂)/(J₁J₃),
-   !> and a step leaves the true motion where λΔt/2 > 1 - |b|², |b| = Δt|Ω|/4.
+   !> Notes a free rotation near the intermediate axis: perturbations grow as exp(λt), λ² = Ω²(J₂-J₁)(J₃-J₂)/(J₁J₃),
+   !> and a step leaves the true motion if λΔt/2 > 1 - |b|², |b| = Δt|Ω|/4.
    subroutine note_instability(scene, omega, notes)
       type(scene_t), intent(in) :: scene
-      !> Ω, body axes, rad/s; shape (3).
+      !> Angular velocity Ω, body axes, rad/s; shape (3).
       real(wp), intent(in) :: omega(3)
       type(note_t), allocatable, intent(inout) :: notes(:)
       real(wp) :: least, middle, most, rate, growth
@@ -103,7 +103,7 @@ contains
       character(len=*), intent(in) :: text
       type(note_t), allocatable :: longer(:)
       integer :: i, n
-      ! Not an array constructor: gfortran loses the components of what stands in one.
+      ! There is no array constructor here: gfortran loses the components of its elements.
       n = size(notes)
       allocate (longer(n + 1))
       do i = 1, n

@@ -1,5 +1,5 @@
 !> The files that a command reads and writes. Each output has its own name, is none of the inputs, and replaces only a
-!> file of the same kind, which its first bytes tell.
+!> file of the same kind, which is recognised by its first bytes.
 module nutate_outputs
    use nutate_console, only: say_error, EXIT_INPUT
    use nutate_files, only: goes_to_file, partial_name, same_file
@@ -17,25 +17,25 @@ module nutate_outputs
    public :: EVENTS, HISTORY, ROWS, ROWS_AS_CSV, MEANS, COSTS, PAGE, CHECKPOINT, LISTING, AEM, GLTF, &
       RESIDUALS, FITTED, LINEARIZATION, picture_kind
 
-   !> What a command writes: places in `kinds`.
+   !> Kinds of output files: positions in `kinds`.
    integer, parameter :: EVENTS = 1, HISTORY = 2, ROWS = 3, ROWS_AS_CSV = 4, MEANS = 5, COSTS = 6, PAGE = 7, SVG = 8, &
                          PNG = 10, CHECKPOINT = 11, LISTING = 13, PDF = 14, AEM = 15, GLTF = 16, &
                          RESIDUALS = 17, FITTED = 18, LINEARIZATION = 19
-   !> Bytes by which a file is recognised.
+   !> Number of bytes by which a file is recognised.
    integer, parameter :: longest_start = 24
 
    !> One kind of file.
    type :: kind_t
-      !> What it is, and how a message names what goes there.
+      !> Name of the kind, and phrase by which a message names the content.
       character(len=24) :: words, content
-      !> How it begins.
+      !> First bytes of the file, in lower case.
       character(len=longest_start) :: start
-      !> It is CSV, and must not have the name of another format.
+      !> True if the file is CSV and must not have the name of another format.
       logical :: is_csv = .false.
    end type kind_t
 
-   !> All kinds. Of two that begin alike the longer beginning comes first; those with the same words are one kind, such
-   !> as the means of a sweep and its sums while it runs.
+   !> All kinds of files. If two begin alike, the longer beginning comes first. Entries with the same words are one
+   !> kind, such as the means of a sweep and its sums while it runs.
    type(kind_t), parameter :: kinds(19) = [ &
       kind_t('a file of events', 'events go', 't,event,', .true.), &
       kind_t('a history', 'rows go', 't,', .true.), &
@@ -57,36 +57,36 @@ module nutate_outputs
       kind_t('a fitted scene', 'fitted scene goes', '! nutate fit of '), &
       kind_t('a linearisation as JSON', 'linearisation goes', '{"nutate":')]
 
-   !> One file.
+   !> File of a command.
    type :: item_t
       character(len=:), allocatable :: name
-      !> 0: it is read.
+      !> Position in `kinds`; 0 for a file that is read.
       integer :: kind = 0
-      !> What it is that is read.
+      !> Description of a file that is read.
       character(len=:), allocatable :: words
    end type item_t
 
    !> The files of a command.
    type :: outputs_t
-      !> The first thing that is wrong with them, in a line; empty if nothing is.
+      !> First problem with the files, in a line; empty if there is none.
       character(len=:), allocatable :: problem
       type(item_t), allocatable, private :: items(:)
    contains
-      !> Begins with what is read: a file, or a scene with its tables.
+      !> Adds an input, a file or a scene with its tables, before any output.
       procedure :: read_file
       procedure :: read_scene
       !> Adds a file to be written.
       procedure :: add
-      !> Says what is wrong.
+      !> Reports the problem, if there is one.
       procedure :: report
    end type outputs_t
 
 contains
 
-   !> Begins with a file that is read.
+   !> Adds a file that is read.
    subroutine read_file(self, name, words)
       class(outputs_t), intent(inout) :: self
-      !> Its path, and what it is.
+      !> Path and description of the file.
       character(len=*), intent(in) :: name, words
       if (.not. allocated(self%items)) then
          allocate (self%items(0))
@@ -111,7 +111,7 @@ contains
       call move_alloc(longer, items)
    end subroutine append
 
-   !> Begins with a scene and the tables that it names.
+   !> Adds a scene and the tables that it names, all of which are read.
    subroutine read_scene(self, scene)
       class(outputs_t), intent(inout) :: self
       type(scene_t), intent(in) :: scene
@@ -134,10 +134,10 @@ contains
 
    !> Adds a file to be written, unless it has no name.
    subroutine add(self, name, kind)
-      !> With what is read.
+      !> Files of the command, with its inputs.
       class(outputs_t), intent(inout) :: self
       character(len=*), intent(in) :: name
-      !> `HISTORY`, ...
+      !> Kind of the file: `HISTORY`, ...
       integer, intent(in) :: kind
       integer :: i
       if (name == '' .or. self%problem /= '') return
@@ -152,24 +152,24 @@ contains
       call append(self%items, name, kind, '')
    end subroutine add
 
-   !> Says what is wrong with the files, if anything is.
+   !> Reports the problem with the files, if there is one.
    subroutine report(self, exit_code)
       class(outputs_t), intent(in) :: self
-      !> Changed where something is wrong.
+      !> Exit code, changed if there is a problem.
       integer, intent(inout) :: exit_code
       if (self%problem == '') return
       call say_error('nutate: '//self%problem)
       exit_code = EXIT_INPUT
    end subroutine report
 
-   !> The kind of a picture of this name.
+   !> Returns the kind of a picture with this name.
    pure integer function picture_kind(name) result(kind)
-      !> `is_picture`.
+      !> Name of a picture, as `is_picture` requires.
       character(len=*), intent(in) :: name
       kind = merge(SVG, merge(PDF, PNG, name(len(name) - 3:) == '.pdf'), name(len(name) - 3:) == '.svg')
    end function picture_kind
 
-   !> What is wrong with the end of a name; empty if nothing is.
+   !> Returns the problem with the ending of a name; empty if there is none.
    function format_problem(name, kind) result(problem)
       character(len=*), intent(in) :: name
       integer, intent(in) :: kind
@@ -180,14 +180,14 @@ contains
       if (problem /= '') problem = printable_path(name)//' '//problem//' (expected a name such as NAME.csv)'
    end function format_problem
 
-   !> Why a file cannot have this name beside another one; empty if it can.
+   !> Returns why a file cannot have this name beside another file; empty if it can.
    function clash(other, name) result(problem)
       type(item_t), intent(in) :: other
       character(len=*), intent(in) :: name
       character(len=:), allocatable :: problem
       logical :: same
       problem = ''
-      ! What goes to a device may go there twice.
+      ! Two outputs may go to the same device, but not both to standard output.
       same = other%name == name .and. name == '-'
       if (goes_to_file(name)) same = same_file(other%name, name)
       if (.not. same) return
@@ -199,13 +199,13 @@ contains
       problem = problem//' (expected another name)'
    end function clash
 
-   !> Why a file cannot take the place of one that is there; empty if it can.
+   !> Returns why a file cannot replace an existing one; empty if it can.
    function objection(path, kind, is_whole) result(problem)
-      !> Of the file that is there; empty for none.
+      !> Path of the existing file; empty for none.
       character(len=*), intent(in) :: path
-      !> Of the new one.
+      !> Kind of the new file.
       integer, intent(in) :: kind
-      !> It is a finished file; remains of a crash that show no kind can go.
+      !> True for a finished file; remains of a crash that show no kind can be replaced.
       logical, intent(in) :: is_whole
       character(len=:), allocatable :: problem, start
       integer :: there

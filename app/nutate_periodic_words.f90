@@ -1,4 +1,4 @@
-!> The periodic motion on which a scene starts, in the words of `check` and of the summary of a run.
+!> Periodic motion on which a scene starts, in the words of `check` and of the summary of a run.
 module nutate_periodic_words
    use nutate_console, only: page_t, plural, vector_text
    use nutate_decimal, only: rounded_text
@@ -11,10 +11,10 @@ module nutate_periodic_words
 
 contains
 
-   !> Adds what Newton's method found: the free librations by the multipliers, stability, condition, families.
+   !> Adds the result of Newton's method: the free librations by the multipliers, stability, condition, families.
    subroutine add_periodic(page, start)
       type(page_t), intent(inout) :: page
-      !> Nothing is added for one without revolutions.
+      !> Periodic initial state; nothing is added if it has no revolutions.
       type(periodic_start_t), intent(in) :: start
       if (start%revolutions == 0) return
       call page%item('periodic motion', 'closes to '//rounded_text(start%defect, 2)//' rad and mean motions, after '// &
@@ -29,7 +29,7 @@ contains
          'singular in '//plural(int(start%n_families, long), 'direction')//', which the smallest correction left alone')
    end subroutine add_periodic
 
-   !> What the multipliers say of stability.
+   !> Returns in words the stability that the multipliers imply.
    function multipliers_text(start) result(text)
       type(periodic_start_t), intent(in) :: start
       character(len=:), allocatable :: text

@@ -1,4 +1,4 @@
-!> Claims the file of a picture, and says what is wrong with a file, in one line.
+!> Claims the file of a picture, and reports a problem with a file in one line.
 module nutate_picture_opening
    use nutate_console, only: say_error, EXIT_OUTPUT
    use nutate_gnuplot, only: picture_t, gnuplot_is_here
@@ -13,10 +13,10 @@ contains
 
    !> Claims the file of a picture, if there is a gnuplot to draw it.
    subroutine open_picture(name, picture, exit_code)
-      !> `is_picture`.
+      !> Name of a picture, as `is_picture` requires.
       character(len=*), intent(in) :: name
       type(picture_t), intent(inout) :: picture
-      !> Changed on failure.
+      !> Exit code, changed on failure.
       integer, intent(inout) :: exit_code
       type(status_t) :: status
       if (gnuplot_is_here()) then
@@ -28,11 +28,11 @@ contains
       end if
    end subroutine open_picture
 
-   !> Says that a file cannot be written, if so.
+   !> Reports a file that cannot be written; does nothing on success.
    subroutine report_file(name, status, exit_code)
       character(len=*), intent(in) :: name
       type(status_t), intent(in) :: status
-      !> Changed on failure.
+      !> Exit code, changed on failure.
       integer, intent(inout) :: exit_code
       if (status%ok()) return
       call say_error('nutate: cannot write '//printable_path(name)//': '//trim(status%message))

@@ -53,8 +53,8 @@ contains
       if (exit_code == EXIT_SUCCESS) call note_sparse_rows(command%scene)
    end subroutine plot_command
 
-   !> Notes rows between which the body turns by half a revolution or more, if the history has the angular velocity:
-   !> curves through them show other oscillations.
+   !> Notes rows between which the body rotates by half a revolution or more, if the history has the angular velocity:
+   !> curves through such rows show false oscillations.
    subroutine note_sparse_rows(file)
       character(len=*), intent(in) :: file
       type(recorded_t) :: history
@@ -80,7 +80,7 @@ contains
       end do
    end subroutine note_sparse_rows
 
-   !> A name without `.csv` at its end.
+   !> Returns a name without `.csv` at its end.
    pure function without_csv(name) result(stem)
       character(len=*), intent(in) :: name
       character(len=:), allocatable :: stem
@@ -91,13 +91,13 @@ contains
 
    !> Reads a history and draws it.
    subroutine draw_file(file, name, title, columns, picture, exit_code)
-      !> The history, the picture, and what stands above it: the name of the history where this is blank.
+      !> Paths of the history and of the picture, and the title; a blank title is the name of the history.
       character(len=*), intent(in) :: file, name, title
       !> Names of columns and of sets, comma separated; empty: all columns of nutate.
       character(len=*), intent(in) :: columns
-      !> Open; complete or given up on return.
+      !> Picture, open; complete or discarded on return.
       type(picture_t), intent(inout) :: picture
-      !> Changed on failure.
+      !> Exit code, changed on failure.
       integer, intent(inout) :: exit_code
       type(recorded_t) :: history
       type(status_t) :: status
@@ -129,12 +129,12 @@ contains
 
    !> Chooses the columns that are drawn.
    pure subroutine choose_columns(names, columns, wanted, problem)
-      !> Of all columns of the history, `t` first.
+      !> Names of all columns of the history, `t` first.
       character(len=*), intent(in) :: names(:)
       !> Names of columns and of sets, comma separated; empty: all columns of nutate.
       character(len=*), intent(in) :: columns
       character(len=name_length), allocatable, intent(out) :: wanted(:)
-      !> What is wrong, to be written after the name of the file; empty on success.
+      !> Error message, to be written after the name of the file; empty on success.
       character(len=:), allocatable, intent(inout) :: problem
       logical :: chosen(size(names)), found(size(names))
       integer :: i
@@ -159,7 +159,7 @@ contains
    !> Returns what to write in the place of an unknown name: the columns of the history, and the nearest one.
    pure function hint(names, nearest) result(text)
       character(len=*), intent(in) :: names(:)
-      !> Blank if there is none.
+      !> Nearest known name; blank if there is none.
       character(len=*), intent(in) :: nearest
       character(len=:), allocatable :: text
       integer :: i

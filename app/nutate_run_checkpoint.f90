@@ -1,7 +1,7 @@
-!> Checkpoints: how to go on with a run, in a file that is replaced at once and tells damage.
+!> Checkpoints: the data to resume a run, in a file that is replaced at once and detects damage.
 !>
-!> It holds which scene it belongs to, with which numbers of which version, and where the rows are; then, as archives,
-!> what the watcher and the run itself need.
+!> A checkpoint holds the version, the precision, the groups of the scene and the path of the rows, followed by the
+!> archives of the watcher and of the run.
 module nutate_run_checkpoint
    use nutate_byte_archive, only: byte_archive_t
    use nutate_files, only: remove_file
@@ -18,32 +18,32 @@ module nutate_run_checkpoint
 
    public :: checkpoint_t, read_checkpoint
 
-   !> What a checkpoint begins with: its kind, and the number of its format, which changes with what an archive holds.
+   !> First bytes of a checkpoint: its kind, and the number of its format, which changes with the content of an archive.
    character(len=*), parameter :: signature = 'nutate checkpoint 3'//achar(10)
 
-   !> Where and when checkpoints of a run are written.
+   !> File and schedule of the checkpoints of a run.
    type :: checkpoint_t
-      !> Not allocated where there are none.
+      !> Path of the file; not allocated if there are no checkpoints.
       character(len=:), allocatable :: file
-      !> Time between them, s.
+      !> Time between checkpoints, s.
       real(wp) :: every = 60.0_wp
-      !> There is one.
+      !> True if a checkpoint exists.
       logical :: written = .false.
-      !> The scene's groups, and where its rows go.
+      !> Groups of the scene, and path of its rows.
       type(group_t), allocatable, private :: groups(:)
       character(len=:), allocatable, private :: output
-      !> Clock count at which the next one is due, and counts between two.
+      !> Clock count at which the next checkpoint is due, and counts between two checkpoints.
       integer(long), private :: due = 0, interval = 0
    contains
       !> Stores the scene.
       procedure :: prepare
-      !> True if checkpoints are written at all.
+      !> Returns true if checkpoints are written at all.
       procedure :: is_wanted
-      !> True if it is time for one.
+      !> Returns true if a checkpoint is due.
       procedure :: is_due
-      !> Writes one.
+      !> Writes a checkpoint.
       procedure :: write => write_checkpoint
-      !> Removes the last one.
+      !> Removes the last checkpoint.
       procedure :: remove
    end type checkpoint_t
 
@@ -53,10 +53,10 @@ contains
    subroutine prepare(self, file, every, scene, is_resumed)
       class(checkpoint_t), intent(inout) :: self
       character(len=*), intent(in) :: file
-      !> s.
+      !> Time between checkpoints, s.
       real(wp), intent(in) :: every
       type(scene_t), intent(in) :: scene
-      !> The file holds the checkpoint that the run goes on from.
+      !> True if the file holds the checkpoint that the run resumes.
       logical, intent(in) :: is_resumed
       integer(long) :: rate
       self%file = file
@@ -68,13 +68,13 @@ contains
       self%interval = int(every*real(rate, wp), long)
    end subroutine prepare
 
-   !> True if checkpoints are written at all.
+   !> Returns true if checkpoints are written at all.
    pure logical function is_wanted(self)
       class(checkpoint_t), intent(in) :: self
       is_wanted = allocated(self%file)
    end function is_wanted
 
-   !> True if it is time for one.
+   !> Returns true if a checkpoint is due.
    pure logical function is_due(self, now)
       class(checkpoint_t), intent(in) :: self
       !> Count of the system clock.
@@ -83,10 +83,10 @@ contains
       if (allocated(self%file)) is_due = now >= self%due
    end function is_due
 
-   !> Writes what a run needs to go on. Errors: `NUTATE_IO`; the last one stays then.
+   !> Writes a checkpoint. Errors: `NUTATE_IO`; the last checkpoint stays then.
    subroutine write_checkpoint(self, content, status)
       class(checkpoint_t), intent(inout) :: self
-      !> What the watcher and the run put in archives.
+      !> Archives of the watcher and of the run.
       character(len=*), intent(in) :: content
       type(status_t), intent(out) :: status
       type(byte_archive_t) :: archive
@@ -102,7 +102,7 @@ contains
       self%written = self%written .or. status%ok()
    end subroutine write_checkpoint
 
-   !> Removes the last one. Errors: `NUTATE_IO`.
+   !> Removes the last checkpoint. Errors: `NUTATE_IO`.
    subroutine remove(self, status)
       class(checkpoint_t), intent(inout) :: self
       type(status_t), intent(out) :: status
@@ -113,11 +113,11 @@ contains
    !> Reads a checkpoint of a scene.
    subroutine read_checkpoint(file, scene, content, problem)
       character(len=*), intent(in) :: file
-      !> The name of its output is set to what it was.
+      !> Scene of the run; the path of its output is set to that in the checkpoint.
       type(scene_t), intent(inout) :: scene
-      !> What the watcher and the run put in archives.
+      !> Archives of the watcher and of the run.
       character(len=:), allocatable, intent(out) :: content
-      !> What is wrong, one line; empty if nothing is.
+      !> Error message, one line; empty on success.
       character(len=:), allocatable, intent(out) :: problem
       type(byte_archive_t) :: archive
       character(len=:), allocatable :: bytes
@@ -135,11 +135,11 @@ contains
       if (problem /= '') problem = printable_path(file)//' '//problem
    end subroutine read_checkpoint
 
-   !> Version, numbers and scene: put in an archive, or compared with those of one.
+   !> Puts version, precision and scene into an archive, or compares them with those in the archive.
    subroutine transfer_origin(archive, groups, problem)
       type(byte_archive_t), intent(inout) :: archive
       type(group_t), intent(in) :: groups(:)
-      !> How they differ; empty where they do not.
+      !> Difference in words; empty if there is none.
       character(len=:), allocatable, intent(out) :: problem
       character(len=:), allocatable :: text, here
       integer :: bits, n, i

@@ -33,12 +33,12 @@ module nutate_run_command
 
    public :: run_command
 
-   !> What looks on while trial runs find the steps of a run: a progress bar for each of them, and signals.
+   !> Observer of the trial runs that find the steps of a run: shows a progress bar for each, and ends them on a signal.
    type, extends(stop_watcher_t) :: trial_watcher_t
       type(progress_bar_t) :: progress
-      !> Trial runs so far, that under way included.
+      !> Number of trial runs so far, including the current one.
       integer(long), private :: runs = 0
-      !> Start and length of each run, s.
+      !> Start time and duration of each run, s.
       real(wp), private :: t_first = 0.0_wp, duration = 0.0_wp
    contains
       !> Starts the clock.
@@ -92,7 +92,7 @@ contains
    subroutine run_scene(command, scene, archive, exit_code)
       type(command_t), intent(in) :: command
       type(scene_t), intent(inout) :: scene
-      !> What the watcher of the interrupted run put in an archive; not allocated for a run from the start.
+      !> Archive of the watcher of the interrupted run; not allocated for a run from the start.
       type(byte_archive_t), allocatable, intent(inout) :: archive
       integer, intent(inout) :: exit_code
       type(run_t) :: run
@@ -123,11 +123,11 @@ contains
       if (exit_code == EXIT_SUCCESS) call simulate(command, scene, run, watcher, archive, exit_code)
    end subroutine run_scene
 
-   !> Reads the checkpoint that the run is to go on from, if there is one.
+   !> Reads the checkpoint that the run resumes, if there is one.
    subroutine load_checkpoint(command, scene, archive, exit_code)
       type(command_t), intent(in) :: command
       type(scene_t), intent(inout) :: scene
-      !> What the watcher of the interrupted run put in an archive; not allocated for a run from the start.
+      !> Archive of the watcher of the interrupted run; not allocated for a run from the start.
       type(byte_archive_t), allocatable, intent(out) :: archive
       integer, intent(out) :: exit_code
       character(len=:), allocatable :: content, problem
@@ -149,7 +149,7 @@ contains
       exit_code = EXIT_SUCCESS
    end subroutine load_checkpoint
 
-   !> Refuses names by which the run would destroy what is there, or what it writes itself.
+   !> Rejects file names that would overwrite an input, a file of another kind or each other.
    subroutine check_names(command, scene, exit_code)
       type(command_t), intent(in) :: command
       type(scene_t), intent(in) :: scene
@@ -172,14 +172,14 @@ contains
       call files%report(exit_code)
    end subroutine check_names
 
-   !> True where checkpoints go on in the file of the one resumed.
+   !> Returns true if the run writes its checkpoints to the file that it resumes.
    logical function is_resumed(command)
       type(command_t), intent(in) :: command
       is_resumed = .false.
       if (allocated(command%resume)) is_resumed = same_file(command%resume, command%checkpoint)
    end function is_resumed
 
-   !> Finds the steps that keep to the scene's accuracy.
+   !> Finds the steps that meet the accuracy of the scene.
    subroutine find_steps(command, scene, run, exit_code)
       type(command_t), intent(in) :: command
       type(scene_t), intent(in) :: scene
@@ -196,7 +196,7 @@ contains
       if (status%code == NUTATE_STOPPED) exit_code = EXIT_SIGNAL + caught_signal()
    end subroutine find_steps
 
-   !> Says how many steps and rows to expect; refuses more rows than are written by default.
+   !> Reports the expected steps and rows; rejects more rows than are written by default.
    subroutine expect(command, scene, run, exit_code)
       type(command_t), intent(in) :: command
       type(scene_t), intent(in) :: scene
@@ -214,7 +214,7 @@ contains
       if (.not. command%quiet .and. text /= '') call say_error(text)
    end subroutine expect
 
-   !> Opens the history, or goes on with that of an archive.
+   !> Opens the history, or continues the history of an archive.
    subroutine open_history(command, scene, watcher, archive, exit_code)
       type(command_t), intent(in) :: command
       type(scene_t), intent(in) :: scene
@@ -254,7 +254,7 @@ contains
       end if
    end subroutine open_history
 
-   !> The file of the events; blank where there is none.
+   !> Returns the path of the file of the events; blank if there are no events.
    function events_file(scene) result(name)
       type(scene_t), intent(in) :: scene
       character(len=:), allocatable :: name
@@ -264,8 +264,7 @@ contains
       if (name == '') name = events_name(scene%output%file)
    end function events_file
 
-   !> Opens the file of the events, or goes on with that of an archive; where that fails, the history is not kept
-   !> either.
+   !> Opens the file of the events, or continues that of an archive. On failure, the history is abandoned too.
    subroutine open_events(command, scene, watcher, archive, exit_code)
       type(command_t), intent(in) :: command
       type(scene_t), intent(in) :: scene
@@ -294,7 +293,7 @@ contains
       end if
    end subroutine open_events
 
-   !> Ends the file of the events: complete, with its name, or not. Errors: `NUTATE_IO`.
+   !> Ends the file of the events: complete, with its name, or abandoned. Errors: `NUTATE_IO`.
    subroutine close_events(watcher, is_complete, status)
       type(run_watcher_t), intent(inout) :: watcher
       logical, intent(in) :: is_complete
@@ -313,7 +312,7 @@ contains
       type(scene_t), intent(in) :: scene
       type(run_t), intent(inout) :: run
       type(run_watcher_t), intent(inout) :: watcher
-      !> What the watcher of the interrupted run put in an archive; not allocated for a run from the start.
+      !> Archive of the watcher of the interrupted run; not allocated for a run from the start.
       type(byte_archive_t), allocatable, intent(inout) :: archive
       integer, intent(out) :: exit_code
       type(status_t) :: status
@@ -329,7 +328,7 @@ contains
       end if
    end subroutine simulate
 
-   !> Gives the watcher its part of an archive, and the rest to the run.
+   !> Gives the watcher its part of an archive, and the run the rest.
    subroutine resume(run, watcher, archive, status)
       type(run_t), intent(inout) :: run
       type(run_watcher_t), intent(inout) :: watcher
@@ -344,7 +343,7 @@ contains
       call run%resume(inner, status)
    end subroutine resume
 
-   !> Gives a complete history its name and says what the run came to.
+   !> Gives a complete history its name and shows the summary of the run.
    subroutine complete(command, scene, watcher, run, exit_code)
       type(command_t), intent(in) :: command
       type(scene_t), intent(in) :: scene
@@ -374,12 +373,12 @@ contains
       if (.not. command%quiet) call show_page(summary_page(scene, watcher, run), STANDARD_ERROR, exit_code)
    end subroutine complete
 
-   !> Ends a history that is not complete, and says why it is not.
+   !> Ends an incomplete history, and reports why it is incomplete.
    subroutine give_up(scene, run, watcher, status, exit_code)
       type(scene_t), intent(in) :: scene
       type(run_t), intent(in) :: run
       type(run_watcher_t), intent(inout) :: watcher
-      !> Why the run ended.
+      !> Status that ended the run.
       type(status_t), intent(in) :: status
       integer, intent(out) :: exit_code
       type(status_t) :: closing
@@ -405,16 +404,16 @@ contains
    !> Starts the clock.
    subroutine start(self, t_first, end_time, wanted)
       class(trial_watcher_t), intent(inout) :: self
-      !> Start and end of each run, s.
+      !> Start and end times of each run, s.
       real(wp), intent(in) :: t_first, end_time
-      !> A progress bar is wanted.
+      !> True if a progress bar is wanted.
       logical, intent(in) :: wanted
       self%t_first = t_first
       self%duration = end_time - t_first
       call self%progress%start(wanted)
    end subroutine start
 
-   !> Stores the first state of a run for a new run.
+   !> Counts a trial run when its first state arrives, and labels the progress bar.
    subroutine count_run(self, system, state, record, status)
       class(trial_watcher_t), intent(inout) :: self
       type(system_t), intent(in) :: system

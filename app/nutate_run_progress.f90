@@ -1,4 +1,4 @@
-!> A progress bar on standard error: only where that is a terminal, only when a run is long.
+!> Progress bar on standard error: shown only on a terminal, and only if a run is long.
 module nutate_run_progress
    use nutate_console, only: count_text
    use nutate_decimal, only: rounded_text
@@ -12,25 +12,25 @@ module nutate_run_progress
 
    !> Runs that end sooner show no bar, s.
    real(wp), parameter :: patience = 0.5_wp
-   !> Least time between two pictures, s.
+   !> Least time between two updates of the bar, s.
    real(wp), parameter :: interval = 0.1_wp
    integer, parameter :: bar_width = 40
-   !> Characters of the whole line.
+   !> Characters of the line with the bar.
    integer, parameter :: line_width = 76
 
    type :: progress_bar_t
       private
       logical :: enabled = .false.
       logical :: visible = .false.
-      !> What stands before the bar.
+      !> Label before the bar.
       character(len=24) :: label = ''
       integer(long) :: started = 0, next = 0, rate = 1
    contains
       !> Starts the clock.
       procedure :: start
-      !> Says what the bar is about.
+      !> Sets the label of the bar.
       procedure :: name
-      !> Shows how far the run is, if it is time to.
+      !> Updates the bar, if an update is due.
       procedure :: update
       !> Removes the bar.
       procedure :: erase
@@ -48,17 +48,17 @@ contains
       self%next = self%started + int(patience*real(self%rate, wp), long)
    end subroutine start
 
-   !> Says what the bar is about.
+   !> Sets the label of the bar.
    subroutine name(self, label)
       class(progress_bar_t), intent(inout) :: self
       character(len=*), intent(in) :: label
       self%label = label
    end subroutine name
 
-   !> Shows how far the run is, if it is time to.
+   !> Updates the bar, if an update is due.
    subroutine update(self, fraction, now)
       class(progress_bar_t), intent(inout) :: self
-      !> How much of the run is done, 0 to 1.
+      !> Fraction of the run that is done, 0 to 1.
       real(wp), intent(in) :: fraction
       !> Count of the system clock.
       integer(long), intent(in) :: now
@@ -74,12 +74,11 @@ contains
                                                          elapsed), status)
    end subroutine update
 
-   !> The bar, the part done and the time left, which of a bar with a label is not known; shape: `line_width`
-   !> characters.
+   !> Returns the bar, the part done and, for a bar without label, the time left; shape: `line_width` characters.
    pure function picture(label, fraction, elapsed) result(line)
       character(len=*), intent(in) :: label
       real(wp), intent(in) :: fraction
-      !> s.
+      !> Time since the start, s.
       real(wp), intent(in) :: elapsed
       character(len=line_width) :: line
       character(len=:), allocatable :: left

@@ -16,11 +16,11 @@ module nutate_run_reports
 
 contains
 
-   !> Says that the output cannot be written.
+   !> Reports that the output cannot be written.
    subroutine report_output(scene, status, kept)
       type(scene_t), intent(in) :: scene
       type(status_t), intent(in) :: status
-      !> Where rows are kept.
+      !> Location of the rows, as `kept_rows` returns it.
       character(len=*), intent(in), optional :: kept
       character(len=:), allocatable :: name
       name = printable_path(scene%output%file)
@@ -32,13 +32,13 @@ contains
       end if
    end subroutine report_output
 
-   !> Says that the checkpoint cannot be written or removed.
+   !> Reports that the checkpoint cannot be written or removed.
    subroutine report_checkpoint(what, watcher, status, kept)
-      !> `write` or `remove`.
+      !> Action that failed: `write` or `remove`.
       character(len=*), intent(in) :: what
       type(run_watcher_t), intent(in) :: watcher
       type(status_t), intent(in) :: status
-      !> Where rows are kept.
+      !> Location of the rows, as `kept_rows` returns it.
       character(len=*), intent(in), optional :: kept
       character(len=:), allocatable :: line
       line = 'nutate: cannot '//what//' checkpoint '//printable_path(watcher%checkpoint%file)//': '// &
@@ -47,7 +47,7 @@ contains
       call say_error(line)
    end subroutine report_checkpoint
 
-   !> Says when and why a run failed and where its rows are.
+   !> Reports when and why a run failed, and the location of its rows.
    subroutine report_failure(scene, watcher, t, summary, status, closing)
       type(scene_t), intent(in) :: scene
       type(run_watcher_t), intent(in) :: watcher
@@ -55,20 +55,20 @@ contains
       real(wp), intent(in) :: t
       type(run_summary_t), intent(in) :: summary
       type(status_t), intent(in) :: status
-      !> What closing the history came to.
+      !> Status of closing the history.
       type(status_t), intent(in) :: closing
       call say_error('nutate: '//printable_path(scene%file)//': stopped at t = '//rounded_text(t, 9)//' s after '// &
                      plural(summary%steps, 'step')//': '//trim(status%message)//kept_rows(watcher, closing))
    end subroutine report_failure
 
-   !> Says by which signal a run was stopped, and when, if it had begun.
+   !> Reports by which signal a run was stopped, and when, if it had begun.
    subroutine report_signal(scene, watcher, t, summary, closing)
       type(scene_t), intent(in) :: scene
       type(run_watcher_t), intent(in), optional :: watcher
       !> Time reached, s.
       real(wp), intent(in), optional :: t
       type(run_summary_t), intent(in), optional :: summary
-      !> What closing the history came to.
+      !> Status of closing the history.
       type(status_t), intent(in), optional :: closing
       character(len=:), allocatable :: line
       line = 'nutate: '//printable_path(scene%file)//': stopped by '//signal_name()
@@ -81,10 +81,10 @@ contains
       call say_error(line)
    end subroutine report_signal
 
-   !> Where the rows of an incomplete history are, and how to go on with it.
+   !> Returns the location of the rows of an incomplete history, and how to resume the run.
    function kept_rows(watcher, closing) result(text)
       type(run_watcher_t), intent(in) :: watcher
-      !> What closing the history came to.
+      !> Status of closing the history.
       type(status_t), intent(in) :: closing
       character(len=:), allocatable :: text
       text = ''

@@ -1,7 +1,7 @@
-!> Signals that ask the program to stop: SIGINT, SIGTERM and SIGHUP.
+!> Signals that request a stop of the program: SIGINT, SIGTERM and SIGHUP.
 !>
-!> The first is noted and seen by the next `poll` of a run, which then ends in order; another one more than 0.2 s later
-!> kills at once.
+!> The first signal is noted. The next `poll` of a run detects it, and the run ends in order. Another signal more than
+!> 0.2 s later kills the program at once.
 module nutate_run_signals
    use, intrinsic :: iso_c_binding, only: c_int, c_ptr
    use nutate_kinds, only: wp
@@ -12,7 +12,7 @@ module nutate_run_signals
 
    public :: stop_watcher_t, watch_signals, caught_signal, signal_flag, signal_name, end_by_signal, check_signals
 
-   !> Ends runs without any other observer on a signal.
+   !> Observer that only ends runs on a signal.
    type, extends(observer_t) :: stop_watcher_t
    contains
       procedure :: poll => poll_signals
@@ -22,11 +22,11 @@ module nutate_run_signals
       !> Notes requests to stop from now on.
       subroutine watch_signals() bind(c, name='nutate_signals_watch')
       end subroutine watch_signals
-      !> Number of the signal that asked to stop; 0 for none.
+      !> Returns the number of the signal that requested the stop; 0 for none.
       integer(c_int) function caught_signal() bind(c, name='nutate_signals_caught')
          import :: c_int
       end function caught_signal
-      !> Where that number stands.
+      !> Returns the address of the number of the caught signal.
       type(c_ptr) function signal_flag() bind(c, name='nutate_signals_flag')
          import :: c_ptr
       end function signal_flag
@@ -39,13 +39,13 @@ module nutate_run_signals
 
 contains
 
-   !> `NUTATE_STOPPED` if a signal has asked to stop.
+   !> Returns `NUTATE_STOPPED` if a signal has requested the stop.
    subroutine check_signals(status)
       type(status_t), intent(inout) :: status
       if (caught_signal() /= 0) status = fail(NUTATE_STOPPED, 'it was stopped by '//signal_name())
    end subroutine check_signals
 
-   !> The name of the signal that asked to stop.
+   !> Returns the name of the signal that requested the stop.
    function signal_name() result(name)
       character(len=:), allocatable :: name
       character(len=12) :: number

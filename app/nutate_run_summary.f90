@@ -1,4 +1,4 @@
-!> What a run came to, for people.
+!> Summary of a run, for people.
 module nutate_run_summary
    use nutate_axes_words, only: add_space_axes
    use nutate_chaos, only: chaos_t
@@ -25,7 +25,7 @@ module nutate_run_summary
 
 contains
 
-   !> Steps, times, iterations and how well the invariants were kept over the rows.
+   !> Returns the summary: steps, times, iterations, and errors of the invariants over the rows.
    function summary_page(scene, watcher, run) result(page)
       type(scene_t), intent(in) :: scene
       type(run_watcher_t), intent(in) :: watcher
@@ -62,12 +62,12 @@ contains
       end do
    end function summary_page
 
-   !> Steps, times and iterations.
+   !> Adds steps, times and iterations.
    subroutine add_effort(page, scene, run, seconds, output_seconds)
       type(page_t), intent(inout) :: page
       type(scene_t), intent(in) :: scene
       type(run_t), intent(in) :: run
-      !> Wall time, all and that spent on rows, s.
+      !> Wall time, total and for rows, s.
       real(wp), intent(in) :: seconds, output_seconds
       real(wp) :: n
       n = max(real(run%summary%steps, wp), 1.0_wp)
@@ -101,7 +101,7 @@ contains
       has_certificates = effects%n_wheels == 0 .and. .not. has_controller(1, .false., effects)
    end function has_certificates
 
-   !> Steps that were chosen by their error.
+   !> Adds the number and the error of adaptive steps.
    subroutine add_control(page, plan, run)
       type(page_t), intent(inout) :: page
       type(run_plan_t), intent(in) :: plan
@@ -118,10 +118,10 @@ contains
       end if
    end subroutine add_control
 
-   !> The estimated error, beside the accuracy that was asked for.
+   !> Adds the estimated error, and the requested accuracy.
    subroutine add_error(page, accuracy, run)
       type(page_t), intent(inout) :: page
-      !> rad.
+      !> Requested attitude error, rad.
       real(wp), intent(in) :: accuracy
       type(run_t), intent(in) :: run
       character(len=:), allocatable :: text
@@ -144,7 +144,7 @@ contains
       call page%item('estimated error', text)
    end subroutine add_error
 
-   !> How often and when each event happened, what ended the run, and what switches have changed the energy by.
+   !> Adds the number and times of each event, whether an event ended the run, and the work of switches.
    subroutine add_events(page, watcher, run)
       type(page_t), intent(inout) :: page
       type(run_watcher_t), intent(in) :: watcher
@@ -176,7 +176,7 @@ contains
                                                 printable_path(watcher%events%file%name))
    end subroutine add_events
 
-   !> Indicators of chaos.
+   !> Adds the indicators of chaos.
    subroutine add_chaos(page, chaos)
       type(page_t), intent(inout) :: page
       type(chaos_t), intent(in) :: chaos
@@ -194,11 +194,11 @@ contains
       call page%item('FLI', rounded_text(chaos%fli(), 6)//', the largest logarithm of the deviation')
    end subroutine add_chaos
 
-   !> How well the invariants were kept.
+   !> Adds the errors of the invariants.
    subroutine add_invariants(page, invariants, effects)
       type(page_t), intent(inout) :: page
       type(invariants_t), intent(in) :: invariants
-      !> Where the space axes turn V - ω·l takes the place of V.
+      !> Active effects; if the space axes rotate, V - ω·l replaces V.
       type(effect_list_t), intent(in) :: effects
       call page%item('energy residual', rounded_text(invariants%energy_error(), 3)//' of the largest T + |'// &
                      trim(merge('V - omega.l', 'V          ', effects%frame_turns))//'|, '// &
@@ -212,7 +212,7 @@ contains
       end select
    end subroutine add_invariants
 
-   !> Which components of the space momentum the effects leave alone.
+   !> Returns in words the components of the space momentum that the effects conserve.
    function kept_momentum(invariants, effects) result(text)
       type(invariants_t), intent(in) :: invariants
       type(effect_list_t), intent(in) :: effects
@@ -224,7 +224,7 @@ contains
       case (ONLY_LENGTH)
          text = 'its length; the attitude is not integrated'
       case (ALONG_AXIS)
-         ! The axis and its opposite say the same: shown with its largest component positive.
+         ! The sign of the axis is arbitrary: its largest component is shown positive.
          text = 'component along '//vector_text( &
                 invariants%axis*sign(1.0_wp, invariants%axis(maxloc(abs(invariants%axis), 1))))
       case default
@@ -236,8 +236,8 @@ contains
       end select
    end function kept_momentum
 
-   !> The field of magnetorquers, space axes, T, where nothing but they, in one field at rest, and wheels act: m×B is
-   !> across it. Zero elsewhere; shape (3).
+   !> Returns the field of the magnetorquers, space axes, T, if only magnetorquers, in one field at rest, and wheels
+   !> act: m×B is across it. Zero otherwise; shape (3).
    pure function field_of_magnetorquers(effects) result(b)
       type(effect_list_t), intent(in) :: effects
       real(wp) :: b(3), field(3)
@@ -254,10 +254,11 @@ contains
       if (.not. alone) b = 0.0_wp
    end function field_of_magnetorquers
 
-   !> Name of what does work: of a torque, or `motor 1`, `friction 1`, ... of a wheel, or time-dependent potentials.
+   !> Returns the name of an effect that does work: of a torque, or `motor 1`, `friction 1`, ... of a wheel, or
+   !> time-dependent potentials.
    function worker_name(effects, i) result(name)
       type(effect_list_t), intent(in) :: effects
-      !> Position among what does work.
+      !> Position among the effects that do work.
       integer, intent(in) :: i
       character(len=:), allocatable :: name
       integer :: k
@@ -272,7 +273,7 @@ contains
       end if
    end function worker_name
 
-   !> Name of a torque: with what the scene calls it, or numbered where there are several of the name.
+   !> Returns the name of a torque: with its label in the scene, or numbered if several have the name.
    function torque_name(effects, i) result(name)
       type(effect_list_t), intent(in) :: effects
       !> Position among the torques.
@@ -291,7 +292,7 @@ contains
       if (count(same) > 1) name = name//' '//count_text(count(same(1:i), kind=long))
    end function torque_name
 
-   !> The name of the history.
+   !> Returns the name of the history.
    function output_name(scene) result(name)
       type(scene_t), intent(in) :: scene
       character(len=:), allocatable :: name

@@ -20,7 +20,7 @@ contains
       type(command_t), intent(in) :: command
       type(scene_t), intent(out) :: scene
       type(status_t), intent(out) :: status
-      !> What is wrong, one printable line that names the options of the command line; empty on success.
+      !> Error message, one printable line that names the options of the command line; empty on success.
       character(len=:), allocatable, intent(out) :: message
       call read_scene(command%scene, scene, status, message, command%overrides)
       if (status%code == NUTATE_IO .and. did_you_mean(command%scene, '.nml') /= '') &
@@ -28,7 +28,7 @@ contains
       message = naming_options(message)
    end subroutine read_scene_of
 
-   !> Returns a message about an override that names the option of the command line; any other as it is.
+   !> Returns a message about an override with the option of the command line; returns other messages unchanged.
    pure function naming_options(message) result(text)
       character(len=*), intent(in) :: message
       character(len=:), allocatable :: text
@@ -37,7 +37,7 @@ contains
       if (index(message, PLACE_OF_UNSET) == 1) text = '--unset: '//message(len(PLACE_OF_UNSET) + 1:)
    end function naming_options
 
-   !> Reads the scene; what is wrong with it is reported in one line.
+   !> Reads the scene; reports an error in one line.
    subroutine load_scene(command, scene, exit_code)
       type(command_t), intent(in) :: command
       type(scene_t), intent(out) :: scene

@@ -31,10 +31,10 @@ module nutate_sweep_command
 
 contains
 
-   !> Runs the members that are wanted, or one of them, or puts files together.
+   !> Runs the requested members, runs one member alone, or merges files.
    subroutine sweep_command(command, workers, exit_code)
       type(command_t), intent(in) :: command
-      !> Who runs them.
+      !> Workers that run the members.
       class(sweep_workers_t), intent(inout) :: workers
       integer, intent(out) :: exit_code
       type(scene_t) :: scene
@@ -67,7 +67,7 @@ contains
    subroutine read_ensemble(command, scene, message)
       type(command_t), intent(in) :: command
       type(scene_t), intent(out) :: scene
-      !> What is wrong with it, in a line; blank if nothing is.
+      !> Error message, in a line; blank on success.
       character(len=:), allocatable, intent(out) :: message
       type(status_t) :: status
       call read_scene_of(command, scene, status, message)
@@ -77,10 +77,10 @@ contains
                                                    '(expected it, with the number of members)'
    end subroutine read_ensemble
 
-   !> Which members are wanted, and where their rows go.
+   !> Chooses the requested members and the file of their rows.
    subroutine choose_members(command, scene, first, last, name)
       type(command_t), intent(in) :: command
-      !> With an ensemble.
+      !> Scene with an ensemble.
       type(scene_t), intent(in) :: scene
       integer(long), intent(out) :: first, last
       !> Path of the file.
@@ -96,7 +96,7 @@ contains
       if (allocated(command%output) .and. command%member == 0) name = command%output
    end subroutine choose_members
 
-   !> Refuses members that there are not, and options that do not go with the scene or the program.
+   !> Rejects members that do not exist, and options that do not fit the scene or the program.
    subroutine check_wishes(command, scene, name, last, exit_code)
       type(command_t), intent(in) :: command
       type(scene_t), intent(in) :: scene
@@ -131,12 +131,12 @@ contains
       if (len(name) > 4) ends_in_csv = any(name(len(name) - 3:) == ['.csv', '.CSV'])
    end function ends_in_csv
 
-   !> Refuses names by which the sweep would destroy what is there, or what it writes itself.
+   !> Rejects file names that would overwrite an input, a file of another kind or each other.
    subroutine check_names(command, scene, first, last, name, exit_code)
       type(command_t), intent(in) :: command
       type(scene_t), intent(in) :: scene
       integer(long), intent(in) :: first, last
-      !> Of the rows.
+      !> Path of the rows.
       character(len=*), intent(in) :: name
       integer, intent(inout) :: exit_code
       type(outputs_t) :: files
@@ -166,7 +166,7 @@ contains
       if (scene%events%count() > 0) call files%add(events_name(name), EVENTS)
    end subroutine add_history
 
-   !> Runs members to their file.
+   !> Runs members and writes their file.
    subroutine run_all(command, workers, scene, first, last, name, exit_code)
       type(command_t), intent(in) :: command
       class(sweep_workers_t), intent(inout) :: workers
@@ -205,7 +205,7 @@ contains
                                                         watcher, sweep)
    end subroutine run_all
 
-   !> Leaves a finished file alone, which must be of this sweep.
+   !> Keeps a finished file, which must belong to this sweep.
    subroutine keep_finished(command, scene, first, last, name, exit_code)
       type(command_t), intent(in) :: command
       type(scene_t), intent(in) :: scene
@@ -229,7 +229,7 @@ contains
       end if
    end subroutine keep_finished
 
-   !> Says why a sweep ended before its end.
+   !> Reports why a sweep ended early.
    subroutine give_up(workers, scene, sweep, status, name, exit_code)
       class(sweep_workers_t), intent(in) :: workers
       type(scene_t), intent(in) :: scene
@@ -252,7 +252,7 @@ contains
       end if
    end subroutine give_up
 
-   !> Writes the histories that the scene asks for, each beside the rows.
+   !> Writes the histories that the scene requests, next to the rows.
    subroutine write_histories(scene, layout, first, last, name, watcher, exit_code)
       type(scene_t), intent(in) :: scene
       type(row_layout_t), intent(in) :: layout
@@ -275,16 +275,16 @@ contains
       end do
    end subroutine write_histories
 
-   !> Where the history of a member goes.
+   !> Returns the path of the history of a member.
    pure function history_name(name, member) result(history)
-      !> Of the rows.
+      !> Path of the rows.
       character(len=*), intent(in) :: name
       integer(long), intent(in) :: member
       character(len=:), allocatable :: history
       history = stem_of(name)//'.member'//count_text(member)//'.csv'
    end function history_name
 
-   !> Where the history of the member goes that is run alone.
+   !> Returns the path of the history of the member that is run alone.
    pure function single_name(command, scene) result(name)
       type(command_t), intent(in) :: command
       type(scene_t), intent(in) :: scene
@@ -293,7 +293,7 @@ contains
       if (allocated(command%output)) name = command%output
    end function single_name
 
-   !> Writes finished rows as CSV where that is wanted, and says what they came to.
+   !> Writes finished rows as CSV if requested, and shows their summary.
    subroutine finish_output(command, scene, layout, first, last, name, exit_code, watcher, sweep)
       type(command_t), intent(in) :: command
       type(scene_t), intent(in) :: scene
@@ -313,7 +313,7 @@ contains
       call show_summary(scene, layout, last - first + 1, name, command%quiet, exit_code, watcher, sweep)
    end subroutine finish_output
 
-   !> Puts the files of parts together.
+   !> Merges the files of parts.
    subroutine merge_files(command, scene, name, exit_code)
       type(command_t), intent(in) :: command
       type(scene_t), intent(in) :: scene

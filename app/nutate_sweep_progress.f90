@@ -1,4 +1,4 @@
-!> What looks on while members run: a progress bar, and signals that ask for the end.
+!> Observer of running members: shows a progress bar, and ends the sweep on a signal.
 module nutate_sweep_progress
    use nutate_kinds, only: wp, long
    use nutate_run_progress, only: progress_bar_t
@@ -11,13 +11,13 @@ module nutate_sweep_progress
 
    type, extends(sweep_watcher_t) :: sweep_progress_t
       type(progress_bar_t) :: bar
-      !> Members that were done at the start.
+      !> Number of members that were done at the start.
       integer(long) :: before = -1
       integer(long), private :: started = 0, rate = 1
    contains
       !> Starts the clock.
       procedure :: start
-      !> Wall time since, s.
+      !> Returns the wall time since the start, s.
       procedure :: seconds
       procedure :: wants_end
       procedure :: report
@@ -28,13 +28,13 @@ contains
    !> Starts the clock.
    subroutine start(self, wanted)
       class(sweep_progress_t), intent(inout) :: self
-      !> A progress bar is wanted.
+      !> True if a progress bar is wanted.
       logical, intent(in) :: wanted
       call system_clock(self%started, self%rate)
       call self%bar%start(wanted)
    end subroutine start
 
-   !> Wall time since the start, s.
+   !> Returns the wall time since the start, s.
    real(wp) function seconds(self)
       class(sweep_progress_t), intent(in) :: self
       integer(long) :: now

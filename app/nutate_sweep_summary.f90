@@ -1,4 +1,4 @@
-!> What a sweep came to, for people.
+!> Summary of a sweep, for people.
 module nutate_sweep_summary
    use nutate_axes_words, only: add_space_axes
    use nutate_console, only: count_text, page_t, plural, say_error, show_page, EXIT_OUTPUT, EXIT_RUN
@@ -24,16 +24,16 @@ module nutate_sweep_summary
 
 contains
 
-   !> Adds up the rows and shows what they come to. Where no member reached its end the exit status says so.
+   !> Adds up the rows and shows their summary. The exit code is `EXIT_RUN` if no member reached its end.
    subroutine show_summary(scene, layout, members, name, quiet, exit_code, watcher, sweep)
       type(scene_t), intent(in) :: scene
       type(row_layout_t), intent(in) :: layout
       integer(long), intent(in) :: members
-      !> Of the file.
+      !> Path of the file.
       character(len=*), intent(in) :: name
       logical, intent(in) :: quiet
       integer, intent(inout) :: exit_code
-      !> Where members have been run, and by what.
+      !> Watcher and sweep; present if members have been run.
       type(sweep_progress_t), intent(in), optional :: watcher
       type(sweep_t), intent(in), optional :: sweep
       type(sweep_sums_t) :: sums
@@ -75,7 +75,7 @@ contains
                      rounded_text(real(members - max(watcher%before, 0_long), wp)/seconds, 3)//' members a second')
    end subroutine add_time
 
-   !> How members ended.
+   !> Adds the number of members with each status, and the first that failed.
    subroutine add_members(page, scene, sums, first_failed)
       type(page_t), intent(inout) :: page
       type(scene_t), intent(in) :: scene
@@ -100,7 +100,7 @@ contains
       end if
    end subroutine add_members
 
-   !> Mean, deviation and extremes of every field.
+   !> Adds mean, deviation and extremes of every field.
    subroutine add_fields(page, layout, sums)
       type(page_t), intent(inout) :: page
       type(row_layout_t), intent(in) :: layout

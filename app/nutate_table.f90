@@ -1,4 +1,4 @@
-!> Tables for people. Each column is as wide as what it holds; its numbers share one notation and are aligned at the
+!> Tables for people. Each column is as wide as its content; its numbers share one notation and are aligned at the
 !> decimal point.
 module nutate_table
    use nutate_decimal, only: rounded_text
@@ -14,7 +14,7 @@ module nutate_table
    character(len=*), parameter :: gap = '  '
 
    type :: cell_t
-      !> Before the number, or alone.
+      !> Text before the number, or alone.
       character(len=:), allocatable :: text
       logical :: has_number = .false.
       real(wp) :: number = 0.0_wp
@@ -31,11 +31,11 @@ module nutate_table
       type(cell_t) :: head(2)
       !> Significant digits of numbers; 0 for a column of text, which begins at the left.
       integer :: digits = 0
-      !> Least width.
+      !> Least width of the column.
       integer :: least = 0
-      !> Digits in front of the exponents; 0: there are none.
+      !> Digits before the exponents; 0 if there are no exponents.
       integer :: mantissa = 0
-      !> Characters of the widest cell up to the decimal point, and from there on; of text all are `after`.
+      !> Characters of the widest cell before the decimal point, and from it on; `after` holds all characters of text.
       integer :: before = 0, after = 0
    end type variation_t
 
@@ -43,7 +43,7 @@ module nutate_table
       private
       type(variation_t), allocatable :: columns(:)
       type(row_t), allocatable :: rows(:)
-      !> Rows in use; cells in use of the last one.
+      !> Rows in use; cells in use in the last row.
       integer :: n_rows = 0, n_cells = 0
       !> Blanks before the first column.
       integer, public :: indent = 0
@@ -57,7 +57,7 @@ module nutate_table
       !> Fills the next cell of the row.
       generic :: put => put_text, put_number
       procedure, private :: put_text, put_number
-      !> The table as lines.
+      !> Returns the table as lines.
       procedure :: text => text_of
    end type table_t
 
@@ -66,11 +66,11 @@ contains
    !> Adds a column at the right. Columns come before rows.
    subroutine add_column(self, head, unit, digits, least)
       class(table_t), intent(inout) :: self
-      !> Its head, and the line below.
+      !> Head of the column, and the line below.
       character(len=*), intent(in), optional :: head, unit
-      !> Significant digits of its numbers; without them a column of text.
+      !> Significant digits of the numbers; absent for a column of text.
       integer, intent(in), optional :: digits
-      !> Least width.
+      !> Least width of the column.
       integer, intent(in), optional :: least
       type(variation_t) :: column
       type(variation_t), allocatable :: more(:)
@@ -92,7 +92,7 @@ contains
    !> Adds a line without columns.
    subroutine add_line(self, text)
       class(table_t), intent(inout) :: self
-      !> May hold line feeds.
+      !> Line; may contain line feeds.
       character(len=*), intent(in) :: text
       call lengthen(self)
       self%rows(self%n_rows)%line = text
@@ -125,7 +125,7 @@ contains
       self%n_rows = self%n_rows + 1
    end subroutine lengthen
 
-   !> Fills the next cell of the row with a text.
+   !> Fills the next cell of the row with a string.
    subroutine put_text(self, text)
       class(table_t), intent(inout) :: self
       character(len=*), intent(in) :: text
@@ -137,7 +137,7 @@ contains
    subroutine put_number(self, number, before)
       class(table_t), intent(inout) :: self
       real(wp), intent(in) :: number
-      !> What stands before it, as `<`.
+      !> Text before the number, such as `<`.
       character(len=*), intent(in), optional :: before
       call self%put_text('')
       associate (cell => self%rows(self%n_rows)%cells(self%n_cells))
@@ -147,7 +147,7 @@ contains
       end associate
    end subroutine put_number
 
-   !> The table as lines, the last one without a line feed.
+   !> Returns the table as lines, the last one without a line feed.
    function text_of(self) result(text)
       class(table_t), intent(in) :: self
       character(len=:), allocatable :: text
@@ -175,7 +175,7 @@ contains
    !> Finds the notation and the width of a column.
    subroutine measure(column, k, rows)
       type(variation_t), intent(inout) :: column
-      !> Its place.
+      !> Position of the column.
       integer, intent(in) :: k
       type(row_t), intent(in) :: rows(:)
       character(len=:), allocatable :: text
@@ -203,7 +203,7 @@ contains
       end do
    end subroutine measure
 
-   !> A number outside of tables: with an exponent where it would be too long, or too small to be read, without.
+   !> Returns a number outside of tables: with an exponent if it would be too long, or too small to be read, without.
    pure function number_text(number, digits) result(text)
       real(wp), intent(in) :: number
       !> Significant digits.
@@ -217,7 +217,7 @@ contains
       text = cell_text(column, cell)
    end function number_text
 
-   !> True for a number that would be too long, or too small to be read, without an exponent.
+   !> Returns true for a number that would be too long, or too small to be read, without an exponent.
    pure logical function needs_exponent(cell)
       type(cell_t), intent(in) :: cell
       needs_exponent = .false.
@@ -225,7 +225,7 @@ contains
       needs_exponent = abs(cell%number) < plain_sizes(1) .or. abs(cell%number) >= plain_sizes(2)
    end function needs_exponent
 
-   !> Digits that a number needs in front of its exponent, at most those of its column.
+   !> Returns the digits that a number needs before its exponent, at most those of its column.
    pure integer function mantissa_of(cell, digits) result(needed)
       type(cell_t), intent(in) :: cell
       integer, intent(in) :: digits
@@ -237,18 +237,18 @@ contains
       needed = max(verify(text, '0', back=.true.) - index(text(1:min(2, len(text))), '.')/2, 1)
    end function mantissa_of
 
-   !> True for a number that can have an exponent: finite and not zero.
+   !> Returns true for a number that can have an exponent: finite and not zero.
    pure logical function takes_exponent(cell)
       type(cell_t), intent(in) :: cell
       takes_exponent = .false.
       if (cell%has_number) takes_exponent = abs(cell%number) > 0.0_wp .and. abs(cell%number) <= huge(1.0_wp)
    end function takes_exponent
 
-   !> A number in the notation `2.4E-5`.
+   !> Returns a number in the notation `2.4E-5`.
    pure function scientific(number, digits) result(text)
-      !> Finite, not zero.
+      !> Number, finite and not zero.
       real(wp), intent(in) :: number
-      !> In front of the exponent, 1 to 17.
+      !> Digits before the exponent, 1 to 17.
       integer, intent(in) :: digits
       character(len=:), allocatable :: text
       character(len=24) :: line
@@ -265,9 +265,9 @@ contains
       text = text//'E'//trim(form)
    end function scientific
 
-   !> What stands in a cell.
+   !> Returns the content of a cell as a string.
    pure function cell_text(column, cell) result(text)
-      !> Its notation is known.
+      !> Column with known notation.
       type(variation_t), intent(in) :: column
       type(cell_t), intent(in) :: cell
       character(len=:), allocatable :: text
@@ -280,7 +280,7 @@ contains
       end if
    end function cell_text
 
-   !> Characters of a cell before its decimal point; 0 in a column of text.
+   !> Returns the number of characters of a cell before its decimal point; 0 in a column of text.
    pure integer function point_of(column, text)
       type(variation_t), intent(in) :: column
       character(len=*), intent(in) :: text
@@ -288,17 +288,17 @@ contains
       if (column%digits > 0) point_of = scan(text//'.', '.E') - 1
    end function point_of
 
-   !> Characters of a text: its bytes but those that go on with one in UTF-8.
+   !> Returns the number of characters of a string: its bytes without the continuation bytes of UTF-8.
    pure integer function length(text)
       character(len=*), intent(in) :: text
       integer :: i
       length = count([(iand(iachar(text(i:i)), 192) /= 128, i=1, len(text))])
    end function length
 
-   !> True if a line of the head says something.
+   !> Returns true if a line of the head is not empty.
    pure logical function has_head(columns, i)
       type(variation_t), intent(in) :: columns(:)
-      !> 1 or 2.
+      !> Line of the head, 1 or 2.
       integer, intent(in) :: i
       integer :: k
       has_head = .false.
@@ -307,11 +307,11 @@ contains
       end do
    end function has_head
 
-   !> A line of the head, over the right end of numbers and the left one of text.
+   !> Returns a line of the head, aligned with the right end of numbers and the left end of text.
    pure function head_line(columns, i, indent) result(line)
-      !> Measured.
+      !> Columns, measured.
       type(variation_t), intent(in) :: columns(:)
-      !> 1 or 2.
+      !> Line of the head, 1 or 2; blanks before the first column.
       integer, intent(in) :: i, indent
       character(len=:), allocatable :: line
       integer :: k, left
@@ -326,9 +326,9 @@ contains
       line = trim(line)
    end function head_line
 
-   !> A row of cells as a line.
+   !> Returns a row of cells as a line.
    pure function row_line(columns, cells, indent) result(line)
-      !> Measured.
+      !> Columns, measured.
       type(variation_t), intent(in) :: columns(:)
       type(cell_t), intent(in) :: cells(:)
       integer, intent(in) :: indent
@@ -347,7 +347,7 @@ contains
    !> Appends a cell to a line.
    pure subroutine append(line, column, text, left, indent)
       character(len=:), allocatable, intent(inout) :: line
-      !> Measured, not narrower than text and blanks.
+      !> Column, measured, not narrower than text and blanks.
       type(variation_t), intent(in) :: column
       character(len=*), intent(in) :: text
       !> Blanks before the text.

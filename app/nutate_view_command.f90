@@ -12,7 +12,7 @@ module nutate_view_command
 
 contains
 
-   !> Starts the module `nutate.view` of Python, which reports what is wrong with a scene or a file.
+   !> Starts the module `nutate.view` of Python, which reports errors in a scene or a file.
    subroutine view_command(command, exit_code)
       type(command_t), intent(in) :: command
       integer, intent(out) :: exit_code
@@ -45,7 +45,7 @@ contains
       end if
    end subroutine view_command
 
-   !> Where the page goes.
+   !> Returns the path of the page.
    pure function page_name(command) result(name)
       type(command_t), intent(in) :: command
       character(len=:), allocatable :: name
@@ -57,7 +57,7 @@ contains
       if (allocated(command%output)) name = command%output
    end function page_name
 
-   !> Refuses a name by which the page would destroy what is there.
+   !> Rejects file names that would overwrite an input, a file of another kind or each other.
    subroutine check_names(command, exit_code)
       type(command_t), intent(in) :: command
       integer, intent(out) :: exit_code
@@ -71,7 +71,7 @@ contains
    !> Finds a Python that has the module: beside the program, as in a virtual environment, on PATH, or on PATH with the
    !> module that was installed with the program.
    subroutine find_python(python)
-      !> Words of the shell that start it; empty if there is none.
+      !> Shell words that start Python; empty if no Python has the module.
       character(len=:), allocatable, intent(out) :: python
       ! The shell is a child of the program. Without /proc only PATH is searched.
       character(len=*), parameter :: folder = '"$(dirname "$(readlink -f /proc/$PPID/exe)")'
