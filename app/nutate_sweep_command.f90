@@ -348,7 +348,7 @@ contains
       call make_layout(scene, layout, status)
       name = single_name(command, scene)
       allocate (fields(layout%width()))
-      call write_member(scene, layout, command%member, name, watcher, fields, reason, status)
+      if (status%ok()) call write_member(scene, layout, command%member, name, watcher, fields, reason, status)
       if (.not. status%ok()) then
          exit_code = EXIT_OUTPUT
          if (status%code == NUTATE_STOPPED) exit_code = EXIT_SIGNAL + caught_signal()
@@ -358,7 +358,10 @@ contains
       call decimal%prepare()
       if (name /= '-') call write_text(STANDARD_OUTPUT, header_line(layout)//new_line('a')// &
                                        csv_line(layout, decimal, fields)//new_line('a'), status)
-      if (.not. reason%ok()) then
+      if (.not. status%ok()) then
+         exit_code = EXIT_OUTPUT
+         call say_error('nutate: '//trim(status%message))
+      else if (.not. reason%ok()) then
          exit_code = EXIT_RUN
          call say_error('nutate: member '//count_text(command%member)//': '//trim(reason%message))
       end if

@@ -122,6 +122,14 @@ class BadOutput(CommandLineTest):
                 self.assertEqual(done.returncode, 4)
                 self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
 
+    def test_full_standard_output_of_one_member(self):
+        self.write("two.nml", self.read("box.nml") + "&ensemble members = 2 /\n"
+                   "&vary key = 'initial.angular_velocity', distribution = 'normal', sigma = 0.01, 0.01, 0.5 /\n")
+        with open("/dev/full", "w", encoding="utf-8") as full:
+            done = subprocess.run([self.program, "sweep", "two.nml", "--member", "1", "--quiet"], cwd=self.folder, stdout=full,
+                                  stderr=subprocess.PIPE, text=True, timeout=PATIENCE, check=False)
+        self.assertEqual((done.returncode, done.stderr.count("\n")), (4, 1), done.stderr)
+
     def test_closed_standard_streams(self):
         for arguments, status in (("- >&- 2>&-", 4), ("a.csv <&- >&- 2>&-", 0)):
             shell = f"'{self.program}' run box.nml --output {arguments}"
