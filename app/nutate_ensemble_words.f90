@@ -1,7 +1,7 @@
 !> Description of an ensemble, in words.
 module nutate_ensemble_words
    use nutate_console, only: count_text, page_t, plural, vector_text
-   use nutate_ensemble_plan, only: ensemble_plan_t, variation_t, CASES, GRID, NORMAL, ROTATION
+   use nutate_ensemble_plan, only: ensemble_plan_t, varied_key_t, CASES, GRID, NORMAL, ROTATION
    use nutate_kinds, only: wp, long
    use nutate_printable, only: printable_path
    implicit none
@@ -35,7 +35,7 @@ contains
    !> Returns the names of the quantities that are drawn together.
    pure function names_of(plan, variation) result(text)
       type(ensemble_plan_t), intent(in) :: plan
-      type(variation_t), intent(in) :: variation
+      type(varied_key_t), intent(in) :: variation
       character(len=:), allocatable :: text
       integer :: i
       text = trim(plan%targets(variation%first)%name)
@@ -47,7 +47,7 @@ contains
 
    !> Returns the distribution of a variation in words.
    pure function law_of(variation) result(text)
-      type(variation_t), intent(in) :: variation
+      type(varied_key_t), intent(in) :: variation
       character(len=:), allocatable :: text
       real(wp) :: deviation(variation%n)
       integer :: i

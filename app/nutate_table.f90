@@ -26,7 +26,7 @@ module nutate_table
       type(cell_t), allocatable :: cells(:)
    end type row_t
 
-   type :: variation_t
+   type :: table_column_t
       !> First and second line of the head.
       type(cell_t) :: head(2)
       !> Significant digits of numbers; 0 for a column of text, which begins at the left.
@@ -37,11 +37,11 @@ module nutate_table
       integer :: mantissa = 0
       !> Characters of the widest cell before the decimal point, and from it on; `after` holds all characters of text.
       integer :: before = 0, after = 0
-   end type variation_t
+   end type table_column_t
 
    type :: table_t
       private
-      type(variation_t), allocatable :: columns(:)
+      type(table_column_t), allocatable :: columns(:)
       type(row_t), allocatable :: rows(:)
       !> Rows in use; cells in use in the last row.
       integer :: n_rows = 0, n_cells = 0
@@ -72,8 +72,8 @@ contains
       integer, intent(in), optional :: digits
       !> Least width of the column.
       integer, intent(in), optional :: least
-      type(variation_t) :: column
-      type(variation_t), allocatable :: more(:)
+      type(table_column_t) :: column
+      type(table_column_t), allocatable :: more(:)
       integer :: n
       n = 0
       if (allocated(self%columns)) n = size(self%columns)
@@ -151,7 +151,7 @@ contains
    function text_of(self) result(text)
       class(table_t), intent(in) :: self
       character(len=:), allocatable :: text
-      type(variation_t), allocatable :: columns(:)
+      type(table_column_t), allocatable :: columns(:)
       integer :: i, k
       text = ''
       allocate (columns(0))
@@ -174,7 +174,7 @@ contains
 
    !> Finds the notation and the width of a column.
    subroutine measure(column, k, rows)
-      type(variation_t), intent(inout) :: column
+      type(table_column_t), intent(inout) :: column
       !> Position of the column.
       integer, intent(in) :: k
       type(row_t), intent(in) :: rows(:)
@@ -209,7 +209,7 @@ contains
       !> Significant digits.
       integer, intent(in) :: digits
       character(len=:), allocatable :: text
-      type(variation_t) :: column
+      type(table_column_t) :: column
       type(cell_t) :: cell
       cell = cell_t('', .true., number)
       column%digits = digits
@@ -268,7 +268,7 @@ contains
    !> Returns the content of a cell as a string.
    pure function cell_text(column, cell) result(text)
       !> Column with known notation.
-      type(variation_t), intent(in) :: column
+      type(table_column_t), intent(in) :: column
       type(cell_t), intent(in) :: cell
       character(len=:), allocatable :: text
       text = cell%text
@@ -282,7 +282,7 @@ contains
 
    !> Returns the number of characters of a cell before its decimal point; 0 in a column of text.
    pure integer function point_of(column, text)
-      type(variation_t), intent(in) :: column
+      type(table_column_t), intent(in) :: column
       character(len=*), intent(in) :: text
       point_of = 0
       if (column%digits > 0) point_of = scan(text//'.', '.E') - 1
@@ -297,7 +297,7 @@ contains
 
    !> Returns true if a line of the head is not empty.
    pure logical function has_head(columns, i)
-      type(variation_t), intent(in) :: columns(:)
+      type(table_column_t), intent(in) :: columns(:)
       !> Line of the head, 1 or 2.
       integer, intent(in) :: i
       integer :: k
@@ -310,7 +310,7 @@ contains
    !> Returns a line of the head, aligned with the right end of numbers and the left end of text.
    pure function head_line(columns, i, indent) result(line)
       !> Columns, measured.
-      type(variation_t), intent(in) :: columns(:)
+      type(table_column_t), intent(in) :: columns(:)
       !> Line of the head, 1 or 2; blanks before the first column.
       integer, intent(in) :: i, indent
       character(len=:), allocatable :: line
@@ -329,7 +329,7 @@ contains
    !> Returns a row of cells as a line.
    pure function row_line(columns, cells, indent) result(line)
       !> Columns, measured.
-      type(variation_t), intent(in) :: columns(:)
+      type(table_column_t), intent(in) :: columns(:)
       type(cell_t), intent(in) :: cells(:)
       integer, intent(in) :: indent
       character(len=:), allocatable :: line, text
@@ -348,7 +348,7 @@ contains
    pure subroutine append(line, column, text, left, indent)
       character(len=:), allocatable, intent(inout) :: line
       !> Column, measured, not narrower than text and blanks.
-      type(variation_t), intent(in) :: column
+      type(table_column_t), intent(in) :: column
       character(len=*), intent(in) :: text
       !> Blanks before the text.
       integer, intent(in) :: left

@@ -1,6 +1,6 @@
 !> The numbers in which a member of an ensemble differs, from the seed and its number alone.
 module nutate_sampling
-   use nutate_ensemble_plan, only: ensemble_plan_t, variation_t, CASES, GRID, NORMAL, ROTATION
+   use nutate_ensemble_plan, only: ensemble_plan_t, varied_key_t, CASES, GRID, NORMAL, ROTATION
    use nutate_keys, only: KEY_INTEGER
    use nutate_kinds, only: wp, long
    use nutate_normal_quantile, only: normal_quantile
@@ -41,7 +41,7 @@ contains
    !> The values of one distribution that is no grid. The number of a draw is the place of its target.
    pure subroutine draw(plan, variation, member, values)
       type(ensemble_plan_t), intent(in) :: plan
-      type(variation_t), intent(in) :: variation
+      type(varied_key_t), intent(in) :: variation
       integer(long), intent(in) :: member
       !> Shape (numbers drawn together).
       real(wp), intent(out) :: values(:)
@@ -74,7 +74,7 @@ contains
 
    !> The values of a place in a grid, the last target running fastest.
    pure subroutine set_grid_values(variation, place, values)
-      type(variation_t), intent(in) :: variation
+      type(varied_key_t), intent(in) :: variation
       !> From 0 on; on exit what the grids before this one are to make of it.
       integer(long), intent(inout) :: place
       real(wp), intent(out) :: values(:)

@@ -5,7 +5,7 @@ module nutate_ensemble_plan
    implicit none
    private
 
-   public :: ensemble_plan_t, target_t, variation_t
+   public :: ensemble_plan_t, target_t, varied_key_t
    public :: UNIFORM, NORMAL, ROTATION, GRID, CASES
 
    !> How values are found: between two bounds; by mean and covariance; a quaternion, uniform over all rotations; evenly
@@ -23,7 +23,7 @@ module nutate_ensemble_plan
    end type target_t
 
    !> Numbers that are drawn together.
-   type :: variation_t
+   type :: varied_key_t
       !> `UNIFORM`, ...
       integer :: distribution = UNIFORM
       !> The first of its targets, and their number.
@@ -36,7 +36,7 @@ module nutate_ensemble_plan
       integer, allocatable :: points(:)
       !> A line for each member; shape (n, lines).
       real(wp), allocatable :: cases(:, :)
-   end type variation_t
+   end type varied_key_t
 
    !> An ensemble.
    type :: ensemble_plan_t
@@ -55,7 +55,7 @@ module nutate_ensemble_plan
       !> Members that are run and written together; 0: as many as suits.
       integer :: chunk = 0
       type(target_t), allocatable :: targets(:)
-      type(variation_t), allocatable :: variations(:)
+      type(varied_key_t), allocatable :: variations(:)
       !> The groups of the scene, with a place for each target.
       type(group_t), allocatable :: groups(:)
    contains

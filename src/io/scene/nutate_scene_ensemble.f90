@@ -1,7 +1,7 @@
 !> `&ensemble`: many members of one scene, which differ by what `&vary` groups or a table say.
 module nutate_scene_ensemble
    use nutate_admissible, only: NON_NEGATIVE, POSITIVE
-   use nutate_ensemble_plan, only: ensemble_plan_t, variation_t, CASES, GRID
+   use nutate_ensemble_plan, only: ensemble_plan_t, varied_key_t, CASES, GRID
    use nutate_keys, only: group_t, group_kind_t, key_t, KEY_INTEGER, KEY_TEXT
    use nutate_kinds, only: wp, long
    use nutate_limits, only: is_moderate
@@ -181,7 +181,7 @@ contains
       type(group_kind_t), intent(in) :: kinds(:)
       type(ensemble_plan_t), intent(inout) :: plan
       type(scene_error_t), intent(inout) :: error
-      type(variation_t) :: variation
+      type(varied_key_t) :: variation
       integer :: i, n
       variation%distribution = CASES
       variation%first = size(plan%targets) + 1

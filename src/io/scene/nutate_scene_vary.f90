@@ -1,7 +1,7 @@
 !> `&vary`: numbers of the scene that differ from member to member of an ensemble, and how.
 module nutate_scene_vary
    use nutate_admissible, only: NON_NEGATIVE, POSITIVE
-   use nutate_ensemble_plan, only: ensemble_plan_t, variation_t, GRID, NORMAL, ROTATION, UNIFORM
+   use nutate_ensemble_plan, only: ensemble_plan_t, varied_key_t, GRID, NORMAL, ROTATION, UNIFORM
    use nutate_keys, only: group_t, group_kind_t, key_t, name_length, KEY_INTEGER, KEY_TEXT
    use nutate_kinds, only: wp
    use nutate_scene_error, only: scene_error_t, allow_one_of, demand_one_of
@@ -44,7 +44,7 @@ contains
       type(group_kind_t), intent(in) :: kinds(:)
       type(ensemble_plan_t), intent(inout) :: plan
       type(scene_error_t), intent(inout) :: error
-      type(variation_t) :: variation
+      type(varied_key_t) :: variation
       integer :: i, n
 
       variation%first = size(plan%targets) + 1
@@ -80,7 +80,7 @@ contains
    !> Raises an error for numbers that do not belong to the distribution, or are not as many as it varies.
    subroutine check_parameters(group, variation, error)
       type(group_t), intent(in) :: group
-      type(variation_t), intent(in) :: variation
+      type(varied_key_t), intent(in) :: variation
       type(scene_error_t), intent(inout) :: error
       character(len=:), allocatable :: name
       character(len=12) :: number
@@ -109,7 +109,7 @@ contains
    !> Bounds of a uniform distribution or of a grid.
    subroutine read_bounds(group, variation, error)
       type(group_t), intent(in) :: group
-      type(variation_t), intent(inout) :: variation
+      type(varied_key_t), intent(inout) :: variation
       type(scene_error_t), intent(inout) :: error
       real(wp) :: points(variation%n)
       call demand_one_of(group, [character(len=name_length) :: 'low'], error)
@@ -134,7 +134,7 @@ contains
    subroutine read_normal(group, plan, variation, error)
       type(group_t), intent(in) :: group
       type(ensemble_plan_t), intent(in) :: plan
-      type(variation_t), intent(inout) :: variation
+      type(varied_key_t), intent(inout) :: variation
       type(scene_error_t), intent(inout) :: error
       real(wp) :: covariance(variation%n, variation%n), numbers(variation%n)
       integer :: i
