@@ -1,8 +1,8 @@
 !> The help pages, made from the tables of commands, options and columns.
 module nutate_help
    use nutate_cli, only: options, verbs
-   use nutate_columns, only: column_sets
    use nutate_console, only: page_t
+   use nutate_quantities, only: set_headers, set_names
    use nutate_spelling, only: is_listed
    implicit none
    private
@@ -76,9 +76,11 @@ contains
       call page%line('computes all six exponents.')
       call page%line('')
       call page%line("Columns: t, then the sets selected with --set output.columns=NAME,NAME,...")
-      do i = 1, size(column_sets)
-         call add_columns(page, column_sets(i)%name, trim(column_sets(i)%headers))
-      end do
+      associate (sets => set_names())
+         do i = 1, size(sets)
+            call add_columns(page, sets(i), set_headers(sets(i)))
+         end do
+      end associate
       call add_exit_codes(page)
    end subroutine add_run_notes
 

@@ -1,7 +1,5 @@
 !> What a scene says that it is likely not to mean. Legal all the same: it is simulated as it stands.
 module nutate_scene_warnings
-   use nutate_column_event, only: shows_orbit
-   use nutate_columns, only: column_sets
    use nutate_control_law, only: BY_WHEELS, POINTING
    use nutate_controller, only: controller_t
    use nutate_decimal, only: rounded_text
@@ -12,6 +10,7 @@ module nutate_scene_warnings
    use nutate_kinds, only: wp, pi
    use nutate_notes, only: add_note, note_t, scene_notes
    use nutate_orbital_effects, only: goes_by_orbit
+   use nutate_quantities, only: depends_on_orbit, find_quantity, quantities, set_of, AS_EVENT
    use nutate_scene, only: scene_t
    implicit none
    private
@@ -141,7 +140,7 @@ contains
                       any(group%text('rate_from', '') == ['lvlh ', 'frame'])
             case ('event')
                do k = 1, group%count_of('when')
-                  uses = uses .or. shows_orbit(group%text_at('when', k))
+                  uses = uses .or. depends_on_orbit(quantities(find_quantity(group%text_at('when', k), AS_EVENT)))
                end do
             case ('controller', 'measurement', 'frame')
                uses = .true.
@@ -157,8 +156,8 @@ contains
       type(scene_t), intent(in) :: scene
       integer :: i
       uses = .false.
-      do i = 1, size(column_sets)
-         if (column_sets(i)%orbit) uses = uses .or. any(scene%output%columns == column_sets(i)%name)
+      do i = 1, size(quantities)
+         if (depends_on_orbit(quantities(i))) uses = uses .or. any(scene%output%columns == set_of(quantities(i)))
       end do
    end function columns_use_orbit
 

@@ -1,7 +1,7 @@
 !> Events against closed forms: when a box flips, when a top nutates, when a compass needle passes; what
 !> ends a run; what is not noticed.
 module test_events
-   use nutate_column_event, only: column_event_t, event_columns
+   use nutate_column_event, only: column_event_t
    use nutate_event, only: EXTREMUM, MAXIMUM, MINIMUM
    use nutate_event_tracker, only: event_list_t
    use nutate_hamiltonian, only: make_state, total_energy
@@ -14,10 +14,12 @@ module test_events
    use nutate_kepler_orbit, only: kepler_orbit_t
    use nutate_orbit, only: orbit_t
    use nutate_orbital_gradient, only: orbital_gradient_t
+   use nutate_quantities, only: names_for, AS_EVENT
    use nutate_quaternion, only: quat_product
    use nutate_rotating_frame, only: rotating_frame_t
    use nutate_run, only: integrate
    use nutate_run_plan, only: run_goal_t, run_plan_t
+   use nutate_spelling, only: split_list
    use nutate_state, only: state_t
    use nutate_status, only: status_t, NUTATE_NOT_FINITE
    use nutate_stepper, only: integrator_settings_t
@@ -327,7 +329,7 @@ contains
       type(motion_t) :: here, ahead, behind
       real(wp), parameter :: away(4) = [0.9_wp, 0.1_wp, -0.3_wp, 0.3_wp]
       real(wp) :: rate, change, bound
-      integer :: i, k, at, last
+      integer :: i, k, n
       do k = 1, 4
          problem = forced_body()
          if (k == 2) call problem%system%effects%add(rotating_frame_t(name='rotating_frame', &
@@ -341,29 +343,28 @@ contains
          call add_frames(problem%system)
          call find_motion(problem%system, problem%start, here)
          call find_rates(problem%system, 0.0_wp, here)
-         at = 0
-         do while (at < len(event_columns))
-            last = index(event_columns(at + 1:)//',', ',') - 1
-            event%columns(1) = event_columns(at + 1:at + last)
-            call event%place()
-            rate = 0.0_wp
-            do i = 1, 3
-               call find_motion(problem%system, displaced(here, i*h), ahead)
-               call find_motion(problem%system, displaced(here, -i*h), behind)
-               change = event%value(problem%system, ahead) - event%value(problem%system, behind)
-               ! Angles without a turn of 2π.
-               if (abs(change) > 1.9_wp*pi .and. abs(change) < 2.1_wp*pi) change = change - sign(2*pi, change)
-               rate = rate + weights(i)*change/h
+         associate (names => split_list(names_for(AS_EVENT)))
+            do n = 1, size(names)
+               event%columns(1) = names(n)
+               call event%place()
+               rate = 0.0_wp
+               do i = 1, 3
+                  call find_motion(problem%system, displaced(here, i*h), ahead)
+                  call find_motion(problem%system, displaced(here, -i*h), behind)
+                  change = event%value(problem%system, ahead) - event%value(problem%system, behind)
+                  ! Angles without a turn of 2π.
+                  if (abs(change) > 1.9_wp*pi .and. abs(change) < 2.1_wp*pi) change = change - sign(2*pi, change)
+                  rate = rate + weights(i)*change/h
+               end do
+               ! Differences are as good as h times the rates, which are greater next to an orbit.
+               bound = merge(1e-9_wp, 1e-10_wp, k > 2)*max(1.0_wp, abs(rate))
+               ! Next to the separatrix, where periods are infinite, h is long.
+               if (index(event%columns(1), 'period') > 0) bound = 1e5_wp*bound
+               call check_close(error, event%rate(problem%system, here), rate, bound, &
+                                trim(event%columns(1)))
+               if (allocated(error)) return
             end do
-            ! Differences are as good as h times the rates, which are greater next to an orbit.
-            bound = merge(1e-9_wp, 1e-10_wp, k > 2)*max(1.0_wp, abs(rate))
-            ! Next to the separatrix, where periods are infinite, h is long.
-            if (index(event%columns(1), 'period') > 0) bound = 1e5_wp*bound
-            call check_close(error, event%rate(problem%system, here), rate, bound, &
-                             trim(event%columns(1)))
-            if (allocated(error)) return
-            at = at + last + 1
-         end do
+         end associate
       end do
    end subroutine column_rates
 

@@ -3,17 +3,17 @@ module test_history
    use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_value
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_body, only: diagonal, make_body
-   use nutate_columns, only: column_sets, columns_t
+   use nutate_columns, only: columns_t
    use nutate_decimal, only: exact_text, rounded_text
    use nutate_gravity, only: gravity_t
    use nutate_hamiltonian, only: make_state
    use nutate_history, only: history_t
    use nutate_kinds, only: wp, pi
    use nutate_followed_angles, only: followed_angles_t
+   use nutate_quantities, only: quantities, set_of
    use nutate_quaternion, only: quat_exp, quat_normalized, quat_product
    use nutate_observer, only: run_record_t
    use nutate_rotating_frame, only: rotating_frame_t
-   use nutate_spelling, only: split_list
    use nutate_state, only: state_t
    use nutate_status, only: status_t, NUTATE_BAD_ARGUMENT, NUTATE_IO, NUTATE_NOT_FINITE
    use nutate_system, only: system_t
@@ -32,7 +32,6 @@ contains
          new_unittest("short numbers stay short", short_numbers_stay_short), &
          new_unittest("numbers are rounded for people", numbers_are_rounded_for_people), &
          new_unittest("columns stand in the order of the table", columns_stand_in_the_order_of_the_table), &
-         new_unittest("each set has as many columns as names", each_set_has_as_many_columns_as_names), &
          new_unittest("unknown columns are refused", unknown_columns_are_refused), &
          new_unittest("columns hold what their names say", columns_hold_what_their_names_say), &
          new_unittest("angles keep their whole revolutions", angles_keep_their_turns), &
@@ -113,16 +112,6 @@ contains
       call check(error, columns%width == 12, 'width')
    end subroutine columns_stand_in_the_order_of_the_table
 
-   subroutine each_set_has_as_many_columns_as_names(error)
-      type(error_type), allocatable, intent(out) :: error
-      integer :: i
-      do i = 1, size(column_sets)
-         ! Of a set with a column for each effect the pattern of their names stands there.
-         call check(error, size(split_list(trim(column_sets(i)%headers))) == max(column_sets(i)%width, 1), &
-                    trim(column_sets(i)%name))
-      end do
-   end subroutine each_set_has_as_many_columns_as_names
-
    subroutine unknown_columns_are_refused(error)
       type(error_type), allocatable, intent(out) :: error
       type(columns_t) :: columns
@@ -145,7 +134,7 @@ contains
       real(wp) :: kinetic
       call set_up(system, state)
       ! All that do not go by the effects of a system, or by what its run carries along.
-      call columns%choose(pack(column_sets%name, column_sets%width > 0 .and. column_sets%propagated == 0), status)
+      call columns%choose(pack(set_of(quantities), quantities%pattern == '' .and. quantities%propagated == 0), status)
       allocate (values(columns%width))
       call columns%start(system, state, inverse_j0)
       state%p(1) = state%p(1) + 0.5_wp

@@ -1,7 +1,6 @@
 !> The derivatives that a run of a scene carries: a sensitivity for each number that `&free` names.
 module nutate_free_variations
    use nutate_variation, only: variation_t
-   use nutate_columns, only: column_sets
    use nutate_fit_model, only: fit_model_t
    use nutate_keys, only: group_t, name_length
    use nutate_kinds, only: wp
@@ -13,6 +12,7 @@ module nutate_free_variations
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_tangent, only: tangent_t
    use nutate_propagated_columns, only: is_by_free
+   use nutate_quantities, only: quantities, set_of
    implicit none
    private
 
@@ -44,8 +44,8 @@ contains
       !> Their names.
       character(len=*), intent(in) :: sets(:)
       integer :: i
-      shows_derivatives = any([(any(sets == column_sets(i)%name) .and. is_by_free(column_sets(i)%propagated), &
-                                i=1, size(column_sets))])
+      shows_derivatives = any([(any(sets == set_of(quantities(i))) .and. is_by_free(quantities(i)%propagated), &
+                                i=1, size(quantities))])
    end function shows_derivatives
 
    !> True if sets of columns are of what runs propagate: derivatives by free numbers, or indicators of chaos.
@@ -60,8 +60,8 @@ contains
       !> Their names.
       character(len=*), intent(in) :: sets(:)
       integer :: i
-      shows_indicators = any([(any(sets == column_sets(i)%name) .and. column_sets(i)%propagated > 0 .and. &
-                               .not. is_by_free(column_sets(i)%propagated), i=1, size(column_sets))])
+      shows_indicators = any([(any(sets == set_of(quantities(i))) .and. quantities(i)%propagated > 0 .and. &
+                               .not. is_by_free(quantities(i)%propagated), i=1, size(quantities))])
    end function shows_indicators
 
    !> Makes the sensitivities of the free numbers of a scene. Raises an error, with its line, for what has no

@@ -1,16 +1,15 @@
 !> `&event`: what to look for in a run, and what to do then.
 module nutate_scene_events
    use nutate_admissible, only: POSITIVE
-   use nutate_column_event, only: column_event_t, event_columns, frame_of, most_columns, natural_period, &
-      needs_attitude, shows_orbit, shows_sun, shows_tumbling, wheel_of
+   use nutate_column_event, only: column_event_t, most_columns
    use nutate_control, only: beyond_accuracy
    use nutate_effect_list, only: effect_list_t
    use nutate_event, only: CROSSING, EXTREMUM, MAXIMUM, MINIMUM, SWITCH_OFF, SWITCH_ON, SWITCH_TOGGLE
    use nutate_event_tracker, only: event_list_t
    use nutate_keys, only: group_t, key_t, name_length, KEY_INTEGER, KEY_LOGICAL, KEY_TEXT
-   use nutate_kinds, only: wp, long
-   use nutate_orbit, only: orbit_t
+   use nutate_kinds, only: wp, long, pi
    use nutate_printable, only: quoted
+   use nutate_quantities, only: find_missing, find_quantity, names_for, quantities, quantity_t, AS_EVENT, Q_TRUE_ANOMALY
    use nutate_scene_error, only: scene_error_t, allow_one_of
    implicit none
    private
@@ -23,7 +22,7 @@ contains
    pure function event_keys() result(keys)
       type(key_t) :: keys(10)
       keys = [key_t(name='name', kind=KEY_TEXT), &
-              key_t(name='when', kind=KEY_TEXT, most=most_columns, required=.true., choices=event_columns), &
+              key_t(name='when', kind=KEY_TEXT, most=most_columns, required=.true., choices=names_for(AS_EVENT)), &
               key_t(name='weights', most=most_columns), &
               key_t(name='crosses'), &
               key_t(name='modulo', range=POSITIVE), &
@@ -116,12 +115,14 @@ contains
    !> True if a column that an event depends on depends on the attitude.
    pure logical function events_need_attitude(groups)
       type(group_t), intent(in) :: groups(:)
-      integer :: i, k
+      integer :: i, k, at
       events_need_attitude = .false.
       do i = 1, size(groups)
          if (groups(i)%name /= 'event') cycle
          do k = 1, groups(i)%count_of('when')
-            if (needs_attitude(groups(i)%text_at('when', k))) events_need_attitude = .true.
+            at = find_quantity(groups(i)%text_at('when', k), AS_EVENT)
+            if (at == 0) cycle
+            events_need_attitude = events_need_attitude .or. quantities(at)%attitude
          end do
       end do
    end function events_need_attitude
@@ -136,24 +137,9 @@ contains
       n = group%count_of('when')
       do i = 1, n
          event%columns(i) = group%text_at('when', i)
-         if (shows_orbit(event%columns(i)) .and. .not. effects%on_orbit) call error%raise( &
-            group%line_of('when'), "'"//trim(event%columns(i))//"' refers to an orbit that does not exist", &
-            expected='&orbit')
+         call check_quantity(quantities(find_quantity(event%columns(i), AS_EVENT)), event%columns(i), &
+                             group%line_of('when'), effects, error)
          if (error%raised) return
-         if (effects%on_orbit) call check_orbit_column(event%columns(i), effects%orbit, group%line_of('when'), error)
-         if (error%raised) return
-         if (shows_tumbling(event%columns(i)) .and. effects%n_rotors > 0) call error%raise( &
-            group%line_of('when'), "'"//trim(event%columns(i))//"' of a body with a rotor or wheel", &
-            expected='a body without them')
-         if (error%raised) return
-         if (frame_of(event%columns(i)) > effects%n_frames) call error%raise( &
-            group%line_of('when'), "'"//trim(event%columns(i))//"' refers to a frame that does not exist", &
-            expected='one group &frame for each')
-         if (wheel_of(event%columns(i)) <= effects%n_wheels) cycle
-         call error%raise(group%line_of('when'), "'"// &
-                          trim(event%columns(i))//"' refers to a wheel that does not exist", &
-                          expected='one group &wheel for each')
-         return
       end do
       call event%place()
       if (group%has('weights')) then
@@ -164,22 +150,29 @@ contains
          end if
          event%weights(1:n) = group%vector('weights', event%weights(1:n))
       end if
-      if (n == 1 .and. .not. group%has('weights')) event%period = natural_period(event%columns(1))
+      if (n == 1 .and. .not. group%has('weights')) &
+         event%period = merge(2*pi, 0.0_wp, quantities(find_quantity(event%columns(1), AS_EVENT))%is_periodic)
       event%period = group%number('modulo', event%period)
    end subroutine read_quantity
 
-   !> Raises an error for a column that an orbit does not have.
-   subroutine check_orbit_column(column, orbit, line, error)
-      character(len=*), intent(in) :: column
-      type(orbit_t), intent(in) :: orbit
+   !> Raises an error for a quantity that a scene does not have.
+   subroutine check_quantity(quantity, name, line, effects, error)
+      type(quantity_t), intent(in) :: quantity
+      character(len=*), intent(in) :: name
       integer, intent(in) :: line
+      type(effect_list_t), intent(in) :: effects
       type(scene_error_t), intent(inout) :: error
-      if (column == 'true_anomaly' .and. allocated(orbit%path%track)) then
-         call error%raise(line, "an event of 'true_anomaly' with a table of &orbit", expected='orbit_radius')
-      else if (shows_sun(column) .and. .not. orbit%has_sun()) then
-         call error%raise(line, "'"//trim(column)//"' refers to a sun that does not exist", expected='sun in &orbit')
+      character(len=:), allocatable :: missing, expected
+      integer :: verb
+      call find_missing(quantity, effects, missing, expected)
+      if (missing /= '') then
+         verb = index(missing, ' ') - 1
+         call error%raise(line, quoted(trim(name))//' '//missing(:verb)//'s'//missing(verb + 1:), expected)
+      else if (quantity%kind == Q_TRUE_ANOMALY) then
+         if (allocated(effects%orbit%path%track)) &
+            call error%raise(line, "an event of 'true_anomaly' with a table of &orbit", expected='orbit_radius')
       end if
-   end subroutine check_orbit_column
+   end subroutine check_quantity
 
    !> Crossing or extremum, and its direction.
    subroutine read_kind(group, event, error)

@@ -1,13 +1,15 @@
 !> `&measurement`: columns of a CSV file or a message that were measured, with their standard deviations.
 module nutate_scene_measurement
    use nutate_admissible, only: ANY_DIRECTION, POSITIVE
-   use nutate_columns, only: columns_t, column_sets
+   use nutate_columns, only: columns_t
    use nutate_effect_list, only: effect_list_t
    use nutate_fit_plan, only: measurement_t, ATTITUDES, DIRECTIONS, VALUES
    use nutate_keys, only: group_t, key_t, KEY_TEXT
    use nutate_kinds, only: wp, pi
    use nutate_measured_message, only: is_message, read_message
    use nutate_printable, only: printable_path, quoted
+   use nutate_quantities, only: find_quantity, names_for, quantities, reason_of, set_of, turns_to_degrees, &
+      AS_MEASUREMENT, Q_EULER, Q_ROLL_PITCH_YAW
    use nutate_quaternion, only: quat_conjugate, quat_product
    use nutate_scene_error, only: scene_error_t
    use nutate_scene_labels, only: labels_t
@@ -23,12 +25,6 @@ module nutate_scene_measurement
 
    !> Columns of a group, and letters of a name.
    integer, parameter :: most_columns = 24, longest_name = 48
-   !> Columns that are functions of attitude, momenta and time; others show what a step did, or works that add up.
-   character(len=*), parameter :: measurable = 'omega1,omega2,omega3,omega_x,omega_y,omega_z,L1,L2,L3,l_x,l_y,l_z,'// &
-      'phi,theta,psi,kinetic,potential,total,jacobi,roll,pitch,yaw,pointing_error1,pointing_error2,pointing_error3,'// &
-      'pointing_error4,pointing_error5,pointing_error6,B1,B2,B3,wheel1_speed,wheel2_speed,wheel3_speed,'// &
-      'wheel4_speed,wheel5_speed,wheel6_speed,wheel1_momentum,wheel2_momentum,wheel3_momentum,wheel4_momentum,'// &
-      'wheel5_momentum,wheel6_momentum'
    character(len=*), parameter :: degree_mark = '_deg'
    character(len=*), parameter :: losses(4) = [character(len=8) :: 'linear', 'huber', 'soft_l1', 'cauchy']
    !> How far from 1 the norm of a measured quaternion may be.
@@ -112,19 +108,19 @@ contains
       type(status_t) :: status
       character(len=longest_name), allocatable :: headers(:)
       character(len=24), allocatable :: sets(:)
-      integer :: i, set
+      integer :: i, at
       allocate (sets(0), measurement%places(size(measurement%columns)), &
                 measurement%turns(size(measurement%columns)))
       measurement%turns = 0.0_wp
       measurement%degrees = any([(index(measurement%columns(i), degree_mark) > 0, i=1, size(measurement%columns))])
       do i = 1, size(measurement%columns)
-         set = set_of(measurement%columns(i))
-         if (set == 0) then
-            call refuse(group, measurement%columns(i), error)
+         at = find_quantity(base_name(measurement%columns(i)), AS_MEASUREMENT)
+         if (at == 0) then
+            call reject(group, measurement%columns(i), error)
             return
          end if
-         if (.not. any(sets == column_sets(set)%name)) sets = [sets, column_sets(set)%name]
-         if (is_rotating(column_sets(set)%name)) &
+         if (.not. any(sets == set_of(quantities(at)))) sets = [sets, set_of(quantities(at))]
+         if (any(quantities(at)%kind == [Q_EULER, Q_ROLL_PITCH_YAW])) &
             measurement%turns(i) = merge(360.0_wp, 2*pi, measurement%degrees)
       end do
       measurement%sets = sets
@@ -143,45 +139,36 @@ contains
       end do
    end subroutine find_columns
 
-   !> The set whose columns are angles that are known but for whole turns.
-   pure logical function is_rotating(set)
-      character(len=*), intent(in) :: set
-      is_rotating = index(set, 'euler') == 1 .or. set == 'roll_pitch_yaw'
-   end function is_rotating
-
-   !> Raises an error for a column that cannot be fitted.
-   subroutine refuse(group, name, error)
+   !> Raises an error for a column that cannot be fitted, with the reason.
+   subroutine reject(group, name, error)
       type(group_t), intent(in) :: group
       character(len=*), intent(in) :: name
       type(scene_error_t), intent(inout) :: error
-      ! The angle from a frame has no derivative where it is zero, which is what a fit would look for.
-      if (index(name, 'frame') == 1) then
-         call error%raise(group%line_of('columns'), quoted(trim(name))//' is relative to a frame, which a fit does '// &
-                          'not support', expected="the attitude itself, columns = 'q0', 'q1', 'q2', 'q3'")
-         return
-      end if
-      associate (names => split_list(measurable))
+      integer :: at
+      at = find_quantity(base_name(name))
+      if (at > 0) then
+         call error%raise(group%line_of('columns'), quoted(trim(name))//' cannot be fitted: it '// &
+                          reason_of(quantities(at), AS_MEASUREMENT), &
+                          expected="attitude or momentum, such as 'omega1' or 'q0', 'q1', 'q2', 'q3'")
+      else
          call error%raise(group%line_of('columns'), quoted(trim(name))//' is not a column that can be fitted', &
                           expected="columns of attitude and momentum, such as 'omega1', 'phi_deg' or "// &
-                          "'q0', 'q1', 'q2', 'q3'", nearest=nearest_name(trim(name), names))
-      end associate
-   end subroutine refuse
+                          "'q0', 'q1', 'q2', 'q3'", &
+                          nearest=nearest_name(trim(name), split_list(names_for(AS_MEASUREMENT))))
+      end if
+   end subroutine reject
 
-   !> The set of a history that has a column, as its place in the table; 0: none that can be fitted.
-   pure integer function set_of(column) result(set)
+   !> Returns the name of a column without the mark of degrees.
+   pure function base_name(column) result(name)
       character(len=*), intent(in) :: column
       character(len=:), allocatable :: name
+      integer :: last
       name = trim(column)
-      if (len(name) > len(degree_mark)) then
-         if (name(len(name) - 3:) == degree_mark) name = name(:len(name) - 4)
+      last = len(name) - len(degree_mark)
+      if (last > 0) then
+         if (name(last + 1:) == degree_mark) name = name(:last)
       end if
-      set = 0
-      if (index(name, 'euler_') /= 1 .and. .not. any(split_list(measurable) == name)) return
-      do set = size(column_sets), 1, -1
-         if (column_sets(set)%name == 'lvlh_attitude') cycle
-         if (any(split_list(trim(column_sets(set)%headers)) == name)) return
-      end do
-   end function set_of
+   end function base_name
 
    !> Standard deviations, bias and loss.
    subroutine read_statistics(group, measurement, error)
@@ -366,21 +353,12 @@ contains
       type(measurement_t), intent(in) :: measurement
       integer, intent(in) :: i
       character(len=:), allocatable :: unit
-      character(len=:), allocatable :: name
+      integer :: at
       unit = ''
       if (measurement%kind /= VALUES) return
-      name = trim(measurement%columns(i))
-      unit = 'J'
-      if (column_sets(set_of(name))%last_angle > 0) then
-         unit = merge('deg', 'rad', measurement%degrees)
-         if (index(name, 'omega') == 1) unit = unit//'/s'
-      else if (index(name, '_speed') > 0) then
-         unit = 'rad/s'
-      else if (index(name, '_momentum') > 0 .or. index('Ll', name(1:1)) > 0) then
-         unit = 'N m s'
-      else if (name(1:1) == 'B') then
-         unit = 'T'
-      end if
+      at = find_quantity(base_name(measurement%columns(i)), AS_MEASUREMENT)
+      unit = trim(quantities(at)%unit)
+      if (measurement%degrees .and. turns_to_degrees(quantities(at))) unit = 'deg'//unit(4:)
    end function column_unit
 
    !> Reads a line.

@@ -1,12 +1,12 @@
 !> `&output`: where the rows go, how often, and which columns they have.
 module nutate_scene_output
    use nutate_admissible, only: POSITIVE
-   use nutate_columns, only: column_sets
    use nutate_epoch, only: epoch_t
    use nutate_keys, only: group_t, key_t, name_length, KEY_INTEGER, KEY_LOGICAL, KEY_TEXT
    use nutate_kinds, only: wp, long
    use nutate_limits, only: is_countable, whole_tolerance
    use nutate_printable, only: quoted
+   use nutate_quantities, only: set_names
    use nutate_run_plan, only: run_plan_t
    use nutate_scene_error, only: scene_error_t, allow_one_of
    use nutate_scene_table, only: path_beside
@@ -50,13 +50,11 @@ contains
    !> Keys of the scene group `&output`.
    pure function output_keys() result(keys)
       type(key_t) :: keys(10)
-      character(len=*), parameter :: sets(*) = column_sets%name
-
       keys = [key_t(name='file', kind=KEY_TEXT), &
               key_t(name='events', kind=KEY_TEXT), &
               key_t(name='every', kind=KEY_INTEGER, range=POSITIVE, instead_of='interval,times,times_file'), &
               key_t(name='interval', range=POSITIVE, instead_of='every,times,times_file'), &
-              key_t(name='columns', kind=KEY_TEXT, most=size(sets), choices=joined(sets)), &
+              key_t(name='columns', kind=KEY_TEXT, most=size(set_names()), choices=joined(set_names())), &
               key_t(name='times', most=most_times, instead_of='every,interval,times_file'), &
               key_t(name='times_file', kind=KEY_TEXT, instead_of='every,interval,times'), &
               key_t(name='precision', kind=KEY_INTEGER, range=POSITIVE), &

@@ -4,6 +4,7 @@ module nutate_scene_values
    use nutate_kinds, only: wp
    use nutate_number_text, only: read_logical, read_real, read_whole
    use nutate_printable, only: quoted
+   use nutate_quantities, only: find_quantity, quantities, reason_of, AS_EVENT
    use nutate_scene_error, only: scene_error_t
    use nutate_scene_lexer, only: lexer_t, token_t, text_value, TOKEN_COMMA, TOKEN_EQUALS, TOKEN_TEXT, TOKEN_WORD
    use nutate_spelling, only: is_listed, nearest_name, split_list
@@ -175,13 +176,20 @@ contains
       if (.not. error%raised) call check_together(key, setting, error)
    end subroutine check_setting
 
-   !> Raises an error for a text that is not one of the key's choices.
+   !> Raises an error for a text that is not one of the key's choices, with the reason for a quantity that is no event.
    subroutine raise_unknown(key, text, line, error)
       type(key_t), intent(in) :: key
       character(len=*), intent(in) :: text
       integer, intent(in) :: line
       type(scene_error_t), intent(inout) :: error
       character(len=:), allocatable :: choices, nearest
+      integer :: at
+      at = find_quantity(text)
+      if (key%name == 'when' .and. at > 0) then
+         call error%raise(line, quoted(text)//' cannot be the quantity of an event: it '// &
+                          reason_of(quantities(at), AS_EVENT), expected='a smooth function of the state')
+         return
+      end if
       choices = expectation(key)
       nearest = trim(nearest_name(text, split_list(key%choices)))
       if (len(choices) > longest_choices) choices = 'a name of the reference'

@@ -1,0 +1,463 @@
+!> The table of quantities: what histories, events, measurements, sweeps and pictures can show. Names, units, panels and
+!> the reasons of errors are read from it. A new quantity is a kind, an entry of the table, and its evaluation: a case
+!> of `write_set` in `nutate_columns` for rows, cases in `nutate_quantity_motion` for events.
+module nutate_quantities
+   use nutate_control_columns, only: has_controller, has_field
+   use nutate_effect_columns, only: energy_headers, work_headers
+   use nutate_effect_list, only: effect_list_t
+   use nutate_propagated_columns, only: COVARIANCE, DEVIATIONS, FLI, LYAPUNOV, MEGNO, SENSITIVITIES
+   implicit none
+   private
+
+   public :: quantity_t, quantities
+   public :: component_of, depends_on_orbit, find_missing, find_quantity, find_set, headers_of, last_of_set, &
+      names_for, numbered, reason_of, serves, set_headers, set_names, set_of, turns_to_degrees, width_of
+   public :: Q_QUATERNION, Q_CONJUGATE_MOMENTUM, Q_RATE, Q_RATE_SPACE, Q_MOMENTUM, Q_MOMENTUM_SPACE, Q_EULER, &
+      Q_ENERGY, Q_BALANCE, Q_CONSTRAINTS, Q_SOLVER, Q_JACOBI, Q_ROLL_PITCH_YAW, Q_LVLH_ATTITUDE, Q_ORBIT_POSITION, &
+      Q_ORBIT_RADIUS, Q_TRUE_ANOMALY, Q_ECLIPSE, Q_SHADOW_DEPTH, Q_TIME_DEPENDENT_WORK, Q_WHEEL_SPEED, &
+      Q_WHEEL_MOMENTUM, Q_WHEEL_WORK, Q_ENERGIES, Q_WORKS, Q_CONTROLLER, Q_POINTING_ERROR, Q_FIELD, Q_TUMBLING, &
+      Q_FRAME_ATTITUDE, Q_FRAME_ANGLE, Q_PROPAGATED
+   public :: AS_EVENT, AS_MEASUREMENT, NEEDS_CONTROLLER, NEEDS_TARGET
+
+   !> Kinds: one procedure evaluates all components of a kind.
+   enum, bind(c)
+      enumerator :: Q_QUATERNION = 1, Q_CONJUGATE_MOMENTUM, Q_RATE, Q_RATE_SPACE, Q_MOMENTUM, &
+         Q_MOMENTUM_SPACE, Q_EULER, Q_ENERGY, Q_BALANCE, Q_CONSTRAINTS, Q_SOLVER, Q_JACOBI, Q_ROLL_PITCH_YAW, &
+         Q_LVLH_ATTITUDE, Q_ORBIT_POSITION, Q_ORBIT_RADIUS, Q_TRUE_ANOMALY, Q_ECLIPSE, Q_SHADOW_DEPTH, &
+         Q_TIME_DEPENDENT_WORK, Q_WHEEL_SPEED, Q_WHEEL_MOMENTUM, Q_WHEEL_WORK, Q_ENERGIES, Q_WORKS, Q_CONTROLLER, &
+         Q_POINTING_ERROR, Q_FIELD, Q_TUMBLING, Q_FRAME_ATTITUDE, Q_FRAME_ANGLE, Q_PROPAGATED
+   end enum
+
+   !> What a scene must have for a quantity.
+   enum, bind(c)
+      enumerator :: NEEDS_NOTHING = 0, NEEDS_WHEEL, NEEDS_CONTROLLER, NEEDS_TARGET, NEEDS_FIELD, NEEDS_ORBIT, &
+         NEEDS_SUN, NEEDS_NO_ROTOR, NEEDS_FRAME, NEEDS_POTENTIAL, NEEDS_WORK
+   end enum
+
+   !> Uses that not all quantities have.
+   enum, bind(c)
+      enumerator :: AS_EVENT = 1, AS_MEASUREMENT
+   end enum
+
+   !> One quantity, or the components of one.
+   type :: quantity_t
+      !> Set of columns; the quantities of a set stand next to each other. Here, in the names and in the symbol, `#` is
+      !> the number or the sequence.
+      character(len=24) :: set = ''
+      !> Names of the components, comma separated; a pattern in capitals where they depend on the scene.
+      character(len=72) :: names = ''
+      integer :: kind = 0
+      !> Unit, and the title of its panel in pictures; quantities with the same title share a panel.
+      character(len=16) :: unit = ''
+      character(len=32) :: symbol = ''
+      !> Place of its panel among all.
+      integer :: panel = 0
+      !> Colour of the curve; blank: that of the component.
+      character(len=7) :: colour = ''
+      !> Axes of a vector: `body`, `space` or `inertial`; blank: none.
+      character(len=8) :: axes = ''
+      !> Reasons why it can be no quantity of an event and no measurement; blank: it can.
+      character(len=56) :: no_event = '', no_measurement = ''
+      !> Period 2π; its value is continuous all the same, beyond a period.
+      logical :: is_periodic = .false., is_continuous = .false.
+      !> Its value depends on the attitude; the potential energy does not count, since potentials need the attitude
+      !> anyway.
+      logical :: attitude = .true.
+      !> `NEEDS_WHEEL`, ...
+      integer :: needs = NEEDS_NOTHING
+      !> Number of the wheel, controller or frame, in the order of the scene.
+      integer :: number = 1
+      !> Position of the first component among those of its kind.
+      integer :: first = 1
+      !> An angle or rate that is never written in degrees.
+      logical :: in_radians = .false.
+      !> Sequence of axes of Euler angles.
+      character(len=3) :: sequence = ''
+      !> `SENSITIVITIES`, ... of `nutate_propagated_columns`; 0: no run propagates it. These sets stand last.
+      integer :: propagated = 0
+      !> Pattern of names that depend on the scene: `#` is a digit, `*` the rest; blank: the names.
+      character(len=24) :: pattern = ''
+   end type quantity_t
+
+   !> Colours of the components 1, 2, 3, or x, y, z, of the wheels and controllers 1 to 6, and of others.
+   character(len=7), parameter :: VERMILION = '#d55e00', GREEN = '#009e73', NAVY = '#0b3c5d', ORANGE = '#e69f00', &
+      SKY = '#56b4e9', PINK = '#cc79a7', BLACK = '#000000'
+   character(len=7), parameter, public :: GREY = '#666666', &
+      component_colours(6) = [VERMILION, GREEN, NAVY, ORANGE, SKY, PINK]
+
+   !> Reasons.
+   character(len=*), parameter :: &
+      counts = 'is a counter', &
+      adds_up = 'adds up over the run', &
+      of_step = 'belongs to the last step, not to the state', &
+      is_round_off = 'is round-off', &
+      two_values = 'has only two values', &
+      no_rate = 'has no rate in closed form', &
+      is_sampled = 'can belong to the last sample, not to the state', &
+      is_propagated = 'belongs to the run, not to the state', &
+      other_angles = 'is measured as an attitude, q0 to q3', &
+      still = 'does not depend on the motion of the body', &
+      has_edges = 'has no derivative at a separatrix', &
+      by_frame = 'is relative to a frame, which a fit does not support', &
+      is_stored = 'is an auxiliary variable of the integration'
+
+   !> Sequences of Euler angles beside 313.
+   character(len=3), parameter :: sequences(11) = ['121', '123', '131', '132', '212', '213', '231', '232', '312', &
+      '321', '323']
+   !> Counts in tables.
+   integer :: i
+
+   !> All quantities, in the order in which they stand in a history.
+   type(quantity_t), parameter :: quantities(*) = [ &
+      quantity_t('quaternion', 'q0,q1,q2,q3', Q_QUATERNION, '', 'q', 3, no_measurement=other_angles), &
+      quantity_t('conjugate_momentum', 'p0,p1,p2,p3', Q_CONJUGATE_MOMENTUM, 'N m s', 'p', 20, &
+                 no_measurement=is_stored), &
+      quantity_t('angular_velocity', 'omega1,omega2,omega3', Q_RATE, 'rad/s', 'Ω', 1, axes='body', attitude=.false.), &
+      quantity_t('angular_velocity_space', 'omega_x,omega_y,omega_z', Q_RATE_SPACE, 'rad/s', 'ω in space', 2, &
+                 axes='space'), &
+      quantity_t('angular_momentum', 'L1,L2,L3', Q_MOMENTUM, 'N m s', 'L', 18, axes='body', attitude=.false.), &
+      quantity_t('angular_momentum_space', 'l_x,l_y,l_z', Q_MOMENTUM_SPACE, 'N m s', 'l in space', 19, axes='space'), &
+      quantity_t('euler', 'phi', Q_EULER, 'rad', 'φ, ψ', 6, VERMILION, is_periodic=.true., sequence='313'), &
+      quantity_t('euler', 'theta', Q_EULER, 'rad', 'θ', 7, GREEN, first=2, sequence='313'), &
+      quantity_t('euler', 'psi', Q_EULER, 'rad', 'φ, ψ', 6, NAVY, first=3, is_periodic=.true., sequence='313'), &
+      quantity_t('energy', 'kinetic', Q_ENERGY, 'J', 'energy', 31, SKY, attitude=.false.), &
+      quantity_t('energy', 'potential', Q_ENERGY, 'J', 'energy', 31, ORANGE, first=2, attitude=.false.), &
+      quantity_t('energy', 'total', Q_ENERGY, 'J', 'energy', 31, BLACK, first=3, attitude=.false.), &
+      quantity_t('energy', 'work', Q_BALANCE, 'J', 'energy', 31, PINK, '', adds_up, adds_up, attitude=.false.), &
+      quantity_t('energy', 'energy_residual', Q_BALANCE, 'J', 'energy residual', 32, GREY, '', adds_up, adds_up, &
+                 attitude=.false.), &
+      quantity_t('constraints', 'norm_error', Q_CONSTRAINTS, '', 'q·q − 1', 37, GREY, '', is_round_off, is_round_off), &
+      quantity_t('constraints', 'orthogonality', Q_CONSTRAINTS, 'N m s', 'q·p', 38, GREY, '', is_round_off, &
+                 is_round_off), &
+      quantity_t('solver', 'iterations', Q_SOLVER, '', 'iterations', 39, GREY, '', counts, counts, attitude=.false.), &
+      quantity_t('solver', 'step_residual', Q_SOLVER, '', 'residual of a step', 40, GREY, '', of_step, of_step, &
+                 attitude=.false.), &
+      quantity_t('jacobi', 'jacobi', Q_JACOBI, 'J', 'Jacobi integral', 33, BLACK), &
+      quantity_t('lvlh_attitude', 'roll', Q_ROLL_PITCH_YAW, 'rad', 'roll, pitch, yaw', 5, VERMILION, &
+                 is_periodic=.true., needs=NEEDS_ORBIT), &
+      quantity_t('lvlh_attitude', 'pitch', Q_ROLL_PITCH_YAW, 'rad', 'roll, pitch, yaw', 5, GREEN, first=2, &
+                 needs=NEEDS_ORBIT), &
+      quantity_t('lvlh_attitude', 'yaw', Q_ROLL_PITCH_YAW, 'rad', 'roll, pitch, yaw', 5, NAVY, first=3, &
+                 is_periodic=.true., needs=NEEDS_ORBIT), &
+      quantity_t('lvlh_attitude', 'lvlh_q0,lvlh_q1,lvlh_q2,lvlh_q3', Q_LVLH_ATTITUDE, '', 'q from the LVLH frame', 4, &
+                 no_event=no_rate, no_measurement=other_angles, needs=NEEDS_ORBIT), &
+      quantity_t('orbit', 'orbit_x,orbit_y,orbit_z', Q_ORBIT_POSITION, 'm', 'position', 21, '', 'inertial', no_rate, &
+                 still, attitude=.false., needs=NEEDS_ORBIT), &
+      quantity_t('orbit', 'orbit_radius', Q_ORBIT_RADIUS, 'm', 'radius of the orbit', 22, NAVY, no_measurement=still, &
+                 attitude=.false., needs=NEEDS_ORBIT), &
+      quantity_t('orbit', 'true_anomaly', Q_TRUE_ANOMALY, 'rad', 'true anomaly', 23, NAVY, no_measurement=still, &
+                 is_periodic=.true., is_continuous=.true., attitude=.false., needs=NEEDS_ORBIT), &
+      quantity_t('eclipse', 'eclipse', Q_ECLIPSE, '', 'eclipse', 24, NAVY, '', two_values, two_values, &
+                 attitude=.false., needs=NEEDS_SUN), &
+      quantity_t('eclipse', 'shadow_depth', Q_SHADOW_DEPTH, 'm', 'depth in the shadow', 25, NAVY, &
+                 no_measurement=still, attitude=.false., needs=NEEDS_SUN), &
+      quantity_t('time_dependent_work', 'time_dependent_work', Q_TIME_DEPENDENT_WORK, 'J', 'works', 36, '', '', &
+                 adds_up, adds_up, attitude=.false.), &
+      [(quantity_t('wheel#', 'wheel#_speed', Q_WHEEL_SPEED, 'rad/s', 'wheel speed', 12, &
+                   in_radians=.true., attitude=.false., needs=NEEDS_WHEEL, number=i), &
+        quantity_t('wheel#', 'wheel#_momentum', Q_WHEEL_MOMENTUM, 'N m s', 'wheel momentum', 13, &
+                   attitude=.false., needs=NEEDS_WHEEL, number=i), &
+        quantity_t('wheel#', 'wheel#_motor_work', Q_WHEEL_WORK, 'J', &
+                   'works of wheel #', 36, ORANGE, '', adds_up, adds_up, attitude=.false., &
+                   needs=NEEDS_WHEEL, number=i), &
+        quantity_t('wheel#', 'wheel#_friction_work', Q_WHEEL_WORK, 'J', &
+                   'works of wheel #', 36, PINK, '', adds_up, adds_up, attitude=.false., &
+                   needs=NEEDS_WHEEL, number=i), i=1, 6)], &
+      quantity_t('roll_pitch_yaw', 'roll', Q_ROLL_PITCH_YAW, 'rad', 'roll, pitch, yaw', 5, VERMILION, &
+                 is_periodic=.true.), &
+      quantity_t('roll_pitch_yaw', 'pitch', Q_ROLL_PITCH_YAW, 'rad', 'roll, pitch, yaw', 5, GREEN, first=2), &
+      quantity_t('roll_pitch_yaw', 'yaw', Q_ROLL_PITCH_YAW, 'rad', 'roll, pitch, yaw', 5, NAVY, first=3, &
+                 is_periodic=.true.), &
+      [(quantity_t('euler_#', 'euler_#_1,euler_#_2,euler_#_3', Q_EULER, 'rad', 'Euler angles', 8, &
+                   no_event=no_rate, sequence=sequences(i)), &
+        i=1, size(sequences))], &
+      quantity_t('energies', 'energy_EFFECT', Q_ENERGIES, 'J', 'potential energies', 34, '', '', no_rate, &
+                 no_rate, attitude=.false., needs=NEEDS_POTENTIAL, pattern='energy_*'), &
+      quantity_t('works', 'work_EFFECT', Q_WORKS, 'J', 'works', 35, '', '', adds_up, adds_up, attitude=.false., &
+                 needs=NEEDS_WORK, pattern='work_*'), &
+      [(quantity_t('controller#', 'controller#_commanded1,controller#_commanded2,controller#_commanded3', &
+                   Q_CONTROLLER, 'N m or A m²', 'controller #, commanded', 14, '', 'body', is_sampled, is_sampled, &
+                   needs=NEEDS_CONTROLLER, number=i), &
+        quantity_t('controller#', 'controller#_applied1,controller#_applied2,controller#_applied3', &
+                   Q_CONTROLLER, 'N m or A m²', 'controller #, applied', 15, '', 'body', is_sampled, is_sampled, &
+                   needs=NEEDS_CONTROLLER, number=i, first=4), &
+        quantity_t('controller#', 'controller#_saturations', Q_CONTROLLER, '', 'saturations', &
+                   16, '', '', counts, counts, needs=NEEDS_CONTROLLER, number=i, first=7), i=1, 6)], &
+      [(quantity_t('pointing_error#', 'pointing_error#', Q_POINTING_ERROR, 'rad', 'pointing error', &
+                   9, no_event=no_rate, needs=NEEDS_TARGET, number=i), i=1, 6)], &
+      quantity_t('magnetic_field', 'B1,B2,B3', Q_FIELD, 'T', 'B', 17, '', 'body', no_event=no_rate, &
+                 needs=NEEDS_FIELD), &
+      quantity_t('tumbling', 'energy_ratio', Q_TUMBLING, '', 'E/E₀', 26, NAVY, no_measurement=has_edges, &
+                 needs=NEEDS_NO_ROTOR), &
+      quantity_t('tumbling', 'short_axis_mode', Q_TUMBLING, '', 'short-axis mode', 27, NAVY, '', two_values, &
+                 two_values, needs=NEEDS_NO_ROTOR, first=2), &
+      quantity_t('tumbling', 'precession_period_short', Q_TUMBLING, 's', 'periods', 29, VERMILION, &
+                 no_measurement=has_edges, needs=NEEDS_NO_ROTOR, first=3), &
+      quantity_t('tumbling', 'precession_period_long', Q_TUMBLING, 's', 'periods', 29, GREEN, &
+                 no_measurement=has_edges, needs=NEEDS_NO_ROTOR, first=4), &
+      quantity_t('tumbling', 'rotation_period', Q_TUMBLING, 's', 'periods', 29, NAVY, no_measurement=has_edges, &
+                 needs=NEEDS_NO_ROTOR, first=5), &
+      quantity_t('tumbling', 'pole_longitude', Q_TUMBLING, 'rad', 'pole', 30, VERMILION, no_measurement=has_edges, &
+                 needs=NEEDS_NO_ROTOR, is_periodic=.true., first=6), &
+      quantity_t('tumbling', 'pole_latitude', Q_TUMBLING, 'rad', 'pole', 30, NAVY, no_measurement=has_edges, &
+                 needs=NEEDS_NO_ROTOR, first=7), &
+      quantity_t('tumbling', 'sense', Q_TUMBLING, '', 'sense', 28, NAVY, '', two_values, two_values, &
+                 needs=NEEDS_NO_ROTOR, first=8), &
+      [(quantity_t('frame#', 'frame#_q0,frame#_q1,frame#_q2,frame#_q3', Q_FRAME_ATTITUDE, '', 'q from frame #', 10, &
+                   no_measurement=by_frame, needs=NEEDS_FRAME, number=i), &
+        quantity_t('frame#', 'frame#_angle', Q_FRAME_ANGLE, 'rad', &
+                   'angle from frame #', 11, NAVY, no_measurement=by_frame, needs=NEEDS_FRAME, number=i), &
+        i=1, 3)], &
+      quantity_t('sensitivities', 'd_COMPONENT/d_KEY', Q_PROPAGATED, 'rad per unit', 'rotation by *', 41, '', '', &
+                 is_propagated, is_propagated, propagated=SENSITIVITIES, pattern='d_rotation#/d_*'), &
+      quantity_t('sensitivities', '', Q_PROPAGATED, 'rad/s per unit', 'Ω by *', 42, propagated=SENSITIVITIES, &
+                 pattern='d_omega#/d_*'), &
+      quantity_t('sensitivities', '', Q_PROPAGATED, 'N m s per unit', 'wheel momentum by *', 43, &
+                 propagated=SENSITIVITIES, pattern='d_wheel#_momentum/d_*'), &
+      quantity_t('standard_deviations', 'sigma_COMPONENT', Q_PROPAGATED, 'rad', 'σ of the rotation', 44, '', '', &
+                 is_propagated, is_propagated, propagated=DEVIATIONS, pattern='sigma_rotation#'), &
+      quantity_t('standard_deviations', '', Q_PROPAGATED, 'rad/s', 'σ of Ω', 45, propagated=DEVIATIONS, &
+                 pattern='sigma_omega#'), &
+      quantity_t('covariance', 'covariance_COMPONENT_COMPONENT', Q_PROPAGATED, '', 'covariances', 46, '', '', &
+                 is_propagated, is_propagated, propagated=COVARIANCE, pattern='covariance_*'), &
+      quantity_t('lyapunov', 'lyapunovN', Q_PROPAGATED, '1/s', 'Lyapunov exponent', 47, NAVY, '', is_propagated, &
+                 is_propagated, propagated=LYAPUNOV, pattern='lyapunov'), &
+      quantity_t('lyapunov', '', Q_PROPAGATED, '1/s', 'Lyapunov exponents', 48, propagated=LYAPUNOV, &
+                 pattern='lyapunov#'), &
+      quantity_t('megno', 'megno', Q_PROPAGATED, '', 'mean MEGNO', 49, NAVY, '', is_propagated, is_propagated, &
+                 propagated=MEGNO), &
+      quantity_t('fli', 'fli', Q_PROPAGATED, '', 'FLI', 50, NAVY, '', is_propagated, is_propagated, propagated=FLI)]
+
+contains
+
+   !> Returns a text of the table with the number, or the sequence, of a quantity.
+   elemental function numbered(text, quantity) result(full)
+      character(len=*), intent(in) :: text
+      type(quantity_t), intent(in) :: quantity
+      character(len=len(text)) :: full
+      character(len=1), parameter :: digits(*) = ['1', '2', '3', '4', '5', '6']
+      integer :: k, n
+      full = ''
+      n = 0
+      do k = 1, len_trim(text)
+         n = n + 1
+         if (text(k:k) /= '#') then
+            full(n:n) = text(k:k)
+         else if (quantity%sequence == '') then
+            full(n:n) = digits(quantity%number)
+         else
+            full(n:n + 2) = quantity%sequence
+            n = n + 2
+         end if
+      end do
+   end function numbered
+
+   !> Returns the name of the set of a quantity.
+   elemental function set_of(quantity) result(set)
+      type(quantity_t), intent(in) :: quantity
+      character(len=24) :: set
+      set = numbered(quantity%set, quantity)
+   end function set_of
+
+   !> Returns the names of all sets, in the order of the table.
+   pure function set_names() result(names)
+      character(len=24), allocatable :: names(:)
+      integer :: k
+      names = set_of(pack(quantities, [(first_of_set(k) == k, k=1, size(quantities))]))
+   end function set_names
+
+   !> Returns the position of the first quantity of a set.
+   pure integer function first_of_set(at) result(first)
+      !> Position of a quantity of the set.
+      integer, intent(in) :: at
+      do first = at, 2, -1
+         if (.not. are_one_set(quantities(first - 1), quantities(at))) return
+      end do
+   end function first_of_set
+
+   !> Returns true for two quantities of one set.
+   elemental logical function are_one_set(one, other)
+      type(quantity_t), intent(in) :: one, other
+      are_one_set = one%set == other%set .and. one%number == other%number .and. one%sequence == other%sequence
+   end function are_one_set
+
+   !> Returns the position of the first quantity of a set by its name; 0 for an unknown name.
+   pure integer function find_set(name) result(first)
+      character(len=*), intent(in) :: name
+      do first = 1, size(quantities)
+         if (set_of(quantities(first)) == name) return
+      end do
+      first = 0
+   end function find_set
+
+   !> Returns true if `degrees` of a scene changes the unit of a quantity.
+   elemental logical function turns_to_degrees(quantity)
+      type(quantity_t), intent(in) :: quantity
+      turns_to_degrees = index(quantity%unit, 'rad') == 1 .and. .not. quantity%in_radians
+   end function turns_to_degrees
+
+   !> Returns why a quantity cannot be an event or a measurement; blank if it can.
+   pure function reason_of(quantity, use) result(reason)
+      type(quantity_t), intent(in) :: quantity
+      !> `AS_EVENT` or `AS_MEASUREMENT`.
+      integer, intent(in) :: use
+      character(len=:), allocatable :: reason
+      reason = trim(merge(quantity%no_event, quantity%no_measurement, use == AS_EVENT))
+   end function reason_of
+
+   !> Returns true for a quantity that has a use.
+   elemental logical function serves(quantity, use)
+      type(quantity_t), intent(in) :: quantity
+      !> `AS_EVENT` or `AS_MEASUREMENT`.
+      integer, intent(in) :: use
+      serves = merge(quantity%no_event, quantity%no_measurement, use == AS_EVENT) == ''
+   end function serves
+
+   !> Returns the position of a quantity in the table; 0 for an unknown name, or one without the use.
+   pure integer function find_quantity(name, use) result(at)
+      character(len=*), intent(in) :: name
+      !> `AS_EVENT` or `AS_MEASUREMENT`; default: any.
+      integer, intent(in), optional :: use
+      do at = 1, size(quantities)
+         if (component_of(quantities(at), name) == 0) cycle
+         if (.not. present(use)) return
+         if (serves(quantities(at), use)) return
+      end do
+      at = 0
+   end function find_quantity
+
+   !> Returns the position of a name among the components of the quantity's kind; 0: it has another name.
+   pure integer function component_of(quantity, name) result(component)
+      type(quantity_t), intent(in) :: quantity
+      character(len=*), intent(in) :: name
+      character(len=len(quantity%names)) :: names
+      integer :: at, k
+      component = 0
+      names = numbered(quantity%names, quantity)
+      at = index(','//trim(names)//',', ','//trim(name)//',')
+      if (at > 0) component = quantity%first + count([(names(k:k) == ',', k=1, at - 1)])
+   end function component_of
+
+   !> Returns the names of all components that have a use, comma separated.
+   pure function names_for(use) result(names)
+      !> `AS_EVENT` or `AS_MEASUREMENT`.
+      integer, intent(in) :: use
+      character(len=:), allocatable :: names
+      integer :: k
+      names = ''
+      do k = 1, size(quantities)
+         if (serves(quantities(k), use) .and. quantities(k)%names /= '') &
+            names = names//','//headers_of(quantities(k), degrees=.false.)
+      end do
+      names = names(2:)
+   end function names_for
+
+   !> Returns the position of the last quantity of a set.
+   pure integer function last_of_set(first) result(last)
+      !> Position of a quantity of the set.
+      integer, intent(in) :: first
+      do last = first, size(quantities) - 1
+         if (.not. are_one_set(quantities(last + 1), quantities(first))) return
+      end do
+   end function last_of_set
+
+   !> Returns the number of components of a quantity.
+   elemental integer function width_of(quantity) result(width)
+      type(quantity_t), intent(in) :: quantity
+      integer :: k
+      width = 1 + count([(quantity%names(k:k) == ',', k=1, len(quantity%names))])
+   end function width_of
+
+   !> Returns the names of the columns of a quantity, comma separated.
+   pure function headers_of(quantity, degrees) result(headers)
+      type(quantity_t), intent(in) :: quantity
+      !> Angles and rates are in degrees, which their names say.
+      logical, intent(in) :: degrees
+      character(len=:), allocatable :: headers, mark
+      character(len=len(quantity%names)) :: names
+      integer :: k
+      mark = ''
+      if (degrees .and. turns_to_degrees(quantity)) mark = '_deg'
+      names = numbered(quantity%names, quantity)
+      headers = ''
+      do k = 1, len_trim(names)
+         if (names(k:k) == ',') headers = headers//mark
+         headers = headers//names(k:k)
+      end do
+      headers = headers//mark
+   end function headers_of
+
+   !> Returns the names of the columns of a set, comma separated.
+   pure function set_headers(set) result(headers)
+      character(len=*), intent(in) :: set
+      character(len=:), allocatable :: headers
+      integer :: k
+      headers = ''
+      do k = find_set(set), last_of_set(find_set(set))
+         if (quantities(k)%names /= '') headers = headers//','//headers_of(quantities(k), degrees=.false.)
+      end do
+      headers = headers(2:)
+   end function set_headers
+
+   !> Returns true for a quantity that does not exist without an orbit.
+   elemental logical function depends_on_orbit(quantity)
+      type(quantity_t), intent(in) :: quantity
+      depends_on_orbit = quantity%needs == NEEDS_ORBIT .or. quantity%needs == NEEDS_SUN
+   end function depends_on_orbit
+
+   !> Finds what a quantity needs and a system does not have.
+   subroutine find_missing(quantity, effects, missing, expected)
+      type(quantity_t), intent(in) :: quantity
+      type(effect_list_t), intent(in) :: effects
+      !> Predicate such as `need a potential`, and what to write; empty if nothing is missing.
+      character(len=:), allocatable, intent(out) :: missing, expected
+      logical :: has_sun
+      missing = ''
+      expected = ''
+      associate (n => quantity%number)
+         select case (quantity%needs)
+         case (NEEDS_WHEEL)
+            if (n > effects%n_wheels) call refer_to('a wheel', 'one group &wheel for each')
+         case (NEEDS_CONTROLLER)
+            if (.not. has_controller(n, .false., effects)) &
+               call refer_to('a controller', 'one group &controller for each')
+         case (NEEDS_TARGET)
+            if (.not. has_controller(n, .true., effects)) &
+               call refer_to('a controller', 'one group &controller for each, which points')
+         case (NEEDS_FIELD)
+            if (.not. has_field(effects)) call refer_to('a field', '&earth_field, or field in &controller or &dipole')
+         case (NEEDS_ORBIT, NEEDS_SUN)
+            has_sun = .false.
+            if (effects%on_orbit) has_sun = effects%orbit%has_sun()
+            if (quantity%needs == NEEDS_SUN .and. .not. has_sun) call refer_to('a sun', 'sun in &orbit')
+            if (.not. effects%on_orbit) call refer_to('an orbit', '&orbit')
+         case (NEEDS_FRAME)
+            if (n > effects%n_frames) call refer_to('a frame', 'one group &frame for each')
+         case (NEEDS_NO_ROTOR)
+            if (effects%n_rotors > 0) call need('a body without rotors and wheels', 'no &rotor and no &wheel')
+         case (NEEDS_POTENTIAL)
+            if (energy_headers(effects) == '') call need('a potential', 'one, such as &gravity')
+         case (NEEDS_WORK)
+            if (work_headers(effects) == '') call need('an effect that does work', 'one, such as &torque')
+         case default
+            continue
+         end select
+      end associate
+
+   contains
+
+      subroutine refer_to(what, instead)
+         character(len=*), intent(in) :: what, instead
+         missing = 'refer to '//what//' that does not exist'
+         expected = instead
+      end subroutine refer_to
+
+      subroutine need(what, instead)
+         character(len=*), intent(in) :: what, instead
+         missing = 'need '//what
+         expected = instead
+      end subroutine need
+
+   end subroutine find_missing
+
+end module nutate_quantities

@@ -1,0 +1,399 @@
+!> Values of the table of quantities along a motion, their rates in closed form, and bounds of both.
+module nutate_quantity_motion
+   use nutate_attitude, only: roll_pitch_yaw_from_quat, euler_from_quat
+   use nutate_hamiltonian, only: potential_energy, time_dependent_power
+   use nutate_kinds, only: wp, eps, pi
+   use nutate_motion, only: motion_t
+   use nutate_motion_bounds, only: speed_bounds_t
+   use nutate_quantities, only: quantity_t, Q_CONJUGATE_MOMENTUM, Q_ENERGY, Q_EULER, Q_FRAME_ANGLE, Q_FRAME_ATTITUDE, &
+      Q_JACOBI, Q_MOMENTUM, Q_MOMENTUM_SPACE, Q_ORBIT_RADIUS, Q_QUATERNION, Q_RATE, Q_RATE_SPACE, Q_ROLL_PITCH_YAW, &
+      Q_SHADOW_DEPTH, Q_TRUE_ANOMALY, Q_TUMBLING, Q_WHEEL_MOMENTUM, Q_WHEEL_SPEED
+   use nutate_quaternion, only: cross, quat_conjugate, quat_norm, quat_product, quat_vector_product, rotate_to_body, &
+      rotate_to_space
+   use nutate_small_products, only: vector_length
+   use nutate_system, only: system_t
+   use nutate_tumbling_columns, only: tumbling_rate, tumbling_value
+   implicit none
+   private
+
+   public :: quantity_value, quantity_rate, quantity_size, fastest_rate, greatest_value
+
+   !> Components of Euler angles, of roll, pitch and yaw, and of energies.
+   integer, parameter :: PHI = 1, THETA = 2, PSI = 3, ROLL = 1, PITCH = 2, KINETIC = 1, POTENTIAL = 2
+
+contains
+
+   !> Returns the value of a component of a quantity; energies without that of an auxiliary inertia, which is none of
+   !> the body's.
+   pure real(wp) function quantity_value(quantity, component, system, motion) result(x)
+      type(quantity_t), intent(in) :: quantity
+      integer, intent(in) :: component
+      type(system_t), intent(in) :: system
+      type(motion_t), intent(in) :: motion
+      real(wp) :: v(3)
+      associate (q => motion%state%q, n => quantity%number)
+         select case (quantity%kind)
+         case (Q_QUATERNION)
+            x = q(component)
+         case (Q_CONJUGATE_MOMENTUM)
+            x = motion%state%p(component)
+         case (Q_RATE)
+            x = motion%omega(component)
+         case (Q_MOMENTUM)
+            x = motion%momentum(component)
+         case (Q_RATE_SPACE)
+            v = rotate_to_space(unit(q), motion%omega)
+            x = v(component)
+         case (Q_MOMENTUM_SPACE)
+            v = rotate_to_space(unit(q), motion%momentum)
+            x = v(component)
+         case (Q_EULER)
+            x = euler_angle(component, unit(q))
+         case (Q_ROLL_PITCH_YAW, Q_ORBIT_RADIUS, Q_TRUE_ANOMALY, Q_SHADOW_DEPTH)
+            x = orbit_value(quantity%kind, component, system, motion)
+         case (Q_TUMBLING)
+            x = tumbling_value(component, system, motion)
+         case (Q_FRAME_ATTITUDE, Q_FRAME_ANGLE)
+            x = frame_value(quantity, component, system, motion)
+         case (Q_WHEEL_SPEED, Q_WHEEL_MOMENTUM)
+            x = 0.0_wp
+            if (n > system%effects%n_wheels) return
+            x = motion%state%wheel_momentum(n)
+            if (quantity%kind == Q_WHEEL_SPEED) x = system%effects%wheels(n)%speed_of(x, motion%omega)
+         case default
+            x = energy_value(quantity, component, system, motion)
+         end select
+      end associate
+   end function quantity_value
+
+   !> Kinetic, potential or total energy, or the Jacobi integral, J.
+   pure real(wp) function energy_value(quantity, component, system, motion) result(x)
+      type(quantity_t), intent(in) :: quantity
+      integer, intent(in) :: component
+      type(system_t), intent(in) :: system
+      type(motion_t), intent(in) :: motion
+      x = 0.0_wp
+      associate (omega => motion%omega, momentum => motion%momentum, effects => system%effects, state => motion%state)
+         if (quantity%kind == Q_JACOBI .or. component /= POTENTIAL) &
+            x = 0.5_wp*dot_product(omega, momentum - effects%inner_momentum(state%wheel_momentum)) &
+                + effects%wheel_energy(state%wheel_momentum)
+         if (quantity%kind == Q_JACOBI .or. component /= KINETIC) x = x + potential_energy(effects, state%q, state%t)
+         if (quantity%kind == Q_JACOBI) x = x - dot_product(omega - motion%relative, momentum)
+      end associate
+   end function energy_value
+
+   !> Roll, pitch, yaw against the LVLH frame, its radius, true anomaly or shadow; 0 where there is no orbit.
+   pure real(wp) function orbit_value(kind, component, system, motion) result(x)
+      integer, intent(in) :: kind, component
+      type(system_t), intent(in) :: system
+      type(motion_t), intent(in) :: motion
+      real(wp) :: angles(3)
+      x = 0.0_wp
+      if (.not. system%effects%on_orbit) return
+      associate (orbit => system%effects%orbit, t => motion%state%t)
+         select case (kind)
+         case (Q_ORBIT_RADIUS)
+            x = orbit%path%radius(t)
+         case (Q_TRUE_ANOMALY)
+            x = orbit%path%true_anomaly(t)
+         case (Q_SHADOW_DEPTH)
+            x = orbit%shadow_depth(t)
+         case default
+            angles = roll_pitch_yaw_from_quat(quat_product(quat_conjugate(orbit%axes(t)), motion%state%q))
+            x = angles(component)
+         end select
+      end associate
+   end function orbit_value
+
+   !> Its rate along the motion. With w the body's rate against the LVLH frame: pitch' = w2 cos(roll) - w3 sin(roll),
+   !> yaw' = (w2 sin(roll) + w3 cos(roll))/cos(pitch), roll' = w1 + yaw' sin(pitch).
+   pure real(wp) function orbit_rate(kind, component, system, motion) result(x)
+      integer, intent(in) :: kind, component
+      type(system_t), intent(in) :: system
+      type(motion_t), intent(in) :: motion
+      real(wp) :: angles(3), w(3), velocity(3), place(3)
+      x = 0.0_wp
+      if (.not. system%effects%on_orbit) return
+      associate (orbit => system%effects%orbit, t => motion%state%t)
+         select case (kind)
+         case (Q_ORBIT_RADIUS)
+            velocity = orbit%path%velocity(t)
+            place = orbit%path%position(t)
+            x = dot_product(velocity, place)/orbit%path%radius(t)
+         case (Q_TRUE_ANOMALY)
+            x = orbit%path%turn_rate(t)
+         case (Q_SHADOW_DEPTH)
+            x = orbit%shadow_rate(t)
+         case default
+            angles = roll_pitch_yaw_from_quat(quat_product(quat_conjugate(orbit%axes(t)), motion%state%q))
+            w = motion%omega - rotate_to_body(unit(motion%state%q), orbit%axes_rate(t))
+            x = w(2)*cos(angles(1)) - w(3)*sin(angles(1))
+            if (component == PITCH) return
+            x = (w(2)*sin(angles(1)) + w(3)*cos(angles(1)))/max(cos(angles(2)), eps)
+            if (component == ROLL) x = w(1) + x*sin(angles(2))
+         end select
+      end associate
+   end function orbit_rate
+
+   !> Attitude relative to a frame, or its angle, rad; 0 for a frame that does not exist.
+   pure real(wp) function frame_value(quantity, component, system, motion) result(x)
+      type(quantity_t), intent(in) :: quantity
+      integer, intent(in) :: component
+      type(system_t), intent(in) :: system
+      type(motion_t), intent(in) :: motion
+      real(wp) :: q(4), angle
+      x = 0.0_wp
+      if (quantity%number > system%effects%n_frames) return
+      associate (frame => system%effects%frames(quantity%number))
+         call frame%relative(motion%state%t, quat_product(system%effects%space_axes(motion%state%t), motion%state%q), &
+                             q, angle)
+      end associate
+      x = merge(angle, q(component), quantity%kind == Q_FRAME_ANGLE)
+   end function frame_value
+
+   !> Its rate along the motion.
+   pure real(wp) function frame_rate(quantity, component, system, motion) result(x)
+      type(quantity_t), intent(in) :: quantity
+      integer, intent(in) :: component
+      type(system_t), intent(in) :: system
+      type(motion_t), intent(in) :: motion
+      real(wp) :: rates(4), q(4), omega(3)
+      x = 0.0_wp
+      if (quantity%number > system%effects%n_frames) return
+      associate (frame => system%effects%frames(quantity%number), t => motion%state%t)
+         q = quat_product(system%effects%space_axes(t), motion%state%q)
+         omega = motion%relative
+         if (system%effects%knows_space_axes()) omega = motion%omega
+         if (quantity%kind == Q_FRAME_ANGLE) then
+            x = frame%angle_rate(t, q, omega)
+         else
+            rates = frame%quaternion_rate(t, q, omega)
+            x = rates(component)
+         end if
+      end associate
+   end function frame_rate
+
+   !> Returns the rate of a component of a quantity along the motion.
+   pure real(wp) function quantity_rate(quantity, component, system, motion) result(x)
+      type(quantity_t), intent(in) :: quantity
+      integer, intent(in) :: component
+      type(system_t), intent(in) :: system
+      !> With its rates.
+      type(motion_t), intent(in) :: motion
+      real(wp) :: v(3), w(4), torque(3), momentum_rate(3), frame_in_body(3)
+      torque = motion%potential_torque + motion%torque
+      frame_in_body = motion%omega - motion%relative
+      momentum_rate = cross(motion%momentum, motion%omega) + torque
+      associate (q => motion%state%q, relative => motion%relative, n => quantity%number)
+         select case (quantity%kind)
+         case (Q_QUATERNION)
+            w = quat_vector_product(q, 0.5_wp*relative)
+            x = w(component)
+         case (Q_CONJUGATE_MOMENTUM)
+            ! ṗ of p = 2 q∘[0, L].
+            w = quat_product(quat_vector_product(q, relative), [0.0_wp, motion%momentum]) + &
+                quat_vector_product(q, 2*momentum_rate)
+            x = w(component)
+         case (Q_RATE)
+            x = motion%acceleration(component)
+         case (Q_MOMENTUM)
+            x = momentum_rate(component)
+         case (Q_RATE_SPACE)
+            v = rotate_to_space(unit(q), motion%acceleration + cross(motion%omega, frame_in_body))
+            x = v(component)
+         case (Q_MOMENTUM_SPACE)
+            v = rotate_to_space(unit(q), torque + cross(motion%momentum, frame_in_body))
+            x = v(component)
+         case (Q_EULER)
+            x = euler_rate(component, q, relative)
+         case (Q_ROLL_PITCH_YAW, Q_ORBIT_RADIUS, Q_TRUE_ANOMALY, Q_SHADOW_DEPTH)
+            x = orbit_rate(quantity%kind, component, system, motion)
+         case (Q_TUMBLING)
+            x = tumbling_rate(component, system, motion)
+         case (Q_FRAME_ATTITUDE, Q_FRAME_ANGLE)
+            x = frame_rate(quantity, component, system, motion)
+         case (Q_WHEEL_SPEED, Q_WHEEL_MOMENTUM)
+            x = 0.0_wp
+            if (n > system%effects%n_wheels) return
+            x = motion%wheel_rate(n)
+            if (quantity%kind == Q_WHEEL_SPEED) x = system%effects%wheels(n)%speed_of(x, motion%acceleration)
+         case default
+            x = energy_rate(quantity, component, system, motion)
+         end select
+      end associate
+   end function quantity_rate
+
+   !> Rate of an energy or of the Jacobi integral, W.
+   pure real(wp) function energy_rate(quantity, component, system, motion) result(x)
+      type(quantity_t), intent(in) :: quantity
+      integer, intent(in) :: component
+      type(system_t), intent(in) :: system
+      type(motion_t), intent(in) :: motion
+      real(wp) :: by_time
+      by_time = 0.0_wp
+      if (system%effects%moves) by_time = time_dependent_power(system%effects, unit(motion%state%q), motion%state%t)
+      associate (omega => motion%omega, relative => motion%relative)
+         if (quantity%kind == Q_JACOBI) then
+            x = dot_product(relative, motion%torque) + motion%inner_power + by_time
+         else if (component == KINETIC) then
+            x = dot_product(omega, motion%potential_torque + motion%torque) + motion%inner_power
+         else if (component == POTENTIAL) then
+            x = by_time - dot_product(relative, motion%potential_torque)
+         else
+            x = dot_product(omega, motion%torque) + dot_product(omega - relative, motion%potential_torque) + &
+                motion%inner_power + by_time
+         end if
+      end associate
+   end function energy_rate
+
+   !> Returns the size of the vector or sum that a component belongs to, to which its round-off is relative.
+   pure real(wp) function quantity_size(quantity, component, system, motion) result(x)
+      type(quantity_t), intent(in) :: quantity
+      integer, intent(in) :: component
+      type(system_t), intent(in) :: system
+      type(motion_t), intent(in) :: motion
+      select case (quantity%kind)
+      case (Q_QUATERNION, Q_FRAME_ATTITUDE)
+         x = 1.0_wp
+      case (Q_CONJUGATE_MOMENTUM)
+         x = quat_norm(motion%state%p)
+      case (Q_RATE, Q_RATE_SPACE)
+         x = vector_length(motion%omega)
+      case (Q_MOMENTUM, Q_MOMENTUM_SPACE)
+         x = vector_length(motion%momentum)
+      case (Q_ENERGY, Q_JACOBI)
+         x = 0.5_wp*vector_length(motion%omega)*vector_length(motion%momentum)
+         if (quantity%kind == Q_JACOBI .or. component /= KINETIC) &
+            x = x + abs(potential_energy(system%effects, motion%state%q, motion%state%t))
+      case default
+         x = 1.0_wp
+         if (quantity%unit /= 'rad') x = abs(quantity_value(quantity, component, system, motion))
+      end select
+   end function quantity_size
+
+   !> Returns a bound of the rate of a component; negative where none is known.
+   pure real(wp) function fastest_rate(quantity, component, speeds) result(rate)
+      type(quantity_t), intent(in) :: quantity
+      integer, intent(in) :: component
+      type(speed_bounds_t), intent(in) :: speeds
+      rate = -1.0_wp
+      select case (quantity%kind)
+      case (Q_QUATERNION)
+         rate = 0.5_wp*(speeds%speed + speeds%frame_speed)
+      case (Q_CONJUGATE_MOMENTUM)
+         ! p = 2 [0, l]∘q with l in the space axes, which rotate, and |q̇| half of the speed against them.
+         rate = speeds%momentum*(speeds%speed + 3*speeds%frame_speed) + 2*speeds%torque
+      case (Q_RATE)
+         rate = speeds%accelerations(component)
+      case (Q_RATE_SPACE)
+         rate = speeds%acceleration + speeds%speed*speeds%frame_speed
+      case (Q_MOMENTUM)
+         rate = speeds%axis_momentum_rates(component)
+      case (Q_MOMENTUM_SPACE)
+         rate = speeds%space_torques(component) + speeds%momentum*speeds%frame_speed
+      case (Q_EULER)
+         ! About the line of nodes, which lies across axis 3.
+         if (component == THETA) rate = speeds%tilting + speeds%frame_speed
+      case (Q_ENERGY)
+         select case (component)
+         case (KINETIC)
+            rate = speeds%kinetic_rate
+         case (POTENTIAL)
+            rate = speeds%potential_rate
+         case default
+            rate = speeds%total_rate
+         end select
+      case (Q_JACOBI)
+         rate = speeds%jacobi_rate
+      case (Q_WHEEL_SPEED)
+         rate = speeds%wheel_rates(quantity%number)
+      case (Q_WHEEL_MOMENTUM)
+         rate = speeds%drives(quantity%number)
+      case default
+         continue
+      end select
+   end function fastest_rate
+
+   !> Returns a bound of a component, with a hundredth for the errors of a computed motion where they count; negative
+   !> where none is known.
+   pure real(wp) function greatest_value(quantity, component, speeds) result(value)
+      type(quantity_t), intent(in) :: quantity
+      integer, intent(in) :: component
+      type(speed_bounds_t), intent(in) :: speeds
+      real(wp), parameter :: margin = 1.01_wp, longest_quaternion = 1.001_wp, half_turn = pi*(1 + 4*eps)
+      value = -1.0_wp
+      select case (quantity%kind)
+      case (Q_QUATERNION)
+         value = longest_quaternion
+      case (Q_CONJUGATE_MOMENTUM)
+         value = 2*margin*speeds%momentum
+      case (Q_RATE)
+         value = margin*speeds%axis_speeds(component)
+      case (Q_RATE_SPACE)
+         value = margin*speeds%speed
+      case (Q_MOMENTUM)
+         value = margin*speeds%axis_momenta(component)
+      case (Q_MOMENTUM_SPACE)
+         value = margin*speeds%momentum
+      case (Q_EULER)
+         if (component == THETA) value = half_turn
+      case (Q_ENERGY)
+         if (component == KINETIC .and. speeds%kinetic_rate >= 0.0_wp) value = 0.5_wp*margin*speeds%root_energy**2
+      case default
+         continue
+      end select
+   end function greatest_value
+
+   pure function unit(q)
+      real(wp), intent(in) :: q(4)
+      real(wp) :: unit(4)
+      unit = (1/quat_norm(q))*q
+   end function unit
+
+   !> An Euler angle of an attitude, rad.
+   pure real(wp) function euler_angle(angle, q) result(x)
+      !> `PHI`, `THETA` or `PSI`.
+      integer, intent(in) :: angle
+      !> Unit quaternion, body→space; shape (4).
+      real(wp), intent(in) :: q(4)
+      real(wp) :: phi_now, theta_now, psi_now
+      if (angle == THETA) then
+         x = 2*atan2(sqrt(q(2)*q(2) + q(3)*q(3)), sqrt(q(1)*q(1) + q(4)*q(4)))
+         return
+      end if
+      call euler_from_quat(q, phi_now, theta_now, psi_now)
+      x = phi_now
+      if (angle == PSI) x = psi_now
+   end function euler_angle
+
+   !> Its rate, rad/s. With γ = Rᵀe₃ = (sin θ sin ψ, sin θ cos ψ, cos θ): φ' = (Ω1 sin ψ + Ω2 cos ψ)/sin θ,
+   !> θ' = Ω1 cos ψ - Ω2 sin ψ, ψ' = Ω3 - φ' cos θ; at a pole, where ψ = 0, φ takes all of Ω3.
+   pure real(wp) function euler_rate(angle, q, omega) result(rate)
+      !> `PHI`, `THETA` or `PSI`.
+      integer, intent(in) :: angle
+      !> Body→space, of any length; against the space axes, body axes, rad/s.
+      real(wp), intent(in) :: q(4), omega(3)
+      real(wp) :: gamma(2), cosine, sine, precession, square
+      square = q(1)*q(1) + q(2)*q(2) + q(3)*q(3) + q(4)*q(4)
+      gamma(1) = 2*(q(2)*q(4) - q(1)*q(3))/square
+      gamma(2) = 2*(q(3)*q(4) + q(1)*q(2))/square
+      cosine = ((q(1)*q(1) + q(4)*q(4)) - (q(2)*q(2) + q(3)*q(3)))/square
+      sine = sqrt(gamma(1)*gamma(1) + gamma(2)*gamma(2))
+      precession = sign(omega(3), omega(3)*cosine)
+      if (sine > 4*eps) then
+         gamma = gamma/sine
+         precession = (omega(1)*gamma(1) + omega(2)*gamma(2))/sine
+      else
+         gamma = [0.0_wp, 1.0_wp]
+      end if
+      select case (angle)
+      case (PHI)
+         rate = precession
+      case (THETA)
+         rate = omega(1)*gamma(2) - omega(2)*gamma(1)
+      case default
+         rate = omega(3) - precession*cosine
+      end select
+   end function euler_rate
+
+end module nutate_quantity_motion
