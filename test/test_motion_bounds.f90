@@ -42,11 +42,11 @@ module test_motion_bounds
                           margin_of_values = 1.01_wp
 
    !> Columns with a bound of their rate; the first `with_range` of them have one of their value too.
-   integer, parameter :: n_columns = 30, with_range = 22, LAST_Q = 4, AT_THETA = 21, AT_WHEEL = 26
+   integer, parameter :: n_columns = 31, with_range = 23, LAST_Q = 4, AT_THETA = 21, AT_WHEEL = 27
    character(len=16), parameter :: columns(n_columns) = [character(len=16) :: 'q0', 'q1', 'q2', 'q3', 'p0', 'p1', &
       'p2', 'p3', 'omega1', 'omega2', 'omega3', 'omega_x', 'omega_y', 'omega_z', 'L1', 'L2', 'L3', 'l_x', 'l_y', &
-      'l_z', 'theta', 'kinetic', 'total', 'potential', 'jacobi', 'wheel1_speed', 'wheel1_momentum', 'wheel2_speed', &
-      'wheel2_momentum', 'wheel3_speed']
+      'l_z', 'theta', 'kinetic', 'angular_speed', 'total', 'potential', 'jacobi', 'wheel1_speed', &
+      'wheel1_momentum', 'wheel2_speed', 'wheel2_momentum', 'wheel3_speed']
 
    !> A torque -DΩ with a full D, which no scene has.
    type, extends(torque_t) :: full_drag_t

@@ -198,7 +198,7 @@ class Stepper(SatelliteState):
                   crosses: Optional[float] = None, extremum: Optional[str] = None, direction: Optional[int] = None,
                   modulo: Optional[float] = None, weights: Optional[Sequence[float]] = None, stop: Optional[bool] = None,
                   count: Optional[int] = None, switch: Optional[str] = None) -> None:
-        """Adds an event, which every `run` and `run_to` from now on locates. `when` is a column, up to three columns, whose
+        """Adds an event, which every `run` and `run_to` from now on locates. `when` is a column, up to four columns, whose
         weighted sum counts, or a user-defined smooth function when(t, q, omega) of its arguments alone (omega absolute, in body
         axes, rad/s). The other arguments are the keys of the group &event. A run that an event ends (stop, count) leaves the state
         there, and the next one continues from there."""

@@ -38,7 +38,7 @@ module nutate_keys
       !> The group is incomplete without it.
       logical :: required = .false.
       !> Admissible texts, comma separated, for a key that names a choice; blank: any text.
-      character(len=800) :: choices = ''
+      character(len=1600) :: choices = ''
       !> Keys that say the same thing, comma separated: set from the command line, this one takes their place.
       character(len=48) :: instead_of = ''
       !> What it is where it is absent, as a scene would have it, for those who want to be told; blank: nothing to tell.

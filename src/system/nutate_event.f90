@@ -24,7 +24,7 @@ module nutate_event
    real(wp), parameter :: wide = 5.8e-3_wp, narrow = 6.1e-6_wp
 
    !> Parts of a quantity at most.
-   integer, parameter, public :: most_parts = 3
+   integer, parameter, public :: most_parts = 4
 
    !> One of the parts whose sum a quantity is: its value is known up to multiples of `wrap`, 2π for an angle; 0: it is
    !> what it is.

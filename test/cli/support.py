@@ -51,6 +51,7 @@ COLUMNS = {
     "conjugate_momentum": ["p0", "p1", "p2", "p3"],
     "angular_velocity": ["omega1", "omega2", "omega3"],
     "angular_velocity_space": ["omega_x", "omega_y", "omega_z"],
+    "angular_speed": ["angular_speed"],
     "angular_momentum": ["L1", "L2", "L3"],
     "angular_momentum_space": ["l_x", "l_y", "l_z"],
     "euler": ["phi", "theta", "psi"],
@@ -65,9 +66,11 @@ COLUMNS = {
 }
 ORBIT_COLUMNS = {
     "lvlh_attitude": ["roll", "pitch", "yaw", "lvlh_q0", "lvlh_q1", "lvlh_q2", "lvlh_q3"],
+    "lvlh_angular_velocity": ["lvlh_omega1", "lvlh_omega2", "lvlh_omega3"],
     "orbit": ["orbit_x", "orbit_y", "orbit_z", "orbit_radius", "true_anomaly"],
+    "orbit_speed": ["orbit_speed"],
 }
-SUN_COLUMNS = {"eclipse": ["eclipse", "shadow_depth"]}
+SUN_COLUMNS = {"eclipse": ["eclipse", "shadow_depth"], "sun_angle": ["sun_angle"]}
 # Each stands for a column of each effect.
 EFFECT_COLUMNS = {"energies": ["energy_EFFECT"], "works": ["work_EFFECT"]}
 WHEEL_COLUMNS = {f"wheel{i}": [f"wheel{i}_{name}" for name in ("speed", "momentum", "motor_work", "friction_work")]

@@ -1,6 +1,7 @@
 """&frame: the attitude of a message as a frame that columns and events refer to."""
 import math
 import os
+import re
 import unittest
 
 from support import CommandLineTest
@@ -377,6 +378,19 @@ class Parts(FrameTest):
             self.succeed("run", output, "--quiet", "--output", "fitted.csv", "--set", "output.columns='quaternion','frame1'")
             for row, truth in zip(self.history("fitted.csv")[1], self.history("measured.csv")[1]):
                 self.assertLess(angle(row[5:9], truth[5:9]), 1e-8)
+
+    def test_the_angle_from_a_frame_is_measured(self):
+        self.make_message(0.125)
+        self.succeed("run", "chaser.nml", "--quiet", "--set", "output.columns='frame1'", "--output", "angle.csv")
+        rows = [(row[0], row[5]) for row in self.history("angle.csv")[1] if 0.02 < row[5] < 3.12]
+        self.assertGreater(len(rows), 50)
+        self.write("angle.csv", "t,frame1_angle\n" + "".join(f"{t!r},{x!r}\n" for t, x in rows))
+        self.write("fit.nml", CHASER.split("&output")[0].replace("-0.3, 0.2, 0.7", "-0.31, 0.19, 0.705")
+                   + "&free key = 'initial.angular_velocity' /\n&measurement file = 'angle.csv', columns = 'frame1_angle', sigma = 1e-6 /\n")
+        page = self.succeed("fit", "fit.nml").stdout
+        fitted = re.findall(r"initial\.angular_velocity\.\d +(\S+) ±", page)
+        for value, truth in zip(fitted, (-0.3, 0.2, 0.7), strict=True):
+            self.assertAlmostEqual(float(value), truth, delta=1e-7)
 
     def test_the_folder_of_the_scene_is_where_names_begin(self):
         self.make_message(0.125)

@@ -1,6 +1,6 @@
 !> Sums of quantities of the table as quantities of events, with their rates in closed form.
 module nutate_column_event
-   use nutate_event, only: CROSSING, event_t, most_parts, part_t
+   use nutate_event, only: CROSSING, event_t, find_family, most_parts, part_t
    use nutate_kinds, only: wp, pi
    use nutate_motion, only: motion_t
    use nutate_motion_bounds, only: speed_bounds_t
@@ -71,9 +71,28 @@ contains
       integer :: i
       rate = 0.0_wp
       do i = 1, self%n
-         rate = rate + self%weights(i)*quantity_rate(quantities(self%places(i)), self%components(i), system, motion)
+         rate = rate + self%weights(i)*rate_of_column(self, i, system, motion)
       end do
    end function rate_of_sum
+
+   !> Returns the rate of a column, by differences where the table says so.
+   pure real(wp) function rate_of_column(self, i, system, motion) result(rate)
+      class(column_event_t), intent(in) :: self
+      integer, intent(in) :: i
+      type(system_t), intent(in) :: system
+      type(motion_t), intent(in) :: motion
+      type(column_event_t) :: one
+      real(wp) :: values(3), rates(3)
+      if (.not. quantities(self%places(i))%by_differences) then
+         rate = quantity_rate(quantities(self%places(i)), self%components(i), system, motion)
+         return
+      end if
+      one%n = 1
+      one%places(1) = self%places(i)
+      one%components(1) = self%components(i)
+      call find_family(one, system, motion, values, rates)
+      rate = rates(1)
+   end function rate_of_column
 
    !> Returns each weighted column with its rate, so that angles are followed one by one.
    pure subroutine parts_of_sum(self, system, motion, parts)
@@ -85,7 +104,7 @@ contains
       do i = 1, self%n
          associate (weight => self%weights(i), at => self%places(i), component => self%components(i))
             parts(i)%value = weight*quantity_value(quantities(at), component, system, motion)
-            parts(i)%rate = weight*quantity_rate(quantities(at), component, system, motion)
+            parts(i)%rate = weight*rate_of_column(self, i, system, motion)
             if (quantities(at)%is_periodic .and. .not. quantities(at)%is_continuous) parts(i)%wrap = 2*pi*abs(weight)
          end associate
       end do

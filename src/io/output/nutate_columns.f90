@@ -11,16 +11,19 @@ module nutate_columns
    use nutate_hamiltonian, only: angular_velocity, body_momentum, conserved_energy, kinetic_energy, potential_energy, &
       relative_rate, space_momentum
    use nutate_kinds, only: wp, pi
-   use nutate_quaternion, only: quat_conjugate, quat_normalized, quat_product, rotate_to_space
+   use nutate_quantity_motion, only: attitude_in_lvlh, rate_in_lvlh, sun_angle
+   use nutate_quaternion, only: quat_normalized, quat_product, rotate_to_space
    use nutate_observer, only: run_record_t
    use nutate_orbit, only: orbit_t
    use nutate_propagated_columns, only: propagated_t, propagated_headers, propagated_values, &
       propagated_width, is_by_free, SENSITIVITIES
    use nutate_quantities, only: find_missing, find_set, headers_of, last_of_set, quantities, quantity_t, set_names, &
       set_of, turns_to_degrees, width_of, NEEDS_CONTROLLER, NEEDS_TARGET, Q_CONJUGATE_MOMENTUM, Q_CONSTRAINTS, &
-      Q_ECLIPSE, Q_ENERGIES, Q_ENERGY, Q_EULER, Q_FIELD, Q_FRAME_ATTITUDE, Q_JACOBI, Q_MOMENTUM, Q_MOMENTUM_SPACE, &
-      Q_ORBIT_POSITION, Q_POINTING_ERROR, Q_PROPAGATED, Q_QUATERNION, Q_RATE, Q_RATE_SPACE, Q_ROLL_PITCH_YAW, &
-      Q_SOLVER, Q_TIME_DEPENDENT_WORK, Q_TUMBLING, Q_WHEEL_SPEED, Q_WORKS
+      Q_ECLIPSE, Q_ENERGIES, Q_ENERGY, Q_EULER, Q_FIELD, Q_FRAME_ATTITUDE, Q_JACOBI, Q_LVLH_RATE, Q_MOMENTUM, &
+      Q_MOMENTUM_SPACE, Q_ORBIT_POSITION, Q_ORBIT_SPEED, Q_POINTING_ERROR, Q_PROPAGATED, Q_QUATERNION, Q_RATE, &
+      Q_RATE_SPACE, Q_ROLL_PITCH_YAW, Q_SOLVER, Q_SPEED, Q_SUN_ANGLE, Q_TIME_DEPENDENT_WORK, Q_TUMBLING, &
+      Q_WHEEL_SPEED, Q_WORKS
+   use nutate_small_products, only: vector_length
    use nutate_spelling, only: comma_list, nearest_name, split_list
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_FINITE
@@ -140,7 +143,8 @@ contains
       if (present(degrees)) self%degrees = degrees
       call find_widths(self, effects, propagated)
       associate (kinds => quantities(self%chosen)%kind, needs => quantities(self%chosen)%needs)
-         self%needs_rate = any(kinds == Q_RATE .or. kinds == Q_RATE_SPACE)
+         self%needs_rate = any(kinds == Q_RATE .or. kinds == Q_RATE_SPACE .or. kinds == Q_SPEED .or. &
+                               kinds == Q_LVLH_RATE)
          self%angle_sets = pack([(i, i=1, size(kinds))], kinds == Q_EULER)
          self%follows_steps = size(self%angle_sets) > 0
          self%shows_commands = any(needs == NEEDS_CONTROLLER .or. needs == NEEDS_TARGET)
@@ -389,6 +393,10 @@ contains
       case (Q_RATE_SPACE)
          ! Normalised, since a rotation keeps the length of Ω.
          values = rotate_to_space(quat_normalized(state%q), shared%omega)
+      case (Q_SPEED)
+         values = vector_length(shared%omega)
+      case (Q_LVLH_RATE)
+         values = rate_in_lvlh(system, quat_normalized(state%q), shared%omega, state%t)
       case (Q_MOMENTUM)
          values = body_momentum(state)
       case (Q_MOMENTUM_SPACE)
@@ -408,10 +416,10 @@ contains
       case (Q_JACOBI)
          values = conserved_energy(system, state, shared%inverse_j0)
       case (Q_ROLL_PITCH_YAW)
-         q = attitude_in_lvlh(system, state)
+         q = attitude_in_lvlh(system, state%q, state%t)
          values(1:3) = roll_pitch_yaw_from_quat(q)
          values(4:) = q(:size(values) - 3)
-      case (Q_ORBIT_POSITION, Q_ECLIPSE)
+      case (Q_ORBIT_POSITION, Q_ORBIT_SPEED, Q_ECLIPSE)
          values = 0.0_wp
          if (system%effects%on_orbit) call write_orbit(quantity%kind, system%effects%orbit, state%t, values)
       case (Q_TIME_DEPENDENT_WORK)
@@ -425,9 +433,9 @@ contains
       end select
    end subroutine write_set
 
-   !> The values of the sets `orbit` and `eclipse`.
+   !> The values of the sets `orbit`, `orbit_speed` and `eclipse`.
    pure subroutine write_orbit(kind, orbit, t, values)
-      !> `Q_ORBIT_POSITION` or `Q_ECLIPSE`.
+      !> `Q_ORBIT_POSITION`, `Q_ORBIT_SPEED` or `Q_ECLIPSE`.
       integer, intent(in) :: kind
       type(orbit_t), intent(in) :: orbit
       !> s.
@@ -437,6 +445,8 @@ contains
       if (kind == Q_ECLIPSE) then
          values(2) = orbit%shadow_depth(t)
          values(1) = merge(1.0_wp, 0.0_wp, values(2) > 0.0_wp)
+      else if (kind == Q_ORBIT_SPEED) then
+         values = vector_length(orbit%path%velocity(t))
       else
          values = [orbit%path%position(t), orbit%path%radius(t), orbit%path%true_anomaly(t)]
       end if
@@ -456,6 +466,8 @@ contains
          values = tumbling_values(system, state)
       case (Q_FRAME_ATTITUDE)
          values = seen_from_frame(quantity%number, system, state)
+      case (Q_SUN_ANGLE)
+         values = sun_angle(system, state%q, state%t)
       case (Q_FIELD)
          values = field_in_body(system%effects, state)
       case (Q_POINTING_ERROR)
@@ -464,15 +476,6 @@ contains
          values = controller_values(quantity%number, system, state)
       end select
    end subroutine write_part
-
-   !> The attitude from the body to the LVLH frame, or to the space axes where there is no orbit; shape (4).
-   pure function attitude_in_lvlh(system, state) result(q)
-      type(system_t), intent(in) :: system
-      type(state_t), intent(in) :: state
-      real(wp) :: q(4)
-      q = state%q
-      if (system%effects%on_orbit) q = quat_product(quat_conjugate(system%effects%orbit%axes(state%t)), q)
-   end function attitude_in_lvlh
 
    !> Attitude relative to a frame, and its angle, rad; not finite where that of the frame is not known, which ends a
    !> run. Shape (5).

@@ -12,20 +12,20 @@ module nutate_quantities
    public :: quantity_t, quantities
    public :: component_of, depends_on_orbit, find_missing, find_quantity, find_set, headers_of, last_of_set, &
       names_for, numbered, reason_of, serves, set_headers, set_names, set_of, turns_to_degrees, width_of
-   public :: Q_QUATERNION, Q_CONJUGATE_MOMENTUM, Q_RATE, Q_RATE_SPACE, Q_MOMENTUM, Q_MOMENTUM_SPACE, Q_EULER, &
-      Q_ENERGY, Q_BALANCE, Q_CONSTRAINTS, Q_SOLVER, Q_JACOBI, Q_ROLL_PITCH_YAW, Q_LVLH_ATTITUDE, Q_ORBIT_POSITION, &
-      Q_ORBIT_RADIUS, Q_TRUE_ANOMALY, Q_ECLIPSE, Q_SHADOW_DEPTH, Q_TIME_DEPENDENT_WORK, Q_WHEEL_SPEED, &
-      Q_WHEEL_MOMENTUM, Q_WHEEL_WORK, Q_ENERGIES, Q_WORKS, Q_CONTROLLER, Q_POINTING_ERROR, Q_FIELD, Q_TUMBLING, &
-      Q_FRAME_ATTITUDE, Q_FRAME_ANGLE, Q_PROPAGATED
+   public :: Q_QUATERNION, Q_CONJUGATE_MOMENTUM, Q_RATE, Q_RATE_SPACE, Q_MOMENTUM, Q_MOMENTUM_SPACE, Q_EULER, Q_SPEED, &
+      Q_LVLH_RATE, Q_ORBIT_SPEED, Q_SUN_ANGLE, Q_ENERGY, Q_BALANCE, Q_CONSTRAINTS, Q_SOLVER, Q_JACOBI, &
+      Q_ROLL_PITCH_YAW, Q_LVLH_ATTITUDE, Q_ORBIT_POSITION, Q_ORBIT_RADIUS, Q_TRUE_ANOMALY, Q_ECLIPSE, Q_SHADOW_DEPTH, &
+      Q_TIME_DEPENDENT_WORK, Q_WHEEL_SPEED, Q_WHEEL_MOMENTUM, Q_WHEEL_WORK, Q_ENERGIES, Q_WORKS, Q_CONTROLLER, &
+      Q_POINTING_ERROR, Q_FIELD, Q_TUMBLING, Q_FRAME_ATTITUDE, Q_FRAME_ANGLE, Q_PROPAGATED
    public :: AS_EVENT, AS_MEASUREMENT, NEEDS_CONTROLLER, NEEDS_TARGET
 
    !> Kinds: one procedure evaluates all components of a kind.
    enum, bind(c)
-      enumerator :: Q_QUATERNION = 1, Q_CONJUGATE_MOMENTUM, Q_RATE, Q_RATE_SPACE, Q_MOMENTUM, &
-         Q_MOMENTUM_SPACE, Q_EULER, Q_ENERGY, Q_BALANCE, Q_CONSTRAINTS, Q_SOLVER, Q_JACOBI, Q_ROLL_PITCH_YAW, &
-         Q_LVLH_ATTITUDE, Q_ORBIT_POSITION, Q_ORBIT_RADIUS, Q_TRUE_ANOMALY, Q_ECLIPSE, Q_SHADOW_DEPTH, &
-         Q_TIME_DEPENDENT_WORK, Q_WHEEL_SPEED, Q_WHEEL_MOMENTUM, Q_WHEEL_WORK, Q_ENERGIES, Q_WORKS, Q_CONTROLLER, &
-         Q_POINTING_ERROR, Q_FIELD, Q_TUMBLING, Q_FRAME_ATTITUDE, Q_FRAME_ANGLE, Q_PROPAGATED
+      enumerator :: Q_QUATERNION = 1, Q_CONJUGATE_MOMENTUM, Q_RATE, Q_RATE_SPACE, Q_MOMENTUM, Q_MOMENTUM_SPACE, &
+         Q_EULER, Q_ENERGY, Q_BALANCE, Q_CONSTRAINTS, Q_SOLVER, Q_JACOBI, Q_ROLL_PITCH_YAW, Q_LVLH_ATTITUDE, &
+         Q_ORBIT_POSITION, Q_ORBIT_RADIUS, Q_TRUE_ANOMALY, Q_ECLIPSE, Q_SHADOW_DEPTH, Q_TIME_DEPENDENT_WORK, &
+         Q_WHEEL_SPEED, Q_WHEEL_MOMENTUM, Q_WHEEL_WORK, Q_ENERGIES, Q_WORKS, Q_CONTROLLER, Q_POINTING_ERROR, Q_FIELD, &
+         Q_TUMBLING, Q_FRAME_ATTITUDE, Q_FRAME_ANGLE, Q_SPEED, Q_LVLH_RATE, Q_ORBIT_SPEED, Q_SUN_ANGLE, Q_PROPAGATED
    end enum
 
    !> What a scene must have for a quantity.
@@ -60,6 +60,10 @@ module nutate_quantities
       character(len=56) :: no_event = '', no_measurement = ''
       !> Period 2π; its value is continuous all the same, beyond a period.
       logical :: is_periodic = .false., is_continuous = .false.
+      !> An angle from 0 to π without a derivative at these ends.
+      logical :: is_folded = .false.
+      !> Events differentiate it by differences; else `quantity_rate` has its rate in closed form.
+      logical :: by_differences = .false.
       !> Its value depends on the attitude; the potential energy does not count, since potentials need the attitude
       !> anyway.
       logical :: attitude = .true.
@@ -92,13 +96,13 @@ module nutate_quantities
       of_step = 'belongs to the last step, not to the state', &
       is_round_off = 'is round-off', &
       two_values = 'has only two values', &
-      no_rate = 'has no rate in closed form', &
+      is_followed = 'is followed from step to step', &
+      of_effects = 'belongs to one of the effects', &
       is_sampled = 'can belong to the last sample, not to the state', &
       is_propagated = 'belongs to the run, not to the state', &
       other_angles = 'is measured as an attitude, q0 to q3', &
       still = 'does not depend on the motion of the body', &
       has_edges = 'has no derivative at a separatrix', &
-      by_frame = 'is relative to a frame, which a fit does not support', &
       is_stored = 'is an auxiliary variable of the integration'
 
    !> Sequences of Euler angles beside 313.
@@ -115,6 +119,7 @@ module nutate_quantities
       quantity_t('angular_velocity', 'omega1,omega2,omega3', Q_RATE, 'rad/s', 'Ω', 1, axes='body', attitude=.false.), &
       quantity_t('angular_velocity_space', 'omega_x,omega_y,omega_z', Q_RATE_SPACE, 'rad/s', 'ω in space', 2, &
                  axes='space'), &
+      quantity_t('angular_speed', 'angular_speed', Q_SPEED, 'rad/s', '|Ω|', 2, NAVY, attitude=.false.), &
       quantity_t('angular_momentum', 'L1,L2,L3', Q_MOMENTUM, 'N m s', 'L', 18, axes='body', attitude=.false.), &
       quantity_t('angular_momentum_space', 'l_x,l_y,l_z', Q_MOMENTUM_SPACE, 'N m s', 'l in space', 19, axes='space'), &
       quantity_t('euler', 'phi', Q_EULER, 'rad', 'φ, ψ', 6, VERMILION, is_periodic=.true., sequence='313'), &
@@ -140,17 +145,23 @@ module nutate_quantities
       quantity_t('lvlh_attitude', 'yaw', Q_ROLL_PITCH_YAW, 'rad', 'roll, pitch, yaw', 5, NAVY, first=3, &
                  is_periodic=.true., needs=NEEDS_ORBIT), &
       quantity_t('lvlh_attitude', 'lvlh_q0,lvlh_q1,lvlh_q2,lvlh_q3', Q_LVLH_ATTITUDE, '', 'q from the LVLH frame', 4, &
-                 no_event=no_rate, no_measurement=other_angles, needs=NEEDS_ORBIT), &
-      quantity_t('orbit', 'orbit_x,orbit_y,orbit_z', Q_ORBIT_POSITION, 'm', 'position', 21, '', 'inertial', no_rate, &
-                 still, attitude=.false., needs=NEEDS_ORBIT), &
+                 no_measurement=other_angles, needs=NEEDS_ORBIT), &
+      quantity_t('lvlh_angular_velocity', 'lvlh_omega1,lvlh_omega2,lvlh_omega3', Q_LVLH_RATE, 'rad/s', &
+                 'Ω against the LVLH frame', 2, '', 'body', needs=NEEDS_ORBIT, by_differences=.true.), &
+      quantity_t('orbit', 'orbit_x,orbit_y,orbit_z', Q_ORBIT_POSITION, 'm', 'position', 21, '', 'inertial', &
+                 no_measurement=still, attitude=.false., needs=NEEDS_ORBIT), &
       quantity_t('orbit', 'orbit_radius', Q_ORBIT_RADIUS, 'm', 'radius of the orbit', 22, NAVY, no_measurement=still, &
                  attitude=.false., needs=NEEDS_ORBIT), &
       quantity_t('orbit', 'true_anomaly', Q_TRUE_ANOMALY, 'rad', 'true anomaly', 23, NAVY, no_measurement=still, &
                  is_periodic=.true., is_continuous=.true., attitude=.false., needs=NEEDS_ORBIT), &
+      quantity_t('orbit_speed', 'orbit_speed', Q_ORBIT_SPEED, 'm/s', 'speed on the orbit', 22, NAVY, &
+                 no_measurement=still, attitude=.false., needs=NEEDS_ORBIT), &
       quantity_t('eclipse', 'eclipse', Q_ECLIPSE, '', 'eclipse', 24, NAVY, '', two_values, two_values, &
                  attitude=.false., needs=NEEDS_SUN), &
       quantity_t('eclipse', 'shadow_depth', Q_SHADOW_DEPTH, 'm', 'depth in the shadow', 25, NAVY, &
                  no_measurement=still, attitude=.false., needs=NEEDS_SUN), &
+      quantity_t('sun_angle', 'sun_angle', Q_SUN_ANGLE, 'rad', 'angle to the sun', 11, NAVY, needs=NEEDS_SUN, &
+                 is_folded=.true.), &
       quantity_t('time_dependent_work', 'time_dependent_work', Q_TIME_DEPENDENT_WORK, 'J', 'works', 36, '', '', &
                  adds_up, adds_up, attitude=.false.), &
       [(quantity_t('wheel#', 'wheel#_speed', Q_WHEEL_SPEED, 'rad/s', 'wheel speed', 12, &
@@ -169,10 +180,10 @@ module nutate_quantities
       quantity_t('roll_pitch_yaw', 'yaw', Q_ROLL_PITCH_YAW, 'rad', 'roll, pitch, yaw', 5, NAVY, first=3, &
                  is_periodic=.true.), &
       [(quantity_t('euler_#', 'euler_#_1,euler_#_2,euler_#_3', Q_EULER, 'rad', 'Euler angles', 8, &
-                   no_event=no_rate, sequence=sequences(i)), &
+                   no_event=is_followed, sequence=sequences(i)), &
         i=1, size(sequences))], &
-      quantity_t('energies', 'energy_EFFECT', Q_ENERGIES, 'J', 'potential energies', 34, '', '', no_rate, &
-                 no_rate, attitude=.false., needs=NEEDS_POTENTIAL, pattern='energy_*'), &
+      quantity_t('energies', 'energy_EFFECT', Q_ENERGIES, 'J', 'potential energies', 34, '', '', of_effects, &
+                 of_effects, attitude=.false., needs=NEEDS_POTENTIAL, pattern='energy_*'), &
       quantity_t('works', 'work_EFFECT', Q_WORKS, 'J', 'works', 35, '', '', adds_up, adds_up, attitude=.false., &
                  needs=NEEDS_WORK, pattern='work_*'), &
       [(quantity_t('controller#', 'controller#_commanded1,controller#_commanded2,controller#_commanded3', &
@@ -184,9 +195,9 @@ module nutate_quantities
         quantity_t('controller#', 'controller#_saturations', Q_CONTROLLER, '', 'saturations', &
                    16, '', '', counts, counts, needs=NEEDS_CONTROLLER, number=i, first=7), i=1, 6)], &
       [(quantity_t('pointing_error#', 'pointing_error#', Q_POINTING_ERROR, 'rad', 'pointing error', &
-                   9, no_event=no_rate, needs=NEEDS_TARGET, number=i), i=1, 6)], &
-      quantity_t('magnetic_field', 'B1,B2,B3', Q_FIELD, 'T', 'B', 17, '', 'body', no_event=no_rate, &
-                 needs=NEEDS_FIELD), &
+                   9, needs=NEEDS_TARGET, number=i, by_differences=.true.), i=1, 6)], &
+      quantity_t('magnetic_field', 'B1,B2,B3', Q_FIELD, 'T', 'B', 17, '', 'body', needs=NEEDS_FIELD, &
+                 by_differences=.true.), &
       quantity_t('tumbling', 'energy_ratio', Q_TUMBLING, '', 'E/E₀', 26, NAVY, no_measurement=has_edges, &
                  needs=NEEDS_NO_ROTOR), &
       quantity_t('tumbling', 'short_axis_mode', Q_TUMBLING, '', 'short-axis mode', 27, NAVY, '', two_values, &
@@ -204,9 +215,9 @@ module nutate_quantities
       quantity_t('tumbling', 'sense', Q_TUMBLING, '', 'sense', 28, NAVY, '', two_values, two_values, &
                  needs=NEEDS_NO_ROTOR, first=8), &
       [(quantity_t('frame#', 'frame#_q0,frame#_q1,frame#_q2,frame#_q3', Q_FRAME_ATTITUDE, '', 'q from frame #', 10, &
-                   no_measurement=by_frame, needs=NEEDS_FRAME, number=i), &
+                   no_measurement=other_angles, needs=NEEDS_FRAME, number=i), &
         quantity_t('frame#', 'frame#_angle', Q_FRAME_ANGLE, 'rad', &
-                   'angle from frame #', 11, NAVY, no_measurement=by_frame, needs=NEEDS_FRAME, number=i), &
+                   'angle from frame #', 11, NAVY, needs=NEEDS_FRAME, number=i, is_folded=.true.), &
         i=1, 3)], &
       quantity_t('sensitivities', 'd_COMPONENT/d_KEY', Q_PROPAGATED, 'rad per unit', 'rotation by *', 41, '', '', &
                  is_propagated, is_propagated, propagated=SENSITIVITIES, pattern='d_rotation#/d_*'), &

@@ -1,13 +1,15 @@
 !> Values of the table of quantities along a motion, their rates in closed form, and bounds of both.
 module nutate_quantity_motion
    use nutate_attitude, only: roll_pitch_yaw_from_quat, euler_from_quat
+   use nutate_control_columns, only: field_in_body, pointing_error
    use nutate_hamiltonian, only: potential_energy, time_dependent_power
    use nutate_kinds, only: wp, eps, pi
    use nutate_motion, only: motion_t
    use nutate_motion_bounds, only: speed_bounds_t
-   use nutate_quantities, only: quantity_t, Q_CONJUGATE_MOMENTUM, Q_ENERGY, Q_EULER, Q_FRAME_ANGLE, Q_FRAME_ATTITUDE, &
-      Q_JACOBI, Q_MOMENTUM, Q_MOMENTUM_SPACE, Q_ORBIT_RADIUS, Q_QUATERNION, Q_RATE, Q_RATE_SPACE, Q_ROLL_PITCH_YAW, &
-      Q_SHADOW_DEPTH, Q_TRUE_ANOMALY, Q_TUMBLING, Q_WHEEL_MOMENTUM, Q_WHEEL_SPEED
+   use nutate_quantities, only: quantity_t, Q_CONJUGATE_MOMENTUM, Q_ENERGY, Q_EULER, Q_FIELD, Q_FRAME_ANGLE, &
+      Q_FRAME_ATTITUDE, Q_JACOBI, Q_LVLH_ATTITUDE, Q_LVLH_RATE, Q_MOMENTUM, Q_MOMENTUM_SPACE, Q_ORBIT_POSITION, &
+      Q_ORBIT_RADIUS, Q_ORBIT_SPEED, Q_POINTING_ERROR, Q_QUATERNION, Q_RATE, Q_RATE_SPACE, Q_ROLL_PITCH_YAW, &
+      Q_SHADOW_DEPTH, Q_SPEED, Q_SUN_ANGLE, Q_TRUE_ANOMALY, Q_TUMBLING, Q_WHEEL_MOMENTUM, Q_WHEEL_SPEED
    use nutate_quaternion, only: cross, quat_conjugate, quat_norm, quat_product, quat_vector_product, rotate_to_body, &
       rotate_to_space
    use nutate_small_products, only: vector_length
@@ -16,6 +18,7 @@ module nutate_quantity_motion
    implicit none
    private
 
+   public :: attitude_in_lvlh, rate_in_lvlh, sun_angle
    public :: quantity_value, quantity_rate, quantity_size, fastest_rate, greatest_value
 
    !> Components of Euler angles, of roll, pitch and yaw, and of energies.
@@ -49,7 +52,17 @@ contains
             x = v(component)
          case (Q_EULER)
             x = euler_angle(component, unit(q))
-         case (Q_ROLL_PITCH_YAW, Q_ORBIT_RADIUS, Q_TRUE_ANOMALY, Q_SHADOW_DEPTH)
+         case (Q_SPEED)
+            x = vector_length(motion%omega)
+         case (Q_SUN_ANGLE)
+            x = sun_angle(system, q, motion%state%t)
+         case (Q_POINTING_ERROR)
+            x = pointing_error(n, system, motion%state)
+         case (Q_FIELD)
+            v = field_in_body(system%effects, motion%state)
+            x = v(component)
+         case (Q_ROLL_PITCH_YAW, Q_LVLH_ATTITUDE, Q_LVLH_RATE, Q_ORBIT_POSITION, Q_ORBIT_RADIUS, Q_ORBIT_SPEED, &
+               Q_TRUE_ANOMALY, Q_SHADOW_DEPTH)
             x = orbit_value(quantity%kind, component, system, motion)
          case (Q_TUMBLING)
             x = tumbling_value(component, system, motion)
@@ -82,12 +95,12 @@ contains
       end associate
    end function energy_value
 
-   !> Roll, pitch, yaw against the LVLH frame, its radius, true anomaly or shadow; 0 where there is no orbit.
+   !> Attitude or angular velocity against the LVLH frame, place on the orbit or shadow; 0 where there is no orbit.
    pure real(wp) function orbit_value(kind, component, system, motion) result(x)
       integer, intent(in) :: kind, component
       type(system_t), intent(in) :: system
       type(motion_t), intent(in) :: motion
-      real(wp) :: angles(3)
+      real(wp) :: v(3), attitude(4)
       x = 0.0_wp
       if (.not. system%effects%on_orbit) return
       associate (orbit => system%effects%orbit, t => motion%state%t)
@@ -98,9 +111,20 @@ contains
             x = orbit%path%true_anomaly(t)
          case (Q_SHADOW_DEPTH)
             x = orbit%shadow_depth(t)
+         case (Q_ORBIT_POSITION)
+            v = orbit%path%position(t)
+            x = v(component)
+         case (Q_ORBIT_SPEED)
+            x = vector_length(orbit%path%velocity(t))
+         case (Q_LVLH_RATE)
+            v = rate_in_lvlh(system, unit(motion%state%q), motion%omega, t)
+            x = v(component)
+         case (Q_LVLH_ATTITUDE)
+            attitude = attitude_in_lvlh(system, motion%state%q, t)
+            x = attitude(component)
          case default
-            angles = roll_pitch_yaw_from_quat(quat_product(quat_conjugate(orbit%axes(t)), motion%state%q))
-            x = angles(component)
+            v = roll_pitch_yaw_from_quat(attitude_in_lvlh(system, motion%state%q, t))
+            x = v(component)
          end select
       end associate
    end function orbit_value
@@ -111,11 +135,22 @@ contains
       integer, intent(in) :: kind, component
       type(system_t), intent(in) :: system
       type(motion_t), intent(in) :: motion
-      real(wp) :: angles(3), w(3), velocity(3), place(3)
+      real(wp) :: angles(3), w(3), velocity(3), place(3), rates(4)
       x = 0.0_wp
       if (.not. system%effects%on_orbit) return
       associate (orbit => system%effects%orbit, t => motion%state%t)
          select case (kind)
+         case (Q_ORBIT_POSITION)
+            velocity = orbit%path%velocity(t)
+            x = velocity(component)
+         case (Q_ORBIT_SPEED)
+            velocity = orbit%path%velocity(t)
+            place = orbit%path%position(t)
+            x = -orbit%path%mu*dot_product(velocity, place)/(vector_length(place)**3*vector_length(velocity))
+         case (Q_LVLH_ATTITUDE)
+            rates = quat_vector_product(attitude_in_lvlh(system, motion%state%q, t), &
+                                        0.5_wp*rate_in_lvlh(system, unit(motion%state%q), motion%omega, t))
+            x = rates(component)
          case (Q_ORBIT_RADIUS)
             velocity = orbit%path%velocity(t)
             place = orbit%path%position(t)
@@ -125,8 +160,8 @@ contains
          case (Q_SHADOW_DEPTH)
             x = orbit%shadow_rate(t)
          case default
-            angles = roll_pitch_yaw_from_quat(quat_product(quat_conjugate(orbit%axes(t)), motion%state%q))
-            w = motion%omega - rotate_to_body(unit(motion%state%q), orbit%axes_rate(t))
+            angles = roll_pitch_yaw_from_quat(attitude_in_lvlh(system, motion%state%q, t))
+            w = rate_in_lvlh(system, unit(motion%state%q), motion%omega, t)
             x = w(2)*cos(angles(1)) - w(3)*sin(angles(1))
             if (component == PITCH) return
             x = (w(2)*sin(angles(1)) + w(3)*cos(angles(1)))/max(cos(angles(2)), eps)
@@ -134,6 +169,59 @@ contains
          end select
       end associate
    end function orbit_rate
+
+   !> Returns the attitude from the body to the LVLH frame, or to the space axes where there is no orbit; shape (4).
+   pure function attitude_in_lvlh(system, q, t) result(relative)
+      type(system_t), intent(in) :: system
+      !> Attitude, body→space, shape (4), and time, s.
+      real(wp), intent(in) :: q(4), t
+      real(wp) :: relative(4)
+      relative = q
+      if (system%effects%on_orbit) relative = quat_product(quat_conjugate(system%effects%orbit%axes(t)), q)
+   end function attitude_in_lvlh
+
+   !> Returns the angular velocity against the LVLH frame, body axes, rad/s; Ω where there is no orbit. Shape (3).
+   pure function rate_in_lvlh(system, q, omega, t) result(rate)
+      type(system_t), intent(in) :: system
+      !> Attitude, unit quaternion, body→space, shape (4); Ω, body axes, rad/s, shape (3); time, s.
+      real(wp), intent(in) :: q(4), omega(3), t
+      real(wp) :: rate(3)
+      rate = omega
+      if (system%effects%on_orbit) rate = omega - rotate_to_body(q, system%effects%orbit%axes_rate(t))
+   end function rate_in_lvlh
+
+   !> Returns the direction of the sun, body axes, unit vector; zero where there is none. Shape (3).
+   pure function sun_in_body(system, q, t) result(sun)
+      type(system_t), intent(in) :: system
+      !> Attitude, body→space, shape (4), and time, s.
+      real(wp), intent(in) :: q(4), t
+      real(wp) :: sun(3)
+      sun = 0.0_wp
+      if (system%effects%on_orbit) &
+         sun = rotate_to_body(unit(quat_product(system%effects%space_axes(t), q)), system%effects%orbit%sun)
+   end function sun_in_body
+
+   !> Returns the angle between body axis 3 and the direction of the sun, rad, 0 to π; 0 where there is no sun.
+   pure real(wp) function sun_angle(system, q, t)
+      type(system_t), intent(in) :: system
+      !> Attitude, body→space, shape (4), and time, s.
+      real(wp), intent(in) :: q(4), t
+      real(wp) :: sun(3)
+      sun = sun_in_body(system, q, t)
+      sun_angle = atan2(hypot(sun(1), sun(2)), sun(3))
+   end function sun_angle
+
+   !> Its rate along the motion, rad/s: the sun stands still in inertial axes.
+   pure real(wp) function sun_angle_rate(system, motion) result(rate)
+      type(system_t), intent(in) :: system
+      type(motion_t), intent(in) :: motion
+      real(wp) :: sun(3), omega(3)
+      sun = sun_in_body(system, motion%state%q, motion%state%t)
+      omega = motion%relative
+      if (system%effects%knows_space_axes()) omega = motion%omega
+      rate = 0.0_wp
+      if (hypot(sun(1), sun(2)) > 0.0_wp) rate = (sun(2)*omega(1) - sun(1)*omega(2))/hypot(sun(1), sun(2))
+   end function sun_angle_rate
 
    !> Attitude relative to a frame, or its angle, rad; 0 for a frame that does not exist.
    pure real(wp) function frame_value(quantity, component, system, motion) result(x)
@@ -206,7 +294,14 @@ contains
             x = v(component)
          case (Q_EULER)
             x = euler_rate(component, q, relative)
-         case (Q_ROLL_PITCH_YAW, Q_ORBIT_RADIUS, Q_TRUE_ANOMALY, Q_SHADOW_DEPTH)
+         case (Q_SPEED)
+            x = 0.0_wp
+            if (any(abs(motion%omega) > 0.0_wp)) &
+               x = dot_product(motion%omega, motion%acceleration)/vector_length(motion%omega)
+         case (Q_SUN_ANGLE)
+            x = sun_angle_rate(system, motion)
+         case (Q_ROLL_PITCH_YAW, Q_LVLH_ATTITUDE, Q_ORBIT_POSITION, Q_ORBIT_RADIUS, Q_ORBIT_SPEED, Q_TRUE_ANOMALY, &
+               Q_SHADOW_DEPTH)
             x = orbit_rate(quantity%kind, component, system, motion)
          case (Q_TUMBLING)
             x = tumbling_rate(component, system, motion)
@@ -253,11 +348,11 @@ contains
       type(system_t), intent(in) :: system
       type(motion_t), intent(in) :: motion
       select case (quantity%kind)
-      case (Q_QUATERNION, Q_FRAME_ATTITUDE)
+      case (Q_QUATERNION, Q_LVLH_ATTITUDE, Q_FRAME_ATTITUDE)
          x = 1.0_wp
       case (Q_CONJUGATE_MOMENTUM)
          x = quat_norm(motion%state%p)
-      case (Q_RATE, Q_RATE_SPACE)
+      case (Q_RATE, Q_RATE_SPACE, Q_LVLH_RATE)
          x = vector_length(motion%omega)
       case (Q_MOMENTUM, Q_MOMENTUM_SPACE)
          x = vector_length(motion%momentum)
@@ -285,6 +380,8 @@ contains
          rate = speeds%momentum*(speeds%speed + 3*speeds%frame_speed) + 2*speeds%torque
       case (Q_RATE)
          rate = speeds%accelerations(component)
+      case (Q_SPEED)
+         rate = speeds%acceleration
       case (Q_RATE_SPACE)
          rate = speeds%acceleration + speeds%speed*speeds%frame_speed
       case (Q_MOMENTUM)
@@ -329,7 +426,7 @@ contains
          value = 2*margin*speeds%momentum
       case (Q_RATE)
          value = margin*speeds%axis_speeds(component)
-      case (Q_RATE_SPACE)
+      case (Q_SPEED, Q_RATE_SPACE)
          value = margin*speeds%speed
       case (Q_MOMENTUM)
          value = margin*speeds%axis_momenta(component)

@@ -9,7 +9,8 @@ module nutate_scene_events
    use nutate_keys, only: group_t, key_t, name_length, KEY_INTEGER, KEY_LOGICAL, KEY_TEXT
    use nutate_kinds, only: wp, long, pi
    use nutate_printable, only: quoted
-   use nutate_quantities, only: find_missing, find_quantity, names_for, quantities, quantity_t, AS_EVENT, Q_TRUE_ANOMALY
+   use nutate_quantities, only: find_missing, find_quantity, names_for, quantities, quantity_t, AS_EVENT, &
+      Q_ORBIT_SPEED, Q_TRUE_ANOMALY
    use nutate_scene_error, only: scene_error_t, allow_one_of
    implicit none
    private
@@ -168,9 +169,10 @@ contains
       if (missing /= '') then
          verb = index(missing, ' ') - 1
          call error%raise(line, quoted(trim(name))//' '//missing(:verb)//'s'//missing(verb + 1:), expected)
-      else if (quantity%kind == Q_TRUE_ANOMALY) then
+      else if (quantity%kind == Q_TRUE_ANOMALY .or. quantity%kind == Q_ORBIT_SPEED) then
          if (allocated(effects%orbit%path%track)) &
-            call error%raise(line, "an event of 'true_anomaly' with a table of &orbit", expected='orbit_radius')
+            call error%raise(line, 'an event of '//quoted(trim(name))//' with a table of &orbit', &
+                             expected='orbit_radius')
       end if
    end subroutine check_quantity
 

@@ -29,6 +29,8 @@ module nutate_scene_measurement
    character(len=*), parameter :: losses(4) = [character(len=8) :: 'linear', 'huber', 'soft_l1', 'cauchy']
    !> How far from 1 the norm of a measured quaternion may be.
    real(wp), parameter :: norm_tolerance = 1e-3_wp
+   !> Sine of the least distance of a folded angle from its ends: several steps of the differences of a fit.
+   real(wp), parameter :: least_sine = 1e-2_wp
 
 contains
 
@@ -397,7 +399,8 @@ contains
       integer, intent(in) :: i
       real(wp), intent(in) :: end_time
       character(len=:), allocatable, intent(inout) :: problem
-      real(wp) :: sense, norm
+      real(wp) :: sense, norm, angle
+      integer :: k, at
       sense = sign(1.0_wp, end_time)
       if (sense*measurement%times(i) < 0.0_wp .or. sense*(measurement%times(i) - end_time) > 0.0_wp) then
          problem = 'the time of a measurement is outside of the run (expected times from 0 to end_time)'
@@ -409,7 +412,17 @@ contains
             return
          end if
       end if
-      if (measurement%kind == VALUES) return
+      if (measurement%kind == VALUES) then
+         do k = 1, size(measurement%columns)
+            at = find_quantity(base_name(measurement%columns(k)), AS_MEASUREMENT)
+            angle = measurement%rows(k, i)
+            if (measurement%degrees) angle = angle*pi/180
+            if (quantities(at)%is_folded .and. sin(angle) < least_sine) problem = 'the angle '// &
+               quoted(trim(measurement%columns(k)))//' has no derivative at 0 and pi (expected at least 0.01 rad '// &
+               'from both, or an attitude, q0 to q3)'
+         end do
+         return
+      end if
       norm = norm2(measurement%rows(:, i))
       if (abs(norm - 1) > norm_tolerance) then
          problem = 'the norm is not 1 (expected a unit quaternion, or the components of a unit vector)'
