@@ -9,25 +9,21 @@ from typing import Any, Iterator, Mapping, Union
 import numpy as np
 
 from ._library import Array
+from ._units import UNITS
 
-# Columns that are components of one quantity: its name, its axis and the unit; then those that stand alone.
-VECTORS = (("q", ("q0", "q1", "q2", "q3"), "quaternion", "1"), ("p", ("p0", "p1", "p2", "p3"), "quaternion", "kg m2/s"),
-           ("omega", ("omega1", "omega2", "omega3"), "body_axis", "rad/s"),
-           ("omega_space", ("omega_x", "omega_y", "omega_z"), "space_axis", "rad/s"),
-           ("L", ("L1", "L2", "L3"), "body_axis", "N m s"), ("l", ("l_x", "l_y", "l_z"), "space_axis", "N m s"))
+# Columns that are components of one quantity: its name and its axis.
+VECTORS = (("q", ("q0", "q1", "q2", "q3"), "quaternion"), ("p", ("p0", "p1", "p2", "p3"), "quaternion"),
+           ("omega", ("omega1", "omega2", "omega3"), "body_axis"), ("omega_space", ("omega_x", "omega_y", "omega_z"), "space_axis"),
+           ("L", ("L1", "L2", "L3"), "body_axis"), ("l", ("l_x", "l_y", "l_z"), "space_axis"))
 AXES = {"quaternion": [0, 1, 2, 3], "body_axis": [1, 2, 3], "space_axis": ["x", "y", "z"]}
-UNITS = {"t": "s", "kinetic": "J", "potential": "J", "total": "J", "work": "J", "energy_residual": "J", "phi": "rad",
-         "theta": "rad", "psi": "rad", "orthogonality": "kg m2/s"}
+PATTERNS = [("t", "s")] + [(name.replace("#", r"\d+").replace("*", ".*"), unit) for unit, names in UNITS for name in names.split()]
 
 
 def unit_of(name: str) -> str:
-    """Unit of a column."""
-    for _, names, _, unit in VECTORS:
-        if name in names:
-            return unit
-    if name.endswith("_deg"):
-        return "deg/s" if re.match("omega", name) else "deg"
-    return UNITS.get(name, "1")
+    """Unit of a column; "1" for one that has none or is not known."""
+    plain = re.sub("_deg(?=/|$)", "", name)
+    unit = next((unit for pattern, unit in PATTERNS if re.fullmatch(pattern, plain)), "1")
+    return unit if plain == name else unit.replace("rad", "deg")
 
 
 class Columns(Mapping[str, Array]):
@@ -71,9 +67,9 @@ def to_xarray(history: Union[Mapping[str, Array], Columns]) -> Any:
     xarray = importlib.import_module("xarray")
     rest = {name: values for name, values in history.items() if name != "t"}
     variables: dict[str, Any] = {}
-    for name, names, axis, unit in VECTORS:
+    for name, names, axis in VECTORS:
         if all(part in rest for part in names):
-            variables[name] = (("t", axis), np.stack([rest.pop(part) for part in names], axis=-1), {"units": unit})
+            variables[name] = (("t", axis), np.stack([rest.pop(part) for part in names], axis=-1), {"units": unit_of(names[0])})
     variables.update({name: (("t",), np.asarray(values), {"units": unit_of(name)}) for name, values in rest.items()})
     used = {dimension for dimensions, _, _ in variables.values() for dimension in dimensions}
     axes = {axis: values for axis, values in AXES.items() if axis in used}

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Checks the Fortran sources with fortitude (rules in fpm.toml), the scripts for syntax, the lengths of files, procedures and
 # subjects of commits, that the layers point one way, and that what is written out of the sources is as they are: the public
-# interface, the picture of the layers, the gallery, the version; and that no test looks at a clock.
+# interface, the units of columns, the picture of the layers, the gallery, the version; and that no test looks at a clock.
 set -u
 . "$(dirname "$0")/../environment.sh"
 
@@ -21,6 +21,7 @@ python3 tools/docs/gallery.py --check || status=1
 python3 tools/lint/version.py --check || status=1
 python3 tools/lint/public_api.py --check || status=1
 python3 tools/lint/f77_arguments.py --check || status=1
+python3 tools/lint/quantities.py --check || status=1
 python3 tools/lint/words.py || status=1
 python3 tools/lint/clocks.py || status=1
 exit $status
