@@ -1,5 +1,5 @@
-!> What the numbers of a key may be, as a table: sign, size, and whether they may all vanish; and the words for
-!> those that may not.
+!> Ranges of the numbers of a key, as a table: sign, size, and whether they may all be zero; and the words for numbers
+!> out of range.
 module nutate_admissible
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_is_nan
    use nutate_kinds, only: wp
@@ -31,11 +31,11 @@ module nutate_admissible
    !> Each > 0 and < 1.
    integer, parameter :: FRACTION = 9
 
-   !> One line of the table.
+   !> Range of the numbers of a key.
    type :: range_t
-      !> What is added to `a number`.
+      !> Words that messages add to `a number`.
       character(len=20) :: words = ''
-      !> Sizes of a number that is not zero.
+      !> Least and greatest size of a number that is not zero.
       real(wp) :: least = least_number, greatest = greatest_number
       logical :: negative = .false., zero = .false., infinite = .false.
       !> Least size of the largest of the numbers.
@@ -54,14 +54,14 @@ module nutate_admissible
               least_longest=least_step), &
       range_t(' > 0 and < 1', least=least_size, greatest=1 - epsilon(1.0_wp)/2)]
 
-   !> What can be wrong with one number.
+   !> Faults of one number.
    integer, parameter :: good = 0, no_number = 1, wrong_sign = 2, too_large = 3, too_small = 4
    character(len=20), parameter :: faults(4) = [character(len=20) :: &
       'is not a number', 'is out of range', 'is too large', 'is too close to zero']
 
 contains
 
-   !> All numbers are in a range.
+   !> Returns true if all numbers are in a range.
    pure logical function admits(range, numbers)
       !> `ANY_VALUE`, ...
       integer, intent(in) :: range
@@ -70,12 +70,12 @@ contains
       if (admits) admits = .not. is_short(range, numbers)
    end function admits
 
-   !> What is wrong with one of the numbers: `is too large (expected 1e-50 to 1e50 in size`, to be continued; empty if
-   !> nothing is.
+   !> Returns the fault of one number in words: `is too large (expected 1e-50 to 1e50 in size`, for the caller to
+   !> complete; empty if there is none.
    pure function fault_of(range, number, expected) result(words)
       integer, intent(in) :: range
       real(wp), intent(in) :: number
-      !> What the key expects, in words.
+      !> Numbers that the key expects, in words.
       character(len=*), intent(in) :: expected
       character(len=:), allocatable :: words
       integer :: fault
@@ -90,7 +90,7 @@ contains
       end select
    end function fault_of
 
-   !> The same for all numbers together, none of which is at fault.
+   !> Returns the fault of all numbers together, each of which is admissible, as `fault_of` does.
    pure function fault_together(range, numbers, expected) result(words)
       integer, intent(in) :: range
       real(wp), intent(in) :: numbers(:)
@@ -106,14 +106,14 @@ contains
       end if
    end function fault_together
 
-   !> What a range adds to `a number`.
+   !> Returns the words that a range adds to `a number`.
    pure function kind_in_words(range) result(words)
       integer, intent(in) :: range
       character(len=:), allocatable :: words
       words = trim(ranges(range)%words)
    end function kind_in_words
 
-   !> What is wrong with one number: `good`, `no_number`, ...
+   !> Returns the fault of one number: `good`, `no_number`, ...
    elemental integer function fault_in(range, number)
       integer, intent(in) :: range
       real(wp), intent(in) :: number
@@ -135,14 +135,14 @@ contains
       end if
    end function fault_in
 
-   !> None of several numbers is as large as one of them must be.
+   !> Returns true if none of several numbers is as large as one of them must be.
    pure logical function is_short(range, numbers)
       integer, intent(in) :: range
       real(wp), intent(in) :: numbers(:)
       is_short = .not. any(abs(numbers) >= ranges(range)%least_longest)
    end function is_short
 
-   !> `1e-50 to 1e50 in size`.
+   !> Returns the sizes of a range in words: `1e-50 to 1e50 in size`.
    pure function sizes_in_words(range) result(words)
       type(range_t), intent(in) :: range
       character(len=:), allocatable :: words

@@ -1,8 +1,8 @@
-!> Archives: values put aside, to be taken up again by the same procedure that put them there.
+!> Archives: values that one procedure writes, and that the same procedure reads again.
 !>
-!> Whatever must survive an interruption has one procedure that shows its values to an archive, `transfer`. An archive
-!> that is being filled takes each value; one that is being read puts what it holds in its place. So both always agree,
-!> and an archive that only counts tells how much room they take.
+!> Every type that must survive an interruption has one procedure, `transfer`, that passes its values to an archive. An
+!> archive in writing mode stores each value; one in reading mode replaces it by the stored value. So both always agree,
+!> and an archive that only counts tells how much room the values need.
 module nutate_archive
    use nutate_kinds, only: wp, long
    implicit none
@@ -17,22 +17,22 @@ module nutate_archive
       logical, private :: reading = .false.
       !> The data do not hold the values that were read.
       logical, private :: spoiled = .false.
-      !> Why a value cannot be stored; not allocated where it can.
+      !> Reason why a value cannot be stored; not allocated if it can.
       character(len=:), allocatable, private :: obstacle
    contains
       !> Restarts at the first value, for writing or for reading.
       procedure, non_overridable :: set_direction
-      !> Returns true where values are read.
+      !> Returns true if values are read.
       procedure, non_overridable :: is_reading
       !> Marks the data as impossible to store, with a reason.
       procedure, non_overridable :: refuse
       !> Marks the data as not matching what is read.
       procedure, non_overridable :: spoil
-      !> Returns why the data cannot be used; empty where they can.
+      !> Returns why the data cannot be used; empty if they can.
       procedure, non_overridable :: problem
       !> Returns true if all values so far matched.
       procedure, non_overridable :: is_whole
-      !> Writes or reads a value: scalars; arrays of reals, whose shape both sides know; allocatable text.
+      !> Writes or reads a value: scalars; arrays of reals, whose shape is the same on both sides; allocatable text.
       generic :: transfer => transfer_real, transfer_reals, transfer_matrix, transfer_integer, transfer_long, &
          transfer_logical, transfer_text
       !> Transfers a name and checks it when reading.
@@ -96,7 +96,7 @@ contains
       self%spoiled = .false.
    end subroutine set_direction
 
-   !> Returns true where values are read.
+   !> Returns true if values are read.
    pure logical function is_reading(self)
       class(archive_t), intent(in) :: self
       is_reading = self%reading
@@ -122,7 +122,7 @@ contains
       is_whole = .not. self%spoiled
    end function is_whole
 
-   !> Returns why the data cannot be used; empty where they can.
+   !> Returns why the data cannot be used; empty if they can.
    pure function problem(self) result(reason)
       class(archive_t), intent(in) :: self
       character(len=:), allocatable :: reason
@@ -131,7 +131,7 @@ contains
       if (allocated(self%obstacle)) reason = self%obstacle
    end function problem
 
-   !> Transfers a name; when reading, marks the data as not matching where it is another one.
+   !> Transfers a name; when reading, marks the data as not matching if it is another one.
    subroutine expect(self, name)
       class(archive_t), intent(inout) :: self
       character(len=*), intent(in) :: name

@@ -17,7 +17,7 @@ module nutate_attitude
    public :: quat_from_roll_pitch_yaw, roll_pitch_yaw_from_quat
    public :: angular_velocity_from_euler_rates
 
-   !> Where the z-x-z angles stand: φ and ψ separate, or only their sum (θ = 0) or their difference (θ = π) defined.
+   !> Kinds of z-x-z angles: φ and ψ separate, or only their sum (θ = 0) or their difference (θ = π) defined.
    integer, parameter :: regular = 0, pole_at_zero = 1, pole_at_pi = 2
 
 contains
@@ -33,7 +33,7 @@ contains
       real(wp) :: q(4)
       real(wp) :: trace, square(4)
       trace = r(1, 1) + r(2, 2) + r(3, 3)
-      ! 4 q_k**2. Their sum is 4 for any matrix, so the largest is at least 1.
+      ! Squares 4 q_k**2; the sum is 4 for any matrix, so the largest is at least 1.
       square = [1 + trace, 1 + 2*r(1, 1) - trace, 1 + 2*r(2, 2) - trace, 1 + 2*r(3, 3) - trace]
       select case (maxloc(square, dim=1))
       case (1)
@@ -80,7 +80,7 @@ contains
    pure subroutine axis_angle_from_quat(q, axis, angle)
       !> Attitude, body to space. Shape: (4).
       real(wp), intent(in) :: q(4)
-      !> Unit vector along the axis; axis 3 where there is no rotation. Shape: (3).
+      !> Unit vector along the axis; axis 3 if there is no rotation. Shape: (3).
       real(wp), intent(out) :: axis(3)
       !> Angle about it (rad), in [0, π].
       real(wp), intent(out) :: angle
@@ -164,7 +164,7 @@ contains
       !> Roll, pitch, yaw (rad). Shape: (3).
       real(wp), intent(in) :: angles(3)
       real(wp) :: q(4), c(3), s(3)
-      ! One by one: gfortran at -O3 takes those of an array by its vector functions, which err by up to 4 roundings.
+      ! One by one: gfortran at -O3 computes those of an array by its vector functions, which err by up to 4 roundings.
       c = [cos(angles(1)/2), cos(angles(2)/2), cos(angles(3)/2)]
       s = [sin(angles(1)/2), sin(angles(2)/2), sin(angles(3)/2)]
       q(1) = c(1)*c(2)*c(3) + s(1)*s(2)*s(3)
@@ -180,7 +180,7 @@ contains
       real(wp), intent(in) :: q(4)
       real(wp) :: angles(3), square, x(3), up(2), half_sum, half_difference
       square = q(1)*q(1) + q(2)*q(2) + q(3)*q(3) + q(4)*q(4)
-      ! Where the body's axis 1 points to, and the last components of its axes 2 and 3.
+      ! Direction of the body's axis 1, and the last components of its axes 2 and 3.
       x = [(q(1)*q(1) + q(2)*q(2)) - (q(3)*q(3) + q(4)*q(4)), 2*(q(2)*q(3) + q(1)*q(4)), 2*(q(2)*q(4) - q(1)*q(3))]
       up = [2*(q(3)*q(4) + q(1)*q(2)), (q(1)*q(1) + q(4)*q(4)) - (q(2)*q(2) + q(3)*q(3))]
       angles(2) = atan2(-x(3), hypot(x(1), x(2)))
@@ -261,11 +261,11 @@ contains
       end select
    end subroutine follow_euler
 
-   !> The angle that differs from `angle` by whole revolutions and is nearest to `previous` (rad).
+   !> Returns the angle that differs from `angle` by integer multiples of 2π and is nearest to `previous` (rad).
    elemental function unwrap_angle(previous, angle) result(continued)
       !> Angle to come close to (rad).
       real(wp), intent(in) :: previous
-      !> Angle known up to whole revolutions (rad).
+      !> Angle known up to multiples of 2π (rad).
       real(wp), intent(in) :: angle
       real(wp) :: continued
       continued = angle + 2*pi*anint((previous - angle)/(2*pi))
@@ -291,13 +291,13 @@ contains
       omega(3) = phi_dot*cos(theta) + psi_dot
    end function angular_velocity_from_euler_rates
 
-   !> θ, half the sum and half the difference of φ and ψ, and whether θ is at a pole.
+   !> Computes θ, half the sum and half the difference of φ and ψ, and whether θ is at a pole.
    !>
    !> From `q = [cos(θ/2) cos σ, sin(θ/2) cos δ, sin(θ/2) sin δ, cos(θ/2) sin σ]`, `σ = (φ+ψ)/2`, `δ = (φ-ψ)/2`.
    pure subroutine locate_euler(q, theta, half_sum, half_difference, place)
       real(wp), intent(in) :: q(4)
       real(wp), intent(out) :: theta
-      !> In [-π, π]; 0 where q does not say.
+      !> Half sum and half difference in [-π, π]; 0 if q does not define them.
       real(wp), intent(out) :: half_sum, half_difference
       integer, intent(out) :: place
       real(wp) :: u(4), cosine, sine

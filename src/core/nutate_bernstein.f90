@@ -10,29 +10,29 @@ module nutate_bernstein
    !> Highest degree.
    integer, parameter, public :: degree = 9
 
-   !> Σ c(j) binomial(n, j) xʲ(1-x)ⁿ⁻ʲ.
+   !> Polynomial Σ c(j) binomial(n, j) xʲ(1-x)ⁿ⁻ʲ.
    type :: bernstein_t
-      !> n.
+      !> Degree n.
       integer :: degree = 0
-      !> Those beyond n are without meaning.
+      !> Coefficients; those beyond n have no meaning.
       real(wp) :: c(0:degree) = 0.0_wp
    contains
-      !> Changes of sign of the coefficients.
+      !> Returns the number of changes of sign of the coefficients.
       procedure :: changes
-      !> No value in [0, 1] is greater.
+      !> Returns a bound on the values in [0, 1].
       procedure :: greatest
-      !> The same polynomial on both halves.
+      !> Computes the coefficients of the polynomial on both halves of [0, 1].
       procedure :: halve
-      !> A root, where the ends are on different sides.
+      !> Returns a root of a polynomial whose values at the ends have different signs.
       procedure :: root
    end type bernstein_t
 
 contains
 
-   !> The polynomial of least degree with values and derivatives at equal distances, the first at 0, the last at 1: by
-   !> Newton's divided differences, each place twice.
+   !> Returns the polynomial of least degree with values and derivatives at equal distances, the first at 0, the last at
+   !> 1: by Newton's divided differences, each point twice.
    pure function through_five(values, slopes) result(polynomial)
-      !> Up to five; shape (m).
+      !> Up to five values and derivatives; shape (m).
       real(wp), intent(in) :: values(:), slopes(:)
       type(bernstein_t) :: polynomial
       real(wp) :: x(0:degree), table(0:degree)
@@ -76,7 +76,7 @@ contains
       polynomial%degree = n
    end subroutine multiply
 
-   !> Value and derivative (de Casteljau).
+   !> Computes value and derivative (de Casteljau).
    pure subroutine value_at(polynomial, x, f, slope)
       type(bernstein_t), intent(in) :: polynomial
       real(wp), intent(in) :: x
@@ -115,7 +115,7 @@ contains
 
    pure subroutine halve(self, left, right)
       class(bernstein_t), intent(in) :: self
-      !> On [0, ½] and on [½, 1].
+      !> Polynomial on [0, ½] and on [½, 1].
       type(bernstein_t), intent(out) :: left, right
       integer :: j, k
       left%degree = self%degree
@@ -129,7 +129,7 @@ contains
       end do
    end subroutine halve
 
-   !> By Newton's iteration in a bracket; 40 steps halve it to 1e-12 at worst.
+   !> Returns a root by Newton's iteration in a bracket; 40 steps halve it to 1e-12 at worst.
    pure real(wp) function root(self)
       class(bernstein_t), intent(in) :: self
       real(wp) :: low, high, f, slope, next

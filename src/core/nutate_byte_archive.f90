@@ -1,5 +1,5 @@
-!> Archives of bytes: values put aside bit by bit, as a checkpoint needs them. Every value has its type and size with
-!> it: an archive that holds something else than is asked for has failed.
+!> Archives of bytes: values stored bit by bit, for checkpoints. Every value is stored with its type and size: an
+!> archive that holds another value than is requested has failed.
 module nutate_byte_archive
    use nutate_archive, only: archive_t
    use nutate_kinds, only: wp, long
@@ -8,9 +8,9 @@ module nutate_byte_archive
 
    public :: byte_archive_t
 
-   !> What a value is.
+   !> Type of a value.
    character, parameter :: A_REAL = 'r', A_INTEGER = 'i', A_LONG = 'l', A_LOGICAL = 'b', A_TEXT = 't'
-   !> Bytes of a size, and of what stands before a value: what it is, and its size.
+   !> Bytes of a size, and of the head of a value: its type and its size.
    integer, parameter :: size_bytes = storage_size(1_long)/8, head_bytes = 1 + size_bytes
    integer, parameter :: real_bytes = storage_size(1.0_wp)/8, integer_bytes = storage_size(1)/8
 
@@ -21,11 +21,11 @@ module nutate_byte_archive
       !> Bytes in use, or already read.
       integer :: used = 0
    contains
-      !> Empties the archive and makes it take values.
+      !> Empties the archive for writing.
       procedure :: begin_writing
-      !> Makes the archive give back what these bytes hold.
+      !> Makes the archive read values from given bytes.
       procedure :: begin_reading
-      !> The bytes written so far.
+      !> Returns the bytes written so far.
       procedure :: content
       procedure :: transfer_reals
       procedure :: transfer_integer
@@ -36,7 +36,7 @@ module nutate_byte_archive
 
 contains
 
-   !> Empties the archive and makes it take values.
+   !> Empties the archive for writing.
    pure subroutine begin_writing(self)
       class(byte_archive_t), intent(inout) :: self
       integer, parameter :: first_size = 4096
@@ -46,17 +46,17 @@ contains
       call self%set_direction(reading=.false.)
    end subroutine begin_writing
 
-   !> Makes the archive give back what these bytes hold.
+   !> Makes the archive read values from given bytes.
    pure subroutine begin_reading(self, bytes)
       class(byte_archive_t), intent(inout) :: self
-      !> From `content`.
+      !> Bytes that `content` returned.
       character(len=*), intent(in) :: bytes
       self%bytes = bytes
       self%used = 0
       call self%set_direction(reading=.true.)
    end subroutine begin_reading
 
-   !> The bytes written so far.
+   !> Returns the bytes written so far.
    pure function content(self) result(bytes)
       class(byte_archive_t), intent(in) :: self
       character(len=:), allocatable :: bytes
@@ -99,10 +99,10 @@ contains
       value = byte == 'T'
    end subroutine transfer_logical
 
-   !> Text of any length: given back in the length that it had.
+   !> Writes or reads text of any length; reading restores the length.
    subroutine transfer_text(self, value)
       class(byte_archive_t), intent(inout) :: self
-      !> Must be allocated where the archive takes it.
+      !> Must be allocated when the archive is writing.
       character(len=:), allocatable, intent(inout) :: value
       integer(long) :: length
       if (self%is_reading()) then
@@ -117,7 +117,7 @@ contains
       call pass(self, A_TEXT, value)
    end subroutine transfer_text
 
-   !> Size of the next value, bytes; -1 where the archive does not hold it.
+   !> Returns the size of the next value, bytes; -1 if the archive does not hold it.
    pure integer(long) function next_size(self)
       class(byte_archive_t), intent(in) :: self
       integer(long) :: left
@@ -128,7 +128,7 @@ contains
       if (next_size < 0 .or. next_size > left - head_bytes) next_size = -1
    end function next_size
 
-   !> Writes or reads the bytes of a value; what has failed leaves them as they are.
+   !> Writes or reads the bytes of a value; a failed archive leaves them as they are.
    subroutine pass(self, kind, bytes)
       class(byte_archive_t), intent(inout) :: self
       character, intent(in) :: kind

@@ -12,9 +12,9 @@ module nutate_calendar
    integer, parameter :: leap_days(*) = [41317, 41499, 41683, 42048, 42413, 42778, 43144, 43509, 43874, 44239, 44786, &
                                          45151, 45516, 46247, 47161, 47892, 48257, 48804, 49169, 49534, 50083, 50630, &
                                          51179, 53736, 54832, 56109, 57204, 57754]
-   !> TAI - UTC on the first of them, s; each of the others adds a second.
+   !> TAI - UTC on the first of these days, s; each of the others adds a second.
    integer, parameter :: first_difference = 10
-   !> 1972-01-01, where whole leap seconds begin, and 2026-06-28, to which the list is known to be complete (MJD).
+   !> 1972-01-01, when integer leap seconds begin, and 2026-06-28, to which the list is known to be complete (MJD).
    integer, parameter :: first_utc_day = 41317, last_known_day = 61219
 
 contains

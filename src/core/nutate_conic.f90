@@ -15,13 +15,14 @@ module nutate_conic
 
 contains
 
-   !> Computes where a body is on a conic.
+   !> Computes the position of a body on a conic.
    pure subroutine place_on_conic(eccentricity, time, place, velocity, radius, true_anomaly)
       !> e >= 0, and the time since the periapsis in units of √(q³/μ).
       real(wp), intent(in) :: eccentricity, time
-      !> Along the direction to the periapsis, and across it in the plane, in units of q and √(μ/q); shape (2).
+      !> Components along the direction to the periapsis, and across it in the plane, in units of q and √(μ/q); shape
+      !> (2).
       real(wp), intent(out) :: place(2), velocity(2)
-      !> In units of q, and in rad: of an ellipse it grows by 2π with each revolution.
+      !> Radius in units of q; true anomaly, rad: on an ellipse it grows by 2π with each revolution.
       real(wp), intent(out) :: radius, true_anomaly
       real(wp) :: s, u(0:3), half(0:3), turns, e, root
       e = eccentricity
@@ -35,12 +36,12 @@ contains
       true_anomaly = 2*atan2(root*half(1), half(0)) + 2*pi*turns
    end subroutine place_on_conic
 
-   !> Computes the derivatives of the place by time and eccentricity. With ∂Uₖ/∂s = Uₖ₋₁ and ∂Uₖ/∂e = ½(sUₖ₊₁ - kUₖ₊₂),
-   !> r∂s/∂e = -U₃ - e∂U₃/∂e, less what the revolutions behind have become longer.
+   !> Computes the derivatives of the position with respect to time and eccentricity. With ∂Uₖ/∂s = Uₖ₋₁ and ∂Uₖ/∂e =
+   !> ½(sUₖ₊₁ - kUₖ₊₂), r∂s/∂e = -U₃ - e∂U₃/∂e, less the change of the period times the number of complete revolutions.
    pure subroutine change_on_conic(eccentricity, time, by_time, by_eccentricity)
-      !> As in `place_on_conic`.
+      !> Eccentricity and time as in `place_on_conic`.
       real(wp), intent(in) :: eccentricity, time
-      !> In units of q, by time in units of √(q³/μ); shape (2).
+      !> Derivatives in units of q, with time in units of √(q³/μ); shape (2).
       real(wp), intent(out) :: by_time(2), by_eccentricity(2)
       real(wp) :: s, u(0:5), turns, e, root, radius, s_by_e
       e = eccentricity
@@ -55,12 +56,12 @@ contains
                          0.5_wp*u(1)/root + root*(u(0)*s_by_e + 0.5_wp*(s*u(2) - u(3)))]
    end subroutine change_on_conic
 
-   !> Computes the derivative of the velocity by eccentricity: that of the place, differentiated by time, with s' = 1/r
-   !> and ∂s'/∂e = -(U₂ + e ∂U₂/∂e)/r². By time it is -x/r³.
+   !> Computes the derivative of the velocity with respect to eccentricity: that of the position, differentiated by
+   !> time, with s' = 1/r and ∂s'/∂e = -(U₂ + e ∂U₂/∂e)/r². The derivative with respect to time is -x/r³.
    pure subroutine velocity_change_on_conic(eccentricity, time, by_eccentricity)
-      !> As in `place_on_conic`.
+      !> Eccentricity and time as in `place_on_conic`.
       real(wp), intent(in) :: eccentricity, time
-      !> In units of √(μ/q); shape (2).
+      !> Derivative in units of √(μ/q); shape (2).
       real(wp), intent(out) :: by_eccentricity(2)
       real(wp) :: s, u(0:5), turns, e, root, radius, s_by_e, rate_by_e
       e = eccentricity
@@ -75,16 +76,16 @@ contains
                          (0.5_wp*u(0)/root + root*(0.5_wp*s*u(1) - (1 - e)*u(1)*s_by_e))/radius + root*u(0)*rate_by_e]
    end subroutine velocity_change_on_conic
 
-   !> ∂s/∂e at a time.
+   !> Returns ∂s/∂e at a time.
    pure real(wp) function anomaly_by_eccentricity(e, s, turns, u, radius) result(s_by_e)
-      !> e, s, whole revolutions of an ellipse, U₀ to U₅ and r.
+      !> e, s, the number of complete revolutions on an ellipse, U₀ to U₅ and r.
       real(wp), intent(in) :: e, s, turns, u(0:5), radius
       s_by_e = -u(3) - 0.5_wp*e*(s*u(4) - 3*u(5))
       if (e < 1.0_wp) s_by_e = s_by_e - 1.5_wp*turns*period_of(e)/(1 - e)
       s_by_e = s_by_e/radius
    end function anomaly_by_eccentricity
 
-   !> s, less whole revolutions of an ellipse, and these.
+   !> Computes s, less the complete revolutions on an ellipse, and their number.
    pure subroutine find_anomaly(e, time, s, turns)
       real(wp), intent(in) :: e, time
       real(wp), intent(out) :: s, turns
@@ -95,16 +96,16 @@ contains
       s = sign(anomaly_of(e, abs(s)), s)
    end subroutine find_anomaly
 
-   !> Period of an ellipse in units of √(q³/μ).
+   !> Returns the period of an ellipse in units of √(q³/μ).
    pure real(wp) function period_of(e)
       real(wp), intent(in) :: e
       period_of = 2*pi/((1 - e)*sqrt(1 - e))
    end function period_of
 
-   !> s of s + e U₃ = τ by Newton's iteration: the left side is convex where s > 0, on an ellipse up to the apoapsis, so
-   !> that the iteration, once above the root, falls to it without fail.
+   !> Returns s of s + e U₃ = τ by Newton's iteration: the left side is convex where s > 0, on an ellipse up to the
+   !> apoapsis, so that the iteration, once above the root, decreases monotonically to it.
    pure real(wp) function anomaly_of(e, time) result(s)
-      !> τ, not negative; of an ellipse not after the apoapsis.
+      !> τ, not negative; on an ellipse not after the apoapsis.
       real(wp), intent(in) :: e, time
       integer, parameter :: most = 80
       real(wp) :: u(0:3), change, last
@@ -115,15 +116,15 @@ contains
       do i = 1, most
          u = universal(1 - e, s)
          change = (s + e*u(3) - time)/(1 + e*u(2))
-         ! The start on an ellipse is below the root.
+         ! The initial guess on an ellipse is below the root.
          if (change <= 0.0_wp .and. i > 1) exit
          s = min(s - change, last)
          if (abs(change) <= eps*s) exit
       end do
    end function anomaly_of
 
-   !> The root of the cubic s + e s³/6 = τ, exact for a parabola, above the root of a hyperbola; of this the smaller one
-   !> of it and the root of sinh without s.
+   !> Returns the initial guess: the root of the cubic s + e s³/6 = τ, exact for a parabola, above the root for a
+   !> hyperbola; for a hyperbola the smaller one of it and the root of sinh without s.
    pure real(wp) function start_of(e, time) result(s)
       real(wp), intent(in) :: e, time
       real(wp) :: root
@@ -135,7 +136,7 @@ contains
       if (e > 1.0_wp) s = min(s, asinh(time*sqrt(e - 1))/sqrt(e - 1))
    end function start_of
 
-   !> U₀ to U₃ of α and s: series where |αs²| <= 1, else circular or hyperbolic functions.
+   !> Returns U₀ to U₃ of α and s: series if |αs²| <= 1, else circular or hyperbolic functions.
    pure function universal(alpha, s) result(u)
       real(wp), intent(in) :: alpha, s
       real(wp) :: u(0:3)
@@ -163,7 +164,7 @@ contains
       end if
    end function universal
 
-   !> U₄ and U₅: series where |αs²| <= 1, else (s²/2 - U₂)/α and (s³/6 - U₃)/α.
+   !> Returns U₄ and U₅: series if |αs²| <= 1, else (s²/2 - U₂)/α and (s³/6 - U₃)/α.
    pure function higher(alpha, s, lower)
       real(wp), intent(in) :: alpha, s
       !> U₂ and U₃; shape (2).

@@ -1,5 +1,5 @@
-!> Whether this build keeps the arithmetic as written: a product and a sum made one rounding would let results depend on
-!> the processor and on what was inlined where.
+!> Check of the build for fused arithmetic: a product and a sum rounded only once would let results depend on the
+!> processor and on the inlining.
 module nutate_contraction
    use nutate_kinds, only: wp
    implicit none
@@ -9,19 +9,19 @@ module nutate_contraction
 
 contains
 
-   !> True if a product and a sum have become one rounding.
+   !> Returns true if a product and a sum are rounded only once.
    logical function is_fused()
-      ! Not known to the compiler, which would else do the sums itself.
+      ! The compiler must not know the value, since it would otherwise compute the sums itself.
       real(wp), volatile :: x
       real(wp) :: a, square
       x = 1.0_wp + 2.0_wp**(-30)
       a = x
       square = a*a - (1.0_wp + 2.0_wp**(-29))
-      ! 2**-60 is left of the square where it was not rounded.
+      ! The square exceeds the rounded one by 2**-60 if it was not rounded.
       is_fused = square > 0.0_wp
    end function is_fused
 
-   !> The words for it.
+   !> Returns the arithmetic of the build in words.
    function arithmetic_in_words() result(words)
       character(len=:), allocatable :: words
       words = 'arithmetic as written, the same bits on every processor'

@@ -1,4 +1,4 @@
-!> Places in a list.
+!> Indices of a list.
 module nutate_indices
    implicit none
    private
@@ -7,7 +7,7 @@ module nutate_indices
 
 contains
 
-   !> The places where a mask is true, in their order: `pack` of all, without its temporary lists.
+   !> Finds the indices where a mask is true, in ascending order: `pack` of all indices, without its temporary lists.
    pure subroutine find_indices(mask, indices)
       logical, intent(in) :: mask(:)
       !> Allocated anew.

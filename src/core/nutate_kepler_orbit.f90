@@ -33,9 +33,9 @@ module nutate_kepler_orbit
       real(wp) :: semi_major_axis = 1.0_wp, eccentricity = 0.0_wp, mu = 1.0_wp
       !> Inclination, right ascension of the ascending node, argument of the periapsis, mean anomaly at t = 0, rad.
       real(wp) :: inclination = 0.0_wp, raan = 0.0_wp, argument_of_periapsis = 0.0_wp, mean_anomaly = 0.0_wp
-      !> q, m, and the time of the passage, s: in the place of a and the mean anomaly where q > 0, with any e >= 0.
+      !> q, m, and the time of the passage, s: replacing a and the mean anomaly if q > 0, with any e >= 0.
       real(wp) :: periapsis_distance = 0.0_wp, periapsis_time = 0.0_wp
-      !> Positions by time, in the place of all elements.
+      !> Positions by time, replacing all elements.
       type(track_t), allocatable :: track
    contains
       !> Returns n = √(μ/a³), rad/s; 0 of an open orbit and of a table.
@@ -58,20 +58,21 @@ module nutate_kepler_orbit
       procedure :: axes
       !> Computes the power series of the position about a time.
       procedure :: position_series
-      !> Return what a change of the elements makes of the mean motion, of the position, of the LVLH frame, and of ν̇.
+      !> Return the change of the mean motion, of the position, of the LVLH frame, and of ν̇ for a change of the
+      !> elements.
       procedure :: mean_motion_change
       procedure :: position_change
       procedure :: axes_change
       procedure :: turn_rate_change
-      !> Compute the power series of the position with what a change of the elements makes of it, and of the rotation
-      !> of the LVLH frame.
+      !> Compute the power series of the position and of its change for a change of the elements, and of the rotation of
+      !> the LVLH frame.
       procedure :: position_change_series
       procedure :: axes_change_series
-      !> Computes that of the change of a power of μ times the position times one of the distance.
+      !> Computes the power series of the change of a power of μ times the position times one of the distance.
       procedure :: pull_change_series
       !> Adds a change to the elements.
       procedure :: shift
-      !> Returns true if all numbers are those of another orbit.
+      !> Returns true if another orbit has the same numbers.
       procedure :: equals
       !> Leaves out every second line of the table, if there is one.
       procedure :: thin_table
@@ -116,16 +117,16 @@ contains
       end if
    end function nearest_distance
 
-   !> √(μ/q³), rad/s.
+   !> Returns √(μ/q³), rad/s.
    pure real(wp) function periapsis_rate(self) result(rate)
       class(kepler_orbit_t), intent(in) :: self
       rate = sqrt(self%mu/self%periapsis_distance/self%periapsis_distance/self%periapsis_distance)
    end function periapsis_rate
 
-   !> Place and velocity at a time on an orbit that is given by its periapsis.
+   !> Computes position and velocity at a time on an orbit that is given by its periapsis.
    pure subroutine find_from_periapsis(self, t, place, velocity, radius, true_anomaly)
       class(kepler_orbit_t), intent(in) :: self
-      !> s.
+      !> Time, s.
       real(wp), intent(in) :: t
       !> In the plane of the orbit, the first component to the periapsis, m, m/s; shape (2).
       real(wp), intent(out) :: place(2), velocity(2)
@@ -139,8 +140,8 @@ contains
       velocity = (self%periapsis_distance*rate)*velocity
    end subroutine find_from_periapsis
 
-   !> E of `E - e sin E = M`, rad, by Newton's iteration: on 0 <= M <= π the function is convex and M + e is not below
-   !> its root, from where the iteration falls to it without fail. It ends where it stops falling.
+   !> Returns E of `E - e sin E = M`, rad, by Newton's iteration. On 0 <= M <= π the function is convex and M + e is not
+   !> below its root, so the iteration decreases monotonically to it. It ends when it stops decreasing.
    pure real(wp) function eccentric_anomaly(mean, eccentricity) result(anomaly)
       !> M, rad, any number; e, 0 <= e < 1.
       real(wp), intent(in) :: mean, eccentricity
@@ -162,7 +163,7 @@ contains
 
    pure real(wp) function anomaly_at(self, t) result(anomaly)
       class(kepler_orbit_t), intent(in) :: self
-      !> s.
+      !> Time, s.
       real(wp), intent(in) :: t
       anomaly = eccentric_anomaly(self%mean_anomaly + self%mean_motion()*t, self%eccentricity)
    end function anomaly_at
@@ -170,7 +171,7 @@ contains
    !> Returns the true anomaly at a time, rad, without jumps: it grows by 2π with each revolution.
    pure real(wp) function true_anomaly(self, t) result(nu)
       class(kepler_orbit_t), intent(in) :: self
-      !> s.
+      !> Time, s.
       real(wp), intent(in) :: t
       real(wp) :: anomaly, beta, place(2), velocity(2), radius
       if (self%is_from_periapsis()) then
@@ -185,7 +186,7 @@ contains
       nu = anomaly + 2*atan2(beta*sin(anomaly), 1 - beta*cos(anomaly))
    end function true_anomaly
 
-   !> √(1-e²).
+   !> Returns √(1-e²).
    pure real(wp) function flatness(self)
       class(kepler_orbit_t), intent(in) :: self
       flatness = sqrt((1 - self%eccentricity)*(1 + self%eccentricity))
@@ -194,7 +195,7 @@ contains
    !> Returns ν̇ at a time, the rate of rotation of the LVLH frame, rad/s.
    pure real(wp) function turn_rate(self, t)
       class(kepler_orbit_t), intent(in) :: self
-      !> s.
+      !> Time, s.
       real(wp), intent(in) :: t
       if (self%is_from_periapsis()) then
          turn_rate = self%fastest_turn()*(self%periapsis_distance/self%radius(t))**2
@@ -221,7 +222,7 @@ contains
    !> Returns the distance from the centre of attraction at a time, m.
    pure real(wp) function radius(self, t)
       class(kepler_orbit_t), intent(in) :: self
-      !> s.
+      !> Time, s.
       real(wp), intent(in) :: t
       real(wp) :: place(2), velocity(2), nu
       if (self%is_from_periapsis()) then
@@ -237,7 +238,7 @@ contains
    !> Returns the position from the centre of attraction at a time, inertial axes, m; shape (3).
    pure function position(self, t)
       class(kepler_orbit_t), intent(in) :: self
-      !> s.
+      !> Time, s.
       real(wp), intent(in) :: t
       real(wp) :: position(3), anomaly, velocity(2), radius
       if (self%is_from_periapsis()) then
@@ -257,7 +258,7 @@ contains
    !> Returns the velocity at a time, inertial axes, m/s; shape (3).
    pure function velocity(self, t)
       class(kepler_orbit_t), intent(in) :: self
-      !> s.
+      !> Time, s.
       real(wp), intent(in) :: t
       real(wp) :: velocity(3), anomaly, place(2), radius
       if (self%is_from_periapsis()) then
@@ -278,7 +279,7 @@ contains
    !> Returns the attitude of the LVLH frame at a time, unit quaternion, LVLH→inertial, without jumps; shape (4).
    pure function axes(self, t) result(q)
       class(kepler_orbit_t), intent(in) :: self
-      !> s.
+      !> Time, s.
       real(wp), intent(in) :: t
       real(wp) :: q(4)
       if (allocated(self%track)) then
@@ -323,8 +324,8 @@ contains
       end do
    end subroutine position_series
 
-   !> Unit quaternion to inertial axes from those with x at an angle from the periapsis in the plane, z along its
-   !> normal; shape (4).
+   !> Returns the unit quaternion to inertial axes from those with x at an angle from the periapsis in the plane, z
+   !> along its normal; shape (4).
    pure function plane(self, angle) result(q)
       class(kepler_orbit_t), intent(in) :: self
       !> rad.
@@ -339,7 +340,7 @@ contains
    !> Returns δn, rad/s.
    pure real(wp) function mean_motion_change(self, change)
       class(kepler_orbit_t), intent(in) :: self
-      !> Of the elements; shape (n_elements).
+      !> Change of the elements; shape (n_elements).
       real(wp), intent(in) :: change(:)
       real(wp) :: relative
       mean_motion_change = 0.0_wp
@@ -354,11 +355,11 @@ contains
       mean_motion_change = relative*self%mean_motion()
    end function mean_motion_change
 
-   !> Place in the plane, as in `find_from_periapsis`, and its change: from that of M = E - e sin E, or of the place on
-   !> the conic.
+   !> Computes the position in the plane, as in `find_from_periapsis`, and its change: from that of M = E - e sin E, or
+   !> of the position on the conic.
    pure subroutine find_change(self, change, t, place, moved)
       class(kepler_orbit_t), intent(in) :: self
-      !> Of the elements; s.
+      !> Change of the elements; time, s.
       real(wp), intent(in) :: change(:), t
       !> m; shape (2).
       real(wp), intent(out) :: place(2), moved(2)
@@ -384,10 +385,10 @@ contains
       end if
    end subroutine find_change
 
-   !> The change of the velocity in the plane, m/s; shape (2).
+   !> Returns the change of the velocity in the plane, m/s; shape (2).
    pure function velocity_change_in_plane(self, change, t) result(moved)
       class(kepler_orbit_t), intent(in) :: self
-      !> Of the elements; s.
+      !> Change of the elements; time, s.
       real(wp), intent(in) :: change(:), t
       real(wp) :: moved(2), place(2), velocity(2), by_eccentricity(2), radius, anomaly, c, s, flat, moved_anomaly
       real(wp) :: distance, rate, time, moved_time
@@ -420,7 +421,7 @@ contains
    !> r₀, from ẍ = -(μ/r₀³) x w differentiated: δẍ = -(μ/r₀³)(δx w + x δw + (δμ/μ) x w), δw = -3 (x·δx)(x·x)^(-5/2).
    pure subroutine position_change_series(self, change, t, time_unit, x, moved, square, along)
       class(kepler_orbit_t), intent(in) :: self
-      !> Of the elements, shape (n_elements); s.
+      !> Change of the elements, shape (n_elements); time and its unit, s.
       real(wp), intent(in) :: change(:), t, time_unit
       !> Inertial axes; shape (0:order, 3).
       real(wp), intent(out) :: x(0:, :), moved(0:, :)
@@ -457,7 +458,7 @@ contains
    !> (a(δμ/μ)x + δx)(x·x)^b + 2b x (x·δx)(x·x)^(b-1).
    pure subroutine pull_change_series(self, change, of_mu, exponent, t, time_unit, n)
       class(kepler_orbit_t), intent(in) :: self
-      !> Of the elements, shape (n_elements); a and b; s.
+      !> Change of the elements, shape (n_elements); exponents a and b; time and its unit, s.
       real(wp), intent(in) :: change(:), of_mu, exponent, t, time_unit
       !> Inertial axes; shape (3, 0:order).
       real(wp), intent(out) :: n(:, 0:)
@@ -480,11 +481,11 @@ contains
       end do
    end subroutine pull_change_series
 
-   !> Computes the coefficients of the power series of the rotation of the LVLH frame, a vector, rad: that of the plane,
-   !> P, and about the normal n that in the plane, n·(x×δx)/(x·x) - P·n.
+   !> Computes the coefficients of the power series of the rotation of the LVLH frame, a vector, rad: the rotation P of
+   !> the plane, and about the normal n the rotation in the plane, n·(x×δx)/(x·x) - P·n.
    pure subroutine axes_change_series(self, change, t, time_unit, in_orbit, turn)
       class(kepler_orbit_t), intent(in) :: self
-      !> Of the elements, shape (n_elements); s.
+      !> Change of the elements, shape (n_elements); time and its unit, s.
       real(wp), intent(in) :: change(:), t, time_unit
       !> The rotation is seen from the LVLH frame of a circular orbit; else from inertial axes.
       logical, intent(in) :: in_orbit
@@ -517,12 +518,12 @@ contains
       do k = 0, ubound(turn, 2)
          turn(:, k) = product_term(k, across(0:k), inverse(0:k))*axis
          if (k == 0 .or. in_orbit) turn(:, k) = turn(:, k) + tilt
-         ! What stands still turns back in the frame.
+         ! A constant inertial vector rotates backwards in the frame.
          tilt = (time_unit*self%mean_motion()*inverses(k + 1))*cross(tilt, axis)
       end do
    end subroutine axes_change_series
 
-   !> The rotation of the plane, vector in inertial axes, rad; shape (3).
+   !> Returns the rotation of the plane, vector in inertial axes, rad; shape (3).
    pure function plane_change(self, change) result(turn)
       class(kepler_orbit_t), intent(in) :: self
       real(wp), intent(in) :: change(:)
@@ -531,7 +532,7 @@ contains
       turn(3) = turn(3) + change(4)
    end function plane_change
 
-   !> The unit vector along the orbit's normal, inertial axes; shape (3).
+   !> Returns the unit vector along the orbit's normal, inertial axes; shape (3).
    pure function normal_of(self) result(normal)
       class(kepler_orbit_t), intent(in) :: self
       real(wp) :: normal(3)
@@ -541,7 +542,7 @@ contains
    !> Returns δr at a time, inertial axes, m; shape (3). Zero for a table.
    pure function position_change(self, change, t) result(moved)
       class(kepler_orbit_t), intent(in) :: self
-      !> Of the elements, shape (n_elements); s.
+      !> Change of the elements, shape (n_elements); time, s.
       real(wp), intent(in) :: change(:), t
       real(wp) :: moved(3), place(2), moved_place(2)
       moved = 0.0_wp
@@ -554,7 +555,7 @@ contains
    !> Returns the rotation of the LVLH frame at a time, vector in inertial axes, rad; shape (3). Zero for a table.
    pure function axes_change(self, change, t) result(turn)
       class(kepler_orbit_t), intent(in) :: self
-      !> Of the elements, shape (n_elements); s.
+      !> Change of the elements, shape (n_elements); time, s.
       real(wp), intent(in) :: change(:), t
       real(wp) :: turn(3), place(2), moved(2)
       turn = 0.0_wp
@@ -567,7 +568,7 @@ contains
    !> Returns δν̇ at a time, rad/s; from ν̇ = √(μp)/r². Zero for a table.
    pure real(wp) function turn_rate_change(self, change, t)
       class(kepler_orbit_t), intent(in) :: self
-      !> Of the elements, shape (n_elements); s.
+      !> Change of the elements, shape (n_elements); time, s.
       real(wp), intent(in) :: change(:), t
       real(wp) :: place(2), moved(2), relative
       turn_rate_change = 0.0_wp
@@ -585,7 +586,7 @@ contains
    !> Adds a change to the elements.
    pure subroutine shift(self, change)
       class(kepler_orbit_t), intent(inout) :: self
-      !> Shape (n_elements).
+      !> Change of the elements; shape (n_elements).
       real(wp), intent(in) :: change(:)
       self%eccentricity = self%eccentricity + change(2)
       self%inclination = self%inclination + change(3)
@@ -601,7 +602,7 @@ contains
       end if
    end subroutine shift
 
-   !> Returns true if all numbers are those of another orbit; of tables one is never that of another.
+   !> Returns true if another orbit has the same numbers; an orbit with a table never equals another.
    pure logical function equals(self, other)
       class(kepler_orbit_t), intent(in) :: self
       type(kepler_orbit_t), intent(in) :: other
@@ -609,7 +610,7 @@ contains
                any(abs(numbers_of(self) - numbers_of(other)) > 0.0_wp)
    end function equals
 
-   !> Shape (9).
+   !> Returns the elements of the orbit; shape (9).
    pure function numbers_of(self) result(numbers)
       class(kepler_orbit_t), intent(in) :: self
       real(wp) :: numbers(9)

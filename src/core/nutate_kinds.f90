@@ -1,4 +1,4 @@
-!> Working precision and the mathematical constants every layer shares.
+!> Working precision and the mathematical constants that every layer uses.
 module nutate_kinds
    use, intrinsic :: iso_fortran_env, only: int64, real64
    implicit none
@@ -6,7 +6,7 @@ module nutate_kinds
 
    public :: wp, long, pi, eps
 
-   !> The one working precision of the library; C and F77 always see it as `double`.
+   !> The one working precision of the library; in C and FORTRAN 77 it is `double`.
    integer, parameter :: wp = real64
    !> Counts of steps: 1e9 of them and more must not overflow.
    integer, parameter :: long = int64

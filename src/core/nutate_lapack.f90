@@ -1,4 +1,4 @@
-!> The few LAPACK routines nutate uses: explicit interfaces, and `info` turned into a status in one place.
+!> The few LAPACK routines nutate uses: explicit interfaces, and one conversion of `info` to a status.
 module nutate_lapack
    use nutate_kinds, only: wp
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_CONVERGED, NUTATE_SINGULAR
@@ -35,7 +35,7 @@ module nutate_lapack
          integer, intent(out) :: ipiv(*), info
       end subroutine dgesv
 
-      !> Solves A X = B, A symmetric, definite and tridiagonal: by its diagonal d and what is beside it, e.
+      !> Solves A X = B, A symmetric, definite and tridiagonal, given by its diagonal d and its off-diagonal e.
       pure subroutine dptsv(n, nrhs, d, e, b, ldb, info)
          import :: wp
          integer, intent(in) :: n, nrhs, ldb
@@ -83,7 +83,7 @@ module nutate_lapack
          integer, intent(out) :: info
       end subroutine dsyev
 
-      !> Eigenvalues and, where they are wanted, eigenvectors of a general matrix.
+      !> Eigenvalues and, if requested, eigenvectors of a general matrix.
       pure subroutine dgeev(jobvl, jobvr, n, a, lda, wr, wi, vl, ldvl, vr, ldvr, work, lwork, info)
          import :: wp
          character(len=1), intent(in) :: jobvl, jobvr
@@ -96,7 +96,8 @@ module nutate_lapack
 
 contains
 
-   !> Eigenvalues (ascending) and orthonormal eigenvectors (columns) of a symmetric 3×3 matrix (LAPACK `dsyev`).
+   !> Computes eigenvalues (ascending) and orthonormal eigenvectors (columns) of a symmetric 3×3 matrix (LAPACK
+   !> `dsyev`).
    pure subroutine symmetric_eigen(matrix, values, vectors, status)
       !> Symmetric; the upper triangle is read.
       real(wp), intent(in) :: matrix(3, 3)
@@ -109,8 +110,8 @@ contains
       status = handle_info('dsyev', info)
    end subroutine symmetric_eigen
 
-   !> Eigenvalues of a square matrix (LAPACK `dgeev`); conjugate pairs stand together, the positive imaginary part
-   !> first.
+   !> Computes the eigenvalues of a square matrix (LAPACK `dgeev`); conjugate pairs stand together, the positive
+   !> imaginary part first.
    pure subroutine general_eigenvalues(matrix, values, status)
       !> Finite; shape (n, n).
       real(wp), intent(in) :: matrix(:, :)
@@ -126,11 +127,11 @@ contains
       status = handle_info('dgeev', info)
    end subroutine general_eigenvalues
 
-   !> The status that a LAPACK `info` stands for.
+   !> Returns the status that a LAPACK `info` stands for.
    pure function handle_info(routine, info) result(status)
       !> Name of the LAPACK routine.
       character(len=*), intent(in) :: routine
-      !> Its `info`.
+      !> Value of `info` that the routine returned.
       integer, intent(in) :: info
       type(status_t) :: status
       if (info < 0) then

@@ -1,5 +1,5 @@
-!> A frame whose attitude is known at some times, and its attitude between them: that of a file, which columns and
-!> events refer to. It moves nothing.
+!> A frame that is read from a file: its attitude at some times, and between them. Columns and events refer to it; it
+!> does not act on the body.
 module nutate_moving_frame
    use nutate_attitude_between, only: cubic_between, shorter_log
    use nutate_kinds, only: wp, pi
@@ -9,19 +9,19 @@ module nutate_moving_frame
 
    public :: moving_frame_t, make_frame
 
-   !> How far beyond its ends a frame goes on, s: beyond the rounding of dates.
+   !> Largest extension of a frame beyond its ends, s: beyond the rounding of dates.
    real(wp), parameter :: longest_slack = 1e-6_wp
 
    !> A frame; `make_frame` makes one.
    type :: moving_frame_t
-      !> s, ascending; shape (n), n at least 2.
+      !> Times, s, ascending; shape (n), n at least 2.
       real(wp), allocatable :: t(:)
       !> Unit quaternions, frame to space, scalar first, without jumps of the sign; shape (4, n).
       real(wp), allocatable :: q(:, :)
-      !> Its angular velocity relative to the space axes, in its own axes, rad/s; shape (3, n). Not allocated where
-      !> rates are not known: they are constant between two times then.
+      !> Angular velocity of the frame relative to the space axes, axes of the frame, rad/s; shape (3, n). Not allocated
+      !> if rates are not known: they are then constant between two times.
       real(wp), allocatable :: omega(:, :)
-      !> No rate at or between these times is greater by much, rad/s.
+      !> Largest rate at these times, rad/s; no rate between them is much greater.
       real(wp) :: fastest = 0.0_wp
       !> Rotation vector from each attitude to the next, axes of the frame, rad; shape (3, n - 1).
       real(wp), allocatable, private :: turn(:, :)
@@ -32,7 +32,7 @@ module nutate_moving_frame
       procedure :: at => frame_at
       !> Returns an attitude relative to the frame, and the angle of its rotation.
       procedure :: relative
-      !> Returns the rate of that angle, and of that quaternion.
+      !> Return the rate of the angle of an attitude relative to the frame, and of its quaternion.
       procedure :: angle_rate
       procedure :: quaternion_rate
    end type moving_frame_t
@@ -41,11 +41,11 @@ contains
 
    !> Makes a frame from attitudes at two or more times.
    pure subroutine make_frame(numbers, frame, far)
-      !> t, s, ascending; a quaternion of any length, frame to space; and the angular velocity, where it is known; shape
-      !> (5 or 8, n).
+      !> Times t, s, ascending; quaternions of any length, frame to space; and angular velocities, if they are known;
+      !> shape (5 or 8, n).
       real(wp), intent(in) :: numbers(:, :)
       type(moving_frame_t), intent(out) :: frame
-      !> The first attitude from which the next is half a turn or more away; 0: none.
+      !> Index of the first attitude from which the next is half a revolution or more away; 0: none.
       integer, intent(out) :: far
       real(wp) :: h, angle, rate
       integer :: i, n
@@ -75,25 +75,25 @@ contains
    !> Returns true for a time at which the attitude is known.
    pure logical function contains_time(self, t)
       class(moving_frame_t), intent(in) :: self
-      !> s.
+      !> Time, s.
       real(wp), intent(in) :: t
       contains_time = t >= self%t(1) - slack(self, 1) .and. t <= self%t(size(self%t)) + slack(self, size(self%t) - 1)
    end function contains_time
 
-   !> How far beyond one of its ends a frame goes on, s.
+   !> Returns how far beyond one of its ends a frame is extended, s.
    pure real(wp) function slack(frame, i)
       type(moving_frame_t), intent(in) :: frame
-      !> The first time of the interval at this end.
+      !> Index of the first time of the interval at this end.
       integer, intent(in) :: i
       slack = min(longest_slack, frame%t(i + 1) - frame%t(i))
    end function slack
 
    !> Computes attitude and angular velocity at a time. With angular velocities the rotation vector from one known
-   !> attitude to the next is a cubic polynomial that has both, else their rate is constant. Beyond its ends the frame
-   !> stands still.
+   !> attitude to the next is a cubic polynomial that has both; without them the rate is constant. Beyond its ends the
+   !> frame does not rotate.
    pure subroutine frame_at(self, t, q, omega)
       class(moving_frame_t), intent(in) :: self
-      !> s.
+      !> Time, s.
       real(wp), intent(in) :: t
       !> Unit quaternion, frame to space; rad/s, axes of the frame.
       real(wp), intent(out) :: q(4), omega(3)
@@ -111,7 +111,7 @@ contains
       if (.not. self%contains_time(t)) omega = 0.0_wp
    end subroutine frame_at
 
-   !> The interval of a time: the first or the last one for a time beyond the ends.
+   !> Returns the interval of a time: the first or the last one for a time beyond the ends.
    pure integer function place_of(times, t) result(i)
       real(wp), intent(in) :: times(:), t
       integer :: last, middle
@@ -130,9 +130,9 @@ contains
    !> Computes an attitude relative to the frame, a quaternion from body axes to those of the frame, and its angle.
    pure subroutine relative(self, t, q, from_frame, angle)
       class(moving_frame_t), intent(in) :: self
-      !> s; body to space, shape (4).
+      !> Time, s; attitude, body to space, shape (4).
       real(wp), intent(in) :: t, q(4)
-      !> Of the length of q; rad, 0 to π.
+      !> Quaternion of the length of q, body axes to frame; angle, rad, 0 to π.
       real(wp), intent(out) :: from_frame(4), angle
       real(wp) :: axes(4), omega(3)
       call self%at(t, axes, omega)
@@ -140,10 +140,11 @@ contains
       angle = 2*atan2(norm2(from_frame(2:4)), abs(from_frame(1)))
    end subroutine relative
 
-   !> Returns the rate of the angle of an attitude relative to the frame, rad/s. Where there is no angle it grows.
+   !> Returns the rate of the angle of an attitude relative to the frame, rad/s. An angle of zero grows.
    pure real(wp) function angle_rate(self, t, q, omega) result(rate)
       class(moving_frame_t), intent(in) :: self
-      !> s; body to space, shape (4); relative to the space axes, body axes, rad/s, shape (3).
+      !> Time, s; attitude, body to space, shape (4); angular velocity relative to the space axes, body axes, rad/s,
+      !> shape (3).
       real(wp), intent(in) :: t, q(4), omega(3)
       real(wp) :: from_frame(4), spin(3), sine
       call see(self, t, q, omega, from_frame, spin)
@@ -155,14 +156,14 @@ contains
    !> Returns the rate of the quaternion of an attitude relative to the frame, 1/s; shape (4).
    pure function quaternion_rate(self, t, q, omega) result(rate)
       class(moving_frame_t), intent(in) :: self
-      !> As in `angle_rate`.
+      !> Time, attitude and angular velocity as in `angle_rate`.
       real(wp), intent(in) :: t, q(4), omega(3)
       real(wp) :: rate(4), from_frame(4), spin(3)
       call see(self, t, q, omega, from_frame, spin)
       rate = quat_product(from_frame, [0.0_wp, 0.5_wp*spin])
    end function quaternion_rate
 
-   !> The attitude relative to the frame, and the angular velocity relative to it, body axes, rad/s.
+   !> Computes the attitude relative to the frame, and the angular velocity relative to it, body axes, rad/s.
    pure subroutine see(frame, t, q, omega, from_frame, spin)
       type(moving_frame_t), intent(in) :: frame
       real(wp), intent(in) :: t, q(4), omega(3)

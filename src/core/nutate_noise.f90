@@ -1,4 +1,4 @@
-!> Noise of a fixed seed: what a run on a machine of fewer digits would see.
+!> Noise of a fixed seed: the rounding errors of a machine with fewer digits.
 !>
 !> Each run has its own state, so that runs are repeated to the last bit, side by side too.
 module nutate_noise
@@ -9,22 +9,23 @@ module nutate_noise
 
    public :: noise_t
 
-   !> A draw of numbers, and how large they are.
+   !> Generator of the noise, and the size of its numbers.
    type :: noise_t
       !> Relative size of the noise; 0: there is none.
       real(wp) :: amplitude = 0.0_wp
       !> State of the generator, not 0.
       integer(int64) :: state = 88172645463325252_int64
    contains
-      !> The next number.
+      !> Computes the next number.
       procedure :: next
-      !> The next three, or four.
+      !> Computes the next numbers of a vector.
       procedure :: vector
    end type noise_t
 
 contains
 
-   !> Uniform in ±amplitude: the xorshift generator of G. Marsaglia (2003), the same on every machine.
+   !> Computes the next number, uniform in ±amplitude: the xorshift generator of G. Marsaglia (2003), the same on every
+   !> machine.
    pure subroutine next(self, x)
       class(noise_t), intent(inout) :: self
       real(wp), intent(out) :: x
@@ -36,7 +37,7 @@ contains
       end associate
    end subroutine next
 
-   !> Each component uniform in ±amplitude.
+   !> Computes the next numbers, each uniform in ±amplitude.
    pure subroutine vector(self, v)
       class(noise_t), intent(inout) :: self
       !> Shape (any).

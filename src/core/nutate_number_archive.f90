@@ -1,6 +1,6 @@
-!> Archives of numbers: values in an array of reals that a program keeps, as FORTRAN 77 does. Plain numbers, no
-!> addresses: a copy of the array is as good as the original. Whole numbers beyond 2**53 would lose digits; counts of
-!> steps do not come that far.
+!> Archives of numbers: values in an array of reals that a program keeps, as FORTRAN 77 does. The array holds plain
+!> numbers and no addresses, so a copy of it is as good as the original. Integers beyond 2**53 would lose digits; counts
+!> of steps do not come that far.
 module nutate_number_archive
    use nutate_archive, only: archive_t
    use nutate_kinds, only: wp, long
@@ -9,21 +9,21 @@ module nutate_number_archive
 
    public :: number_archive_t
 
-   !> Values as numbers in somebody's array, or only counted.
+   !> Values as numbers in an array of the caller, or only counted.
    type, extends(archive_t) :: number_archive_t
       private
-      !> Not associated where values are counted only.
+      !> Array of the caller; not associated if values are only counted.
       real(wp), pointer, contiguous :: numbers(:) => null()
       !> Numbers in use, or already read.
       integer :: used = 0
    contains
-      !> Makes the archive count the numbers that it would take.
+      !> Makes the archive count the numbers that it would store.
       procedure :: begin_counting
       !> Makes the archive fill an array.
       procedure :: begin_writing
-      !> Makes the archive give back what an array holds.
+      !> Makes the archive return the values of an array.
       procedure :: begin_reading
-      !> How many numbers were transferred so far.
+      !> Returns the number of values transferred so far.
       procedure :: count => count_numbers
       procedure :: transfer_reals
       procedure :: transfer_integer
@@ -34,7 +34,7 @@ module nutate_number_archive
 
 contains
 
-   !> Makes the archive count the numbers that it would take.
+   !> Makes the archive count the numbers that it would store.
    subroutine begin_counting(self)
       class(number_archive_t), intent(inout) :: self
       self%numbers => null()
@@ -45,30 +45,30 @@ contains
    !> Makes the archive fill an array from its first number on.
    subroutine begin_writing(self, numbers)
       class(number_archive_t), intent(inout) :: self
-      !> At least as long as `count` said; must stay while the archive is in use.
+      !> Array at least as long as `count` returned; must stay while the archive is in use.
       real(wp), intent(in), target, contiguous :: numbers(:)
       self%numbers => numbers
       self%used = 0
       call self%set_direction(reading=.false.)
    end subroutine begin_writing
 
-   !> Makes the archive give back what an array holds.
+   !> Makes the archive return the values of an array.
    subroutine begin_reading(self, numbers)
       class(number_archive_t), intent(inout) :: self
-      !> Filled by an archive; must stay while the archive is in use.
+      !> Array filled by an archive; must stay while the archive is in use.
       real(wp), intent(in), target, contiguous :: numbers(:)
       self%numbers => numbers
       self%used = 0
       call self%set_direction(reading=.true.)
    end subroutine begin_reading
 
-   !> How many numbers were transferred so far.
+   !> Returns the number of values transferred so far.
    pure integer function count_numbers(self) result(n)
       class(number_archive_t), intent(in) :: self
       n = self%used
    end function count_numbers
 
-   !> An array too short for what is asked of it leaves the values as they are.
+   !> Writes or reads reals; an array that is too short leaves the values unchanged.
    subroutine transfer_reals(self, values)
       class(number_archive_t), intent(inout) :: self
       real(wp), intent(inout) :: values(:)
@@ -116,7 +116,7 @@ contains
       value = number(1) > 0.5_wp
    end subroutine transfer_logical
 
-   !> A text is no number.
+   !> Rejects text, which cannot be stored as a number.
    subroutine transfer_text(self, value)
       class(number_archive_t), intent(inout) :: self
       character(len=:), allocatable, intent(inout) :: value

@@ -1,6 +1,6 @@
-!> Vectors given at points of time, and what lies between them: polynomials, one for each interval. Linear ones may jump
-!> where two points have the same time; cubic ones are a spline (C. de Boor, A Practical Guide to Splines, 1978, IV),
-!> natural at its ends or periodic, or, with derivatives, Hermite's; those of degree 5 have second derivatives too.
+!> Interpolation between vectors given at points of time: polynomials, one for each interval. Linear ones may jump where
+!> two points have the same time; cubic ones are a spline (C. de Boor, A Practical Guide to Splines, 1978, IV), natural
+!> at its ends or periodic, or, with derivatives, Hermite's; those of degree 5 have second derivatives too.
 !>
 !> In the interval k, from x(k-1) to x(k), the vector is c₀ + c₁s + c₂s² + ..., s = (x - x(k-1))/h, h its length: so
 !> the size of the coefficients does not depend on the unit of time.
@@ -13,7 +13,7 @@ module nutate_piecewise
 
    public :: piecewise_t, new_hermite, new_linear, new_spline
 
-   !> Points of a periodic spline at least, the last, which is the first again, counted.
+   !> Least number of points of a periodic spline; its last point, which equals the first, is included.
    integer, parameter, public :: least_periodic = 4
 
    !> A vector of three components as a function of time.
@@ -22,32 +22,32 @@ module nutate_piecewise
       integer :: n = 0, degree = 1
       !> Ends of the intervals, s, increasing; shape (0:n).
       real(wp), allocatable :: x(:)
-      !> cⱼ of each interval; shape (3, 0:degree, n).
+      !> Coefficients cⱼ of each interval; shape (3, 0:degree, n).
       real(wp), allocatable :: c(:, :, :)
-      !> The interval in which the j-th of n equal parts of the whole begins; shape (0:n).
+      !> Interval in which the j-th of n equal parts of the time range begins; shape (0:n).
       integer, allocatable, private :: starts(:)
-      !> Equal parts in a second.
+      !> Number of equal parts in a second.
       real(wp), private :: density = 0.0_wp
    contains
-      !> The interval of a time.
+      !> Returns the interval of a time.
       procedure :: find
-      !> The vector at a time.
+      !> Returns the vector at a time.
       procedure :: value_at
-      !> A coefficient of the Taylor series.
+      !> Returns a coefficient of the Taylor series.
       procedure :: taylor_term
-      !> Bounds of the vector and of its derivatives.
+      !> Computes bounds of the vector and of its derivatives.
       procedure :: find_bounds
-      !> Finishes what the intervals are found by.
+      !> Prepares the search for intervals.
       procedure, private :: prepare_search
    end type piecewise_t
 
 contains
 
-   !> Straight lines between the points; two of the same time are a jump.
+   !> Makes straight lines between the points; two points of the same time are a jump.
    pure function new_linear(times, values) result(curve)
-      !> s, not decreasing, the first below the last, no three alike; shape (any).
+      !> Times, s, not decreasing, the first below the last, no three alike; shape (any).
       real(wp), intent(in) :: times(:)
-      !> Shape (3, any).
+      !> Values at the times; shape (3, any).
       real(wp), intent(in) :: values(:, :)
       type(piecewise_t) :: curve
       integer :: i, n
@@ -67,11 +67,11 @@ contains
       call curve%prepare_search()
    end function new_linear
 
-   !> A cubic spline through the points: natural, without curvature at its ends, or periodic.
+   !> Makes a cubic spline through the points: natural, without curvature at its ends, or periodic.
    pure function new_spline(times, values, periodic) result(curve)
-      !> s, increasing; two at least, `least_periodic` for a periodic one. Shape (n).
+      !> Times, s, increasing; two at least, `least_periodic` for a periodic one. Shape (n).
       real(wp), intent(in) :: times(:)
-      !> Shape (3, n); of a periodic spline the last are the first.
+      !> Values at the times; shape (3, n); of a periodic spline the last are the first.
       real(wp), intent(in) :: values(:, :)
       logical, intent(in) :: periodic
       type(piecewise_t) :: curve
@@ -103,9 +103,9 @@ contains
    !> Computes Hermite's polynomials between points: of degree 3 from values and rates, of degree 5 from second
    !> derivatives too.
    pure function new_hermite(times, values, rates, second) result(curve)
-      !> s, increasing; two at least. Shape (n).
+      !> Times, s, increasing; two at least. Shape (n).
       real(wp), intent(in) :: times(:)
-      !> Values, and their first and second derivatives by time; shape (3, n).
+      !> Values, and their first and second derivatives with respect to time; shape (3, n).
       real(wp), intent(in) :: values(:, :), rates(:, :)
       real(wp), intent(in), optional :: second(:, :)
       type(piecewise_t) :: curve
@@ -137,8 +137,8 @@ contains
       call curve%prepare_search()
    end function new_hermite
 
-   !> Second derivatives of a natural spline at its points, from the continuity of the first: a definite tridiagonal
-   !> system.
+   !> Computes the second derivatives of a natural spline at its points, from the continuity of the first: a definite
+   !> tridiagonal system.
    pure subroutine solve_natural(times, values, curvature)
       real(wp), intent(in) :: times(:), values(:, :)
       !> Shape (0:size(times) - 1, 3).
@@ -158,8 +158,9 @@ contains
       curvature(1:n, :) = b
    end subroutine solve_natural
 
-   !> The same of a periodic spline. What is beside the diagonals is a matrix h wwᵀ, w = (1, 0, ..., 0, 1), which
-   !> Sherman's and Morrison's formula removes from the definite tridiagonal rest.
+   !> Computes the second derivatives of a periodic spline at its points. The elements beside the diagonals are a matrix
+   !> h wwᵀ, w = (1, 0, ..., 0, 1), which the formula of Sherman and Morrison removes from the definite tridiagonal
+   !> rest.
    pure subroutine solve_periodic(times, values, curvature)
       real(wp), intent(in) :: times(:), values(:, :)
       !> Shape (0:size(times) - 1, 3).
@@ -190,7 +191,7 @@ contains
       curvature(n, :) = curvature(0, :)
    end subroutine solve_periodic
 
-   !> 6 times the change of the mean slope from one interval to the next.
+   !> Returns 6 times the change of the mean slope from one interval to the next.
    pure function bend(times, values)
       !> Shapes (3), (3,3).
       real(wp), intent(in) :: times(3), values(3, 3)
@@ -199,8 +200,8 @@ contains
                 - (values(:, 2) - values(:, 1))/(times(2) - times(1)))
    end function bend
 
-   !> Notes in which interval each of n equal parts of the whole begins: an interval is then found at once where the
-   !> points are even, and by halving a few where they are not.
+   !> Finds the interval in which each of n equal parts of the time range begins. The interval of a time then follows
+   !> immediately for evenly spaced points, and after a few bisections for others.
    pure subroutine prepare_search(self)
       class(piecewise_t), intent(inout) :: self
       integer :: j, k
@@ -216,14 +217,14 @@ contains
       end do
    end subroutine prepare_search
 
-   !> The interval of a time; of a time between two the later one, outside of all the nearest.
+   !> Returns the interval of a time; the later one for a time between two, the nearest one outside of all.
    pure integer function find(self, time) result(k)
       class(piecewise_t), intent(in) :: self
-      !> s
+      !> Time, s.
       real(wp), intent(in) :: time
       integer :: part, last, middle
       part = int(min(max((time - self%x(0))*self%density, 0.0_wp), real(self%n, wp)))
-      ! One part earlier: where rounding puts the end of an interval on that of a part, the interval may begin there.
+      ! One part earlier: if rounding puts the end of an interval on that of a part, the interval may begin there.
       k = self%starts(max(part - 1, 0))
       last = self%starts(min(part + 1, self%n))
       do while (k < last)
@@ -236,12 +237,12 @@ contains
       end do
    end function find
 
-   !> The vector at a time of an interval, by the polynomial of that interval.
+   !> Returns the vector at a time of an interval, by the polynomial of that interval.
    pure function value_at(self, k, time) result(value)
       class(piecewise_t), intent(in) :: self
       !> Interval.
       integer, intent(in) :: k
-      !> s
+      !> Time, s.
       real(wp), intent(in) :: time
       real(wp) :: value(3)
       real(wp) :: s
@@ -255,10 +256,10 @@ contains
       end if
    end function value_at
 
-   !> Coefficient j of the power series about a time, in a unit of time: the j-th derivative times unitʲ/j!.
+   !> Returns coefficient j of the power series about a time, in a unit of time: the j-th derivative times unitʲ/j!.
    pure function taylor_term(self, k, j, time, unit) result(term)
       class(piecewise_t), intent(in) :: self
-      !> Interval, and which coefficient.
+      !> Interval, and index of the coefficient.
       integer, intent(in) :: k, j
       !> s
       real(wp), intent(in) :: time, unit
@@ -309,7 +310,7 @@ contains
       end do
    end subroutine find_bounds
 
-   !> |v|, as far as it can be told: from 1e150 on that.
+   !> Returns |v|, or 1e150 if a component is larger than that.
    pure real(wp) function length_of(v)
       real(wp), intent(in) :: v(3)
       real(wp), parameter :: longest = 1e150_wp

@@ -1,4 +1,4 @@
-!> Power series in time as arrays of coefficients: what the Taylor method and the series of the effects share.
+!> Power series in time as arrays of coefficients, for the Taylor method and the series of the effects.
 !>
 !> A series is `x(s) = Σ xₖ sᵏ`, `s = (t - t₀)/time_unit`; its coefficients stand in an array from index 0. Coefficient
 !> k of a result needs the coefficients 0..k of the operands only, so that series can be continued one coefficient at a
@@ -10,12 +10,12 @@ module nutate_power_series
 
    public :: fixed_step_order, highest_order, inverses, least_order, product_term, power_term, cosine_term
 
-   !> Longest series: coefficients 0 to this. A tolerance at round-off asks for 24 or so, a user may for some more.
+   !> Longest series: coefficients 0 to this. A tolerance at round-off requires about 24, a user may request some more.
    integer, parameter :: highest_order = 28
    !> Lowest order of a method: the last two terms, which choose the step, must lie beyond the first three, which give
    !> its scale.
    integer, parameter :: least_order = 4
-   !> Order of fixed steps where none is asked for: that of a tolerance of 1e-8, from where on the series pays.
+   !> Default order of fixed steps: that of a tolerance of 1e-8, from where on the series pays.
    integer, parameter :: fixed_step_order = 16
 
    !> 1, 2, ...; shape (29).

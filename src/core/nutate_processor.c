@@ -1,13 +1,13 @@
-/* What the processor can do, for nutate_simd.f90. */
+/* Test for AVX2, for nutate_simd.f90. */
 #include <stdlib.h>
 #include <string.h>
 
 int nutate_has_avx2(void);
 
-/* 1 if the processor has AVX2 and NUTATE_SIMD is not sse2, else 0. The environment is read in the first call alone. */
+/* Returns 1 if the processor has AVX2 and NUTATE_SIMD is not sse2, else 0. The first call reads the environment. */
 int nutate_has_avx2(void)
 {
-   /* 0: not asked yet; else the answer plus 1. Threads that ask at the same time find the same. */
+   /* Result plus 1; 0 before the first call. Concurrent first calls find the same result. */
    static _Atomic int known = 0;
    if (known == 0) {
       int found = 0;

@@ -221,7 +221,7 @@ contains
    !> Returns the space components of a vector given in the body frame: `vec(q∘v∘q*) = R(q) v`.
    !>
    !> Homogeneous of degree two in `q`: for a quaternion that is not a unit one the result is the rotated vector times
-   !> `|q|²`. The discrete derivatives rely on this; normalise first where the rotation alone is wanted.
+   !> `|q|²`. The discrete derivatives rely on this; normalise first if only the rotation is wanted.
    pure function rotate_to_space(q, v) result(r)
       !> Attitude, body to space, scalar first. Shape: (4).
       real(wp), intent(in) :: q(4)

@@ -38,9 +38,9 @@ contains
    !> Turns residuals and their Jacobian into those of the quadratic model of the loss (Triggs et al., Bundle
    !> adjustment, 1999, equation 11), as SciPy does.
    pure subroutine weigh(losses, least, residuals, jacobian, cost)
-      !> Of each residual; shape (residuals).
+      !> Loss of each residual; shape (residuals).
       integer, intent(in) :: losses(:)
-      !> Least curvature of ρ, beside its slope: where outliers have none, steps would have no bound.
+      !> Least curvature of ρ, relative to its slope: without a curvature of outliers, steps would have no bound.
       real(wp), intent(in) :: least
       !> Shape (residuals) and (residuals, parameters).
       real(wp), intent(inout) :: residuals(:), jacobian(:, :)

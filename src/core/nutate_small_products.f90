@@ -1,5 +1,5 @@
-!> Products of matrices of three rows, the length of a vector, and what lies along an axis. The compiler's `matmul` puts
-!> its result on the heap wherever it is not simply assigned, which a step must not do.
+!> Products of matrices of three rows, the length of a vector, and tests for alignment with an axis. The compiler's
+!> `matmul` puts its result on the heap wherever it is not simply assigned, which a step must not do.
 module nutate_small_products
    use nutate_kinds, only: wp
    implicit none
@@ -10,7 +10,7 @@ module nutate_small_products
 
 contains
 
-   !> [v]×, the matrix of v×; shape (3,3).
+   !> Returns [v]×, the matrix of v×; shape (3,3).
    pure function skew(v) result(matrix)
       real(wp), intent(in) :: v(3)
       real(wp) :: matrix(3, 3)
@@ -19,7 +19,7 @@ contains
       matrix(:, 3) = [v(2), -v(1), 0.0_wp]
    end function skew
 
-   !> A v; shape (3).
+   !> Returns A v; shape (3).
    pure function times_vector(a, v) result(product)
       real(wp), intent(in) :: a(3, 3), v(3)
       real(wp) :: product(3)
@@ -28,7 +28,7 @@ contains
       product(3) = a(3, 1)*v(1) + a(3, 2)*v(2) + a(3, 3)*v(3)
    end function times_vector
 
-   !> A B; shape (3,3).
+   !> Returns A B; shape (3,3).
    pure function times_columns(a, b) result(product)
       real(wp), intent(in) :: a(3, 3), b(3, 3)
       real(wp) :: product(3, 3)
@@ -38,8 +38,8 @@ contains
       end do
    end function times_columns
 
-   !> A B, all elements written out: for matrices that are made and used at once. What is stored as numbers and read as
-   !> a vector waits until it has reached the memory.
+   !> Computes A B, all elements written out: for matrices that are used as soon as they are made. The processor stalls
+   !> if numbers that it stored one by one are read as a vector before they have reached the memory.
    pure subroutine multiply(a, b, product)
       real(wp), intent(in) :: a(3, 3), b(3, 3)
       real(wp), intent(out) :: product(3, 3)
@@ -54,7 +54,7 @@ contains
       product(3, 3) = a(3, 1)*b(1, 3) + a(3, 2)*b(2, 3) + a(3, 3)*b(3, 3)
    end subroutine multiply
 
-   !> Adds a multiple of a matrix, written out as `multiply`.
+   !> Adds a multiple of a matrix, all elements written out as in `multiply`.
    pure subroutine add_multiple(factor, matrix, sum)
       real(wp), intent(in) :: factor, matrix(3, 3)
       real(wp), intent(inout) :: sum(3, 3)
@@ -84,14 +84,14 @@ contains
       sum(3, 3) = sum(3, 3) + factor*(a(3)*b(3))
    end subroutine add_outer
 
-   !> |v|: the same digits in whatever unit of a power of two, where `norm2` rounds differently above and below 1. For
-   !> components whose squares are numbers.
+   !> Returns |v|: the same digits in any unit of a power of two, where `norm2` rounds differently above and below 1.
+   !> For components whose squares neither overflow nor underflow.
    pure real(wp) function vector_length(v)
       real(wp), intent(in) :: v(3)
       vector_length = sqrt(v(1)*v(1) + v(2)*v(2) + v(3)*v(3))
    end function vector_length
 
-   !> True for a vector all of whose components but one vanish.
+   !> Returns true if all components of a vector but the one along an axis are zero.
    pure logical function lies_along(v, axis)
       real(wp), intent(in) :: v(3)
       !> 1, 2 or 3.
@@ -99,8 +99,8 @@ contains
       lies_along = .not. (abs(v(1 + modulo(axis, 3))) > 0.0_wp .or. abs(v(1 + modulo(axis + 1, 3))) > 0.0_wp)
    end function lies_along
 
-   !> True for a diagonal matrix whose elements across an axis are equal, to the last bit: rotated about the axis it is
-   !> the same.
+   !> Returns true if a matrix is diagonal and its elements across an axis are equal, to the last bit: a rotation about
+   !> the axis does not change it.
    pure logical function is_symmetric_about(a, axis)
       real(wp), intent(in) :: a(3, 3)
       !> 1, 2 or 3.

@@ -6,8 +6,8 @@ module nutate_spelling
 
    public :: lower_case, split_list, joined, comma_list, distinct, is_listed, nearest_name, new_name, edit_distance
 
-   !> Names of before the first release, each with what it is called now; shape (2, n). They are refused with the new
-   !> one.
+   !> Names of before the first release, each with its present name; shape (2, n). They are rejected, with the new name
+   !> in the message.
    character(len=name_length), parameter :: former_names(2, 9) = reshape([character(len=name_length) :: &
       'linear_solver', 'formulation', &
       'lapack', 'full', &
@@ -21,7 +21,7 @@ module nutate_spelling
 
 contains
 
-   !> ASCII letters in lower case.
+   !> Returns a text with its ASCII letters in lower case.
    pure function lower_case(text) result(lower)
       character(len=*), intent(in) :: text
       character(len=len(text)) :: lower
@@ -32,7 +32,7 @@ contains
       end do
    end function lower_case
 
-   !> The names in a comma separated list; shape (number of names).
+   !> Returns the names in a comma separated list; shape (number of names).
    pure function split_list(list) result(names)
       character(len=*), intent(in) :: list
       character(len=name_length), allocatable :: names(:)
@@ -47,7 +47,7 @@ contains
       end do
    end function split_list
 
-   !> Names as a comma separated list, without blanks: the form of `key_t%choices`.
+   !> Returns names as a comma separated list, without blanks: the form of `key_t%choices`.
    pure function joined(names) result(list)
       character(len=*), intent(in) :: names(:)
       character(len=:), allocatable :: list
@@ -59,7 +59,7 @@ contains
       end do
    end function joined
 
-   !> Names as `a, b, c`.
+   !> Returns names as `a, b, c`.
    pure function comma_list(names) result(text)
       character(len=*), intent(in) :: names(:)
       character(len=:), allocatable :: text
@@ -71,7 +71,7 @@ contains
       end do
    end function comma_list
 
-   !> The names of a list, each once, in the order of their first place.
+   !> Returns the names of a list, each once, in the order of their first position.
    pure function distinct(names) result(once)
       character(len=*), intent(in) :: names(:)
       character(len=len(names)), allocatable :: once(:)
@@ -83,14 +83,14 @@ contains
       once = pack(names, new)
    end function distinct
 
-   !> True if a name is one of a comma separated list's.
+   !> Returns true if a name is in a comma separated list.
    pure logical function is_listed(name, list)
       character(len=*), intent(in) :: name, list
       is_listed = .false.
       if (len_trim(name) <= name_length) is_listed = any(split_list(list) == name)
    end function is_listed
 
-   !> The known name that a former, misspelt or shortened one probably means; blank where none is near.
+   !> Returns the known name that a former, misspelt or shortened one probably means; blank if none is near.
    pure function nearest_name(name, known) result(nearest)
       character(len=*), intent(in) :: name
       character(len=*), intent(in) :: known(:)
@@ -129,7 +129,8 @@ contains
       if (i > 0) new = trim(known(i))
    end function new_name
 
-   !> Place of the known name that a former name became, both with the same number behind; 0 where it is none.
+   !> Returns the index of the known name that a former name became, both with the same number behind; 0 if there is
+   !> none.
    pure integer function place_of_former(word, known) result(place)
       character(len=*), intent(in) :: word
       character(len=*), intent(in) :: known(:)
@@ -144,8 +145,8 @@ contains
       end do
    end function place_of_former
 
-   !> Place of the only known name that begins with a word of two letters or more, hyphens apart; 0 where there is none,
-   !> or more than one.
+   !> Returns the index of the only known name that begins with a word of two letters or more, hyphens apart; 0 if there
+   !> is none, or more than one.
    pure integer function only_beginning(word, known) result(place)
       character(len=*), intent(in) :: word
       character(len=*), intent(in) :: known(:)
@@ -163,8 +164,8 @@ contains
       end do
    end function only_beginning
 
-   !> Letters to insert, delete, replace or swap with their neighbour to turn one word into another (optimal string
-   !> alignment).
+   !> Returns the number of letters to insert, delete, replace or swap with their neighbour to change one word into
+   !> another (optimal string alignment).
    pure integer function edit_distance(a, b) result(distance)
       character(len=*), intent(in) :: a, b
       integer :: table(-1:len(b), -1:len(a)), i, j, cost

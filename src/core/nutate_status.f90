@@ -1,4 +1,4 @@
-!> What a routine reports to its caller. The library never prints and never stops: it returns a `status_t`.
+!> Outcome of a call. The library never prints and never stops: it returns a `status_t`.
 module nutate_status
    use nutate_kinds, only: wp
    implicit none
@@ -23,38 +23,38 @@ module nutate_status
    integer, parameter :: NUTATE_BAD_ARGUMENT = 5
    !> The inertia is not that of a rigid body.
    integer, parameter :: NUTATE_BAD_BODY = 6
-   !> A scene file says something that cannot be understood or simulated.
+   !> A scene file has an entry that cannot be understood or simulated.
    integer, parameter :: NUTATE_BAD_SCENE = 7
    !> A file could not be read or written.
    integer, parameter :: NUTATE_IO = 8
    !> The run would need more steps than allowed.
    integer, parameter :: NUTATE_STEP_LIMIT = 9
-   !> What a C program gave is not a handle of the kind asked for.
+   !> The argument of a C program is not a handle of the required kind.
    integer, parameter :: NUTATE_BAD_HANDLE = 10
    !> A C program's callback reported a failure.
    integer, parameter :: NUTATE_CALLBACK = 11
-   !> A text did not fit into its buffer and was cut.
+   !> A string did not fit into its buffer and was cut.
    integer, parameter :: NUTATE_TRUNCATED = 12
    !> Memory ran out.
    integer, parameter :: NUTATE_NO_MEMORY = 13
-   !> An observer asked for the end of a run.
+   !> An observer requested the end of a run.
    integer, parameter :: NUTATE_STOPPED = 14
 
    !> Outcome of a call.
    type :: status_t
       !> One of the `NUTATE_...` codes.
       integer :: code = NUTATE_OK
-      !> Newton iterations spent, where the call iterates.
+      !> Newton iterations used, if the call iterates.
       integer :: iterations = 0
       !> Size of the last Newton increment relative to the step's own increment (dimensionless).
       real(wp) :: residual = 0.0_wp
-      !> The argument or scene key with the error, where there is one; else blank.
+      !> Name of the argument or scene key with the error; blank if there is none.
       character(len=24) :: subject = ''
       !> One line for the user; blank on success. The length makes a status of 256 bytes, as much as compilers clear
       !> without a loop: every step clears one.
       character(len=216) :: message = ''
    contains
-      !> True if the call succeeded.
+      !> Returns true if the call succeeded.
       procedure :: ok
    end type status_t
 
@@ -66,13 +66,13 @@ contains
       ok = self%code == NUTATE_OK
    end function ok
 
-   !> A status that reports a failure: its code and one line of text.
+   !> Returns a status that reports a failure: its code and one line of text.
    pure function fail(code, message, subject) result(status)
       !> One of the `NUTATE_...` codes other than `NUTATE_OK`.
       integer, intent(in) :: code
-      !> What went wrong and what was expected; a text that is too long loses its middle.
+      !> Description of the error and of the expected value; a text that is too long loses its middle.
       character(len=*), intent(in) :: message
-      !> The argument or scene key at fault.
+      !> Name of the argument or scene key with the error.
       character(len=*), intent(in), optional :: subject
       type(status_t) :: status
       status%code = code
@@ -81,7 +81,7 @@ contains
       if (present(subject)) status%subject = subject
    end function fail
 
-   !> A long text without its middle, cut between words: its end often says what is meant.
+   !> Returns a long text without its middle, cut between words, since its end often has the main point.
    pure function shortened(text, length) result(short)
       character(len=*), intent(in) :: text
       integer, intent(in) :: length

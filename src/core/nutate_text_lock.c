@@ -1,4 +1,4 @@
-/* A lock for what reads and writes texts: see nutate_text_lock.f90. */
+/* A lock for threads that read or write texts: see nutate_text_lock.f90. */
 #ifndef _GNU_SOURCE
 #define _GNU_SOURCE
 #endif

@@ -1,7 +1,7 @@
-!> The path of a body relative to one that attracts it, by a table of positions, or of positions and velocities. Steps
+!> The path of a body relative to a centre of attraction, by a table of positions, or of positions and velocities. Steps
 !> end on the times of the table, so that each has one polynomial and every method keeps its order.
 !>
-!> LVLH frame: z to the centre of attraction, y against r×v, x = y×z. With h = r×v and a the acceleration it turns at
+!> LVLH frame: z to the centre of attraction, y against r×v, x = y×z. With h = r×v and a the acceleration it rotates at
 !> ω = h/|r|² + (|r| a·h/|h|²) r̂.
 module nutate_track
    use nutate_attitude, only: quat_from_matrix
@@ -15,13 +15,14 @@ module nutate_track
 
    public :: track_t, make_track, check_track
 
-   !> How far from its end a time counts as that end, over the size of the times: beyond their rounding.
+   !> Tolerance for a time to be the end of an interval, over the size of the times: beyond their rounding.
    real(wp), parameter :: at_end = 4*eps
-   !> m/s: the square of a time that a run can last, times that of a speed, is a number.
+   !> Largest speed, m/s: the square of the longest duration of a run, times that of a speed, stays finite.
    real(wp), parameter :: greatest_speed = 1e20_wp
-   !> Lengths of a path by positions and by speeds that differ by this factor are of different units.
+   !> Ratio of the length of a path by positions to that by speeds from which on their units are assumed to differ.
    real(wp), parameter :: contradiction = 30.0_wp
-   !> Least distance from the centre between two lines, over that of these lines: closer lines are needed below it.
+   !> Least distance from the centre between two lines, over that of these lines; smaller distances require closer
+   !> lines.
    real(wp), parameter :: nearest_share = 0.1_wp
 
    !> Positions and velocities as functions of time; `make_track` makes one.
@@ -60,7 +61,7 @@ contains
    !> Makes a track: a natural cubic spline of positions, or Hermite's polynomials of degree 3 with velocities, of
    !> degree 5 with accelerations too.
    !>
-   !> Errors: those of `check_track`; `NUTATE_BAD_ARGUMENT` where the path comes too close to the centre between lines.
+   !> Errors: those of `check_track`; `NUTATE_BAD_ARGUMENT` if the path comes too close to the centre between lines.
    subroutine make_track(times, positions, track, status, at, velocities, mu)
       !> s; shape (n).
       real(wp), intent(in) :: times(:)
@@ -68,7 +69,7 @@ contains
       real(wp), intent(in) :: positions(:, :)
       type(track_t), intent(out) :: track
       type(status_t), intent(out) :: status
-      !> The line with the error, 1 to n; 0 where no single line is at fault.
+      !> The line with the error, 1 to n; 0 if no single line is at fault.
       integer, intent(out) :: at
       !> m/s; shape (3, n).
       real(wp), intent(in), optional :: velocities(:, :)
@@ -229,7 +230,7 @@ contains
       at = 0
    end subroutine find_nearest
 
-   !> The corners of a polynomial in Bernstein's basis: b_j = Σ_{i<=j} (j over i)/(n over i) c_i; shape (0:n).
+   !> Returns the corners of a polynomial in Bernstein's basis: b_j = Σ_{i<=j} (j over i)/(n over i) c_i; shape (0:n).
    pure function corners_of(c) result(b)
       !> Coefficients of s⁰ to sⁿ, 0 <= s <= 1; shape (0:n).
       real(wp), intent(in) :: c(0:)
@@ -266,14 +267,14 @@ contains
       end do
    end subroutine prepare
 
-   !> The interval of a time, and the time inside the table that is nearest to it.
+   !> Finds the interval of a time, and the time inside the table that is nearest to it.
    pure subroutine locate(self, t, k, time, sense)
       class(track_t), intent(in) :: self
-      !> s.
+      !> Time, s.
       real(wp), intent(in) :: t
       integer, intent(out) :: k
       real(wp), intent(out) :: time
-      !> Which way time goes from there, where it matters on the times of the table: 1 or -1.
+      !> Direction of time, which decides the interval at the times of the table: 1 or -1.
       real(wp), intent(in), optional :: sense
       real(wp) :: edge
       time = min(max(t, self%curve%x(0)), self%curve%x(self%curve%n))
@@ -288,7 +289,7 @@ contains
    !> Returns true if the table contains a time, to a rounding of it.
    pure logical function contains_time(self, t)
       class(track_t), intent(in) :: self
-      !> s.
+      !> Time, s.
       real(wp), intent(in) :: t
       associate (x => self%curve%x, n => self%curve%n)
          contains_time = t >= x(0) - at_end*max(abs(x(0)), abs(t)) .and. t <= x(n) + at_end*max(abs(x(n)), abs(t))
@@ -299,7 +300,7 @@ contains
    !> is that of the nearest end.
    pure function position(self, t)
       class(track_t), intent(in) :: self
-      !> s.
+      !> Time, s.
       real(wp), intent(in) :: t
       real(wp) :: position(3), time
       integer :: k
@@ -310,7 +311,7 @@ contains
    !> Returns the velocity at a time, inertial axes, m/s; shape (3). Outside of the table it is zero.
    pure function velocity(self, t)
       class(track_t), intent(in) :: self
-      !> s.
+      !> Time, s.
       real(wp), intent(in) :: t
       real(wp) :: velocity(3), time
       integer :: k
@@ -322,7 +323,7 @@ contains
    !> Returns the acceleration at a time, inertial axes, m/s²; shape (3). Outside of the table it is zero.
    pure function acceleration(self, t)
       class(track_t), intent(in) :: self
-      !> s.
+      !> Time, s.
       real(wp), intent(in) :: t
       real(wp) :: acceleration(3), time
       integer :: k
@@ -334,7 +335,7 @@ contains
    !> Returns the attitude of the LVLH frame at a time, unit quaternion, LVLH→inertial, without jumps; shape (4).
    pure function axes(self, t) result(q)
       class(track_t), intent(in) :: self
-      !> s.
+      !> Time, s.
       real(wp), intent(in) :: t
       real(wp) :: q(4), time
       integer :: k
@@ -343,7 +344,7 @@ contains
       q = sign(1.0_wp, dot_product(q, self%knots(:, k - 1)))*q
    end function axes
 
-   !> The attitude with q0 >= 0. Where the body moves along the radius y is any direction across it.
+   !> Returns the attitude with q0 >= 0. If the body moves along the radius, y is any direction across it.
    pure function attitude_at(self, t) result(q)
       class(track_t), intent(in) :: self
       real(wp), intent(in) :: t
@@ -366,7 +367,7 @@ contains
    !> Returns the rate of the LVLH frame at a time, inertial axes, rad/s; shape (3).
    pure function axes_rate(self, t) result(rate)
       class(track_t), intent(in) :: self
-      !> s.
+      !> Time, s.
       real(wp), intent(in) :: t
       real(wp) :: rate(3), r(3), v(3), h(3), distance
       r = self%position(t)
@@ -409,10 +410,10 @@ contains
       end do
    end subroutine position_series
 
-   !> Returns the next time of the table, s; beyond all times where there is none.
+   !> Returns the next time of the table, s; beyond all times if there is none.
    pure real(wp) function next_break(self, t, sense) result(next)
       class(track_t), intent(in) :: self
-      !> s, and which way time goes: 1 or -1.
+      !> Time, s; direction of time: 1 or -1.
       real(wp), intent(in) :: t, sense
       integer :: k
       next = sense*huge(next)
