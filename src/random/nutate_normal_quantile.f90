@@ -42,9 +42,9 @@ module nutate_normal_quantile
 
 contains
 
-   !> The number below which a normal deviate lies with probability p.
+   !> Returns the number below which a normal deviate lies with probability p.
    elemental real(wp) function normal_quantile(p) result(z)
-      !> Between 0 and 1, neither of them.
+      !> Probability between 0 and 1, both excluded.
       real(wp), intent(in) :: p
       real(wp) :: t, r
       t = p - 0.5_wp
@@ -75,9 +75,9 @@ contains
       ratio = a/b
    end function ratio
 
-   !> ln x from the series of artanh: ln x = k ln 2 + 2 artanh s, s = (m - 1)/(m + 1), x = 2**k m, m next to 1.
+   !> Returns ln x from the series of artanh: ln x = k ln 2 + 2 artanh s, s = (m - 1)/(m + 1), x = 2**k m, m next to 1.
    elemental real(wp) function plain_log(x) result(y)
-      !> > 0, not denormal.
+      !> x > 0, not denormal.
       real(wp), intent(in) :: x
       real(wp) :: m, s, s2, tail
       integer :: k, i
@@ -89,7 +89,7 @@ contains
       end if
       s = (m - 1)/(m + 1)
       s2 = s*s
-      ! |s| < 0.172: what is left out is below 1e-18.
+      ! |s| < 0.172: the remainder of the series is below 1e-18.
       tail = 0.0_wp
       do i = 11, 1, -1
          tail = (tail + 1.0_wp/real(2*i + 1, wp))*s2

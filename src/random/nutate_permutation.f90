@@ -1,5 +1,5 @@
-!> Pseudo-random permutations of 1 .. n that answer for one place at a time, in whatever order they are asked: a Feistel
-!> network of Philox over the next power of four, walked until it lands in the range.
+!> Pseudo-random permutations of 1 .. n that map one position at a time, in any order: a Feistel network of Philox over
+!> the next power of four, repeated until the result lies in the range.
 module nutate_permutation
    use nutate_kinds, only: long
    use nutate_philox, only: philox4x32, PERMUTATION
@@ -14,15 +14,15 @@ module nutate_permutation
 
 contains
 
-   !> Where a place goes, 1 to n.
+   !> Returns the position that a position is mapped to, 1 to n.
    pure integer(long) function permuted(place, n, seed, which)
-      !> 1 to n.
+      !> Position, 1 to n.
       integer(long), intent(in) :: place
-      !> At most 2**62.
+      !> Number of positions, at most 2**62.
       integer(long), intent(in) :: n
       !> Key, 0 or more.
       integer(long), intent(in) :: seed
-      !> Which of the permutations of a key, 0 or more.
+      !> Index of the permutation of this key, 0 or more.
       integer, intent(in) :: which
       integer :: bits
       bits = 1
@@ -37,10 +37,10 @@ contains
       permuted = permuted + 1
    end function permuted
 
-   !> One pass of the network, a permutation of 0 .. 4**bits - 1.
+   !> Applies the network once: a permutation of 0 .. 4**bits - 1.
    pure integer(long) function shuffled(place, bits, seed, which)
       integer(long), intent(in) :: place
-      !> Of each half.
+      !> Number of bits of each half.
       integer, intent(in) :: bits
       integer(long), intent(in) :: seed
       integer, intent(in) :: which

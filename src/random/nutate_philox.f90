@@ -8,23 +8,23 @@ module nutate_philox
 
    public :: philox4x32, uniform_of, DRAW, PERMUTATION
 
-   !> What a counter is for: the last of its words.
+   !> Purpose of a counter, the last of its words.
    integer(long), parameter :: DRAW = 0, PERMUTATION = 1
 
    integer, parameter :: rounds = 10
-   !> 32 bits.
+   !> Mask of 32 bits.
    integer(long), parameter :: word = int(z'FFFFFFFF', long)
    !> Factors of a round less 2**32, D2511F53 and CD9E8D57: a product with a word then fits into a signed integer.
    integer(long), parameter :: factor_1 = int(z'D2511F53', long) - word - 1
    integer(long), parameter :: factor_2 = int(z'CD9E8D57', long) - word - 1
-   !> What the keys of a round grow by.
+   !> Increments of the two words of the key from round to round.
    integer(long), parameter :: step_1 = int(z'9E3779B9', long), step_2 = int(z'BB67AE85', long)
 
 contains
 
-   !> Four words of 32 random bits.
+   !> Returns four words of 32 random bits.
    pure function philox4x32(counter, key) result(words)
-      !> Each 0 to 2**32 - 1.
+      !> Words of the counter and of the key, each 0 to 2**32 - 1.
       integer(long), intent(in) :: counter(4), key(2)
       integer(long) :: words(4)
       integer(long) :: k_1, k_2, product_1, product_2, high_1, high_2
@@ -46,17 +46,17 @@ contains
       end do
    end function philox4x32
 
-   !> A number between 0 and 1, never one of them: the middle of one of 2**52 equal parts.
+   !> Returns a number between 0 and 1, both excluded: the middle of one of 2**52 equal parts.
    pure real(wp) function uniform_of(seed, member, number)
       !> Key, 0 or more.
       integer(long), intent(in) :: seed
-      !> Counter: which member, and which of its draws; 0 or more.
+      !> Counter: index of the member, and of its draw; 0 or more.
       integer(long), intent(in) :: member
       integer, intent(in) :: number
       integer(long) :: words(4)
       words = philox4x32([iand(member, word), ishft(member, -32), int(number, long), DRAW], &
                          [iand(seed, word), ishft(seed, -32)])
-      ! 52 bits and the half of the middle fill the 53 of a number.
+      ! 52 bits, and the half that gives the middle, fill the 53 bits of a double.
       uniform_of = (real(ior(ishft(words(1), 20), ishft(words(2), -12)), wp) + 0.5_wp)*2.0_wp**(-52)
    end function uniform_of
 
