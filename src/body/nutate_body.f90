@@ -11,13 +11,13 @@ module nutate_body
 
    public :: body_t, make_body, make_shape_body, diagonal, parallel_axis, without, symmetric, whole_body
 
-   !> How far a moment may exceed the sum of the other two, relative to the largest moment, before the body is
-   !> called impossible: flat plates given with rounded numbers are valid.
+   !> Tolerance of the triangle rule: excess of a moment over the sum of the other two, relative to the largest moment,
+   !> up to which a body is valid. It admits flat plates given with rounded numbers.
    real(wp), parameter :: triangle_tolerance = 1e-12_wp
 
    !> A rigid body as the equations of motion need it. Made by `make_body` or `make_shape_body`.
    type :: body_t
-      !> J about the reference point, body axes, kg m²; of a body with wheels without their inertia about their axes.
+      !> J about the reference point, body axes, kg m²; without the inertia of wheels about their axes.
       real(wp) :: inertia(3, 3) = 0.0_wp
       !> J⁻¹, exactly symmetric, kg⁻¹ m⁻².
       real(wp) :: inverse_inertia(3, 3) = 0.0_wp
@@ -33,9 +33,9 @@ module nutate_body
       real(wp) :: center_of_mass(3) = 0.0_wp
       !> The moments about the reference point break the triangle rule (admitted by `check_triangle = .false.`).
       logical :: breaks_triangle = .false.
-      !> The tensor about the centre of mass is that of no body: idealised tops.
+      !> The tensor about the centre of mass is not that of any rigid body: idealised tops.
       logical :: idealised = .false.
-      !> J with the wheels locked, kg m²: what gravity acts on. That of `inertia` where there are no wheels.
+      !> J with the wheels locked, kg m², which gravity acts on; equal to `inertia` without wheels.
       real(wp), private :: locked(3, 3) = 0.0_wp
    end type body_t
 
@@ -46,15 +46,15 @@ contains
    !> Errors: `NUTATE_BAD_BODY` with the reason: not finite, not symmetric, not positive definite (a moment that
    !> vanishes: an infinitely thin rod), a moment larger than the sum of the other two, moments not within 1e-100 to
    !> 1e100 kg m². `NUTATE_BAD_ARGUMENT`: mass not within 1e-100 to 1e100 kg, centre of mass not finite or beyond
-   !> 1e100 m, a shift asked for without a mass.
+   !> 1e100 m, a shift requested without a mass.
    pure subroutine make_body(tensor, body, status, mass, center_of_mass, about_center_of_mass, check_triangle)
       !> Inertia tensor, body axes, kg m².
       real(wp), intent(in) :: tensor(3, 3)
       type(body_t), intent(out) :: body
       type(status_t), intent(out) :: status
-      !> kg.
+      !> Mass, kg.
       real(wp), intent(in), optional :: mass
-      !> From the reference point, body axes, m; default: the reference point.
+      !> Centre of mass from the reference point, body axes, m; default: the reference point.
       real(wp), intent(in), optional :: center_of_mass(3)
       !> The tensor refers to the centre of mass and is moved to the reference point; default: it refers to the latter.
       logical, intent(in), optional :: about_center_of_mass
@@ -85,11 +85,11 @@ contains
       if (body%has_mass) call check_center_tensor(body)
    end subroutine make_body
 
-   !> The body without the inertia of wheels about their axes: what L - Σ s h turns. Errors: `NUTATE_BAD_BODY` where
-   !> less than nothing is left.
+   !> Computes the body without the inertia of wheels about their axes, whose rotation has the momentum L - Σ s h.
+   !> Errors: `NUTATE_BAD_BODY` if the wheels have more inertia than the body.
    pure subroutine without(body, spinning, rest, status)
       type(body_t), intent(in) :: body
-      !> Σ Jw ssᵀ, body axes, kg m².
+      !> Inertia of the wheels about their axes, Σ Jw ssᵀ, body axes, kg m².
       real(wp), intent(in) :: spinning(3, 3)
       type(body_t), intent(out) :: rest
       type(status_t), intent(out) :: status
@@ -105,7 +105,7 @@ contains
       call invert_inertia(rest)
    end subroutine without
 
-   !> The body with its wheels locked.
+   !> Returns the body with its wheels locked.
    pure type(body_t) function whole_body(body) result(whole)
       type(body_t), intent(in) :: body
       type(status_t) :: status
@@ -121,15 +121,15 @@ contains
    pure subroutine make_shape_body(shape, lengths, body, status, mass, density, center_of_mass)
       !> 'box', 'cylinder', 'cone', 'sphere' or 'ellipsoid'.
       character(len=*), intent(in) :: shape
-      !> Its lengths, m, see `shape_kinds`.
+      !> Lengths of the shape, m, see `shape_kinds`.
       real(wp), intent(in) :: lengths(:)
       type(body_t), intent(out) :: body
       type(status_t), intent(out) :: status
-      !> kg.
+      !> Mass, kg.
       real(wp), intent(in), optional :: mass
-      !> kg m⁻³.
+      !> Density, kg m⁻³.
       real(wp), intent(in), optional :: density
-      !> From the reference point, body axes, m.
+      !> Centre of mass from the reference point, body axes, m.
       real(wp), intent(in), optional :: center_of_mass(3)
       real(wp) :: volume, gyration(3), m
 
@@ -165,7 +165,7 @@ contains
       call make_body(diagonal(m*gyration), body, status, m, center_of_mass, about_center_of_mass=.true.)
    end subroutine make_shape_body
 
-   !> Says that the moments are too large or too small.
+   !> Returns the error that the moments are too large or too small.
    pure type(status_t) function wrong_size()
       wrong_size = fail(NUTATE_BAD_BODY, 'the inertia is too large or too small (expected principal moments of '// &
                         in_words(least_size, greatest_number)//' kg m2)', 'inertia')
@@ -200,9 +200,9 @@ contains
       end if
    end subroutine set_mass
 
-   !> m (|c|² I - c cᵀ): what moves a tensor from the centre of mass to a point at -c from it.
+   !> Returns m (|c|² I - c cᵀ), which moves a tensor from the centre of mass to a point at -c from it.
    pure function parallel_axis(mass, c) result(shift)
-      !> kg.
+      !> Mass, kg.
       real(wp), intent(in) :: mass
       !> Centre of mass from the point, body axes, m.
       real(wp), intent(in) :: c(3)
@@ -218,7 +218,7 @@ contains
       shift(3, 3) = mass*(c(1)**2 + c(2)**2)
    end function parallel_axis
 
-   !> Finite and symmetric.
+   !> Checks that a tensor is finite and symmetric.
    pure subroutine check_tensor(tensor, status)
       real(wp), intent(in) :: tensor(3, 3)
       type(status_t), intent(out) :: status
@@ -231,7 +231,7 @@ contains
       end if
    end subroutine check_tensor
 
-   !> Principal moments and axes; a diagonal tensor keeps its axes.
+   !> Computes the principal moments and axes; a diagonal tensor keeps its axes.
    pure subroutine find_principal_axes(body, status)
       type(body_t), intent(inout) :: body
       type(status_t), intent(out) :: status
@@ -251,8 +251,7 @@ contains
       body%axes = right_handed(vectors(:, order))
    end subroutine find_principal_axes
 
-   !> Which eigenvector lies nearest to each body axis: the permutation with the largest sum of squared
-   !> cosines.
+   !> Returns the eigenvector nearest to each body axis: the permutation with the largest sum of squared cosines.
    pure function nearest_order(vectors) result(best)
       real(wp), intent(in) :: vectors(3, 3)
       integer :: best(3)
@@ -273,7 +272,7 @@ contains
       end do
    end function nearest_order
 
-   !> Columns rotated so that each points along its body axis and the three are right-handed.
+   !> Returns the columns rotated so that each points along its body axis and the three are right-handed.
    pure function right_handed(vectors) result(axes)
       real(wp), intent(in) :: vectors(3, 3)
       real(wp) :: axes(3, 3)
@@ -288,7 +287,7 @@ contains
       if (dot_product(third, axes(:, 3)) < 0.0_wp) axes(:, 3) = -axes(:, 3)
    end function right_handed
 
-   !> Positive moments that some distribution of mass has.
+   !> Checks that the moments are positive and those of a rigid body.
    pure subroutine check_moments(body, check_triangle, status)
       type(body_t), intent(inout) :: body
       logical, intent(in) :: check_triangle
@@ -325,14 +324,15 @@ contains
       end if
    end subroutine check_moments
 
-   !> By how much the largest moment exceeds the sum of the other two, over the largest; <= 0 for every rigid body.
+   !> Returns the excess of the largest moment over the sum of the other two, over the largest; <= 0 for every rigid
+   !> body.
    pure real(wp) function triangle_excess(moments)
       !> Principal moments, any order.
       real(wp), intent(in) :: moments(3)
       triangle_excess = 2.0_wp - sum(moments/maxval(moments))
    end function triangle_excess
 
-   !> J⁻¹ = A diag(1/Jᵢ) Aᵀ, each entry computed once so that the matrix is symmetric to the last digit.
+   !> Computes J⁻¹ = A diag(1/Jᵢ) Aᵀ, each entry once so that the matrix is symmetric to the last digit.
    pure subroutine invert_inertia(body)
       type(body_t), intent(inout) :: body
       integer :: i, j
@@ -344,7 +344,7 @@ contains
       end do
    end subroutine invert_inertia
 
-   !> Notes whether the tensor about the centre of mass is one that a body can have.
+   !> Stores whether the tensor about the centre of mass is one that a body can have.
    pure subroutine check_center_tensor(body)
       type(body_t), intent(inout) :: body
       real(wp) :: central(3, 3), values(3), vectors(3, 3)
@@ -367,7 +367,7 @@ contains
       end do
    end function diagonal
 
-   !> The symmetric matrix of six numbers: 11, 22, 33, 12, 13, 23.
+   !> Returns the symmetric matrix of six numbers: 11, 22, 33, 12, 13, 23.
    pure function symmetric(d) result(matrix)
       real(wp), intent(in) :: d(6)
       real(wp) :: matrix(3, 3)

@@ -1,5 +1,5 @@
-!> The energy balance of a motion, which travels with its state: what the invariants are to be, and the attitude and
-!> momentum to which that applies. Only the projection onto the invariants reads and writes it.
+!> The energy balance of a motion, which is stored with its state: the target values of the invariants, and the attitude
+!> and momentum to which they apply. Only the projection onto the invariants reads and writes it.
 module nutate_energy_balance
    use nutate_archive, only: archive_t
    use nutate_kinds, only: wp
@@ -14,7 +14,7 @@ module nutate_energy_balance
       real(wp) :: energy = 0.0_wp, compensation = 0.0_wp
    end type energy_sum_t
 
-   !> Largest T + Σ|U| so far, J; the largest of it and |L̇|, and the power of two that brings that to order one.
+   !> Largest T + Σ|U| so far, J; the largest of it and |L̇|, and the power of two that scales the latter to order one.
    type :: energy_scale_t
       real(wp) :: size = 0.0_wp, largest = 0.0_wp, to_order_one = 1.0_wp
    end type energy_scale_t
@@ -22,34 +22,35 @@ module nutate_energy_balance
    !> The balance of one motion of one system. A state with a closed balance starts a new one in its next step.
    type :: energy_balance_t
       logical :: open = .false.
-      !> The state is a projected copy of the one that the last step left, which is `left_q`, ...
+      !> The state is a projected copy of the one that the last step left (`left_q`, ...).
       logical :: projected = .false.
-      !> Steps since the last projection, and from there to the next one.
+      !> Steps since the last projection, and from the last to the next one.
       integer :: count = 0, interval = 1
       !> H₀ + work.
       type(energy_sum_t) :: energy = energy_sum_t()
       type(energy_scale_t) :: scale = energy_scale_t()
-      !> Conserved l, space axes, N m s, shape (3), at a time, s; of it l·n, or else |l|, N m s.
+      !> Conserved l, space axes, N m s, shape (3), at a time, s; its component l·n, or else |l|, N m s.
       real(wp) :: momentum(3) = 0.0_wp, momentum_time = 0.0_wp, component = 0.0_wp
       !> Attitude and momentum of the state that the balance belongs to, shape (4), and momenta of its wheels.
       real(wp) :: q(4) = 0.0_wp, p(4) = 0.0_wp, wheels(most_wheels) = 0.0_wp
-      !> Of the state that the last step left, if a copy is shown; shape (4).
+      !> Attitude and momentum that the last step left, and their compensations, if the state is a projected copy; shape
+      !> (4).
       real(wp), dimension(4) :: left_q = 0.0_wp, left_p = 0.0_wp
       real(wp), dimension(4) :: left_q_compensation = 0.0_wp, left_p_compensation = 0.0_wp
    contains
-      !> Becomes a copy of another one.
+      !> Copies another balance.
       procedure :: copy_from
-      !> Transfers all values to or from an archive.
+      !> Writes or reads all values in checkpoint data.
       procedure :: transfer
    end type energy_balance_t
 
 contains
 
-   !> Copies another balance without what is not in use, which costs less than an assignment.
+   !> Copies another balance without the values that are not in use, which costs less than an assignment.
    pure subroutine copy_from(self, other, wheels)
       class(energy_balance_t), intent(inout) :: self
       type(energy_balance_t), intent(in) :: other
-      !> There are wheels.
+      !> The state has wheels.
       logical, intent(in) :: wheels
       self%open = other%open
       self%projected = other%projected
@@ -70,7 +71,7 @@ contains
       self%left_p_compensation = other%left_p_compensation
    end subroutine copy_from
 
-   !> Transfers all values to or from an archive.
+   !> Writes or reads all values in checkpoint data.
    subroutine transfer(self, archive)
       class(energy_balance_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive

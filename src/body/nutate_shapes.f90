@@ -11,9 +11,9 @@ module nutate_shapes
    !> One shape: its name and the lengths that describe it.
    type :: shape_kind_t
       character(len=12) :: name
-      !> How many lengths describe it.
+      !> Number of lengths that describe the shape.
       integer :: sizes
-      !> The lengths in words.
+      !> Names of the lengths, for messages.
       character(len=40) :: lengths
    end type shape_kind_t
 
@@ -27,13 +27,13 @@ module nutate_shapes
 
 contains
 
-   !> Volume and moments of inertia per unit mass of a homogeneous shape.
+   !> Computes volume and moments of inertia per unit mass of a homogeneous shape.
    !>
    !> Errors: `NUTATE_BAD_ARGUMENT` for an unknown shape, or a wrong number of lengths.
    pure subroutine measure_shape(name, lengths, volume, gyration, status)
       !> Name of the shape.
       character(len=*), intent(in) :: name
-      !> Its lengths, m; shape (sizes of the shape).
+      !> Lengths of the shape, m; shape (sizes of the shape).
       real(wp), intent(in) :: lengths(:)
       !> Volume, m³.
       real(wp), intent(out) :: volume
@@ -76,7 +76,7 @@ contains
       end select
    end subroutine measure_shape
 
-   !> (b² + c², c² + a², a² + b²)
+   !> Returns (b² + c², c² + a², a² + b²).
    pure function ellipsoidal(a) result(sums)
       real(wp), intent(in) :: a(3)
       real(wp) :: sums(3)

@@ -14,9 +14,9 @@ module nutate_state
    type :: other_axes_t
       !> There are such axes; if not, the other components have no meaning.
       logical :: exist = .false.
-      !> Attitude and conjugate momentum; shape (4). Their compensations are those of the state.
+      !> Attitude and conjugate momentum; shape (4). Both have the compensations of the state.
       real(wp) :: q(4) = 0.0_wp, p(4) = 0.0_wp
-      !> Attitude and momentum in space axes, shape (4), and time, s, of the state that they belong to.
+      !> Attitude and momentum in space axes, shape (4), and time, s, of the state to which these axes belong.
       real(wp), private :: space_q(4) = 0.0_wp, space_p(4) = 0.0_wp, t = 0.0_wp
    end type other_axes_t
 
@@ -37,17 +37,17 @@ module nutate_state
       real(wp) :: wheel_work(2, most_wheels) = 0.0_wp
       !> Work of time-dependent potentials since the state was made, J.
       real(wp) :: time_dependent_work = 0.0_wp
-      !> Time up to which that work is counted, s; differs from `t` by a rounding where `t` was set to the end of a
-      !> step.
+      !> Time up to which the work of time-dependent potentials is counted, s; differs from `t` by a rounding if `t` was
+      !> set to the end of a step.
       real(wp) :: time_dependent_until = -huge(1.0_wp)
       !> Target values of the invariants, for steppers that project onto them.
       type(energy_balance_t) :: balance = energy_balance_t()
-      !> The same state in the axes in which the last step was taken, digit for digit as it was left there.
+      !> Copy of this state in the axes of the last step, bitwise as the step left it.
       type(other_axes_t) :: other_axes = other_axes_t()
    contains
       !> Stores the attitude and the momentum in other axes with the state.
       procedure :: set_other_axes
-      !> Returns true if those that are stored belong to the state.
+      !> Returns true if the stored attitude and momentum in other axes belong to the state.
       procedure :: is_from_other_axes
       !> Copies another state.
       procedure :: copy_from
@@ -59,7 +59,7 @@ module nutate_state
       procedure :: restore_left
       !> Returns the time from which the work of time-dependent potentials counts in the next step.
       procedure :: time_dependent_since
-      !> Writes or reads its values in checkpoint data.
+      !> Writes or reads the state's own values in checkpoint data.
       procedure :: transfer => transfer_state
       !> Writes or reads the values of wheels, the work of time-dependent potentials, and the state in other axes.
       procedure :: transfer_wheels
@@ -86,9 +86,9 @@ contains
 
    !> Stores the attitude and the momentum in other axes with the state.
    pure subroutine set_other_axes(self, inner)
-      !> Space axes.
+      !> Attitude and momentum in space axes.
       class(state_t), intent(inout) :: self
-      !> The same state in other axes.
+      !> Attitude and momentum of this state in other axes.
       type(state_t), intent(in) :: inner
       self%other_axes%exist = .true.
       self%other_axes%q = inner%q
@@ -138,7 +138,7 @@ contains
    pure subroutine copy_from(self, other, wheels, balance)
       class(state_t), intent(inout) :: self
       type(state_t), intent(in) :: other
-      !> There are wheels, a balance; else what belongs to them stays.
+      !> The state has wheels, a balance; without them the values that belong to them are not copied.
       logical, intent(in) :: wheels, balance
       self%t = other%t
       self%q = other%q
@@ -155,7 +155,7 @@ contains
       self%wheel_work = other%wheel_work
    end subroutine copy_from
 
-   !> Writes or reads its values in checkpoint data.
+   !> Writes or reads time, attitude and momentum, with their compensations, in checkpoint data.
    subroutine transfer_state(self, archive)
       class(state_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive
@@ -190,17 +190,18 @@ contains
 
    !> Compensated summation: adds an increment to a sum kept as `total + compensation`.
    !>
-   !> Kahan's (1965) with the error of each sum from Knuth's two-sum: what rounding takes from a sum goes into the next
-   !> increment. Two-sum gives it exactly, whichever of sum and increment is larger, and what rounding takes from
-   !> increment + compensation is kept as well. So only the rounding of the compensation is lost: over many steps
-   !> round-off grows like that of the increments, not of the sum, and a part of the increment that is below its own
-   !> last digit counts too, if it was put into the compensation.
+   !> Kahan's summation (1965) with the error of each sum from Knuth's two-sum: the rounding error of a sum is added to
+   !> the next increment. Two-sum gives this error exactly, whichever of sum and increment is larger, and the rounding
+   !> error of increment + compensation is kept as well. So only the rounding of the compensation is lost: over many
+   !> steps round-off grows like that of the increments, not of the sum. A part of the increment below its own last
+   !> digit is not lost either, if it was put into the compensation.
    elemental subroutine add_increment(total, compensation, increment)
       real(wp), intent(inout) :: total, compensation
       real(wp), intent(in) :: increment
       real(wp) :: addend, rounded, part, lost
       addend = increment + compensation
-      ! Where the compensation is the larger one, what this misses is below the last digit of the compensation.
+      ! If the compensation is larger than the increment, the error of `lost` is below the last digit of the
+      ! compensation.
       lost = compensation - (addend - increment)
       rounded = total + addend
       part = rounded - total
@@ -208,8 +209,8 @@ contains
       total = rounded
    end subroutine add_increment
 
-   !> The same by Kahan's four operations alone, in half the time. Where the increment is larger than the sum this loses
-   !> what is below the last digit of the increment; of what the compensation holds, that too.
+   !> Compensated summation by Kahan's four operations alone, in half the time of `add_increment`. If the increment is
+   !> larger than the sum, the digits of sum and compensation below the last digit of the increment are lost.
    elemental subroutine add_by_kahan(total, compensation, increment)
       real(wp), intent(inout) :: total, compensation
       real(wp), intent(in) :: increment
@@ -220,11 +221,12 @@ contains
       total = rounded
    end subroutine add_by_kahan
 
-   !> Adds the increment of a quaternion that was rotated, and subtracts the excess length that the turn gave it: before
-   !> the sum, whose rounding leaves a compensation that is zero on the average, since the next step does not see it.
+   !> Adds the increment of a quaternion that was rotated, and subtracts the excess length that the rotation gave it.
+   !> The subtraction comes before the sum, whose rounding leaves a compensation that is zero on average, since the next
+   !> step does not include it.
    pure subroutine add_rotated(increment, excess, x, compensation)
       real(wp), intent(in) :: increment(4)
-      !> Part of x.
+      !> Excess of the length of x, relative.
       real(wp), intent(in) :: excess
       real(wp), intent(inout) :: x(4), compensation(4)
       compensation = compensation - excess*(x + increment)
