@@ -17,7 +17,7 @@ module nutate_carlson
 
 contains
 
-   !> R_F(x, y, z) = ½ ∫₀^∞ dt / √((t+x)(t+y)(t+z)).
+   !> Returns R_F(x, y, z) = ½ ∫₀^∞ dt / √((t+x)(t+y)(t+z)).
    pure real(wp) function carlson_rf(x, y, z) result(rf)
       !> >= 0, at most one of them zero.
       real(wp), intent(in) :: x, y, z
@@ -36,7 +36,7 @@ contains
       rf = (1 - e2/10 + e3/14 + e2**2/24 - 3*e2*e3/44 - 5*e2**3/208 + 3*e3**2/104 + e2**2*e3/16)/sqrt(mean)
    end function carlson_rf
 
-   !> R_C(x, y) = R_F(x, y, y) = ½ ∫₀^∞ dt / (√(t+x) (t+y)): an inverse circular or hyperbolic tangent.
+   !> Returns R_C(x, y) = R_F(x, y, y) = ½ ∫₀^∞ dt / (√(t+x) (t+y)): an inverse circular or hyperbolic tangent.
    pure real(wp) function carlson_rc(x, y) result(rc)
       !> >= 0.
       real(wp), intent(in) :: x
@@ -55,7 +55,7 @@ contains
       end if
    end function carlson_rc
 
-   !> R_J(x, y, z, p) = 3/2 ∫₀^∞ dt / (√((t+x)(t+y)(t+z)) (t+p)).
+   !> Returns R_J(x, y, z, p) = 3/2 ∫₀^∞ dt / (√((t+x)(t+y)(t+z)) (t+p)).
    pure real(wp) function carlson_rj(x, y, z, p) result(rj)
       !> >= 0, at most one of them zero.
       real(wp), intent(in) :: x, y, z
@@ -83,7 +83,7 @@ contains
       rj = 6*total + weight*rj_series((mean - v)/mean)/mean/sqrt(mean)
    end function carlson_rj
 
-   !> Series of R_J about equal arguments, DLMF 19.36.2.
+   !> Returns the series of R_J about equal arguments, DLMF 19.36.2.
    pure real(wp) function rj_series(v) result(series)
       !> Relative deviations of x, y, z from the weighted mean; that of p follows from them.
       real(wp), intent(in) :: v(3)

@@ -1,7 +1,7 @@
 !> The complete elliptic integral of the first kind and Jacobi's elliptic functions.
 !>
 !> The parameter is the complementary one, m1 = 1 - m = k'²: next to the separatrix (m -> 1) nothing can be computed
-!> from m, and next to m = 0 nothing is lost by 1 - m. All routines take m1 from 0 to 1, both included; m1 > 1
+!> from m, and next to m = 0 nothing is lost by 1 - m. All routines accept m1 from 0 to 1, both included; m1 > 1
 !> (negative m) is admissible too.
 module nutate_elliptic
    use nutate_kinds, only: wp, pi
@@ -12,14 +12,14 @@ module nutate_elliptic
 
    !> Steps of the arithmetic-geometric mean at most: m1 = 1e-308 needs 13.
    integer, parameter :: most_means = 20
-   !> What `pi` lacks.
+   !> Rest π - `pi` of the rounding of `pi`.
    real(wp), parameter :: pi_tail = 1.2246467991473532e-16_wp
 
 contains
 
-   !> Complete integral of the first kind K(m) = ∫₀^{π/2} dφ / √(1 - m sin²φ).
+   !> Returns the complete integral of the first kind K(m) = ∫₀^{π/2} dφ / √(1 - m sin²φ).
    !>
-   !> `huge` for m1 = 0, where it is infinite.
+   !> For m1 = 0, where K is infinite, the result is `huge`.
    pure real(wp) function elliptic_k(m1) result(k)
       !> 1 - m, >= 0.
       real(wp), intent(in) :: m1
@@ -31,7 +31,7 @@ contains
       k = pi/(2*a(n))
    end function elliptic_k
 
-   !> Jacobi's sn, cn and dn by the arithmetic-geometric mean.
+   !> Computes Jacobi's sn, cn and dn by the arithmetic-geometric mean.
    !>
    !> With aₙ, bₙ the means that start from 1 and √m1, Gauss's transformation leaves ∫ dφ / Δ, Δ² = a² cos²φ + b² sin²φ,
    !> unchanged from one pair to the next, which ends at φ = a u. Back from there, with κ = cot φ,
@@ -75,7 +75,7 @@ contains
       end if
    end subroutine jacobi
 
-   !> The limit m = 1: tanh and sech, without overflow for any u.
+   !> Computes the limit m = 1: tanh and sech, without overflow for any u.
    pure subroutine hyperbolic(u, sn, cn, dn)
       real(wp), intent(in) :: u
       real(wp), intent(out) :: sn, cn, dn
@@ -86,9 +86,9 @@ contains
       dn = cn
    end subroutine hyperbolic
 
-   !> Arithmetic-geometric means of 1 and √m1; `a(n)` is their common limit.
+   !> Computes the arithmetic-geometric means of 1 and √m1; `a(n)` is their common limit.
    pure subroutine means(m1, a, b, n)
-      !> > 0.
+      !> m1 > 0.
       real(wp), intent(in) :: m1
       real(wp), intent(out) :: a(0:most_means), b(0:most_means)
       integer, intent(out) :: n
@@ -103,7 +103,7 @@ contains
       n = most_means
    end subroutine means
 
-   !> True if a whole number is odd.
+   !> Returns true if an integer is odd.
    pure logical function is_odd(n)
       real(wp), intent(in) :: n
       is_odd = abs(mod(n, 2.0_wp)) > 0.5_wp

@@ -1,9 +1,9 @@
 !> The clock of a motion that elliptic functions describe, and the angles of the third kind that go with it.
 !>
-!> An argument u = u₀ + rate t is split into whole half periods 2K and a rest |u| <= K. Angles are integrated once over
-!> a half period and counted; only the rest is integrated for each time, so that a million periods cost what one does
-!> and lose only what rounding their number loses. Both u₀ and the rest are kept as distances from the nearer
-!> of the zeros of sn and cn: where angles swing fast, there, they stay exact.
+!> An argument u = u₀ + rate t is split into complete half periods 2K and a rest |u| <= K. Angles are integrated once
+!> over a half period and multiplied by their number; only the rest is integrated for each time. So a million periods
+!> cost as much as one and lose only the rounding of their number. Both u₀ and the rest are kept as distances from the
+!> nearer of the zeros of sn and cn: there, where angles change fast, they stay exact.
 module nutate_elliptic_phase
    use nutate_carlson, only: carlson_rf, carlson_rj
    use nutate_elliptic, only: elliptic_k, jacobi
@@ -13,23 +13,23 @@ module nutate_elliptic_phase
 
    public :: elliptic_clock_t, elliptic_phase_t, winding_t, pole_integral
 
-   !> A complementary parameter below this counts as the separatrix, whose period is infinite: the motion would stay
-   !> at its saddle for more than 300 e-folding times.
+   !> Complementary parameter below which the motion is treated as the separatrix, whose period is infinite: it would
+   !> stay at its saddle for more than 300 e-folding times.
    real(wp), parameter :: least_m1 = 1.0e-280_wp
-   !> A ratio below this counts as zero: R_J asks for more than the smallest numbers.
+   !> Ratio below which it is treated as zero: R_J requires more than the smallest numbers.
    real(wp), parameter :: least_ratio = 1.0e-300_wp
 
-   !> A moment of the motion.
+   !> Phase of the motion at a time.
    type :: elliptic_phase_t
-      !> Whole half periods 2K passed, a whole number.
+      !> Number of complete half periods 2K passed.
       real(wp) :: half_periods = 0.0_wp
-      !> (-1)^half_periods: the factor of sn and cn.
+      !> Factor of sn and cn, (-1)^half_periods.
       real(wp) :: parity = 1.0_wp
       !> Jacobi's functions of the rest of the argument, -K <= u <= K: cn >= 0, dn >= 0.
       real(wp) :: sn = 0.0_wp, cn = 1.0_wp, dn = 1.0_wp
    end type elliptic_phase_t
 
-   !> Gives the phase at a time.
+   !> Clock of the motion, which gives the phase at a time.
    type :: elliptic_clock_t
       !> du/dt (rad/s), > 0.
       real(wp) :: rate = 0.0_wp
@@ -40,11 +40,11 @@ module nutate_elliptic_phase
       !> K; `huge` on the separatrix.
       real(wp) :: quarter = pi/2
    contains
-      !> Set the clock from the functions at t = 0.
+      !> Sets the clock from the functions at t = 0.
       procedure :: set => set_clock
-      !> The phase at time t.
+      !> Returns the phase at time t.
       procedure :: phase => phase_at
-      !> Period 4K/rate (s); `huge` on the separatrix.
+      !> Returns the period 4K/rate (s); `huge` on the separatrix.
       procedure :: period => period_of
    end type elliptic_clock_t
 
@@ -63,15 +63,15 @@ module nutate_elliptic_phase
       !> Angle from u = 0 to K (rad).
       real(wp) :: quarter = 0.0_wp
    contains
-      !> Set the constants.
+      !> Sets the constants.
       procedure :: set => set_winding
-      !> The angle from u = 0 to a phase (rad).
+      !> Returns the angle from u = 0 to a phase (rad).
       procedure :: angle => winding_angle
    end type winding_t
 
 contains
 
-   !> Set the clock from the functions at t = 0, cn >= 0 and dn >= 0; sn may have either sign.
+   !> Sets the clock from the functions at t = 0, cn >= 0 and dn >= 0; sn may have either sign.
    pure subroutine set_clock(self, rate, m1, sn, cn, dn)
       class(elliptic_clock_t), intent(inout) :: self
       !> du/dt (rad/s), > 0.
@@ -89,14 +89,14 @@ contains
          self%origin = sign(1.0_wp, sn)
          self%start = -self%origin*(cn/dn)*carlson_rf((sn/dn)**2*self%m1, self%m1/dn**2, 1.0_wp)
       else if (dn < 1.0e-8_wp) then
-         ! R_F(cn², dn², 1) where the squares would underflow.
+         ! R_F(cn², dn², 1) if the squares would underflow.
          self%start = sign(log(4/max(cn + dn, tiny(1.0_wp))), sn)
       else
          self%start = sn*carlson_rf(cn**2, dn**2, 1.0_wp)
       end if
    end subroutine set_clock
 
-   !> The phase at time t.
+   !> Returns the phase at time t.
    pure type(elliptic_phase_t) function phase_at(self, t) result(phase)
       class(elliptic_clock_t), intent(in) :: self
       !> Time (s), of either sign.
@@ -121,19 +121,19 @@ contains
       if (abs(mod(phase%half_periods, 2.0_wp)) > 0.5_wp) phase%parity = -1
    end function phase_at
 
-   !> Period 4K/rate (s); `huge` on the separatrix.
+   !> Returns the period 4K/rate (s); `huge` on the separatrix.
    pure real(wp) function period_of(self) result(period)
       class(elliptic_clock_t), intent(in) :: self
       period = huge(1.0_wp)
       if (self%m1 > 0) period = 4*self%quarter/self%rate
    end function period_of
 
-   !> Set the constants of a winding.
+   !> Sets the constants of a winding.
    pure subroutine set_winding(self, ratio, weight, m1)
       class(winding_t), intent(inout) :: self
       !> ρ, 0 <= ρ <= 1.
       real(wp), intent(in) :: ratio
-      !> √((1 - ρ)(1 - m1 ρ)), from the caller, who knows 1 - ρ without cancellation.
+      !> √((1 - ρ)(1 - m1 ρ)); the caller computes 1 - ρ without cancellation.
       real(wp), intent(in) :: weight
       !> Complementary parameter of the clock.
       real(wp), intent(in) :: m1
@@ -144,7 +144,7 @@ contains
       if (m1 > 0) self%quarter = sqrt(m1)*weight*pole_integral(0.0_wp, sqrt(m1), 1.0_wp, m1*ratio)
    end subroutine set_winding
 
-   !> The angle from u = 0 to a phase (rad).
+   !> Returns the angle from u = 0 to a phase (rad).
    pure real(wp) function winding_angle(self, phase) result(angle)
       class(winding_t), intent(in) :: self
       type(elliptic_phase_t), intent(in) :: phase
@@ -163,9 +163,9 @@ contains
       angle = angle + 2*self%quarter*phase%half_periods
    end function winding_angle
 
-   !> P = ∫₀^u √x sn² du / (cn² + x sn²) = √x sn³/3 · R_J(cn², dn², 1, cn² + x sn²), |u| <= K.
+   !> Returns P = ∫₀^u √x sn² du / (cn² + x sn²) = √x sn³/3 · R_J(cn², dn², 1, cn² + x sn²), |u| <= K.
    !>
-   !> For x -> 0 it stays bounded: 0 inside, π/(2 dn) at cn = 0.
+   !> P stays bounded for x -> 0: 0 inside, π/(2 dn) at cn = 0.
    pure real(wp) function pole_integral(cn, dn, sn, x) result(p)
       !> Jacobi's functions of u, cn >= 0 and dn > 0.
       real(wp), intent(in) :: cn, dn, sn

@@ -28,13 +28,14 @@ module nutate_exact_free
    !> Binary exponent of the fastest rotation and of the greatest momentum that are admitted: 2¹²³ are left for
    !> factors.
    integer, parameter :: fastest_power = 900
-   !> Rounding that every datum and every angle is taken to have for the estimate of the error: that of some ten
-   !> operations on the way from the data to the rates. Twice what 2000 random bodies need (`make accuracy CASE=exact`).
+   !> Rounding error of every datum and every angle in the estimate of the error: that of some ten operations on the way
+   !> from the data to the rates. Twice the value that 2000 random bodies need (`make accuracy CASE=exact`).
    real(wp), parameter :: rounding = 2*eps
-   !> The response to it is that to a larger change, of which no rounding hides a part, unless that leads too far (rad).
+   !> Relative change of a datum whose response is scaled to that of a rounding: rounding hides no part of a larger
+   !> change; limit of the response up to which it is scaled (rad).
    real(wp), parameter :: probe = 16*eps, too_far = 0.1_wp
 
-   !> A body, its start, and the constants of its motion of which a derivative is made (`nutate_exact_tangent`).
+   !> A body, its initial state, and the constants of its motion that are differentiated (`nutate_exact_tangent`).
    type :: free_motion_t
       !> Attitude at t = 0.
       real(wp) :: q0(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
@@ -54,11 +55,11 @@ module nutate_exact_free
       real(wp) :: root_ratio = 1.0_wp
       type(elliptic_clock_t) :: clock
       type(winding_t) :: winding
-      !> The data, as they were given: moments and axes.
+      !> Moments and axes as they were given.
       real(wp) :: moments(3) = 1.0_wp, axes(3, 3) = identity_frame
    end type free_motion_t
 
-   !> The solution for a body and its start.
+   !> The solution for a body and its initial state.
    type :: free_body_t
       private
       type(free_motion_t) :: motion
@@ -68,22 +69,22 @@ module nutate_exact_free
       real(wp) :: winding0 = 0.0_wp
       !> Conjugate of the solution's quaternion at t = 0.
       real(wp) :: start(4) = 0.0_wp
-      !> Times beyond +-horizon are taken as the horizon (s).
+      !> Times beyond +-horizon are treated as the horizon (s).
       real(wp) :: horizon = huge(1.0_wp)
    contains
-      !> Set body and start.
+      !> Sets body and initial state.
       procedure :: prepare
-      !> Attitude and body momentum at a time.
+      !> Computes attitude and body momentum at a time.
       procedure :: evaluate
-      !> Period of the body momentum (s).
+      !> Returns the period of the body momentum (s).
       procedure :: period
-      !> Estimate of the error of the attitude at a time.
+      !> Estimates the error of the attitude at a time.
       procedure :: round_off
    end type free_body_t
 
 contains
 
-   !> Sets body and start.
+   !> Sets body and initial state.
    pure subroutine prepare(self, moments, q0, momentum0, status, axes)
       class(free_body_t), intent(inout) :: self
       !> Principal moments of inertia (kg m²), all > 0, in any order; the triangle inequality is not required.
@@ -122,7 +123,7 @@ contains
       class(free_body_t), intent(in) :: self
       !> Time (s), of either sign.
       real(wp), intent(in) :: t
-      !> Attitude, body -> space; a unit quaternion, continuous in t and of the start's sign at t = 0.
+      !> Attitude, body -> space; a unit quaternion, continuous in t, with the sign of the initial one at t = 0.
       real(wp), intent(out) :: q(4)
       !> Angular momentum in body axes (kg m²/s).
       real(wp), intent(out) :: momentum(3)
@@ -142,25 +143,25 @@ contains
       momentum = self%motion%momentum*matmul(self%motion%frame, direction)
    end subroutine evaluate
 
-   !> Returns body, start and constants of a solution.
+   !> Returns body, initial state and constants of a solution.
    pure type(free_motion_t) function motion_of(solution)
-      !> Prepared.
+      !> Solution after `prepare`.
       type(free_body_t), intent(in) :: solution
       motion_of = solution%motion
    end function motion_of
 
-   !> Returns the period of the body momentum (s): `huge` on the separatrix, 0 where it is constant.
+   !> Returns the period of the body momentum (s): `huge` on the separatrix, 0 if the momentum is constant.
    pure real(wp) function period(self)
       class(free_body_t), intent(in) :: self
       period = 0
       if (.not. self%motion%steady) period = self%motion%clock%period()
    end function period
 
-   !> Estimates the error of the attitude at a time that round-off makes (rad), π where nothing is left of it.
+   !> Estimates the error of the attitude at a time that round-off makes (rad), π if no digit is left.
    !>
-   !> Angles that grow with time, φ = rate·t, are off by a rounding of themselves. The rates, the period and the
-   !> distance from the separatrix are off by what a rounding of each datum makes of them: solutions beside this one,
-   !> each with one datum a little larger, say what that comes to at this time.
+   !> Angles that grow with time, φ = rate·t, have the relative error of a rounding. The rates, the period and the
+   !> distance from the separatrix have errors from the rounding of each datum: neighbouring solutions, each with one
+   !> datum a little larger, give their effect at this time.
    pure real(wp) function round_off(self, t)
       class(free_body_t), intent(in) :: self
       !> Time (s), of either sign.
@@ -187,20 +188,20 @@ contains
       round_off = min(round_off, pi)
    end function round_off
 
-   !> True where the principal components of the momentum are the data themselves: no product has rounded them.
+   !> Returns true if the principal components of the momentum are the data themselves: no product has rounded them.
    pure logical function is_exact(self)
       class(free_body_t), intent(in) :: self
       is_exact = all(abs(self%motion%axes - identity_frame) <= 0.0_wp) .and. count(abs(self%motion%q0) > 0.0_wp) == 1
    end function is_exact
 
-   !> Adds how far from an attitude a solution beside this one ends.
+   !> Adds the distance of a neighbouring solution from an attitude.
    pure subroutine add_response(self, moments, momentum0, t, q, total)
       class(free_body_t), intent(in) :: self
-      !> Its data.
+      !> Moments and body momentum at t = 0 of the neighbouring solution.
       real(wp), intent(in) :: moments(3), momentum0(3)
-      !> s; attitude of this solution then.
+      !> Time, s; attitude of this solution at that time.
       real(wp), intent(in) :: t, q(4)
-      !> rad.
+      !> Sum of the distances, rad.
       real(wp), intent(inout) :: total
       type(free_body_t) :: beside
       type(status_t) :: status
@@ -212,7 +213,7 @@ contains
       total = total + merge(distance, distance*(rounding/probe), distance > too_far)
    end subroutine add_response
 
-   !> Constants of the motion for momentum > 0.
+   !> Computes the constants of the motion for momentum > 0.
    pure subroutine solve(self, moments, n, principal)
       class(free_body_t), intent(inout) :: self
       real(wp), intent(in) :: moments(3)
@@ -223,7 +224,7 @@ contains
       integer :: order(3)
       real(wp) :: j(3), signs(3), rate
       integer :: i, power
-      ! By a power of two: the differences of the moments stay exact.
+      ! Scaled by a power of two: the differences of the moments stay exact.
       power = exponent(maxval(moments))
       j = scale(moments, -power)
       rate = scale(self%motion%momentum, -power)
@@ -242,7 +243,7 @@ contains
       call solve_ordered(self, j, abs(n(order)), signs(2), rate)
    end subroutine solve
 
-   !> Constants of the motion in the axes c, b, a.
+   !> Computes the constants of the motion in the axes c, b, a.
    pure subroutine solve_ordered(self, j, n, sign_b, rate)
       class(free_body_t), intent(inout) :: self
       !> Moments of the axes c, b, a, in units of about the greatest.
@@ -276,7 +277,8 @@ contains
          self%motion%amplitude*[phase%parity*phase%cn, phase%parity*phase%sn, phase%dn], 0.0_wp))
    end subroutine solve_ordered
 
-   !> Quaternion of the axes c, b, a in a space frame whose third axis is l: precession, tilt, self rotation χ.
+   !> Returns the quaternion of the axes c, b, a in a space frame whose third axis is l: precession, tilt, self rotation
+   !> χ.
    pure function attitude(self, phase, direction, precession) result(g)
       class(free_body_t), intent(in) :: self
       type(elliptic_phase_t), intent(in) :: phase
@@ -298,7 +300,7 @@ contains
       end associate
    end function attitude
 
-   !> The axes c, b, a: b has the middle moment, a is the side of the separatrix on which the momentum lies.
+   !> Finds the axes c, b, a: b has the middle moment, a is the side of the separatrix on which the momentum lies.
    pure subroutine choose_axes(j, n, order)
       !> Principal moments.
       real(wp), intent(in) :: j(3)
@@ -326,7 +328,7 @@ contains
       end if
    end subroutine choose_axes
 
-   !> True if Euler's equations give no change: L × Ω = 0.
+   !> Returns true if Euler's equations give no change: L × Ω = 0.
    pure logical function is_steady(j, n)
       !> Moments and direction of the momentum in the axes c, b, a.
       real(wp), intent(in) :: j(3), n(3)
@@ -334,7 +336,7 @@ contains
          .or. abs((j(1) - j(2))*(n(1)*n(2))) > 0)
    end function is_steady
 
-   !> Refuse what is not a body or not a state.
+   !> Rejects data that are not those of a body or of a state.
    pure subroutine check_start(moments, q0, momentum0, axes, status)
       real(wp), intent(in) :: moments(3), q0(4), momentum0(3), axes(3, 3)
       type(status_t), intent(out) :: status

@@ -1,4 +1,4 @@
-!> The derivative of a free body's closed solution by its start and by its moments.
+!> Derivatives of the closed solution of a free body with respect to its initial state and its moments.
 !>
 !> With the solution L = (C cn, σC√r sn, A dn)(u), u = u₀ + νt, in its axes c, b, a, Λ its derivative by C at fixed u
 !> and |L|, and R = R(q0*∘q1):
@@ -6,12 +6,12 @@
 !>     ∂L1/∂L0 maps   L̇0/C → L̇1/C,   L0 → L1 + tL̇1,   Λ(u0) → Λ(u1) - t(C/A²)L̇1
 !>     θ1 = Rᵀθ0 + [L1×(RᵀδL0 - δL1) + t(Ω0·δL0)L1]/|L|²
 !>
-!> so that no integral of the third kind is differentiated. Where Ω is constant, δL1 = exp(Nt)δL0, N = [L]×J⁻¹ - [Ω]×,
+!> so that no integral of the third kind is differentiated. If Ω is constant, δL1 = exp(Nt)δL0, N = [L]×J⁻¹ - [Ω]×,
 !> N³ = sN. A moment at fixed L0: L1 by the derivatives of C, r, A, m, ν and u₀, and
 !>
 !>     θ1 = [-L1×δL1 - ½(∫Ω² dt + tΩ(0)²)L1]/|L|²
 !>
-!> What else changes of J turns the principal axes.
+!> Other changes of J rotate the principal axes.
 module nutate_exact_tangent
    use nutate_carlson, only: carlson_rj
    use nutate_elliptic_phase, only: elliptic_phase_t
@@ -28,29 +28,30 @@ module nutate_exact_tangent
    type :: exact_tangent_t
       private
       type(free_motion_t) :: solution
-      !> s; L0, L1, N m s; R(q0*∘q1)ᵀ.
+      !> t, s; L0, L1, N m s; R(q0*∘q1)ᵀ.
       real(wp) :: t = 0.0_wp, first(3) = 0.0_wp, last(3) = 0.0_wp, back(3, 3) = 0.0_wp
       !> ∂L1/∂L0, and ∂θ1/∂L0, (N m s)⁻¹.
       real(wp), public :: by_momentum(3, 3) = 0.0_wp, turn(3, 3) = 0.0_wp
-      !> ∫exp(Nt) dt of a constant rate; the rate is all but constant: next to an unstable axis nothing of a moment's
-      !> column would be left of the differences of elliptic functions.
+      !> ∫exp(Nt) dt for a constant rate, and whether the rate is nearly constant: next to an unstable axis, differences
+      !> of elliptic functions would leave no digits of the sensitivity to a moment.
       logical :: near = .false.
       real(wp) :: integral(3, 3) = 0.0_wp
-      !> sn, cn, dn at the start and at the time, with their signs; S = ∫sn²/dn² until there, and D = ∫sn² between.
+      !> sn, cn, dn at the start and at the time, with their signs; S = ∫sn²/dn² up to each of them, and D = ∫sn²
+      !> between.
       type(elliptic_phase_t) :: phase(2)
       real(wp) :: s(2) = 0.0_wp, d = 0.0_wp
    contains
       !> Sets solution and time.
       procedure :: set
-      !> The change of a column of the start.
+      !> Propagates a sensitivity from the start.
       procedure :: of_start
-      !> What a change of the inertia adds at fixed L0.
+      !> Computes the part of a change of the inertia at fixed L0.
       procedure :: of_inertia
    end type exact_tangent_t
 
-   !> Principal moments that differ by less, relative to the greatest, have no axes that a change of J could turn.
+   !> Least relative difference of principal moments, over the greatest, at which a change of J rotates their axes.
    real(wp), parameter :: least_gap = 1e-6_wp
-   !> Departures from a constant rate, relative to it, up to which columns of moments take it for constant.
+   !> Largest relative departure from a constant rate at which sensitivities to moments treat it as constant.
    real(wp), parameter :: nearly_steady = 1e-8_wp
 
 contains
@@ -58,9 +59,9 @@ contains
    !> Sets solution and time.
    pure subroutine set(self, solution, t)
       class(exact_tangent_t), intent(inout) :: self
-      !> Prepared.
+      !> Solution after `prepare`.
       type(free_body_t), intent(in) :: solution
-      !> s, of either sign.
+      !> Time, s, of either sign.
       real(wp), intent(in) :: t
       real(wp) :: q(4), c(4)
       integer :: i
@@ -80,7 +81,7 @@ contains
       call set_turn(self)
    end subroutine set
 
-   !> exp(Nt) of a constant rate, and whether the rate is constant but for so little that it stays little.
+   !> Computes exp(Nt) for a constant rate, and whether the rate is so nearly constant that it stays so.
    pure subroutine set_steady(self)
       class(exact_tangent_t), intent(inout) :: self
       real(wp) :: n(3, 3), square(3, 3), inverse(3, 3), s, x, first, second, third
@@ -116,7 +117,7 @@ contains
       self%integral = self%t*identity_frame + second*n + third*square
    end subroutine set_steady
 
-   !> The phases at both ends, and the integrals.
+   !> Computes the phases at both ends, and the integrals.
    pure subroutine set_phases(self)
       class(exact_tangent_t), intent(inout) :: self
       real(wp) :: of_quarter(2), d(2)
@@ -138,7 +139,7 @@ contains
       end associate
    end subroutine set_phases
 
-   !> ∂L1/∂L0 from three vectors at both ends, in units of |L|.
+   !> Computes ∂L1/∂L0 from three vectors at both ends, in units of |L|.
    pure subroutine set_moving(self)
       class(exact_tangent_t), intent(inout) :: self
       real(wp) :: vectors(3, 3, 2), rate(3), inverse(3, 3)
@@ -161,7 +162,7 @@ contains
       end associate
    end subroutine set_moving
 
-   !> L̇/C of an end, axes c, b, a, |L| = 1; shape (3).
+   !> Returns L̇/C of an end, axes c, b, a, |L| = 1; shape (3).
    pure function rate_of(self, i) result(rate)
       class(exact_tangent_t), intent(in) :: self
       integer, intent(in) :: i
@@ -172,13 +173,13 @@ contains
       end associate
    end function rate_of
 
-   !> r - 1
+   !> Returns r - 1.
    pure real(wp) function excess(self)
       class(exact_tangent_t), intent(in) :: self
       excess = self%solution%winding%weight*self%solution%amplitude(3)/self%solution%winding%ratio
    end function excess
 
-   !> ∂sn/∂m, ∂cn/∂m and ∂dn/∂m at fixed u of an end; shape (3).
+   !> Returns ∂sn/∂m, ∂cn/∂m and ∂dn/∂m at fixed u of an end; shape (3).
    pure function by_parameter(self, i) result(by)
       class(exact_tangent_t), intent(in) :: self
       integer, intent(in) :: i
@@ -192,7 +193,7 @@ contains
       end associate
    end function by_parameter
 
-   !> Λ of an end, axes c, b, a; shape (3).
+   !> Returns Λ of an end, axes c, b, a; shape (3).
    pure function slope_of(self, i) result(slope)
       class(exact_tangent_t), intent(in) :: self
       integer, intent(in) :: i
@@ -207,7 +208,7 @@ contains
       end associate
    end function slope_of
 
-   !> The inverse of a matrix by its adjugate.
+   !> Returns the inverse of a matrix by its adjugate.
    pure function inverse_of(a) result(b)
       real(wp), intent(in) :: a(3, 3)
       real(wp) :: b(3, 3)
@@ -217,7 +218,7 @@ contains
       b = b/dot_product(a(:, 1), b(1, :))
    end function inverse_of
 
-   !> ∂θ1/∂L0
+   !> Computes ∂θ1/∂L0.
    pure subroutine set_turn(self)
       class(exact_tangent_t), intent(inout) :: self
       real(wp) :: square
@@ -236,23 +237,23 @@ contains
       end do
    end subroutine set_turn
 
-   !> Moves a column of the start: θ and δL, body axes.
+   !> Propagates a sensitivity from the start: θ and δL, body axes.
    pure subroutine of_start(self, theta, momentum)
       class(exact_tangent_t), intent(in) :: self
-      !> rad; N m s; shape (3).
+      !> θ, rad; δL, N m s; shape (3).
       real(wp), intent(inout) :: theta(3), momentum(3)
       theta = matmul(self%back, theta) + matmul(self%turn, momentum)
       momentum = matmul(self%by_momentum, momentum)
    end subroutine of_start
 
-   !> What a change of the inertia adds at fixed L0.
+   !> Computes the part of a change of the inertia at fixed L0.
    pure subroutine of_inertia(self, change, theta, momentum, possible)
       class(exact_tangent_t), intent(in) :: self
       !> δJ, body axes, kg m²; shape (3,3).
       real(wp), intent(in) :: change(3, 3)
-      !> What it adds to θ and δL; shape (3).
+      !> Parts of θ and δL; shape (3).
       real(wp), intent(out) :: theta(3), momentum(3)
-      !> False where it turns principal axes of equal moments.
+      !> False if the change rotates principal axes of equal moments.
       logical, intent(out) :: possible
       real(wp) :: principal(3, 3), turn(3), old(3), gap
       integer :: i, j, k
@@ -262,7 +263,7 @@ contains
          do k = 1, 3
             i = 1 + modulo(k, 3)
             j = 1 + modulo(k + 1, 3)
-            ! Products of the axes are not zero but for rounding.
+            ! Products of inertia that are only rounding are treated as zero.
             turn(k) = 0.0_wp
             if (abs(principal(j, i)) <= 1e-14_wp*maxval(abs(change))) cycle
             gap = moments(i) - moments(j)
@@ -283,10 +284,10 @@ contains
       end associate
    end subroutine of_inertia
 
-   !> Adds what a change of one principal moment does.
+   !> Adds the part of a change of one principal moment.
    pure subroutine add_moment(self, k, change, theta, momentum)
       class(exact_tangent_t), intent(in) :: self
-      !> Which; kg m².
+      !> Index of the moment; its change, kg m².
       integer, intent(in) :: k
       real(wp), intent(in) :: change
       real(wp), intent(inout) :: theta(3), momentum(3)
@@ -306,10 +307,10 @@ contains
       theta = theta + change*(-cross(self%last, own) - 0.5_wp*(work + self%t*rate**2)*self%last)/square
    end subroutine add_moment
 
-   !> ∂L1 by one principal moment at fixed L0, and ∫Ω² dt of its axis.
+   !> Computes ∂L1 with respect to one principal moment at fixed L0, and ∫Ω² dt of its axis.
    pure subroutine differentiate(self, axis, moment, own, work)
       class(exact_tangent_t), intent(in) :: self
-      !> Body axes; kg m².
+      !> Axis, body axes; moment, kg m².
       real(wp), intent(in) :: axis(3), moment
       real(wp), intent(out) :: own(3), work
       real(wp) :: inverse(3), of_inverse(3), p, q, of_p, of_q, r, of_r, of_ratio, of_c, of_a, of_m, of_nu, of_u, by(3)

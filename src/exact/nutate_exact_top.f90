@@ -2,13 +2,13 @@
 !>
 !> With z = cos θ, a = J₃Ω₃/J₁, b = l_z/J₁, κ = 2 m g l/J₁, the tilt obeys ż² = (e - κz)(1 - z²) - (b - a z)², a cubic
 !> with roots z₁ <= z₂ <= 1 <= z₃ (E. T. Whittaker, "A Treatise on the Analytical Dynamics of Particles and Rigid
-!> Bodies", §71). Then z = z₁ cn² u + z₂ sn² u and u̇ = ½√(κ(z₃ - z₁)). Of Euler's angles (precession φ, tilt θ, spin ψ)
-!> only φ + ψ and φ - ψ are integrated, each of which needs one integral of the third kind and is smooth where the
-!> axis passes the vertical: cos θ/2 exp(i(φ + ψ)/2) and sin θ/2 exp(i(φ - ψ)/2) are the quaternion.
+!> Bodies", §71). Then z = z₁ cn² u + z₂ sn² u and u̇ = ½√(κ(z₃ - z₁)). Euler's angles are precession φ, tilt θ, spin ψ.
+!> Only φ + ψ and φ - ψ are integrated, each of which needs one integral of the third kind and is smooth where the axis
+!> passes the vertical: cos θ/2 exp(i(φ + ψ)/2) and sin θ/2 exp(i(φ - ψ)/2) are the quaternion.
 !>
-!> The roots are never subtracted from one another: each is found as a distance from a point next to it, from the
-!> cubic expanded there (`nutate_nutation`). Steady precession, the sleeping top, its separatrix, pendulum motion
-!> through the vertical and m g l = 0 are therefore no exceptions. m g l < 0 is treated as the vertical turned over.
+!> The roots are never subtracted from one another: each is found as a distance from a point next to it, from the cubic
+!> expanded there (`nutate_nutation`). Steady precession, the sleeping top, its separatrix, pendulum motion through the
+!> vertical and m g l = 0 are therefore no exceptions. For m g l < 0 the vertical is reversed.
 module nutate_exact_top
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_elliptic_phase, only: elliptic_clock_t, elliptic_phase_t, pole_integral, winding_t
@@ -24,11 +24,11 @@ module nutate_exact_top
 
    !> Binary exponent of the fastest rate (rad/s) that is admitted: its square, and that of its inverse, stay in range.
    integer, parameter :: fastest_power = 400
-   !> Stands for sn or cn where the axis is exactly vertical, so that the limit is taken from one side; its square is
-   !> still a number.
+   !> Value for sn or cn if the axis is exactly vertical, so that the limit is taken from one side; its square does not
+   !> underflow.
    real(wp), parameter :: grazing = 1.0e-140_wp
 
-   !> A top, its start, and the constants of its motion.
+   !> A top, its initial state, and the constants of its motion.
    type :: lagrange_top_t
       private
       !> Attitude at t = 0.
@@ -39,11 +39,11 @@ module nutate_exact_top
       real(wp) :: j1 = 1.0_wp, j3 = 1.0_wp
       !> Body rate about the symmetry axis (rad/s).
       real(wp) :: omega3 = 0.0_wp
-      !> -1 if the vertical is turned over, else +1.
+      !> Sign of the vertical: -1 if it is reversed, else +1.
       real(wp) :: sense = 1.0_wp
       !> The tilt is constant.
       logical :: steady = .true.
-      !> Start and shape of the nutation, rates in units of `rate_unit`.
+      !> Initial state and shape of the nutation, rates in units of `rate_unit`.
       type(start_t) :: start
       type(nutation_t) :: nutation
       !> Unit of rates (rad/s), a power of two.
@@ -56,24 +56,24 @@ module nutate_exact_top
       real(wp) :: factor = 0.0_wp, quarter = 0.0_wp
       !> Phases (rad) that make the solution start at q0, and its conjugate quaternion there.
       real(wp) :: offset(2) = 0.0_wp, reference(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
-      !> Times beyond +-horizon are taken as the horizon (s).
+      !> Times beyond +-horizon are treated as the horizon (s).
       real(wp) :: horizon = huge(1.0_wp)
    contains
-      !> Set top and start.
+      !> Sets top and initial state.
       procedure :: prepare
-      !> Attitude and body momentum at a time.
+      !> Computes attitude and body momentum at a time.
       procedure :: evaluate
-      !> Tilt of the symmetry axis from the vertical at a time (rad).
+      !> Returns the tilt of the symmetry axis from the vertical at a time (rad).
       procedure :: tilt
-      !> Period of the tilt (s).
+      !> Returns the period of the tilt (s).
       procedure :: nutation_period
-      !> Precession and spin rates averaged over the nutation.
+      !> Computes precession and spin rates averaged over the nutation.
       procedure :: mean_rates
    end type lagrange_top_t
 
 contains
 
-   !> Sets top and start.
+   !> Sets top and initial state.
    pure subroutine prepare(self, j1, j3, mgl, q0, momentum0, status, axes, up)
       class(lagrange_top_t), intent(inout) :: self
       !> Moments about the fixed point, across and along the symmetry axis (kg m²), > 0.
@@ -149,7 +149,7 @@ contains
       if (self%sense < 0) tilt = 2*atan2(sqrt(xi), sqrt(zeta))
    end function tilt
 
-   !> Returns the period of the tilt (s): `huge` on the separatrix, 0 where the tilt is constant.
+   !> Returns the period of the tilt (s): `huge` on the separatrix, 0 if the tilt is constant.
    pure real(wp) function nutation_period(self) result(period)
       class(lagrange_top_t), intent(in) :: self
       period = 0
@@ -160,7 +160,7 @@ contains
 
    !> Computes precession and spin rates averaged over the nutation: advance per nutation period / period.
    !>
-   !> Where the axis passes exactly through the vertical, half a revolution of one sign or the other per passage is a
+   !> For an axis that passes exactly through the vertical, half a revolution of one sign or the other per passage is a
    !> convention; for an axis that stays vertical all of the rotation is called spin.
    pure subroutine mean_rates(self, precession, spin)
       class(lagrange_top_t), intent(in) :: self
@@ -180,7 +180,7 @@ contains
       spin = self%omega3
    end subroutine mean_rates
 
-   !> Constants of the motion.
+   !> Computes the constants of the motion.
    pure subroutine solve(self, kappa, omega, gamma)
       class(lagrange_top_t), intent(inout) :: self
       !> 2 m g l / J₁ (rad²/s²), >= 0.
@@ -210,7 +210,7 @@ contains
       call solve_angles(self)
    end subroutine solve
 
-   !> Clock and angles of a motion with nutation.
+   !> Computes the clock and the angles of a motion with nutation.
    pure subroutine solve_angles(self)
       class(lagrange_top_t), intent(inout) :: self
       type(elliptic_phase_t) :: phase
@@ -226,14 +226,14 @@ contains
          self%rate(1) = (self%omega3 - s%a*self%rate_unit)/2 + n%sign_xi*n%d_plus*sqrt(n%xi(1)/n%xi(2))*u_rate
          self%rate(2) = (s%a*self%rate_unit - self%omega3)/2 + n%sign_zeta*n%d_minus*sqrt(n%zeta(2)/n%zeta(1))*u_rate
          phase = self%clock%phase(0.0_wp)
-         ! From a vertical axis the angles are those of the moment after t = 0.
+         ! For a vertical axis the angles are those of the moment after t = 0.
          if (.not. s%zeta > 0) phase = elliptic_phase_t(1.0_wp, -1.0_wp, -1.0_wp, grazing, sqrt(self%clock%m1))
          if (.not. s%xi > 0) phase = elliptic_phase_t(0.0_wp, 1.0_wp, grazing, 1.0_wp, 1.0_wp)
          self%offset = s%phase - [n%sign_xi*self%winding%angle(phase), n%sign_zeta*node_angle(self, phase)]
       end associate
    end subroutine solve_angles
 
-   !> Where the motion is at time t.
+   !> Computes phase, angles and tilt at time t.
    pure subroutine state(self, t, phase, angle, zeta, xi)
       class(lagrange_top_t), intent(in) :: self
       real(wp), intent(in) :: t
@@ -259,7 +259,7 @@ contains
       end associate
    end subroutine state
 
-   !> Periodic part of (φ - ψ)/2 for b > a (rad); on the separatrix, where b = a, there is none.
+   !> Returns the periodic part of (φ - ψ)/2 for b > a (rad); on the separatrix, where b = a, there is none.
    pure real(wp) function node_angle(self, phase) result(angle)
       class(lagrange_top_t), intent(in) :: self
       type(elliptic_phase_t), intent(in) :: phase
@@ -269,7 +269,7 @@ contains
          + 2*self%quarter*phase%half_periods
    end function node_angle
 
-   !> exp(iφ/2) and exp(iψ/2) from the angles (φ + ψ)/2 and (φ - ψ)/2.
+   !> Returns exp(iφ/2) and exp(iψ/2) from the angles (φ + ψ)/2 and (φ - ψ)/2.
    pure function half_angles(angle) result(half)
       !> (φ + ψ)/2 and (φ - ψ)/2 (rad).
       real(wp), intent(in) :: angle(2)
@@ -280,7 +280,7 @@ contains
       half = [cmplx(cos(phi), sin(phi), wp), cmplx(cos(psi), sin(psi), wp)]
    end function half_angles
 
-   !> Quaternion from cos θ/2, sin θ/2 and exp(iφ/2), exp(iψ/2).
+   !> Returns the quaternion from cos θ/2, sin θ/2 and exp(iφ/2), exp(iψ/2).
    pure function quaternion(cosine, sine, half) result(q)
       real(wp), intent(in) :: cosine, sine
       complex(wp), intent(in) :: half(2)
@@ -291,7 +291,7 @@ contains
       q = [real(sum, wp), real(difference, wp), aimag(difference), aimag(sum)]
    end function quaternion
 
-   !> Refuse what is not a top or not a state.
+   !> Rejects data that are not those of a top or of a state.
    pure subroutine check_input(j1, j3, torque_momentum, attitude_up, axes, status)
       real(wp), intent(in) :: j1, j3
       !> m g l and the momentum.

@@ -1,8 +1,8 @@
 !> The cubic of Lagrange's top: the range of the tilt and the elliptic functions in it.
 !>
-!> ż² = (e - κz)(1 - z²) - (b - a z)², z = cos θ, κ >= 0. Every root is computed as a distance from a point that is
-!> known to lie between it and its neighbour: from the start z₀, from z = 1 and from z = -1, with the cubic expanded
-!> there and its coefficients taken from the start without cancellation. Any unit of time.
+!> ż² = (e - κz)(1 - z²) - (b - a z)², z = cos θ, κ >= 0. Every root is computed as a distance from a point that lies
+!> between it and its neighbour: from the initial z₀, from z = 1 and from z = -1. The cubic is expanded there, with
+!> coefficients from the initial state without cancellation. Any unit of time.
 module nutate_nutation
    use nutate_elliptic_phase, only: elliptic_phase_t
    use nutate_kinds, only: wp, pi, eps
@@ -13,10 +13,10 @@ module nutate_nutation
 
    !> κ / (a² + ω²) below which the third root is too far away to be of use: it lies at about the inverse.
    real(wp), parameter :: weak_gravity = 0.1_wp
-   !> A coefficient below this makes a root that is zero: eighteen decades above the smallest number it has all digits.
+   !> Size of a coefficient below which a root is zero: eighteen decades above the smallest number it has all digits.
    real(wp), parameter :: smallest = 1.0e-290_wp
 
-   !> The start of a top, in its own frame.
+   !> Initial state of a top, in its own frame.
    type :: start_t
       !> 2 m g l / J₁ and J₃Ω₃/J₁.
       real(wp) :: kappa = 0.0_wp, a = 0.0_wp
@@ -28,17 +28,17 @@ module nutate_nutation
       real(wp) :: zeta = 0.0_wp, xi = 2.0_wp
       !> ż and z̈.
       real(wp) :: speed = 0.0_wp, acceleration = 0.0_wp
-      !> Phases of cos θ/2 exp(i(φ + ψ)/2) and sin θ/2 exp(i(φ - ψ)/2) in a suitable space frame; from a vertical axis
+      !> Phases of cos θ/2 exp(i(φ + ψ)/2) and sin θ/2 exp(i(φ - ψ)/2) in a suitable space frame; for a vertical axis
       !> those of the moment after the start.
       real(wp) :: phase(2) = 0.0_wp
    contains
-      !> Set the start.
+      !> Sets the initial state.
       procedure :: set => set_start
-      !> True if the tilt is constant.
+      !> Returns true if the tilt is constant.
       procedure :: is_steady
    end type start_t
 
-   !> z = z₁ cn² u + z₂ sn² u with u̇ = `u_rate`.
+   !> Nutation in elliptic functions: z = z₁ cn² u + z₂ sn² u with u̇ = `u_rate`.
    type :: nutation_t
       !> 1 - z and 1 + z at u = 0 (lowest) and u = K (highest point of the axis).
       real(wp) :: zeta(2) = 0.0_wp, xi(2) = 0.0_wp
@@ -53,17 +53,17 @@ module nutate_nutation
       !> Signs of b - a and b + a.
       real(wp) :: sign_zeta = 1.0_wp, sign_xi = 1.0_wp
    contains
-      !> Find range and parameters from the start.
+      !> Computes range and parameters from the initial state.
       procedure :: set => set_nutation
-      !> ż at a phase.
+      !> Returns ż at a phase.
       procedure :: speed => nutation_speed
-      !> b - a z at a tilt.
+      !> Returns b - a z at a tilt.
       procedure :: node_rate
    end type nutation_t
 
 contains
 
-   !> Set the start.
+   !> Sets the initial state.
    pure subroutine set_start(self, kappa, a, omega, gamma)
       class(start_t), intent(inout) :: self
       !> 2 m g l / J₁ >= 0 and J₃Ω₃/J₁.
@@ -97,16 +97,16 @@ contains
       end if
    end subroutine set_start
 
-   !> True if the tilt is constant.
+   !> Returns true if the tilt is constant.
    pure logical function is_steady(self)
       class(start_t), intent(in) :: self
       is_steady = self%speed**2 < smallest .and. abs(self%acceleration) < smallest
    end function is_steady
 
-   !> Find range and parameters from the start.
+   !> Computes range and parameters from the initial state.
    pure subroutine set_nutation(self, start)
       class(nutation_t), intent(inout) :: self
-      !> Not steady.
+      !> Initial state; not steady.
       type(start_t), intent(in) :: start
       real(wp) :: lower, upper, outer, s, at_start(0:3), at_top(0:3), at_bottom(0:3)
       call expand(start, at_start, at_top, at_bottom)
@@ -114,7 +114,7 @@ contains
       upper = root_towards(at_start, start%zeta)
       self%zeta(2) = start%zeta - upper
       self%xi(1) = start%xi + lower
-      ! An end of the range next to the vertical is known better from there.
+      ! An end of the range next to the vertical is more accurate when computed from there.
       if (self%zeta(2) < start%zeta/4) then
          self%zeta(2) = root_towards(at_top, start%zeta)
          upper = start%zeta - self%zeta(2)
@@ -146,7 +146,7 @@ contains
       self%dn0 = sqrt(self%m1 + (start%kappa*self%range/s)*self%cn0**2)
    end subroutine set_nutation
 
-   !> The cubic as ż² about the start, and as -ż² in 1 - z and in 1 + z; coefficients of rising powers.
+   !> Computes the cubic as ż² about the initial z, and as -ż² in 1 - z and in 1 + z; coefficients of rising powers.
    pure subroutine expand(start, at_start, at_top, at_bottom)
       type(start_t), intent(in) :: start
       real(wp), intent(out) :: at_start(0:3), at_top(0:3), at_bottom(0:3)
@@ -163,14 +163,15 @@ contains
       at_bottom = [difference**2, -2*(start%a*difference + e), start%a**2 + e + 2*start%kappa, -start%kappa]
    end subroutine expand
 
-   !> The root nearest to zero, on the side of `bound`, of a real-rooted cubic that is >= 0 at zero and <= 0 at `bound`.
+   !> Returns the root nearest to zero, on the side of `bound`, of a real-rooted cubic: >= 0 at zero and <= 0 at
+   !> `bound`.
    !>
    !> Laguerre's method converges to it monotonically from any point between it and zero; the geometric search for such
    !> a point keeps roots of all magnitudes equally cheap and equally accurate.
    pure real(wp) function root_towards(c, bound) result(x)
       !> Coefficients of rising powers.
       real(wp), intent(in) :: c(0:3)
-      !> Beyond the root, and before the next one.
+      !> Bound beyond the root, and before the next one.
       real(wp), intent(in) :: bound
       !> Halvings of the exponent range and Laguerre steps at most.
       integer, parameter :: most_halvings = 1100, most_steps = 100
@@ -203,20 +204,20 @@ contains
       end do
    end function root_towards
 
-   !> Value of a cubic.
+   !> Returns the value of a cubic.
    pure real(wp) function evaluated(c, x)
       real(wp), intent(in) :: c(0:3), x
       evaluated = c(0) + x*(c(1) + x*(c(2) + x*c(3)))
    end function evaluated
 
-   !> ż at a phase.
+   !> Returns ż at a phase.
    pure real(wp) function nutation_speed(self, phase) result(speed)
       class(nutation_t), intent(in) :: self
       type(elliptic_phase_t), intent(in) :: phase
       speed = 2*self%u_rate*self%range*phase%sn*phase%cn*phase%dn
    end function nutation_speed
 
-   !> b - a z at a tilt, from b ∓ a as the roots give them, so that its zeros are those of 1 ∓ z.
+   !> Returns b - a z at a tilt, from b ∓ a as the roots give them, so that its zeros are those of 1 ∓ z.
    pure real(wp) function node_rate(self, a, zeta, xi)
       class(nutation_t), intent(in) :: self
       !> J₃Ω₃/J₁.

@@ -1,4 +1,5 @@
-!> The principal frame of a body: where an exact solution lives, in any handedness and order of the user's axes.
+!> The principal frame of a body, in which exact solutions are computed, for any handedness and order of the user's
+!> axes.
 module nutate_principal_frame
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_kinds, only: wp
@@ -9,9 +10,9 @@ module nutate_principal_frame
 
    public :: check_frame, handedness, identity_frame, time_horizon, rotated
 
-   !> Departure from orthonormality that is still taken as round-off of the caller's diagonalisation: some thousand ε.
+   !> Departure from orthonormality that is treated as round-off of the caller's diagonalisation: some thousand ε.
    real(wp), parameter :: orthonormal_to = 1.0e-12_wp
-   !> 2**56 rad leave no digit of an angle.
+   !> Binary exponent of the largest angle: 2**56 rad leave no digit of an angle.
    integer, parameter :: largest_angle_power = 56
 
    !> The body axes themselves.
@@ -20,7 +21,7 @@ module nutate_principal_frame
 
 contains
 
-   !> Refuse axes that are not orthonormal.
+   !> Rejects axes that are not orthonormal.
    pure subroutine check_frame(axes, status)
       !> Columns: axes in body components.
       real(wp), intent(in) :: axes(3, 3)
@@ -35,14 +36,14 @@ contains
       end if
    end subroutine check_frame
 
-   !> +1 for a right-handed frame, -1 for a left-handed one.
+   !> Returns +1 for a right-handed frame, -1 for a left-handed one.
    pure real(wp) function handedness(frame)
       !> Columns: orthonormal axes.
       real(wp), intent(in) :: frame(3, 3)
       handedness = sign(1.0_wp, dot_product(cross(frame(:, 1), frame(:, 2)), frame(:, 3)))
    end function handedness
 
-   !> The attitude q0 followed by a rotation relative to the body that is given in another frame of the body.
+   !> Returns the attitude q0 followed by a rotation relative to the body that is given in another frame of the body.
    pure function rotated(q0, frame, relative) result(q)
       !> Attitude, body -> space.
       real(wp), intent(in) :: q0(4)
@@ -54,7 +55,7 @@ contains
       q = quat_product(q0, [relative(1), matmul(frame, relative(2:4))])
    end function rotated
 
-   !> A time beyond which no digit of an angle is left (s), so that products with it cannot overflow.
+   !> Returns a time beyond which no digit of an angle is left (s), so that products with it cannot overflow.
    pure real(wp) function time_horizon(power) result(horizon)
       !> Binary exponent of the fastest rate (rad/s).
       integer, intent(in) :: power

@@ -70,14 +70,14 @@ contains
       if (j1 > 0 .and. mgl > 0) omega3 = quotient(2*sqrt(j1)*sqrt(mgl), j3)
    end function sleeping_spin
 
-   !> True if numbers are finite and so far from the ends of the range that their products are.
+   !> Returns true if numbers are finite and so far from the ends of the range that their products do not overflow.
    pure logical function in_range(data)
       real(wp), intent(in) :: data(:)
       in_range = all(ieee_is_finite(data))
       if (in_range) in_range = maxval(abs(data)) < 1.0e140_wp
    end function in_range
 
-   !> x/y, `huge` with its sign where that is larger.
+   !> Returns x/y, or `huge` with its sign if that is larger.
    pure real(wp) function quotient(x, y)
       real(wp), intent(in) :: x, y
       quotient = sign(huge(1.0_wp), x)*sign(1.0_wp, y)

@@ -1,12 +1,12 @@
-!> Tumbling elements of a free triaxial body: mode, periods, energy and pole, from the state and to it.
+!> Tumbling elements of a free triaxial body (mode, periods, energy and pole), computed from a state and vice versa.
 !>
 !> Moments J_l < J_i < J_s of the long, intermediate and short axis, D = 2T, E₀ = L²/2J_s. With a = L² - D J_l,
 !> b = D J_s - L², c = L² - D J_i the short-axis mode has c > 0, and of its elliptic functions
 !>
 !>     m = (J_i-J_l) b/((J_s-J_i) a),   1-m = (J_s-J_l) c/((J_s-J_i) a),   λ² = (J_s-J_i) a/(J_l J_i J_s);
 !>
-!> the long-axis mode has them with l and s, a and b exchanged and -c for c. The body turns in itself with the period
-!> P_ψ = 4K(m)/λ; its short axis goes round L with the mean rate, ν = J_s(J_i-J_l)/(J_l(J_s-J_i)),
+!> the long-axis mode has them with l and s, a and b exchanged and -c for c. The body rotates in itself with the period
+!> P_ψ = 4K(m)/λ; its short axis precesses about L with the mean rate, ν = J_s(J_i-J_l)/(J_l(J_s-J_i)),
 !>
 !>     2π/P_φ = L/J_s + L (J_s-J_l)/(J_s J_l) Π(-ν|m)/K(m)
 !>
@@ -24,7 +24,7 @@ module nutate_tumbling
 
    public :: tumbling_t, tumbling_elements, tumbling_state, tumbling_start, tumbling_start_t, infinite_period
 
-   !> What stands for an infinite period, s: a number whose square is finite, for those who take means of rows.
+   !> Value for an infinite period, s: its square is finite, so that means of output points can be computed.
    real(wp), parameter :: infinite_period = 1e100_wp
 
    !> Elements of a motion.
@@ -33,19 +33,19 @@ module nutate_tumbling
       logical :: is_short_axis = .true.
       !> Negative rotation about the axis of the mode, short or long, whose component of Ω keeps its sign.
       logical :: is_negative = .false.
-      !> E/E₀.
+      !> Energy ratio E/E₀.
       real(wp) :: energy_ratio = 1.0_wp
       !> P_φ of the short and the long axis, P_ψ, s.
       real(wp) :: precession_short = infinite_period, precession_long = infinite_period, rotation = infinite_period
    end type tumbling_t
 
-   !> A start by elements.
+   !> Initial state by elements.
    type :: tumbling_start_t
       !> The mode; the axis, short or long, whose precession period and angle are given.
       logical :: is_short_axis = .true., period_of_short = .true.
       !> Negative rotation about the axis of the mode.
       logical :: is_negative = .false.
-      !> P_φ, s; P_ψ, s, or, where that is 0, E/E₀.
+      !> P_φ, s; P_ψ, s, or, if that is 0, E/E₀.
       real(wp) :: precession_period = 0.0_wp, rotation_period = 0.0_wp, energy_ratio = 0.0_wp
       !> Longitude and latitude of the angular momentum, and precession angle of the axis about it, rad.
       real(wp) :: pole(2) = 0.0_wp, angle = 0.0_wp
@@ -92,11 +92,11 @@ contains
       if (moments(order(2)) > moments(order(3))) order = order([1, 3, 2])
    end function order_of
 
-   !> The elements from a, b, c over L², and L.
+   !> Computes the elements from a, b, c over L², and L.
    pure type(tumbling_t) function elements_of(j, a, b, c, length) result(elements)
       !> J_l, J_i, J_s, kg m²; shape (3).
       real(wp), intent(in) :: j(3)
-      !> 1, N m s.
+      !> a, b, c over L², dimensionless; L, N m s.
       real(wp), intent(in) :: a, b, c, length
       elements%is_short_axis = c >= 0.0_wp
       elements%energy_ratio = 1 + b
@@ -109,7 +109,7 @@ contains
       end if
    end function elements_of
 
-   !> P of 1/P = 1/P₁ + 1/P₂, s.
+   !> Returns P of 1/P = 1/P₁ + 1/P₂, s.
    pure real(wp) function beat(first, second)
       real(wp), intent(in) :: first, second
       real(wp) :: rate
@@ -118,18 +118,18 @@ contains
       if (abs(rate) > 1/infinite_period) beat = 1/rate
    end function beat
 
-   !> P_ψ, and P_φ of the axis of the mode.
+   !> Computes P_ψ, and P_φ of the axis of the mode.
    pure subroutine find_periods(j, a, c, length, rotation, precession)
       !> Moments of the other extreme axis, the intermediate and that of the mode; shape (3).
       real(wp), intent(in) :: j(3)
       !> a, c or b, -c, over L²; L, N m s.
       real(wp), intent(in) :: a, c, length
-      !> s.
+      !> Periods P_ψ and P_φ, s.
       real(wp), intent(out) :: rotation, precession
       real(wp) :: m1, k, third, nu, lambda
       rotation = infinite_period
       precession = 2*pi*(j(3)/length)
-      ! A body of two equal moments about its axis of symmetry, or of three.
+      ! A body of two equal moments about its axis of symmetry, or of three equal moments.
       if (.not. (abs(j(3) - j(2)) > 0.0_wp .and. a > 0.0_wp)) return
       m1 = min(1.0_wp, max((abs(j(3) - j(1))*c)/(abs(j(3) - j(2))*a), 0.0_wp))
       lambda = (length/j(3))*sqrt((abs(j(3) - j(2))/j(2))*(a*(j(3)/j(1))))
@@ -140,13 +140,13 @@ contains
          ! Π(-ν|m) as a sum of positive terms: ν is large for nearly symmetric bodies.
          third = 1/(1 + nu) + (m1*(nu/(1 + nu))/(1 + nu)/3)*(carlson_rj(0.0_wp, m1, 1.0_wp, m1/(1 + nu))/k)
       else
-         ! Π/K of infinite integrals.
+         ! Ratio Π/K of infinite integrals.
          third = 1/(1 + nu)
       end if
       precession = 2*pi/(length/j(3) + (length/j(3))*((j(3) - j(1))/j(1))*third)
    end subroutine find_periods
 
-   !> Computes attitude and body momentum of a start by elements.
+   !> Computes attitude and body momentum of an initial state by elements.
    !>
    !> Errors: `NUTATE_BAD_ARGUMENT` for a body that is not triaxial, and for periods or an energy that the mode does not
    !> have; the subject is the key of the scene.
@@ -177,9 +177,9 @@ contains
       q = quat_normalized(quat_product(q, attitude_to_momentum(frame, j*rates, start%period_of_short)))
    end subroutine tumbling_state
 
-   !> Returns the start whose state is given: P_φ and angle are those of the axis of the mode.
+   !> Returns the elements of an initial state: P_φ and angle are those of the axis of the mode.
    pure type(tumbling_start_t) function tumbling_start(moments, axes, q, omega) result(start)
-      !> As in `tumbling_state`; the body is triaxial and rotates.
+      !> Arguments as in `tumbling_state`; the body is triaxial and rotates.
       real(wp), intent(in) :: moments(3), axes(3, 3), q(4), omega(3)
       type(tumbling_t) :: elements
       real(wp) :: j(3), frame(3, 3), rates(3), l(3), turn(4)
@@ -264,7 +264,7 @@ contains
       if (.not. is_short_axis) &
          amplitude = angle_of(rates(2)*sqrt(j(2)*(j(2) - j(1))), rates(3)*sqrt(j(3)*(j(3) - j(1))))
       phase = 0.0_wp
-      ! On the separatrix, which has no period.
+      ! A motion on the separatrix has no period.
       if (.not. m1 > tiny(1.0_wp)) return
       k = carlson_rf(0.0_wp, m1, 1.0_wp)
       u = sin(amplitude)*carlson_rf(cos(amplitude)**2, cos(amplitude)**2 + m1*sin(amplitude)**2, 1.0_wp)
@@ -284,7 +284,7 @@ contains
       m1 = min(m1, 1.0_wp)
    end function complement
 
-   !> Turn about a coordinate axis, as a unit quaternion; shape (4).
+   !> Returns the rotation about a coordinate axis, as a unit quaternion; shape (4).
    pure function about(axis, angle) result(q)
       integer, intent(in) :: axis
       !> rad.
@@ -295,11 +295,11 @@ contains
       q = quat_exp(half)
    end function about
 
-   !> Ω along the long, intermediate and short axis at a phase, rad/s; shape (3).
+   !> Returns Ω along the long, intermediate and short axis at a phase, rad/s; shape (3).
    pure function rates_of(j, is_short_axis, share, length, phase) result(rates)
       real(wp), intent(in) :: j(3)
       logical, intent(in) :: is_short_axis
-      !> See `find_share`; L, N m s; in periods.
+      !> Share as in `find_share`; L, N m s; phase in periods.
       real(wp), intent(in) :: share, length, phase
       real(wp) :: rates(3), a, b, c, m1, sn, cn, dn, u
       call split(j, is_short_axis, share, a, b, c)
@@ -316,7 +316,7 @@ contains
       end if
    end function rates_of
 
-   !> a, b, c of L = 1 at a share of the way from pure rotation to the separatrix.
+   !> Returns a, b, c of L = 1 at a share of the way from pure rotation to the separatrix.
    pure subroutine split(j, is_short_axis, share, a, b, c)
       real(wp), intent(in) :: j(3)
       logical, intent(in) :: is_short_axis
@@ -333,8 +333,8 @@ contains
       end if
    end subroutine split
 
-   !> The share of the way from pure rotation, 0, to the separatrix, 1, along which the energy is linear.
-   !> Errors: those of `tumbling_state`.
+   !> Finds the share of the way from pure rotation, 0, to the separatrix, 1, along which the energy is linear. Errors:
+   !> those of `tumbling_state`.
    subroutine find_share(j, start, share, status)
       real(wp), intent(in) :: j(3)
       type(tumbling_start_t), intent(in) :: start
@@ -394,7 +394,7 @@ contains
       words = trim(adjustl(text))
    end function number_in_words
 
-   !> P_ψ/P_φ of the axis that is asked for.
+   !> Returns P_ψ/P_φ of the requested axis.
    pure real(wp) function ratio_of(j, start, share) result(ratio)
       real(wp), intent(in) :: j(3), share
       type(tumbling_start_t), intent(in) :: start
@@ -404,7 +404,7 @@ contains
       if (elements%rotation < infinite_period) ratio = elements%rotation*rate_of(j, start, share)/(2*pi)
    end function ratio_of
 
-   !> 2π/P_φ of the axis that is asked for, of L = 1, rad/s.
+   !> Returns 2π/P_φ of the requested axis for L = 1, rad/s.
    pure real(wp) function rate_of(j, start, share) result(rate)
       real(wp), intent(in) :: j(3), share
       type(tumbling_start_t), intent(in) :: start
