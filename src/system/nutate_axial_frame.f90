@@ -1,13 +1,14 @@
-!> The frame in which a symmetric body does not spin.
+!> The non-spinning (Resal) frame of a symmetric body.
 !>
-!> Where two moments are equal, J₁ across the body axis a and Jₐ along it, and every effect is symmetric about a, the
-!> axes that coincide with those of the body at some time and then turn at the rate `L/J₁` see
+!> The frame exists if two moments are equal, J₁ across the body axis a and Jₐ along it, and every effect is symmetric
+!> about a. The axes coincide with those of the body at some time and then rotate at the rate `L/J₁`. In them
 !>
 !>     L' = τ,   γ' = γ×L/J₁,
 !>
-!> since `Ω - L/J₁` lies along a: the body turns in the frame about its axis by the angle φ, `φ' = (Lₐ - h)/Jₐ - Lₐ/J₁`,
-!> with a rotor h along the axis. τ is the same function of γ, Ω and t as in body axes. No products of Euler's are left,
-!> and no fast rotation: where Lₐ is constant φ grows evenly, and all else changes as slowly as the axis moves.
+!> since `Ω - L/J₁` lies along a: the body rotates in the frame about its axis by the angle φ with the rate
+!> `φ' = (Lₐ - h)/Jₐ - Lₐ/J₁`, with a rotor h along the axis. τ is the same function of γ, Ω and t as in body axes. No
+!> products of Euler's are left, and no fast rotation: if Lₐ is constant φ grows evenly, and all else changes as slowly
+!> as the axis moves.
 module nutate_axial_frame
    use nutate_kinds, only: wp
    use nutate_quaternion, only: quat_product
@@ -20,25 +21,25 @@ module nutate_axial_frame
 
    !> The frame of a system, if it has one.
    type :: axial_frame_t
-      !> The body and all effects are symmetric about a body axis: 1, 2 or 3; 0: they are not.
+      !> Body axis about which the body and all effects are symmetric: 1, 2 or 3; 0: there is none.
       integer :: axis = 0
       !> 1/J₁ and 1/Jₐ, kg⁻¹ m⁻²; h along the axis, N m s.
       real(wp) :: inverse_across = 0.0_wp, inverse_along = 0.0_wp, rotor = 0.0_wp
    contains
       !> Finds the axis of a system.
       procedure :: recognise
-      !> Rate at which the body turns in the frame.
+      !> Returns the rate at which the body rotates in the frame.
       procedure :: spin
-      !> Body components of a vector from its components in the frame.
+      !> Returns the body components of a vector from its components in the frame.
       procedure :: to_body
-      !> Attitude of the body from that of the frame.
+      !> Returns the attitude of the body from that of the frame.
       procedure :: turn
    end type axial_frame_t
 
 contains
 
-   !> Finds the axis about which body and effects are symmetric, to the last bit: of a body that is nearly symmetric the
-   !> frame would lose the motion. Of several axes the first is taken.
+   !> Finds the axis about which body and effects are symmetric, to the last bit: for a body that is only nearly
+   !> symmetric, the frame would not give its motion. If there are several axes, the first one is used.
    pure subroutine recognise(self, system)
       class(axial_frame_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -54,7 +55,7 @@ contains
       end do
    end subroutine recognise
 
-   !> True for an axis of symmetry of the body and of every effect.
+   !> Returns true if an axis is one of symmetry of the body and of every effect.
    pure logical function has_axis(system, axis)
       type(system_t), intent(in) :: system
       integer, intent(in) :: axis
@@ -71,7 +72,7 @@ contains
       end associate
    end function has_axis
 
-   !> φ', rad/s: (Lₐ - h)/Jₐ - Lₐ/J₁.
+   !> Returns φ', rad/s: (Lₐ - h)/Jₐ - Lₐ/J₁.
    pure real(wp) function spin(self, momentum)
       class(axial_frame_t), intent(in) :: self
       !> Lₐ, N m s.
@@ -79,7 +80,7 @@ contains
       spin = (momentum - self%rotor)*self%inverse_along - momentum*self%inverse_across
    end function spin
 
-   !> Body components of a vector; shape (3).
+   !> Returns the body components of a vector; shape (3).
    pure function to_body(self, angle, v) result(rotated)
       class(axial_frame_t), intent(in) :: self
       !> φ, rad.
@@ -97,7 +98,7 @@ contains
       rotated(j) = c*v(j) - s*v(i)
    end function to_body
 
-   !> q of the body: that of the frame, rotated about the axis; shape (4).
+   !> Returns q of the body: the attitude of the frame, rotated about the axis; shape (4).
    pure function turn(self, angle, q) result(rotated)
       class(axial_frame_t), intent(in) :: self
       !> φ, rad.

@@ -1,4 +1,4 @@
-!> Controllers of a system: those that act by its wheels share their torque among the motors.
+!> Controllers of a system: controllers that act by its wheels distribute their torque over the motors.
 module nutate_controller_mounting
    use nutate_kinds, only: wp
    use nutate_lapack, only: symmetric_eigen
@@ -12,7 +12,7 @@ module nutate_controller_mounting
 
    public :: add_controller
 
-   !> Eigenvalue of SSᵀ, over the largest, below which there is no axis in a direction.
+   !> Least eigenvalue of SSᵀ, over the largest, of a direction along which the wheels can act.
    real(wp), parameter :: nearly_flat = 1e-10_wp
 
 contains
@@ -66,7 +66,7 @@ contains
       end do
    end subroutine add_controller
 
-   !> Errors: `NUTATE_BAD_ARGUMENT` for wheels that a controller cannot act by.
+   !> Checks the wheels of a system. Errors: `NUTATE_BAD_ARGUMENT` for wheels that a controller cannot act by.
    subroutine check_wheels(system, controller, status)
       type(system_t), intent(in) :: system
       type(controller_t), intent(in) :: controller
@@ -88,7 +88,8 @@ contains
       end do
    end subroutine check_wheels
 
-   !> u = -S⁺τ, S the axes as columns, S⁺ = Sᵀ(SSᵀ)⁺: what lies in no axis is left out. Errors: those of LAPACK.
+   !> Computes u = -S⁺τ, S the axes as columns, S⁺ = Sᵀ(SSᵀ)⁺: the part of τ along no axis is left out. Errors: those of
+   !> LAPACK.
    subroutine share_torque(system, controller, status)
       type(system_t), intent(in) :: system
       type(controller_t), intent(inout) :: controller

@@ -1,4 +1,5 @@
-!> A motion beside another one: what errors of its data and of its start come to shows how it amplifies round-off.
+!> A motion beside another one: the effect of errors of its data and of its initial state shows how it amplifies
+!> round-off.
 module nutate_disturbance
    use nutate_hamiltonian, only: angular_velocity, body_momentum, make_state
    use nutate_kinds, only: wp
@@ -45,7 +46,7 @@ contains
       end do
    end subroutine disturb_problem
 
-   !> Adds noise η to a state: a turn by η about each axis, η|L| to each component of L.
+   !> Adds noise η to a state: a rotation by η about each axis, η|L| to each component of L.
    pure subroutine disturb_state(noise, state)
       type(noise_t), intent(inout) :: noise
       type(state_t), intent(inout) :: state
@@ -59,10 +60,11 @@ contains
       state%p = 2*quat_product(state%q, [0.0_wp, momentum])
    end subroutine disturb_state
 
-   !> The same noise for equal moments: a symmetric body stays one, so that methods that recognise it run as they will.
+   !> Makes the noise of equal moments equal: a symmetric body stays symmetric, so methods that exploit the symmetry
+   !> still do.
    pure subroutine keep_symmetry(inverse_inertia, part)
       real(wp), intent(in) :: inverse_inertia(3, 3)
-      !> Noise, as a part; shape (3,3).
+      !> Relative noise; shape (3,3).
       real(wp), intent(inout) :: part(3, 3)
       integer :: axis, i, j
       do axis = 1, 3

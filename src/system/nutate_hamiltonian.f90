@@ -1,5 +1,5 @@
-!> The Hamiltonian of a rigid body in quaternions and conjugate momenta, and what follows from it. Numbers in
-!> parentheses are those of the equations of Nielsen & Krenk (2012).
+!> The Hamiltonian of a rigid body in quaternions and conjugate momenta, with its energies, torques and equations of
+!> motion. Numbers in parentheses are those of the equations of Nielsen & Krenk (2012).
 !>
 !> `J = diag(J0, inertia)` is the extended inertia; only `1/J0` ever enters (`inverse_j0`, 0 for an infinite J0), so
 !> that the physical body is its default.
@@ -28,7 +28,7 @@ contains
    !> constraint (5), qᵀp = 0. Numbers that are not finite or beyond 1e100, and a |q| that is not 1 to within 1e-6, give
    !> a momentum that every stepper rejects.
    pure type(state_t) function make_state(system, q, omega, t, speeds) result(state)
-      !> Its inertia, rotors and wheels are used.
+      !> System whose inertia, rotors and wheels are used.
       type(system_t), intent(in) :: system
       !> Attitude, unit quaternion, body→space; shape (4).
       real(wp), intent(in) :: q(4)
@@ -36,7 +36,8 @@ contains
       real(wp), intent(in) :: omega(3)
       !> Time, s; default 0.
       real(wp), intent(in), optional :: t
-      !> Speeds of the wheels relative to the body, rad/s; shape (number of wheels); default: those they were given.
+      !> Speeds of the wheels relative to the body, rad/s; shape (number of wheels); default: the initial speeds of the
+      !> wheels.
       real(wp), intent(in), optional :: speeds(:)
       integer :: i
       if (present(t)) state%t = t
@@ -56,7 +57,7 @@ contains
                                    system%effects%inner_momentum(state%wheel_momentum)])
    end function make_state
 
-   !> w(q,p) = Q(q)ᵀp = q*∘p = [q·p, 2L], bilinear in q and p: the factor in both forms of T in (6); shape (4).
+   !> Returns w(q,p) = Q(q)ᵀp = q*∘p = [q·p, 2L], bilinear in q and p: the factor in both forms of T in (6); shape (4).
    pure function bilinear_form(q, p) result(w)
       real(wp), intent(in) :: q(4), p(4)
       real(wp) :: w(4)
@@ -88,7 +89,7 @@ contains
                            body_momentum(state) - system%effects%inner_momentum(state%wheel_momentum))
    end function angular_velocity
 
-   !> Rᵀω: the rate of the space axes, body axes, rad/s; shape (3).
+   !> Returns Rᵀω: the rate of the space axes, body axes, rad/s; shape (3).
    pure function frame_rate_of(effects, q) result(rate)
       type(effect_list_t), intent(in) :: effects
       !> Attitude, body→space; shape (4).
@@ -98,8 +99,8 @@ contains
       if (effects%frame_turns) rate = rotate_to_body(q, effects%frame_rate)/dot_product(q, q)
    end function frame_rate_of
 
-   !> Returns Ω - Rᵀω, the rate at which the body turns in the space axes, body axes, rad/s; Ω where these do not
-   !> turn; shape (3).
+   !> Returns Ω - Rᵀω, the rate at which the body rotates in the space axes, body axes, rad/s; Ω if these do not rotate;
+   !> shape (3).
    pure function relative_rate(system, state) result(rate)
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
@@ -108,7 +109,7 @@ contains
       if (system%effects%frame_turns) rate = rate - frame_rate_of(system%effects, state%q)
    end function relative_rate
 
-   !> Conjugate momentum (4): p = ∂T/∂q̇ = M(q,q) q̇ = 4 Q(q) J Q(q)ᵀ q̇ for a finite J0; shape (4).
+   !> Returns the conjugate momentum (4): p = ∂T/∂q̇ = M(q,q) q̇ = 4 Q(q) J Q(q)ᵀ q̇ for a finite J0; shape (4).
    pure function momentum_from_rate(body, j0, q, rate) result(p)
       type(body_t), intent(in) :: body
       !> J0, kg m².
@@ -119,7 +120,7 @@ contains
       p = matmul(mass_matrix(body, j0, q), rate)
    end function momentum_from_rate
 
-   !> Mass matrix of (3): M(x,x) = 4 Q(x) J Q(x)ᵀ, J = diag(J0, inertia); shape (4,4), kg m².
+   !> Returns the mass matrix of (3): M(x,x) = 4 Q(x) J Q(x)ᵀ, J = diag(J0, inertia); shape (4,4), kg m².
    pure function mass_matrix(body, j0, x) result(matrix)
       type(body_t), intent(in) :: body
       !> J0, kg m².
@@ -129,8 +130,8 @@ contains
       matrix = sandwich(x, 4*extended(j0, body%inertia))
    end function mass_matrix
 
-   !> M⁻¹(x,x) = ¼ Q(x) J⁻¹ Q(x)ᵀ; shape (4,4). With x = q, a unit quaternion, it is the inverse of the mass matrix and
-   !> T = ½ pᵀM⁻¹(q,q)p; with x = p it is the matrix of T = ½ qᵀM⁻¹(p,p)q: equation (6).
+   !> Returns M⁻¹(x,x) = ¼ Q(x) J⁻¹ Q(x)ᵀ; shape (4,4). With x = q, a unit quaternion, it is the inverse of the mass
+   !> matrix and T = ½ pᵀM⁻¹(q,q)p; with x = p it is the matrix of T = ½ qᵀM⁻¹(p,p)q: equation (6).
    pure function inverse_mass_matrix(body, inverse_j0, x) result(matrix)
       type(body_t), intent(in) :: body
       !> 1/J0, kg⁻¹ m⁻².
@@ -140,7 +141,7 @@ contains
       matrix = sandwich(x, 0.25_wp*extended(inverse_j0, body%inverse_inertia))
    end function inverse_mass_matrix
 
-   !> diag(scalar, block); shape (4,4).
+   !> Returns diag(scalar, block); shape (4,4).
    pure function extended(scalar, block) result(matrix)
       real(wp), intent(in) :: scalar, block(3, 3)
       real(wp) :: matrix(4, 4)
@@ -149,7 +150,7 @@ contains
       matrix(2:4, 2:4) = block
    end function extended
 
-   !> Q(x) A Q(x)ᵀ; shape (4,4).
+   !> Returns Q(x) A Q(x)ᵀ; shape (4,4).
    pure function sandwich(x, a) result(matrix)
       real(wp), intent(in) :: x(4), a(4, 4)
       real(wp) :: matrix(4, 4)
@@ -190,12 +191,12 @@ contains
       end do
    end function potential_energy
 
-   !> γ = R(q)ᵀn: the direction of a potential in body axes, with the length of q squared; shape (3).
+   !> Returns γ = R(q)ᵀn: the direction of a potential in body axes, with the length of q squared; shape (3).
    pure function body_direction(effects, i, q, t) result(gamma)
       type(effect_list_t), intent(in) :: effects
-      !> Its number.
+      !> Index of the potential.
       integer, intent(in) :: i
-      !> Body→space, shape (4); s.
+      !> Attitude, body→space, shape (4); time, s.
       real(wp), intent(in) :: q(4), t
       real(wp) :: gamma(3)
       associate (potential => effects%potentials(i)%item)
@@ -212,7 +213,7 @@ contains
       type(effect_list_t), intent(in) :: effects
       !> Unit quaternion, body→space; shape (4).
       real(wp), intent(in) :: q(4)
-      !> s.
+      !> Time, s.
       real(wp), intent(in) :: t
       integer :: i
       power = 0.0_wp
@@ -228,7 +229,7 @@ contains
       type(effect_list_t), intent(in) :: effects
       !> Attitude, body→space; shape (4).
       real(wp), intent(in) :: q(4)
-      !> s.
+      !> Time, s.
       real(wp), intent(in) :: t
       integer :: i
       energy = 0.0_wp
@@ -239,15 +240,15 @@ contains
       end do
    end function moving_energy
 
-   !> Work of potentials that move in a step of the conserving scheme, which sees them as they are at its middle t̄:
-   !> V(q1, t1) - V(q0, t0) - (V(q1, t̄) - V(q0, t̄)), J. The first difference is free of rounding once summed up, from
-   !> the time on that was booked last; the second is ∇̄U·Δγ, Δγ = 2 vec(q̄*∘n∘Δq) from the increment of q, all of its
-   !> digits.
+   !> Returns the work of time-dependent potentials in a step of the conserving scheme, which evaluates them at its
+   !> middle t̄: V(q1, t1) - V(q0, t0) - (V(q1, t̄) - V(q0, t̄)), J. The first difference telescopes without rounding
+   !> from step to step, from the time up to which the work is counted; the second is ∇̄U·Δγ, Δγ = 2 vec(q̄*∘n∘Δq), from
+   !> all digits of the increment of q.
    pure real(wp) function time_dependent_work(effects, before, after, dt) result(work)
       type(effect_list_t), intent(in) :: effects
-      !> The ends of the step.
+      !> States at the ends of the step.
       type(state_t), intent(in) :: before, after
-      !> s.
+      !> Length of the step, s.
       real(wp), intent(in) :: dt
       real(wp) :: middle, change(4), mean(4), n(3), gamma(4)
       integer :: i
@@ -307,7 +308,7 @@ contains
       gradient = (2/dot_product(q, q))*quat_product(q, inner)
    end function potential_gradient
 
-   !> τ = Σ γ×∇U: torque of the potentials, body axes, N m; shape (3).
+   !> Returns τ = Σ γ×∇U: torque of the potentials, body axes, N m; shape (3).
    pure function potential_torque(effects, q, t) result(torque)
       type(effect_list_t), intent(in) :: effects
       !> Attitude, body→space; shape (4).
@@ -326,14 +327,14 @@ contains
       end do
    end function potential_torque
 
-   !> Hamilton's equations (7) of this H, with the torques beside the potentials:
+   !> Computes Hamilton's equations (7) of this H, with the torques beside the potentials:
    !>
    !>     q̇ = M⁻¹(q,q)p = ¼Q(q)J⁻¹(w-2h)                                                         (9a)
    !>     ṗ = -M⁻¹(p,p)q - (I - qqᵀ/qᵀq)∂V/∂q + f = -¼Q(p)CJ⁻¹(w-2h) + 2q∘[0,τ]/|q|²             (11)
    !>
-   !> The multiplier λ of (9b), which (10) would give, is eliminated by the projection of (11). It takes the part of
-   !> ∂V/∂q along q, which is the scalar part of 2q∘[γ·∇U, ∇U×γ]/|q|² and no other: so the potentials enter as torques
-   !> τ = γ×∇U, whose scalar part is 0. Space axes that turn at ω add -½ω∘q and -½ω∘p.
+   !> The multiplier λ of (9b), which (10) would give, is eliminated by the projection of (11). The projection removes
+   !> the part of ∂V/∂q along q, which is exactly the scalar part of 2q∘[γ·∇U, ∇U×γ]/|q|²: so the potentials enter as
+   !> torques τ = γ×∇U, whose scalar part is 0. Space axes that rotate at ω add -½ω∘q and -½ω∘p.
    pure subroutine hamilton_equations(system, state, q_rate, p_rate, inverse_j0)
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state

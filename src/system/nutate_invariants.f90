@@ -1,4 +1,4 @@
-!> The quantities a run must keep: which a system has, and how far a run strayed from them.
+!> The invariants of a motion: the conserved quantities of a system, and their errors in a run.
 module nutate_invariants
    use nutate_archive, only: archive_t
    use nutate_effect_list, only: effect_list_t
@@ -14,23 +14,23 @@ module nutate_invariants
    public :: invariants_t, conserved_momentum, common_direction, follows_rotating_axes, parallel
    public :: NO_COMPONENT, ALONG_AXIS, ONLY_LENGTH, ALL_COMPONENTS
 
-   !> Which components of the space momentum are conserved; only its length where the attitude is not known.
+   !> Conserved components of the space momentum; only its length if the attitude is not known.
    integer, parameter :: NO_COMPONENT = 0, ALONG_AXIS = 1, ONLY_LENGTH = 2, ALL_COMPONENTS = 3
 
-   !> Sines below this between two directions are round-off of their input.
+   !> Sine of an angle between two directions below which it is round-off of their input.
    real(wp), parameter :: parallel = 1e-14_wp
 
-   !> The invariants of a run: their first values, and the largest departures seen.
+   !> The invariants of a run: their first values, and the largest departures so far.
    type :: invariants_t
       !> `NO_COMPONENT`, `ALONG_AXIS`, `ONLY_LENGTH` or `ALL_COMPONENTS`.
       integer :: components = ALL_COMPONENTS
       !> Unit vector along the conserved component, space axes; shape (3).
       real(wp) :: axis(3) = 0.0_wp
-      !> H at the start, J; the Jacobi integral where the space axes turn.
+      !> H at the start, J; the Jacobi integral if the space axes rotate.
       real(wp) :: energy = 0.0_wp
       !> l at the start, space axes, N m s; shape (3).
       real(wp) :: momentum(3) = 0.0_wp
-      !> Largest T + |V| and |l| seen: what the errors are relative to.
+      !> Largest T + |V| and |l| so far, to which the errors are relative.
       real(wp) :: energy_scale = 0.0_wp, momentum_scale = 0.0_wp
       !> Largest |H - H(0) - work|, J.
       real(wp) :: worst_energy = 0.0_wp
@@ -45,9 +45,9 @@ module nutate_invariants
       procedure :: start
       !> Compares a state with the first one.
       procedure :: measure
-      !> Largest energy residual over the energy scale.
+      !> Returns the largest energy residual over the energy scale.
       procedure :: energy_error
-      !> Largest momentum error over the momentum scale.
+      !> Returns the largest momentum error over the momentum scale.
       procedure :: momentum_error
       !> Writes or reads its values in checkpoint data.
       procedure :: transfer => transfer_invariants
@@ -122,7 +122,7 @@ contains
       momentum_error = ratio(self%worst_momentum, self%momentum_scale)
    end function momentum_error
 
-   !> Writes or reads its values in checkpoint data, without those that follow from the system.
+   !> Writes or reads the values in checkpoint data, except those that follow from the system.
    subroutine transfer_invariants(self, archive)
       class(invariants_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive
@@ -142,14 +142,14 @@ contains
       if (scale > 0.0_wp) ratio = error/scale
    end function ratio
 
-   !> Which components of l the effects conserve, on or off: all without torque; the one along n with potentials
-   !> that share the direction n, since each is a function of R(q)ᵀn; none otherwise. Where the space axes turn, none
-   !> but that along their axis; with a potential that moves none.
+   !> Finds the components of l that the effects conserve, on or off: all without torque; the one along n with
+   !> potentials that share the direction n, since each is a function of R(q)ᵀn; none otherwise. If the space axes
+   !> rotate, only the component along their axis can be conserved; with a time-dependent potential none is.
    pure subroutine conserved_momentum(effects, components, axis)
       type(effect_list_t), intent(in) :: effects
       !> `NO_COMPONENT`, `ALONG_AXIS` or `ALL_COMPONENTS`.
       integer, intent(out) :: components
-      !> Unit vector along the conserved component, space axes; zero where there is not just one; shape (3).
+      !> Unit vector along the conserved component, space axes; zero unless exactly one is conserved; shape (3).
       real(wp), intent(out) :: axis(3)
       real(wp) :: length, rate(3)
       call common_direction(effects, components, axis)
@@ -168,13 +168,13 @@ contains
       if (components /= ALONG_AXIS) axis = 0.0_wp
    end subroutine conserved_momentum
 
-   !> The direction that all potentials share, on or off, whatever else there is: in axes that stand still l·n is
-   !> conserved without torques.
+   !> Finds the direction that all potentials share, on or off, whatever other effects there are: in axes that do not
+   !> rotate, l·n is conserved without torques.
    pure subroutine common_direction(effects, components, axis)
       type(effect_list_t), intent(in) :: effects
       !> `ALL_COMPONENTS` without potentials, `ALONG_AXIS` with one direction, `NO_COMPONENT` with several.
       integer, intent(out) :: components
-      !> Unit vector, space axes; the first direction where there are several, zero where there is none; shape (3).
+      !> Unit vector, space axes; the first direction if there are several, zero if there is none; shape (3).
       real(wp), intent(out) :: axis(3)
       real(wp) :: length
       integer :: i
@@ -194,9 +194,10 @@ contains
       end do
    end subroutine common_direction
 
-   !> True where space axes turn and no effect knows of it, each being symmetric about their rate, or none: the motion
-   !> is that in axes which stand still, turned back by ω times the time. Wheels are left out: their motors may know.
-   !> False where a number of an effect is none that a run accepts, or the rate so small that it has no direction.
+   !> Returns true if the space axes rotate and no effect depends on it, because each is symmetric about their rate, or
+   !> there is none: the motion is that in non-rotating axes, rotated back by ω times the time. Wheels are left out,
+   !> since their motors may depend on the rotation. False if a number of an effect is not one that a run accepts, or if
+   !> the rate is too small to have a direction.
    pure logical function follows_rotating_axes(effects) result(follows)
       type(effect_list_t), intent(in) :: effects
       integer :: components
@@ -212,7 +213,7 @@ contains
       follows = components == ALONG_AXIS
    end function follows_rotating_axes
 
-   !> True if there is a torque on the body from outside: that of a controller by wheels is none.
+   !> Returns true if there is an external torque on the body; the torque of a controller by wheels is internal.
    pure logical function has_outer_torques(effects)
       type(effect_list_t), intent(in) :: effects
       integer :: i

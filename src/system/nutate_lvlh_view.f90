@@ -35,7 +35,7 @@ module nutate_lvlh_view
       !> ½n, rad/s.
       real(wp), private :: half_rate = 0.0_wp
    contains
-      !> Finds out whether a system can be seen from the LVLH frame, and makes the view.
+      !> Determines whether a system can be seen from the LVLH frame, and makes the view.
       procedure :: prepare
       !> Returns the attitude of the LVLH frame at a time.
       procedure :: axes_at
@@ -48,7 +48,7 @@ module nutate_lvlh_view
 
 contains
 
-   !> Finds out whether a system can be seen from the LVLH frame, and makes the view: its space axes are inertial, its
+   !> Determines whether a system can be seen from the LVLH frame, and makes the view: its space axes are inertial, its
    !> only orbit is a circle, and nothing acts but potentials of this orbit, rotors and wheels. Controllers are torques.
    subroutine prepare(self, system)
       class(lvlh_view_t), intent(inout) :: self
@@ -70,7 +70,7 @@ contains
       end associate
    end subroutine prepare
 
-   !> Returns true if all but the potentials permits the view.
+   !> Returns true if everything but the potentials permits the view.
    pure logical function is_candidate(effects)
       type(effect_list_t), intent(in) :: effects
       is_candidate = effects%moves .and. effects%on_orbit .and. effects%n_torques == 0 .and. .not. effects%frame_turns
@@ -81,7 +81,7 @@ contains
       end associate
    end function is_candidate
 
-   !> Puts the potential as seen from the LVLH frame in its place.
+   !> Replaces a potential by the same potential as seen from the LVLH frame.
    subroutine replace_potential(item, orbit, possible)
       class(potential_t), allocatable, intent(inout) :: item
       type(orbit_t), intent(in) :: orbit
@@ -106,7 +106,7 @@ contains
    !> Returns c at a time, unit quaternion, LVLH→inertial, without jumps; shape (4).
    pure function axes_at(self, t) result(c)
       class(lvlh_view_t), intent(in) :: self
-      !> s.
+      !> Time, s.
       real(wp), intent(in) :: t
       real(wp) :: c(4), cosine, sine
       cosine = cos(self%half_rate*t)
@@ -130,7 +130,7 @@ contains
          inner%q_compensation = state%q_compensation
          inner%p_compensation = state%p_compensation
       else if (.not. (all(is_moderate(state%q)) .and. all(is_moderate(state%p)))) then
-         ! A state that every stepper rejects.
+         ! This state is rejected by every stepper.
          inner%q = state%q
          inner%p = state%p
       else
@@ -156,7 +156,7 @@ contains
       call state%set_other_axes(inner)
    end subroutine to_inertial
 
-   !> Copies what a state has in common in all axes: time, wheels, work and balance.
+   !> Copies the values of a state that are the same in all axes: time, wheels, work and balance.
    pure subroutine copy_common(self, state, copy)
       class(lvlh_view_t), intent(in) :: self
       type(state_t), intent(in) :: state

@@ -1,4 +1,4 @@
-!> The motion at an instant: a state, the rates at which it changes, and what drives it.
+!> The motion at an instant: a state, its rates, and the torques that cause them.
 module nutate_motion
    use nutate_hamiltonian, only: body_direction
    use nutate_kinds, only: wp
@@ -27,7 +27,7 @@ module nutate_motion
 
 contains
 
-   !> Angular velocities and momentum of a state, whatever round-off |q| has gathered.
+   !> Computes angular velocities and momentum of a state, independently of the round-off of |q|.
    pure subroutine find_motion(system, state, motion)
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
@@ -47,12 +47,12 @@ contains
       end associate
    end subroutine find_motion
 
-   !> The torques and the rates: J Ω̇ = L×Ω + τ - Σ s ḣ.
+   !> Computes the torques and the rates: J Ω̇ = L×Ω + τ - Σ s ḣ.
    pure subroutine find_rates(system, window_time, motion)
       type(system_t), intent(in) :: system
       !> Time that decides which torques act, s: inside the step that the state begins or ends.
       real(wp), intent(in) :: window_time
-      !> Found by `find_motion`.
+      !> Motion that `find_motion` computed.
       type(motion_t), intent(inout) :: motion
       real(wp) :: q(4), gamma(3), start, stop, piece(2), inner(3)
       integer :: i
@@ -82,7 +82,7 @@ contains
                                          (motion%potential_torque + motion%torque) - inner)
    end subroutine find_rates
 
-   !> The wheels' rates ḣ = u - cω, and Σ s ḣ.
+   !> Computes the wheels' rates ḣ = u - cω, and Σ s ḣ.
    pure subroutine turn_wheels(system, window_time, motion, inner)
       type(system_t), intent(in) :: system
       !> Time that decides which motors act, s.
@@ -109,11 +109,11 @@ contains
       end do
    end subroutine turn_wheels
 
-   !> The state that lies a time away along the tangent of a motion: q + q̇h, L + L̇h, and the wheels likewise.
+   !> Returns the state a time later along the tangent of a motion: q + q̇h, L + L̇h, and the wheels likewise.
    pure type(state_t) function displaced(motion, h) result(state)
-      !> With its rates.
+      !> Motion with its rates.
       type(motion_t), intent(in) :: motion
-      !> s.
+      !> Time h, s.
       real(wp), intent(in) :: h
       real(wp) :: rate(3)
       rate = cross(motion%momentum, motion%omega) + (motion%potential_torque + motion%torque)

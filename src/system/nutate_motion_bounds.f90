@@ -1,11 +1,10 @@
-!> Bounds of a motion over a time: how fast a body can turn and be rotated, whatever its attitude.
+!> Bounds of a motion over a time: limits of the angular velocity and acceleration of a body, for any attitude.
 !>
-!> With S² = 2T = ΩᵀJΩ the torques τ change S by no more than |τ|/√J₁, J₁ the least moment; what potentials that stand
-!> still do to S² is no more than twice their range. S bounds Ω and all that Euler's equations make of it. In principal
-!> axes S and |L| leave the polhodes a range about each axis, and what turns a body about one is the product of the
-!> speeds about the other two: nothing where their moments are equal, and the spin of a symmetric top is no part of what
-!> tilts its axis. All hold for the exact motion: whoever relies on them for a computed one leaves a margin for its
-!> errors.
+!> With S² = 2T = ΩᵀJΩ the torques τ change S by no more than |τ|/√J₁, J₁ the least moment; constant potentials change
+!> S² by no more than twice their range. S bounds Ω and all terms of Euler's equations. In principal axes S and |L|
+!> leave the polhodes a range about each axis. The gyroscopic torque about an axis is the product of the speeds about
+!> the other two: zero if their moments are equal, and the spin of a symmetric top does not tilt its axis. All bounds
+!> hold for the exact motion: a caller that applies them to a computed one leaves a margin for its errors.
 module nutate_motion_bounds
    use nutate_body, only: body_t
    use nutate_effect, only: LINEAR_SERIES, potential_t, torque_t
@@ -21,85 +20,84 @@ module nutate_motion_bounds
 
    public :: motion_bounds_t, speed_bounds_t, bound_motion
 
-   !> What is known of a system.
+   !> Bounds of a system that hold for every motion.
    type :: motion_bounds_t
-      !> All of its effects have bounds; the others are without meaning else.
+      !> All effects of the system have bounds; otherwise the other components have no meaning.
       logical :: known = .false.
-      !> Greatest torque of the potentials, of all effects but drag, and of those but potentials, N m; and drag over
-      !> |Ω|, N m s.
+      !> Greatest torque of the potentials, of all effects but drag, and of all but drag and potentials, N m; drag
+      !> torque over |Ω|, N m s.
       real(wp) :: potential_torque = 0.0_wp, torque = 0.0_wp, applied_torque = 0.0_wp, drag = 0.0_wp
-      !> |Ω·τ| over S² of drag, 1/s.
+      !> Power of the drag |Ω·τ| over S², 1/s.
       real(wp) :: decay = 0.0_wp
-      !> That of the potentials that are not linear, N m.
+      !> Greatest torque of the potentials that are not linear, N m.
       real(wp) :: curved_torque = 0.0_wp
-      !> The potentials depend on the attitude alone; and that against axes that stand still.
+      !> The potentials depend on the attitude alone; they do so, and the space axes do not rotate.
       logical :: potentials_stand = .true., energy_stands = .true.
-      !> Rate of change of what changes fastest with time, a torque or a frame, 1/s; how fast the space axes turn,
-      !> rad/s.
+      !> Fastest rate of change of a torque or a frame, 1/s; rate of rotation of the space axes, rad/s.
       real(wp) :: frequency = 0.0_wp, frame_speed = 0.0_wp
       !> Roots of the least and the greatest moment, √(kg m²).
       real(wp) :: least_root = 1.0_wp, greatest_root = 1.0_wp
       !> J, body axes, kg m², shape (3,3); h of the rotors, body axes, N m s, shape (3).
       real(wp) :: inertia(3, 3) = 0.0_wp, rotor(3) = 0.0_wp
-      !> Wheels; u of each, N m, and 1/Jw; shape (most_wheels). Their sum about each body axis, N m; shape (3).
+      !> Number of wheels; u of each, N m, and 1/Jw; shape (most_wheels). Sum of u about each body axis, N m; shape (3).
       integer :: n_wheels = 0
       real(wp), dimension(most_wheels) :: drives = 0.0_wp, inverse_wheels = 0.0_wp
       real(wp) :: wheel_torques(3) = 0.0_wp
       !> |JΩ×Ω| over S²; √(J⁻¹)ᵢᵢ, and the lengths of the rows of J⁻¹, shape (3).
       real(wp) :: gyration = 0.0_wp, root_inverse(3) = 0.0_wp, rows(3) = 0.0_wp
-      !> Torque of all effects but drag about each axis of the space, N m; shape (3).
+      !> Torque of all effects but drag about each space axis, N m; shape (3).
       real(wp) :: space_torques(3) = 0.0_wp
-      !> The body axes are principal axes, and the moments not too far from each other; what follows is without meaning
-      !> else.
+      !> The body axes are principal axes, and the moments not too far from each other; otherwise the components below
+      !> have no meaning.
       logical :: by_axes = .false.
       !> Moments, kg m²; torques about each body axis: of all effects but drag, of the potentials, N m, and of drag over
       !> |Ω|, N m s; shape (3).
       real(wp), dimension(3) :: moments = 1.0_wp, axis_torques = 0.0_wp, axis_potentials = 0.0_wp, axis_drags = 0.0_wp
-      !> |Jⱼ - Jₖ|/Jᵢ; G/(G - Jᵢ) and K/(Jᵢ - K) with G the greatest and K the least moment, 0 where that is not a
-      !> number to compute with; shape (3).
+      !> |Jⱼ - Jₖ|/Jᵢ; G/(G - Jᵢ) and K/(Jᵢ - K) with G the greatest and K the least moment, 0 if the difference is too
+      !> small; shape (3).
       real(wp), dimension(3) :: products = 0.0_wp, below_greatest = 0.0_wp, above_least = 0.0_wp
       !> Axis of a symmetric body, with its rotor along it, without wheels; 0: none.
       integer :: axis = 0
    contains
-      !> What potentials can give to S².
+      !> Returns the greatest increase of S² by the potentials.
       procedure :: room
-      !> What holds over a time.
+      !> Returns bounds over a time.
       procedure :: within
    end type motion_bounds_t
 
-   !> What holds over a time.
+   !> Bounds of a motion over a time.
    type :: speed_bounds_t
-      !> The numbers are of a size that can be computed with; they are without meaning else.
+      !> The numbers are small enough to compute with; otherwise the other components have no meaning.
       logical :: known = .false.
       !> S, √J; |Ω|, rad/s; |L|, N m s.
       real(wp) :: root_energy = 0.0_wp, speed = 0.0_wp, momentum = 0.0_wp
-      !> The torque of all effects, N m. Rates of the kinetic, of the potential and of the total energy and of the
-      !> Jacobi integral, W; negative: not known.
+      !> Torque of all effects, N m. Rates of the kinetic, of the potential and of the total energy and of the Jacobi
+      !> integral, W; negative: not known.
       real(wp) :: torque = 0.0_wp, kinetic_rate = 0.0_wp, potential_rate = 0.0_wp, total_rate = 0.0_wp, &
          jacobi_rate = 0.0_wp
       !> |Ω| about each axis, rad/s, and across axis 3; |Ω̇|, rad/s², of each component and in all; |L| and |L̇| about
-      !> each body axis, N m s and N m, and |l̇| about each of the space; shape (3).
+      !> each body axis, N m s and N m, and |l̇| about each space axis; shape (3).
       real(wp), dimension(3) :: axis_speeds = 0.0_wp, accelerations = 0.0_wp, axis_momenta = 0.0_wp, &
          axis_momentum_rates = 0.0_wp, space_torques = 0.0_wp
       real(wp) :: tilting = 0.0_wp, acceleration = 0.0_wp
-      !> How fast the space axes turn, rad/s; what is seen from them moves as much faster.
+      !> Rate of rotation of the space axes, rad/s, by which rates relative to them may be larger.
       real(wp) :: frame_speed = 0.0_wp
-      !> Of each wheel |ḣ|, N m, and that of its speed, rad/s²; shape (most_wheels).
+      !> |ḣ| of each wheel, N m, and rate of its speed, rad/s²; shape (most_wheels).
       real(wp), dimension(most_wheels) :: drives = 0.0_wp, wheel_rates = 0.0_wp
    end type speed_bounds_t
 
-   !> Squares of what is greater may not be numbers; nor may products with ratios that are.
+   !> Largest values: squares of larger ones may overflow, and so may products with larger ratios.
    real(wp), parameter :: most = 1e60_wp, most_ratio = 1e6_wp, most_exponent = 100.0_wp
-   !> What the errors of a computed motion may add: to S² and |L|² where their difference counts, and to the speed
-   !> across an axis in parts of the whole.
+   !> Margins for the errors of a computed motion: of S² and |L|² in their difference, and of the speed across an axis
+   !> relative to the whole speed.
    real(wp), parameter :: slack_of_squares = 0.02_wp, slack_of_speed = 1e-3_wp
 
-   !> Bounds are asked for in the step of length zero, at every attitude.
+   !> Arguments of `bound` for a step of length zero, and for every attitude.
    real(wp), parameter :: at_once = 0.0_wp, any_attitude = 2.0_wp
 
 contains
 
-   !> The bounds of a system as it is, with the effects that are on.
+   !> Returns the bounds of a system in its present configuration, with the effects that are on.
    pure function bound_motion(system) result(bounds)
       type(system_t), intent(in) :: system
       type(motion_bounds_t) :: bounds
@@ -123,7 +121,7 @@ contains
          bounds%energy_stands = bounds%potentials_stand .and. .not. effects%frame_turns
          bounds%drag = others%drag_slope
          bounds%potential_torque = potentials%force
-         ! What resists the rotation against axes that turn pushes as fast as they do.
+         ! Drag against rotating axes also acts on a body at rest, by no more than the drag times their rate.
          bounds%applied_torque = others%force + bounds%drag*bounds%frame_speed
          bounds%torque = bounds%potential_torque + bounds%applied_torque
          bounds%inertia = body%inertia
@@ -140,7 +138,7 @@ contains
       end associate
    end function bound_motion
 
-   !> Adds a torque. Where it is -DΩ the power of its drag is no more than ‖√J⁻¹ D √J⁻¹‖ S².
+   !> Adds a torque. The drag of a torque -DΩ has a power of no more than ‖√J⁻¹ D √J⁻¹‖ S².
    pure subroutine add_torque(torque, body, whole, bounds, total)
       class(torque_t), intent(in) :: torque
       type(body_t), intent(in) :: body
@@ -163,7 +161,7 @@ contains
       end if
    end subroutine add_torque
 
-   !> √J⁻¹, body axes, 1/√(kg m²); shape (3,3).
+   !> Returns √J⁻¹, body axes, 1/√(kg m²); shape (3,3).
    pure function inverse_root(body) result(root)
       type(body_t), intent(in) :: body
       real(wp) :: root(3, 3)
@@ -176,8 +174,8 @@ contains
       end do
    end function inverse_root
 
-   !> Adds what wheels do to the body: their motors' torques, and nothing to the momentum of all. Friction, which
-   !> depends on their speeds, has no bound here.
+   !> Adds the torques of the wheels' motors on the body; they do not change the total momentum. Friction, which depends
+   !> on the speeds of the wheels, has no bound here.
    pure subroutine add_wheels(system, whole, bounds, total)
       type(system_t), intent(in) :: system
       type(linear_map_t), intent(in) :: whole
@@ -199,7 +197,7 @@ contains
       end do
    end subroutine add_wheels
 
-   !> Adds a potential: it turns about no axis that lies along its direction.
+   !> Adds a potential: it has no torque about its own direction.
    pure subroutine add_potential(potential, whole, bounds, total)
       class(potential_t), intent(in) :: potential
       type(linear_map_t), intent(in) :: whole
@@ -217,7 +215,7 @@ contains
       end do
    end subroutine add_potential
 
-   !> What is known about each axis of a body whose body axes are principal axes.
+   !> Computes the bounds about each axis of a body whose body axes are principal axes.
    pure subroutine bound_axes(system, bounds)
       type(system_t), intent(in) :: system
       type(motion_bounds_t), intent(inout) :: bounds
@@ -260,7 +258,7 @@ contains
       end associate
    end subroutine bound_axes
 
-   !> The projection onto some of the axes; shape (3,3).
+   !> Returns the projection onto some of the axes; shape (3,3).
    pure function onto(axes) result(matrix)
       integer, intent(in) :: axes(:)
       real(wp) :: matrix(3, 3)
@@ -271,10 +269,10 @@ contains
       end do
    end function onto
 
-   !> Greatest |JΩ×Ω| where ΩᵀJΩ = 1: with the shares x, y, z of that one in the three axes, its component about the
-   !> first is 2c√(yz), c = |J₂ - J₃|/(2√(J₂J₃)); the sum of the squares is no more than 4/3 of the greatest c².
+   !> Returns the greatest |JΩ×Ω| where ΩᵀJΩ = 1: with the shares x, y, z of ΩᵀJΩ in the three axes, its component about
+   !> the first is 2c√(yz), c = |J₂ - J₃|/(2√(J₂J₃)); the sum of the squares is no more than 4/3 of the greatest c².
    pure real(wp) function gyration_of(moments) result(greatest)
-      !> kg m²; shape (3).
+      !> Principal moments, kg m²; shape (3).
       real(wp), intent(in) :: moments(3)
       integer :: i, j, k
       greatest = 0.0_wp
@@ -286,8 +284,9 @@ contains
       greatest = sqrt(4.0_wp/3)*greatest
    end function gyration_of
 
-   !> What the potentials can give to S² from a motion on, J: twice their energy above the least that they can have.
-   !> That of a linear one is known; of others the range is no more than half a turn against the greatest torque.
+   !> Returns the greatest increase of S² by the potentials from a motion on, J: twice their energy above its least
+   !> value. This energy is known for a linear potential; for others it is no more than half a revolution against the
+   !> greatest torque.
    pure real(wp) function room(self, system, motion)
       class(motion_bounds_t), intent(in) :: self
       type(system_t), intent(in) :: system
@@ -310,16 +309,15 @@ contains
       end associate
    end function room
 
-   !> What holds from a motion on, for a time, forward or backward: torques F change S by
-   !> no more than F/√J₁, and drag by no more than a part d of it in a unit of time, so that S grows by no more than the
-   !> factor e^(dt) after Ft/√J₁ were added to it (Grönwall); |L| is no more than √J₃ S + |h|, and changes by no more
-   !> than the torques.
+   !> Returns bounds from a motion on, for a time, forward or backward. Torques F change S by no more than F/√J₁, and
+   !> drag by no more than a part d of it in a unit of time, so that S grows by no more than the factor e^(dt) after
+   !> Ft/√J₁ were added to it (Grönwall). |L| is no more than √J₃ S + |h|, and changes by no more than the torques.
    pure function within(self, motion, room, time) result(speeds)
       class(motion_bounds_t), intent(in) :: self
       type(motion_t), intent(in) :: motion
-      !> As `room` has it, J.
+      !> Increase of S² that `room` returned, J.
       real(wp), intent(in) :: room
-      !> s, not negative.
+      !> Time, s, not negative.
       real(wp), intent(in) :: time
       type(speed_bounds_t) :: speeds
       real(wp) :: start, growth, exponent, spin(3), inner(3)
@@ -361,8 +359,9 @@ contains
       end associate
    end function within
 
-   !> Rates of the energy and of the Jacobi integral H - ω·l, to which potentials that stand add nothing: the torques'
-   !> power Ω·τ and what the axes' rotating ω takes from the potentials, ω·τ; and (Ω - ω)·τ.
+   !> Bounds the rates of the energy and of the Jacobi integral H - ω·l, to which constant potentials add nothing. For
+   !> the energy: the power Ω·τ of the torques, and ω·τ of the potentials in axes that rotate at ω. For the Jacobi
+   !> integral: (Ω - ω)·τ.
    pure subroutine bound_energies(self, speeds)
       class(motion_bounds_t), intent(in) :: self
       type(speed_bounds_t), intent(inout) :: speeds
@@ -375,28 +374,28 @@ contains
       speeds%jacobi_rate = -1.0_wp
    end subroutine bound_energies
 
-   !> No more can √(2E) be after a time, E a kinetic energy: it changes by no more than |τ|/√J₁. Nor can √(2E + 2U), U
-   !> the potentials above their least value, change by more than what the other torques do, and 2U is no more than
-   !> `room` at first.
+   !> Returns an upper bound of √(2E) after a time, E a kinetic energy: it changes by no more than |τ|/√J₁. With U the
+   !> potentials above their least value, √(2E + 2U) changes by no more than the other torques allow, and 2U is no more
+   !> than `room` at first.
    pure real(wp) function reached(self, start, time, room) result(root)
       class(motion_bounds_t), intent(in) :: self
-      !> At first, √J.
+      !> Initial √(2E), √J.
       real(wp), intent(in) :: start
-      !> s.
+      !> Time, s.
       real(wp), intent(in) :: time
-      !> What potentials can add to 2E, J; huge: as much as their torques can.
+      !> Greatest increase of 2E by the potentials, J; huge: bounded by their torques alone.
       real(wp), intent(in) :: room
       root = start
       if (self%torque > 0.0_wp) root = start + self%torque*time/self%least_root
       if (room < most) root = min(root, sqrt(start*start + room) + self%applied_torque*time/self%least_root)
    end function reached
 
-   !> What follows from S for any axes: Ωᵢ = eᵢ·√J⁻¹(√JΩ), and JΩ̇ = L×Ω + τ with a part JΩ×Ω of L×Ω.
+   !> Computes the bounds that follow from S in any axes: Ωᵢ = eᵢ·√J⁻¹(√JΩ), and JΩ̇ = L×Ω + τ with a part JΩ×Ω of L×Ω.
    pure subroutine bound_at_large(self, inner, speeds)
       class(motion_bounds_t), intent(in) :: self
       !> |h| of rotors and wheels, N m s; shape (3).
       real(wp), intent(in) :: inner(3)
-      !> Its S, speed, torque and momentum known.
+      !> Bounds of which S, speed, torque and momentum are set.
       type(speed_bounds_t), intent(inout) :: speeds
       real(wp) :: momentum_rate
       associate (s => speeds%root_energy, speed => speeds%speed)
@@ -404,7 +403,7 @@ contains
          speeds%axis_speeds = s*self%root_inverse
          speeds%tilting = sqrt(speeds%axis_speeds(1)**2 + speeds%axis_speeds(2)**2)
          speeds%accelerations = self%rows*momentum_rate
-         ! A matrix is no more than √3 times the longest of its rows.
+         ! The norm of a matrix is no more than √3 times the longest of its rows.
          speeds%acceleration = 2*maxval(self%rows)*momentum_rate
          speeds%axis_momenta = speeds%momentum
          speeds%axis_momentum_rates = momentum_rate
@@ -413,19 +412,19 @@ contains
       end associate
    end subroutine bound_at_large
 
-   !> What follows in principal axes: JᵢΩ̇ᵢ = (Jⱼ - Jₖ)ΩⱼΩₖ + (h×Ω)ᵢ + τᵢ, and 2√(JⱼJₖ)|ΩⱼΩₖ| ≤ S². About the axis of a
-   !> symmetric body no gyroscopic torque does work on the rotation across it, whose energy has the bound of `reached`;
-   !> with potentials that do not turn about the axis, or else with all that their torques can do.
+   !> Computes the bounds in principal axes: JᵢΩ̇ᵢ = (Jⱼ - Jₖ)ΩⱼΩₖ + (h×Ω)ᵢ + τᵢ, and 2√(JⱼJₖ)|ΩⱼΩₖ| ≤ S². In a
+   !> symmetric body no gyroscopic torque does work on the rotation across its axis, whose energy has the bound of
+   !> `reached`: with `room` for potentials without torque about the axis, otherwise with all that their torques can do.
    pure subroutine bound_by_axes(self, motion, inner, room, time, start, growth, speeds)
       class(motion_bounds_t), intent(in) :: self
       type(motion_t), intent(in) :: motion
       !> |h| of rotors and wheels, N m s; shape (3).
       real(wp), intent(in) :: inner(3)
-      !> What potentials can add to S², J.
+      !> Greatest increase of S² by the potentials, J.
       real(wp), intent(in) :: room
-      !> s; S at first; its growth by drag.
+      !> Time, s; S at first; its growth by drag.
       real(wp), intent(in) :: time, start, growth
-      !> Its S, speed, torque and momentum known.
+      !> Bounds of which S, speed, torque and momentum are set.
       type(speed_bounds_t), intent(inout) :: speeds
       real(wp) :: across
       integer :: i, j, k
@@ -438,7 +437,7 @@ contains
             k = 1 + modulo(axis + 1, 3)
             across = reached(self, sqrt(self%moments(j)*(motion%omega(j)**2 + motion%omega(k)**2)), time, &
                              merge(huge(room), room, self%axis_potentials(axis) > 0.0_wp))
-            ! Drag against the spin may push across the axis.
+            ! Drag against the spin may accelerate the rotation across the axis.
             if (self%drag > 0.0_wp) across = across + self%drag*speeds%speed*time/self%least_root
             across = across*self%root_inverse(j) + slack_of_speed*speeds%speed
             w(j) = min(w(j), across)
@@ -464,22 +463,22 @@ contains
       end associate
    end subroutine bound_by_axes
 
-   !> The range about each axis that S and |L| leave: Σ Jᵢ(c - Jᵢ)Ωᵢ² = cS² - |L|² has terms of one sign where c is the
-   !> greatest moment, and where it is the least, so that none is more than the sum. It takes the least S, which falls
-   !> by no more than e^(-dt) and then Ft/√J₁, and the least |L|.
+   !> Bounds the speed about each axis by S and |L|: Σ Jᵢ(c - Jᵢ)Ωᵢ² = cS² - |L|² has terms of one sign if c is the
+   !> greatest moment, or the least, so that none is more than the sum. The bound requires the least S, which falls by
+   !> no more than e^(-dt) and then Ft/√J₁, and the least |L|.
    pure subroutine bound_polhode(self, motion, time, start, growth, speeds)
       class(motion_bounds_t), intent(in) :: self
       type(motion_t), intent(in) :: motion
-      !> s; S at first; its growth by drag.
+      !> Time, s; S at first; its growth by drag.
       real(wp), intent(in) :: time, start, growth
-      !> Its S, speed, torque, momentum and speeds about the axes known.
+      !> Bounds of which S, speed, torque, momentum and speeds about the axes are set.
       type(speed_bounds_t), intent(inout) :: speeds
       real(wp) :: least_s, least_l, high, low
       integer :: i
       associate (s => speeds%root_energy, w => speeds%axis_speeds)
          least_s = max(start/growth - self%torque*time/self%least_root, 0.0_wp)
          least_l = max(vector_length(motion%momentum) - speeds%torque*time, 0.0_wp)
-         ! The sums over the greatest moment, and over the least.
+         ! Sums over the greatest moment, and over the least.
          high = max((1 + slack_of_squares)*s*s - (least_l/self%greatest_root)**2, 0.0_wp)
          low = max((1 + slack_of_squares)*(speeds%momentum/self%least_root)**2 - least_s*least_s, 0.0_wp)
          do i = 1, 3

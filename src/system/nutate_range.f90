@@ -1,5 +1,5 @@
-!> What can be computed with: systems, attitudes, motions and steps within the limits of `nutate_limits`. Scene files, C
-!> and FORTRAN 77 ask here before a run, and every method before its first step.
+!> Checks of systems, attitudes, motions and steps against the limits of `nutate_limits`. Scene files, C and FORTRAN 77
+!> call them before a run, and every method before its first step.
 module nutate_range
    use nutate_effect, only: effect_t
    use nutate_hamiltonian, only: angular_velocity
@@ -19,8 +19,8 @@ module nutate_range
 
 contains
 
-   !> Errors: `NUTATE_BAD_BODY` for a body that was not made; `NUTATE_BAD_ARGUMENT` for an effect whose numbers, energy
-   !> or torque are too large.
+   !> Checks a system. Errors: `NUTATE_BAD_BODY` for a body that was not made; `NUTATE_BAD_ARGUMENT` for an effect whose
+   !> numbers, energy or torque are too large.
    pure subroutine check_system(system, status)
       type(system_t), intent(in) :: system
       type(status_t), intent(out) :: status
@@ -46,7 +46,7 @@ contains
       end associate
    end subroutine check_system
 
-   !> Errors: `NUTATE_BAD_ARGUMENT` for an effect whose numbers, energy or torque are too large.
+   !> Checks an effect. Errors: `NUTATE_BAD_ARGUMENT` for an effect whose numbers, energy or torque are too large.
    pure subroutine check_strength(effect, status)
       class(effect_t), intent(in) :: effect
       type(status_t), intent(out) :: status
@@ -59,7 +59,8 @@ contains
                         'energy and torque up to '//in_words(greatest_number)//' in SI units)')
    end function too_strong
 
-   !> Errors: `NUTATE_BAD_ARGUMENT` for a given attitude that is no unit quaternion to the digits it is given with.
+   !> Checks an attitude. Errors: `NUTATE_BAD_ARGUMENT` for one that is not a unit quaternion to the digits it is given
+   !> with.
    pure subroutine check_attitude(q, status)
       !> Body→space; shape (4).
       real(wp), intent(in) :: q(4)
@@ -81,8 +82,8 @@ contains
       end if
    end subroutine check_attitude
 
-   !> Errors: `NUTATE_BAD_ARGUMENT` for a state whose time, momentum or energy, or whose damping, is not finite or too
-   !> large.
+   !> Checks a state. Errors: `NUTATE_BAD_ARGUMENT` for a state whose time, momentum or energy, or whose damping, is not
+   !> finite or too large.
    pure subroutine check_motion(system, state, status)
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
@@ -118,13 +119,13 @@ contains
                       '|p||omega| up to '//in_words(greatest_number)//' in SI units)', 'angular_velocity')
    end function too_fast
 
-   !> Errors: `NUTATE_BAD_ARGUMENT` for a step that is zero, not finite, too short or too long, for any body or for this
-   !> motion.
+   !> Checks a step. Errors: `NUTATE_BAD_ARGUMENT` for a step that is zero, not finite, too short or too long, for any
+   !> body or for this motion.
    pure subroutine check_step(system, state, dt, status)
       type(system_t), intent(in) :: system
-      !> Passes `check_motion`.
+      !> State that passes `check_motion`.
       type(state_t), intent(in) :: state
-      !> s
+      !> Length of the step, s.
       real(wp), intent(in) :: dt
       type(status_t), intent(out) :: status
       if (.not. is_step(dt)) then
@@ -139,12 +140,12 @@ contains
       end if
    end subroutine check_step
 
-   !> Errors: those of `check_motion` and `check_step`; `NUTATE_BAD_ARGUMENT` for a state that is none. A run starts
-   !> within the limits of `check_attitude`.
+   !> Checks the initial state of a run, within the limits of `check_attitude`. Errors: those of `check_motion` and
+   !> `check_step`; `NUTATE_BAD_ARGUMENT` for a state without an attitude.
    pure subroutine check_start(system, state, dt, status)
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
-      !> s
+      !> Length of the step, s.
       real(wp), intent(in) :: dt
       type(status_t), intent(out) :: status
       real(wp) :: momentum
@@ -162,7 +163,7 @@ contains
       end if
    end subroutine check_start
 
-   !> |q| is within a factor of two of 1.
+   !> Returns true if |q| is within a factor of two of 1.
    pure logical function is_attitude(q)
       real(wp), intent(in) :: q(4)
       is_attitude = all(is_moderate(q))

@@ -1,5 +1,4 @@
-!> Wheels are a part of the body that they are mounted in: what is left to turn with it has less inertia about their
-!> axes.
+!> Wheels as a part of the body that they are mounted in: the rest of the body has less inertia about their axes.
 module nutate_wheel_mounting
    use nutate_body, only: body_t, without
    use nutate_kinds, only: wp
@@ -18,7 +17,7 @@ contains
    !> without the inertia of the wheel about its axis. Effects that depend on the body use the whole one (`whole_body`).
    !>
    !> Errors, with the system unchanged: `NUTATE_BAD_ARGUMENT` for too many wheels, or an invalid one; `NUTATE_BAD_BODY`
-   !> where the wheels have more inertia than the body with them.
+   !> if the wheels have more inertia than the body with them.
    subroutine add_wheel(system, wheel, status)
       type(system_t), intent(inout) :: system
       type(wheel_t), intent(in) :: wheel
@@ -52,7 +51,7 @@ contains
       if (status%ok()) system%body = rest
    end subroutine mount_wheels
 
-   !> Σ Jw ssᵀ, body axes, kg m²; shape (3,3).
+   !> Returns Σ Jw ssᵀ, body axes, kg m²; shape (3,3).
    pure function spinning_inertia(system) result(inertia)
       type(system_t), intent(in) :: system
       real(wp) :: inertia(3, 3)
@@ -69,7 +68,7 @@ contains
       end do
    end function spinning_inertia
 
-   !> True if the wheels of a system have been taken from its body: what every method asks.
+   !> Returns true if the inertia of all wheels of a system has been subtracted from its body, as every method requires.
    pure logical function are_mounted(system)
       type(system_t), intent(in) :: system
       type(body_t) :: rest
