@@ -1,4 +1,4 @@
-!> The Cayley map c = (1+b)∘(1-b)⁻¹ of a step, b = ¼Δt Ω̄, to more digits than its numbers have.
+!> The Cayley map c = (1+b)∘(1-b)⁻¹ of a step, b = ¼Δt Ω̄, with more digits than double precision has.
 module nutate_cayley
    use nutate_kinds, only: wp
    implicit none
@@ -8,14 +8,14 @@ module nutate_cayley
 
 contains
 
-   !> β = |b|² and 2/(1+β), with which c - 1 = 2(b - β)/(1+β), and by how much the c that they make is longer than 1:
-   !> a part of ε, but of a steady spin the same part in every step. The digits that rounding takes come from products
-   !> of halves, which are exact.
+   !> Computes β = |b|² and 2/(1+β), with which c - 1 = 2(b - β)/(1+β), and the relative excess of the length of this c:
+   !> a part of ε, but in a steady spin the same part in every step. The digits lost by rounding are computed from
+   !> products of halves, which are exact.
    pure subroutine measure_turn(b, beta, factor, excess)
-      !> |b| below 1, as in every step that is taken; shape (3).
+      !> b, |b| below 1, as in every accepted step; shape (3).
       real(wp), intent(in) :: b(3)
       real(wp), intent(out) :: beta, factor, excess
-      !> Sums with it are whole multiples of 2⁻²⁵, whose products have 50 digits after the point.
+      !> Sums with this number are integer multiples of 2⁻²⁵, whose products have 50 digits after the point.
       real(wp), parameter :: coarse = 1.5_wp*2.0_wp**27
       real(wp) :: h1, h2, h3, high, low, lost, factor_half, beta_half, missing
       h1 = (b(1) + coarse) - coarse

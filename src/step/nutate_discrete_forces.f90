@@ -1,4 +1,4 @@
-!> What the effects do in one step of the conserving scheme: their generalised force at mid step and its derivatives.
+!> Effects in one step of the conserving scheme: their generalised force at mid step and its derivatives.
 !>
 !> A step is seen from the frame `u` of its start: q = u∘x, so that x0 = (|q0|, 0, 0, 0). Every effect then enters as a
 !> body quantity `s = [s0, τ]` at mid step with the force `f = 2 x̄∘s/|x̄|²`, whose work in the step is exactly Δt Ω̄·τ.
@@ -7,10 +7,10 @@
 !> derivative ∂V*/∂x = γ'(x̄)ᵀ∇̄U has Δx·∂V*/∂x = ΔV exactly. Since `γ'(x̄)ᵀg = 2 x̄∘[γ·g, g×γ]/|x̄|²`, its force
 !> -∂V*/∂x is that of s = [-γ(x̄)·∇̄U, γ(x̄)×∇̄U].
 !>
-!> **Projection**, equation (11) of Nielsen & Krenk (2012). I - x̄x̄ᵀ/x̄ᵀx̄ removes the part of a force along x̄. In
-!> f that is the scalar part of s, and nothing else: the projection is the *absence* of a scalar part, s = [0, τ] in the
-!> place of s = [-γ(x̄)·∇̄U, τ]. Nothing is multiplied by a projector anywhere; `self%projection` keeps the scalar part
-!> out in `evaluate` and `add_potential_derivative`.
+!> **Projection**, equation (11) of Nielsen & Krenk (2012). I - x̄x̄ᵀ/x̄ᵀx̄ removes the part of a force along x̄. In f
+!> this part is the scalar part of s, and nothing else: the projection is the *absence* of a scalar part, s = [0, τ]
+!> instead of s = [-γ(x̄)·∇̄U, τ]. No projector is ever multiplied; `self%projection` suppresses the scalar part in
+!> `evaluate` and `add_potential_derivative`.
 module nutate_discrete_forces
    use nutate_effect, only: LINEAR_SERIES
    use nutate_effect_list, only: effect_list_t
@@ -23,11 +23,11 @@ module nutate_discrete_forces
 
    public :: discrete_forces_t
 
-   !> The effects of one step, with what of them stays the same during its iteration.
+   !> The effects of one step, with the data that do not change during its iteration.
    type :: discrete_forces_t
       !> There is an effect that exerts a force.
       logical :: active = .false.
-      !> One of them depends on the attitude.
+      !> At least one of them depends on the attitude.
       logical :: by_attitude = .false.
       !> The projection (11): s has no scalar part. Without it potentials have a force along q too.
       logical :: projection = .true.
@@ -39,41 +39,42 @@ module nutate_discrete_forces
       real(wp), allocatable :: direction(:, :)
       !> γ at the start of the step; shape (3, number of potentials).
       real(wp), allocatable :: gamma0(:, :)
-      !> ∇U of potentials for which it is constant, and which these are: `turn` need not ask them. Shape (3, number of
-      !> potentials) and (number of potentials).
+      !> ∇U of potentials for which it is constant, and which potentials these are; `turn` does not evaluate them. Shape
+      !> (3, number of potentials) and (number of potentials).
       real(wp), allocatable :: slope(:, :)
       logical, allocatable :: is_linear(:)
-      !> All effects are such potentials; R(u), shape (3,3), where there are potentials.
+      !> All effects are potentials with constant ∇U; R(u), shape (3,3), if there are potentials.
       logical :: in_fields = .false.
       real(wp) :: columns(3, 3) = 0.0_wp
-      !> The torque acts in this step; shape (number of torques). What has the number 0 is not allocated.
+      !> The torque acts in this step; shape (number of torques). Not allocated if there are no torques.
       logical, allocatable :: acts(:)
    contains
-      !> Allocates for the effects of a system.
+      !> Allocates the arrays for the effects of a system.
       procedure :: prepare
       !> Starts a step.
       procedure :: start
-      !> s = [s0, τ] for an end of the step.
+      !> Computes s = [s0, τ] for an end of the step.
       procedure :: evaluate
-      !> s and its derivatives.
+      !> Computes s and its derivatives.
       procedure :: linearize
-      !> τ of a step that turns a unit attitude by a Cayley map.
+      !> Computes τ of a step that rotates a unit attitude by a Cayley map.
       procedure :: turn
-      !> The same in nothing but uniform fields.
+      !> Computes τ as `turn` does, if all effects are uniform fields.
       procedure :: turn_in_fields
-      !> The same and its derivatives.
+      !> Computes τ as `turn` does, and its derivatives.
       procedure :: linearize_turn
-      !> What of the torque resists the rotation, and how it changes with time.
+      !> Computes the part of the torque that is proportional to the rate, and the rate of change of the torque with
+      !> time.
       procedure :: split_turn
-      !> Work of each torque in the step.
+      !> Computes the work of each torque in the step.
       procedure :: get_work
-      !> Moves them to another place.
+      !> Moves the allocated arrays to another variable.
       procedure :: move_to
    end type discrete_forces_t
 
 contains
 
-   !> Allocates for the effects of a system.
+   !> Allocates the arrays for the effects of a system.
    pure subroutine prepare(self, effects, projection)
       class(discrete_forces_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
@@ -99,7 +100,7 @@ contains
       self%in_fields = effects%n_torques == 0 .and. all(self%is_linear)
    end subroutine prepare
 
-   !> Moves them to another place, without a copy of what is allocated; they have to be moved back.
+   !> Moves the allocated arrays to another variable, without a copy; they must be moved back.
    pure subroutine move_to(self, other)
       class(discrete_forces_t), intent(inout) :: self
       type(discrete_forces_t), intent(inout) :: other
@@ -123,7 +124,7 @@ contains
       real(wp), intent(in) :: t
       !> u, unit quaternion, body→space; shape (4).
       real(wp), intent(in) :: frame(4)
-      !> |q0|
+      !> Norm |q0|.
       real(wp), intent(in) :: norm
       !> Time that decides which torques act, s; default: `t`.
       real(wp), intent(in), optional :: window_time
@@ -151,7 +152,7 @@ contains
       end do
    end subroutine start
 
-   !> s = [s0, τ] for a step that ends at x1. τ is the sum of γ(x̄)×∇̄U(γ0, γ1), the finite derivatives of the
+   !> Computes s = [s0, τ] for a step that ends at x1. τ is the sum of γ(x̄)×∇̄U(γ0, γ1), the finite derivatives of the
    !> potentials, and of the torques at t̄, x̄/|x̄|, Ω̄. s0 = 0 is the projection (11); without it s0 = -Σ γ(x̄)·∇̄U.
    pure subroutine evaluate(self, effects, x1, xm, omega, s)
       class(discrete_forces_t), intent(in) :: self
@@ -179,7 +180,7 @@ contains
       end do
    end subroutine evaluate
 
-   !> s, ∂s/∂x1 (x̄ moving with x1, Ω̄ fixed) and ∂τ/∂Ω̄.
+   !> Computes s, ∂s/∂x1 (x̄ moving with x1, Ω̄ fixed) and ∂τ/∂Ω̄.
    pure subroutine linearize(self, effects, x1, xm, omega, s, by_x, by_rate)
       class(discrete_forces_t), intent(in) :: self
       type(effect_list_t), intent(in) :: effects
@@ -241,7 +242,7 @@ contains
       end do
    end subroutine add_potential_derivative
 
-   !> τ at mid step for the rotation c = (1+b)∘(1-b)⁻¹ of a unit attitude: what `evaluate` gives for x1 = c,
+   !> Computes τ at mid step for the rotation c = (1+b)∘(1-b)⁻¹ of a unit attitude: the result of `evaluate` for x1 = c,
    !> x̄ = (1+b)/(1+|b|²), always projected.
    pure subroutine turn(self, effects, b, rate, tau)
       class(discrete_forces_t), intent(in) :: self
@@ -250,7 +251,7 @@ contains
       real(wp), intent(in) :: b(3)
       !> 4/Δt, 1/s.
       real(wp), intent(in) :: rate
-      !> Body axes, N m; shape (3).
+      !> τ, body axes, N m; shape (3).
       real(wp), intent(out) :: tau(3)
       real(wp) :: middle(3), gradient(3), attitude(4), one(3), shrink, square, t1, t2, t3
       integer :: i
@@ -285,22 +286,22 @@ contains
       tau(3) = t3
    end subroutine turn
 
-   !> τ as `turn` gives it, up to rounding, where all effects are potentials that are linear in a direction.
+   !> Computes τ as `turn` does, up to rounding, if all effects are potentials that are linear in a direction.
    pure subroutine turn_in_fields(self, b, stretch, tau)
       class(discrete_forces_t), intent(in) :: self
       !> b = ¼Δt Ω̄, shape (3), and 1 + |b|².
       real(wp), intent(in) :: b(3), stretch
-      !> Body axes, N m; shape (3).
+      !> τ, body axes, N m; shape (3).
       real(wp), intent(out) :: tau(3)
       call sum_fields(size(self%slope, 2), self%direction, self%slope, b, stretch, tau)
    end subroutine turn_in_fields
 
-   !> The same from directions and gradients.
+   !> Computes τ as `turn_in_fields` does, from directions and gradients.
    pure subroutine sum_fields(n_fields, direction, gradient, b, stretch, tau)
       integer, intent(in) :: n_fields
       !> R(u)ᵀn and ∇U; shape (3, n_fields).
       real(wp), intent(in) :: direction(3, n_fields), gradient(3, n_fields)
-      !> As of `turn_in_fields`.
+      !> b and 1 + |b|² as in `turn_in_fields`.
       real(wp), intent(in) :: b(3), stretch
       real(wp), intent(out) :: tau(3)
       real(wp) :: along, x, y, z, t1, t2, t3, shrink
@@ -308,7 +309,7 @@ contains
       t1 = 0.0_wp
       t2 = 0.0_wp
       t3 = 0.0_wp
-      ! Of one field or two: vectors of fields would only be made ready for.
+      ! For one or two fields the preparation of vector instructions costs more than it saves.
       !GCC$ novector
       do i = 1, n_fields
          associate (n => direction(:, i), g => gradient(:, i))
@@ -327,8 +328,8 @@ contains
       tau(3) = shrink*t3
    end subroutine sum_fields
 
-   !> τ as `turn` gives it, and ∂τ/∂b. A change δb turns the attitude at mid step by θ = 2(δb - b×δb)/(1+|b|²) in body
-   !> axes there, that at the end by θ + R(c½)ᵀθ, and scales x̄.
+   !> Computes τ as `turn` does, and ∂τ/∂b. A change δb rotates the attitude at mid step by θ = 2(δb - b×δb)/(1+|b|²) in
+   !> body axes there, and the attitude at the end by θ + R(c½)ᵀθ, and scales x̄.
    pure subroutine linearize_turn(self, effects, b, rate, tau, by_b)
       class(discrete_forces_t), intent(in) :: self
       type(effect_list_t), intent(in) :: effects
@@ -336,7 +337,7 @@ contains
       real(wp), intent(in) :: b(3)
       !> 4/Δt, 1/s.
       real(wp), intent(in) :: rate
-      !> Body axes, N m; shape (3).
+      !> τ, body axes, N m; shape (3).
       real(wp), intent(out) :: tau(3)
       !> ∂τ/∂b; shape (3,3).
       real(wp), intent(out) :: by_b(3, 3)
@@ -363,12 +364,12 @@ contains
       end do
    end subroutine linearize_turn
 
-   !> Adds τ of one potential and its derivative by b.
+   !> Adds τ of one potential and its derivative with respect to b.
    pure subroutine add_rotated_potential(self, effects, i, b, turns, tau, by_b)
       type(discrete_forces_t), intent(in) :: self
       type(effect_list_t), intent(in) :: effects
       integer, intent(in) :: i
-      !> b, and the turns θ of the attitude at mid step by its three components; shape (3,3).
+      !> b, and the rotations θ of the attitude at mid step by its three components; shape (3,3).
       real(wp), intent(in) :: b(3), turns(3, 3)
       real(wp), intent(inout) :: tau(3), by_b(3, 3)
       real(wp) :: middle(3), end(3), gradient(3), hessian(3, 3), own(3), shrink
@@ -388,15 +389,15 @@ contains
       end do
    end subroutine add_rotated_potential
 
-   !> What of the τ that `turn` gives is proportional to the rate, and ∂τ/∂t at fixed attitude and rate.
+   !> Computes the part of τ of `turn` that is proportional to the rate, and ∂τ/∂t at fixed attitude and rate.
    pure subroutine split_turn(self, effects, b, rate, span, drag, change)
       class(discrete_forces_t), intent(in) :: self
       type(effect_list_t), intent(in) :: effects
       !> b = ¼Δt Ω̄; shape (3).
       real(wp), intent(in) :: b(3)
-      !> 4/Δt, 1/s, and a time that is long for the torques' changes, s.
+      !> 4/Δt, 1/s, and a time that is long for the changes of the torques, s.
       real(wp), intent(in) :: rate, span
-      !> Body axes, N m and N m/s; shape (3).
+      !> Drag, body axes, N m; ∂τ/∂t, body axes, N m/s; shape (3).
       real(wp), intent(out) :: drag(3), change(3)
       real(wp) :: attitude(4)
       integer :: i
@@ -416,17 +417,17 @@ contains
       end do
    end subroutine split_turn
 
-   !> Δt Ω̄·τ of each torque: the work it does in the step, to round-off.
+   !> Computes Δt Ω̄·τ of each torque: the work it does in the step, to round-off.
    pure subroutine get_work(self, effects, dt, xm, omega, work)
       class(discrete_forces_t), intent(in) :: self
       type(effect_list_t), intent(in) :: effects
-      !> s.
+      !> Length of the step, s.
       real(wp), intent(in) :: dt
       !> Mean of the step, start frame; shape (4).
       real(wp), intent(in) :: xm(4)
       !> Ω̄, body axes, rad/s; shape (3).
       real(wp), intent(in) :: omega(3)
-      !> J; shape (number of torques).
+      !> Work, J; shape (number of torques).
       real(wp), intent(inout) :: work(:)
       real(wp) :: attitude(4)
       integer :: i
@@ -437,21 +438,21 @@ contains
       end do
    end subroutine get_work
 
-   !> u∘x̄/|x̄|: attitude at mid step, body→space.
+   !> Returns u∘x̄/|x̄|: attitude at mid step, body→space.
    pure function mid_attitude(frame, xm) result(q)
       real(wp), intent(in) :: frame(4), xm(4)
       real(wp) :: q(4)
       q = quat_product(frame, xm)/norm2(xm)
    end function mid_attitude
 
-   !> vec((1-b)∘v∘(1+b)): v turned back by half the step's rotation, times 1+|b|².
+   !> Returns vec((1-b)∘v∘(1+b)): v rotated back by half the step's rotation, times 1+|b|².
    pure function rotated_back(b, v) result(r)
       real(wp), intent(in) :: b(3), v(3)
       real(wp) :: r(3)
       r = (1 - (b(1)*b(1) + b(2)*b(2) + b(3)*b(3)))*v + (2*(b(1)*v(1) + b(2)*v(2) + b(3)*v(3)))*b - 2*cross_of(b, v)
    end function rotated_back
 
-   !> u∘(1+b)/|1+b|: attitude at mid step, body→space; shrink = 1/|1+b|².
+   !> Returns u∘(1+b)/|1+b|: attitude at mid step, body→space; shrink = 1/|1+b|².
    pure function half_rotated(u, b, shrink) result(q)
       real(wp), intent(in) :: u(4), b(3), shrink
       real(wp) :: q(4)
@@ -460,7 +461,7 @@ contains
       q = sqrt(shrink)*q
    end function half_rotated
 
-   !> a×b, where a call of `cross` would cost more than the product.
+   !> Returns a×b, where a call of `cross` would cost more than the product.
    pure function cross_of(a, b) result(c)
       real(wp), intent(in) :: a(3), b(3)
       real(wp) :: c(3)

@@ -1,22 +1,21 @@
 !> The eight equations of one step and their analytic Jacobian.
 !>
 !> They are the finite increments of the Hamiltonian (8) of Nielsen & Krenk (2012), the discrete form of (9a) and (11),
-!> which carries no number there: the increment of a symmetric quadratic form is twice the increment of one factor times
-!> the mean of the other. With w̄ = ½(w0 + w1), the mean of the two values of w(q,p) = Q(q)ᵀp, and a = J⁻¹w̄:
+!> which has no number there: the increment of a symmetric quadratic form is twice the increment of one factor times the
+!> mean of the other. With w̄ = ½(w0 + w1), the mean of the two values of w(q,p) = Q(q)ᵀp, and a = J⁻¹w̄:
 !>
 !>     q1 - q0 =  ¼Δt Q(q̄) a                                             (9a)
 !>     p1 - p0 = -¼Δt Q(p̄) C a - Δt (I - q̄q̄ᵀ/q̄ᵀq̄) ∂V*/∂q + Δt f          (11)
 !>
 !> The projection (11) is in `nutate_discrete_forces`: its forces 2q̄∘[0, τ]/|q̄|² have no scalar part.
 !>
-!> With q = u∘x, p = μ u∘y they read the same for x and y whatever the unit quaternion u: the scheme is symmetric under
-!> rotations of space. u is taken as the attitude at the start of the step and μ as the power of two nearest |p|, so
-!> that
+!> With q = u∘x, p = μ u∘y the equations for x and y are the same for any unit quaternion u: the scheme is symmetric
+!> under rotations of space. u is the attitude at the start of the step and μ the power of two nearest |p|, so that
 !>
 !> * all eight unknowns are of order one, for a molecule as for a planet, and no digit depends on the units;
 !> * increments, Jacobian and its LU factors vary only as fast as the body-frame motion, and serve for later steps.
 !>
-!> Space axes that turn add -½Δt ω∘q̄ and -½Δt ω∘p̄ to the two (`nutate_frame_turn`).
+!> Space axes that rotate add -½Δt ω∘q̄ and -½Δt ω∘p̄ to the two (`nutate_frame_turn`).
 module nutate_eight_equations
    use nutate_archive, only: archive_t
    use nutate_cayley, only: measure_turn
@@ -34,7 +33,7 @@ module nutate_eight_equations
 
    public :: eight_equations_t
 
-   !> q·p over |q||p| that rounding leaves of a product that vanishes: up to 4ε are seen, a state that is given may have
+   !> Largest q·p over |q||p| that is treated as rounding of zero: steps leave up to 4ε, a state that is given may have
    !> some more.
    real(wp), parameter :: product_noise = 64*eps
 
@@ -43,7 +42,7 @@ module nutate_eight_equations
 
    !> One step's equations R(z) = 0 in z = (Δx, Δy).
    type :: eight_equations_t
-      !> s.
+      !> Length of the step, s.
       real(wp) :: dt = 0.0_wp
       !> u = q0/|q0|, body→space; shape (4).
       real(wp) :: frame(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
@@ -57,44 +56,44 @@ module nutate_eight_equations
       !> 2h/μ, h that of rotors and, with friction, a share of that of wheels; shape (3).
       real(wp) :: rotor(3) = 0.0_wp
       type(discrete_forces_t) :: forces
-      !> Of space axes that turn.
+      !> Rotation of the space axes during the step.
       type(frame_turn_t) :: turn
-      !> Allocated where there are wheels.
+      !> Wheels in the step; not allocated if there are none.
       type(wheel_steps_t), allocatable :: wheels
    contains
       !> Chooses the unit of momentum.
       procedure :: set_momentum_unit
       !> Starts a step from a state.
       procedure :: start
-      !> R(z)
+      !> Computes R(z).
       procedure :: residual
-      !> ∂R/∂z
+      !> Computes ∂R/∂z.
       procedure :: jacobian
-      !> How much of w̄ becomes turn.
+      !> Returns the factor from w̄ to the rotation.
       procedure :: gain
-      !> a = J⁻¹w̄ at the end that z stands for.
+      !> Returns a = J⁻¹w̄ at the end of the step that z gives.
       procedure :: mean_rate
-      !> The z of a step with the rates of its start.
+      !> Returns the z of a step with constant rates, those at its start.
       procedure :: explicit_increments
-      !> The z of a step that turns the body by a Cayley map.
+      !> Returns the z of a step that rotates the body by a Cayley map.
       procedure :: increments_of
-      !> The rate against space axes that turn.
+      !> Returns the rate relative to rotating space axes.
       procedure :: relative_rate
-      !> The increments of q and p that the root stands for.
+      !> Computes the increments of q and p at the root.
       procedure :: increments
-      !> The constraint (5), q·p = 0, holds but for rounding, and stays so.
+      !> Returns true if the constraint (5), q·p = 0, holds but for rounding, and continues to hold.
       procedure :: is_tangent
-      !> The step is short enough for the friction of the wheels.
+      !> Returns true if the step is short enough for the friction of the wheels.
       procedure :: is_short
-      !> Removes what rounding left of q·p.
+      !> Subtracts the rounding error of q·p.
       procedure :: make_tangent
-      !> Shows to an archive what stays from step to step.
+      !> Writes or reads the data kept between steps.
       procedure :: transfer
    end type eight_equations_t
 
 contains
 
-   !> Sets the unit of momentum, a power of two, and the inertia in it; for the step's length, where wheels rub.
+   !> Sets the unit of momentum, a power of two, and the inertia in it; for the step's length if wheels have friction.
    pure subroutine set_momentum_unit(self, system, inverse_j0, momentum_unit)
       class(eight_equations_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -120,7 +119,7 @@ contains
       class(eight_equations_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
-      !> s.
+      !> Length of the step, s.
       real(wp), intent(in) :: dt
       !> Time that decides which torques act, s; default: the middle of the step.
       real(wp), intent(in), optional :: window_time
@@ -144,15 +143,15 @@ contains
       end if
    end subroutine start
 
-   !> ⅛Δt times the largest entry of J⁻¹, in units of momentum.
+   !> Returns ⅛Δt times the largest entry of J⁻¹, in units of momentum.
    pure real(wp) function gain(self)
       class(eight_equations_t), intent(in) :: self
       gain = 0.125_wp*abs(self%dt)*max(self%inverse_inertia(1, 1), self%inverse_inertia(2, 2), &
                                        self%inverse_inertia(3, 3))
    end function gain
 
-   !> a = J⁻¹(w̄ - 2h) = [w̄₀/J0, 2Ω̄], rad/s, w̄ = ½(w0 + w1) the mean of w at the two ends (not w of the means);
-   !> shape (4).
+   !> Returns a = J⁻¹(w̄ - 2h) = [w̄₀/J0, 2Ω̄], rad/s, w̄ = ½(w0 + w1) the mean of w at the two ends (not w of the
+   !> means); shape (4).
    pure function mean_rate(self, z) result(a)
       class(eight_equations_t), intent(in) :: self
       !> (Δx, Δy); shape (8).
@@ -164,7 +163,7 @@ contains
       a(2:4) = self%inverse_inertia(:, 1)*w(2) + self%inverse_inertia(:, 2)*w(3) + self%inverse_inertia(:, 3)*w(4)
    end function mean_rate
 
-   !> The z of a step that keeps the rates of its start: Δx = ¼Δt x0∘a0, Δy = -¼Δt y0∘Ca0; shape (8).
+   !> Returns the z of a step with constant rates, those at its start: Δx = ¼Δt x0∘a0, Δy = -¼Δt y0∘Ca0; shape (8).
    pure function explicit_increments(self) result(z)
       class(eight_equations_t), intent(in) :: self
       real(wp) :: z(8), a(4)
@@ -178,8 +177,8 @@ contains
       z = -z
    end function explicit_increments
 
-   !> The z of a step that turns the body by the Cayley map of b, on the constraint manifold: x1 = x0∘c, and the end's w
-   !> from the mean w̄ = 2(4/Δt Jb + h); shape (8).
+   !> Returns the z of a step that rotates the body by the Cayley map of b, on the constraint manifold: x1 = x0∘c, and w
+   !> at the end from the mean w̄ = 2(4/Δt Jb + h); shape (8).
    pure function increments_of(self, system, b) result(z)
       class(eight_equations_t), intent(in) :: self
       type(system_t), intent(in) :: system
@@ -199,8 +198,8 @@ contains
       z(5:8) = quat_product(c, w)/dot_product(c, c) - self%y0
    end function increments_of
 
-   !> R(z) = (Δx - ¼Δt x̄∘a, Δy + ¼Δt ȳ∘Ca - Δt f/μ), f = 2x̄∘s/|x̄|²: the discrete (9a) and (11). s = [0, τ] without
-   !> scalar part is the projection of (11).
+   !> Computes R(z) = (Δx - ¼Δt x̄∘a, Δy + ¼Δt ȳ∘Ca - Δt f/μ), f = 2x̄∘s/|x̄|²: the discrete (9a) and (11). s = [0, τ]
+   !> without scalar part is the projection of (11).
    pure subroutine residual(self, system, z, r)
       class(eight_equations_t), intent(in) :: self
       type(system_t), intent(in) :: system
@@ -223,12 +222,12 @@ contains
       r(5:8) = r(5:8) - (2*self%dt/(self%momentum_unit*dot_product(xm, xm)))*quat_product(xm, s)
    end subroutine residual
 
-   !> Adds ½Δt R(u)ᵀω∘x̄ and ½Δt R(u)ᵀω∘ȳ: what the turn of the space axes takes from the increments.
+   !> Adds ½Δt R(u)ᵀω∘x̄ and ½Δt R(u)ᵀω∘ȳ: the part of the rotating space axes in the residual.
    pure subroutine add_frame(turn, xm, ym, r)
       type(frame_turn_t), intent(in) :: turn
-      !> Shape (4).
+      !> x̄ and ȳ; shape (4).
       real(wp), intent(in) :: xm(4), ym(4)
-      !> Shape (8).
+      !> Residual; shape (8).
       real(wp), intent(inout) :: r(8)
       real(wp) :: a, b, c
       a = 2*turn%start(1)
@@ -244,16 +243,16 @@ contains
       r(8) = r(8) + (c*ym(1) + a*ym(3) - b*ym(2))
    end subroutine add_frame
 
-   !> R(x̄)ᵀω/|x̄|²: the rate of the space axes in the step, body axes, rad/s; shape (3).
+   !> Returns R(x̄)ᵀω/|x̄|²: the rate of the space axes in the step, body axes, rad/s; shape (3).
    pure function frame_rate(self, xm) result(rate)
       type(eight_equations_t), intent(in) :: self
-      !> Shape (4).
+      !> x̄; shape (4).
       real(wp), intent(in) :: xm(4)
       real(wp) :: rate(3)
       rate = (4/(self%dt*dot_product(xm, xm)))*rotate_to_body(xm, self%turn%start)
    end function frame_rate
 
-   !> Ω̄ against the space axes of a root, body axes, rad/s: what torques are asked with; shape (3).
+   !> Returns Ω̄ relative to the space axes at a root, body axes, rad/s, which torques depend on; shape (3).
    pure function relative_rate(self, z, a) result(omega)
       class(eight_equations_t), intent(in) :: self
       !> Root, shape (8), and the a that belongs to it, shape (4).
@@ -263,21 +262,21 @@ contains
       if (self%turn%there) omega = omega - frame_rate(self, self%x0 + 0.5_wp*z(1:4))
    end function relative_rate
 
-   !> The update: q1 - q0 and p1 - p0 at the root. The free motion follows from its a alone: with α = ⅛Δt a and κ = Cα
-   !> the equations of the step are q1∘(1-α) = q0∘(1+α) and p1∘(1+κ) = p0∘(1-κ) + Δt f. Taken from z instead, seen from
-   !> u, it would take over the rounding of |u|, and |p| would drift in proportion to the number of steps. The impulse
-   !> Δt f is what z has beyond the free motion: evaluated from a, a damping much stronger than the inertia would blow
-   !> up a's rounding. Projected forces have no part along x̄ and leave w₀ = q·p as it is: the rounding of z in both
-   !> would, with a finite J0, make the norm drift.
+   !> Computes the increments q1 - q0 and p1 - p0 at the root. The free motion follows from its a alone: with α = ⅛Δt a
+   !> and κ = Cα the equations of the step are q1∘(1-α) = q0∘(1+α) and p1∘(1+κ) = p0∘(1-κ) + Δt f. If it followed from
+   !> z, seen from u, it would include the rounding of |u|, and |p| would drift in proportion to the number of steps.
+   !> The impulse Δt f is the part of z beyond the free motion: if it were evaluated from a, a damping much stronger
+   !> than the inertia would amplify the rounding of a. Projected forces have no part along x̄ and leave w₀ = q·p as it
+   !> is: with a finite J0, the rounding of z in both would make the norm drift.
    pure subroutine increments(self, state, z, a, dq, dp, excess)
       class(eight_equations_t), intent(in) :: self
-      !> At the start of the step.
+      !> State at the start of the step.
       type(state_t), intent(in) :: state
       !> Root, shape (8), and the a that belongs to it, shape (4).
       real(wp), intent(in) :: z(8), a(4)
-      !> Shape (4); the second in kg m²/s.
+      !> q1 - q0 and p1 - p0, the latter in kg m²/s; shape (4).
       real(wp), intent(out) :: dq(4), dp(4)
-      !> Part by which they make q1 and p1 too long.
+      !> Relative excess of the lengths of q1 and p1 that these increments cause.
       real(wp), intent(out) :: excess
       real(wp) :: alpha(4), cayley(4), beta, q_factor, p_factor, impulse(4), xm(4)
       alpha = (0.125_wp*self%dt)*a
@@ -313,8 +312,8 @@ contains
       dp = p_factor*dp
    end subroutine increments
 
-   !> The same where the space axes turn. On the constraint manifold it is a turn by r, with the impulse Δtτ̄ =
-   !> ½vec(x̄*∘Δtf).
+   !> Computes the increments q1 - q0 and p1 - p0 if the space axes rotate. On the constraint manifold this is a
+   !> rotation by r, with the impulse Δtτ̄ = ½vec(x̄*∘Δtf).
    pure subroutine get_increments_in_frame(self, state, z, alpha, dq, dp)
       type(eight_equations_t), intent(in) :: self
       type(state_t), intent(in) :: state
@@ -326,7 +325,7 @@ contains
       if (self%forces%active) then
          xm = self%x0 + 0.5_wp*z(1:4)
          ym = self%y0 + 0.5_wp*z(5:8)
-         ! With the rounding of the residual, so that none of the free motion's is left.
+         ! The impulse includes the rounding of the residual, so that it has no part of the free motion.
          call self%turn%add_momentum_turns(2*alpha, ym, z(5:8), impulse)
          if (self%forces%projection) impulse = impulse - (dot_product(xm, impulse)/dot_product(xm, xm))*xm
       end if
@@ -338,14 +337,14 @@ contains
       call measure_turn(r, square, factor, excess)
       dq = factor*quat_product(state%q, [-square, r])
       dq = dq - excess*(state%q + dq)
-      ! y is 2L over |q0|μ.
+      ! On the manifold y is 2L over |q0|μ.
       if (self%forces%active) impulse = (1/self%x0(1))*quat_product(quat_conjugate(xm), impulse)
       ym = self%turn%momentum_increment(alpha(2:4), r, square, factor, self%y0, impulse(2:4))
       dp = self%momentum_unit*quat_product(self%frame, ym)
    end subroutine get_increments_in_frame
 
-   !> The increments off the manifold: with K x = x∘b - δ∘x and α = [α₀, b] they are q1 - q0 = (1 - α₀ - K)⁻¹ 2(α₀ +
-   !> K)q0 and p1 - p0 = (1 + α₀ - K)⁻¹(2(K - α₀)p0 + Δt f).
+   !> Computes the increments off the manifold: with K x = x∘b - δ∘x and α = [α₀, b] they are q1 - q0 = (1 - α₀ - K)⁻¹
+   !> 2(α₀ + K)q0 and p1 - p0 = (1 + α₀ - K)⁻¹(2(K - α₀)p0 + Δt f).
    pure subroutine solve_in_frame(self, state, alpha, impulse, dq, dp)
       type(eight_equations_t), intent(in) :: self
       type(state_t), intent(in) :: state
@@ -360,14 +359,14 @@ contains
 
    contains
 
-      !> K x; shape (4).
+      !> Returns K x; shape (4).
       pure function rotated(x) result(k)
          real(wp), intent(in) :: x(4)
          real(wp) :: k(4)
          k = quat_vector_product(x, alpha(2:4)) - vector_quat_product(delta, x)
       end function rotated
 
-      !> (m - K)⁻¹x = (m + K)((m² + β + d)x - 2δ∘x∘b)/((m² + β + d)² - 4βd); shape (4).
+      !> Returns (m - K)⁻¹x = (m + K)((m² + β + d)x - 2δ∘x∘b)/((m² + β + d)² - 4βd); shape (4).
       pure function solved(m, x) result(y)
          real(wp), intent(in) :: m, x(4)
          real(wp) :: y(4), size, beta
@@ -379,26 +378,27 @@ contains
 
    end subroutine solve_in_frame
 
-   !> True if p is along the unit sphere at q but for rounding, and the forces are projected: then (5), q·p = 0, holds
-   !> for ever.
+   !> Returns true if p is tangent to the unit sphere at q but for rounding, and the forces are projected: then (5), q·p
+   !> = 0, continues to hold.
    pure logical function is_tangent(self)
       class(eight_equations_t), intent(in) :: self
       is_tangent = self%forces%projection .and. abs(self%w0(1)) <= product_noise*maxval(abs(self%w0(2:4)))
    end function is_tangent
 
-   !> True where there are no wheels, or the step is short enough for their friction.
+   !> Returns true if there are no wheels, or the step is short enough for their friction.
    pure logical function is_short(self)
       class(eight_equations_t), intent(in) :: self
       is_short = .true.
       if (allocated(self%wheels)) is_short = self%wheels%is_short
    end function is_short
 
-   !> Subtracts from the increment of p what the rounding of the last steps left of q·p: 1e-16 of |p|, which changes
-   !> neither the angular momentum nor the energy, but adds up from step to step, and with a finite J0 moves |q|. A turn
-   !> keeps q·p, so that at the end of the step it lies along q1. In axes that turn, `momentum_increment` has done so.
+   !> Subtracts the rounding of the last steps in q·p from the increment of p: 1e-16 of |p|, which changes neither the
+   !> angular momentum nor the energy, but accumulates from step to step, and with a finite J0 changes |q|. A rotation
+   !> keeps q·p, so that at the end of the step this part lies along q1. In rotating axes, `momentum_increment` has
+   !> already subtracted it.
    pure subroutine make_tangent(self, q1, dp)
       class(eight_equations_t), intent(in) :: self
-      !> At the end of the step; shape (4).
+      !> q at the end of the step; shape (4).
       real(wp), intent(in) :: q1(4)
       !> p1 - p0, kg m²/s; shape (4).
       real(wp), intent(inout) :: dp(4)
@@ -406,7 +406,7 @@ contains
       dp = dp - (self%w0(1)*self%momentum_unit/dot_product(q1, q1))*q1
    end subroutine make_tangent
 
-   !> ∂R/∂z, the Jacobian of the discrete (9a) and (11); shape (8,8).
+   !> Computes ∂R/∂z, the Jacobian of the discrete (9a) and (11); shape (8,8).
    pure subroutine jacobian(self, system, z, matrix)
       class(eight_equations_t), intent(in) :: self
       type(system_t), intent(in) :: system
@@ -437,7 +437,7 @@ contains
       if (self%forces%active) call add_forces(self, system, z, xm, a, by_z, matrix)
    end subroutine jacobian
 
-   !> ∂a/∂z = ½ J⁻¹ [R(y1)C, Q(x1)ᵀ], from w1 = x1*∘y1; shape (4,8).
+   !> Returns ∂a/∂z = ½ J⁻¹ [R(y1)C, Q(x1)ᵀ], from w1 = x1*∘y1; shape (4,8).
    pure function rate_derivative(self, z) result(by_z)
       class(eight_equations_t), intent(in) :: self
       real(wp), intent(in) :: z(8)
@@ -478,8 +478,8 @@ contains
       end do
    end subroutine add_forces
 
-   !> Adds to ∂s/∂x1 what comes of the rate of the space axes as the body sees it, R(x̄)ᵀω/|x̄|², of which torques
-   !> depend on Ω̄ less that: a change δx of x1 turns it by θ = vec(x̄*∘δx)/|x̄|².
+   !> Adds to ∂s/∂x1 the part of the rate of the space axes in body axes, R(x̄)ᵀω/|x̄|². Torques depend on Ω̄ less that
+   !> rate: a change δx of x1 rotates it by θ = vec(x̄*∘δx)/|x̄|².
    pure subroutine add_frame_rate(self, xm, by_rate, by_x)
       type(eight_equations_t), intent(in) :: self
       real(wp), intent(in) :: xm(4), by_rate(3, 3)
@@ -493,7 +493,7 @@ contains
       end do
    end subroutine add_frame_rate
 
-   !> Shows to an archive what stays from step to step: the unit of momentum. What is measured in it is to be set again.
+   !> Writes or reads the data kept between steps: the unit of momentum. Quantities in this unit must be set again.
    subroutine transfer(self, archive)
       class(eight_equations_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive

@@ -1,12 +1,13 @@
-!> How a step sees space axes that turn at a constant rate ω.
+!> Steps in space axes that rotate at a constant rate ω.
 !>
 !> In such a frame the discrete equations get two terms more, with δ = ¼Δt ω and b = ¼Δt Ω̄ of the absolute rate:
 !>
 !>     q1 - q0 = 2(q̄∘b - δ∘q̄),   p1 - p0 = 2(p̄∘b - δ∘p̄) + Δt f,
 !>
-!> which keep H - ω·l, |q| and q·p exactly. Seen from the body, with δ̄ = R(q̄)ᵀδ/|q̄|² the turn of the frame at mid
-!> step, the first one is `q1 = q0∘c`, c the Cayley map of **r = b - δ̄**: the step turns the body as one of an inertial
-!> frame does, by its rate against the frame. With β = |b|², d = |δ|², ρ = |r|², ΔL = L1 - L0, the second one is
+!> which keep H - ω·l, |q| and q·p exactly. Seen from the body, with δ̄ = R(q̄)ᵀδ/|q̄|² the rotation of the frame at mid
+!> step, the first one is `q1 = q0∘c`, c the Cayley map of **r = b - δ̄**: the step rotates the body as a step in
+!> inertial axes does, by its rate relative to the frame. With β = |b|², d = |δ|², ρ = |r|², ΔL = L1 - L0, the second
+!> one is
 !>
 !>     (1-β+d) ΔL + 2b×(L0 + L1) = Δt((1+ρ)τ̄ - 2r(b·τ̄)),
 !>
@@ -20,32 +21,32 @@ module nutate_frame_turn
 
    public :: frame_turn_t
 
-   !> The turn of the space axes in a step.
+   !> Rotation of the space axes in a step.
    type :: frame_turn_t
-      !> They turn; all else is without meaning if they do not.
+      !> The space axes rotate; otherwise the other components have no meaning.
       logical :: there = .false.
       !> ω, space axes, rad/s; shape (3).
       real(wp) :: rate(3) = 0.0_wp
       !> R(u)ᵀδ, and twice that; shape (3); d = |δ|².
       real(wp) :: start(3) = 0.0_wp, square = 0.0_wp
       real(wp), private :: twice(3) = 0.0_wp
-      !> Length of the step, s, and its δ; shape (3).
+      !> Length of the step, s, and δ of the step; shape (3).
       real(wp), private :: dt = 0.0_wp, delta(3) = 0.0_wp
    contains
       !> Sets the rate.
       procedure :: prepare
       !> Starts a step.
       procedure :: begin
-      !> r of a b.
+      !> Returns the r that belongs to b.
       procedure :: to_relative
-      !> The same, with 1 + ρ.
+      !> Computes the r that belongs to b, and 1 + ρ.
       procedure :: get_relative
-      !> ∂r/∂b.
+      !> Returns ∂r/∂b.
       procedure :: relative_by_absolute
-      !> The free part of the eight equations, and that of p alone.
+      !> Add the free part of the eight equations, and of those for p alone.
       procedure :: add_turns
       procedure :: add_momentum_turns
-      !> What p gains.
+      !> Returns the increment of the momentum.
       procedure :: momentum_increment
    end type frame_turn_t
 
@@ -67,11 +68,11 @@ contains
    !> Starts a step of `dt` seconds.
    pure subroutine begin(self, dt, frame, columns)
       class(frame_turn_t), intent(inout) :: self
-      !> s.
+      !> Length of the step, s.
       real(wp), intent(in) :: dt
       !> u, unit quaternion, body→space; shape (4).
       real(wp), intent(in) :: frame(4)
-      !> R(u), where it is known; shape (3,3).
+      !> R(u), if it is known; shape (3,3).
       real(wp), intent(in), optional :: columns(3, 3)
       integer :: i
       if (abs(dt - self%dt) > 0.0_wp) then
@@ -89,11 +90,11 @@ contains
       self%twice = 2*self%start
    end subroutine begin
 
-   !> ∂r/∂b, the inverse of ∂b/∂r: of b = r + δ̄ a change δr turns the attitude at mid step by
-   !> θ = 2(δr - r×δr)/(1+|r|²), and δ̄ by δ̄×θ; shape (3,3).
+   !> Returns ∂r/∂b, the inverse of ∂b/∂r: in b = r + δ̄ a change δr rotates the attitude at mid step by θ = 2(δr -
+   !> r×δr)/(1+|r|²), and changes δ̄ by δ̄×θ; shape (3,3).
    pure function relative_by_absolute(self, b, r) result(by_b)
       class(frame_turn_t), intent(in) :: self
-      !> b, and its r; shape (3).
+      !> b, and the r that belongs to it; shape (3).
       real(wp), intent(in) :: b(3), r(3)
       real(wp) :: by_b(3, 3), by_r(3, 3), rows(3, 3), along, v(3)
       integer :: j
@@ -115,16 +116,16 @@ contains
       by_b = transpose(rows)/dot_product(rows(:, 1), by_r(:, 1))
    end function relative_by_absolute
 
-   !> r of a b: the vector of x̄ = ½(1 + u*∘q1) over its scalar part; shape (3).
+   !> Returns the r that belongs to b: the vector of x̄ = ½(1 + u*∘q1) over its scalar part; shape (3).
    pure function to_relative(self, b) result(r)
       class(frame_turn_t), intent(in) :: self
-      !> Shape (3).
+      !> b; shape (3).
       real(wp), intent(in) :: b(3)
       real(wp) :: r(3), stretch
       call self%get_relative(b, (b(1)*b(1) + b(2)*b(2) + b(3)*b(3)) - self%square, r, stretch)
    end function to_relative
 
-   !> r of a b, and 1 + ρ = ((1+β-d)² + 4d)/(1 + β + d + 2 v·b), v = R(u)ᵀδ.
+   !> Computes the r that belongs to b, and 1 + ρ = ((1+β-d)² + 4d)/(1 + β + d + 2 v·b), v = R(u)ᵀδ.
    pure subroutine get_relative(self, b, excess, r, stretch)
       class(frame_turn_t), intent(in) :: self
       !> b; shape (3), and β - d.
@@ -144,8 +145,8 @@ contains
       end associate
    end subroutine get_relative
 
-   !> Δx - 2(x̄∘α - δ∘x̄) and Δy + 2(ȳ∘Cα + δ∘ȳ) with α = ⅛Δt a, in the sums and differences of α and δ: no products
-   !> more than in axes that stand still.
+   !> Computes Δx - 2(x̄∘α - δ∘x̄) and Δy + 2(ȳ∘Cα + δ∘ȳ) with α = ⅛Δt a, in the sums and differences of α and δ: no
+   !> more products than in non-rotating axes.
    pure subroutine add_turns(self, quarter, x, y, z, r)
       class(frame_turn_t), intent(in) :: self
       !> 2α, x̄ and ȳ; shape (4).
@@ -167,7 +168,7 @@ contains
       r(8) = z(8) + (a*y(4) - (y(1)*less(3) + y(2)*more(2) - y(3)*more(1)))
    end subroutine add_turns
 
-   !> Δy + 2(ȳ∘Cα + δ∘ȳ).
+   !> Computes Δy + 2(ȳ∘Cα + δ∘ȳ).
    pure subroutine add_momentum_turns(self, quarter, y, z, r)
       class(frame_turn_t), intent(in) :: self
       !> 2α, ȳ and Δy; shape (4).
@@ -183,9 +184,9 @@ contains
       r(4) = z(4) + (a*y(4) - (y(1)*less(3) + y(2)*more(2) - y(3)*more(1)))
    end subroutine add_momentum_turns
 
-   !> What ½u*∘p gains in the step that turns the body by r, on the constraint manifold: c∘L1 - L0, less what rounding
-   !> left of q·p. c - 1 = 2(r - ρ)/(1+ρ), and L1 - L0 is the solution of the second equation, of which b·ΔL = Δt b·τ̄;
-   !> N m s; shape (4).
+   !> Returns the increment of ½u*∘p in a step that rotates the body by r, on the constraint manifold: c∘L1 - L0, less
+   !> the rounding error of q·p. c - 1 = 2(r - ρ)/(1+ρ), and L1 - L0 is the solution of the second equation, which gives
+   !> b·ΔL = Δt b·τ̄; N m s; shape (4).
    pure function momentum_increment(self, b, r, square, factor, momentum, impulse) result(increment)
       class(frame_turn_t), intent(in) :: self
       !> b, r; shape (3), ρ and 2/(1+ρ).
@@ -204,7 +205,7 @@ contains
       increment(2:4) = change + factor*(across(r, last) - square*last)
    end function momentum_increment
 
-   !> a×b; here, so that it is compiled into its callers; shape (3).
+   !> Returns a×b; here, so that it is compiled into its callers; shape (3).
    pure function across(a, b) result(c)
       real(wp), intent(in) :: a(3), b(3)
       real(wp) :: c(3)

@@ -1,20 +1,20 @@
 !> The three equations of a step in reduced form, for states with q·p = 0 and |q| = 1.
 !>
-!> A step turns the body by the Cayley map c = (1+b)∘(1-b)⁻¹, b = ¼Δt Ω̄. With the mean momentum `L̄ = (4/Δt)Jb + h`,
+!> A step rotates the body by the Cayley map c = (1+b)∘(1-b)⁻¹, b = ¼Δt Ω̄. With the mean momentum `L̄ = (4/Δt)Jb + h`,
 !> β = |b|², and the torque τ̄ in the frame of mid step, the change of momentum `R(c½)L1 - R(c½)ᵀL0 = Δt τ̄` reads
 !>
 !>     G(b) = (1-β)(L̄ - L0) + 2b×L̄ - ½Δt((1+β)τ̄ - 2b(b·τ̄)) = 0,
 !>
 !> whose free part is the implicit midpoint rule of Euler's equations with the step Δt/(1-β). These are the eight
 !> equations of `nutate_eight_equations`, the discrete (9a) and (11) of Nielsen & Krenk (2012), on the constraints (2)
-!> and (5): the same root, with three unknowns in place of eight. The projection of (11) is that τ̄ alone enters, and no
+!> and (5): the same root, with three unknowns instead of eight. The projection of (11) is that τ̄ alone enters, and no
 !> scalar part beside it.
 !>
-!> In space axes that turn (`nutate_frame_turn`) β-d takes the place of β, and forces are those of the r of b, by which
-!> attitudes turn.
+!> In space axes that rotate (`nutate_frame_turn`) β-d replaces β, and forces are those of the r of b, by which
+!> attitudes rotate.
 !>
-!> They are solved in units of 4s/Δt, s the largest diagonal entry of J, in which L̄ is (J/s)b + hΔt/4s: numbers of
-!> order 1 whatever the body.
+!> The equations are solved in units of 4s/Δt, s the largest diagonal entry of J, in which L̄ is (J/s)b + hΔt/4s:
+!> numbers of order 1 for any body.
 module nutate_reduced_equations
    use nutate_cayley, only: measure_turn
    use nutate_kinds, only: wp
@@ -30,20 +30,20 @@ module nutate_reduced_equations
 
    public :: reduced_equations_t
 
-   !> Momenta and torques in the units of the step that are larger belong to no step that could be taken; their
-   !> products would overflow.
+   !> Largest momentum or torque in the units of the step: no step is accepted with larger ones, whose products would
+   !> overflow.
    real(wp), parameter :: greatest = 1e40_wp
-   !> d of space axes that turn, up to which F'' and the adjugate of F' of a free body change by 2 %.
+   !> Largest d of rotating space axes at which F'' and the adjugate of F' of a free body change by no more than 2 %.
    real(wp), parameter :: slow_frame = 0.01_wp
 
    !> One step's equations F(b) = 0, F = (Δt/4s) G.
    type :: reduced_equations_t
-      !> s.
+      !> Length of the step, s.
       real(wp) :: dt = 0.0_wp
       !> 4/Δt, 1/s.
       real(wp) :: rate = 0.0_wp
-      !> u = q0/|q0|, body→space at the start of the step; shape (4). The norm counts: q0 for u, wrong by the
-      !> round-off that |q0| has gathered, would make the momentum drift in proportion to the number of steps.
+      !> u = q0/|q0|, body→space at the start of the step; shape (4). The norm matters: with q0 as u, the round-off of
+      !> |q0| would make the momentum drift in proportion to the number of steps.
       real(wp) :: frame(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
       !> |q0|²
       real(wp) :: square = 1.0_wp
@@ -51,49 +51,48 @@ module nutate_reduced_equations
       real(wp) :: half_momentum(4) = 0.0_wp
       !> Δt/4s, and L0 and h times it, h that of rotors and, with friction, a share of that of wheels; shape (3).
       real(wp) :: scale = 0.0_wp, momentum(3) = 0.0_wp, rotor(3) = 0.0_wp
-      !> J/s, with what the friction of wheels adds to it; shape (3,3). And the determinant of J/s, that of a very short
-      !> step.
+      !> J/s, with the part that the friction of wheels adds; shape (3,3). Determinant of J/s for a very short step.
       real(wp) :: inertia(3, 3) = 0.0_wp, unloaded = 1.0_wp
       !> ½Δt²/4s, and the effects' part of the Jacobian; shape (3,3).
       real(wp) :: weight = 0.0_wp, by_forces(3, 3) = 0.0_wp
-      !> Of the b last taken: L̄, L̄ - L0, in the units of the step, and β (β-d where the space axes turn); τ̄ of the
+      !> Values at the last b: L̄, L̄ - L0, in the units of the step, and β (β-d if the space axes rotate); τ̄ of the
       !> last F, N m; shape (3).
       real(wp) :: mean(3) = 0.0_wp, change(3) = 0.0_wp, beta = 0.0_wp, torque(3) = 0.0_wp
       !> Largest torque that is admissible, N m, and whether one was larger since the start of the step.
       real(wp) :: torque_limit = 0.0_wp
       logical :: too_strong = .false.
       type(discrete_forces_t) :: forces
-      !> Of space axes that turn; there are forces in them.
+      !> Rotation of the space axes during the step; there are forces in them.
       type(frame_turn_t) :: turn
       logical :: is_relative = .false.
-      !> Without forces F is a cubic polynomial of b, whose coefficients are nearly those in axes that stand still.
+      !> Without forces F is a cubic polynomial of b, whose coefficients are nearly those in non-rotating axes.
       logical :: is_cubic = .false.
-      !> Allocated where there are wheels.
+      !> Wheels in the step; not allocated if there are none.
       type(wheel_steps_t), allocatable :: wheels
    contains
       !> Sets the step's length.
       procedure :: set_step
       !> Starts a step from a state.
       procedure :: start
-      !> The momenta are of a size that a step can follow.
+      !> Returns true if the momenta are of a size that a step can follow.
       procedure :: is_in_scale
-      !> The b of a step in which the momentum stays.
+      !> Returns the b of a step with constant momentum.
       procedure :: explicit_guess
-      !> Sets the b at which the derivative is wanted.
+      !> Sets the b at which the derivative is computed.
       procedure :: set_point
-      !> F(b), the discrete (9a) and (11) on the constraint manifold.
+      !> Computes F(b), the discrete (9a) and (11) on the constraint manifold.
       procedure :: residual
-      !> ∂F/∂b
+      !> Computes ∂F/∂b.
       procedure :: jacobian
-      !> The effects' part of ∂F/∂b.
+      !> Computes the effects' part of ∂F/∂b.
       procedure :: linearize_forces
-      !> Inverse of ∂F/∂b with the effects' part as it is, and its determinant.
+      !> Computes the inverse of ∂F/∂b with the effects' part as it is, and its determinant.
       procedure :: invert
-      !> Work of the torques.
+      !> Computes the work of the torques.
       procedure :: get_work
-      !> Ω̄ of a step.
+      !> Returns Ω̄ of a step.
       procedure :: mean_rate
-      !> Moves the state to the end of the step, and where the space axes turn.
+      !> Moves the state to the end of the step.
       procedure :: finish
       procedure :: finish_in_frame
    end type reduced_equations_t
@@ -137,7 +136,7 @@ contains
       !> Time that decides which torques act, s; default: the middle of the step.
       real(wp), intent(in), optional :: window_time
       self%square = dot_product(state%q, state%q)
-      ! 1/|q| to the last digit where |q|² - 1 is below 1e-8.
+      ! 1/|q| to the last digit if |q|² - 1 is below 1e-8.
       self%frame = (0.5_wp*(3 - self%square))*state%q
       self%half_momentum = 0.5_wp*quat_product(quat_conjugate(self%frame), state%p)
       self%momentum = self%scale*self%half_momentum(2:4)
@@ -156,14 +155,14 @@ contains
       end if
    end subroutine start
 
-   !> True if the momenta are of a size that a step can follow.
+   !> Returns true if the momenta are of a size that a step can follow.
    pure logical function is_in_scale(self)
       class(reduced_equations_t), intent(in) :: self
       is_in_scale = max(maxval(abs(self%momentum)), maxval(abs(self%rotor))) <= greatest
       if (allocated(self%wheels)) is_in_scale = is_in_scale .and. self%wheels%is_short
    end function is_in_scale
 
-   !> b = ¼Δt J⁻¹(L0 - h): the momentum of the start all through the step; shape (3).
+   !> Returns b = ¼Δt J⁻¹(L0 - h) of a step with constant momentum; shape (3).
    pure function explicit_guess(self, system) result(b)
       class(reduced_equations_t), intent(in) :: self
       type(system_t), intent(in) :: system
@@ -174,7 +173,7 @@ contains
       b = (0.25_wp*self%dt)*times_vector(system%body%inverse_inertia, self%half_momentum(2:4) - inner)
    end function explicit_guess
 
-   !> Computes the mean momentum of a turn, for F and its derivative.
+   !> Computes the mean momentum of a rotation, for F and its derivative.
    pure subroutine set_point(self, b)
       class(reduced_equations_t), intent(inout) :: self
       real(wp), intent(in) :: b(3)
@@ -183,7 +182,7 @@ contains
       self%beta = dot_product(b, b) - self%turn%square
    end subroutine set_point
 
-   !> F(b) = (Δt/4s) G(b); shape (3). Keeps the torque. Without the torque's part where that is too strong.
+   !> Computes F(b) = (Δt/4s) G(b); shape (3). Stores the torque. A torque that is too large is left out.
    pure subroutine residual(self, system, b, f)
       class(reduced_equations_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -206,7 +205,7 @@ contains
       f = f - (1 + self%beta)*tau + (2*dot_product(b, tau))*b
    end subroutine residual
 
-   !> The torque's part where the space axes turn, -½Δt((1+ρ)τ̄ - 2r(b·τ̄)), in units of the step.
+   !> Adds the torque's part if the space axes rotate, -½Δt((1+ρ)τ̄ - 2r(b·τ̄)), in units of the step.
    pure subroutine add_torque_in_frame(self, system, b, f)
       type(reduced_equations_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -215,7 +214,7 @@ contains
       real(wp) :: r(3), tau(3), stretch
       call self%turn%get_relative(b, self%beta, r, stretch)
       if (self%forces%in_fields) then
-         ! With 1 + ρ at hand a call less: most of what the turn of the axes costs.
+         ! With 1 + ρ available this saves a call, which is most of the cost of rotating axes.
          call self%forces%turn_in_fields(r, stretch, self%torque)
       else
          call self%forces%turn(system%effects, r, self%rate, self%torque)
@@ -228,7 +227,7 @@ contains
       f = f - stretch*tau + (2*(b(1)*tau(1) + b(2)*tau(2) + b(3)*tau(3)))*r
    end subroutine add_torque_in_frame
 
-   !> ∂F/∂b, the Jacobian; shape (3,3).
+   !> Computes ∂F/∂b, the Jacobian; shape (3,3).
    pure subroutine jacobian(self, system, b, matrix)
       class(reduced_equations_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -239,7 +238,7 @@ contains
       call add_free_part(self, b, matrix)
    end subroutine jacobian
 
-   !> The derivative of -½Δt((1+β)τ̄ - 2b(b·τ̄)) at b, kept until asked for again.
+   !> Computes the derivative of -½Δt((1+β)τ̄ - 2b(b·τ̄)) at b, and stores it until the next call.
    pure subroutine linearize_forces(self, system, b)
       class(reduced_equations_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -263,7 +262,7 @@ contains
       end do
    end subroutine linearize_forces
 
-   !> The derivative of -½Δt((1+ρ)τ̄ - 2r(b·τ̄)) at b.
+   !> Computes the derivative of -½Δt((1+ρ)τ̄ - 2r(b·τ̄)) at b.
    pure subroutine linearize_in_frame(self, system, b)
       type(reduced_equations_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -287,7 +286,7 @@ contains
       end do
    end subroutine linearize_in_frame
 
-   !> ∂F/∂b: the derivative of (1-β)(L̄ - L0) + 2b×L̄ and the effects' part.
+   !> Computes ∂F/∂b: the derivative of (1-β)(L̄ - L0) + 2b×L̄ and the effects' part.
    pure subroutine add_free_part(self, b, matrix)
       type(reduced_equations_t), intent(in) :: self
       real(wp), intent(in) :: b(3)
@@ -302,7 +301,7 @@ contains
       call add_cross_of_mean(self%mean, matrix)
    end subroutine add_free_part
 
-   !> Adds to a matrix the derivative of 2 b×m by b, m held.
+   !> Adds to a matrix the derivative of 2 b×m with respect to b at constant m.
    pure subroutine add_cross_of_mean(m, matrix)
       real(wp), intent(in) :: m(3)
       real(wp), intent(inout) :: matrix(3, 3)
@@ -316,8 +315,8 @@ contains
       matrix(2, 3) = matrix(2, 3) + twice(1)
    end subroutine add_cross_of_mean
 
-   !> Inverse of ∂F/∂b at the b last taken, from its adjugate, with the effects' part as `linearize_forces` left it;
-   !> none where the determinant vanishes.
+   !> Computes the inverse of ∂F/∂b at the last b, from its adjugate, with the effects' part of the last
+   !> `linearize_forces`; none if the determinant is zero.
    pure subroutine invert(self, b, rows, determinant)
       class(reduced_equations_t), intent(in) :: self
       real(wp), intent(in) :: b(3)
@@ -333,7 +332,7 @@ contains
       if (abs(determinant) > tiny(1.0_wp)) rows = (1/determinant)*rows
    end subroutine invert
 
-   !> Ω̄ of the step whose root is b, body axes, rad/s; shape (3).
+   !> Returns Ω̄ of the step whose root is b, body axes, rad/s; shape (3).
    pure function mean_rate(self, b) result(omega)
       class(reduced_equations_t), intent(in) :: self
       real(wp), intent(in) :: b(3)
@@ -341,12 +340,12 @@ contains
       omega = self%rate*b
    end function mean_rate
 
-   !> Work of each torque in the step whose root is b.
+   !> Computes the work of each torque in the step whose root is b.
    pure subroutine get_work(self, system, b, work)
       class(reduced_equations_t), intent(in) :: self
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: b(3)
-      !> J; shape (number of torques).
+      !> Work, J; shape (number of torques).
       real(wp), intent(inout) :: work(:)
       real(wp) :: r(3)
       r = b
@@ -354,13 +353,13 @@ contains
       call self%forces%get_work(system%effects, self%dt, [1.0_wp, r]/(1 + dot_product(r, r)), self%rate*r, work)
    end subroutine get_work
 
-   !> The update: moves the state to the end of the step whose root is b, q1 = q0∘c and p1 = p0∘c + Δt f, f the force of
-   !> the effects. Both are sums of increments, kept with their compensation.
+   !> Moves the state to the end of the step whose root is b, q1 = q0∘c and p1 = p0∘c + Δt f, f the force of the
+   !> effects. Both are sums of increments, kept with their compensation.
    pure subroutine finish(self, b, attitude, state)
       class(reduced_equations_t), intent(in) :: self
-      !> Root, for which F has been asked last if there are effects.
+      !> Root; if there are effects, the last b at which F was evaluated.
       real(wp), intent(in) :: b(3)
-      !> Move the attitude too.
+      !> The attitude is moved too.
       logical, intent(in) :: attitude
       type(state_t), intent(inout) :: state
       real(wp) :: c(4), impulse(4), beta, factor, excess
@@ -370,8 +369,8 @@ contains
          c(2:4) = b
          impulse = 0.0_wp
          if (self%forces%active) impulse = quat_product(self%frame, mid_impulse(self, b, factor))
-         ! What a turn adds to q and p is taken from them, not from the momentum in body axes, whose rounding would
-         ! count whole: so only the rounding of the increment does. The factor comes last, since its rounding counts in
+         ! The increments of a rotation are computed from q and p, so that only their own rounding remains: the momentum
+         ! in body axes would add all of its rounding. The factor comes last, since its rounding is included in
          ! `excess`.
          call add_rotated(factor*quat_product(state%q, c), excess, state%q, state%q_compensation)
          call add_rotated(factor*quat_product(state%p, c) + impulse, excess, state%p, state%p_compensation)
@@ -383,11 +382,11 @@ contains
       state%t = state%t + self%dt
    end subroutine finish
 
-   !> The same where the space axes turn: q1 = q0∘c, and p1 = 2 q1∘L1 as an increment, 2u∘((c - 1)∘L1 + ΔL), without
-   !> what rounding left of q·p.
+   !> Moves the state to the end of the step if the space axes rotate: q1 = q0∘c, and p1 = 2 q1∘L1 as an increment,
+   !> 2u∘((c - 1)∘L1 + ΔL), less the rounding error of q·p.
    pure subroutine finish_in_frame(self, b, state)
       class(reduced_equations_t), intent(in) :: self
-      !> Root, for which F has been asked last if there are effects.
+      !> Root; if there are effects, the last b at which F was evaluated.
       real(wp), intent(in) :: b(3)
       type(state_t), intent(inout) :: state
       real(wp) :: r(3), c(4), impulse(3), square, factor, excess
@@ -403,7 +402,7 @@ contains
       state%t = state%t + self%dt
    end subroutine finish_in_frame
 
-   !> Δt·2c½∘τ̄∘c½ = 2Δt [-2b·τ̄, (1+β)τ̄ - 2b(b·τ̄)]/(1+β), in the frame of the start; shape (4).
+   !> Returns Δt·2c½∘τ̄∘c½ = 2Δt [-2b·τ̄, (1+β)τ̄ - 2b(b·τ̄)]/(1+β), in the frame at the start; shape (4).
    pure function mid_impulse(self, b, factor) result(impulse)
       type(reduced_equations_t), intent(in) :: self
       !> b and 2/(1+β).
@@ -414,8 +413,8 @@ contains
       impulse(2:4) = impulse(2:4) + impulse(1)*b
    end function mid_impulse
 
-   !> L1 - L0 = (R(c)ᵀ - 1)L0 + Δt R(c½)ᵀτ̄ in body axes, of the end and of the start: what is left where the attitude
-   !> is left out; shape (3).
+   !> Returns L1 - L0 = (R(c)ᵀ - 1)L0 + Δt R(c½)ᵀτ̄, each in the body axes at its time: the increment of a step that
+   !> does not move the attitude; shape (3).
    pure function momentum_change(self, b, beta, factor) result(change)
       type(reduced_equations_t), intent(in) :: self
       !> b, β and 2/(1+β).

@@ -20,22 +20,22 @@ module nutate_wheel_steps
 
    public :: wheel_steps_t
 
-   !> Least of 1 + ½Δt c/Jw: going back in time further, friction would drive the wheel through a singularity.
+   !> Least value of 1 + ½Δt c/Jw: in a longer step back in time, friction would drive the wheel through a singularity.
    real(wp), parameter :: least_divisor = 0.1_wp
 
-   !> The wheels of one step; without any nothing is asked of it.
+   !> The wheels of one step; not used if there are none.
    type :: wheel_steps_t
-      !> Number of wheels; one of them has friction.
+      !> Number of wheels; at least one of them has friction.
       integer :: n = 0
       logical :: rubs = .false.
-      !> Step to which what follows belongs, s; it is short enough for the friction.
+      !> Length of the step for which the components below hold, s; it is short enough for the friction.
       real(wp) :: dt = 0.0_wp
       logical :: is_short = .true.
       !> Σ κ ssᵀ, kg m², body axes; shape (3,3).
       real(wp) :: coupling(3, 3) = 0.0_wp
       !> Σ s h0 and Σ σ(h0 + ½Δtū)s, N m s, body axes; shape (3).
       real(wp) :: first(3) = 0.0_wp, rotor(3) = 0.0_wp
-      !> σ; h0, N m s; ū, N m, and when the motor was asked, s, if it was; shape (most_wheels).
+      !> σ; h0, N m s; ū, N m; time at which the motor was evaluated, s, and whether it was; shape (most_wheels).
       real(wp) :: share(most_wheels) = 1.0_wp, start_momentum(most_wheels) = 0.0_wp, drive(most_wheels) = 0.0_wp, &
          asked(most_wheels) = 0.0_wp
       logical :: drives(most_wheels) = .false.
@@ -46,7 +46,7 @@ module nutate_wheel_steps
       procedure :: set_step
       !> Starts a step.
       procedure :: start
-      !> Adds what the wheels carry to the inverse of the inertia.
+      !> Adds the inertia that the wheels couple to the body, in the inverse of the inertia.
       procedure :: add_to_inverse
       !> Moves the wheels to the end of the step, with their work.
       procedure :: finish
@@ -96,7 +96,7 @@ contains
       end do
    end subroutine set_step
 
-   !> Starts a step of the length taken.
+   !> Starts a step of the length set by `set_step`.
    pure subroutine start(self, effects, state, window_time)
       class(wheel_steps_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
@@ -127,11 +127,11 @@ contains
       end do
    end subroutine start
 
-   !> (J + Σ κ ssᵀ)⁻¹ from J⁻¹, wheel by wheel (Sherman and Morrison).
+   !> Computes (J + Σ κ ssᵀ)⁻¹ from J⁻¹, wheel by wheel (Sherman and Morrison).
    pure subroutine add_to_inverse(self, effects, inverse)
       class(wheel_steps_t), intent(in) :: self
       type(effect_list_t), intent(in) :: effects
-      !> kg⁻¹ m⁻²; shape (3,3).
+      !> J⁻¹ on entry, the result on return, kg⁻¹ m⁻²; shape (3,3).
       real(wp), intent(inout) :: inverse(3, 3)
       real(wp) :: rotated(3), coupling
       integer :: i, k
@@ -155,7 +155,7 @@ contains
       !> Ω̄, body axes, rad/s; shape (3).
       real(wp), intent(in) :: omega(3)
       type(state_t), intent(inout) :: state
-      !> Work of all that does some, J; shape (n_works); that of the wheels is set.
+      !> Work of every effect that does work, J; shape (n_works); only the work of the wheels is set.
       real(wp), intent(inout) :: work(:)
       real(wp) :: speed, done(2)
       integer :: i, last
