@@ -13,18 +13,18 @@ module nutate_member
 
    public :: member_t
 
-   !> Largest whole number that a key takes.
+   !> Largest integer that a key accepts.
    real(wp), parameter :: greatest_whole = 999999999.0_wp
 
    !> A scene into which the values of one member of an ensemble after another are set.
    type :: member_t
-      !> The scene of the member set last, without its ensemble.
+      !> Scene of the member set last, without its ensemble.
       class(scene_t), allocatable :: scene
       !> The values that the member varies; shape (number of varied values).
       real(wp), allocatable :: values(:)
-      !> What is built again for each member.
+      !> Part of the scene that is rebuilt for each member.
       integer, private :: part = 0
-      !> Targets, each the first of its key, and the values of that key.
+      !> Indices of the targets that are the first of their key.
       integer, allocatable, private :: keys(:)
    contains
       !> Prepares for a scene with an ensemble.
@@ -52,12 +52,12 @@ contains
       end associate
    end subroutine prepare
 
-   !> Leaves nothing of an ensemble.
+   !> Empties the plan of an ensemble.
    subroutine forget(plan)
       type(ensemble_plan_t), intent(out) :: plan
    end subroutine forget
 
-   !> True for the first target of its key.
+   !> Returns true for the first target of its key.
    pure logical function is_first(targets, i)
       type(target_t), intent(in) :: targets(:)
       integer, intent(in) :: i
@@ -65,13 +65,13 @@ contains
                            targets(:i - 1)%setting == targets(i)%setting)
    end function is_first
 
-   !> Sets the values of a member. Errors: `NUTATE_BAD_SCENE`, or a more specific code, where the scene rejects a value.
+   !> Sets the values of a member. Errors: `NUTATE_BAD_SCENE`, or a more specific code, if the scene rejects a value.
    subroutine set_values(self, plan, number, status)
-      !> Prepared.
+      !> Prepared member.
       class(member_t), intent(inout) :: self
       !> The ensemble of the scene.
       type(ensemble_plan_t), intent(in) :: plan
-      !> 1 to `plan%members`.
+      !> Number of the member, 1 to `plan%members`.
       integer(long), intent(in) :: number
       type(status_t), intent(out) :: status
       type(scene_error_t) :: error

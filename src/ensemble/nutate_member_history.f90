@@ -1,5 +1,5 @@
-!> One member of an ensemble with its whole history, as `nutate run` would write it: the row is that of the ensemble to
-!> the last bit.
+!> Runs one member of an ensemble with its whole history, as `nutate run` would write it. The row is bitwise identical
+!> to that of the ensemble.
 module nutate_member_history
    use nutate_event_history, only: event_history_t, events_name
    use nutate_history, only: history_t
@@ -16,22 +16,22 @@ module nutate_member_history
 
 contains
 
-   !> Runs a member and writes its history, and its events where the scene has any. One that does not reach its end
-   !> leaves its rows in the partial file; one that the scene refuses has none.
+   !> Runs a member and writes its history, and its events if the scene has any. A member that does not reach its end
+   !> leaves its rows in the partial file; a member that the scene rejects has none.
    !>
-   !> Errors: `NUTATE_IO`; `NUTATE_STOPPED` where the sweep is to end.
+   !> Errors: `NUTATE_IO`; `NUTATE_STOPPED` if the sweep is to end.
    subroutine write_member(scene, layout, number, name, sweep, fields, reason, status)
-      !> With an ensemble.
+      !> Scene with an ensemble.
       type(scene_t), intent(in) :: scene
-      !> Of the scene.
+      !> Row layout of the scene.
       type(row_layout_t), intent(in) :: layout
       integer(long), intent(in) :: number
       !> Path of the history.
       character(len=*), intent(in) :: name
       class(sweep_watcher_t), intent(in) :: sweep
-      !> Its row; shape (fields).
+      !> Row of the member; shape (fields).
       integer(long), intent(out) :: fields(:)
-      !> Why it did not reach its end.
+      !> Reason why the member did not reach its end.
       type(status_t), intent(out) :: reason
       type(status_t), intent(out) :: status
       type(member_run_t) :: runner
@@ -58,7 +58,7 @@ contains
 
    !> Opens the files of a member. Errors: `NUTATE_IO`.
    subroutine open_files(scene, name, history, events, status)
-      !> The member.
+      !> Scene of the member.
       type(scene_t), intent(in) :: scene
       character(len=*), intent(in) :: name
       type(history_t), intent(inout) :: history
@@ -72,7 +72,7 @@ contains
       end associate
    end subroutine open_files
 
-   !> Gives the files their names where the member reached its end. Errors: `NUTATE_IO`.
+   !> Gives the files their names if the member reached its end. Errors: `NUTATE_IO`.
    subroutine close_files(history, events, reason, status)
       type(history_t), intent(inout) :: history
       type(event_history_t), intent(inout) :: events

@@ -1,4 +1,4 @@
-!> Rows of members in memory, by the thread that calls or by several.
+!> Computes rows of members in memory, in the calling thread or in several threads.
 module nutate_member_rows
    use, intrinsic :: iso_c_binding, only: c_int
    use nutate_kinds, only: wp, long
@@ -13,15 +13,15 @@ module nutate_member_rows
 
    public :: run_members, fill_rows, run_share, has_threads
 
-   !> Members that a thread takes at a time, at most: few, so that threads end together.
+   !> Largest number of members that a thread takes at a time: small, so that threads end together.
    integer(long), parameter :: largest_share = 64
-   !> Shares of each thread, at least.
+   !> Least number of shares of each thread.
    integer(long), parameter :: usual_shares = 8
-   !> Time between two questions of a thread that has no more members, s.
+   !> Time between two polls of a thread that has no more members, s.
    real(wp), parameter :: usual_pause = 0.01_wp
 
    interface
-      !> Of POSIX.
+      !> Suspends the calling thread (POSIX).
       integer(c_int) function usleep(microseconds) bind(c, name='usleep')
          import :: c_int
          implicit none
@@ -31,7 +31,7 @@ module nutate_member_rows
 
 contains
 
-   !> The library was built with threads.
+   !> Returns true if the library was built with threads.
    pure logical function has_threads()
       has_threads = .false.
       !$ has_threads = .true.
@@ -40,9 +40,9 @@ contains
    !> Runs members in the calling thread and returns their rows. Errors: `NUTATE_BAD_ARGUMENT` for an unknown set of
    !> columns.
    subroutine run_members(scene, layout, first, last, fields, status)
-      !> With an ensemble.
+      !> Scene with an ensemble.
       type(scene_t), intent(in) :: scene
-      !> Of the scene.
+      !> Row layout of the scene.
       type(row_layout_t), intent(in) :: layout
       integer(long), intent(in) :: first, last
       !> Shape (fields, members).
@@ -53,19 +53,19 @@ contains
       call fill_rows(scene, layout, first, last, 1, nobody, fields, status)
    end subroutine run_members
 
-   !> Runs members to their rows, which do not depend on who runs them.
+   !> Runs members and fills their rows, which do not depend on the threads that run them.
    !>
-   !> Errors: `NUTATE_STOPPED` where the watcher wants the end, `NUTATE_BAD_ARGUMENT` for threads of a library that has
-   !> none, a set of columns that does not exist; rows are then filled in part.
+   !> Errors: `NUTATE_STOPPED` if the watcher wants the end; `NUTATE_BAD_ARGUMENT` for threads in a library built
+   !> without them, and for an unknown set of columns. Rows are then filled in part.
    subroutine fill_rows(scene, layout, first, last, threads, watcher, fields, status)
-      !> With an ensemble.
+      !> Scene with an ensemble.
       type(scene_t), intent(in) :: scene
-      !> Of the scene.
+      !> Row layout of the scene.
       type(row_layout_t), intent(in) :: layout
       integer(long), intent(in) :: first, last
-      !> How many at most; 1: the one that calls, and no parallel region is entered.
+      !> Largest number of threads; 1: the calling thread, and no parallel region is entered.
       integer, intent(in) :: threads
-      !> Asked whether to go on, by every thread.
+      !> Watcher that every thread polls for a request to stop.
       class(sweep_watcher_t), intent(in), target :: watcher
       !> Shape (fields, members).
       integer(long), intent(inout) :: fields(:, :)
@@ -76,7 +76,7 @@ contains
          status = fail(NUTATE_BAD_ARGUMENT, 'this library was built without threads (expected 1)', 'threads')
          return
       end if
-      ! A member alone is run by the thread that calls, which may be the only one that is told when it is to end.
+      ! A single member is run by the calling thread, which may be the only one that receives a request to stop.
       workers = int(max(min(int(threads, long), last - first + 1), 1_long))
       share = max(min((last - first + 1)/(usual_shares*workers), largest_share), 1_long)
       next = first
@@ -98,8 +98,8 @@ contains
       end if
    end subroutine fill_rows
 
-   !> Asks whether to go on while others run the last members: the thread that called may be the only one that receives
-   !> it.
+   !> Polls the watcher while others run the last members: the calling thread may be the only one that receives a
+   !> request to stop.
    subroutine wait_for_others(watcher, at_work)
       class(sweep_watcher_t), intent(in) :: watcher
       !> Threads with members to run; shared.
@@ -114,16 +114,16 @@ contains
       end do
    end subroutine wait_for_others
 
-   !> What each thread does: takes shares of the members until there are none.
+   !> Takes shares of the members until there are none; called by each thread.
    subroutine run_shares(scene, layout, first, last, share, next, watcher, fields, failure)
       type(scene_t), intent(in) :: scene
       type(row_layout_t), intent(in) :: layout
       integer(long), intent(in) :: first, last, share
-      !> The next member; shared.
+      !> Next member to run; shared.
       integer(long), intent(inout) :: next
       class(sweep_watcher_t), intent(in), target :: watcher
       integer(long), intent(inout) :: fields(:, :)
-      !> The first thing that went wrong; shared.
+      !> First failure; shared.
       type(status_t), intent(inout) :: failure
       type(member_run_t) :: runner
       type(status_t) :: status
@@ -144,9 +144,9 @@ contains
       call unlock_texts()
    end subroutine run_shares
 
-   !> Runs members to their rows. Errors: `NUTATE_STOPPED` where the watcher wants the end.
+   !> Runs members and fills their rows. Errors: `NUTATE_STOPPED` if the watcher wants the end.
    subroutine run_share(runner, scene, first, last, fields, status)
-      !> Prepared.
+      !> Prepared runner.
       type(member_run_t), intent(inout) :: runner
       type(scene_t), intent(in) :: scene
       integer(long), intent(in) :: first, last
@@ -166,7 +166,7 @@ contains
 
    !> Waits for some time, or until a signal comes, and lets other threads work.
    subroutine pause_thread(seconds)
-      !> Below 1.
+      !> Time to wait, s; below 1.
       real(wp), intent(in) :: seconds
       if (usleep(int(1e6_wp*seconds, c_int)) /= 0) return
    end subroutine pause_thread

@@ -21,7 +21,7 @@ module nutate_member_run
 
    public :: member_run_t
 
-   !> Runs members. Each thread has one of its own.
+   !> Runner of members; each thread has its own.
    type :: member_run_t
       type(member_t) :: member
       type(row_layout_t) :: layout
@@ -29,7 +29,7 @@ module nutate_member_run
    contains
       !> Prepares for a scene with an ensemble.
       procedure :: prepare
-      !> Runs a member to its row.
+      !> Runs a member and fills its row.
       procedure :: row
    end type member_run_t
 
@@ -39,10 +39,10 @@ contains
    subroutine prepare(self, scene, layout, status, sweep)
       class(member_run_t), intent(inout) :: self
       type(scene_t), intent(in) :: scene
-      !> Of the scene.
+      !> Row layout of the scene.
       type(row_layout_t), intent(in) :: layout
       type(status_t), intent(out) :: status
-      !> Asked whether to go on.
+      !> Watcher that the runs poll.
       class(sweep_watcher_t), intent(in), target, optional :: sweep
       call lock_texts()
       self%layout = layout
@@ -52,22 +52,22 @@ contains
       if (present(sweep)) self%watcher%sweep => sweep
    end subroutine prepare
 
-   !> Runs a member to its row. What goes wrong in the run, or with the numbers drawn, stands in the row.
+   !> Runs a member and fills its row, which also reports failures of the run and drawn values that the scene rejects.
    !>
-   !> Errors: `NUTATE_STOPPED` where the sweep is to end, and then there is no row; what the history returned.
+   !> Errors: `NUTATE_STOPPED` if the sweep is to end, and then there is no row; errors of the history.
    subroutine row(self, scene, number, fields, status, reason, history, events)
-      !> Prepared.
+      !> Prepared runner.
       class(member_run_t), intent(inout) :: self
-      !> Whose ensemble it is.
+      !> Scene of the ensemble.
       type(scene_t), intent(in) :: scene
-      !> 1 to the number of members.
+      !> Number of the member, from 1 to the number of members.
       integer(long), intent(in) :: number
       !> Shape (fields).
       integer(long), intent(out) :: fields(:)
       type(status_t), intent(out) :: status
-      !> Why the member did not reach its end.
+      !> Reason why the member did not reach its end.
       type(status_t), intent(out), optional :: reason
-      !> Open for the member; not used where the scene refuses it.
+      !> History, open for the member; not used if the scene rejects it.
       type(history_t), intent(in), target, optional :: history
       type(event_history_t), intent(in), target, optional :: events
       type(status_t) :: outcome, failure
@@ -101,7 +101,7 @@ contains
       if (present(reason)) reason = outcome
    end subroutine row
 
-   !> Runs the member that was taken.
+   !> Runs the member whose values have been set.
    subroutine go(self, run, fields, outcome)
       class(member_run_t), intent(inout) :: self
       type(run_t), intent(inout) :: run
@@ -130,7 +130,7 @@ contains
       call note_end(self, run, outcome%ok(), fields)
    end subroutine go
 
-   !> Goes to the end. Where only the ends of steps are looked at, the last trial run is the run.
+   !> Runs to the end. If only the ends of steps are observed, the last trial run is used as the run.
    subroutine go_to_end(watcher, run, system, outcome)
       type(member_watcher_t), intent(inout) :: watcher
       type(run_t), intent(inout) :: run
@@ -149,11 +149,11 @@ contains
       if (outcome%ok() .and. run%summary%steps == 0) call run%run_to_end(system, outcome, watcher)
    end subroutine go_to_end
 
-   !> Puts where a run ended into the row.
+   !> Writes the end of a run into the row.
    subroutine note_end(self, run, arrived, fields)
       class(member_run_t), intent(inout) :: self
       type(run_t), intent(in) :: run
-      !> It came to its end, which is looked at whatever the stride is.
+      !> True if the run reached its end, which is measured whatever the stride is.
       logical, intent(in) :: arrived
       integer(long), intent(inout) :: fields(:)
       type(run_record_t) :: record
@@ -181,7 +181,7 @@ contains
          if (fields(at) > 0) fields(at + 1) = bits_of(run%events%watched(i)%first_time)
       end do
    contains
-      !> Evaluates the columns, and measures the invariants where the last row was not among those that are looked at.
+      !> Evaluates the columns, and measures the invariants if the watcher may not have done so in the last row.
       subroutine evaluate_end(system)
          type(system_t), intent(in) :: system
          if (arrived .and. allocated(self%watcher%last_row)) then

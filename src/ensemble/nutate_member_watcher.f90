@@ -1,5 +1,5 @@
-!> What looks on while a member runs: it measures the invariants, follows angles, and shows all to a history where there
-!> is one.
+!> Observer of a member's run: it measures the invariants, follows angles, and passes rows and events to a history if
+!> there is one.
 module nutate_member_watcher
    use nutate_columns, only: columns_t
    use nutate_event, only: event_t
@@ -19,13 +19,13 @@ module nutate_member_watcher
 
    public :: poll_stride, member_watcher_t, sweep_asker_t
 
-   !> Times at which the invariants of a member are measured, where the scene asks for no rows: so many that a walk of
-   !> round-off is seen, so few that they cost little beside the steps.
+   !> Number of times at which the invariants of a member are measured if the scene sets no output points: enough to
+   !> detect a random walk of round-off, few enough to cost little beside the steps.
    integer(long), parameter :: usual_polls = 100
 
-   !> Ends runs, trial runs too, when the sweep is to end.
+   !> Observer that ends runs, trial runs too, when the sweep is to end.
    type, extends(observer_t) :: sweep_asker_t
-      !> Asked whether to go on, where there is one.
+      !> Watcher of the sweep, or NULL.
       class(sweep_watcher_t), pointer :: sweep => null()
    contains
       procedure :: poll => ask_sweep
@@ -34,14 +34,14 @@ module nutate_member_watcher
    type, extends(sweep_asker_t) :: member_watcher_t
       type(columns_t) :: columns
       type(invariants_t) :: invariants
-      !> Rows of several runs are shown, each from its start, where the invariants are these.
+      !> True if rows of several runs are observed, each of which begins with the invariants `at_start`.
       logical :: begins_anew = .false.
       type(invariants_t) :: at_start
       !> Steps between two measurements of the invariants.
       integer(long) :: stride = 1
-      !> The last row; only where `columns%shows_commands`, which are others once the run has ended on a sample.
+      !> Last row; allocated only if `columns%shows_commands`, since commands change when the run ends on a sample.
       real(wp), allocatable :: last_row(:)
-      !> Where rows and events go, where they go anywhere.
+      !> Histories of rows and of events, or NULL.
       type(history_t), pointer :: history => null()
       type(event_history_t), pointer :: events => null()
    contains
@@ -52,8 +52,8 @@ module nutate_member_watcher
 
 contains
 
-   !> Steps after which a member is looked at, beside its last one, though a history has more rows; 1 where the scene
-   !> says when rows are due, or steps are adaptive.
+   !> Returns the number of steps between two measurements of a member, beside the one at its last step; 1 if the scene
+   !> sets its output points, or steps are adaptive. A history may have more rows.
    pure integer(long) function poll_stride(scene)
       type(scene_t), intent(in) :: scene
       poll_stride = 1
@@ -73,7 +73,7 @@ contains
       if (associated(self%history)) call self%history%observe(system, state, record, status)
    end subroutine watch_row
 
-   !> Ends the run where a user-defined effect has failed, and with `NUTATE_STOPPED` where the sweep is to end.
+   !> Ends the run if a user-defined effect has failed, and with `NUTATE_STOPPED` if the sweep is to end.
    subroutine ask_sweep(self, fraction, status)
       class(sweep_asker_t), intent(inout) :: self
       real(wp), intent(in) :: fraction

@@ -1,4 +1,5 @@
-!> Headers of NumPy's files: arrays of records, all fields of 8 bytes, so that where a row stands is known beforehand.
+!> Headers of NumPy files: arrays of records, all fields of 8 bytes, so that the position of each row is known
+!> beforehand.
 module nutate_npy
    use, intrinsic :: iso_fortran_env, only: int8
    use nutate_kinds, only: long
@@ -8,16 +9,16 @@ module nutate_npy
 
    public :: npy_header, longest_header
 
-   !> Bytes that NumPy reads without being told to trust the file.
+   !> Longest header, in bytes, that NumPy reads without being told to trust the file.
    integer, parameter :: longest_header = 10000
-   !> Rows begin at a multiple of this.
+   !> Rows begin at a multiple of this number of bytes.
    integer, parameter :: alignment = 64
-   !> Digits left for the number of rows: files of more and of less rows have headers of one length.
+   !> Digits reserved for the number of rows: headers have one length for any number of rows.
    integer, parameter :: count_digits = 12
 
 contains
 
-   !> The bytes before the rows: version 1.0 of the format.
+   !> Returns the bytes before the rows, in version 1.0 of the format.
    pure function npy_header(layout, rows) result(header)
       type(row_layout_t), intent(in) :: layout
       integer(long), intent(in) :: rows
@@ -38,7 +39,7 @@ contains
       header = char(147)//'NUMPY'//char(1)//char(0)//char(mod(len(header), 256))//char(len(header)/256)//header
    end function npy_header
 
-   !> How numbers stand in memory here.
+   !> Returns the byte order of this machine, `<` or `>`.
    pure character function byte_order()
       byte_order = merge('<', '>', any(transfer(1_long, [0_int8], 1) == 1_int8))
    end function byte_order

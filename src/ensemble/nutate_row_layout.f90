@@ -1,4 +1,4 @@
-!> The row of a member: which fields it has, all of 8 bytes.
+!> Layout of a member's row: its fields, all of 8 bytes.
 module nutate_row_layout
    use nutate_columns, only: columns_t
    use nutate_kinds, only: wp, long
@@ -12,11 +12,11 @@ module nutate_row_layout
 
    public :: row_layout_t, make_layout, bits_of, real_of
 
-   !> Letters of a name.
+   !> Length of a field name.
    integer, parameter, public :: field_length = 96
 
-   !> The fields of a result row, in order: member, status, the varied values, t, the columns of the scene, the
-   !> largest energy residual and momentum error, count and first time of each event, indicators of chaos.
+   !> Fields of a result row, in order: member, status, the varied values, t, the columns of the scene, the largest
+   !> energy residual and momentum error, count and first time of each event, indicators of chaos.
    type :: row_layout_t
       character(len=field_length), allocatable :: names(:)
       !> True for a 64-bit integer, false for a real.
@@ -65,13 +65,13 @@ contains
                                        mod(i - layout%errors, 2) == 1), i=1, size(layout%names))]
    end subroutine make_layout
 
-   !> A number as a field.
+   !> Returns a number as a field.
    elemental integer(long) function bits_of(x)
       real(wp), intent(in) :: x
       bits_of = transfer(x, bits_of)
    end function bits_of
 
-   !> A field as a number.
+   !> Returns a field as a number.
    elemental real(wp) function real_of(bits)
       integer(long), intent(in) :: bits
       real_of = transfer(bits, real_of)

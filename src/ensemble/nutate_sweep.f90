@@ -4,8 +4,8 @@
 !>     call sweep%go(threads, watcher, status)
 !>     call sweep%close(status)
 !>
-!> Threads take chunks of members as they come; a row depends on its member alone, and sums are made in the order of the
-!> members, so that the bytes are the same whoever ran what.
+!> Threads take chunks of members as they become free. A row depends on its member alone, and sums are added in the
+!> order of the members, so that results are bitwise identical whichever thread ran a member.
 !>
 !> In place of `go`, a program may hand out the chunks itself, to other processes too, each of which has joined:
 !>
@@ -34,10 +34,10 @@ module nutate_sweep
 
    public :: sweep_t
 
-   !> What the file of sums under way begins with; the number is that of its format.
+   !> First bytes of the file of sums in progress; the number is the version of its format.
    character(len=*), parameter :: signature = 'nutate sweep sums 1'//achar(10)
    character(len=*), parameter :: partial = '.partial'
-   !> Chunks that an ensemble is cut into, at least, and for each worker; the largest one that suits.
+   !> Least number of chunks of an ensemble, in all and for each worker; largest number of members of a chunk.
    integer(long), parameter :: usual_chunks = 64, chunks_of_each = 16, largest_chunk = 4096
 
    !> Rows of one chunk that wait for those before them.
@@ -50,61 +50,61 @@ module nutate_sweep
       type(row_layout_t) :: layout
       !> First and last of the members.
       integer(long) :: first = 1, last = 0
-      !> Members done, those of an earlier sweep that is gone on with included.
+      !> Members done, including those of an earlier sweep that is continued.
       integer(long) :: members_done = 0
-      !> Path of the whole file.
+      !> Path of the complete file.
       character(len=:), allocatable :: name
-      !> Of the members so far, where no rows are kept.
+      !> Sums over the members so far, if no rows are kept.
       type(sweep_sums_t) :: sums
-      !> Rows go to a file.
+      !> True if rows go to a file, false if they are only added up.
       logical :: keeps_rows = .true.
-      !> Members of a chunk; the last one may have less.
+      !> Members of a chunk; the last one may have fewer.
       integer(long) :: chunk = 1
-      !> What the rows depend on; sweeps with the same rows have the same.
+      !> Checksum of what the rows depend on; the same for sweeps with the same rows.
       integer(long) :: identity = 0
       type(sweep_file_t), private :: file
-      !> Chunks in all, next to be taken, next to be added.
+      !> Number of chunks; next chunk to run; next chunk to add to the sums.
       integer(long), private :: chunks = 0, next = 1, to_add = 1
       type(waiting_t), allocatable, private :: waiting(:)
-      !> The first thing that went wrong.
+      !> First failure.
       type(status_t), private :: failure
    contains
       !> Opens the file.
       procedure :: open => open_sweep
       !> Joins a sweep that another process has opened.
       procedure :: join
-      !> Runs what is not done yet.
+      !> Runs the chunks that are not done yet.
       procedure :: go
-      !> The next chunk that is to be run.
+      !> Returns the next chunk to run.
       procedure :: get_chunk
       !> Runs a chunk to rows on the disk.
       procedure :: run_chunk
       !> Counts a chunk that has been run.
       procedure :: finish_chunk
-      !> How many members a chunk has.
+      !> Returns the number of members of a chunk.
       procedure :: size_of
       !> Gives the file its name.
       procedure :: close => close_sweep
-      !> Leaves it to be gone on with, or to the process that has opened it.
+      !> Leaves the file to be continued, or to the process that has opened it.
       procedure :: abandon
    end type sweep_t
 
 contains
 
    !> Opens the file. Errors: `NUTATE_IO`; `NUTATE_BAD_ARGUMENT` for more fields than a header holds, and for a file to
-   !> go on with that belongs to another sweep.
+   !> continue that belongs to another sweep.
    subroutine open_sweep(self, scene, first, last, name, resume, status, workers)
       class(sweep_t), intent(inout) :: self
-      !> With an ensemble.
+      !> Scene with an ensemble.
       type(scene_t), intent(in) :: scene
-      !> Members.
+      !> First and last member.
       integer(long), intent(in) :: first, last
       !> Path of the file.
       character(len=*), intent(in) :: name
-      !> Go on with what another sweep has left, if it has left anything.
+      !> True to continue what an earlier sweep has left, if it has left anything.
       logical, intent(in) :: resume
       type(status_t), intent(out) :: status
-      !> Threads or processes that run chunks; default 1. A file to go on with keeps its chunks.
+      !> Number of threads or processes that run chunks; default 1. A continued file keeps its chunks.
       integer, intent(in), optional :: workers
       character(len=:), allocatable :: header
       integer(long) :: members
@@ -135,15 +135,15 @@ contains
       end if
    end subroutine open_sweep
 
-   !> Joins a sweep that another process has opened: runs chunks of it. Errors: `NUTATE_IO`;
-   !> `NUTATE_BAD_ARGUMENT` where the scene is not that of the other process.
+   !> Joins a sweep that another process has opened: runs chunks of it. Errors: `NUTATE_IO`; `NUTATE_BAD_ARGUMENT` if
+   !> the scene is not that of the other process.
    subroutine join(self, scene, first, last, name, chunk, identity, status)
       class(sweep_t), intent(inout) :: self
-      !> What the other process has given to `open`.
+      !> Arguments that the other process has passed to `open`.
       type(scene_t), intent(in) :: scene
       integer(long), intent(in) :: first, last
       character(len=*), intent(in) :: name
-      !> What its `open` has come to.
+      !> Chunk size and identity of the sweep of the other process.
       integer(long), intent(in) :: chunk, identity
       type(status_t), intent(out) :: status
       integer(long) :: members
@@ -158,7 +158,7 @@ contains
                                                chunk, status)
    end subroutine join
 
-   !> Prepares what is the same for all that run chunks.
+   !> Sets what `open` and `join` have in common.
    subroutine begin(self, scene, first, last, name, status)
       class(sweep_t), intent(inout) :: self
       type(scene_t), intent(in) :: scene
@@ -173,10 +173,10 @@ contains
       call make_layout(scene, self%layout, status)
    end subroutine begin
 
-   !> Members of a chunk.
+   !> Returns the default number of members of a chunk.
    pure integer(long) function usual_chunk(members, workers) result(chunk)
       integer(long), intent(in) :: members
-      !> As in `open`.
+      !> Number of threads or processes, as in `open`.
       integer, intent(in), optional :: workers
       integer(long) :: parts
       parts = usual_chunks
@@ -184,7 +184,7 @@ contains
       chunk = max(min((members + parts - 1)/parts, largest_chunk), 1_long)
    end function usual_chunk
 
-   !> Starts sums, or goes on with those that another sweep has left. Errors: `NUTATE_BAD_ARGUMENT`.
+   !> Starts sums, or continues those that another sweep has left. Errors: `NUTATE_BAD_ARGUMENT`.
    subroutine open_sums(self, resume, status)
       class(sweep_t), intent(inout) :: self
       logical, intent(in) :: resume
@@ -221,7 +221,7 @@ contains
       self%next = self%to_add
    end subroutine read_sums
 
-   !> Notes the sums so far. Errors: `NUTATE_IO`.
+   !> Writes the sums so far to the partial file. Errors: `NUTATE_IO`.
    subroutine keep_sums(self, status)
       class(sweep_t), intent(inout) :: self
       type(status_t), intent(out) :: status
@@ -235,7 +235,7 @@ contains
       call write_sealed(self%name//partial, signature, archive%content(), status)
    end subroutine keep_sums
 
-   !> Rows that are in the file.
+   !> Returns the number of rows in the file.
    integer(long) function count_done(self) result(n)
       class(sweep_t), intent(in) :: self
       integer(long) :: i
@@ -245,14 +245,14 @@ contains
       end do
    end function count_done
 
-   !> Runs what is not done yet. Errors: `NUTATE_STOPPED` where the watcher wants the end; `NUTATE_IO`;
-   !> `NUTATE_BAD_ARGUMENT` for threads of a library that has none.
+   !> Runs the chunks that are not done yet. Errors: `NUTATE_STOPPED` if the watcher wants the end; `NUTATE_IO`;
+   !> `NUTATE_BAD_ARGUMENT` for threads in a library built without them.
    subroutine go(self, scene, threads, watcher, status)
-      !> Open.
+      !> Open sweep.
       class(sweep_t), intent(inout) :: self
-      !> The scene that it was opened with.
+      !> Scene that the sweep was opened with.
       type(scene_t), intent(in) :: scene
-      !> How many; 1: the one that calls, and none is started.
+      !> Number of threads; 1: the calling thread, and none is started.
       integer, intent(in) :: threads
       class(sweep_watcher_t), intent(inout) :: watcher
       type(status_t), intent(out) :: status
@@ -272,7 +272,7 @@ contains
       status = self%failure
    end subroutine go
 
-   !> What each thread does: takes chunks until there are none.
+   !> Takes and runs chunks until there are none; called by each thread.
    subroutine work(self, scene, watcher)
       class(sweep_t), intent(inout) :: self
       type(scene_t), intent(in) :: scene
@@ -300,11 +300,11 @@ contains
       call unlock_texts()
    end subroutine work
 
-   !> The next chunk that is to be run. Not for several threads at once.
+   !> Returns the next chunk to run. Not for several threads at once.
    subroutine get_chunk(self, chunk)
-      !> Opened.
+      !> Open sweep.
       class(sweep_t), intent(inout) :: self
-      !> Its number; 0 if there are no more.
+      !> Number of the chunk; 0 if there are no more.
       integer(long), intent(out) :: chunk
       chunk = 0
       do while (self%next <= self%chunks .and. chunk == 0)
@@ -316,17 +316,17 @@ contains
       end do
    end subroutine get_chunk
 
-   !> Runs a chunk to rows, which are on the disk when this returns. For several threads at once. Errors:
-   !> `NUTATE_STOPPED` where the watcher of the runner wants the end; `NUTATE_IO`.
+   !> Runs a chunk; its rows are on the disk when this returns. For several threads at once. Errors: `NUTATE_STOPPED` if
+   !> the watcher of the runner wants the end; `NUTATE_IO`.
    subroutine run_chunk(self, scene, runner, chunk, fields, status)
-      !> Opened or joined. A target, so that the watcher may take and finish other chunks meanwhile.
+      !> Open or joined sweep. A target, so that the watcher may take and finish other chunks meanwhile.
       class(sweep_t), intent(inout), target :: self
-      !> That of the sweep.
+      !> Scene of the sweep.
       type(scene_t), intent(in) :: scene
-      !> Prepared with the scene and the sweep's layout.
+      !> Runner, prepared with the scene and the layout of the sweep.
       type(member_run_t), intent(inout) :: runner
       integer(long), intent(in) :: chunk
-      !> The rows; shape (fields, members of the chunk).
+      !> Rows of the chunk; shape (fields, members of the chunk).
       integer(long), allocatable, intent(out) :: fields(:, :)
       type(status_t), intent(out) :: status
       integer(long) :: first
@@ -342,20 +342,20 @@ contains
       call unlock_texts()
    end subroutine run_chunk
 
-   !> How many members a chunk has.
+   !> Returns the number of members of a chunk.
    pure integer(long) function size_of(self, chunk)
       class(sweep_t), intent(in) :: self
       integer(long), intent(in) :: chunk
       size_of = min(self%chunk, self%last - self%first + 1 - (chunk - 1)*self%chunk)
    end function size_of
 
-   !> Counts a chunk that has been run, and marks it in the file. Where no rows are kept, adds it when its turn has
-   !> come, with those that waited for it. Not for several threads at once. Errors: `NUTATE_IO`.
+   !> Counts a chunk that has been run, and marks it in the file. If no rows are kept, adds the chunks to the sums in
+   !> their order, each when those before it are there. Not for several threads at once. Errors: `NUTATE_IO`.
    subroutine finish_chunk(self, chunk, fields, status)
-      !> Opened.
+      !> Open sweep.
       class(sweep_t), intent(inout) :: self
       integer(long), intent(in) :: chunk
-      !> Its rows; shape (fields, members of the chunk). Only needed where no rows are kept, and then taken away.
+      !> Rows of the chunk; shape (fields, members of the chunk). Only needed if no rows are kept, and then deallocated.
       integer(long), allocatable, intent(inout) :: fields(:, :)
       type(status_t), intent(out) :: status
       if (self%keeps_rows) then
@@ -386,7 +386,7 @@ contains
       end if
    end subroutine close_sweep
 
-   !> Leaves the file to be gone on with, or to the process that has opened it. Errors: `NUTATE_IO`.
+   !> Leaves the file to be continued, or to the process that has opened it. Errors: `NUTATE_IO`.
    subroutine abandon(self, status)
       class(sweep_t), intent(inout) :: self
       type(status_t), intent(out) :: status

@@ -1,4 +1,4 @@
-!> The rows of a finished sweep as CSV, and what they come to.
+!> Writes the rows of a finished sweep as CSV, and adds them up.
 module nutate_sweep_csv
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_decimal, only: decimal_length, decimal_t
@@ -27,14 +27,14 @@ module nutate_sweep_csv
    contains
       !> Opens a file.
       procedure :: open => open_rows
-      !> The next rows.
+      !> Returns the next rows.
       procedure :: next
       procedure :: close => close_rows
    end type npy_rows_t
 
 contains
 
-   !> Opens a file. Errors: `NUTATE_IO` where it cannot be read, or is not the one of so many such rows.
+   !> Opens a file. Errors: `NUTATE_IO` if it cannot be read, or does not have this number of rows of this layout.
    subroutine open_rows(self, name, layout, rows, status)
       class(npy_rows_t), intent(inout) :: self
       character(len=*), intent(in) :: name
@@ -66,7 +66,7 @@ contains
       call self%close()
    end subroutine open_rows
 
-   !> The next rows; none at the end. Errors: `NUTATE_IO`.
+   !> Returns the next rows; none at the end. Errors: `NUTATE_IO`.
    subroutine next(self, fields, status)
       class(npy_rows_t), intent(inout) :: self
       !> Shape (fields, rows).
@@ -86,7 +86,7 @@ contains
       self%unit = -1
    end subroutine close_rows
 
-   !> Writes the rows of a finished file as CSV; a number that is not there is an empty field. Errors: `NUTATE_IO`.
+   !> Writes the rows of a finished file as CSV; a number that is not finite is an empty field. Errors: `NUTATE_IO`.
    subroutine write_csv(npy, layout, rows, name, status)
       !> Path of the finished file.
       character(len=*), intent(in) :: npy
@@ -125,7 +125,7 @@ contains
       end if
    end subroutine write_csv
 
-   !> The names of the fields.
+   !> Returns the names of the fields, separated by commas.
    pure function header_line(layout) result(line)
       type(row_layout_t), intent(in) :: layout
       character(len=:), allocatable :: line
@@ -136,10 +136,10 @@ contains
       end do
    end function header_line
 
-   !> One row.
+   !> Returns one row as CSV.
    pure function csv_line(layout, decimal, fields) result(text)
       type(row_layout_t), intent(in) :: layout
-      !> Prepared.
+      !> Prepared converter.
       type(decimal_t), intent(in) :: decimal
       integer(long), intent(in) :: fields(:)
       character(len=:), allocatable :: text
@@ -170,9 +170,9 @@ contains
       character(len=*), intent(in) :: npy
       type(row_layout_t), intent(in) :: layout
       integer(long), intent(in) :: rows
-      !> Not prepared.
+      !> Sums, not yet prepared.
       type(sweep_sums_t), intent(inout) :: sums
-      !> The first member that did not reach its end; 0: all did.
+      !> First member that did not reach its end; 0 if all did.
       integer(long), intent(out) :: first_failed
       type(status_t), intent(out) :: status
       type(npy_rows_t) :: reader

@@ -1,6 +1,6 @@
-!> The rows of a sweep while it is under way: a file of NumPy under another name, at its full size from the start, and
-!> behind the rows a map of the chunks that are finished. A chunk is marked when it is on the disk; whatever ends the
-!> program, what is marked is whole.
+!> Rows of a sweep in progress: a NumPy file under another name, at its full size from the start, and behind the rows a
+!> map of the chunks that are finished. A chunk is marked when it is on the disk, so that marked chunks are complete
+!> whatever ends the program.
 module nutate_sweep_file
    use, intrinsic :: iso_c_binding, only: c_null_char
    use nutate_file_calls, only: file_readable
@@ -13,28 +13,28 @@ module nutate_sweep_file
 
    public :: sweep_file_t, read_bytes
 
-   !> What the map begins with; the number is that of its format.
+   !> First bytes of the map; the number is the version of its format.
    character(len=*), parameter :: signature = 'nutate sweep map 1'//achar(10)
    !> Bytes of a number.
    integer, parameter :: word = 8
-   !> The signature, what the rows belong to, and rows of a chunk.
+   !> Bytes of the head of the map: the signature, the identity of the sweep, and the rows of a chunk.
    integer, parameter :: head = len(signature) + 2*word
    character, parameter :: open_mark = '.', done_mark = 'x'
-   !> The map shares no such block with rows: on a network file system a machine may write back, with a mark, the whole
-   !> page as it once read it, while another one writes the last rows.
+   !> Bytes of a block that map and rows never share: on a network file system a machine may write back, with a mark,
+   !> the whole page as it once read it, while another one writes the last rows.
    integer(long), parameter :: page = 65536
 
-   !> Rows at fixed places.
+   !> File with rows at fixed positions.
    type :: sweep_file_t
-      !> Rows of the file, and of a chunk; the last one may have less.
+      !> Rows of the file, and of a chunk; the last chunk may have fewer.
       integer(long) :: rows = 0, chunk = 1
-      !> Chunks that are finished; shape (chunks).
+      !> True for chunks that are finished; shape (chunks).
       logical, allocatable :: done(:)
       !> Bytes before the rows, and of a row.
       integer(long), private :: offset = 0, row_bytes = 0
       type(output_file_t), private :: file
    contains
-      !> Starts a file, or goes on with one.
+      !> Starts a file, or continues one.
       procedure :: open => open_sweep
       !> Writes to a file that another process has started.
       procedure :: join
@@ -44,27 +44,27 @@ module nutate_sweep_file
       procedure :: mark
       !> Gives the file its name.
       procedure :: finish
-      !> Leaves it as it is.
+      !> Leaves the file as it is.
       procedure :: abandon
    end type sweep_file_t
 
 contains
 
-   !> Starts a file, or goes on with one. Errors: `NUTATE_IO`; `NUTATE_BAD_ARGUMENT` for a file to go on with that
-   !> belongs to another scene.
+   !> Starts a file, or continues one. Errors: `NUTATE_IO`; `NUTATE_BAD_ARGUMENT` for a file to continue that belongs to
+   !> another scene.
    subroutine open_sweep(self, name, header, width, rows, chunk, identity, resume, status)
       class(sweep_file_t), intent(inout) :: self
-      !> Path of the whole file.
+      !> Path of the complete file.
       character(len=*), intent(in) :: name
-      !> Its first bytes.
+      !> First bytes of the file.
       character(len=*), intent(in) :: header
       !> Fields of a row.
       integer, intent(in) :: width
-      !> Of the file, and of a chunk; a file to go on with keeps its chunks.
+      !> Rows of the file, and of a chunk; a continued file keeps its chunks.
       integer(long), intent(in) :: rows, chunk
-      !> What the rows belong to.
+      !> Identity of the sweep that the rows belong to.
       integer(long), intent(in) :: identity
-      !> Go on with what another sweep has left, if it has left anything.
+      !> True to continue what an earlier sweep has left, if it has left anything.
       logical, intent(in) :: resume
       type(status_t), intent(out) :: status
       logical :: found
@@ -81,11 +81,11 @@ contains
       if (status%ok()) call self%file%sync(status)
    end subroutine open_sweep
 
-   !> Writes rows to a file that another process has started, or gone on with; that one marks and finishes. Errors:
+   !> Writes rows to a file that another process has started or continued, and that it marks and finishes. Errors:
    !> `NUTATE_IO`.
    subroutine join(self, name, header, width, rows, chunk, status)
       class(sweep_file_t), intent(inout) :: self
-      !> As for `open`; the chunks are those of the file.
+      !> Arguments as for `open`; the chunks are those of the file.
       character(len=*), intent(in) :: name, header
       integer, intent(in) :: width
       integer(long), intent(in) :: rows, chunk
@@ -94,7 +94,7 @@ contains
       call self%file%open_beside(name, map_at(self) + head + size(self%done), status)
    end subroutine join
 
-   !> Says where rows go, none of which is there yet.
+   !> Sets the positions of the rows, and marks no chunk as done.
    pure subroutine set_places(self, offset, width, rows, chunk)
       class(sweep_file_t), intent(inout) :: self
       !> Bytes before the rows; fields of a row.
@@ -108,13 +108,13 @@ contains
       allocate (self%done((rows + chunk - 1)/chunk), source=.false.)
    end subroutine set_places
 
-   !> Bytes of header and rows.
+   !> Returns the bytes of header and rows.
    pure integer(long) function whole_bytes(self)
       class(sweep_file_t), intent(in) :: self
       whole_bytes = self%offset + self%rows*self%row_bytes
    end function whole_bytes
 
-   !> Bytes before the map.
+   !> Returns the bytes before the map.
    pure integer(long) function map_at(self)
       class(sweep_file_t), intent(in) :: self
       map_at = (whole_bytes(self) + page - 1)/page*page
@@ -125,7 +125,7 @@ contains
       class(sweep_file_t), intent(inout) :: self
       character(len=*), intent(in) :: name, header
       integer(long), intent(in) :: identity
-      !> There is one.
+      !> True if there is such a file.
       logical, intent(out) :: found
       type(status_t), intent(out) :: status
       character(len=:), allocatable :: partial, bytes, begin, marks
@@ -163,7 +163,7 @@ contains
       integer(long), intent(in) :: chunk
       !> Shape (fields, rows of the chunk).
       integer(long), intent(in) :: fields(:, :)
-      !> Of the system, for `error_text`; 0: none.
+      !> Error code of the operating system, for `error_text`; 0: none.
       integer, intent(out) :: error
       call self%file%put_safely(self%offset + (chunk - 1)*self%chunk*self%row_bytes, fields, error)
    end subroutine put_chunk
@@ -186,17 +186,17 @@ contains
       if (status%ok()) call self%file%finish(status)
    end subroutine finish
 
-   !> Leaves the file as it is, to be gone on with. Errors: `NUTATE_IO`.
+   !> Leaves the file as it is, to be continued. Errors: `NUTATE_IO`.
    subroutine abandon(self, status)
       class(sweep_file_t), intent(inout) :: self
       type(status_t), intent(out) :: status
       call self%file%abandon(status)
    end subroutine abandon
 
-   !> Some bytes of a file; fewer, or none, where it has no more or cannot be read.
+   !> Reads some bytes of a file; fewer, or none, if it has no more or cannot be read.
    subroutine read_bytes(path, offset, count, bytes)
       character(len=*), intent(in) :: path
-      !> Bytes before them.
+      !> Number of bytes before the first one that is read.
       integer(long), intent(in) :: offset
       integer, intent(in) :: count
       character(len=:), allocatable, intent(out) :: bytes

@@ -1,4 +1,4 @@
-!> What the rows of a sweep depend on, as a number: by it a file knows whether it belongs to a scene.
+!> Checksum of what the rows of a sweep depend on; it shows whether a file belongs to a scene.
 module nutate_sweep_identity
    use nutate_byte_archive, only: byte_archive_t
    use nutate_checksum, only: checksum
@@ -13,16 +13,16 @@ module nutate_sweep_identity
 
    public :: identity_of
 
-   !> Keys that say where results go, and how.
+   !> Keys that set where and how results are written.
    character(len=name_length), parameter :: of_files(5) = [character(len=name_length) :: &
                                             'file', 'events', 'precision', 'histories', 'chunk']
 
 contains
 
-   !> A checksum over version, scene, ensemble and members. The same for sweeps whose rows are the same.
+   !> Returns a checksum over version, scene, ensemble and members. It is the same for sweeps with the same rows.
    integer(long) function identity_of(scene, first, last)
       type(scene_t), intent(in) :: scene
-      !> Members.
+      !> First and last member.
       integer(long), intent(in) :: first, last
       type(byte_archive_t) :: archive
       character(len=:), allocatable :: text

@@ -1,5 +1,5 @@
-!> What stands beside a finished file of rows, for people and for those who merge: which scene the rows belong to, what
-!> their fields are, and what each status means.
+!> Listing beside a finished file of rows, for people and for merging: the scene that the rows belong to, their fields,
+!> and the meaning of each status.
 module nutate_sweep_listing
    use nutate_contraction, only: arithmetic_in_words
    use nutate_files, only: replace_file
@@ -19,7 +19,7 @@ module nutate_sweep_listing
 
    character(len=*), parameter :: suffix = '.txt', mark = 'identity '
 
-   !> What a code says.
+   !> A status code and its meaning.
    type :: code_t
       integer :: code
       character(len=56) :: words
@@ -38,7 +38,7 @@ module nutate_sweep_listing
 
 contains
 
-   !> What a status code means.
+   !> Returns the meaning of a status code.
    pure function status_in_words(code) result(words)
       integer, intent(in) :: code
       character(len=:), allocatable :: words
@@ -52,9 +52,9 @@ contains
    subroutine write_listing(scene, layout, first, last, name, status)
       type(scene_t), intent(in) :: scene
       type(row_layout_t), intent(in) :: layout
-      !> Members.
+      !> First and last member.
       integer(long), intent(in) :: first, last
-      !> Path of the rows.
+      !> Path of the file of rows.
       character(len=*), intent(in) :: name
       type(status_t), intent(out) :: status
       character, parameter :: line_feed = achar(10)
@@ -78,14 +78,14 @@ contains
       call replace_file(listing_name(name), text, status)
    end subroutine write_listing
 
-   !> The path of the listing of a file of rows.
+   !> Returns the path of the listing of a file of rows.
    pure function listing_name(name) result(listing)
       character(len=*), intent(in) :: name
       character(len=:), allocatable :: listing
       listing = name//suffix
    end function listing_name
 
-   !> True if the file of rows of a name is that of a scene and these members, as its listing says.
+   !> Returns true if, by its listing, the file of rows of a name belongs to a scene and these members.
    logical function listing_fits(scene, first, last, name)
       type(scene_t), intent(in) :: scene
       integer(long), intent(in) :: first, last

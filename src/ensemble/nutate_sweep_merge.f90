@@ -1,4 +1,4 @@
-!> Puts the files of several sweeps over parts of an ensemble together: `NAME.A-B.npy` for members A to B.
+!> Merges the files of several sweeps over parts of an ensemble: `NAME.A-B.npy` for members A to B.
 module nutate_sweep_merge
    use nutate_files, only: output_file_t
    use nutate_folder, only: files_between
@@ -18,16 +18,16 @@ module nutate_sweep_merge
    character(len=*), parameter :: ending = '.npy'
    integer, parameter :: word = 8
 
-   !> One file.
+   !> First and last member of one file.
    type :: part_t
       integer(long) :: first = 0, last = 0
    end type part_t
 
 contains
 
-   !> The name of the file of some members.
+   !> Returns the name of the file of some members.
    pure function part_name(name, first, last) result(part)
-      !> That of the whole ensemble.
+      !> Name of the file of the whole ensemble.
       character(len=*), intent(in) :: name
       integer(long), intent(in) :: first, last
       character(len=:), allocatable :: part
@@ -36,7 +36,7 @@ contains
       part = stem_of(name)//trim(digits)//ending
    end function part_name
 
-   !> A name without `.npy`.
+   !> Returns a name without `.npy`.
    pure function stem_of(name) result(stem)
       character(len=*), intent(in) :: name
       character(len=:), allocatable :: stem
@@ -45,16 +45,16 @@ contains
       if (name(len(name) - len(ending) + 1:) == ending) stem = name(:len(name) - len(ending))
    end function stem_of
 
-   !> Puts the files of all members together, and leaves them where they are.
+   !> Merges the files of all members, and leaves them where they are.
    !>
    !> Errors: `NUTATE_BAD_ARGUMENT` for members that no file has, or that two have, and for files of another scene;
    !> `NUTATE_IO`.
    subroutine merge_parts(scene, name, parts, status)
-      !> With an ensemble whose rows are kept.
+      !> Scene with an ensemble whose rows are kept.
       type(scene_t), intent(in) :: scene
-      !> Path of the whole file.
+      !> Path of the complete file.
       character(len=*), intent(in) :: name
-      !> How many files there were.
+      !> Number of files that were found.
       integer, intent(out) :: parts
       type(status_t), intent(out) :: status
       type(part_t), allocatable :: found(:)
@@ -87,7 +87,7 @@ contains
       end if
    end subroutine merge_parts
 
-   !> The files of an ensemble in the order of their members. Errors: `NUTATE_BAD_ARGUMENT`.
+   !> Finds the files of an ensemble, in the order of their members. Errors: `NUTATE_BAD_ARGUMENT`.
    subroutine find_parts(scene, name, parts, status)
       type(scene_t), intent(in) :: scene
       character(len=*), intent(in) :: name
@@ -129,7 +129,7 @@ contains
       status = fail(NUTATE_BAD_ARGUMENT, trim(range)//' '//printable_path(part_name(name, next, part%last))//')')
    end subroutine find_parts
 
-   !> True for `A-B`.
+   !> Returns true for a string of the form `A-B`, and reads the members A and B.
    logical function is_range(text, part)
       character(len=*), intent(in) :: text
       type(part_t), intent(out) :: part
@@ -143,13 +143,13 @@ contains
       is_range = part%first >= 1 .and. part%last >= part%first
    end function is_range
 
-   !> Copies the rows of a file to their place. Errors: `NUTATE_IO`.
+   !> Copies the rows of a file to their position. Errors: `NUTATE_IO`.
    subroutine copy_part(part, name, layout, file, offset, status)
       type(part_t), intent(in) :: part
       character(len=*), intent(in) :: name
       type(row_layout_t), intent(in) :: layout
       type(output_file_t), intent(inout) :: file
-      !> Where they go; on exit behind them.
+      !> Number of bytes before the rows; on exit before the rows that follow them.
       integer(long), intent(inout) :: offset
       type(status_t), intent(out) :: status
       type(npy_rows_t) :: reader

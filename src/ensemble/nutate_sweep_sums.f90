@@ -1,5 +1,5 @@
-!> Mean, deviation and range of every field over the members that reached their end, and how many ended otherwise.
-!> Members are added in their order, so that the sums do not depend on who ran them.
+!> Mean, deviation and range of every field over the members that reached their end, and counts of the others. Members
+!> are added in their order, so that the sums do not depend on the threads that ran them.
 module nutate_sweep_sums
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_archive, only: archive_t
@@ -15,19 +15,19 @@ module nutate_sweep_sums
 
    public :: sweep_sums_t, any_succeeded, most_codes
 
-   !> Codes of a status lie below.
+   !> Upper bound of the status codes; all lie below it.
    integer, parameter :: most_codes = 32
 
    !> Sums so far. Each field is taken less its first value, so that a small spread keeps its digits.
    type :: sweep_sums_t
       !> Members added, by the code of their status; from 0 on.
       integer(long) :: codes(0:most_codes - 1) = 0
-      !> Of each field: how many values, the first, sums of differences and of their squares with the digits that these
-      !> cannot hold, least and greatest. Shape (fields).
+      !> Count, first value, sums of the differences from it and of their squares with the digits that these sums lose,
+      !> least and greatest value of each field. Shape (fields).
       integer(long), allocatable :: count(:)
       real(wp), allocatable :: shift(:), sums(:), lost(:), squares(:), lost_squares(:), least(:), greatest(:)
    contains
-      !> Makes them zero.
+      !> Sets the sums to zero.
       procedure :: prepare
       !> Adds members in their order.
       procedure :: add
@@ -36,13 +36,13 @@ module nutate_sweep_sums
       procedure :: deviation
       !> Writes all as CSV.
       procedure :: write => write_sums
-      !> Shows all to an archive.
+      !> Writes the sums to an archive, or reads them.
       procedure :: transfer => transfer_sums
    end type sweep_sums_t
 
 contains
 
-   !> Makes them zero.
+   !> Sets the sums to zero.
    subroutine prepare(self, layout)
       class(sweep_sums_t), intent(inout) :: self
       type(row_layout_t), intent(in) :: layout
@@ -94,14 +94,14 @@ contains
       self%greatest(i) = max(self%greatest(i), x)
    end subroutine add_value
 
-   !> Mean of a field that has values.
+   !> Returns the mean of a field that has values.
    pure real(wp) function mean(self, i)
       class(sweep_sums_t), intent(in) :: self
       integer, intent(in) :: i
       mean = self%shift(i) + self%sums(i)/self%count(i)
    end function mean
 
-   !> Standard deviation of a field that has values, with one degree of freedom less; 0 for one value.
+   !> Returns the standard deviation of a field that has values, with one degree of freedom less; 0 for one value.
    pure real(wp) function deviation(self, i)
       class(sweep_sums_t), intent(in) :: self
       integer, intent(in) :: i
@@ -147,7 +147,7 @@ contains
       end if
    end subroutine write_sums
 
-   !> True if members reached their end, as a file of sums says.
+   !> Returns true if, by a file of sums, members reached their end.
    logical function any_succeeded(name)
       character(len=*), intent(in) :: name
       character(len=:), allocatable :: text, problem
@@ -155,7 +155,7 @@ contains
       any_succeeded = index(text, new_line('a')//'status_0,') > 0
    end function any_succeeded
 
-   !> Shows all to an archive.
+   !> Writes the sums to an archive, or reads them.
    subroutine transfer_sums(self, archive)
       class(sweep_sums_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive

@@ -1,4 +1,4 @@
-!> Who looks on while the members of an ensemble run.
+!> Watcher of an ensemble while its members run.
 module nutate_sweep_watcher
    use nutate_effect_list, only: effect_list_t
    use nutate_kinds, only: long
@@ -8,16 +8,16 @@ module nutate_sweep_watcher
 
    public :: sweep_watcher_t
 
-   !> Looks on. A program extends it by what it does with what it sees.
+   !> Watcher that does nothing. A program extends it to report progress, to stop the sweep, and to detect failures.
    type :: sweep_watcher_t
    contains
-      !> True if the sweep is to end; asked by several threads at once.
+      !> Returns true if the sweep is to end; called by several threads at once.
       procedure :: wants_end => never
-      !> Told how many members are done, of how many; by one thread at a time.
+      !> Receives the number of members done, and of all members; called by one thread at a time.
       procedure :: report => ignore
-      !> Prepares the effects of a member for what `check` looks at; called by the thread that runs the member.
+      !> Prepares the effects of a member for `check`; called by the thread that runs the member.
       procedure :: prepare => leave_effects
-      !> Looks whether a user-defined effect has failed in the member that the thread runs. Errors: as the program says.
+      !> Reports the failure of a user-defined effect in the member that the thread runs. Errors: those of the program.
       procedure :: check => find_no_failure
    end type sweep_watcher_t
 
