@@ -1,4 +1,5 @@
-!> Fits a scene to measurements: from several starts, along arcs of the data that grow, to the least sum of squares.
+!> Fits a scene to measurements: from several initial guesses, along growing arcs of the data, to the least sum of
+!> squares.
 module nutate_fit
    use nutate_fit_problem, only: fit_problem_t
    use nutate_fit_starts, only: collect_starts, first_turn, move_start, start_t
@@ -15,10 +16,10 @@ module nutate_fit
 
    !> A fitted scene.
    type :: fit_t
-      !> At the solution.
+      !> Problem at the solution.
       type(fit_problem_t) :: problem
       type(least_squares_result_t) :: result
-      !> Starts that were tried, and of these the one that led to the solution.
+      !> Number of initial guesses tried, and index of the one that led to the solution.
       integer :: starts = 0, best = 0
       logical :: sigma_is_known = .true.
    contains
@@ -28,25 +29,25 @@ module nutate_fit
 
    !> Residuals in the first arc for each parameter.
    integer, parameter :: residuals_per_parameter = 2
-   !> Weak knowledge of moments on short arcs, beside their values at the start of the arc.
+   !> Standard deviation of the weak prior of moments on short arcs, relative to their values in the initial guess.
    real(wp), parameter :: weak_share = 0.5_wp
-   !> Arcs beside the whole from which on biases are free: on short ones they take the place of any motion.
+   !> Share of the data from which on biases are free: on shorter arcs they take the place of any motion.
    real(wp), parameter :: free_biases = 0.1_wp
    !> Probability that the χ² of data with normal noise is below the quantile beyond which a fit is reported.
    real(wp), parameter :: noise_share = 0.9999_wp
-   !> Starts that go on from the first arc.
+   !> Largest number of initial guesses that are continued after the first arc.
    integer, parameter :: most_kept = 4
-   !> Iterations on an arc that is not the last, and how near to the minimum they go, in standard errors.
+   !> Iterations on an arc that is not the last, and tolerance there, in standard errors.
    integer, parameter :: iterations_of_arc = 30
    real(wp), parameter :: tolerance_of_arc = 1e-3_wp
 
 contains
 
-   !> Fits the free numbers of a scene to its measurements.
+   !> Fits the free parameters of a scene to its measurements.
    !>
    !> Errors: `NUTATE_BAD_ARGUMENT` for a scene that has nothing to fit or whose motion has no derivative, and for fewer
-   !> measurements than parameters; `NUTATE_NOT_CONVERGED`, and `NUTATE_STOPPED` where the runs together exceed
-   !> `max_steps` of the scene's plan: the fit is then the best found; those of the runs.
+   !> measurements than parameters; `NUTATE_NOT_CONVERGED`, and `NUTATE_STOPPED` if the runs together exceed `max_steps`
+   !> of the scene's plan: the fit is then the best found; errors of the runs.
    subroutine fit_scene(scene, fit, status)
       type(scene_t), intent(in) :: scene
       type(fit_t), intent(out) :: fit
@@ -85,7 +86,7 @@ contains
          if (is_ended(outcome)) exit
       end do
       if (fit%best == 0) return
-      ! The system of the solution.
+      ! Sets the model to the solution.
       fit%problem%weak_sigma = 0.0_wp
       call fit%problem%set_arc(huge(1.0_wp))
       call fit%problem%model%set_origin(0.0_wp)
@@ -93,13 +94,13 @@ contains
       call fit%problem%model%set_values(fit%result%x(:fit%problem%n_free), outcome)
    end subroutine fit_scene
 
-   !> True for a failure that ends the whole fit.
+   !> Returns true for a failure that ends the whole fit.
    pure logical function is_ended(status)
       type(status_t), intent(in) :: status
       is_ended = status%code == NUTATE_STOPPED .or. status%code == NUTATE_IO
    end function is_ended
 
-   !> True where a start led to a fit of the whole data, and to a better one than any before.
+   !> Returns true if an initial guess led to a fit of the whole data, and to a better one than any before.
    pure logical function is_better(result, fit)
       type(least_squares_result_t), intent(in) :: result
       type(fit_t), intent(in) :: fit
@@ -107,7 +108,7 @@ contains
       if (is_better .and. fit%best > 0) is_better = result%chi_squared < fit%result%chi_squared
    end function is_better
 
-   !> True where the residuals are what noise alone gives.
+   !> Returns true if noise alone explains the residuals.
    pure logical function is_noise(result)
       type(least_squares_result_t), intent(in) :: result
       is_noise = result%converged .and. result%chi_squared <= noise_limit(result%degrees_of_freedom)
@@ -129,7 +130,7 @@ contains
       limit = freedom*(1 - spread + normal_quantile(noise_share)*sqrt(spread))**3
    end function noise_limit
 
-   !> The starts that are worth going on with: of many the best on the first arc.
+   !> Chooses the initial guesses to continue: if there are many, the best on the first arc.
    subroutine choose_starts(fit, starts, kept, status)
       type(fit_t), intent(inout) :: fit
       type(start_t), intent(inout) :: starts(:)
@@ -154,8 +155,8 @@ contains
       end do
    end subroutine choose_starts
 
-   !> Fits arcs that grow, up to the whole of the data; the whole from t = 0. Errors: those of `minimize`; there is no
-   !> result where the fit ends on a shorter arc.
+   !> Fits growing arcs, up to the whole of the data; the whole from t = 0. Errors: those of `minimize`; there is no
+   !> result if the fit ends on a shorter arc.
    subroutine grow(fit, scene, start, result, status)
       type(fit_t), intent(inout) :: fit
       type(scene_t), intent(in) :: scene
@@ -184,7 +185,7 @@ contains
       call fit%problem%model%set_origin(origin)
    end subroutine grow
 
-   !> Length of the first arc, from where arcs begin, s.
+   !> Returns the length of the first arc, from the time at which arcs begin, s.
    real(wp) function first_arc(fit, start) result(length)
       type(fit_t), intent(inout) :: fit
       type(start_t), intent(in) :: start
@@ -211,15 +212,15 @@ contains
       end associate
    end function first_arc
 
-   !> Fits one arc from a start, which moves to what comes of it. Errors: those of `minimize`.
+   !> Fits one arc from an initial guess, which becomes the solution. Errors: those of `minimize`.
    subroutine fit_arc(fit, start, length, is_last, holds_biases, result, status)
       type(fit_t), intent(inout) :: fit
       type(start_t), intent(inout) :: start
-      !> From where arcs begin, s.
+      !> Length of the arc, from the time at which arcs begin, s.
       real(wp), intent(in) :: length
-      !> The whole of the data, to the minimum.
+      !> True for the whole of the data, fitted to the minimum.
       logical, intent(in) :: is_last
-      !> Biases stay 0.
+      !> True to hold biases at 0.
       logical, intent(in) :: holds_biases
       type(least_squares_result_t), intent(out) :: result
       type(status_t), intent(out) :: status

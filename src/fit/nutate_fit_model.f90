@@ -1,4 +1,4 @@
-!> A scene as a function of its free numbers: the motion at given times, and its derivative by each of them.
+!> A scene as a function of its free parameters: the motion at given times, and its derivative with respect to each.
 module nutate_fit_model
    use nutate_attitude, only: quat_from_rotation_vector
    use nutate_byte_archive, only: byte_archive_t
@@ -27,9 +27,9 @@ module nutate_fit_model
 
    public :: fit_model_t, motion_at_t, moved_state, switches_t
 
-   !> Which effects are on at a time, in a motion in which events switch some.
+   !> Switches of the effects at a time, in a motion in which events switch some.
    type :: switches_t
-      !> Checkpoint data of the effects; not allocated where nothing switches.
+      !> Checkpoint data of the effects; not allocated if nothing switches.
       character(len=:), allocatable :: bytes
    contains
       !> Switches the effects of a system, which has the same as the motion.
@@ -40,82 +40,82 @@ module nutate_fit_model
    type :: motion_at_t
       !> Shape (times).
       type(state_t), allocatable :: states(:)
-      !> The derivative of each state by each free number: rotation vector and momentum in body axes, and the momenta of
-      !> wheels. Shape (6 + wheels, free numbers, times).
+      !> Derivative of each state with respect to each free parameter: rotation vector and momentum in body axes, and
+      !> the momenta of wheels. Shape (6 + wheels, free parameters, times).
       real(wp), allocatable :: sensitivities(:, :, :)
-      !> Which effects are on; shape (times).
+      !> Switches of the effects; shape (times).
       type(switches_t), allocatable :: switches(:)
    end type motion_at_t
 
-   !> A scene with free numbers.
+   !> A scene with free parameters.
    type :: fit_model_t
-      !> That of the present numbers; without its fit.
+      !> Scene with the present parameters, without its fit.
       class(scene_t), allocatable :: scene
       type(fit_plan_t) :: plan
-      !> Present value of each free number; components of an attitude are 0. Shape (free numbers).
+      !> Present value of each free parameter; components of an attitude are 0. Shape (free parameters).
       real(wp), allocatable :: values(:)
-      !> The system depends on it; shape (free numbers).
+      !> True if the system depends on the parameter; shape (free parameters).
       logical, allocatable :: changes_system(:)
-      !> For each free number by which the system depends on it, the system at the places of the stencil.
+      !> Systems at the points of the stencil, for each free parameter that the system depends on.
       type(system_t), allocatable :: systems(:, :)
       !> Sizes of the parameters in the scene, and steps of the stencil; shape (parameters).
       real(wp), allocatable :: sizes(:), steps(:)
-      !> What is built again for each change of the numbers.
+      !> Part of the scene that is rebuilt for each change of the parameters.
       integer, private :: part = 0
       !> Steps that runs with derivatives may still perform: `max_steps` of the scene's plan limits their sum.
       integer(long), private :: steps_left = huge(1_long)
       !> Steps of the longest of these runs that came to its end.
       integer(long), private :: most_steps = 0
-      !> Time of the start of runs, s.
+      !> Initial time of runs, s.
       real(wp) :: origin = 0.0_wp
-      !> Runs with derivatives so far.
+      !> Number of runs with derivatives so far.
       integer :: runs = 0
    contains
       !> Prepares for a scene with a fit.
       procedure :: prepare
-      !> Prepares for a scene with free numbers, of which `variation_of` is needed only.
+      !> Prepares for a scene with free parameters, if only `variation_of` is called.
       procedure :: begin
-      !> What a free number changes.
+      !> Returns what a free parameter changes.
       procedure :: variation_of
-      !> Sets the free numbers, and builds the scene with them.
+      !> Sets the free parameters, and builds the scene with them.
       procedure :: set_values
-      !> Sets the time at which runs start from the numbers of `&initial`.
+      !> Sets the time at which runs start from the values of `&initial`.
       procedure :: set_origin
-      !> Makes the present attitude that from which rotation vectors count.
+      !> Makes the present attitude the origin of rotation vectors.
       procedure :: turn_attitude
-      !> The groups of the scene with the present numbers.
+      !> Returns the groups of the scene with the present parameters.
       procedure :: present_groups
-      !> The attitude that a rotation vector leads to.
+      !> Returns the attitude that a rotation vector leads to.
       procedure :: attitude_at
-      !> Builds the systems at the places of the stencil.
+      !> Builds the systems at the points of the stencil.
       procedure :: build_systems
       !> Runs the scene with its derivatives.
       procedure :: run
-      !> The motion at given times, without derivatives.
+      !> Returns the motion at given times, without derivatives.
       procedure :: states_at
    end type fit_model_t
 
-   !> Keeps the motion of a run at given times.
+   !> Observer that keeps the motion of a run at given times.
    type, extends(observer_t) :: keeper_t
       real(wp), allocatable :: times(:)
       type(motion_at_t) :: motion
-      !> Events switch effects.
+      !> True if events switch effects.
       logical :: is_switched = .false.
       integer :: n = 0
    contains
       procedure :: observe => keep_state
    end type keeper_t
 
-   !> Step beside the number, or beside 1 for what has no size of its own.
+   !> Step of the stencil relative to the size of the parameter, or to 1 if it has none.
    real(wp), parameter :: relative_step = 1e-3_wp
-   !> A run that needs so many times the steps of those before belongs to numbers far from all measurements: an inertia
-   !> near 0, a body that spins a thousand times as fast.
+   !> A run that needs so many times the steps of earlier runs has parameters far from all measurements: an inertia near
+   !> 0, a body that spins a thousand times as fast.
    integer(long), parameter :: too_many = 100
-   !> Beside the largest of several differences: rounding.
+   !> Share of the largest of several differences below which a difference is rounding.
    real(wp), parameter :: negligible = 1e-11_wp
    character(len=*), parameter :: triangle_key = 'check_triangle'
    character(len=*), parameter :: window_keys(2) = [character(len=5) :: 'start', 'stop']
-   !> Groups of which start and body are differentiated; effects know their own derivatives.
+   !> Groups whose changes of initial state and body are differentiated; effects compute their own derivatives.
    character(len=*), parameter :: differentiated(4) = [character(len=24) :: 'initial', 'body', 'rotor', &
       'rotating_frame']
 
@@ -135,7 +135,7 @@ contains
                                self%scene%initial)
    end subroutine prepare
 
-   !> Prepares for a scene with free numbers.
+   !> Prepares for a scene with free parameters.
    subroutine begin(self, scene)
       class(fit_model_t), intent(out) :: self
       type(scene_t), intent(in) :: scene
@@ -157,7 +157,7 @@ contains
          do i = 1, size(free)
             if (free(i)%target == 0) cycle
             associate (target => numbers%targets(free(i)%target))
-               ! When torques act changes the motion alone.
+               ! The times at which torques act change the motion alone.
                self%changes_system(i) = numbers%groups(target%group)%name /= 'initial' .and. &
                                         all(target%key%name /= window_keys)
                self%values(i) = numbers%groups(target%group)%settings(target%setting)%values(target%value)%number
@@ -168,12 +168,13 @@ contains
       end associate
    end subroutine begin
 
-   !> Leaves nothing of a fit.
+   !> Empties the plan of a fit.
    subroutine forget(plan)
       type(fit_plan_t), intent(out) :: plan
    end subroutine forget
 
-   !> The size of a number: the largest value of its key in the scene, 1 rad for a turn; 0 if all values are zero.
+   !> Returns the size of a parameter: the largest value of its key in the scene, 1 rad for a rotation; 0 if all are
+   !> zero.
    pure real(wp) function size_of(self, i)
       class(fit_model_t), intent(in) :: self
       integer, intent(in) :: i
@@ -186,23 +187,23 @@ contains
       end associate
    end function size_of
 
-   !> Sets the free numbers, and builds the scene with them. Errors: what the scene rejects, `NUTATE_BAD_SCENE` or the
-   !> code that says more.
+   !> Sets the free parameters, and builds the scene with them. Errors: `NUTATE_BAD_SCENE`, or a more specific code, if
+   !> the scene rejects a value.
    subroutine set_values(self, values, status)
       class(fit_model_t), intent(inout) :: self
-      !> Rotation vectors count from the present attitude; shape (free numbers).
+      !> Values of the parameters; rotation vectors count from the present attitude. Shape (free parameters).
       real(wp), intent(in) :: values(:)
       type(status_t), intent(out) :: status
       self%values = values
       call put_values(self, self%attitude_at(turn_of(self, values)), values, self%scene, status)
    end subroutine set_values
 
-   !> Builds a scene with given numbers.
+   !> Builds a scene with given parameters.
    subroutine put_values(self, attitude, values, scene, status)
       class(fit_model_t), intent(in) :: self
-      !> Where it is free.
+      !> Attitude, used if it is free.
       real(wp), intent(in) :: attitude(4)
-      !> Those of the attitude do not count; shape (free numbers).
+      !> Values of the parameters; components of the attitude are ignored. Shape (free parameters).
       real(wp), intent(in) :: values(:)
       type(scene_t), intent(inout) :: scene
       type(status_t), intent(out) :: status
@@ -229,7 +230,7 @@ contains
       status = fail(error%code, error%text)
    end subroutine put_values
 
-   !> The rotation vector among the numbers, rad; shape (3).
+   !> Returns the rotation vector among the parameters, rad; shape (3).
    pure function turn_of(self, values) result(turn)
       class(fit_model_t), intent(in) :: self
       real(wp), intent(in) :: values(:)
@@ -241,16 +242,17 @@ contains
       end do
    end function turn_of
 
-   !> The attitude that a rotation vector leads to, as the scene gives it; shape (4).
+   !> Returns the attitude that a rotation vector leads to, as the scene gives it; shape (4).
    pure function attitude_at(self, turn) result(q)
       class(fit_model_t), intent(in) :: self
-      !> Body axes, rad.
+      !> Rotation vector, body axes, rad.
       real(wp), intent(in) :: turn(3)
       real(wp) :: q(4)
       q = quat_normalized(quat_product(self%plan%attitude, quat_from_rotation_vector(turn)))
    end function attitude_at
 
-   !> Sets the time at which runs start from the numbers of `&initial`, s. Those before say nothing about their steps.
+   !> Sets the time at which runs start from the values of `&initial`, s, and discards the numbers of steps of earlier
+   !> runs.
    subroutine set_origin(self, origin)
       class(fit_model_t), intent(inout) :: self
       real(wp), intent(in) :: origin
@@ -258,18 +260,18 @@ contains
       self%most_steps = 0
    end subroutine set_origin
 
-   !> Makes the present attitude that from which rotation vectors count.
+   !> Makes the present attitude the origin of rotation vectors.
    subroutine turn_attitude(self, values)
       class(fit_model_t), intent(inout) :: self
-      !> Shape (free numbers); the components of the attitude become 0.
+      !> Values of the parameters, shape (free parameters); the components of the attitude become 0.
       real(wp), intent(inout) :: values(:)
       self%plan%attitude = self%attitude_at(turn_of(self, values))
       where (self%plan%free%component > 0) values = 0.0_wp
       self%values = values
    end subroutine turn_attitude
 
-   !> Builds the scene at a place of the stencil of a number; a turn goes on from the present attitude. The moments of a
-   !> plate may break the triangle inequality there.
+   !> Builds the scene at a point of the stencil of a parameter; a rotation continues from the present attitude. The
+   !> moments of a plate may break the triangle inequality there.
    subroutine build_beside(self, i, place, scene, status)
       class(fit_model_t), intent(in) :: self
       integer, intent(in) :: i, place
@@ -300,8 +302,8 @@ contains
       call replace_triangle(scene%groups(i), setting)
    end subroutine lift_triangle
 
-   !> Replaces what a body says of the triangle inequality, or removes it. One by one: gfortran 12 loses the components
-   !> of what it puts into an array constructor.
+   !> Replaces the key for the triangle inequality in a body, or removes it. Settings are copied one by one: gfortran 12
+   !> loses the components of what it puts into an array constructor.
    subroutine replace_triangle(body, setting)
       type(group_t), intent(inout) :: body
       type(setting_t), intent(in), optional :: setting
@@ -320,7 +322,8 @@ contains
       call move_alloc(kept, body%settings)
    end subroutine replace_triangle
 
-   !> The groups of the scene with the present numbers, checked as they were.
+   !> Returns the groups of the scene with the present parameters, and with the original check of the triangle
+   !> inequality.
    function present_groups(self) result(groups)
       class(fit_model_t), intent(in) :: self
       type(group_t), allocatable :: groups(:)
@@ -337,7 +340,7 @@ contains
       end associate
    end function present_groups
 
-   !> Builds the systems at the places of the stencil. Errors: what the scene rejects.
+   !> Builds the systems at the points of the stencil. Errors: those of the scene.
    subroutine build_systems(self, status)
       class(fit_model_t), intent(inout) :: self
       type(status_t), intent(out) :: status
@@ -356,12 +359,12 @@ contains
       end do
    end subroutine build_systems
 
-   !> Runs the scene with its derivatives. Errors: those of the run; `NUTATE_BAD_ARGUMENT` for a number by which the
-   !> motion has no derivative; `NUTATE_STOPPED` where all runs together need more steps than the plan allows;
-   !> `NUTATE_STEP_LIMIT` for numbers with which a run needs `too_many` times the steps of those before.
+   !> Runs the scene with its derivatives. Errors: those of the run; `NUTATE_BAD_ARGUMENT` for a parameter with respect
+   !> to which the motion has no derivative; `NUTATE_STOPPED` if all runs together need more steps than the plan allows;
+   !> `NUTATE_STEP_LIMIT` for parameters with which a run needs `too_many` times the steps of earlier runs.
    subroutine run(self, times, motion, status)
       class(fit_model_t), intent(inout) :: self
-      !> In the order of the run, s; shape (times).
+      !> Times in the order of the run, s; shape (times).
       real(wp), intent(in) :: times(:)
       type(motion_at_t), intent(out) :: motion
       type(status_t), intent(out) :: status
@@ -372,17 +375,18 @@ contains
       call go(self%scene, self%origin, times, motion, status, self%steps_left, self%most_steps, variations)
    end subroutine run
 
-   !> The motion at given times, without derivatives. Errors: those of the run.
+   !> Returns the motion at given times, without derivatives. Errors: those of the run.
    subroutine states_at(self, times, motion, status)
       class(fit_model_t), intent(in) :: self
-      !> In the order of the run, s; shape (times).
+      !> Times in the order of the run, s; shape (times).
       real(wp), intent(in) :: times(:)
       type(motion_at_t), intent(out) :: motion
       type(status_t), intent(out) :: status
       call go(self%scene, self%origin, times, motion, status)
    end subroutine states_at
 
-   !> What each free number changes. Errors: `NUTATE_BAD_ARGUMENT` for one by which the motion has no derivative.
+   !> Finds what each free parameter changes. Errors: `NUTATE_BAD_ARGUMENT` if the motion has no derivative by one of
+   !> them.
    subroutine make_variations(self, variations, status)
       class(fit_model_t), intent(in) :: self
       type(variation_t), allocatable, intent(out) :: variations(:)
@@ -395,10 +399,10 @@ contains
       end do
    end subroutine make_variations
 
-   !> Returns what a free number changes. Errors: `NUTATE_BAD_ARGUMENT` for one by which the motion has no derivative.
+   !> Returns what a free parameter changes. Errors: `NUTATE_BAD_ARGUMENT` if the motion has no derivative by it.
    subroutine variation_of(self, i, variation, status)
       class(fit_model_t), intent(in) :: self
-      !> Which free number.
+      !> Index of the free parameter.
       integer, intent(in) :: i
       type(variation_t), intent(out) :: variation
       type(status_t), intent(out) :: status
@@ -427,7 +431,7 @@ contains
       call drop_rounding(variation%inertia)
    end subroutine variation_of
 
-   !> Sets to zero what rounding has left of zeros.
+   !> Sets elements to zero that differ from it by rounding only.
    pure subroutine drop_rounding(matrix)
       real(wp), intent(inout) :: matrix(:, :)
       where (abs(matrix) < negligible*maxval(abs(matrix))) matrix = 0.0_wp
@@ -436,16 +440,16 @@ contains
    !> Runs a scene and keeps the motion at given times.
    subroutine go(scene, origin, times, motion, status, steps_left, most_steps, variations)
       type(scene_t), intent(in) :: scene
-      !> Time of its start, s.
+      !> Initial time of the run, s.
       real(wp), intent(in) :: origin
       real(wp), intent(in) :: times(:)
       type(motion_at_t), intent(out) :: motion
       type(status_t), intent(out) :: status
       !> Steps that the run may perform; on return without those performed.
       integer(long), intent(inout), optional :: steps_left
-      !> Steps of the longest run that came to its end; 0: none has.
+      !> Steps of the longest run that came to its end; 0 if none has.
       integer(long), intent(inout), optional :: most_steps
-      !> Those whose derivatives are wanted.
+      !> Variations whose derivatives are required.
       type(variation_t), intent(in), optional :: variations(:)
       type(keeper_t) :: keeper
       type(event_list_t) :: events
@@ -489,7 +493,7 @@ contains
       if (present(variations)) call move_alloc(keeper%motion%sensitivities, motion%sensitivities)
    end subroutine go
 
-   !> The events that switch effects. They do not end the run: it goes on to the last measurement.
+   !> Lists the events that switch effects. They do not end the run: it continues to the last measurement.
    subroutine list_switches(events, switches)
       type(event_list_t), intent(in) :: events
       type(event_list_t), intent(inout) :: switches
@@ -529,7 +533,7 @@ contains
       self%motion%sensitivities(7:, :, self%n) = transpose(self%tangent%wheels)
    end subroutine keep_state
 
-   !> Keeps which effects are on.
+   !> Keeps the switches of the effects.
    subroutine keep_switches(effects, bytes)
       type(effect_list_t), intent(in) :: effects
       character(len=:), allocatable, intent(out) :: bytes
@@ -541,7 +545,7 @@ contains
       bytes = archive%content()
    end subroutine keep_switches
 
-   !> The state that is reached by a change of attitude and momenta.
+   !> Returns the state that is reached by a change of attitude and momenta.
    pure function moved_state(state, change) result(moved)
       type(state_t), intent(in) :: state
       !> Rotation vector and momentum, body axes, and momenta of wheels; shape (6 + wheels).

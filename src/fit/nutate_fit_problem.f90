@@ -1,5 +1,5 @@
-!> The fit of a scene as a problem of least squares: free numbers and biases against measurements and what is known
-!> beforehand.
+!> The fit of a scene as a problem of least squares: free parameters and biases against measurements and prior
+!> knowledge.
 module nutate_fit_problem
    use nutate_attitude, only: rotation_vector_from_quat
    use nutate_fit_model, only: fit_model_t, motion_at_t, switches_t
@@ -20,26 +20,26 @@ module nutate_fit_problem
    type, extends(least_squares_problem_t) :: fit_problem_t
       type(fit_model_t) :: model
       type(residuals_t), allocatable :: residuals(:)
-      !> Free numbers of the scene, then biases; shape (parameters).
+      !> Names of the parameters: free ones of the scene, then biases; shape (parameters).
       character(len=80), allocatable :: names(:)
       integer :: n_free = 0
-      !> The values of the scene, and its attitude: what `sigma` of a free key refers to. Shape (free numbers).
+      !> Values of the scene, and its attitude, to which `sigma` of a free key refers. Shape (free parameters).
       real(wp), allocatable :: known_values(:)
       real(wp) :: known_attitude(4) = 0.0_wp
-      !> Weak knowledge that keeps short arcs near their start, in use where its deviation is above 0; shape
+      !> Weak prior that keeps short arcs near their initial guess, in use if its deviation is above 0; shape
       !> (parameters).
       real(wp), allocatable :: weak_values(:), weak_sigma(:)
-      !> Times of the arc, each once, s; place of each row of each measurement among them, 0 beyond the arc.
+      !> Times of the arc, each once, s; index of each row of each measurement among them, 0 beyond the arc.
       real(wp), allocatable :: times(:)
       integer, allocatable :: places(:, :)
-      !> Where arcs begin, s: 0, or the first measurement if the body has rotated far before.
+      !> Time at which arcs begin, s: 0, or that of the first measurement if the body has rotated far before.
       real(wp) :: first_time = 0.0_wp
    contains
       !> Prepares for a scene with a fit.
       procedure :: prepare
       !> Uses the measurements up to a time.
       procedure :: set_arc
-      !> Number of residuals of measurements in the arc.
+      !> Returns the number of residuals of measurements in the arc.
       procedure :: measured_in_arc
       procedure :: evaluate
       procedure :: accept => turn_attitude
@@ -86,7 +86,7 @@ contains
    !> Uses the measurements up to a time.
    subroutine set_arc(self, length)
       class(fit_problem_t), intent(inout) :: self
-      !> Time from the start of the run, s.
+      !> Time from the initial time of the run, s.
       real(wp), intent(in) :: length
       integer :: next(size(self%residuals)), i, most
       real(wp) :: t
@@ -125,7 +125,7 @@ contains
       call set_losses(self)
    end subroutine set_arc
 
-   !> Losses of all residuals: linear for what is known beforehand.
+   !> Sets the losses of all residuals: linear for prior knowledge.
    subroutine set_losses(self)
       class(fit_problem_t), intent(inout) :: self
       integer :: i
@@ -138,7 +138,7 @@ contains
       self%losses = [self%losses, spread(LINEAR, 1, priors(self))]
    end subroutine set_losses
 
-   !> Residuals of a measurement in the arc.
+   !> Returns the number of residuals of a measurement in the arc.
    pure integer function rows_of(self, i)
       class(fit_problem_t), intent(in) :: self
       integer, intent(in) :: i
@@ -151,21 +151,21 @@ contains
       n = sum([(rows_of(self, i), i=1, size(self%residuals))])
    end function measured_in_arc
 
-   !> Residuals of what is known beforehand.
+   !> Returns the number of residuals of prior knowledge.
    pure integer function priors(self)
       class(fit_problem_t), intent(in) :: self
       priors = count(self%model%plan%free%sigma > 0.0_wp) + count(self%weak_sigma > 0.0_wp)
    end function priors
 
-   !> Residuals and Jacobian, that of an attitude by a further turn about the body axes, as `accept` makes it. Errors:
-   !> those of the scene and of the run.
+   !> Computes residuals and Jacobian; the derivative by an attitude is that by a further rotation about the body axes,
+   !> as in `accept`. Errors: those of the scene and of the run.
    subroutine evaluate(self, x, residuals, jacobian, status)
       class(fit_problem_t), intent(inout) :: self
       real(wp), intent(in) :: x(:)
       real(wp), allocatable, intent(inout) :: residuals(:), jacobian(:, :)
       type(status_t), intent(out) :: status
       type(motion_at_t) :: motion
-      ! Those of the time of a measurement.
+      ! System and systems of the stencil, switched as at the time of a measurement.
       type(system_t) :: system
       type(system_t), allocatable :: systems(:, :)
       type(switches_t) :: applied
@@ -206,15 +206,15 @@ contains
       call add_knowledge(self, x, residuals(at + 1:), jacobian(at + 1:, :))
    end subroutine evaluate
 
-   !> Switches the effects of the systems, unless those of the last time are on.
+   !> Switches the effects of the systems, unless the switches are those of the last time.
    subroutine switch_systems(switches, steps, applied, system, systems)
       type(switches_t), intent(in) :: switches
-      !> Of the stencil; 0: there are no systems of the number. Shape (numbers).
+      !> Steps of the stencil; 0 for a parameter without systems. Shape (free parameters).
       real(wp), intent(in) :: steps(:)
-      !> Those of the last time.
+      !> Switches of the last time.
       type(switches_t), intent(inout) :: applied
       type(system_t), intent(inout) :: system
-      !> Shape (places, numbers).
+      !> Systems of the stencil; shape (points, free parameters).
       type(system_t), intent(inout) :: systems(:, :)
       integer :: i, k
       if (.not. allocated(switches%bytes)) return
@@ -234,7 +234,7 @@ contains
    !> Adds the biases to the residuals of a row.
    pure subroutine add_bias(x, bias, sigma, residuals, jacobian)
       real(wp), intent(in) :: x(:)
-      !> Parameters before them.
+      !> Number of parameters before the biases.
       integer, intent(in) :: bias
       real(wp), intent(in) :: sigma(:)
       real(wp), intent(inout) :: residuals(:), jacobian(:, :)
@@ -245,7 +245,8 @@ contains
       end do
    end subroutine add_bias
 
-   !> Residuals of what is known beforehand: of free numbers with a standard deviation, and weakly of short arcs.
+   !> Adds the residuals of prior knowledge: of free parameters with a standard deviation, and the weak prior of short
+   !> arcs.
    subroutine add_knowledge(self, x, residuals, jacobian)
       class(fit_problem_t), intent(in) :: self
       real(wp), intent(in) :: x(:)
@@ -287,7 +288,7 @@ contains
       end do
    end subroutine add_knowledge
 
-   !> Makes the present attitude that from which rotation vectors count.
+   !> Makes the present attitude the origin of rotation vectors.
    subroutine turn_attitude(self, x)
       class(fit_problem_t), intent(inout) :: self
       real(wp), intent(inout) :: x(:)

@@ -17,7 +17,7 @@ module nutate_fit_residuals
 
    public :: residuals_t, inverse_right_jacobian, right_jacobian
 
-   !> Change of a state, as an angle and beside its momentum, by which a column is differentiated.
+   !> Change of a state, in angle and relative to its momentum, by which a column is differentiated.
    real(wp), parameter :: small_change = 1e-3_wp
    !> Angle below which the last term of the inverse right Jacobian is its limit, 1/12.
    real(wp), parameter :: small_angle = 1e-4_wp
@@ -32,9 +32,9 @@ module nutate_fit_residuals
    contains
       !> Prepares for a measurement of a system.
       procedure :: prepare
-      !> What the model gives for a row.
+      !> Returns the columns of a row by the model.
       procedure :: model
-      !> Residuals of a row, and their derivatives.
+      !> Computes the residuals of a row, and their derivatives.
       procedure :: evaluate
    end type residuals_t
 
@@ -55,7 +55,7 @@ contains
       allocate (self%row(self%columns%width))
    end subroutine prepare
 
-   !> The columns of a row by the model; shape (columns).
+   !> Returns the columns of a row by the model; shape (columns).
    function model(self, system, state) result(values)
       class(residuals_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -74,20 +74,20 @@ contains
       end select
    end function model
 
-   !> Residuals of a row, and their derivatives by numbers of which some change the system.
+   !> Computes the residuals of a row, and their derivatives by parameters, some of which change the system.
    subroutine evaluate(self, i, system, systems, steps, state, sensitivities, residuals, jacobian)
       class(residuals_t), intent(inout) :: self
-      !> The row.
+      !> Index of the row.
       integer, intent(in) :: i
       type(system_t), intent(in) :: system
-      !> At the places of the stencil of each number; shape (places, numbers).
+      !> Systems at the points of the stencil of each parameter; shape (points, parameters).
       type(system_t), intent(in) :: systems(:, :)
-      !> Of the stencil; 0 for a number on which the system does not depend. Shape (numbers).
+      !> Steps of the stencil; 0 for a parameter on which the system does not depend. Shape (parameters).
       real(wp), intent(in) :: steps(:)
       type(state_t), intent(in) :: state
-      !> Derivative of the state; shape (6 + wheels, numbers).
+      !> Derivative of the state; shape (6 + wheels, parameters).
       real(wp), intent(in) :: sensitivities(:, :)
-      !> Shape (residuals of a row) and (residuals of a row, numbers).
+      !> Residuals and their derivatives; shape (residuals of a row) and (residuals of a row, parameters).
       real(wp), intent(out) :: residuals(:), jacobian(:, :)
       real(wp) :: e(3), gamma(3), values(size(self%measurement%columns))
       integer :: k
@@ -119,12 +119,12 @@ contains
       end associate
    end subroutine evaluate
 
-   !> Derivative of the columns along a change of the state; shape (columns).
+   !> Returns the derivative of the columns along a change of the state; shape (columns).
    function slope(self, system, state, values, change)
       class(residuals_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
-      !> The columns of the state.
+      !> Columns of the state.
       real(wp), intent(in) :: values(:), change(:)
       real(wp) :: slope(size(values))
       real(wp) :: size_of_change, step
@@ -142,7 +142,7 @@ contains
       end do
    end function slope
 
-   !> Derivative of the columns by a number of the system, the state held; shape (columns).
+   !> Returns the derivative of the columns by a parameter of the system, with the state fixed; shape (columns).
    function slope_of_system(self, systems, step, state, values) result(slope)
       class(residuals_t), intent(inout) :: self
       type(system_t), intent(in) :: systems(:)
@@ -157,16 +157,16 @@ contains
       end do
    end function slope_of_system
 
-   !> Differences of angles without whole turns.
+   !> Returns differences of angles without whole revolutions.
    elemental real(wp) function wrapped(difference, turn)
       real(wp), intent(in) :: difference
-      !> 0: no angle.
+      !> Revolution in the unit of the angle; 0 if the difference is no angle.
       real(wp), intent(in) :: turn
       wrapped = difference
       if (turn > 0.0_wp) wrapped = difference - turn*anint(difference/turn)
    end function wrapped
 
-   !> Computes J_r⁻¹(e), by which log(q_obs*∘q) changes where q turns in body axes; shape (3, 3).
+   !> Computes J_r⁻¹(e), by which log(q_obs*∘q) changes if q rotates in body axes; shape (3, 3).
    pure function inverse_right_jacobian(e) result(matrix)
       !> Rotation vector, rad.
       real(wp), intent(in) :: e(3)
@@ -183,7 +183,7 @@ contains
 
    !> Computes J_r(e), the rotation in body axes that a change of a rotation vector makes; shape (3, 3).
    pure function right_jacobian(e) result(matrix)
-      !> rad; shape (3).
+      !> Rotation vector, rad; shape (3).
       real(wp), intent(in) :: e(3)
       real(wp) :: matrix(3, 3), angle, first, second, unit(3)
       !> Angle below which the next terms of the series are rounding.

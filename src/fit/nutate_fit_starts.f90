@@ -1,6 +1,6 @@
-!> Where fits start: at the numbers of the scene, at those that the data give without a fit, and at random ones.
+!> Initial guesses of fits: the numbers of the scene, those that the data give without a fit, and random ones.
 !>
-!> The order of the moments of inertia matters most: a fit that starts with it wrong does not come back.
+!> The order of the moments of inertia matters most: a fit that starts with a wrong order does not recover.
 module nutate_fit_starts
    use nutate_attitude, only: quat_from_rotation_vector, rotation_vector_from_quat
    use nutate_control, only: needs_control
@@ -20,32 +20,32 @@ module nutate_fit_starts
 
    public :: start_t, collect_starts, move_start, first_turn
 
-   !> One start.
+   !> One initial guess.
    type :: start_t
-      !> Parameters; those of the attitude are 0. Shape (parameters).
+      !> Parameters; components of the attitude are 0. Shape (parameters).
       real(wp), allocatable :: x(:)
-      !> As the scene gives it.
+      !> Attitude as the scene gives it.
       real(wp) :: attitude(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
       real(wp) :: chi_squared = huge(1.0_wp)
    end type start_t
 
-   !> Turn of the body in the first arc, rad.
+   !> Rotation of the body in the first arc, rad.
    real(wp), parameter :: first_turn = 1.5_wp
-   !> Turn of the body in a window of rates, rad: long enough that noise does not hide the change of the rates, short
-   !> enough for sums in place of integrals.
+   !> Rotation of the body in a window of rates, rad: long enough that noise does not hide the change of the rates,
+   !> short enough for sums in place of integrals.
    real(wp), parameter :: window_turn = 1.0_wp
    !> Range of the logarithm of a ratio of moments.
    real(wp), parameter :: log_range = 2.3_wp
-   !> Draws of one start; tries until ratios obey the triangle inequality.
+   !> Number of draws of one initial guess; number of tries until ratios obey the triangle inequality.
    integer, parameter :: draws = 1000, most_tries = 200
    character(len=*), parameter :: rates(3) = ['omega1', 'omega2', 'omega3']
 
 contains
 
-   !> All starts of a fit, that of the scene first. Where the data begin long after t = 0 the starts are states at the
-   !> first measurement, if that can be: `problem%model` runs from there.
+   !> Collects all initial guesses of a fit, that of the scene first. If the data begin long after t = 0, the guesses
+   !> are states at the first measurement, if possible: `problem%model` runs from there.
    subroutine collect_starts(problem, scene, starts)
-      !> Prepared.
+      !> Prepared problem.
       type(fit_problem_t), intent(inout) :: problem
       type(scene_t), intent(in) :: scene
       type(start_t), allocatable, intent(out) :: starts(:)
@@ -67,7 +67,7 @@ contains
          if (found) then
             call append(starts, estimate)
             base = 2
-            ! Between two attitudes there may have been one turn more, forwards or backwards.
+            ! Between two attitudes there may have been one revolution more, forwards or backwards.
             do i = -1, 1, 2
                if (.not. norm2(beside) > 0.0_wp) exit
                other = estimate
@@ -83,7 +83,7 @@ contains
       end do
    end subroutine collect_starts
 
-   !> Finds where arcs begin: at t = 0, unless the body turns far before the first measurement.
+   !> Finds the time at which arcs begin: t = 0, unless the body rotates far before the first measurement.
    subroutine find_first_time(problem, scene)
       type(fit_problem_t), intent(inout) :: problem
       type(scene_t), intent(in) :: scene
@@ -98,8 +98,8 @@ contains
       if (rate*abs(problem%times(1)) > first_turn) problem%first_time = problem%times(1)
    end subroutine find_first_time
 
-   !> True where the state at any time can take the place of the one at t = 0: rate and attitude are free as a whole, or
-   !> nothing asks for the attitude, and neither wheels nor switches have states of their own.
+   !> Returns true if the state at any time can replace the one at t = 0: rate and attitude are free as a whole, or
+   !> nothing requires the attitude, and neither wheels nor switches have states of their own.
    logical function can_move(problem, scene) result(can)
       type(fit_problem_t), intent(in) :: problem
       type(scene_t), intent(in) :: scene
@@ -119,14 +119,15 @@ contains
       end associate
    end function can_move
 
-   !> Makes a start, a state at the time at which runs start, that at another time, from which they start from now on.
+   !> Moves an initial guess, a state at the initial time of runs, to another time, which becomes the initial time of
+   !> runs.
    subroutine move_start(problem, scene, time, start, done)
       type(fit_problem_t), intent(inout) :: problem
       type(scene_t), intent(in) :: scene
-      !> s.
+      !> New initial time, s.
       real(wp), intent(in) :: time
       type(start_t), intent(inout) :: start
-      !> If not, all is as it was.
+      !> False if the guess could not be moved.
       logical, intent(out) :: done
       type(motion_at_t) :: motion
       type(status_t) :: status
@@ -141,7 +142,7 @@ contains
       call problem%model%set_origin(time)
    end subroutine move_start
 
-   !> Adds a start. An array constructor of such types would lose memory with gfortran 12.
+   !> Adds an initial guess. An array constructor of such types would lose memory with gfortran 12.
    subroutine append(starts, start)
       type(start_t), allocatable, intent(inout) :: starts(:)
       type(start_t), intent(in) :: start
@@ -154,14 +155,14 @@ contains
       call move_alloc(longer, starts)
    end subroutine append
 
-   !> What the data give without a fit: rate and attitude at the start, and ratios of moments.
+   !> Estimates rate and attitude at the initial time, and ratios of moments, from the data without a fit.
    subroutine start_at_data(problem, scene, start, beside, found)
       type(fit_problem_t), intent(in) :: problem
       type(scene_t), intent(in) :: scene
       type(start_t), intent(inout) :: start
-      !> What one turn more between the first two attitudes adds to the rate, rad/s; else 0.
+      !> Change of the rate by one revolution more between the first two attitudes, rad/s; else 0.
       real(wp), intent(out) :: beside(3)
-      !> The data give something.
+      !> True if the data give an estimate.
       logical, intent(out) :: found
       logical :: gives
       integer :: i
@@ -183,7 +184,7 @@ contains
       end do
    end subroutine start_at_data
 
-   !> The first attitude, and the mean rate to the next one at another time.
+   !> Sets the first attitude, and the mean rate to the next one at another time.
    subroutine start_at_attitudes(problem, scene, measurement, start, beside, found)
       type(fit_problem_t), intent(in) :: problem
       type(scene_t), intent(in) :: scene
@@ -210,7 +211,7 @@ contains
       if (found .and. norm2(turn) > 0.0_wp) beside = 2*pi*turn/(norm2(turn)*interval)
    end subroutine start_at_attitudes
 
-   !> True where a key of `&initial` has a value.
+   !> Returns true if a key of `&initial` has a value.
    pure logical function gives(scene, key, value)
       type(scene_t), intent(in) :: scene
       character(len=*), intent(in) :: key, value
@@ -219,7 +220,7 @@ contains
       gives = scene%groups(i)%text(key, '') == value
    end function gives
 
-   !> Parameters that are the three numbers of a key; 0 for one that is not free. Shape (3).
+   !> Returns the indices of the parameters that are the three numbers of a key; 0 for one that is not free. Shape (3).
    pure function parameters_of(problem, key) result(which)
       type(fit_problem_t), intent(in) :: problem
       character(len=*), intent(in) :: key
@@ -227,17 +228,17 @@ contains
       which = [(findloc(problem%names, key//'.'//achar(iachar('0') + k), dim=1), k=1, 3)]
    end function parameters_of
 
-   !> Unit of the angles of `&initial`, rad.
+   !> Returns the unit of the angles of `&initial`, rad.
    pure real(wp) function unit_of(problem)
       type(fit_problem_t), intent(in) :: problem
       unit_of = problem%model%plan%angle_unit
    end function unit_of
 
-   !> Lets a start have a rate. Nothing where the rate is not free, or not given in body axes against the stars.
+   !> Sets the rate of an initial guess, unless the rate is not free, or not given as inertial rate in body axes.
    subroutine put_rate(problem, scene, rate, start, done)
       type(fit_problem_t), intent(in) :: problem
       type(scene_t), intent(in) :: scene
-      !> Body axes, rad/s.
+      !> Inertial rate, body axes, rad/s.
       real(wp), intent(in) :: rate(3)
       type(start_t), intent(inout) :: start
       logical, intent(out) :: done
@@ -247,14 +248,14 @@ contains
       if (done) start%x(which) = rate/unit_of(problem)
    end subroutine put_rate
 
-   !> True where the scene gives the rate in body axes, against the stars.
+   !> Returns true if the scene gives the inertial rate in body axes.
    pure logical function has_body_rates(scene)
       type(scene_t), intent(in) :: scene
       has_body_rates = .not. (gives(scene, 'frame', 'space') .or. gives(scene, 'rate_from', 'frame') .or. &
                               gives(scene, 'rate_from', 'lvlh'))
    end function has_body_rates
 
-   !> The rate of a start that has one, rad/s.
+   !> Returns the rate of an initial guess, rad/s; 0 if the rate is not free.
    pure function rate_of(problem, scene, start) result(rate)
       type(fit_problem_t), intent(in) :: problem
       type(scene_t), intent(in) :: scene
@@ -266,14 +267,14 @@ contains
       if (all(which > 0)) rate = start%x(which)*unit_of(problem)
    end function rate_of
 
-   !> True where the three body components of the rate were measured.
+   !> Returns true if the three body components of the rate were measured.
    pure logical function all_rates(measurement)
       type(measurement_t), intent(in) :: measurement
       integer :: k
       all_rates = measurement%kind == VALUES .and. all([(place_of(measurement, k) > 0, k=1, 3)])
    end function all_rates
 
-   !> Column of a component of the rate; 0: not measured.
+   !> Returns the column of a component of the rate; 0: not measured.
    pure integer function place_of(measurement, k)
       type(measurement_t), intent(in) :: measurement
       integer, intent(in) :: k
@@ -281,7 +282,7 @@ contains
       if (place_of == 0) place_of = findloc(measurement%columns, rates(k)//'_deg', dim=1)
    end function place_of
 
-   !> The rates of a row, rad/s; shape (3).
+   !> Returns the rates of a row, rad/s; shape (3).
    pure function measured_rates(measurement, i) result(rate)
       type(measurement_t), intent(in) :: measurement
       integer, intent(in) :: i
@@ -291,7 +292,7 @@ contains
       if (measurement%degrees) rate = rate*pi/180
    end function measured_rates
 
-   !> Moments of a free body from J ΔΩ + ∫Ω×JΩ dt = 0 over windows, which is linear in J.
+   !> Estimates the moments of a free body from J ΔΩ + ∫Ω×JΩ dt = 0 over windows, which is linear in J.
    subroutine start_at_rates(problem, scene, measurement, start, found)
       type(fit_problem_t), intent(in) :: problem
       type(scene_t), intent(in) :: scene
@@ -346,8 +347,7 @@ contains
       obeys_triangle = all(moments > 0.0_wp) .and. 2*maxval(moments) < sum(moments)
    end function obeys_triangle
 
-   !> Lets the moments have given ratios. Those that are not free keep their values, and where all are free their sum
-   !> does.
+   !> Sets the moments to given ratios. Moments that are not free keep their values; if all are free, their sum is kept.
    subroutine put_ratios(problem, scene, ratios, start)
       type(fit_problem_t), intent(in) :: problem
       type(scene_t), intent(in) :: scene
@@ -366,12 +366,12 @@ contains
       end do
    end subroutine put_ratios
 
-   !> A random start: ratios of moments log-uniform where they obey the triangle inequality, numbers with bounds uniform
-   !> between these, numbers with a standard deviation normal.
+   !> Draws a random initial guess: ratios of moments log-uniform if they obey the triangle inequality, parameters with
+   !> bounds uniform between these, parameters with a standard deviation normal.
    subroutine draw_start(problem, scene, number, start)
       type(fit_problem_t), intent(in) :: problem
       type(scene_t), intent(in) :: scene
-      !> Of the start.
+      !> Number of the initial guess.
       integer, intent(in) :: number
       type(start_t), intent(inout) :: start
       real(wp) :: ratios(3), u

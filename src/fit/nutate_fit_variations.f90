@@ -1,7 +1,7 @@
-!> Sensitivities of the free numbers of a scene: by the chain rule each is the change of start, body and effects that
-!> a unit of the number makes.
+!> Sensitivities with respect to the free parameters of a scene: by the chain rule each is the change of initial state,
+!> body and effects per unit of the parameter.
 !>
-!> What the scene computes at its start (the inertia of a shape, the attitude of Euler angles) is differentiated there
+!> Initial quantities that the scene computes (the inertia of a shape, the attitude of Euler angles) are differentiated
 !> by five-point differences, the motion never: its derivative is the exact one of the method.
 module nutate_fit_variations
    use nutate_attitude, only: rotation_vector_from_quat
@@ -20,15 +20,15 @@ module nutate_fit_variations
 
    public :: add_scene, add_key, places, weights
 
-   !> Five-point differences, which are exact for polynomials of degree 4: places in steps, and weights times the step.
+   !> Five-point differences, which are exact for polynomials of degree 4: points in steps, and weights times the step.
    integer, parameter :: places(4) = [-2, -1, 1, 2]
    real(wp), parameter :: weights(4) = [1.0_wp, -8.0_wp, 8.0_wp, -1.0_wp]/12
 
 contains
 
-   !> Adds what a scene beside the present one contributes to the differences of start and body.
+   !> Adds the contribution of a scene at a point of the stencil to the differences of initial state and body.
    subroutine add_scene(group, present_scene, scene, weight, variation)
-      !> Name of the group of the number; blank for the attitude.
+      !> Name of the group of the parameter; blank for the attitude.
       character(len=*), intent(in) :: group
       type(scene_t), intent(in) :: present_scene, scene
       real(wp), intent(in) :: weight
@@ -49,15 +49,16 @@ contains
       end select
    end subroutine add_scene
 
-   !> Adds a number of an effect. Errors: `NUTATE_BAD_ARGUMENT` where the effect has no derivative by it.
+   !> Adds the change of an effect by one of its numbers. Errors: `NUTATE_BAD_ARGUMENT` if the effect has no derivative
+   !> by it.
    subroutine add_key(scene, group, key, value, numbers, name, variation, status)
       type(scene_t), intent(in) :: scene
-      !> Place of the group among those of the scene.
+      !> Index of the group among those of the scene.
       integer, intent(in) :: group
       character(len=*), intent(in) :: key
-      !> Which number of how many.
+      !> Index of the number in its key, and how many numbers the key has.
       integer, intent(in) :: value, numbers
-      !> Of the free number, for messages.
+      !> Name of the free parameter, for messages.
       character(len=*), intent(in) :: name
       type(variation_t), intent(inout) :: variation
       type(status_t), intent(out) :: status
@@ -81,8 +82,8 @@ contains
                                            ': '//trim(status%message))
    end subroutine add_key
 
-   !> Adds what an effect's numbers change of the start: of attitude and rate that count from the axes of an orbit.
-   !> Errors: `NUTATE_BAD_ARGUMENT` for the start of a resonance, which the effects define.
+   !> Adds the change of the initial state by an effect's numbers: of attitude and rate that are given relative to an
+   !> orbit. Errors: `NUTATE_BAD_ARGUMENT` for the initial state of a resonance, which the effects define.
    subroutine follow_start(scene, variation, status)
       type(scene_t), intent(in) :: scene
       type(variation_t), intent(inout) :: variation
@@ -112,7 +113,7 @@ contains
                   rate = orbit%frame_rate_change(change)
                end if
                variation%attitude = variation%attitude + turn
-               ! What stands still in space is seen to turn.
+               ! A vector fixed in space rotates in body axes when the attitude changes.
                variation%angular_velocity = variation%angular_velocity + rotate_to_body(q, rate) + cross(transport, &
                   turn)
             end associate
@@ -120,11 +121,12 @@ contains
       end associate
    end subroutine follow_start
 
-   !> The parameter of an effect that a key changes: that of its name, unless the effect is made from other numbers.
+   !> Finds the parameter of an effect that a key changes: that of its name, unless the effect is made from other
+   !> numbers.
    pure subroutine find_parameter(group, key, change, parameter, of_parameter)
       type(group_t), intent(in) :: group
       character(len=*), intent(in) :: key
-      !> Of the numbers of the key.
+      !> Change of the numbers of the key.
       real(wp), intent(in) :: change(:)
       character(len=*), intent(out) :: parameter
       real(wp), allocatable, intent(out) :: of_parameter(:)

@@ -9,10 +9,10 @@ module nutate_fit_warning
 
    public :: misfit_text
 
-   !> Rows that the warning names.
+   !> Number of rows that the warning names.
    integer, parameter :: named = 3
 
-   !> A row of a measurement: its largest residual.
+   !> A row of a measurement with its largest residual.
    type :: row_t
       integer :: measurement = 0, row = 0
       real(wp) :: size = 0.0_wp
@@ -20,7 +20,7 @@ module nutate_fit_warning
 
 contains
 
-   !> Returns what is wrong, with the worst rows; empty if noise explains the residuals.
+   !> Returns the warning, with the worst rows; empty if noise explains the residuals.
    function misfit_text(fit) result(text)
       type(fit_t), intent(in) :: fit
       character(len=:), allocatable :: text

@@ -1,4 +1,4 @@
-!> The derivatives that a run of a scene carries: a sensitivity for each number that `&free` names.
+!> Sensitivities that a run of a scene propagates: one for each number that `&free` names.
 module nutate_free_variations
    use nutate_variation, only: variation_t
    use nutate_fit_model, only: fit_model_t
@@ -18,13 +18,13 @@ module nutate_free_variations
 
    public :: free_variations, shows_propagated, shows_derivatives, shows_indicators, usual_sets
 
-   !> A step that tells whether a method propagates sensitivities, as a part of the run.
+   !> Step that shows whether a method propagates sensitivities, as a part of the run.
    real(wp), parameter :: short = 1e-9_wp
 
 contains
 
-   !> Returns the sets of columns of a scene. To those that it has by default derivatives are added if it has free
-   !> numbers, and no measurements, whose fit has another purpose.
+   !> Returns the sets of columns of a scene. Derivatives are added to its default sets if it has free parameters but no
+   !> measurements, since a fit has another purpose.
    pure function usual_sets(scene) result(sets)
       type(scene_t), intent(in) :: scene
       character(len=name_length), allocatable :: sets(:)
@@ -39,40 +39,40 @@ contains
       if (any(scene%fit%free%sigma > 0.0_wp)) sets = [character(len=name_length) :: sets, 'standard_deviations']
    end function usual_sets
 
-   !> True if sets of columns are derivatives by free numbers.
+   !> Returns true if sets of columns are derivatives with respect to free parameters.
    pure logical function shows_derivatives(sets)
-      !> Their names.
+      !> Names of the sets.
       character(len=*), intent(in) :: sets(:)
       integer :: i
       shows_derivatives = any([(any(sets == set_of(quantities(i))) .and. is_by_free(quantities(i)%propagated), &
                                 i=1, size(quantities))])
    end function shows_derivatives
 
-   !> True if sets of columns are of what runs propagate: derivatives by free numbers, or indicators of chaos.
+   !> Returns true if runs propagate sets of columns: derivatives with respect to free parameters, or chaos indicators.
    pure logical function shows_propagated(sets)
-      !> Their names.
+      !> Names of the sets.
       character(len=*), intent(in) :: sets(:)
       shows_propagated = shows_derivatives(sets) .or. shows_indicators(sets)
    end function shows_propagated
 
-   !> True if sets of columns are indicators of chaos.
+   !> Returns true if sets of columns are chaos indicators.
    pure logical function shows_indicators(sets)
-      !> Their names.
+      !> Names of the sets.
       character(len=*), intent(in) :: sets(:)
       integer :: i
       shows_indicators = any([(any(sets == set_of(quantities(i))) .and. quantities(i)%propagated > 0 .and. &
                                .not. is_by_free(quantities(i)%propagated), i=1, size(quantities))])
    end function shows_indicators
 
-   !> Makes the sensitivities of the free numbers of a scene. Raises an error, with its line, for what has no
+   !> Makes the sensitivities of the free parameters of a scene. Raises an error, with its line, for what has no
    !> derivative: a number, a controller with samples, a method.
    subroutine free_variations(scene, variations, error, settings)
-      !> With free numbers.
+      !> Scene with free parameters.
       type(scene_t), intent(in) :: scene
       !> Shape (free numbers).
       type(variation_t), allocatable, intent(out) :: variations(:)
       type(scene_error_t), intent(inout) :: error
-      !> Those of the run, complete; without them the run reports what its method does not carry.
+      !> Settings of the run, complete; without them the run reports what its method does not propagate.
       type(integrator_settings_t), intent(in), optional :: settings
       type(fit_model_t) :: model
       type(status_t) :: status
@@ -89,7 +89,7 @@ contains
       if (present(settings)) call try_method(scene, settings, variations, error)
    end subroutine free_variations
 
-   !> Raises an error for what acts at samples: what it holds has no derivative.
+   !> Raises an error for a controller that samples: the values that it holds have no derivative.
    subroutine check_groups(groups, error)
       type(group_t), intent(in) :: groups(:)
       type(scene_error_t), intent(inout) :: error
@@ -101,7 +101,7 @@ contains
       end do
    end subroutine check_groups
 
-   !> Raises an error where the method does not carry the variations, which a first short step shows.
+   !> Raises an error if the method does not propagate the sensitivities, which a first short step shows.
    subroutine try_method(scene, settings, variations, error)
       type(scene_t), intent(in) :: scene
       type(integrator_settings_t), intent(in) :: settings
@@ -123,7 +123,7 @@ contains
          with_sensitivities%in_space_axes = any([(variations(i)%changes_orbit(), i=1, size(variations))])
          call make_stepper(scene%system, with_sensitivities, stepper, status)
          if (status%ok()) call stepper%advance(scene%system, state, dt, middle, status)
-         ! What has no step at all is for the run to report.
+         ! The run itself reports a step that fails.
          if (.not. status%ok()) return
          call stepper%propagate(scene%system, scene%initial, state, dt, middle, tangent, status)
       end if

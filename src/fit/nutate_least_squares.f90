@@ -1,9 +1,9 @@
 !> Nonlinear least squares by the method of Levenberg and Marquardt, with bounds, robust losses, standard errors, and a
 !> statement of what the residuals do not determine.
 !>
-!> The columns of the Jacobian are scaled to length 1. Its QR factors (LAPACK `dgeqrf`), and the singular values of R,
-!> give the step for any λ, its length in standard errors, the covariance, and the directions that change nothing; the
-!> normal equations, which square the condition number, are never formed.
+!> The columns of the Jacobian are scaled to length 1. The QR factors of the scaled Jacobian (LAPACK `dgeqrf`), and the
+!> singular values of R, give the step for any λ, its length in standard errors, the covariance, and the directions that
+!> change nothing; the normal equations, which square the condition number, are never formed.
 module nutate_least_squares
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_kinds, only: wp, eps
@@ -17,24 +17,24 @@ module nutate_least_squares
    public :: least_squares_problem_t, least_squares_result_t, least_squares_settings_t, minimize
    public :: UNKNOWN_BELOW, WEAK_BELOW
 
-   !> Singular values of the scaled Jacobian, beside the largest, below which a direction is not identifiable, and below
-   !> which it is weakly determined.
+   !> Singular values of the scaled Jacobian, relative to the largest, below which a direction is not identifiable, and
+   !> below which it is weakly determined.
    real(wp), parameter :: UNKNOWN_BELOW = 1e-10_wp, WEAK_BELOW = 1e-3_wp
    !> First damping; its factor after a step that fails, and divisor after one that succeeds; beyond the greatest no
    !> step is short enough.
    real(wp), parameter :: first_damping = 1e-3_wp, change = 10.0_wp, greatest_damping = 1e14_wp
-   !> A stalled iteration counts as converged where the remaining step is below this, in standard errors.
+   !> Remaining step below which a stalled iteration is treated as converged, in standard errors.
    real(wp), parameter :: near = 1e-3_wp
-   !> A fit stalls where that many iterations reduce the sum by less than this share of the reduction that the
-   !> linearised problem still predicts.
+   !> A fit stalls if that many iterations reduce the sum by less than this share of the reduction that the linearised
+   !> problem still predicts.
    integer, parameter :: stall_iterations = 20
    real(wp), parameter :: stall_share = 0.1_wp
-   !> Least curvature of a loss beside its slope while iterating.
+   !> Least curvature of a loss relative to its slope while iterating.
    real(wp), parameter :: least_curvature = 0.1_wp
    !> A parameter that, changed by its usual size, changes the residuals by less than this share of the largest such
    !> change, changes them by rounding only.
    real(wp), parameter :: rounding = 1e-11_wp
-   !> A direction is one of a parameter that has more than this share of it, columns scaled.
+   !> A parameter takes part in a direction if its component, with columns scaled, exceeds this share.
    real(wp), parameter :: share = 1e-5_wp
 
    !> A problem: residuals as a function of parameters.
@@ -43,76 +43,77 @@ module nutate_least_squares
       integer, allocatable :: losses(:)
       !> Bounds; not allocated: none. Shape (parameters).
       real(wp), allocatable :: low(:), high(:)
-      !> Size that each parameter usually has, 0 if none is known: a change by it that changes the residuals by rounding
-      !> only shows nothing of the parameter. Not allocated: none is known. Shape (parameters).
+      !> Usual size of each parameter, 0 if none is known: if a change by it changes the residuals by rounding only,
+      !> they do not determine the parameter. Not allocated: none is known. Shape (parameters).
       real(wp), allocatable :: sizes(:)
    contains
-      !> Residuals and Jacobian at given parameters.
+      !> Computes residuals and Jacobian at given parameters.
       procedure(evaluate_residuals), deferred :: evaluate
-      !> Called with the parameters of each accepted step; may change to another chart.
+      !> Receives the parameters of each accepted step; may change to another chart.
       procedure :: accept => keep_chart
    end type least_squares_problem_t
 
    abstract interface
-      !> A failure makes the step shorter; `NUTATE_STOPPED` and `NUTATE_IO` end the iteration.
+      !> Computes residuals and Jacobian. A failure makes the step shorter; `NUTATE_STOPPED` and `NUTATE_IO` end the
+      !> iteration.
       subroutine evaluate_residuals(self, x, residuals, jacobian, status)
          import :: least_squares_problem_t, status_t, wp
          class(least_squares_problem_t), intent(inout) :: self
          !> Shape (parameters).
          real(wp), intent(in) :: x(:)
-         !> Each divided by its standard deviation; shape (residuals) and (residuals, parameters).
+         !> Residuals and Jacobian, divided by the standard deviations; shape (residuals) and (residuals, parameters).
          real(wp), allocatable, intent(inout) :: residuals(:), jacobian(:, :)
          type(status_t), intent(out) :: status
       end subroutine evaluate_residuals
    end interface
 
-   !> How to iterate.
+   !> Settings of the iteration.
    type :: least_squares_settings_t
       integer :: most_iterations = 200
-      !> The iteration ends where the remaining step is below this, in standard errors.
+      !> Remaining step below which the iteration ends, in standard errors.
       real(wp) :: tolerance = 1e-8_wp
-      !> Residuals are in units of their standard deviation; else the covariance is multiplied by χ² per degree of
-      !> freedom.
+      !> True if residuals are in units of their standard deviation; else the covariance is multiplied by χ² per degree
+      !> of freedom.
       logical :: sigma_is_known = .true.
    end type least_squares_settings_t
 
-   !> What came of it.
+   !> Result of a minimisation.
    type :: least_squares_result_t
-      !> Shape (parameters).
+      !> Parameters at the solution; shape (parameters).
       real(wp), allocatable :: x(:)
-      !> As evaluated there, without losses; shape (residuals) and (residuals, parameters).
+      !> Residuals and Jacobian at the solution, without losses; shape (residuals) and (residuals, parameters).
       real(wp), allocatable :: residuals(:), jacobian(:, :)
-      !> Sum of the losses, that of squares where they are linear.
+      !> Sum of the losses; sum of squares if they are linear.
       real(wp) :: chi_squared = huge(1.0_wp)
       !> Residuals less identifiable parameters that are not at a bound.
       integer :: degrees_of_freedom = 0
       integer :: iterations = 0, evaluations = 0
-      !> The remaining step, in standard errors.
+      !> Remaining step, in standard errors.
       real(wp) :: remaining = huge(1.0_wp)
       logical :: converged = .false.
-      !> At a bound that holds it back; shape (parameters).
+      !> True for a parameter that a bound holds back; shape (parameters).
       logical, allocatable :: at_bound(:)
-      !> A direction that is not identifiable changes it; shape (parameters).
+      !> True for a parameter that a direction changes which is not identifiable; shape (parameters).
       logical, allocatable :: unidentified(:)
-      !> Zero in rows and columns of parameters at a bound and of those that are not identifiable; shape (parameters,
-      !> parameters).
+      !> Covariance; zero in rows and columns of parameters at a bound and of those that are not identifiable; shape
+      !> (parameters, parameters).
       real(wp), allocatable :: covariance(:, :)
-      !> Singular values of the scaled Jacobian beside the largest, and the change of the parameters for each: without
-      !> those at a bound. Shape (directions) and (parameters, directions).
+      !> Singular values of the scaled Jacobian relative to the largest, and the change of the parameters for each,
+      !> without parameters at a bound. Shape (directions) and (parameters, directions).
       real(wp), allocatable :: singular_values(:), directions(:, :)
    contains
-      !> Standard errors; 0 where there is none. Shape (parameters).
+      !> Returns the standard errors; 0 if there is none. Shape (parameters).
       procedure :: standard_errors
    end type least_squares_result_t
 
    !> The linearised problem in its singular vectors.
    type :: factors_t
-      !> The parameters that can move; shape (moving).
+      !> Indices of the parameters that can move; shape (moving).
       integer, allocatable :: moving(:)
-      !> Lengths of their columns; singular values of the scaled Jacobian; residuals along its left vectors. Shape
-      !> (moving).
+      !> Lengths of the columns of the moving parameters; singular values of the scaled Jacobian; residuals along its
+      !> left vectors. Shape (moving).
       real(wp), allocatable :: lengths(:), values(:), along(:)
-      !> Right vectors as columns; shape (moving, moving).
+      !> Right singular vectors as columns; shape (moving, moving).
       real(wp), allocatable :: vectors(:, :)
    contains
       procedure :: step
@@ -120,7 +121,7 @@ module nutate_least_squares
       procedure :: known
    end type factors_t
 
-   !> A place: parameters with their residuals, and with those that the losses make of them.
+   !> An iterate: parameters with their residuals, and with the residuals weighed by the losses.
    type :: place_t
       real(wp), allocatable :: x(:), residuals(:), jacobian(:, :), weighed(:), weighed_jacobian(:, :)
       real(wp) :: cost = huge(1.0_wp)
@@ -131,19 +132,18 @@ contains
    !> Does nothing.
    subroutine keep_chart(self, x)
       class(least_squares_problem_t), intent(inout) :: self
-      !> Shape (parameters); on return in the chart that holds from now on.
+      !> Parameters; on return in the chart that holds from now on. Shape (parameters).
       real(wp), intent(inout) :: x(:)
    end subroutine keep_chart
 
    !> Minimises the sum of the losses of the squares of residuals.
    !>
-   !> Errors: those of the problem at the start; `NUTATE_BAD_ARGUMENT` for fewer residuals than parameters,
-   !> `NUTATE_NOT_FINITE`; `NUTATE_NOT_CONVERGED` where the iterations do not suffice, the fit stalls or no step is
-   !> short enough: the result is then the best place found. Source: Levenberg (1944), Marquardt (1963); Moré (1978) for
-   !> QR.
+   !> Errors: those of the problem at the initial guess; `NUTATE_BAD_ARGUMENT` for fewer residuals than parameters,
+   !> `NUTATE_NOT_FINITE`; `NUTATE_NOT_CONVERGED` if the iterations do not suffice, the fit stalls or no step is short
+   !> enough: the result is then the best iterate. Source: Levenberg (1944), Marquardt (1963); Moré (1978) for QR.
    subroutine minimize(problem, x, result, status, settings)
       class(least_squares_problem_t), intent(inout) :: problem
-      !> Where to start; shape (parameters).
+      !> Initial guess; shape (parameters).
       real(wp), intent(in) :: x(:)
       type(least_squares_result_t), intent(out) :: result
       type(status_t), intent(out) :: status
@@ -196,7 +196,7 @@ contains
       end if
    end subroutine minimize
 
-   !> The unit of the remaining step: 1, or the scatter of the residuals.
+   !> Returns the unit of the remaining step: 1, or the scatter of the residuals.
    pure real(wp) function scale_of(settings, here, factors) result(scale)
       type(least_squares_settings_t), intent(in) :: settings
       type(place_t), intent(in) :: here
@@ -204,11 +204,11 @@ contains
       scale = 1.0_wp
       if (settings%sigma_is_known) return
       scale = sqrt(here%cost/max(1, size(here%residuals) - count(factors%known())))
-      ! Data without scatter: what rounding leaves.
+      ! Keeps the unit above 0 for data without scatter.
       scale = max(scale, sqrt(tiny(scale)))
    end function scale_of
 
-   !> Parameters inside of the bounds.
+   !> Returns the parameters, moved inside of the bounds.
    pure function within(problem, x) result(inside)
       class(least_squares_problem_t), intent(in) :: problem
       real(wp), intent(in) :: x(:)
@@ -218,7 +218,7 @@ contains
       if (allocated(problem%high)) inside = min(inside, problem%high)
    end function within
 
-   !> Evaluates a place. Errors: those of the problem, and `NUTATE_NOT_FINITE`.
+   !> Evaluates an iterate. Errors: those of the problem, and `NUTATE_NOT_FINITE`.
    subroutine evaluate_iterate(problem, here, result, status)
       class(least_squares_problem_t), intent(inout) :: problem
       type(place_t), intent(inout) :: here
@@ -234,10 +234,10 @@ contains
       call apply_losses(problem, least_curvature, here)
    end subroutine evaluate_iterate
 
-   !> Turns the residuals of a place into those that the losses make of them.
+   !> Weighs the residuals of an iterate by the losses.
    subroutine apply_losses(problem, least, here)
       class(least_squares_problem_t), intent(in) :: problem
-      !> Curvature of losses beside their slope.
+      !> Least curvature of losses relative to their slope.
       real(wp), intent(in) :: least
       type(place_t), intent(inout) :: here
       here%weighed = here%residuals
@@ -249,7 +249,7 @@ contains
       end if
    end subroutine apply_losses
 
-   !> Goes one step on. Errors: `NUTATE_NOT_CONVERGED` where no step reduces the sum; those that end the iteration.
+   !> Performs one step. Errors: `NUTATE_NOT_CONVERGED` if no step reduces the sum; those that end the iteration.
    subroutine advance(problem, factors, damping, here, result, status)
       class(least_squares_problem_t), intent(inout) :: problem
       type(factors_t), intent(in) :: factors
@@ -290,7 +290,7 @@ contains
       a = here%weighed_jacobian(:, factors%moving)
       b = reshape(here%weighed, [m, 1])
       factors%lengths = norm2(a, dim=1)
-      ! Not by the values: a fitted value may be zero, up to rounding, and known well.
+      ! Usual sizes are used, not values: a fitted value may be zero, up to rounding, and known well.
       shares = 0*factors%lengths
       if (allocated(problem%sizes)) shares = problem%sizes(factors%moving)*factors%lengths
       do i = 1, n
@@ -313,7 +313,7 @@ contains
       factors%along = matmul(b(:n, 1), u)
    end subroutine factorize
 
-   !> Which parameters are at a bound that the residuals push them against; shape (parameters).
+   !> Returns true for parameters at a bound that the residuals push them against; shape (parameters).
    pure function held(problem, here)
       class(least_squares_problem_t), intent(in) :: problem
       type(place_t), intent(in) :: here
@@ -325,7 +325,7 @@ contains
       if (allocated(problem%high)) held = held .or. (here%x >= problem%high .and. slope <= 0.0_wp)
    end function held
 
-   !> Which directions the residuals determine; shape (moving).
+   !> Returns true for directions that the residuals determine; shape (moving).
    pure function known(self)
       class(factors_t), intent(in) :: self
       logical :: known(size(self%values))
@@ -333,7 +333,7 @@ contains
       if (size(known) > 0) known = self%values > UNKNOWN_BELOW*self%values(1)
    end function known
 
-   !> The step of a damping, without the directions that are not identifiable; shape (moving).
+   !> Returns the step of a damping, without the directions that are not identifiable; shape (moving).
    pure function step(self, damping)
       class(factors_t), intent(in) :: self
       real(wp), intent(in) :: damping
@@ -345,13 +345,13 @@ contains
       step = matmul(self%vectors, step)/self%lengths
    end function step
 
-   !> Length of the undamped step in standard errors.
+   !> Returns the length of the undamped step in standard errors.
    pure real(wp) function remaining(self)
       class(factors_t), intent(in) :: self
       remaining = norm2(pack(self%along, self%known()))
    end function remaining
 
-   !> Standard errors; 0 where there is none. Shape (parameters).
+   !> Returns the standard errors; 0 if there is none. Shape (parameters).
    pure function standard_errors(self) result(errors)
       class(least_squares_result_t), intent(in) :: self
       real(wp) :: errors(size(self%x))
@@ -359,7 +359,7 @@ contains
       errors = [(sqrt(self%covariance(i, i)), i=1, size(self%x))]
    end function standard_errors
 
-   !> Fills the result from the last place.
+   !> Fills the result from the last iterate.
    subroutine conclude(here, factors, settings, result)
       type(place_t), intent(in) :: here
       type(factors_t), intent(in) :: factors
