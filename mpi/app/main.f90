@@ -1,4 +1,4 @@
-!> `nutate-mpi sweep SCENE`: a sweep by the processes of MPI. Rank 0 says what there is to say.
+!> `nutate-mpi sweep SCENE`: a sweep by the processes of MPI. Rank 0 prints all messages.
 program main
    use nutate_cli, only: argument_t, command_t, get_arguments, options, parse_arguments
    use nutate_console, only: page_t, say_error, show_page, EXIT_INPUT, EXIT_SIGNAL
@@ -30,14 +30,14 @@ program main
       call follow(ranks, command)
       if (caught_signal() /= 0) exit_code = EXIT_SIGNAL + caught_signal()
    end if
-   ! Of one that a signal ends MPI ends the others.
+   ! If a signal ends one process, MPI ends the others.
    if (exit_code > EXIT_SIGNAL) call end_by_signal(exit_code - EXIT_SIGNAL)
    call ranks%finish()
    if (exit_code /= 0) stop exit_code, quiet=.true.
 
 contains
 
-   !> What rank 0 does: what the arguments ask for.
+   !> Executes the command; called by rank 0.
    subroutine lead(exit_code)
       integer, intent(inout) :: exit_code
       type(rank_workers_t) :: workers
@@ -65,7 +65,7 @@ contains
       end select
    end subroutine lead
 
-   !> What keeps a command from being one for several processes; blank if nothing does.
+   !> Returns the reason why a command cannot run in several processes; blank if there is none.
    pure function objection_to(command) result(text)
       type(command_t), intent(in) :: command
       character(len=:), allocatable :: text
@@ -81,7 +81,7 @@ contains
       end if
    end function objection_to
 
-   !> The help page.
+   !> Returns the help page.
    function mpi_help() result(page)
       type(page_t) :: page
       integer :: i

@@ -1,4 +1,4 @@
-!> The ranks as those who run the members of a sweep: rank 0 leads it, all others follow.
+!> Ranks as workers of a sweep: rank 0 leads it, all others follow.
 module nutate_rank_workers
    use nutate_cli, only: command_t
    use nutate_sweep_server, only: sweep_server_t
@@ -17,22 +17,22 @@ module nutate_rank_workers
 
    public :: rank_workers_t, follow
 
-   !> Asks in vain before a rank lets others have its core.
+   !> Polls in vain before a rank lets others have its core.
    integer, parameter :: patience = 100
 
-   !> The ranks.
+   !> Ranks as workers of a sweep.
    type, extends(sweep_workers_t) :: rank_workers_t
       type(ranks_t) :: ranks
-      !> The other ranks know what there is to do.
+      !> True if rank 0 has announced to the other ranks what there is to do.
       logical :: has_begun = .false.
    contains
       procedure :: count => count_workers
       procedure :: go
-      !> Lets the other ranks go, if there was nothing to do for them.
+      !> Releases the other ranks, if there was nothing to do for them.
       procedure :: dismiss
    end type rank_workers_t
 
-   !> Ends members on a signal.
+   !> Watcher that ends members on a signal.
    type, extends(sweep_watcher_t) :: signal_watcher_t
    contains
       procedure :: wants_end => signal_came
@@ -40,15 +40,15 @@ module nutate_rank_workers
 
 contains
 
-   !> How many members are run at once.
+   !> Returns the number of members that are run at once.
    integer function count_workers(self)
       class(rank_workers_t), intent(in) :: self
       count_workers = self%ranks%count
    end function count_workers
 
-   !> Runs what is not done yet. Errors: those of `server%run`.
+   !> Runs the chunks that are not done yet. Errors: those of `server%run`.
    subroutine go(self, sweep, scene, watcher, status)
-      !> Of rank 0.
+      !> Workers of rank 0.
       class(rank_workers_t), intent(inout) :: self
       type(sweep_t), intent(inout), target :: sweep
       type(scene_t), intent(in) :: scene
@@ -65,9 +65,9 @@ contains
       call server%run(scene, status)
    end subroutine go
 
-   !> Lets the other ranks go, if there was nothing to do for them.
+   !> Releases the other ranks, if there was nothing to do for them.
    subroutine dismiss(self)
-      !> Of rank 0.
+      !> Workers of rank 0.
       class(rank_workers_t), intent(inout) :: self
       integer(long) :: numbers(2)
       numbers = 0
@@ -75,10 +75,10 @@ contains
       self%has_begun = .true.
    end subroutine dismiss
 
-   !> What every rank but rank 0 does: runs the chunks that it is given. What it cannot do rank 0 says.
+   !> Runs the chunks that rank 0 hands out; called by every other rank. Rank 0 reports the errors.
    subroutine follow(ranks, command)
       type(ranks_t), intent(in) :: ranks
-      !> That of rank 0 too.
+      !> Command, the same as that of rank 0.
       type(command_t), intent(in) :: command
       type(scene_t) :: scene
       type(sweep_t), target :: sweep
@@ -102,11 +102,11 @@ contains
       if (.not. status%ok() .and. status%code /= NUTATE_STOPPED) call ranks%ask(0_long, no_rows, status)
    end subroutine follow
 
-   !> Runs chunks until there are no more. Errors: `NUTATE_STOPPED` where a signal has come; `NUTATE_IO`.
+   !> Runs chunks until there are no more. Errors: `NUTATE_STOPPED` if a signal has come; `NUTATE_IO`.
    subroutine run_chunks(ranks, scene, sweep, status)
       type(ranks_t), intent(in) :: ranks
       type(scene_t), intent(in) :: scene
-      !> Joined.
+      !> Joined sweep.
       type(sweep_t), intent(inout), target :: sweep
       type(status_t), intent(out) :: status
       type(signal_watcher_t), target :: watcher
@@ -124,10 +124,10 @@ contains
       end do
    end subroutine run_chunks
 
-   !> Waits for the next chunk. Errors: `NUTATE_STOPPED` where a signal has come.
+   !> Waits for the next chunk. Errors: `NUTATE_STOPPED` if a signal has come.
    subroutine await_chunk(ranks, chunk, status)
       type(ranks_t), intent(in) :: ranks
-      !> 0: there are no more.
+      !> Number of the chunk; 0: there are no more.
       integer(long), intent(out) :: chunk
       type(status_t), intent(inout) :: status
       logical :: there

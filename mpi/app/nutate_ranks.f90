@@ -1,8 +1,8 @@
-!> The processes of a sweep, and the messages between them. Rank 0 hands out numbers of chunks; all others ask for one
-!> after the other. Nothing else knows MPI.
+!> The processes of a sweep, and the messages between them. Rank 0 hands out numbers of chunks; all others request one
+!> after the other. No other module calls MPI.
 !>
-!> A request says which chunk has been finished, if any; the answer is the next chunk, or 0. Rows are sent where they
-!> are to be added up, not where they go to the file.
+!> A request names the chunk that has been finished, if any; the answer is the next chunk, or 0. Rows are sent if they
+!> are to be added up, not if they go to the file.
 module nutate_ranks
    use, intrinsic :: iso_c_binding, only: c_int
    use mpi_f08, only: MPI_ANY_SOURCE, MPI_Bcast, MPI_CHARACTER, MPI_COMM_WORLD, MPI_Comm_rank, MPI_Comm_size, &
@@ -15,40 +15,40 @@ module nutate_ranks
 
    public :: ranks_t, request_t, nap
 
-   !> What a message is.
+   !> Tags of messages.
    integer, parameter :: of_request = 1, of_answer = 2, of_rows = 3, of_words = 4
 
    !> All processes.
    type :: ranks_t
-      !> Of this one, from 0 on; of all.
+      !> Number of this process, from 0 on; number of processes.
       integer :: rank = 0, count = 1
    contains
-      !> To be called first.
+      !> Starts MPI; to be called first.
       procedure :: start
-      !> To be called last, by all.
+      !> Ends MPI; to be called last, by all.
       procedure :: finish
-      !> Tells all others what rank 0 has to say.
+      !> Sends numbers of rank 0 to all others.
       procedure :: announce
-      !> Asks rank 0 for a chunk.
+      !> Requests a chunk from rank 0.
       procedure :: ask
-      !> The answer to that, if it has come.
+      !> Receives the answer to `ask`, if it has come.
       procedure :: listen
-      !> The next request to rank 0, if there is one.
+      !> Receives the next request to rank 0, if there is one.
       procedure :: next_request
       !> Receives the rows that follow a request.
       procedure :: receive_rows
       !> Answers a request.
       procedure :: answer
-      !> Which MPI this is.
+      !> Returns the name of the MPI library.
       procedure, nopass :: library
    end type ranks_t
 
-   !> What a rank asks of rank 0.
+   !> A request of a rank to rank 0.
    type :: request_t
       integer :: rank = 0
-      !> What it has finished; 0: nothing.
+      !> Chunk that the rank has finished; 0: none.
       integer(long) :: chunk = 0
-      !> Why it cannot go on.
+      !> Reason why the rank cannot go on.
       type(status_t) :: status
    end type request_t
 
@@ -62,7 +62,7 @@ module nutate_ranks
 
 contains
 
-   !> To be called first.
+   !> Starts MPI; to be called first.
    subroutine start(self)
       class(ranks_t), intent(out) :: self
       call MPI_Init()
@@ -70,30 +70,30 @@ contains
       call MPI_Comm_size(MPI_COMM_WORLD, self%count)
    end subroutine start
 
-   !> To be called last, by all.
+   !> Ends MPI; to be called last, by all.
    subroutine finish(self)
       class(ranks_t), intent(inout) :: self
       call MPI_Finalize()
       self%count = 0
    end subroutine finish
 
-   !> Tells all others what rank 0 has to say; called by all.
+   !> Sends numbers of rank 0 to all others; called by all.
    subroutine announce(self, numbers)
       class(ranks_t), intent(in) :: self
-      !> Those of rank 0 on return.
+      !> Numbers; on return those of rank 0.
       integer(long), intent(inout) :: numbers(:)
       if (self%count > 1) call MPI_Bcast(numbers, size(numbers), MPI_INTEGER8, 0, MPI_COMM_WORLD)
    end subroutine announce
 
-   !> Asks rank 0 for a chunk.
+   !> Requests a chunk from rank 0.
    subroutine ask(self, chunk, fields, status)
-      !> Not rank 0.
+      !> Any rank but rank 0.
       class(ranks_t), intent(in) :: self
-      !> What has been finished; 0: nothing.
+      !> Chunk that has been finished; 0: none.
       integer(long), intent(in) :: chunk
-      !> Its rows, where rank 0 is to add them up; else not allocated. Shape (fields, members).
+      !> Rows of the chunk, if rank 0 is to add them up; else not allocated. Shape (fields, members).
       integer(long), allocatable, intent(in) :: fields(:, :)
-      !> Why this rank cannot go on, if it cannot; there is no answer then.
+      !> Reason why this rank cannot go on, if it cannot; there is no answer then.
       type(status_t), intent(in) :: status
       integer(long) :: numbers(2)
       numbers = [chunk, int(status%code, long)]
@@ -105,19 +105,19 @@ contains
       end if
    end subroutine ask
 
-   !> The answer of rank 0, if it has come.
+   !> Receives the answer of rank 0, if it has come.
    subroutine listen(self, there, chunk)
-      !> Not rank 0.
+      !> Any rank but rank 0.
       class(ranks_t), intent(in) :: self
       logical, intent(out) :: there
-      !> 0: there are no more.
+      !> Next chunk; 0: there are no more.
       integer(long), intent(out) :: chunk
       chunk = 0
       call MPI_Iprobe(0, of_answer, MPI_COMM_WORLD, there, MPI_STATUS_IGNORE)
       if (there) call MPI_Recv(chunk, 1, MPI_INTEGER8, 0, of_answer, MPI_COMM_WORLD, MPI_STATUS_IGNORE)
    end subroutine listen
 
-   !> The next request, if there is one.
+   !> Receives the next request, if there is one.
    subroutine next_request(self, there, request)
       !> Rank 0.
       class(ranks_t), intent(in) :: self
@@ -152,12 +152,12 @@ contains
       !> Rank 0.
       class(ranks_t), intent(in) :: self
       type(request_t), intent(in) :: request
-      !> To be run; 0: there are no more.
+      !> Chunk to be run; 0: there are no more.
       integer(long), intent(in) :: chunk
       call MPI_Send(chunk, 1, MPI_INTEGER8, request%rank, of_answer, MPI_COMM_WORLD)
    end subroutine answer
 
-   !> Which MPI this is.
+   !> Returns the name of the MPI library.
    function library() result(text)
       character(len=:), allocatable :: text
       character(len=MPI_MAX_LIBRARY_VERSION_STRING) :: name
@@ -166,7 +166,7 @@ contains
       text = name(1:scan(name(1:length)//',', ','//achar(0)//achar(10)) - 1)
    end function library
 
-   !> Lets others have the core for a while: a process that waits for messages would keep it.
+   !> Yields the core for a while: a process that waits for messages would keep it.
    subroutine nap()
       integer(c_int), parameter :: microseconds = 50
       integer(c_int) :: ignored

@@ -1,5 +1,5 @@
-!> Where rank 0 hands out chunks and takes back what has been finished. It runs chunks itself as long as the others are
-!> few: then it looks for their requests whenever the members it runs ask whether to go on.
+!> Server of rank 0: it hands out chunks and receives what has been finished. As long as the other ranks are few, rank 0
+!> runs chunks itself, and answers requests whenever the members that it runs poll.
 module nutate_sweep_server
    use nutate_kinds, only: long
    use nutate_member_run, only: member_run_t
@@ -13,27 +13,28 @@ module nutate_sweep_server
 
    public :: sweep_server_t
 
-   !> Where there are more ranks, rank 0 runs no chunks: no rank waits for an answer, and one more would not be noticed.
+   !> Largest number of ranks with which rank 0 runs chunks. With more, one more worker would not be noticed, and no
+   !> rank waits for an answer.
    integer, parameter :: most_helped = 32
 
-   !> The sweep that is handed out, and how far that is.
+   !> A sweep that is handed out, and its progress.
    type :: sweep_server_t
       type(ranks_t) :: ranks
       type(sweep_t), pointer :: sweep => null()
-      !> Told how far the sweep is; asked whether to go on.
+      !> Watcher that receives the progress, and is polled for a request to stop.
       class(sweep_watcher_t), pointer :: watcher => null()
-      !> Ranks that have been told that there are no more chunks, or that cannot go on.
+      !> Number of ranks that have received the answer 0, or that cannot go on.
       integer :: gone = 0
-      !> The first thing that went wrong.
+      !> First failure.
       type(status_t) :: failure
    contains
       !> Runs the whole sweep.
       procedure :: run
-      !> Answers all requests that are there.
+      !> Answers all pending requests.
       procedure :: serve
    end type sweep_server_t
 
-   !> Lets the server look for requests while rank 0 runs members.
+   !> Watcher that answers requests while rank 0 runs members.
    type, extends(sweep_watcher_t) :: bell_t
       type(sweep_server_t), pointer :: server => null()
    contains
@@ -42,8 +43,7 @@ module nutate_sweep_server
 
 contains
 
-   !> Runs the whole sweep. Errors: `NUTATE_STOPPED` where the watcher wants the end; `NUTATE_IO`; what another rank
-   !> could not do.
+   !> Runs the whole sweep. Errors: `NUTATE_STOPPED` if the watcher wants the end; `NUTATE_IO`; errors of other ranks.
    subroutine run(self, scene, status)
       class(sweep_server_t), intent(inout), target :: self
       type(scene_t), intent(in) :: scene
@@ -80,7 +80,7 @@ contains
       if (self%failure%ok()) self%failure = status
    end subroutine help
 
-   !> True if the members that rank 0 runs are to end. Answers requests meanwhile.
+   !> Returns true if the members that rank 0 runs are to end. Answers requests meanwhile.
    logical function wants_end(self)
       class(bell_t), intent(in) :: self
       logical :: served
@@ -89,10 +89,10 @@ contains
       if (.not. wants_end) wants_end = self%server%watcher%wants_end()
    end function wants_end
 
-   !> Answers all requests that are there.
+   !> Answers all pending requests.
    subroutine serve(self, served)
       class(sweep_server_t), intent(inout) :: self
-      !> There were some.
+      !> True if there were requests.
       logical, intent(out) :: served
       type(request_t) :: request
       integer(long), allocatable :: fields(:, :)
@@ -116,11 +116,11 @@ contains
       end do
    end subroutine serve
 
-   !> Receives a chunk.
+   !> Receives a finished chunk.
    subroutine finish(self, request, fields)
       class(sweep_server_t), intent(inout) :: self
       type(request_t), intent(in) :: request
-      !> Its rows, where they are to be added up; on return not allocated.
+      !> Rows of the chunk, if they are to be added up; on return not allocated.
       integer(long), allocatable, intent(inout) :: fields(:, :)
       type(status_t) :: status
       if (.not. self%sweep%keeps_rows) then
@@ -132,7 +132,7 @@ contains
       call report(self)
    end subroutine finish
 
-   !> What another rank could not do.
+   !> Returns the failure of another rank.
    function said_by(request) result(status)
       type(request_t), intent(in) :: request
       type(status_t) :: status

@@ -77,7 +77,7 @@ class LostRanks(RankTest):
         self.resumes(signal.SIGINT, None, 5, "rows.npy")
 
     def test_a_signal_is_answered_in_one_line(self):
-        # To rank 0: what ranks say after a signal to mpirun is not always passed on by it.
+        # The signal goes to rank 0: mpirun does not always pass on what ranks print after a signal to it.
         run = self.start(3, "--set", "integrator.end_time=3000", "--set", "ensemble.chunk=1")
         wait_until(lambda: chunks_done(self.path("tumble.npy")) > 0)
         os.kill(self.children(run)[0], signal.SIGTERM)
