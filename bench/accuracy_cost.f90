@@ -1,5 +1,4 @@
-!> What an attitude error costs with every method, as ratios to dop853 of the same run: box after 100 s, heavy top
-!> after 2 s.
+!> Cost of an attitude error with every method, as ratios to dop853 of the same run: box for 100 s, heavy top for 2 s.
 !>
 !> Fixed steps; times are medians of repeated integrations without rows, interpolated between two runs of a
 !> work-precision study.
@@ -13,7 +12,7 @@ program bench_accuracy
    use nutate_work_precision, only: work_precision_t
    implicit none
 
-   !> Time for a scene, s.
+   !> Time limit for a scene, s.
    type(study_budget_t), parameter :: budget = study_budget_t(limit=20.0_wp)
    real(wp), parameter :: accuracies(2) = [1e-6_wp, 1e-10_wp]
 

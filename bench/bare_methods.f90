@@ -1,7 +1,8 @@
-!> What the library is measured against: the best explicit methods as one would write them for a single problem, in q
-!> and Ω, without a check of anything, and with nothing conserved.
+!> Bare methods that the library is measured against: the best explicit methods as one would write them for a single
+!> problem, in q and Ω, without a check of anything, and with nothing conserved.
 !>
-!> A body with diagonal inertia and one uniform field along the third space axis. The coefficients are those of DOP853.
+!> The problem is a body with diagonal inertia and one uniform field along the third space axis. The coefficients are
+!> those of DOP853.
 module bare_methods
    use nutate, only: wp
    use nutate_order_eight, only: a, b, b3, e5
@@ -27,7 +28,7 @@ module bare_methods
 
 contains
 
-   !> q̇ = ½ q∘Ω, Ω̇ = J⁻¹(JΩ×Ω + m×γ).
+   !> Computes q̇ = ½ q∘Ω, Ω̇ = J⁻¹(JΩ×Ω + m×γ).
    pure subroutine get_rate(problem, y, rate)
       type(bare_problem_t), intent(in) :: problem
       !> Shape (7).
@@ -50,7 +51,7 @@ contains
       rate(7) = rate(7) + problem%inverse(3)*(problem%moment(1)*g2 - problem%moment(2)*g1)
    end subroutine get_rate
 
-   !> Rates of the stages after the first; shape (7, 12).
+   !> Computes the rates of the stages after the first; shape (7, 12).
    pure subroutine get_stages(problem, h, y, k)
       type(bare_problem_t), intent(in) :: problem
       !> s.
@@ -83,11 +84,11 @@ contains
               + b(11)*k(:, 11) + b(12)*k(:, 12)
    end function weighted
 
-   !> n fixed steps to the end; q is normalised in each.
+   !> Performs n fixed steps to the end; q is normalised in each.
    pure subroutine run_rk8(problem, n, y)
       type(bare_problem_t), intent(in) :: problem
       integer, intent(in) :: n
-      !> The end; shape (7).
+      !> State at the end, q and Ω; shape (7).
       real(wp), intent(out) :: y(7)
       real(wp) :: k(7, 12), h
       integer :: i
@@ -101,13 +102,13 @@ contains
       end do
    end subroutine run_rk8
 
-   !> Steps chosen by the estimates of orders 5 and 3, as DOP853 does.
+   !> Performs steps chosen by the estimates of orders 5 and 3, as DOP853 does.
    pure subroutine run_dop853(problem, tolerance, y, steps)
       type(bare_problem_t), intent(in) :: problem
-      !> Absolute, of q, and relative, of Ω.
+      !> Tolerance: absolute for q, and relative for Ω.
       real(wp), intent(in) :: tolerance
       real(wp), intent(out) :: y(7)
-      !> Taken and refused.
+      !> Number of steps, accepted and rejected.
       integer, intent(out) :: steps
       real(wp) :: k(7, 12), next(7), slope(7), scale(7), h, t, error, fifth, third
       t = 0.0_wp

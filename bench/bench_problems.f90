@@ -1,4 +1,4 @@
-!> What the benchmarks of accuracy integrate.
+!> Problems that the benchmarks of accuracy integrate.
 module bench_problems
    use, intrinsic :: iso_fortran_env, only: error_unit
    use nutate, only: make_body, make_state, read_scene, scene_t, status_t, wp
@@ -14,7 +14,7 @@ module bench_problems
 
 contains
 
-   !> J = 0.345, 0.653, 1; L = 1.8, 0.4, -0.9; turned by 0.3 rad about axis 1; m g l = 1.
+   !> Sets J = 0.345, 0.653, 1; L = 1.8, 0.4, -0.9; attitude rotated by 0.3 rad about axis 1; m g l = 1.
    subroutine asymmetric_top(problem)
       type(problem_t), intent(inout) :: problem
       real(wp), parameter :: moments(3) = [0.345_wp, 0.653_wp, 1.0_wp], momentum(3) = [1.8_wp, 0.4_wp, -0.9_wp]
@@ -28,7 +28,7 @@ contains
       problem%start = make_state(problem%system, [cos(0.15_wp), sin(0.15_wp), 0.0_wp, 0.0_wp], momentum/moments)
    end subroutine asymmetric_top
 
-   !> Body, effects and start of a scene of the folder `scenes`.
+   !> Reads body, effects and initial state of a scene of the folder `scenes`.
    subroutine scene_problem(name, problem)
       character(len=*), intent(in) :: name
       type(problem_t), intent(inout) :: problem
@@ -44,7 +44,7 @@ contains
       problem%start = scene%initial
    end subroutine scene_problem
 
-   !> The attitude at the end.
+   !> Computes the reference attitude at the end.
    subroutine find_reference(problem, reference)
       type(problem_t), intent(in) :: problem
       type(reference_t), intent(inout) :: reference

@@ -11,7 +11,7 @@ module bench_timing
 
 contains
 
-   !> ns that one solution of an 8×8 system takes, of the kind that a step leads to: near the unit matrix.
+   !> Returns the time of one solution of an 8×8 system, ns, of the kind that a step leads to: near the unit matrix.
    real(wp) function time_dgesv() result(nanoseconds)
       integer, parameter :: repeats = 20000
       real(wp) :: matrix(8, 8), lu(8, 8), x(8), checksum
@@ -35,7 +35,7 @@ contains
       if (.not. abs(checksum) > 0.0_wp) write (error_unit, '(a)') 'dgesv gave nothing'
    end function time_dgesv
 
-   !> ns that a step takes, from `repeats` steps.
+   !> Returns the time of a step, ns, from `repeats` steps.
    real(wp) function time_steps(system, start, settings, dt, repeats) result(nanoseconds)
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: start
@@ -58,7 +58,7 @@ contains
       nanoseconds = 1e9_wp*clock%seconds()/repeats
    end function time_steps
 
-   !> Newton iterations of a step, mean over `repeats` steps.
+   !> Returns the Newton iterations of a step, mean over `repeats` steps.
    real(wp) function mean_iterations(system, start, settings, dt, repeats)
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: start

@@ -1,5 +1,5 @@
-!> What a step of many bodies costs, over a program's own Runge-Kutta loop: from Fortran, FORTRAN 77 and C, by the
-!> number of bodies; and how accurate it is: against Euler's equations, and the energy of two dipoles over 1e6 steps.
+!> Cost of a step of many bodies, relative to a program's own Runge-Kutta loop: from Fortran, FORTRAN 77 and C, by the
+!> number of bodies. Accuracy of the step: against Euler's equations, and the energy of two dipoles over 1e6 steps.
 program bench_bodies
    use, intrinsic :: iso_c_binding, only: c_double, c_int, c_ptr
    use bodies_loop, only: rk4_loop
@@ -87,7 +87,7 @@ contains
       if (info /= 0 .or. .not. status%ok()) error stop 'the bodies are not set up'
    end subroutine set_up
 
-   !> Bodies that turn by some 0.1 rad a step.
+   !> Draws bodies that rotate by some 0.1 rad a step.
    subroutine draw(n, q, l, omega, torque)
       integer, intent(in) :: n
       real(wp), intent(out) :: q(4, n), l(3, n), omega(3, n), torque(3, n)
@@ -101,7 +101,7 @@ contains
       end do
    end subroutine draw
 
-   !> A line of the table of times; torques are reversed in every other step, so that no body spins up.
+   !> Writes a line of the table of times; torques are reversed in every other step, so that no body spins up.
    subroutine compare(n)
       integer, intent(in) :: n
       integer, parameter :: ways = 6
@@ -134,7 +134,7 @@ contains
    !> Moves bodies by m steps in one of the six ways.
    subroutine step_some(way, m, n, q, l, torque)
       integer, intent(in) :: way, m, n
-      !> `l`: momenta in space axes or, of the ways by body axes, angular velocities.
+      !> Momenta `l` in space axes or, for the ways by body axes, angular velocities.
       real(wp), intent(inout) :: q(4, n), l(3, n), torque(3, n)
       type(status_t) :: status
       integer :: step, info, nbad, ibad(1)
@@ -169,7 +169,7 @@ contains
       end do
    end function middle
 
-   !> Attitude of a body after 10 s, free or driven by a torque of 0.3 N m about space axis 3.
+   !> Compares the attitude of a body after 10 s, free or driven by a torque of 0.3 N m about space axis 3.
    subroutine compare_with_euler(n)
       integer, intent(in) :: n
       real(wp) :: dt, q(4, 1), l(3, 1), omega(3, 1), torque(3, 1), reference(4), errors(2, 2)
@@ -201,7 +201,8 @@ contains
       omega(:, 1) = l(:, 1)/j
    end subroutine start
 
-   !> Euler's equations and the attitude with the torque turned at every stage, by 200,000 Runge-Kutta steps.
+   !> Solves Euler's equations and those of the attitude with the torque rotated at every stage, by 200,000 Runge-Kutta
+   !> steps.
    function euler_reference(torque) result(q)
       real(wp), intent(in) :: torque(3)
       integer, parameter :: n = 200000
@@ -226,7 +227,8 @@ contains
       d(5:7) = (rotate_to_body(y(1:4), torque) - cross(y(5:7), j*y(5:7)))/j
    end function rates
 
-   !> Means of the error of the energy of two dipoles on the x axis, moved by bodies or by kicks and reduced steps.
+   !> Writes means of the error of the energy of two dipoles on the x axis, moved by bodies or by kicks and reduced
+   !> steps.
    subroutine drift(by_bodies, name)
       logical, intent(in) :: by_bodies
       character(len=*), intent(in) :: name

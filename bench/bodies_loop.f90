@@ -1,5 +1,5 @@
 !> The loop that programs with many bodies have: Runge-Kutta of order 4 with angular velocities in body axes, the torque
-!> of the step in body axes, into which it is turned where it comes in space axes, and quaternions normalised after the
+!> of the step in body axes, into which it is rotated if it comes in space axes, and quaternions normalised after the
 !> step.
 module bodies_loop
    use nutate_kinds, only: wp
@@ -13,12 +13,12 @@ contains
    !> Moves n bodies by a step.
    subroutine rk4_loop(n, dt, j, q, omega, torque, in_space)
       integer, intent(in) :: n
-      !> s; principal moments, kg m².
+      !> Step, s; principal moments, kg m².
       real(wp), intent(in) :: dt, j(3)
       !> Attitudes; angular velocities, body axes, rad/s; torques, N m.
       real(wp), intent(inout) :: q(4, n), omega(3, n)
       real(wp), intent(in) :: torque(3, n)
-      !> The torques are in space axes, else in body axes.
+      !> True if the torques are in space axes, false if in body axes.
       logical, intent(in) :: in_space
       real(wp) :: y(7), k1(7), k2(7), k3(7), k4(7), tau(3), c(3), inverse(3), a(3)
       integer :: i

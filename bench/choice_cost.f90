@@ -1,5 +1,5 @@
-!> What `accuracy` costs on every scene, trial runs included, with the methods that `method = 'auto'` chooses from, and
-!> with what it chooses.
+!> Cost of `accuracy` on every scene, trial runs included, with the methods that `method = 'auto'` chooses from, and
+!> with its choice.
 !>
 !> Runs are repeated in turn, so that a busy machine slows all of them alike, and the shortest counts.
 program bench_choice
@@ -34,9 +34,9 @@ program bench_choice
 
 contains
 
-   !> A row for each way on a scene; `!` after a time: the error is more than ten times the accuracy.
+   !> Writes a row for each way on a scene; `!` after a time: the error is more than ten times the accuracy.
    subroutine study(scene, end_time)
-      !> Blank: the asymmetric top.
+      !> Name of the scene; blank: the asymmetric top.
       character(len=*), intent(in) :: scene
       !> s.
       real(wp), intent(in) :: end_time

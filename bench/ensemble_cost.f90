@@ -1,4 +1,4 @@
-!> What sweeps cost, by their number of members and of threads, and files of rows.
+!> Cost of sweeps, by their number of members and of threads, and of files of rows.
 program bench_ensemble
    use, intrinsic :: iso_fortran_env, only: int64
    use, intrinsic :: iso_c_binding, only: c_double
@@ -33,7 +33,7 @@ program bench_ensemble
 
 contains
 
-   !> Rows a second that go into a file of NumPy, each chunk on the disk before the next, and from it into CSV.
+   !> Measures rows per second into a NumPy file, each chunk on the disk before the next, and from it into CSV.
    subroutine files()
       integer(int64), parameter :: members = 200000, chunk = 4096
       character(len=*), parameter :: name = 'bench_rows'
@@ -69,7 +69,7 @@ contains
       close (unit, status='delete')
    end subroutine files
 
-   !> Members of 100 steps.
+   !> Makes a scene with members of 100 steps.
    subroutine make_scene(members, scene, layout)
       integer(int64), intent(in) :: members
       type(scene_t), intent(out) :: scene
@@ -87,7 +87,7 @@ contains
       call make_layout(scene, layout, status)
    end subroutine make_scene
 
-   !> A sweep in memory.
+   !> Times a sweep in memory.
    subroutine sweep(members, threads)
       integer(int64), intent(in) :: members
       integer, intent(in) :: threads
@@ -96,8 +96,8 @@ contains
       write (*, '(i9,i8,*(f10.2))') members, threads, spent(:threads)
    end subroutine sweep
 
-   !> Time of a member, us, of processors and on the wall: the least of some sweeps, of many where they are short. Of
-   !> several threads the processors' is the mean, since the clock of a process is coarse.
+   !> Measures the time of a member, us, of processors and on the wall: the least of some sweeps, of many if they are
+   !> short. With several threads the processor time is the mean, since the clock of a process is coarse.
    subroutine cost(members, threads, spent)
       integer(int64), intent(in) :: members
       integer, intent(in) :: threads

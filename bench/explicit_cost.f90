@@ -1,8 +1,8 @@
-!> What an attitude error costs: the methods of the library that conserve against bare explicit methods written for the
+!> Cost of an attitude error: the methods of the library that conserve against bare explicit methods written for the
 !> problem (`bare_methods`), all in one process.
 !>
-!> A fine ladder of steps or tolerances for each; runs are repeated in turn and the shortest counts, in CPU time of the
-!> thread. Ratios are those of the best of ours to the better of the bare ones.
+!> Each method has a fine ladder of steps or tolerances; runs are repeated in turn and the shortest counts, in CPU time
+!> of the thread. Ratios are those of the best of ours to the better of the bare ones.
 program bench_explicit
    use, intrinsic :: iso_c_binding, only: c_double
    use bare_methods, only: bare_problem_t, run_dop853, run_rk8
@@ -27,7 +27,8 @@ program bench_explicit
    type :: way_t
       character(len=32) :: name = ''
       type(integrator_settings_t) :: settings
-      !> Written for the problem; steps are chosen to a tolerance; it conserves; it is a closed solution, without steps.
+      !> True if the way is written for the problem; chooses steps to a tolerance; conserves; is a closed solution,
+      !> without steps.
       logical :: bare = .false., chosen = .false., ours = .true., closed = .false.
       integer :: levels = 0
       !> Tolerance, rad, or number of steps; error, rad; time, s.
@@ -38,7 +39,7 @@ program bench_explicit
    !> Rounds of repeated runs; time that is worth the reading of a clock, s; the longest run, s.
    integer, parameter :: rounds = 25
    real(wp), parameter :: worth_reading = 1e-4_wp, patience = 0.05_wp
-   !> From one step or tolerance of a ladder to the next.
+   !> Factors from one number of steps or tolerance of a ladder to the next.
    real(wp), parameter :: fewer = 1.06_wp, finer = 0.5_wp
 
    call study('box', 100.0_wp, 'A: free box, 100 s')
@@ -49,7 +50,7 @@ program bench_explicit
 contains
 
    subroutine study(scene, end_time, title)
-      !> Blank: the asymmetric top.
+      !> Name of the scene; blank: the asymmetric top.
       character(len=*), intent(in) :: scene, title
       !> s.
       real(wp), intent(in) :: end_time
@@ -97,7 +98,7 @@ contains
       way%name = trim(way%name)//merge(', chosen', ', fixed ', chosen)
    end function way
 
-   !> There is a closed solution for the problem.
+   !> Returns true if there is a closed solution for the problem.
    logical function has_exact(problem)
       type(problem_t), intent(in) :: problem
       class(stepper_t), allocatable :: stepper
@@ -106,7 +107,7 @@ contains
       has_exact = status%ok()
    end function has_exact
 
-   !> Fixed steps of a series as long as low accuracies want it.
+   !> Returns the series of order 12 with fixed steps, as long as low accuracies allow.
    type(way_t) function short_series()
       short_series = way('taylor', .true., .false.)
       short_series%settings%series_order = 12
@@ -122,7 +123,7 @@ contains
       bare_way%chosen = chosen
    end function bare_way
 
-   !> A problem as the bare methods want it: with the third space axis along the field.
+   !> Makes the problem of the bare methods, with the third space axis along the field.
    subroutine measure_bare(problem, bare)
       type(problem_t), intent(in) :: problem
       type(bare_problem_t), intent(out) :: bare
@@ -140,7 +141,7 @@ contains
       end associate
    end subroutine measure_bare
 
-   !> Errors of a way, from coarse to fine, until they no longer fall or runs take too long.
+   !> Measures errors of a way, from coarse to fine, until they no longer fall or runs take too long.
    subroutine climb(problem, bare, exact, one)
       type(problem_t), intent(in) :: problem
       type(bare_problem_t), intent(in) :: bare
@@ -152,7 +153,7 @@ contains
       setting = 1e-1_wp
       turn = problem%end_time*norm2(angular_velocity(problem%system, problem%start))
       if (.not. one%chosen) setting = merge(2.0_wp, max(8.0_wp, turn/60), one%settings%method == 'rk8' .and. turn < 400)
-      ! One step, to the end.
+      ! A closed solution performs one step, to the end.
       if (one%closed) setting = 0.5_wp
       do k = 1, merge(1, size(one%setting), one%closed)
          if (one%chosen) setting = setting*finer
@@ -175,7 +176,7 @@ contains
       type(bare_problem_t), intent(in) :: bare
       type(way_t), intent(inout) :: one
       integer, intent(in) :: k
-      !> The attitude at the end; zero where the run failed.
+      !> Attitude at the end; zero if the run failed.
       real(wp), intent(out) :: q(4)
       class(stepper_t), allocatable :: stepper
       type(status_t) :: status
@@ -249,7 +250,7 @@ contains
       end do
    end subroutine repeat_runs
 
-   !> The shortest time of a level from which on three levels are within an error; huge where there is none.
+   !> Returns the shortest time of a level from which on three levels are within an error; huge if there is none.
    pure real(wp) function time_for(one, accuracy)
       type(way_t), intent(in) :: one
       real(wp), intent(in) :: accuracy
@@ -276,10 +277,10 @@ contains
       call write_ratios(ways, ways%ours, 'best of ours over the better bare')
    end subroutine write_table
 
-   !> The best of some of ours that conserve over the better bare one.
+   !> Writes the ratio of the best of some of ours that conserve to the better bare one.
    subroutine write_ratios(ways, admitted, title)
       type(way_t), intent(in) :: ways(:)
-      !> Which of ours may be the best; shape (number of ways).
+      !> True for those of ours that may be the best; shape (number of ways).
       logical, intent(in) :: admitted(:)
       character(len=*), intent(in) :: title
       real(wp) :: best(2), time
@@ -298,7 +299,7 @@ contains
       write (*, *)
    end subroutine write_ratios
 
-   !> A number, or a dash for what is not reached.
+   !> Writes a number, or a dash for an error that is not reached.
    subroutine write_number(x)
       real(wp), intent(in) :: x
       if (x < 1e-2_wp*huge(1.0_wp)) then
@@ -308,8 +309,8 @@ contains
       end if
    end subroutine write_number
 
-   !> What `accuracy` takes with the method of `auto`, trial runs included, the error it achieves, and its time over the
-   !> best of ours for that error.
+   !> Writes the time of `accuracy` with the method of `auto`, trial runs included, the error it achieves, and its time
+   !> relative to the best of ours for that error.
    subroutine write_accuracies(problem, exact, ways)
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: exact(4)

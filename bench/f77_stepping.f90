@@ -80,7 +80,7 @@ program f77_stepping
 
 contains
 
-   !> A whole number of the command line.
+   !> Returns an integer of the command line.
    integer function whole(position)
       integer, intent(in) :: position
       character(len=24) :: text

@@ -1,7 +1,7 @@
-!> What `accuracy` costs beyond the run it ends in: time of a run with `accuracy` over that of one whose steps have the
+!> Cost of `accuracy` beyond the run it ends in: time of a run with `accuracy` relative to that of one with the
 !> tolerance found, for the methods that `method = 'auto'` chooses from, on every scene.
 !>
-!> Both are repeated in turn, so that a busy machine slows them alike; processor time counts, and the shortest.
+!> Both runs are repeated in turn, so that a busy machine slows them alike; the shortest processor time counts.
 program bench_search
    use bench_problems, only: asymmetric_top, scene_problem
    use nutate, only: integrate, integrator_settings_t, run_plan_t, state_t, status_t, wp
@@ -13,7 +13,7 @@ program bench_search
    implicit none
 
    real(wp), parameter :: accuracies(4) = [1e-2_wp, 1e-4_wp, 1e-8_wp, 1e-12_wp]
-   !> The ratio that nine of ten are to keep.
+   !> Ratio that nine of ten cases are to keep.
    real(wp), parameter :: aim = 3.0_wp
    integer, parameter :: rounds = 11
    !> Shortest time that is measured, s.
@@ -37,9 +37,9 @@ program bench_search
 
 contains
 
-   !> A row for each method on a scene.
+   !> Writes a row for each method on a scene.
    subroutine study(scene, end_time)
-      !> Blank: the asymmetric top.
+      !> Name of the scene; blank: the asymmetric top.
       character(len=*), intent(in) :: scene
       !> s.
       real(wp), intent(in) :: end_time
@@ -75,7 +75,7 @@ contains
       above = above + count(ratios > aim)
    end subroutine write_row
 
-   !> Time of a run with an accuracy over that of its last run; 0 where there is none.
+   !> Returns the time of a run with an accuracy relative to that of its last run; 0 if there is none.
    subroutine measure(problem, settings, accuracy, ratio)
       type(problem_t), intent(in) :: problem
       type(integrator_settings_t), intent(in) :: settings
@@ -107,7 +107,7 @@ contains
       ratio = whole/last
    end subroutine measure
 
-   !> Processor time of a run, s.
+   !> Returns the processor time of a run, s.
    real(wp) function time_of(problem, settings, plan) result(seconds)
       type(problem_t), intent(in) :: problem
       type(integrator_settings_t), intent(in) :: settings

@@ -1,5 +1,5 @@
-!> What an attitude error costs with the Taylor series, as ratios to dop853: to the best that its chosen steps reach and
-!> to fixed steps. Then what a step costs by order, and a run.
+!> Cost of an attitude error with the Taylor series, as ratios to dop853: to the best that its adaptive steps reach and
+!> to fixed steps. Then the cost of a step by order, and of a run.
 !>
 !> Runs are repeated in turn, so that a busy machine slows all of them alike, and the shortest counts.
 program bench_series
@@ -16,12 +16,12 @@ program bench_series
    type :: way_t
       character(len=32) :: name = ''
       type(integrator_settings_t) :: settings
-      !> Steps are chosen to a tolerance; else they have one length.
+      !> True if steps are chosen to a tolerance; else they have one length.
       logical :: chosen = .false.
       integer :: levels = 0
       !> Tolerance, rad, or step, s.
       real(wp) :: setting(40) = 0.0_wp
-      !> rad, s and number of steps.
+      !> Errors, rad; times, s; numbers of steps.
       real(wp) :: error(40) = 0.0_wp, seconds(40) = 0.0_wp
       integer :: steps(40) = 0
    end type way_t
@@ -30,7 +30,7 @@ program bench_series
    real(wp), parameter :: accuracies(5) = [1e-4_wp, 1e-6_wp, 1e-8_wp, 1e-10_wp, 1e-12_wp]
    !> Rounds of repeated runs.
    integer, parameter :: rounds = 15
-   !> The longest a run may take, s.
+   !> Longest time of a run, s.
    real(wp), parameter :: patience = 0.1_wp
 
    call study('box', 100.0_wp, 'free box, 100 s')
@@ -40,9 +40,9 @@ program bench_series
 
 contains
 
-   !> Times of all ways on a problem.
+   !> Writes the times of all ways on a problem.
    subroutine study(scene, end_time, title)
-      !> Blank: the asymmetric top.
+      !> Name of the scene; blank: the asymmetric top.
       character(len=*), intent(in) :: scene, title
       !> s.
       real(wp), intent(in) :: end_time
@@ -82,7 +82,7 @@ contains
       way%name = trim(way%name)//merge(', chosen steps', ', fixed steps ', chosen)
    end function way
 
-   !> Errors and steps at every level; one without gain near round-off, or one that takes too long, is the last.
+   !> Finds errors and steps at every level; the last level has no gain near round-off, or takes too long.
    subroutine find_levels(problem, exact, one)
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: exact(4)
@@ -102,7 +102,7 @@ contains
       end do
    end subroutine find_levels
 
-   !> One run at a level: its time counts if it is the shortest so far.
+   !> Performs one run at a level: its time counts if it is the shortest so far.
    subroutine run_level(problem, one, k, exact)
       type(problem_t), intent(in) :: problem
       type(way_t), intent(inout) :: one
@@ -144,11 +144,11 @@ contains
       end do
    end subroutine repeat_runs
 
-   !> Time for an error: that of the first level that is within it, and whose next is too; interpolated.
+   !> Returns the time for an error, interpolated: that of the first level within it whose next level nearly is too.
    pure subroutine time_for_error(one, accuracy, seconds, steps)
       type(way_t), intent(in) :: one
       real(wp), intent(in) :: accuracy
-      !> s; huge where it is not reached.
+      !> Time, s; huge if the error is not reached.
       real(wp), intent(out) :: seconds
       integer, intent(out) :: steps
       real(wp) :: fraction
@@ -195,7 +195,7 @@ contains
       do i = 4, 5
          write (*, '(a,t30)', advance='no') 'best of ours over '//trim(ways(i)%name(9:))//' dop853'
          do k = 1, size(accuracies)
-            ! Those that conserve.
+            ! Only the ways that conserve.
             ours = min(seconds(1, k), seconds(3, k))
             if (ours < huge(ours) .and. steps(i, k) > 0) then
                write (*, '(f15.2)', advance='no') ours/seconds(i, k)
@@ -208,7 +208,8 @@ contains
       write (*, *)
    end subroutine write_times
 
-   !> ns of a step of the series by order, with and without the projection onto the invariants, and of dop853.
+   !> Writes the time of a step of the series by order, ns, with and without the projection onto the invariants, and of
+   !> dop853.
    subroutine write_step(problem)
       type(problem_t), intent(in) :: problem
       integer, parameter :: orders(5) = [4, 8, 12, 16, 24]
@@ -249,8 +250,8 @@ contains
       end do
    end function step_time
 
-   !> ms of a run of the series by order, at three tolerances of its steps; where no order is asked for it is 8 and one
-   !> for each decimal digit of the tolerance.
+   !> Writes the time of a run of the series by order, ms, at three tolerances of its steps. The default order is 8 and
+   !> one for each decimal digit of the tolerance.
    subroutine write_orders(problem)
       type(problem_t), intent(in) :: problem
       integer, parameter :: orders(6) = [8, 12, 16, 20, 24, 28]

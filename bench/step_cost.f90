@@ -17,7 +17,7 @@ program bench_step
       type(state_t) :: start
       !> s.
       real(wp) :: dt = 0.01_wp
-      !> Something depends on the attitude.
+      !> True if something depends on the attitude.
       logical :: attitude = .true.
    end type case_t
 
@@ -25,7 +25,7 @@ program bench_step
    real(wp), parameter :: still(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
    type(case_t) :: cases(12)
    type(system_t) :: plain, all_effects
-   !> ns: the yardstick, a step 8×8, reduced, and reduced without the attitude.
+   !> Times, ns: the yardstick, a step 8×8, reduced, and reduced without the attitude.
    real(wp), allocatable :: samples(:, :, :)
    integer :: i, k, n
 
@@ -47,7 +47,7 @@ program bench_step
 
 contains
 
-   !> The yardstick's cases, then one body with each effect alone and with all of them.
+   !> Defines the yardstick's cases, then one body with each effect alone and with all of them.
    subroutine define_cases()
       type(system_t) :: system
       type(status_t) :: status
@@ -94,7 +94,8 @@ contains
       call add_case('only '//trim(effect%name), system, [1.0_wp, 2.0_wp, 3.0_wp], 0.01_wp, attitude)
    end subroutine add_effect
 
-   !> ns: the yardstick, a step 8×8, reduced, reduced without the attitude (0 where something depends on it).
+   !> Returns times, ns: the yardstick, a step 8×8, reduced, reduced without the attitude (0 if something depends on
+   !> it).
    function measure(item) result(cost)
       type(case_t), intent(in) :: item
       real(wp) :: cost(0:3)

@@ -1,5 +1,5 @@
-!> Cost of sensitivities as a ratio to the plain step of the same method: 6 columns of the start, and 12, the others
-!> of parameters or of the same start. In each round all cases take their turns; figures are medians.
+!> Cost of sensitivities as a ratio to the plain step of the same method: 6 by the initial state, and 12, the others by
+!> parameters or by the same initial state. In each round all cases take their turns; figures are medians.
 !>
 !>     bench_tangent                             table
 !>     bench_tangent METHOD CASE COLUMNS STEPS   takes the steps of a case alone, for a count of instructions
@@ -19,7 +19,7 @@ program bench_tangent
    character(len=16), parameter :: methods(n_methods) = [character(len=16) :: 'nielsen_krenk', 'rk8', 'taylor']
    !> Steps in a sample: short, so that what disturbs the machine meets few of them.
    integer, parameter :: repeats(n_methods) = [1600, 400, 160]
-   !> Columns: none, those of the start, the same twice, with six of J.
+   !> Numbers of sensitivities: none, 6 by the initial state, these twice, these with six by J (-12).
    integer, parameter :: choices(4) = [0, 6, 12, -12]
    real(wp) :: samples(rounds, 4, n_cases, n_methods)
    character(len=16) :: text(4)
@@ -51,7 +51,7 @@ program bench_tangent
 
 contains
 
-   !> ns that a step takes, with so many columns; negative: half of them of J.
+   !> Returns the time of a step, ns, with a number of sensitivities; negative: half of them by J.
    real(wp) function time_steps(method, case, columns, steps) result(nanoseconds)
       integer, intent(in) :: method, case, columns, steps
       type(system_t) :: system
@@ -76,7 +76,7 @@ contains
       nanoseconds = 1e9_wp*clock%seconds()/steps
    end function time_steps
 
-   !> Those of the start, twice or with those of J.
+   !> Returns the sensitivities by the initial state, twice or with those by J.
    function columns_of(columns) result(list)
       integer, intent(in) :: columns
       type(variation_t), allocatable :: list(:)
@@ -87,7 +87,7 @@ contains
                                inertia_variation(1, 2), inertia_variation(1, 3), inertia_variation(2, 3)]
    end function columns_of
 
-   !> The scenes of the reference.
+   !> Defines the scenes of the reference.
    subroutine define(case, system, start, dt)
       integer, intent(in) :: case
       type(system_t), intent(out) :: system
