@@ -1,6 +1,6 @@
 !> Steps the free box of Nielsen & Krenk by hand: a body, a state, a stepper, a loop.
 !>
-!> The box rotates about its intermediate axis and tumbles; energy and angular momentum stay what they were.
+!> The box rotates about its intermediate axis and tumbles; energy and angular momentum stay constant.
 program box_by_hand
    use nutate, only: angular_velocity, integrator_settings_t, make_shape_body, make_state, make_stepper, &
       space_momentum, state_t, status_t, stepper_t, system_t, total_energy, wp

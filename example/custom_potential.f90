@@ -1,4 +1,4 @@
-!> A potential of one's own, given by U(γ) and its gradient only: a soft wall that holds the body's axis up.
+!> A user-defined potential, given by U(γ) and its gradient only: a soft wall that holds the body's axis up.
 module wall_potential
    use nutate, only: potential_t, wp
    implicit none

@@ -1,4 +1,4 @@
-!> A torque of one's own, τ(t, attitude, Ω): a controller that points the body's axis 3 upwards and stops its rotation.
+!> A user-defined torque, τ(t, attitude, Ω): a controller that points the body's axis 3 upwards and stops its rotation.
 module pointing_torque
    use nutate, only: torque_t, wp
    use nutate_quaternion, only: cross, rotate_to_body

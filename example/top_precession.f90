@@ -9,7 +9,7 @@ module precession_meter
 
    !> Follows the azimuth of the body's axis 3 from step to step.
    type, extends(observer_t) :: precession_meter_t
-      !> rad, continuous; and its first value.
+      !> Azimuth, rad, continuous; and its first value.
       real(wp) :: azimuth = 0.0_wp, first = 0.0_wp
       logical :: started = .false.
    contains
