@@ -18,7 +18,7 @@ static int wall_energy(const double gamma[3], void *user, double *energy, double
     return 0;
 }
 
-/* Says why a call failed, and gives its status. */
+/* Prints why a call failed, and returns its status. */
 static int explain(int status, const nutate_stepper *stepper, const char *message)
 {
     char text[256] = "";

@@ -15,7 +15,7 @@
 using vector3 = std::array<double, 3>;
 using quaternion = std::array<double, 4>;
 
-// Throws what a status says.
+// Throws an exception with the text of a status that is a failure.
 void check(int status, const std::string &message = "")
 {
     if (status == NUTATE_OK) return;
