@@ -23,7 +23,7 @@ module nutate_aem_writing
 
 contains
 
-   !> Returns what a message cannot be written without; empty where nothing is missing.
+   !> Returns what a message cannot be written without; empty if nothing is missing.
    pure function aem_fault(rows) result(problem)
       type(attitude_rows_t), intent(in) :: rows
       character(len=:), allocatable :: problem
@@ -55,13 +55,13 @@ contains
    !>
    !> Errors: `NUTATE_BAD_ARGUMENT` for what `aem_fault` finds; `NUTATE_IO`, what was written is in `PATH.partial` then.
    subroutine write_aem(path, rows, version_text, status, error)
-      !> `-` is standard output.
+      !> Path of the message; `-` is standard output.
       character(len=*), intent(in) :: path
       type(attitude_rows_t), intent(in) :: rows
-      !> `2.0`, or `1.0`, which has no rates.
+      !> Version of the format: `2.0`, or `1.0`, which has no rates.
       character(len=*), intent(in) :: version_text
       type(status_t), intent(out) :: status
-      !> The attitude error between the rows, rad, by which they were chosen; 0: they were not.
+      !> Attitude error between the rows, rad, by which they were chosen; 0 if they were not.
       real(wp), intent(in) :: error
       type(output_file_t) :: file
       type(status_t) :: closing
@@ -83,7 +83,7 @@ contains
       end if
    end subroutine write_aem
 
-   !> Header and metadata.
+   !> Writes header and metadata.
    subroutine put_head(file, rows, version_text, error, status)
       type(output_file_t), intent(inout) :: file
       type(attitude_rows_t), intent(in) :: rows
@@ -121,7 +121,7 @@ contains
       call file%put_line(text//'META_STOP'//nl//'DATA_START', status)
    end subroutine put_head
 
-   !> The records.
+   !> Writes the records.
    subroutine put_records(file, rows, version_text, status)
       type(output_file_t), intent(inout) :: file
       type(attitude_rows_t), intent(in) :: rows
@@ -154,7 +154,7 @@ contains
       end do
    end subroutine put_records
 
-   !> The name of the space axes as they are written.
+   !> Returns the name of the space axes as they are written.
    pure function frame_of(frame) result(name)
       character(len=*), intent(in) :: frame
       character(len=:), allocatable :: name
@@ -162,7 +162,7 @@ contains
       if (is_ecliptic(frame)) name = equatorial
    end function frame_of
 
-   !> The first of two texts that is not empty.
+   !> Returns the first of two strings that is not empty.
    pure function first_of(a, b) result(text)
       character(len=*), intent(in) :: a, b
       character(len=:), allocatable :: text
@@ -170,13 +170,13 @@ contains
       if (a == '') text = b
    end function first_of
 
-   !> The date in UTC, to a second.
+   !> Returns the date in UTC, to a second.
    function date_now() result(text)
       character(len=19) :: text
       type(epoch_t) :: now
       integer :: v(8)
       call date_and_time(values=v)
-      ! Of the clock: without leap seconds, as in TAI.
+      ! The clock gives dates without leap seconds, as in TAI.
       now%day = day_of(v(1), v(2), v(3))
       now%system = 'TAI'
       now = now%after(60.0_wp*(60*v(5) + v(6) - v(4)) + min(v(7), 59))

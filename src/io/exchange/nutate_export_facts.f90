@@ -1,4 +1,4 @@
-!> What a history does not say and files for other programs need: labels, body, and how the space axes turn.
+!> Facts that files for other programs need and a history lacks: labels, body, and the rotation of the space axes.
 module nutate_export_facts
    use nutate_body, only: body_t
    use nutate_effect_list, only: effect_list_t
@@ -21,7 +21,7 @@ module nutate_export_facts
       type(labels_t) :: labels
       logical :: has_body = .false.
       type(body_t) :: body
-      !> Name of its shape, and its lengths, m; blank where the inertia is given.
+      !> Name of the body's shape, and its lengths, m; blank if the inertia is given.
       character(len=:), allocatable :: shape
       real(wp), allocatable :: size(:)
       !> Space axes and orbits of the scene.
@@ -39,17 +39,17 @@ contains
       facts%effects = scene%system%effects
    end function facts_of_scene
 
-   !> Reads facts from groups `&scene` and `&body`, as those of scenes, neither of which need be there.
+   !> Reads facts from groups `&scene` and `&body`, as those of scenes; both are optional.
    subroutine parse_facts(text, name, overrides, facts, status, message)
       !> The groups; may be empty.
       character(len=*), intent(in) :: text
-      !> What to call the text in messages.
+      !> Name of the text in messages.
       character(len=*), intent(in) :: name
       !> `GROUP.KEY=VALUE` or `-GROUP.KEY`, applied in order after the text.
       character(len=*), intent(in) :: overrides(:)
       type(export_facts_t), intent(out) :: facts
       type(status_t), intent(out) :: status
-      !> What is wrong, one printable line; empty on success.
+      !> Error message, one printable line; empty on success.
       character(len=:), allocatable, intent(out) :: message
       type(group_kind_t), allocatable :: all_kinds(:), kinds(:)
       type(group_t), allocatable :: groups(:)
@@ -77,7 +77,7 @@ contains
       status = fail(NUTATE_BAD_SCENE, message)
    end subroutine parse_facts
 
-   !> The group of a name; one without keys where there is none.
+   !> Returns the group of a name; one without keys if there is none.
    pure function named(groups, name) result(group)
       type(group_t), intent(in) :: groups(:)
       character(len=*), intent(in) :: name
@@ -87,7 +87,7 @@ contains
       if (i > 0) group = groups(i)
    end function named
 
-   !> Takes a body with the lengths of its shape.
+   !> Stores a body with the lengths of its shape.
    subroutine take_body(groups, body, shape, facts)
       type(group_t), intent(in) :: groups(:)
       type(body_t), intent(in) :: body

@@ -1,8 +1,8 @@
 !> Writes a moving body as glTF 2.0: a mesh, one animation of its rotation, and all bytes inside of the JSON text.
 !>
-!> glTF has y up; a node above the body turns z up to y up, so that the body's rotation is that of nutate, as
-!> (x, y, z, w) = (q1, q2, q3, q0). Viewers put a rotation at a constant rate between the rows. Times and attitudes
-!> have single precision, as glTF demands.
+!> glTF has y up; a node above the body rotates z up to y up, so that the body's rotation is that of nutate, as (x, y,
+!> z, w) = (q1, q2, q3, q0). Viewers interpolate rows by a rotation at a constant rate. Times and attitudes have single
+!> precision, as glTF demands.
 module nutate_gltf_writing
    use, intrinsic :: iso_fortran_env, only: int16, int8, real32
    use nutate_attitude_rows, only: attitude_rows_t, gap_fault
@@ -19,15 +19,15 @@ module nutate_gltf_writing
 
    public :: gltf_fault, write_gltf
 
-   !> Types of numbers in buffers.
+   !> Codes of the types of numbers in buffers.
    character(len=*), parameter :: A_FLOAT = '5126', A_SHORT = '5123'
    character, parameter :: backslash = achar(92)
-   !> Lengths beyond are scaled to 1, since single precision does not hold them, or viewers do not show them.
+   !> Bounds of lengths: others are scaled to 1, since single precision does not hold them, or viewers do not show them.
    real(wp), parameter :: greatest_length = 1e30_wp, least_length = 1e-30_wp
 
 contains
 
-   !> Returns why rows cannot be animated; empty where they can.
+   !> Returns why rows cannot be animated; empty if they can.
    pure function gltf_fault(rows, facts) result(problem)
       type(attitude_rows_t), intent(in) :: rows
       type(export_facts_t), intent(in) :: facts
@@ -46,7 +46,7 @@ contains
    !>
    !> Errors: `NUTATE_BAD_ARGUMENT` for what `gltf_fault` finds; `NUTATE_IO`, and what was written is in `PATH.partial`.
    subroutine write_gltf(path, rows, facts, speed, status)
-      !> `-` is standard output.
+      !> Path of the file; `-` is standard output.
       character(len=*), intent(in) :: path
       type(attitude_rows_t), intent(in) :: rows
       type(export_facts_t), intent(in) :: facts
@@ -71,7 +71,7 @@ contains
       end if
    end subroutine write_gltf
 
-   !> The JSON text.
+   !> Returns the JSON text.
    function document(rows, facts, speed) result(text)
       type(attitude_rows_t), intent(in) :: rows
       type(export_facts_t), intent(in) :: facts
@@ -110,8 +110,8 @@ contains
               corner_bytes(surface%corners)])//'"}]}'
    end function document
 
-   !> Times from the first row, and rotations whose neighbours lie on one half of the sphere. Rows that single precision
-   !> cannot tell apart are left out.
+   !> Computes times from the first row, and rotations whose neighbours lie on one half of the sphere. Rows that single
+   !> precision cannot tell apart are left out.
    subroutine single_rows(rows, speed, times, rotations)
       type(attitude_rows_t), intent(in) :: rows
       real(wp), intent(in) :: speed
@@ -138,14 +138,14 @@ contains
       rotations = rotations(:, :n)
    end subroutine single_rows
 
-   !> Numbers of single precision; what it cannot hold is zero.
+   !> Returns numbers in single precision; those too small for it become zero.
    elemental real(real32) function flushed(x)
       real(wp), intent(in) :: x
       flushed = 0.0_real32
       if (abs(x) >= tiny(flushed)) flushed = real(x, real32)
    end function flushed
 
-   !> Points of single precision; of bodies that are too large or too small, scaled.
+   !> Returns points in single precision, scaled if the body is too large or too small.
    pure function single_points(points) result(single)
       real(wp), intent(in) :: points(:, :)
       real(real32) :: single(size(points, 1), size(points, 2))
@@ -158,7 +158,7 @@ contains
       end if
    end function single_points
 
-   !> Corners as two bytes each, filled up to whole words.
+   !> Returns corners as two bytes each, padded to whole words.
    pure function corner_bytes(corners) result(bytes)
       integer, intent(in) :: corners(:, :)
       integer(int8), allocatable :: bytes(:)
@@ -168,7 +168,7 @@ contains
       bytes = transfer(shorts, [0_int8])
    end function corner_bytes
 
-   !> An accessor: one for each buffer view.
+   !> Returns an accessor: one for each buffer view.
    pure function accessor(n, type_of_number, count, shape, rest) result(text)
       integer, intent(in) :: n, count
       character(len=*), intent(in) :: type_of_number, shape, rest
@@ -177,7 +177,7 @@ contains
              ',"type":"'//shape//'"'//rest//'}'
    end function accessor
 
-   !> A buffer view.
+   !> Returns a buffer view.
    pure function view(n, sizes, rest) result(text)
       integer, intent(in) :: n, sizes(:)
       character(len=*), intent(in) :: rest
@@ -186,7 +186,7 @@ contains
              count_text(sizes(n + 1))//rest//'}'
    end function view
 
-   !> Least and greatest values.
+   !> Returns least and greatest values.
    pure function bounds(values) result(text)
       real(real32), intent(in) :: values(:, :)
       character(len=:), allocatable :: text
@@ -211,7 +211,7 @@ contains
       text = exact_text(x)
    end function json_number
 
-   !> A text of ASCII in quotes.
+   !> Returns an ASCII string in quotes.
    pure function json_text(x) result(text)
       character(len=*), intent(in) :: x
       character(len=:), allocatable :: text
@@ -232,7 +232,7 @@ contains
       text = trim(digits)
    end function count_text
 
-   !> Bytes in base 64.
+   !> Returns bytes in base 64.
    pure function base64(bytes) result(text)
       integer(int8), intent(in) :: bytes(:)
       character(len=:), allocatable :: text

@@ -1,7 +1,7 @@
-!> Rows so chosen that what readers put between them, a rotation at a constant rate, keeps to an attitude error.
+!> Chooses rows so that interpolation by a rotation at a constant rate, as in readers, keeps to an attitude error.
 !>
-!> The rows that are there give the motion between them by their rates (`between_rows`). Each interval is first twice as
-!> long as the one before, and halved as long as it turns the body by more than a radian, or the rotation at a constant
+!> The given rows and their rates define the motion between them (`between_rows`). Each interval is first twice as long
+!> as the one before, and halved as long as it rotates the body by more than a radian, or the rotation at a constant
 !> rate departs from the motion by more than 0.9 of the error at one of its quarters or at a row inside it. That
 !> departure is h²|Ω̇|/8 at its largest, near the middle.
 module nutate_resampling
@@ -15,24 +15,24 @@ module nutate_resampling
 
    public :: resample
 
-   !> Largest turn between two rows, rad; part of the error that is used at the quarters, and that which the motion
-   !> between the given rows may have.
+   !> Largest rotation between two rows, rad; part of the error that is used at the quarters; part of the error that the
+   !> motion between the given rows may have.
    real(wp), parameter :: largest_turn = 1.0_wp, margin = 0.9_wp, share = 0.1_wp
-   !> Largest turn between two of the given rows, rad.
+   !> Largest rotation between two of the given rows, rad.
    real(wp), parameter :: too_far = 6000.0_wp
-   !> More rows are a mistake.
+   !> Largest number of rows; more are a mistake.
    integer, parameter :: most_rows = 20000000
 
 contains
 
    !> Chooses rows for an attitude error.
    pure subroutine resample(rows, error, chosen, problem)
-      !> With rates.
+      !> Rows with rates.
       type(attitude_rows_t), intent(in) :: rows
-      !> rad.
+      !> Attitude error, rad.
       real(wp), intent(in) :: error
       type(attitude_rows_t), intent(out) :: chosen
-      !> Why it cannot be done; empty on success.
+      !> Reason why rows cannot be chosen; empty on success.
       character(len=:), allocatable, intent(out) :: problem
       real(wp), allocatable :: t(:), longer(:)
       real(wp) :: own, from, to, length
@@ -82,12 +82,12 @@ contains
       call evaluate(rows, t(:last), chosen)
    end subroutine resample
 
-   !> The largest error of the motion between the rows, rad: from what the curve from the row before each to the second
-   !> after it says about it. Rates that are not those of the attitudes show there too.
+   !> Returns the largest error of the motion between the rows, rad, from the distance of each row to the curve that
+   !> joins the row before it and the second one after it. Rates that are not those of the attitudes show there too.
    pure real(wp) function error_between(rows) result(largest)
       type(attitude_rows_t), intent(in) :: rows
       real(wp) :: q(4), omega(3), longest, x, whole, least
-      !> Of the longest interval: two rows that are closer say nothing.
+      !> Share of the longest interval below which two rows are too close to show the error.
       real(wp), parameter :: closest = 1e-6_wp
       integer :: i, k
       largest = 0.0_wp
@@ -97,22 +97,22 @@ contains
          longest = maxval(rows%t(i:k) - rows%t(i - 1:k - 1))
          x = rows%t(i) - rows%t(i - 1)
          whole = rows%t(k) - rows%t(i - 1)
-         ! x²(h-x)²/24 of the fourth derivative there, h⁴/384 in the longest of the intervals.
+         ! The error is x²(h-x)²/24 of the fourth derivative there, h⁴/384 in the longest of the intervals.
          least = closest*longest
          largest = max(largest, (longest/max(x, least))**2*(longest/max(whole - x, least))**2/16* &
                        attitude_distance(q, rows%q(:, i)))
       end do
    end function error_between
 
-   !> The end of the next interval, s: of twice the length of the one before, or halved until it keeps to the error.
+   !> Finds the end of the next interval, s: twice the length of the one before, or halved until it keeps to the error.
    pure subroutine end_interval(rows, error, from, place, length, to)
       type(attitude_rows_t), intent(in) :: rows
       real(wp), intent(in) :: error
-      !> Its start, s.
+      !> Start of the interval, s.
       real(wp), intent(in) :: from
-      !> The last row not behind the start; moved on.
+      !> Index of the last row not behind the start; moved on.
       integer, intent(inout) :: place
-      !> Of the interval before and of this one, s.
+      !> Length of the interval before, on return of this one, s.
       real(wp), intent(inout) :: length
       real(wp), intent(out) :: to
       call move_on(rows, from, place)
@@ -125,7 +125,7 @@ contains
       end do
    end subroutine end_interval
 
-   !> Moves on to the last row not behind a time that is not the last one.
+   !> Moves the index on to the last row not behind a time that is not the last one.
    pure subroutine move_on(rows, t, place)
       type(attitude_rows_t), intent(in) :: rows
       real(wp), intent(in) :: t
@@ -136,11 +136,11 @@ contains
       end do
    end subroutine move_on
 
-   !> True where a rotation at a constant rate keeps to the error.
+   !> Returns true if a rotation at a constant rate keeps to the error.
    pure logical function keeps(rows, error, from, to, place)
       type(attitude_rows_t), intent(in) :: rows
       real(wp), intent(in) :: error, from, to
-      !> The last row not behind `from`.
+      !> Index of the last row not behind `from`.
       integer, intent(in) :: place
       real(wp) :: ends(4, 5), omega(3), s
       integer :: i, quarter
@@ -161,11 +161,11 @@ contains
       keeps = .true.
    end function keeps
 
-   !> Attitude and angular velocity at a time.
+   !> Computes attitude and angular velocity at a time.
    pure subroutine attitude_at(rows, t, place, q, omega)
       type(attitude_rows_t), intent(in) :: rows
       real(wp), intent(in) :: t
-      !> A row not behind it.
+      !> Index of a row not behind the time.
       integer, intent(in) :: place
       real(wp), intent(out) :: q(4), omega(3)
       integer :: i
@@ -174,10 +174,10 @@ contains
       call between_rows(rows, i, i + 1, t, q, omega)
    end subroutine attitude_at
 
-   !> Rows at chosen times.
+   !> Evaluates rows at chosen times.
    pure subroutine evaluate(rows, t, chosen)
       type(attitude_rows_t), intent(in) :: rows
-      !> s, ascending.
+      !> Times, s, ascending.
       real(wp), intent(in) :: t(:)
       type(attitude_rows_t), intent(out) :: chosen
       integer :: i, place

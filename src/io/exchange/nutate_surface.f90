@@ -1,4 +1,4 @@
-!> What a body looks like: its shape, or the box that has its inertia, as triangles.
+!> Surface of a body as triangles: its shape, or the box that has its inertia.
 module nutate_surface
    use nutate_body, only: body_t, diagonal, parallel_axis, whole_body
    use nutate_kinds, only: wp, pi
@@ -10,17 +10,17 @@ module nutate_surface
 
    public :: surface_t, surface_of
 
-   !> Triangles.
+   !> A surface of triangles.
    type :: surface_t
-      !> Body axes, m; shape (3, points).
+      !> Points in body axes, m; shape (3, points).
       real(wp), allocatable :: points(:, :)
       !> Points of each triangle, counted from 0, counterclockwise seen from outside; shape (3, triangles).
       integer, allocatable :: corners(:, :)
    end type surface_t
 
-   !> Points around an axis.
+   !> Number of points around an axis.
    integer, parameter :: around = 32
-   !> A plate has this part of its longest edge as its shortest.
+   !> Shortest edge of a plate relative to its longest.
    real(wp), parameter :: thinnest = 1e-2_wp
 
 contains
@@ -28,7 +28,7 @@ contains
    !> Returns the surface of a body.
    function surface_of(body, shape, size) result(surface)
       type(body_t), intent(in) :: body
-      !> Name of its shape, and its lengths, m; blank: the box of its inertia.
+      !> Name of the body's shape, and its lengths, m; blank: the box of its inertia.
       character(len=*), intent(in) :: shape
       real(wp), intent(in) :: size(:)
       type(surface_t) :: surface
@@ -53,9 +53,9 @@ contains
       end do
    end function surface_of
 
-   !> A box with its edges along the axes.
+   !> Returns a box with its edges along the axes.
    pure function box(edges) result(surface)
-      !> m; shape (3).
+      !> Edges, m; shape (3).
       real(wp), intent(in) :: edges(:)
       type(surface_t) :: surface
       integer :: i
@@ -67,9 +67,9 @@ contains
                                  2, 6, 7, 2, 7, 3, 0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6], [3, 12])
    end function box
 
-   !> The surface of a profile that is rotated about axis 3.
+   !> Returns the surface of a profile that is rotated about axis 3.
    pure function rotated_profile(radii, heights) result(surface)
-      !> From below, m; shape (points of the profile).
+      !> Radii and heights, from below, m; shape (points of the profile).
       real(wp), intent(in) :: radii(:), heights(:)
       type(surface_t) :: surface
       real(wp) :: angle
@@ -77,7 +77,7 @@ contains
       allocate (surface%points(3, around*size(radii)), surface%corners(3, 2*around*(size(radii) - 1)))
       n = 0
       do i = 1, size(radii)
-         ! No vector functions: their last digits are others than those of the scalar ones.
+         ! Vector functions are avoided: their last digits differ from those of the scalar ones.
          !GCC$ novector
          do k = 0, around - 1
             angle = 2*pi*k/around
@@ -92,9 +92,9 @@ contains
       end do
    end function rotated_profile
 
-   !> An ellipsoid with its semi-axes along the axes.
+   !> Returns an ellipsoid with its semi-axes along the axes.
    pure function ellipsoid(axes) result(surface)
-      !> m; shape (3).
+      !> Semi-axes, m; shape (3).
       real(wp), intent(in) :: axes(:)
       type(surface_t) :: surface
       real(wp) :: radii(0:around/2), heights(0:around/2)
@@ -110,8 +110,8 @@ contains
       end do
    end function ellipsoid
 
-   !> The homogeneous box with the inertia of a body about its centre of mass; its longest edge is 1 where the mass is
-   !> not known, since forms do not depend on it.
+   !> Returns the homogeneous box with the inertia of a body about its centre of mass; its longest edge is 1 if the mass
+   !> is not known, since forms do not depend on it.
    function inertia_box(body) result(surface)
       type(body_t), intent(in) :: body
       type(surface_t) :: surface
@@ -129,7 +129,7 @@ contains
          call symmetric_eigen(central/scale, moments, axes, status)
          squares = max(0.5_wp*sum(moments) - moments, 0.0_wp)
       end if
-      ! Moments that no body has leave nothing.
+      ! Moments that no body has give no edges: these stay 1.
       if (maxval(squares) > 0.0_wp) then
          edges = sqrt(max(squares/maxval(squares), thinnest**2))
          if (whole%has_mass) edges = edges*(sqrt(12*maxval(squares))*sqrt(scale)/sqrt(whole%mass))
