@@ -1,7 +1,7 @@
 !> Keywords of the Attitude Ephemeris Message (CCSDS 504.0-B-2, and 504.0-B-1 for version 1.0), in KVN.
 !>
-!> The quaternion of version 2.0 turns coordinates of REF_FRAME_A into those of REF_FRAME_B, scalar last: with the space
-!> axes as A and the body axes as B it is (q1, q2, q3, q0), without conjugation. Angular velocities are in deg/s.
+!> The quaternion of version 2.0 converts coordinates of REF_FRAME_A into those of REF_FRAME_B, scalar last: with the
+!> space axes as A and the body axes as B it is (q1, q2, q3, q0), without conjugation. Angular velocities are in deg/s.
 !>
 !> Angular velocities are those of REF_FRAME_B against REF_FRAME_A. The rates of version 1.0 are those of the rotation
 !> that the quaternion describes: with ATTITUDE_DIR = B2A that of REF_FRAME_A against REF_FRAME_B.
@@ -27,7 +27,7 @@ module nutate_aem_keywords
    !> Kinds of numbers behind the quaternion: none, the angular velocity, the rates of version 1.0, the derivative.
    integer, parameter :: NO_RATES = 0, ANGULAR_VELOCITY = 1, ROTATION_RATE = 2, DERIVATIVE = 3
 
-   !> A type of records that is read.
+   !> Type of records that can be read.
    type :: attitude_type_t
       character(len=keyword_length) :: name
       !> Numbers behind the date.
@@ -43,7 +43,7 @@ module nutate_aem_keywords
       attitude_type_t('QUATERNION/DERIVATIVE', 8, DERIVATIVE), &
       attitude_type_t('QUATERNION/RATE', 7, ROTATION_RATE)]
 
-   !> Ecliptic axes as SPICE calls them, which CCSDS does not know; the axes that they are rotated to, and the angle
+   !> SPICE name of ecliptic axes, which CCSDS does not define; equatorial axes to which they are rotated, and the angle
    !> about their x axis, arcseconds.
    character(len=*), parameter :: ecliptic = 'ECLIPJ2000', equatorial = 'EME2000'
    real(wp), parameter :: obliquity = 84381.448_wp
@@ -52,8 +52,8 @@ module nutate_aem_keywords
    character(len=12), parameter :: inertial_names(*) = [character(len=12) :: &
       'icrf', 'icrf2', 'icrf3', 'gcrf', 'eme2000', 'j2000', 'eclipj2000', 'mod', 'tod', 'teme', 'b1950']
 
-   !> Names of frames that are fixed in a spacecraft, and of frames that are not, without what numbers them (SANA
-   !> registries of CCSDS 504.0-B).
+   !> Names of frames that are fixed in a spacecraft, and of frames that are not, without their numbers (SANA registries
+   !> of CCSDS 504.0-B).
    character(len=*), parameter :: body_frames(*) = [character(len=12) :: 'sc', 'actuator', 'css', 'dss', 'gyro', &
       'imu', 'instrument', 'mta', 'rw', 'sa', 'sensor', 'startracker', 'tam']
    character(len=*), parameter :: space_frames(*) = [character(len=12) :: 'icrf', 'eme2000', 'j2000', 'gcrf', 'itrf', &
@@ -61,7 +61,7 @@ module nutate_aem_keywords
 
 contains
 
-   !> Returns true for a pair of frames of which the first one is that of the spacecraft.
+   !> Returns true if only the first of two frames is fixed in the spacecraft.
    pure logical function is_inverted(frame_a, frame_b)
       character(len=*), intent(in) :: frame_a, frame_b
       is_inverted = (is_one_of(body_frames, frame_a) .and. .not. is_one_of(body_frames, frame_b)) .or. &

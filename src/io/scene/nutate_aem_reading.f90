@@ -17,17 +17,17 @@ module nutate_aem_reading
    public :: read_aem, parse_aem
 
    real(wp), parameter :: degree = pi/180
-   !> Norms of quaternions that are rounded to few digits.
+   !> Tolerance of the norm of quaternions that are rounded to few digits.
    real(wp), parameter :: norm_tolerance = 1e-3_wp
-   !> Attitudes, rad, and rates, as part of their size, that are rounded to few digits are the same.
+   !> Tolerance within which rounded attitudes, rad, and rates, relative to their size, are the same.
    real(wp), parameter :: same = 1e-6_wp
    !> Keywords whose values the standard defines: all letters are upper or lower case.
    character(len=*), parameter :: defined(*) = [character(len=16) :: 'REF_FRAME_A', 'REF_FRAME_B', 'ATTITUDE_DIR', &
       'TIME_SYSTEM', 'ATTITUDE_TYPE', 'QUATERNION_TYPE', 'ANGVEL_FRAME', 'RATE_FRAME']
-   !> No rate is as large.
+   !> Bound that all numbers of a record must be below.
    real(wp), parameter :: greatest = 1e100_wp
    character, parameter :: line_feed = achar(10), carriage_return = achar(13), tab = achar(9)
-   !> Where a line stands.
+   !> Parts of a message in which a line can be.
    integer, parameter :: IN_HEADER = 1, IN_METADATA = 2, BEFORE_DATA = 3, IN_DATA = 4, BETWEEN_SEGMENTS = 5
 
    !> Metadata of a segment.
@@ -35,14 +35,14 @@ module nutate_aem_reading
       !> Values of the known keywords, in their order; blank: absent.
       character(len=120) :: values(size(known_keywords)) = ''
    contains
-      !> The value of a keyword.
+      !> Returns the value of a keyword.
       procedure :: value => value_of
    end type segment_t
 
-   !> What has been read.
+   !> State of the reader of a message.
    type :: reader_t
       integer :: place = IN_HEADER, line = 0
-      !> Version, the segment that is read, and the first one.
+      !> Version of the standard, current segment, and first segment.
       character(len=8) :: version = ''
       type(segment_t) :: segment, first
       type(attitude_type_t) :: kind
@@ -50,9 +50,9 @@ module nutate_aem_reading
       type(epoch_t) :: epoch
       !> Dates from which and up to which records may be used; not set: there is no limit.
       type(epoch_t) :: useable_start, useable_stop
-      !> Rows and segments so far.
+      !> Numbers of rows and segments read so far.
       integer :: n = 0, segments = 0
-      !> What is wrong; empty while nothing is.
+      !> Error message; empty if there is no error.
       character(len=:), allocatable :: problem
    end type reader_t
 
@@ -64,7 +64,7 @@ contains
       !> Times since the first record, whose date is the epoch. The space axes are REF_FRAME_A, the body axes
       !> REF_FRAME_B, or vice versa if REF_FRAME_A is a frame of the spacecraft.
       type(attitude_rows_t), intent(out) :: rows
-      !> What is wrong, one printable line, `FILE: ...` or `FILE:LINE: ...`; empty on success.
+      !> Error message, one printable line, `FILE: ...` or `FILE:LINE: ...`; empty on success.
       character(len=:), allocatable, intent(out) :: problem
       character(len=:), allocatable :: text, reason
       call read_text_file(path, text, reason)
@@ -79,7 +79,7 @@ contains
    !> Reads the text of a file.
    subroutine parse_aem(text, path, rows, problem)
       character(len=*), intent(in) :: text
-      !> What to call it in messages.
+      !> Name of the file in messages.
       character(len=*), intent(in) :: path
       type(attitude_rows_t), intent(out) :: rows
       character(len=:), allocatable, intent(out) :: problem
@@ -126,7 +126,7 @@ contains
       call name_rows(reader, rows)
    end subroutine parse_aem
 
-   !> A line without blanks around it.
+   !> Returns a line without blanks around it.
    pure function plain(line)
       character(len=*), intent(in) :: line
       character(len=:), allocatable :: plain
@@ -138,7 +138,7 @@ contains
       plain = trim(adjustl(plain))
    end function plain
 
-   !> Names and epoch of the rows.
+   !> Sets names and epoch of the rows.
    pure subroutine name_rows(reader, rows)
       type(reader_t), intent(in) :: reader
       type(attitude_rows_t), intent(inout) :: rows
@@ -156,7 +156,7 @@ contains
       end associate
    end subroutine name_rows
 
-   !> Returns the value of a keyword; empty where it is absent.
+   !> Returns the value of a keyword; empty if it is absent.
    pure function value_of(self, keyword) result(value)
       class(segment_t), intent(in) :: self
       character(len=*), intent(in) :: keyword
@@ -251,7 +251,7 @@ contains
       end do
    end function upper_case
 
-   !> The place of the known keyword that is nearest to another word; 0 where none is near.
+   !> Returns the index of the known keyword that is nearest to another word; 0 if none is near.
    pure integer function nearest_keyword(word) result(k)
       character(len=*), intent(in) :: word
       character(len=keyword_length) :: known(size(known_keywords))
@@ -264,7 +264,7 @@ contains
       if (nearest /= '') k = findloc(known == nearest, .true., dim=1)
    end function nearest_keyword
 
-   !> Checks the metadata of a segment, and that they are those of the first one.
+   !> Checks the metadata of a segment, and that they agree with those of the first one.
    subroutine check_segment(reader)
       type(reader_t), intent(inout) :: reader
       character(len=keyword_length), parameter :: needed(*) = [character(len=keyword_length) :: &
@@ -300,7 +300,7 @@ contains
       call read_limit(reader, 'USEABLE_STOP_TIME', reader%useable_stop)
    end subroutine check_segment
 
-   !> Reads a date of the metadata; not set where it is absent.
+   !> Reads a date of the metadata; not set if it is absent.
    subroutine read_limit(reader, keyword, date)
       type(reader_t), intent(inout) :: reader
       character(len=*), intent(in) :: keyword
@@ -357,7 +357,7 @@ contains
       if (rates == ROTATION_RATE) keyword = 'RATE_FRAME'
    end function frame_keyword
 
-   !> True if a keyword has the value of a frame, or its keyword.
+   !> Returns true if a keyword has the value of a frame, or its keyword.
    pure logical function is_frame(segment, keyword, frame)
       type(segment_t), intent(in) :: segment
       !> `ANGVEL_FRAME` or `RATE_FRAME`; `REF_FRAME_A` or `REF_FRAME_B`.
@@ -417,7 +417,7 @@ contains
       if (is_reversed(reader)) q = quat_conjugate(q)
       inverted = is_inverted(reader%segment%value('REF_FRAME_A'), reader%segment%value('REF_FRAME_B'))
       if (.not. inverted) return
-      ! REF_FRAME_A turns against REF_FRAME_B by the opposite rate, in its own axes.
+      ! REF_FRAME_A rotates against REF_FRAME_B by the opposite rate, in its own axes.
       q = quat_conjugate(q)
       omega = -rotate_to_body(q, omega)
    end subroutine find_attitude
@@ -457,13 +457,13 @@ contains
       if (lower_case(reader%segment%value('QUATERNION_TYPE')) == 'first') q = values
    end function scalar_first
 
-   !> True if the quaternion describes the rotation from REF_FRAME_B to REF_FRAME_A.
+   !> Returns true if the quaternion describes the rotation from REF_FRAME_B to REF_FRAME_A.
    pure logical function is_reversed(reader)
       type(reader_t), intent(in) :: reader
       is_reversed = lower_case(reader%segment%value('ATTITUDE_DIR')) == 'b2a'
    end function is_reversed
 
-   !> True for a date inside of the useable part of the segment.
+   !> Returns true for a date inside of the useable part of the segment.
    pure logical function is_useable(reader, date)
       type(reader_t), intent(in) :: reader
       type(epoch_t), intent(in) :: date
@@ -472,7 +472,7 @@ contains
       if (reader%useable_stop%is_set()) is_useable = is_useable .and. date%since(reader%useable_stop) <= 0.0_wp
    end function is_useable
 
-   !> True if the first record of a segment is the last one of the segment before.
+   !> Returns true if the first record of a segment is the last one of the segment before.
    pure logical function goes_on(reader, rows, t, q, omega)
       type(reader_t), intent(in) :: reader
       type(attitude_rows_t), intent(in) :: rows

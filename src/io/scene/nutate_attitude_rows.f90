@@ -1,4 +1,4 @@
-!> Attitudes by time, as other programs exchange them, and what lies between them.
+!> Attitudes by time, as other programs exchange them, and the motion between them.
 module nutate_attitude_rows
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_attitude_between, only: cubic_between, shorter_log
@@ -22,12 +22,12 @@ module nutate_attitude_rows
       real(wp), allocatable :: q(:, :)
       !> The space axes are those of a rotating frame, which inertial axes must not name.
       logical :: rotates = .false.
-      !> Ω relative to the space axes, body axes, rad/s; shape (3, n). Not allocated where rates are not known.
+      !> Ω relative to the space axes, body axes, rad/s; shape (3, n). Not allocated if rates are not known.
       real(wp), allocatable :: omega(:, :)
       !> Number of the segment of each row, 1, 2, ..., between which there is no motion: a message may have gaps, and
       !> attitudes that jump; shape (n). Not allocated: one segment.
       integer, allocatable :: segments(:)
-      !> Lines of the file that they were read from; shape (n). Not allocated for others.
+      !> Line of the file for each row; shape (n). Not allocated for rows that were not read from a file.
       integer, allocatable :: lines(:)
    contains
       !> Number of rows.
@@ -43,7 +43,7 @@ contains
       if (allocated(self%t)) count_rows = size(self%t)
    end function count_rows
 
-   !> Returns true for a quaternion whose norm is 1 up to a tolerance. No number of it traps.
+   !> Returns true for a quaternion whose norm is 1 up to a tolerance. No value of q raises a floating-point exception.
    pure logical function is_unit(q, tolerance)
       real(wp), intent(in) :: q(4), tolerance
       is_unit = .false.
@@ -64,7 +64,7 @@ contains
       if (allocated(rows%omega)) rows%omega = rows%omega(:, n:1:-1)
    end subroutine put_in_order
 
-   !> Converts the rows of a run in the LVLH frame to inertial axes. Those in a rotating frame, whose attitude is not
+   !> Converts the rows of a run in the LVLH frame to inertial axes. Rows in a rotating frame, whose attitude is not
    !> known, stay in it, with rates relative to it.
    pure subroutine to_inertial_axes(rows, effects)
       type(attitude_rows_t), intent(inout) :: rows
@@ -81,7 +81,7 @@ contains
       end if
    end subroutine to_inertial_axes
 
-   !> Turns absolute angular velocities into those relative to space axes that turn.
+   !> Converts absolute angular velocities into those relative to rotating space axes.
    pure subroutine turn_rates(rows, rate)
       type(attitude_rows_t), intent(inout) :: rows
       !> Rate of the space axes, in these, rad/s; shape (3).
@@ -115,9 +115,9 @@ contains
    !> Computes attitude and angular velocity between two rows with rates: `cubic_between`.
    pure subroutine between_rows(rows, i, k, t, q, omega)
       type(attitude_rows_t), intent(in) :: rows
-      !> The rows.
+      !> Indices of the two rows.
       integer, intent(in) :: i, k
-      !> Between theirs, s.
+      !> Time between the times of these rows, s.
       real(wp), intent(in) :: t
       real(wp), intent(out) :: q(4), omega(3)
       real(wp) :: h, turn(3)
@@ -126,7 +126,8 @@ contains
       call cubic_between(rows%q(:, i), turn, rows%omega(:, i), rows%omega(:, k), h, (t - rows%t(i))/h, q, omega)
    end subroutine between_rows
 
-   !> The rotation vector from one attitude to another, with the number of turns that comes nearest to what is expected.
+   !> Returns the rotation vector from one attitude to another, with the number of revolutions that is nearest to the
+   !> expected rotation vector.
    pure function turn_between(q1, q2, expected) result(phi)
       real(wp), intent(in) :: q1(4), q2(4), expected(3)
       real(wp) :: phi(3), angle

@@ -1,4 +1,4 @@
-!> What a fit is: which numbers of a scene are free, what was measured, and where the iteration starts.
+!> Plan of a fit: free numbers of a scene, measurements, and initial guesses of the iteration.
 module nutate_fit_plan
    use nutate_ensemble_plan, only: ensemble_plan_t
    use nutate_kinds, only: wp, long
@@ -9,78 +9,77 @@ module nutate_fit_plan
    public :: fit_plan_t, free_number_t, is_drawn, measurement_t
    public :: ATTITUDES, DIRECTIONS, VALUES
 
-   !> What a measurement gives: columns of a history; attitudes, as quaternions; body components of a direction in
-   !> space.
+   !> Kinds of measurements: columns of a history; attitudes, as quaternions; body components of a direction in space.
    integer, parameter :: VALUES = 1, ATTITUDES = 2, DIRECTIONS = 3
 
-   !> One free number of a scene.
+   !> Free number of a scene.
    type :: free_number_t
-      !> `initial.attitude.I` or `GROUP[.N].KEY[.I]`.
+      !> Name `initial.attitude.I` or `GROUP[.N].KEY[.I]`.
       character(len=80) :: name = ''
-      !> Its place among the targets; 0 for a component of the rotation vector of the attitude.
+      !> Index among the targets; 0 for a component of the rotation vector of the attitude.
       integer :: target = 0
-      !> Which component, 1 to 3; 0: it is none.
+      !> Component of the rotation vector, 1 to 3; 0: the number is not one.
       integer :: component = 0
       !> Line of its key in the scene.
       integer :: line = 0
-      !> Standard deviation of the value of the scene, in its unit; 0: the scene's value is only the start.
+      !> Standard deviation of the value of the scene, in its unit; 0: the scene's value is only the initial guess.
       real(wp) :: sigma = 0.0_wp
-      !> Bounds, in its unit.
+      !> Bounds, in the unit of the number.
       real(wp) :: low = -huge(1.0_wp), high = huge(1.0_wp)
    end type free_number_t
 
-   !> The rows of a file of measurements.
+   !> Rows of a file of measurements.
    type :: measurement_t
-      !> Its path.
+      !> Path of the file.
       character(len=:), allocatable :: file
-      !> `VALUES`, ...
+      !> Kind of measurement: `VALUES`, ...
       integer :: kind = VALUES
       !> Names of the columns that were measured; shape (columns).
       character(len=48), allocatable :: columns(:)
-      !> The sets of a history that have them, each once; the place of each in a row of these. Shape (sets) and
-      !> (columns).
+      !> Sets of a history that contain the columns, each set once; index of each column in a row of these sets. Shape
+      !> (sets) and (columns).
       character(len=24), allocatable :: sets(:)
       integer, allocatable :: places(:)
       !> Angles and their rates are in degrees.
       logical :: degrees = .false.
-      !> Of angles that are known but for whole turns, one turn; else 0. Shape (columns).
+      !> One revolution for angles known modulo 2π, in their unit; otherwise 0. Shape (columns).
       real(wp), allocatable :: turns(:)
-      !> In space axes, for `DIRECTIONS`: unit vector.
+      !> Unit vector in space axes, for `DIRECTIONS`.
       real(wp) :: direction(3) = 0.0_wp
-      !> Standard deviation of each residual of a row; 1 where it is not known. Shape (residuals of a row).
+      !> Standard deviation of each residual of a row; 1 if it is not known. Shape (residuals of a row).
       real(wp), allocatable :: sigma(:)
       logical :: sigma_is_known = .false.
       !> Each column has a constant bias, which is fitted too.
       logical :: has_bias = .false.
-      !> `LINEAR`, ... of `nutate_robust_loss`.
+      !> Loss function: `LINEAR`, ... of `nutate_robust_loss`.
       integer :: loss = LINEAR
-      !> s, in the order of the run; shape (rows).
+      !> Times, s, in the order of the run; shape (rows).
       real(wp), allocatable :: times(:)
-      !> Shape (columns, rows).
+      !> Measured values; shape (columns, rows).
       real(wp), allocatable :: rows(:, :)
    contains
-      !> Residuals of a row: 3 for an attitude, else as many as columns.
+      !> Returns the number of residuals of a row: 3 for an attitude, otherwise the number of columns.
       procedure :: width
    end type measurement_t
 
    !> A fit.
    type :: fit_plan_t
-      !> Shape (free numbers); none where the scene has no group `&free`.
+      !> Free numbers; shape (free numbers), empty if the scene has no group `&free`.
       type(free_number_t), allocatable :: free(:)
       type(measurement_t), allocatable :: measurements(:)
-      !> Groups of the scene with a place for each free number: the attitude, where it is free, as `quaternion`.
+      !> Groups of the scene with a position for each free number; a free attitude is given as `quaternion`.
       type(ensemble_plan_t) :: numbers
       !> The attitude is free; its quaternion as the scene gives it, in the axes of `attitude_from`.
       logical :: has_attitude = .false.
       real(wp) :: attitude(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
       !> Unit of the rotation vector of the attitude, rad.
       real(wp) :: angle_unit = 1.0_wp
-      !> Random starts beside those of the scene and of the data; their seed.
+      !> Number of random initial guesses beside those of the scene and of the data; their seed.
       integer :: starts = 0
       integer(long) :: seed = 0
       !> The fit begins with a short arc of the data, which grows.
       logical :: grows = .true.
-      !> A start is also estimated from the data.
+      !> An initial guess is also estimated from the data.
       logical :: starts_from_data = .true.
    contains
       !> True if there is something to fit.

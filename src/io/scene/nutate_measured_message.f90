@@ -26,14 +26,14 @@ contains
    !> Reads the columns q0 to q3, and omega1 to omega3 with or without `_deg`, at times of the scene.
    subroutine read_message(text, path, labels, columns, times, rows, problem, has_place)
       character(len=*), intent(in) :: text, path
-      !> Of the scene.
+      !> Labels of the scene.
       type(labels_t), intent(in) :: labels
       character(len=*), intent(in) :: columns(:)
-      !> s past the epoch of the scene, shape (n); shape (columns, n).
+      !> Times, s past the epoch of the scene, shape (n); values, shape (columns, n).
       real(wp), allocatable, intent(out) :: times(:), rows(:, :)
-      !> What is wrong; empty on success.
+      !> Error message; empty on success.
       character(len=:), allocatable, intent(out) :: problem
-      !> The problem begins with file and line.
+      !> The error message begins with file and line.
       logical, intent(out) :: has_place
       type(attitude_rows_t) :: read
       integer :: i
@@ -56,12 +56,12 @@ contains
    !> space axes.
    subroutine read_records(text, path, labels, read, problem, has_place)
       character(len=*), intent(in) :: text, path
-      !> Of the scene.
+      !> Labels of the scene.
       type(labels_t), intent(in) :: labels
       type(attitude_rows_t), intent(out) :: read
-      !> What is wrong; empty on success.
+      !> Error message; empty on success.
       character(len=:), allocatable, intent(out) :: problem
-      !> The problem begins with file and line.
+      !> The error message begins with file and line.
       logical, intent(out) :: has_place
       integer :: i
       call parse_aem(text, path, read, problem)
@@ -76,7 +76,7 @@ contains
       read%t = read%t + past(labels, read%labels)
    end subroutine read_records
 
-   !> Seconds from the epoch of the scene to that of a message.
+   !> Returns the seconds from the epoch of the scene to that of a message.
    pure real(wp) function past(scene, message)
       type(labels_t), intent(in) :: scene, message
       if (scene%epoch%system == message%epoch%system) then
@@ -86,7 +86,7 @@ contains
       end if
    end function past
 
-   !> Says what keeps the records of a message from being those of the scene.
+   !> Reports why the records of a message cannot be used in the scene.
    pure subroutine check_labels(scene, message, path, problem)
       type(labels_t), intent(in) :: scene, message
       character(len=*), intent(in) :: path
@@ -103,13 +103,13 @@ contains
       end if
    end subroutine check_labels
 
-   !> Copies a column of a message, which has few.
+   !> Copies a column of a message.
    pure subroutine find_column(read, name, values, problem)
       type(attitude_rows_t), intent(in) :: read
       character(len=*), intent(in) :: name
       !> Shape (n).
       real(wp), intent(inout) :: values(:)
-      !> What there is instead; empty on success.
+      !> Error message with the available columns; empty on success.
       character(len=:), allocatable, intent(out) :: problem
       problem = ''
       select case (name)

@@ -1,4 +1,4 @@
-!> Numbers as text: tested letter by letter before anything converts them, so that no conversion can fail or trap.
+!> Numbers as strings: checked letter by letter before conversion, so that no conversion can fail or trap.
 module nutate_number_text
    use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_value
    use nutate_kinds, only: wp
@@ -10,14 +10,14 @@ module nutate_number_text
 
    public :: read_real, read_whole, read_logical
 
-   !> More digits than decide how a number is rounded.
+   !> Maximum number of digits kept; more than are needed to round correctly.
    integer, parameter :: most_digits = 780
-   !> Exponents and digit counts are followed up to here; far beyond what a number can have.
+   !> Limit of exponents and digit counts; far beyond any number that can be represented.
    integer, parameter :: far = 100000000
 
    character(len=*), parameter :: digits = '0123456789'
 
-   !> The parts of a real number: ± 0.DDDD × 10^power, DDDD without leading zeros.
+   !> Parts of a real number: ± 0.DDDD × 10^power, DDDD without leading zeros.
    type :: decimal_t
       logical :: negative = .false.
       integer :: power = 0
@@ -27,13 +27,13 @@ module nutate_number_text
 
 contains
 
-   !> A real number: digits with at most one point, then perhaps an exponent with E, D or Q, or (after a point) with its
-   !> sign alone, as Fortran programs write it. `Infinity` becomes infinite.
+   !> Reads a real number: digits with at most one point, then an optional exponent with E, D or Q, or (after a point)
+   !> with its sign alone, as Fortran programs write it. `Infinity` becomes infinite.
    subroutine read_real(word, value, problem)
       character(len=*), intent(in) :: word
-      !> Where it is too large or too close to zero, the largest or smallest number of its sign.
+      !> Value; the largest or smallest number of its sign if it is too large or too close to zero.
       real(wp), intent(out) :: value
-      !> What is wrong with it; empty on success.
+      !> Error message; empty on success.
       character(len=:), allocatable, intent(out) :: problem
       type(decimal_t) :: decimal
       logical :: legal
@@ -61,7 +61,7 @@ contains
       end if
    end subroutine read_real
 
-   !> `inf` or `infinity`, with or without a sign, in any case.
+   !> Returns true for `inf` or `infinity`, with or without a sign, in any case.
    pure logical function is_infinity(word)
       character(len=*), intent(in) :: word
       integer :: first
@@ -72,7 +72,7 @@ contains
       is_infinity = any(lower_case(word(first:)) == [character(len=8) :: 'inf', 'infinity'])
    end function is_infinity
 
-   !> True for more than one times the greatest power of ten.
+   !> Returns true for more than one times the greatest power of ten.
    pure logical function is_too_large(decimal)
       type(decimal_t), intent(in) :: decimal
       logical :: is_one
@@ -80,11 +80,11 @@ contains
       is_too_large = decimal%power - 1 > greatest_power .or. (decimal%power - 1 == greatest_power .and. .not. is_one)
    end function is_too_large
 
-   !> Cuts a word into the parts of a number.
+   !> Splits a string into the parts of a number.
    pure subroutine split_digits(word, decimal, legal)
       character(len=*), intent(in) :: word
       type(decimal_t), intent(out) :: decimal
-      !> The word is a number.
+      !> The string is a number.
       logical, intent(out) :: legal
       integer :: i, after_point, n_mantissa, exponent
       logical :: point
@@ -127,13 +127,13 @@ contains
          decimal%n_digits = decimal%n_digits + 1
          decimal%digits(decimal%n_digits:decimal%n_digits) = digit
       else if (digit /= '0') then
-         ! A digit that only says that something follows decides ties as the whole tail would.
+         ! A nonzero digit in place of the omitted digits decides ties as they would.
          decimal%n_digits = most_digits + 1
          decimal%digits(most_digits + 1:) = '1'
       end if
    end subroutine add_digit
 
-   !> The exponent: `e12`, `D+3`, `q-4`; after a point also `+100`.
+   !> Reads the exponent: `e12`, `D+3`, `q-4`; after a point also `+100`.
    pure subroutine read_exponent(tail, point, exponent, legal)
       character(len=*), intent(in) :: tail
       !> The mantissa has a point.
@@ -164,7 +164,7 @@ contains
       if (negative) exponent = -exponent
    end subroutine read_exponent
 
-   !> The number nearest to a decimal that is in range.
+   !> Computes the number nearest to a decimal that is in range.
    subroutine convert(decimal, value)
       type(decimal_t), intent(in) :: decimal
       real(wp), intent(out) :: value
@@ -177,11 +177,11 @@ contains
       if (decimal%negative) value = -value
    end subroutine convert
 
-   !> A whole number of at most nine digits, leading zeros aside.
+   !> Reads an integer of at most nine digits, not counting leading zeros.
    subroutine read_whole(word, value, problem)
       character(len=*), intent(in) :: word
       integer, intent(out) :: value
-      !> What is wrong with it; empty on success.
+      !> Error message; empty on success.
       character(len=:), allocatable, intent(out) :: problem
       integer :: i, first, leading
 
@@ -205,11 +205,11 @@ contains
       if (word(1:1) == '-') value = -value
    end subroutine read_whole
 
-   !> `.true.` or `.false.`, also without points, or by the first letter alone.
+   !> Reads `.true.` or `.false.`, also without points, or as the first letter alone.
    subroutine read_logical(word, value, problem)
       character(len=*), intent(in) :: word
       logical, intent(out) :: value
-      !> What is wrong with it; empty on success.
+      !> Error message; empty on success.
       character(len=:), allocatable, intent(out) :: problem
 
       problem = ''

@@ -10,7 +10,8 @@ module nutate_printable
 
 contains
 
-   !> Text in single quotes: bytes that are not printable ASCII as `\xHH`, what is too long cut and marked by `...`.
+   !> Returns a string in single quotes: bytes that are not printable ASCII as `\xHH`, long strings cut and marked by
+   !> `...`.
    pure function quoted(text) result(shown)
       character(len=*), intent(in) :: text
       character(len=:), allocatable :: shown
@@ -19,7 +20,7 @@ contains
       shown = shown//"'"
    end function quoted
 
-   !> A path as it stands, control characters as `\xHH`.
+   !> Returns a path with its control characters as `\xHH`.
    pure function printable_path(path) result(shown)
       character(len=*), intent(in) :: path
       character(len=:), allocatable :: shown

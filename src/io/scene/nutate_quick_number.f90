@@ -1,5 +1,4 @@
-!> Numbers of long tables, read quickly: as whole numbers times a power of ten, in a precision that leaves no doubt of
-!> how to round, or not at all.
+!> Numbers of long tables, read quickly: as integers times a power of ten, only if the rounding is certain.
 module nutate_quick_number
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_kinds, only: wp
@@ -8,22 +7,22 @@ module nutate_quick_number
 
    public :: read_quickly
 
-   !> Mantissas up to the first take another digit; up to the second a `wp` holds them exactly; up to the third their
-   !> rounding to a `wp` is a whole number that can be counted.
+   !> Limits of the mantissa: up to the first another digit can be added; up to the second a `wp` holds it exactly; up
+   !> to the third its rounding to a `wp` fits into an integer.
    integer(int64), parameter :: room = 900000000000000000_int64, exact = 2_int64**53, &
                                 countable = 9200000000000000000_int64
    !> Powers of ten up to this are a `wp` exactly.
    integer, parameter :: most_power = 22
    integer :: i
    real(wp), parameter :: powers(0:most_power) = [(10.0_wp**i, i=0, most_power)]
-   !> The exponent is followed up to here.
+   !> Limit of the exponent.
    integer, parameter :: far = 10000
-   !> Where rounding may be in doubt, over the part that is rounded away: the errors are smaller by far.
+   !> Relative uncertainty of the part that is rounded away; the actual errors are far smaller.
    real(wp), parameter :: doubt = 2.0_wp**(-40)
 
 contains
 
-   !> A number, rounded correctly; not done where it is no plain number, or needs more digits or powers than are quick.
+   !> Reads a number, rounded correctly; not done if it is no plain number, or has too many digits or too large a power.
    pure subroutine read_quickly(word, value, done)
       character(len=*), intent(in) :: word
       real(wp), intent(out) :: value
@@ -49,7 +48,7 @@ contains
       if (word(1:1) == '-') value = -value
    end subroutine read_quickly
 
-   !> Digits and power of ten of `-12.5e3`.
+   !> Splits a number such as `-12.5e3` into digits and power of ten.
    pure subroutine split_digits(word, mantissa, power, done)
       character(len=*), intent(in) :: word
       integer(int64), intent(out) :: mantissa
@@ -109,7 +108,7 @@ contains
       done = .true.
    end subroutine add_exponent
 
-   !> A whole number times a power of ten, as a sum of two numbers.
+   !> Computes an integer times a power of ten, as a sum of two numbers.
    pure subroutine scale(mantissa, power, value, done)
       integer(int64), intent(in) :: mantissa
       integer, intent(in) :: power

@@ -1,4 +1,4 @@
-!> Scenes: reads a scene file, checks every word of it, and builds what it asks for.
+!> Scenes: reads a scene file, checks every word of it, and builds the scene that it describes.
 !>
 !> The work is done in steps, each a module of its own: the text is read (`nutate_text_file`), cut into tokens
 !> (`nutate_scene_lexer`), checked against the tables of keys (`nutate_scene_check`), and built part by part
@@ -33,23 +33,23 @@ module nutate_scene
       character(len=:), allocatable :: name
       !> Path as given.
       character(len=:), allocatable :: file
-      !> Title; the name where the scene gives none.
+      !> Title; the name if the scene gives none.
       character(len=:), allocatable :: title
-      !> When t = 0 is, and names for other programs.
+      !> Epoch of t = 0, and names for other programs.
       type(labels_t) :: labels
-      !> Name of the body's shape; blank where it is given by its inertia.
+      !> Name of the body's shape; blank if the inertia is given.
       character(len=:), allocatable :: shape
       !> Body and effects.
       type(system_t) :: system
-      !> Number of potentials and torques that its groups name.
+      !> Numbers of potentials and torques that the groups name.
       integer :: named_potentials = 0, named_torques = 0
-      !> User-defined ones, which are added again where the effects are built again.
+      !> User-defined potentials and torques, which are added again if the effects are rebuilt.
       type(effect_list_t) :: added
       !> The body before an ensemble varies it: the gains of controllers refer to it.
       type(body_t), allocatable :: nominal
-      !> The state at t = 0.
+      !> State at t = 0.
       type(state_t) :: initial
-      !> The periodic motion on which it starts in a resonance; otherwise without revolutions.
+      !> Periodic motion of a resonance at t = 0; otherwise without revolutions.
       type(periodic_start_t) :: periodic
       !> Settings; with an accuracy goal the method may be `auto` and the order 0: the run chooses them.
       type(integrator_settings_t) :: integrator
@@ -58,16 +58,16 @@ module nutate_scene
       type(output_settings_t) :: output
       !> Events.
       type(event_list_t) :: events
-      !> The indicators of chaos that runs follow, if any.
+      !> Indicators of chaos that runs compute, if any.
       type(chaos_settings_t) :: chaos
-      !> The ensemble that the scene describes, if any.
+      !> Ensemble of the scene, if any.
       type(ensemble_plan_t) :: ensemble
-      !> What is free, and what was measured, where it stands for a fit.
+      !> Free numbers and measurements of a fit.
       type(fit_plan_t) :: fit
-      !> The groups as given, in the order of the file, overrides applied; shape (number of groups).
+      !> Groups as given, in the order of the file, overrides applied; shape (number of groups).
       type(group_t), allocatable :: groups(:)
    contains
-      !> What its runs propagate, as columns of a history need it.
+      !> Returns the free numbers and exponents that runs propagate.
       procedure :: propagated
    end type scene_t
 
@@ -75,14 +75,13 @@ module nutate_scene
 
       !> Reads a scene file.
       !>
-      !> Errors: `NUTATE_IO` where the file cannot be read, `NUTATE_BAD_SCENE` for anything wrong in it or in an
-      !> override.
+      !> Errors: `NUTATE_IO` if the file cannot be read, `NUTATE_BAD_SCENE` for any error in it or in an override.
       module subroutine read_scene(path, scene, status, message, overrides)
          character(len=*), intent(in) :: path
          type(scene_t), intent(out) :: scene
          type(status_t), intent(out) :: status
-         !> What is wrong, one printable line: `FILE:LINE: ...`, `override: ...`, `override with '-': ...` or
-         !> `FILE: cannot be read (...)`; empty on success.
+         !> Error message, one printable line: `FILE:LINE: ...`, `override: ...`, `override with '-': ...` or `FILE:
+         !> cannot be read (...)`; empty on success.
          character(len=:), allocatable, intent(out) :: message
          !> `GROUP.KEY=VALUE` or `-GROUP.KEY`, applied in order after the file.
          character(len=*), intent(in), optional :: overrides(:)
@@ -96,18 +95,18 @@ module nutate_scene
          character(len=*), intent(in) :: path
          type(scene_t), intent(out) :: scene
          type(status_t), intent(out) :: status
-         !> What is wrong, one printable line; empty on success.
+         !> Error message, one printable line; empty on success.
          character(len=:), allocatable, intent(out) :: message
          !> `GROUP.KEY=VALUE` or `-GROUP.KEY`, applied in order after the text.
          character(len=*), intent(in), optional :: overrides(:)
       end subroutine parse_scene
 
-      !> Every group that a scene can have, with its keys.
+      !> Returns every group that a scene can have, with its keys.
       module function scene_kinds() result(kinds)
          type(group_kind_t), allocatable :: kinds(:)
       end function scene_kinds
 
-      !> What has to be built again where numbers of some groups change: one of `ITS_START`, ...
+      !> Returns the part to rebuild after numbers of some groups have changed: `ITS_START`, ...
       module pure integer function changed_part(groups, changed) result(part)
          type(group_t), intent(in) :: groups(:)
          !> Numbers of the group change; shape (groups).
@@ -119,11 +118,11 @@ module nutate_scene
          type(scene_t), intent(inout) :: scene
       end subroutine keep_added
 
-      !> Builds a scene again after numbers of its groups have changed.
+      !> Rebuilds a scene after numbers of its groups have changed.
       module subroutine rebuild_scene(scene, part, error)
-         !> Read; its files are not read again.
+         !> Scene that has been read; its files are not read again.
          type(scene_t), intent(inout) :: scene
-         !> Its `changed_part`.
+         !> Part to rebuild, from `changed_part`.
          integer, intent(in) :: part
          type(scene_error_t), intent(inout) :: error
       end subroutine rebuild_scene
@@ -132,7 +131,7 @@ module nutate_scene
 
 contains
 
-   !> Returns the free numbers and the number of exponents that runs follow, none where the scene has none.
+   !> Returns the free numbers and the number of exponents that runs propagate; none if the scene has none.
    pure type(propagated_t) function propagated(self) result(list)
       class(scene_t), intent(in) :: self
       allocate (list%names(0), list%sigma(0))

@@ -31,11 +31,11 @@ contains
               key_t(name='check_triangle', kind=KEY_LOGICAL)]
    end function body_keys
 
-   !> The body of a scene.
+   !> Builds the body of a scene.
    subroutine build_body(group, body, shape, error)
       type(group_t), intent(in) :: group
       type(body_t), intent(out) :: body
-      !> Name of the shape; blank where the inertia is given.
+      !> Name of the shape; blank if the inertia is given.
       character(len=:), allocatable, intent(out) :: shape
       type(scene_error_t), intent(inout) :: error
       shape = trim(group%text('shape', ''))
@@ -43,10 +43,10 @@ contains
       if (.not. error%raised) call rebuild_body(group, shape, body, error)
    end subroutine build_body
 
-   !> The body of a group whose keys have been checked.
+   !> Builds the body of a group whose keys have been checked.
    subroutine rebuild_body(group, shape, body, error)
       type(group_t), intent(in) :: group
-      !> Blank where the inertia is given.
+      !> Name of the shape; blank if the inertia is given.
       character(len=*), intent(in) :: shape
       type(body_t), intent(out) :: body
       type(scene_error_t), intent(inout) :: error
@@ -62,7 +62,7 @@ contains
       if (.not. status%ok()) call error%raise_status(line_at_fault(group, trim(status%subject)), status)
    end subroutine rebuild_body
 
-   !> Keys that exclude or need each other.
+   !> Checks keys that exclude or require each other.
    subroutine check_keys(group, error)
       type(group_t), intent(in) :: group
       type(scene_error_t), intent(inout) :: error
@@ -83,7 +83,7 @@ contains
       end if
    end subroutine check_keys
 
-   !> A body of a homogeneous shape.
+   !> Builds a body of a homogeneous shape.
    subroutine build_shape(group, shape, body, status)
       type(group_t), intent(in) :: group
       character(len=*), intent(in) :: shape
@@ -101,7 +101,7 @@ contains
       end if
    end subroutine build_shape
 
-   !> A body from moments or a tensor.
+   !> Builds a body from moments or a tensor.
    subroutine build_inertia(group, body, status)
       type(group_t), intent(in) :: group
       type(body_t), intent(out) :: body
@@ -113,13 +113,13 @@ contains
       tensor = given_tensor(group)
       center = group%vector('center_of_mass', [0.0_wp, 0.0_wp, 0.0_wp])
       about_center = group%text('inertia_about', 'reference') == 'center_of_mass'
-      ! An allocatable that is not there counts as an argument that is absent.
+      ! An allocatable that is not allocated is treated as an absent argument.
       if (group%has('mass')) mass = group%number('mass', 0.0_wp)
       call make_body(tensor, body, status, mass=mass, center_of_mass=center, about_center_of_mass=about_center, &
                      check_triangle=group%flag('check_triangle', .true.))
    end subroutine build_inertia
 
-   !> The tensor that `inertia` or `inertia_tensor` gives, body axes, kg m².
+   !> Returns the tensor that `inertia` or `inertia_tensor` gives, body axes, kg m².
    pure function given_tensor(group) result(tensor)
       type(group_t), intent(in) :: group
       real(wp) :: tensor(3, 3)
@@ -133,7 +133,7 @@ contains
       tensor = symmetric(group%vector('inertia_tensor', j))
    end function given_tensor
 
-   !> Line of the key that a body's error is about: of what gave the inertia, or of the key itself.
+   !> Returns the line of the key at fault: the one that gave the inertia, or the subject itself.
    pure integer function line_at_fault(group, subject) result(line)
       type(group_t), intent(in) :: group
       !> `inertia`, `mass`, ...; blank for the whole group.

@@ -1,4 +1,4 @@
-!> Reads scenes and builds their parts, by the modules of the parts.
+!> Reads scenes and builds their parts, using the modules of the parts.
 submodule(nutate_scene) nutate_scene_building
    use nutate_columns, only: columns_t, need_attitude
    use nutate_control, only: beyond_accuracy, needs_control
@@ -30,11 +30,12 @@ submodule(nutate_scene) nutate_scene_building
    use nutate_text_file, only: read_text_file
    implicit none
 
-   !> Groups that are no effects.
+   !> Groups that are not effects.
    character(len=name_length), parameter :: fixed_parts(13) = [character(len=name_length) :: &
       'scene', 'body', 'initial', 'integrator', 'output', 'event', 'ensemble', 'vary', 'free', 'measurement', 'fit', &
       'chaos', 'frame']
-   !> Parts of a scene, each with those before it: its start, its body without effects, body and effects, the whole.
+   !> Parts of a scene, each including those before it: initial state, body without effects, body and effects,
+   !> everything.
    integer, parameter :: ITS_START = 1, ITS_BODY = 2, ITS_MOTION = 3, ALL_OF_IT = 4
 
 contains
@@ -48,7 +49,7 @@ contains
          status = fail(NUTATE_IO, message)
          return
       end if
-      ! Where it is absent it is not handed on: gfortran 12 would compute with the bounds that it lacks.
+      ! An absent argument is not passed on: gfortran 12 would compute with its missing bounds.
       if (present(overrides)) then
          call parse_scene(text, path, scene, status, message, overrides)
       else
@@ -110,7 +111,7 @@ contains
       kinds(2:4)%required = .true.
    end procedure scene_kinds
 
-   !> Raises an error where the closed solution of a free body is asked for and the body is not free.
+   !> Raises an error if the closed solution of a free body is requested and the body is not free.
    subroutine check_free(effects, integrator, error)
       type(effect_list_t), intent(in) :: effects
       !> The group `&integrator`.
@@ -121,7 +122,7 @@ contains
          integrator%line_of('method'), "method 'exact' solves free bodies only", expected='no effects with it')
    end subroutine check_free
 
-   !> Raises an error where an accuracy is asked for and a run would have to watch over wheels or controllers.
+   !> Raises an error if an accuracy is requested and wheels or controllers rule it out.
    subroutine check_control(effects, plan, integrator, error)
       type(effect_list_t), intent(in) :: effects
       type(run_plan_t), intent(in) :: plan
@@ -166,7 +167,7 @@ contains
          call build_chaos(first_group(scene%groups, 'chaos'), scene%plan, scene%chaos, scene%integrator, error)
    end subroutine build_scene
 
-   !> Gives the output its epoch where it has dates. Raises an error where there is no epoch.
+   !> Gives the output its epoch if it has dates. Raises an error if there is no epoch.
    subroutine give_calendar(group, scene, error)
       !> The group `&output`.
       type(group_t), intent(in) :: group
@@ -178,7 +179,7 @@ contains
          call error%raise(group%line_of('calendar'), 'calendar needs the date of t = 0', expected='epoch in &scene')
    end subroutine give_calendar
 
-   !> What moves, and how it starts.
+   !> Builds body, effects, frames and the initial state.
    subroutine build_motion(scene, error)
       type(scene_t), intent(inout) :: scene
       type(scene_error_t), intent(inout) :: error
@@ -200,7 +201,7 @@ contains
       if (.not. error%raised) scene%initial = make_state(scene%system, q, omega)
    end subroutine build_motion
 
-   !> Raises an error for what moves, or how it starts, where method, steps or goal do not admit it.
+   !> Raises an error for a motion or initial state that the method, the steps or the goal do not admit.
    subroutine check_motion_with_steps(scene, error)
       type(scene_t), intent(in) :: scene
       type(scene_error_t), intent(inout) :: error
@@ -242,7 +243,7 @@ contains
 
    contains
 
-      !> Line of the key `table` of an orbit.
+      !> Returns the line of the key `table` of an orbit.
       pure integer function line_of_table(label) result(line)
          character(len=*), intent(in) :: label
          integer :: k
@@ -255,7 +256,7 @@ contains
 
    end subroutine check_tables
 
-   !> Whether the attitude is to be integrated. An accuracy is one of the attitude.
+   !> Determines if the attitude must be integrated. An accuracy is one of the attitude.
    subroutine find_need_of_attitude(scene)
       type(scene_t), intent(inout) :: scene
       scene%integrator%attitude = scene%system%effects%needs_attitude() .or. scene%plan%goal%accuracy > 0.0_wp .or. &
@@ -312,7 +313,7 @@ contains
       end select
    end procedure rebuild_scene
 
-   !> Builds the start again, and the body, on which no effects act.
+   !> Rebuilds the initial state and, for `ITS_BODY`, a body without effects.
    subroutine rebuild_free_motion(scene, part, error)
       type(scene_t), intent(inout) :: scene
       !> `ITS_START` or `ITS_BODY`.
@@ -333,7 +334,7 @@ contains
       end associate
    end subroutine rebuild_free_motion
 
-   !> Leaves nothing of what was built but the frames, which no number of a scene changes.
+   !> Clears the system except for the frames, which no number of a scene changes.
    subroutine forget_system(system)
       type(system_t), intent(inout) :: system
       type(moving_frame_t), allocatable :: frames(:)
@@ -365,7 +366,7 @@ contains
       type(propagated_t) :: propagated
       type(status_t) :: status
       integer :: i
-      ! Their names are read later.
+      ! The names of the free numbers are read later.
       propagated%names = pack(scene%groups%name, scene%groups%name == 'free')
       propagated%sigma = pack([(merge(1.0_wp, 0.0_wp, scene%groups(i)%has('sigma')), i=1, size(scene%groups))], &
                            scene%groups%name == 'free')
@@ -374,7 +375,7 @@ contains
       if (.not. status%ok()) call error%raise_status(group%line_of('columns'), status)
    end subroutine check_columns
 
-   !> Reads the times of rows where a file has them.
+   !> Reads the times of the output points if they are in a file.
    subroutine read_times(groups, path, error)
       type(group_t), intent(inout) :: groups(:)
       character(len=*), intent(in) :: path
@@ -386,7 +387,7 @@ contains
       end do
    end subroutine read_times
 
-   !> The first group of a name; one without keys where there is none.
+   !> Returns the first group of a name; a group without keys if there is none.
    pure function first_group(groups, name) result(group)
       type(group_t), intent(in) :: groups(:)
       character(len=*), intent(in) :: name
@@ -396,7 +397,7 @@ contains
       if (i > 0) group = groups(i)
    end function first_group
 
-   !> Where the first group of a name stands; 0 where there is none.
+   !> Returns the index of the first group of a name; 0 if there is none.
    pure integer function place_of(groups, name) result(i)
       type(group_t), intent(in) :: groups(:)
       character(len=*), intent(in) :: name
@@ -406,7 +407,7 @@ contains
       i = 0
    end function place_of
 
-   !> A path's file name without folder and `.nml`.
+   !> Returns the file name of a path without folder and `.nml`.
    pure function scene_name(path) result(name)
       character(len=*), intent(in) :: path
       character(len=:), allocatable :: name

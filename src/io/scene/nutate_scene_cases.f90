@@ -11,12 +11,12 @@ module nutate_scene_cases
 
    public :: read_cases
 
-   !> Columns, and letters of a name.
+   !> Maximum numbers of columns, and of letters of a name.
    integer, parameter :: most_columns = 200, longest_name = 80
 
 contains
 
-   !> Reads the table that a group names by its key `table`. Raises an error, with file and line, for one that is none.
+   !> Reads the table that a group names by its key `table`. Raises an error, with file and line, for an invalid table.
    subroutine read_cases(group, scene, names, numbers, path, error)
       type(group_t), intent(in) :: group
       !> Path of the scene.
@@ -24,7 +24,7 @@ contains
       character(len=longest_name), allocatable, intent(out) :: names(:)
       !> Shape (columns, lines without the header).
       real(wp), allocatable, intent(out) :: numbers(:, :)
-      !> Of the table.
+      !> Path of the table.
       character(len=:), allocatable, intent(out) :: path
       type(scene_error_t), intent(inout) :: error
       character(len=:), allocatable :: text, problem
@@ -60,12 +60,12 @@ contains
       end do
    end subroutine read_cases
 
-   !> The header row.
+   !> Reads the header row.
    subroutine read_names(text, position, names, problem)
       character(len=*), intent(in) :: text
       integer, intent(inout) :: position
       character(len=longest_name), allocatable, intent(out) :: names(:)
-      !> What is wrong with it; empty on success.
+      !> Error message; empty on success.
       character(len=:), allocatable, intent(out) :: problem
       character(len=longest_name) :: found(most_columns)
       integer :: n, first, last

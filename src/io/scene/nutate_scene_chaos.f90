@@ -1,4 +1,4 @@
-!> `&chaos`: the indicators of chaos that a run follows.
+!> `&chaos`: the indicators of chaos that a run computes.
 module nutate_scene_chaos
    use nutate_admissible, only: ANY_DIRECTION, POSITIVE
    use nutate_chaos, only: chaos_settings_t, longest_interval, most_exponents
@@ -30,8 +30,8 @@ contains
               key_t(name='every', kind=KEY_INTEGER, range=POSITIVE, default='1')]
    end function chaos_keys
 
-   !> What a run is to follow. Adaptive steps whose method the scene leaves open get one that has tangent
-   !> columns.
+   !> Reads which indicators a run computes. Adaptive steps without a method in the scene get one that propagates
+   !> sensitivities.
    subroutine build_chaos(group, plan, chaos, settings, error)
       type(group_t), intent(in) :: group
       type(run_plan_t), intent(in) :: plan
@@ -52,16 +52,16 @@ contains
       end if
    end subroutine build_chaos
 
-   !> Raises an error where the motion or the method has no sensitivities: takes a step with one.
+   !> Raises an error if the motion or the method has no sensitivities; performs a step with one to find out.
    subroutine check_chaos(group, system, state, plan, settings, error)
       type(group_t), intent(in) :: group
       type(system_t), intent(in) :: system
-      !> The start.
+      !> Initial state.
       type(state_t), intent(in) :: state
       type(run_plan_t), intent(in) :: plan
       type(integrator_settings_t), intent(in) :: settings
       type(scene_error_t), intent(inout) :: error
-      !> Of the end time, where steps are adaptive.
+      !> Length of the step relative to the end time, for adaptive steps.
       real(wp), parameter :: part_of_run = 1e-6_wp
       class(stepper_t), allocatable :: stepper
       type(variation_t) :: variation
@@ -76,7 +76,7 @@ contains
          if (plan%goal%active()) dt = part_of_run*plan%end_time
          after = state
          call stepper%advance(system, after, dt, state%t + 0.5_wp*dt, status)
-         ! A step that fails is the business of the run.
+         ! A step that fails is reported by the run.
          if (.not. status%ok()) return
          call stepper%propagate(system, state, after, dt, state%t + 0.5_wp*dt, tangent, status)
       end if

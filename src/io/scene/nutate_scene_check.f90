@@ -1,4 +1,4 @@
-!> The groups of a scene, read against the tables of what a scene can say.
+!> Groups of a scene, read and checked against the tables of groups and keys.
 module nutate_scene_check
    use nutate_keys, only: group_t, group_kind_t, setting_t
    use nutate_printable, only: quoted
@@ -19,7 +19,7 @@ contains
       character(len=*), intent(in) :: text
       !> Every group that a scene can have.
       type(group_kind_t), intent(in) :: kinds(:)
-      !> The groups in the order of the text.
+      !> Groups in the order of the text.
       type(group_t), allocatable, intent(out) :: groups(:)
       !> Number of the text's last line, at least 1.
       integer, intent(out) :: last_line
@@ -51,14 +51,14 @@ contains
       end if
    end subroutine read_groups
 
-   !> The kind of a group that starts. Errors: not a group, unknown, there already.
+   !> Returns the kind of a group that starts. Errors: not a group, unknown, there already.
    subroutine start_group(text, token, kinds, groups, kind, error)
       character(len=*), intent(in) :: text
       type(token_t), intent(in) :: token
       type(group_kind_t), intent(in) :: kinds(:)
-      !> The groups so far.
+      !> Groups read so far.
       type(group_t), intent(in) :: groups(:)
-      !> Its place among the kinds.
+      !> Index of the group among the kinds.
       integer, intent(out) :: kind
       type(scene_error_t), intent(inout) :: error
 
@@ -80,7 +80,7 @@ contains
       type(lexer_t), intent(inout) :: lexer
       character(len=*), intent(in) :: text
       type(group_kind_t), intent(in) :: kinds(:)
-      !> Which of the kinds the group is.
+      !> Index of the group among the kinds.
       integer, intent(in) :: kind
       !> Line where the group starts.
       integer, intent(in) :: line
@@ -111,7 +111,7 @@ contains
       group%settings = settings(1:n)
    end subroutine read_group
 
-   !> Raises the error of a token that cannot stand where a key or the end of a group is due.
+   !> Raises the error of a token that is found instead of a key or the end of a group.
    subroutine blame(text, token, group, error)
       character(len=*), intent(in) :: text
       type(token_t), intent(in) :: token
@@ -133,7 +133,7 @@ contains
       end select
    end subroutine blame
 
-   !> Raises an error for a group or a key that a scene needs and lacks.
+   !> Raises an error for a group or a key that a scene requires and lacks.
    subroutine check_complete(kinds, groups, last_line, error)
       type(group_kind_t), intent(in) :: kinds(:)
       type(group_t), intent(in) :: groups(:)

@@ -28,7 +28,7 @@ module nutate_scene_effects
 
 contains
 
-   !> The kinds of group that are effects, behind room for the fixed parts.
+   !> Returns the kinds of group that are effects, behind room for the fixed parts.
    subroutine add_effect_kinds(parts, kinds)
       !> Number of fixed parts.
       integer, intent(in) :: parts
@@ -44,17 +44,17 @@ contains
       end do
    end subroutine add_effect_kinds
 
-   !> Adds the effects that the groups name, in their order but an orbit first and controllers last, to a system. What
-   !> is made from a body is made from the whole one, its wheels locked.
+   !> Adds the effects that the groups name, in their order but an orbit first and controllers last, to a system.
+   !> Effects that depend on the body use the whole body, its wheels locked.
    subroutine build_effects(groups, system, error, folder, nominal)
-      !> The tables that they name are read.
+      !> Groups of the scene; the tables that they name are read.
       type(group_t), intent(inout) :: groups(:)
-      !> Its body is used, its effects are added.
+      !> System whose body is used, and to which the effects are added.
       type(system_t), intent(inout) :: system
       type(scene_error_t), intent(inout) :: error
-      !> Where names of tables begin, `/` at its end; default: the working directory.
+      !> Folder of the tables, `/` at its end; default: the working directory.
       character(len=*), intent(in), optional :: folder
-      !> What controllers are designed for; default: the body.
+      !> Body for which controllers are designed; default: the body of the system.
       type(body_t), intent(in), optional :: nominal
       type(effect_kind_t), allocatable :: kinds(:)
       type(body_t) :: body
@@ -80,8 +80,8 @@ contains
       end do
    end subroutine build_effects
 
-   !> In which pass a group is built: what others are made from comes first, and controllers act by wheels, wherever
-   !> these stand in the scene.
+   !> Returns the pass in which a group is built: orbits first, since other effects depend on them, and controllers
+   !> last, since they act by wheels, in any order of the scene.
    pure integer function pass_of(group)
       type(group_t), intent(in) :: group
       select case (group%name)
@@ -97,9 +97,9 @@ contains
    !> Adds the effect that a group names.
    subroutine build_one(group, place, kind, body, system, error)
       type(group_t), intent(in) :: group
-      !> Its place among all groups.
+      !> Index among all groups.
       integer, intent(in) :: place
-      !> What it is.
+      !> Kind of the effect.
       type(effect_kind_t), intent(in) :: kind
       !> The whole body.
       type(body_t), intent(in) :: body
@@ -124,10 +124,10 @@ contains
       end do
    end subroutine build_one
 
-   !> Adds what was built from a group, and says what is wrong with it.
+   !> Adds an effect that was built from a group, and reports its errors.
    subroutine finish_one(group, place, effect, system, status, error)
       type(group_t), intent(in) :: group
-      !> As in `build_one`.
+      !> Index of the group among all groups.
       integer, intent(in) :: place
       !> Allocated unless the status is an error.
       class(effect_t), allocatable, intent(inout) :: effect
@@ -143,13 +143,13 @@ contains
       if (.not. status%ok()) call error%raise_status(group%line_of(trim(status%subject)), status)
    end subroutine finish_one
 
-   !> The orbits by which an effect goes: the one that its group names; else of gravity all, of others the main one.
-   !> Raises an error for a name that no orbit has.
+   !> Finds the orbits to which an effect belongs: the one that its group names; otherwise all for gravity, the main one
+   !> for other effects. Raises an error for a name that no orbit has.
    subroutine choose_orbits(group, effects, chosen, error)
       type(group_t), intent(in) :: group
-      !> On an orbit.
+      !> Effects with an orbit.
       type(effect_list_t), intent(in) :: effects
-      !> Shape (number of orbits).
+      !> Orbits to which the effect belongs; shape (number of orbits).
       logical, allocatable, intent(out) :: chosen(:)
       type(scene_error_t), intent(inout) :: error
       allocate (chosen(size(effects%orbits)))
@@ -161,7 +161,7 @@ contains
                                               quoted(group%text('orbit', '')), expected='the name of an &orbit')
    end subroutine choose_orbits
 
-   !> The name by which switches call an effect, and whether it is on at the start.
+   !> Reads the name by which switches refer to an effect, and its switch at the start of the run.
    subroutine read_switch(group, effect, error)
       type(group_t), intent(in) :: group
       class(effect_t), intent(inout) :: effect
@@ -176,9 +176,9 @@ contains
       effect%on = group%flag('on', .true.)
    end subroutine read_switch
 
-   !> Adds an effect. A rotor, a rotating frame or an orbit that is off, which cannot be switched, is not there then.
+   !> Adds an effect. A rotor, a rotating frame or an orbit that is off is not added, since it cannot be switched.
    !> Errors: those of `add_wheel` and `add_controller`; `NUTATE_BAD_ARGUMENT` for a second frame beside an orbit, and
-   !> for orbits that do not go together.
+   !> for incompatible orbits.
    subroutine add_effect_of(system, effect, status)
       type(system_t), intent(inout) :: system
       class(effect_t), intent(in) :: effect
@@ -197,7 +197,7 @@ contains
       end select
    end subroutine add_effect_of
 
-   !> Adds a frame that turns, or an orbit. Errors: those of `add_effect_of`.
+   !> Adds a rotating frame, or an orbit. Errors: those of `add_effect_of`.
    subroutine add_frame(system, frame, status)
       type(system_t), intent(inout) :: system
       class(rotating_frame_t), intent(in) :: frame
@@ -216,9 +216,9 @@ contains
       end if
    end subroutine add_frame
 
-   !> Errors: `NUTATE_BAD_ARGUMENT` for an orbit that does not go with those that there are.
+   !> Checks a further orbit. Errors: `NUTATE_BAD_ARGUMENT` if it is incompatible with the orbits of the system.
    subroutine check_further_orbit(effects, orbit, status)
-      !> On an orbit.
+      !> Effects with an orbit.
       type(effect_list_t), intent(in) :: effects
       type(orbit_t), intent(in) :: orbit
       type(status_t), intent(out) :: status

@@ -1,4 +1,4 @@
-!> `&ensemble`: many members of one scene, which differ by what `&vary` groups or a table say.
+!> `&ensemble`: many members of one scene, with the differences that `&vary` groups or a table give.
 module nutate_scene_ensemble
    use nutate_admissible, only: NON_NEGATIVE, POSITIVE
    use nutate_ensemble_plan, only: ensemble_plan_t, varied_key_t, CASES, GRID
@@ -15,9 +15,9 @@ module nutate_scene_ensemble
 
    public :: ensemble_keys, build_ensemble, add_table
 
-   !> Members with histories.
+   !> Maximum number of members with histories.
    integer, parameter :: most_histories = 1000
-   !> Members that a number of nine digits can say, and more than any machine runs.
+   !> Maximum number of members: nine digits, more than any machine can run.
    integer(long), parameter :: most_members = 999999999_long
 
 contains
@@ -35,9 +35,9 @@ contains
               key_t(name='chunk', kind=KEY_INTEGER, range=POSITIVE)]
    end function ensemble_keys
 
-   !> The ensemble of a scene; none where there is no group `&ensemble`.
+   !> Builds the ensemble of a scene; none if there is no group `&ensemble`.
    subroutine build_ensemble(groups, kinds, scene_name, path, plan, error)
-      !> Checked, and built as a scene.
+      !> Groups that have been checked and built as a scene.
       type(group_t), intent(in) :: groups(:)
       type(group_kind_t), intent(in) :: kinds(:)
       !> Name of the scene: that of the file unless the group gives one.
@@ -67,7 +67,7 @@ contains
          groups(at)%line_of('histories'), 'histories lists a member that does not exist', expected='numbers of members')
    end subroutine build_ensemble
 
-   !> What is kept, and how draws are made.
+   !> Reads the settings of output and draws.
    subroutine read_settings(group, scene_name, path, plan, error)
       type(group_t), intent(in) :: group
       character(len=*), intent(in) :: scene_name, path
@@ -86,7 +86,7 @@ contains
       end if
    end subroutine read_settings
 
-   !> The number of members: as given, or as many as a grid or a table has.
+   !> Determines the number of members: as given, or the size of the grid or the table.
    subroutine count_members(group, plan, error)
       type(group_t), intent(in) :: group
       type(ensemble_plan_t), intent(inout) :: plan
@@ -134,14 +134,14 @@ contains
       if (fault%raised) call error%raise_in(file, 1, fault%text)
    end subroutine read_table
 
-   !> Adds a table that a program has to the ensemble of a scene, or makes one of it. Raises an error for a table that
-   !> is none, and the plan is then as it was.
+   !> Adds a table from memory to the ensemble of a scene, or makes an ensemble of it. Raises an error for an invalid
+   !> table, and leaves the plan unchanged then.
    subroutine add_table(names, numbers, groups, kinds, plan, error)
-      !> Of the columns; shape (columns).
+      !> Names of the columns; shape (columns).
       character(len=*), intent(in) :: names(:)
       !> Shape (columns, lines).
       real(wp), intent(in) :: numbers(:, :)
-      !> Of the scene.
+      !> Groups of the scene.
       type(group_t), intent(in) :: groups(:)
       type(group_kind_t), intent(in) :: kinds(:)
       type(ensemble_plan_t), intent(inout) :: plan
@@ -172,11 +172,11 @@ contains
 
    !> Adds a table: a line of numbers for each member. Raises an error for a column that is not the name of a number.
    subroutine add_cases(names, numbers, line, kinds, plan, error)
-      !> Of the columns; shape (columns).
+      !> Names of the columns; shape (columns).
       character(len=*), intent(in) :: names(:)
       !> Shape (columns, members).
       real(wp), intent(in) :: numbers(:, :)
-      !> Line to blame.
+      !> Line to report in errors.
       integer, intent(in) :: line
       type(group_kind_t), intent(in) :: kinds(:)
       type(ensemble_plan_t), intent(inout) :: plan

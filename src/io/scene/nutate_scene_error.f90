@@ -1,4 +1,4 @@
-!> The first thing wrong with a scene, and the rules about keys that exclude or need each other.
+!> First error of a scene, and the rules about keys that exclude or require each other.
 module nutate_scene_error
    use nutate_keys, only: group_t
    use nutate_printable, only: printable_path
@@ -9,26 +9,26 @@ module nutate_scene_error
    public :: scene_error_t, error_line, allow_one_of, demand_one_of, demand_with
    public :: LINE_OF_SET, LINE_OF_UNSET, PLACE_OF_SET, PLACE_OF_UNSET
 
-   !> In the place of a line of the file: an override that sets a key, and one that takes a key out.
+   !> Values instead of a line of the file: an override that sets a key, and one that removes a key.
    integer, parameter :: LINE_OF_SET = 0, LINE_OF_UNSET = -1
-   !> How messages about them begin.
+   !> Prefixes of messages about overrides.
    character(len=*), parameter :: PLACE_OF_SET = 'override: ', PLACE_OF_UNSET = "override with '-': "
 
-   !> What is wrong and where. The first error stays; what is raised after it is not heard.
+   !> First error of a scene. Errors that are raised after it are ignored.
    type :: scene_error_t
       logical :: raised = .false.
       !> Line of the file, or `LINE_OF_...`.
       integer :: line = LINE_OF_SET
       character(len=:), allocatable :: text
-      !> What it is called where the groups do not come from a scene: `NUTATE_BAD_ARGUMENT`, or the code of a status.
+      !> Status code if the groups do not come from a scene: `NUTATE_BAD_ARGUMENT`, or the code of a status.
       integer :: code = NUTATE_BAD_ARGUMENT
-      !> The text begins with a place of its own, in another file than the scene.
+      !> The text begins with the position of the error in another file than the scene.
       logical :: elsewhere = .false.
    contains
       procedure :: raise
-      !> The same for a line of another file.
+      !> Records an error in a file that a scene names.
       procedure :: raise_in
-      !> The same for a status that is a failure.
+      !> Records the failure of a status.
       procedure :: raise_status
    end type scene_error_t
 
@@ -39,11 +39,11 @@ contains
       class(scene_error_t), intent(inout) :: self
       !> Line of the file, or `LINE_OF_...`.
       integer, intent(in) :: line
-      !> What is wrong.
+      !> Description of the error.
       character(len=*), intent(in) :: what
-      !> What would be right.
+      !> Description of the correct input.
       character(len=*), intent(in), optional :: expected
-      !> The known name that is nearest to an unknown one; blank if there is none.
+      !> Known name that is nearest to an unknown one; blank if there is none.
       character(len=*), intent(in), optional :: nearest
 
       if (self%raised) return
@@ -63,7 +63,7 @@ contains
       class(scene_error_t), intent(inout) :: self
       character(len=*), intent(in) :: path
       integer, intent(in) :: line
-      !> What is wrong, and what would be right.
+      !> Description of the error and of the correct input.
       character(len=*), intent(in) :: what
       if (self%raised) return
       call self%raise(line, place_of(path, line)//what)
@@ -81,7 +81,7 @@ contains
       self%code = status%code
    end subroutine raise_status
 
-   !> The error as a line for a person: `FILE:LINE: text`, or `PLACE_OF_...` and the text.
+   !> Returns the error as a printable line: `FILE:LINE: text`, or `PLACE_OF_...` and the text.
    pure function error_line(path, error) result(line)
       character(len=*), intent(in) :: path
       type(scene_error_t), intent(in) :: error
@@ -97,7 +97,7 @@ contains
       end if
    end function error_line
 
-   !> `FILE:LINE: `.
+   !> Returns `FILE:LINE: `.
    pure function place_of(path, line) result(place)
       character(len=*), intent(in) :: path
       integer, intent(in) :: line
@@ -107,7 +107,7 @@ contains
       place = printable_path(path)//':'//trim(number)//': '
    end function place_of
 
-   !> Raises an error on the second of several keys that say the same thing.
+   !> Raises an error on the second of several keys that mean the same.
    subroutine allow_one_of(group, names, error)
       type(group_t), intent(in) :: group
       character(len=*), intent(in) :: names(:)
@@ -141,7 +141,7 @@ contains
       call error%raise(group%line, '&'//trim(group%name)//' is incomplete', expected=listed(names))
    end subroutine demand_one_of
 
-   !> Raises an error on the group if a key is there without another that it needs.
+   !> Raises an error on the group if a key is given without another that it requires.
    subroutine demand_with(group, name, needed, error)
       type(group_t), intent(in) :: group
       character(len=*), intent(in) :: name, needed
@@ -150,7 +150,7 @@ contains
       call error%raise(group%line, name//' in &'//trim(group%name)//' requires '//needed, expected=needed)
    end subroutine demand_with
 
-   !> Names as `a, b or c`.
+   !> Returns names as `a, b or c`.
    pure function listed(names) result(text)
       character(len=*), intent(in) :: names(:)
       character(len=:), allocatable :: text

@@ -1,4 +1,4 @@
-!> `&fit`: where a fit starts; and what makes a fit of a scene: its free numbers and its measurements.
+!> `&fit`: initial guesses of a fit; builds the fit of a scene from its free numbers and its measurements.
 module nutate_scene_fit
    use nutate_admissible, only: NON_NEGATIVE
    use nutate_fit_plan, only: fit_plan_t, is_drawn
@@ -26,17 +26,17 @@ contains
               key_t(name='start', kind=KEY_TEXT, choices='data,scene')]
    end function fit_keys
 
-   !> The fit of a scene; nothing where there are no such groups.
+   !> Builds the fit of a scene; none if it has no groups `&free` or `&measurement`.
    subroutine build_fit(groups, kinds, path, labels, system, initial, end_time, plan, error)
-      !> Checked, and built as a scene.
+      !> Groups that have been checked and built as a scene.
       type(group_t), intent(in) :: groups(:)
       type(group_kind_t), intent(in) :: kinds(:)
-      !> Of the scene.
+      !> Path of the scene.
       character(len=*), intent(in) :: path
       type(labels_t), intent(in) :: labels
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: initial
-      !> s.
+      !> End time, s.
       real(wp), intent(in) :: end_time
       type(fit_plan_t), intent(inout) :: plan
       type(scene_error_t), intent(inout) :: error
@@ -70,7 +70,7 @@ contains
       if (.not. error%raised) call check_starts(groups, plan, error)
    end subroutine build_fit
 
-   !> Raises an error for random starts that would all be equal.
+   !> Raises an error for random initial guesses that would all be equal.
    subroutine check_starts(groups, plan, error)
       type(group_t), intent(in) :: groups(:)
       type(fit_plan_t), intent(in) :: plan
@@ -82,7 +82,7 @@ contains
                        expected='free moments body.inertia, or &free with low and high, or with sigma')
    end subroutine check_starts
 
-   !> Raises an error where some standard deviations are known and others are not.
+   !> Raises an error if some standard deviations are known and others are not.
    subroutine check_sigmas(groups, plan, error)
       type(group_t), intent(in) :: groups(:)
       type(fit_plan_t), intent(in) :: plan

@@ -1,4 +1,4 @@
-!> `&frame`: an attitude by time, that of a message, which columns and events refer to.
+!> `&frame`: an attitude by time, from a message, for columns and events.
 module nutate_scene_frame
    use nutate_attitude_rows, only: attitude_rows_t
    use nutate_checksum, only: checksum
@@ -23,7 +23,7 @@ module nutate_scene_frame
    type(key_t), parameter :: frame_keys(1) = [ &
                              key_t(name='attitude', kind=KEY_TEXT, required=.true.)]
 
-   !> Frames that have columns.
+   !> Maximum number of frames.
    integer, parameter :: most_frames = 3
 
    !> Dates are rounded: t = 0 may be this much before a record, s.
@@ -33,13 +33,13 @@ contains
 
    !> Builds the frames that the groups name, in their order, unless they have been built.
    subroutine build_frames(groups, labels, scene, effects, error)
-      !> The messages that they name are read, once.
+      !> Groups; the messages that they name are read once.
       type(group_t), intent(inout) :: groups(:)
       !> Epoch and space axes.
       type(labels_t), intent(in) :: labels
       !> Path of the scene.
       character(len=*), intent(in) :: scene
-      !> Gets the frames.
+      !> Effects to which the frames are added.
       type(effect_list_t), intent(inout) :: effects
       type(scene_error_t), intent(inout) :: error
       integer :: i, n, far
@@ -58,7 +58,7 @@ contains
       end do
    end subroutine build_frames
 
-   !> Reads the message of a group. Raises an error, with file and line, for one that is no attitude between times.
+   !> Reads the message of a group. Raises an error, with file and line, if it does not give an attitude between times.
    subroutine read_frame(group, labels, scene, error)
       type(group_t), intent(inout) :: group
       type(labels_t), intent(in) :: labels

@@ -16,12 +16,11 @@ module nutate_scene_free
 
    public :: free_keys, prepare_attitude, add_free
 
-   !> Keys of a group, and their numbers.
+   !> Maximum numbers of keys of a group, and of numbers.
    integer, parameter :: most_keys = 8, most_numbers = 24
-   !> The attitude as a rotation vector, which no key is.
+   !> Name of the attitude as a rotation vector, which is not a key.
    character(len=*), parameter :: attitude_key = 'initial.attitude'
-   !> Groups and keys whose numbers are steps or times: the motion has no derivative by them, or none that means
-   !> something.
+   !> Groups whose numbers are steps or times, with respect to which the motion has no derivative, or no meaningful one.
    character(len=*), parameter :: without_derivative(2) = [character(len=10) :: 'integrator', 'event']
    !> Keys by which an attitude can be given.
    character(len=*), parameter :: attitude_forms(5) = [character(len=14) :: &
@@ -38,7 +37,7 @@ contains
               key_t(name='high', most=most_numbers)]
    end function free_keys
 
-   !> Where the attitude is free, gives it as a quaternion, whatever form the scene has it in.
+   !> Converts a free attitude into a quaternion, from any form that the scene has.
    subroutine prepare_attitude(groups, system, initial, plan, error)
       type(group_t), intent(in) :: groups(:)
       type(system_t), intent(in) :: system
@@ -87,7 +86,7 @@ contains
    !> Adds the numbers of a group `&free`.
    subroutine add_free(group, groups, kinds, plan, error)
       type(group_t), intent(in) :: group
-      !> Of the scene.
+      !> Groups of the scene.
       type(group_t), intent(in) :: groups(:)
       type(group_kind_t), intent(in) :: kinds(:)
       type(fit_plan_t), intent(inout) :: plan
@@ -118,11 +117,11 @@ contains
       call read_limits(group, plan%free(before + 1:), error)
    end subroutine add_free
 
-   !> Raises an error for a key that has no value in the scene, or by which the motion has no derivative.
+   !> Raises an error for a key without a value in the scene, or with respect to which the motion has no derivative.
    subroutine check_key(name, line, n, groups, plan, error)
       character(len=*), intent(in) :: name
       integer, intent(in) :: line
-      !> How many numbers it is.
+      !> Number of numbers of the key.
       integer, intent(in) :: n
       type(group_t), intent(in) :: groups(:)
       type(fit_plan_t), intent(in) :: plan
@@ -139,7 +138,7 @@ contains
       end associate
    end subroutine check_key
 
-   !> Standard deviations and bounds.
+   !> Reads standard deviations and bounds.
    subroutine read_limits(group, free, error)
       type(group_t), intent(in) :: group
       type(free_number_t), intent(inout) :: free(:)

@@ -47,27 +47,27 @@ module nutate_scene_initial
       key_t(name='resonance', kind=KEY_TEXT, choices='1:2,1:1,3:2,2:1,5:2,3:1'), &
       key_t(name='degrees', kind=KEY_LOGICAL)]
 
-   !> Keys that go with `tumbling`, those that it needs first.
+   !> Keys that go with `tumbling`; those that it requires come first.
    character(len=name_length), parameter :: elements(8) = [character(len=name_length) :: &
       'precession_period', 'period_axis', 'pole', 'rotation_period', 'energy_ratio', 'precession_angle', &
       'rotation_phase', 'sense']
-   !> Keys of an attitude and a rotation that are given as such.
+   !> Keys of an attitude and a rotation that are given directly.
    character(len=name_length), parameter :: as_such(10) = [character(len=name_length) :: &
       'quaternion', 'axis', 'angle', 'euler', 'roll_pitch_yaw', 'attitude_from', 'angular_velocity', 'euler_rates', &
       'frame', 'rate_from']
 
 contains
 
-   !> Attitude and angular velocity at the start.
+   !> Builds attitude and angular velocity at t = 0.
    subroutine build_initial(group, system, q, omega, periodic, error)
       type(group_t), intent(in) :: group
-      !> With the orbit, and the rate of the space axes, against which they may be given.
+      !> System with the orbit and the rate of the space axes, to which they may be relative.
       type(system_t), intent(in) :: system
       !> Unit quaternion, body→space; shape (4).
       real(wp), intent(out) :: q(4)
       !> Ω, body axes, rad/s; shape (3).
       real(wp), intent(out) :: omega(3)
-      !> The periodic motion that was found for a resonance; otherwise without revolutions.
+      !> Periodic motion that was found for a resonance; otherwise without revolutions.
       type(periodic_start_t), intent(out) :: periodic
       type(scene_error_t), intent(inout) :: error
       q = 0.0_wp
@@ -83,7 +83,7 @@ contains
       if (.not. error%raised) call rebuild_initial(group, system, q, omega, periodic, error)
    end subroutine build_initial
 
-   !> The same of a group whose keys have been checked.
+   !> Builds attitude and angular velocity of a group whose keys have been checked.
    subroutine rebuild_initial(group, system, q, omega, periodic, error)
       type(group_t), intent(in) :: group
       type(system_t), intent(in) :: system
@@ -114,11 +114,11 @@ contains
       case ('lvlh')
          omega = omega + rotate_to_body(q, system%effects%orbit%axes_rate(0.0_wp))
       case default
-         ! Against the stars, as Ω is.
+         ! The given rate is inertial, as Ω is.
       end select
    end subroutine rebuild_initial
 
-   !> Raises an error for what is given against axes that there are not.
+   !> Raises an error for an attitude or rate relative to axes that the scene does not have.
    subroutine check_references(group, effects, error)
       type(group_t), intent(in) :: group
       type(effect_list_t), intent(in) :: effects
@@ -133,7 +133,7 @@ contains
          call error%raise(group%line_of('attitude_from'), 'there is no orbit', expected='&orbit')
    end subroutine check_references
 
-   !> Keys that exclude or need each other.
+   !> Checks keys that exclude or require each other.
    subroutine check_keys(group, error)
       type(group_t), intent(in) :: group
       type(scene_error_t), intent(inout) :: error
@@ -157,7 +157,7 @@ contains
                           expected='angular_velocity with it')
    end subroutine check_keys
 
-   !> The keys of tumbling elements: all that a motion needs, and no other form of a start.
+   !> Checks the keys of tumbling elements: all that a motion requires, and no other form of the initial state.
    subroutine check_tumbling(group, effects, error)
       type(group_t), intent(in) :: group
       type(effect_list_t), intent(in) :: effects
@@ -195,7 +195,7 @@ contains
          group%line_of('pole'), 'the latitude of the pole is '//rounded_text(pole(2)), expected=range)
    end subroutine check_latitude
 
-   !> A resonance excludes other forms of a start.
+   !> Raises an error for a resonance with another form of the initial state.
    subroutine check_resonance(group, error)
       type(group_t), intent(in) :: group
       type(scene_error_t), intent(inout) :: error
@@ -222,7 +222,7 @@ contains
       if (.not. status%ok()) call error%raise_status(group%line_of('resonance'), status)
    end subroutine build_resonance
 
-   !> Attitude and angular velocity of tumbling elements.
+   !> Builds attitude and angular velocity of tumbling elements.
    subroutine build_tumbling(group, body, unit, q, omega, error)
       type(group_t), intent(in) :: group
       type(body_t), intent(in) :: body
@@ -245,7 +245,7 @@ contains
       if (.not. status%ok()) call error%raise_status(group%line_of(trim(status%subject)), status)
    end subroutine build_tumbling
 
-   !> The attitude, from whichever form is given; unchanged where none is.
+   !> Builds the attitude, from any form that is given; unchanged if none is.
    subroutine build_attitude(group, unit, q, error)
       type(group_t), intent(in) :: group
       !> Unit of angles, rad.
@@ -272,7 +272,7 @@ contains
       end if
    end subroutine build_attitude
 
-   !> The angular velocity in body axes, rad/s.
+   !> Builds the angular velocity in body axes, rad/s.
    subroutine build_rate(group, unit, q, omega)
       type(group_t), intent(in) :: group
       !> Unit of angles, rad.
@@ -291,13 +291,13 @@ contains
       end if
    end subroutine build_rate
 
-   !> Raises an error for a motion, or a turn in a step, that cannot be computed with.
+   !> Raises an error for a motion, or a rotation in a step, beyond the limits of the computation.
    subroutine check_initial(system, state, plan, initial, integrator, error)
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
-      !> `time_step` 0: steps are adaptive.
+      !> Plan of the run; `time_step` 0: steps are adaptive.
       type(run_plan_t), intent(in) :: plan
-      !> The groups `&initial` and `&integrator`.
+      !> Groups `&initial` and `&integrator`.
       type(group_t), intent(in) :: initial, integrator
       type(scene_error_t), intent(inout) :: error
       type(status_t) :: status
@@ -311,7 +311,7 @@ contains
       end if
    end subroutine check_initial
 
-   !> The key that gives the angular velocity.
+   !> Returns the key that gives the angular velocity.
    pure function rate_key(initial) result(key)
       type(group_t), intent(in) :: initial
       character(len=:), allocatable :: key

@@ -1,4 +1,4 @@
-!> `&integrator`: method, step and end.
+!> `&integrator`: method, step and end time.
 module nutate_scene_integrator
    use nutate_admissible, only: FRACTION, NOT_ZERO, POSITIVE, POSITIVE_OR_INFINITE, TIME_STEP
    use nutate_method_choice, only: AUTOMATIC_METHOD
@@ -16,7 +16,7 @@ module nutate_scene_integrator
 
    public :: integrator_keys, build_integrator
 
-   !> Keys that belong to one method or another.
+   !> Keys that belong to single methods.
    character(len=name_length), parameter :: of_a_method(5) = [character(len=name_length) :: &
                                                 'order', 'series_order', 'formulation', 'conserve', 'projection']
 
@@ -45,8 +45,8 @@ contains
               key_t(name='max_iterations', kind=KEY_INTEGER, range=POSITIVE)]
    end function integrator_keys
 
-   !> Integrator settings, and of the plan the end and either step or goal. What is open with a goal, the automatic
-   !> method or order 0 of `nielsen_krenk`, stays for the run to choose (`choose_settings`).
+   !> Builds the integrator settings, and the end time and either step or goal of the plan. With a goal, the run chooses
+   !> an automatic method, or order 0 of `nielsen_krenk` (`choose_settings`).
    subroutine build_integrator(group, settings, plan, error)
       type(group_t), intent(in) :: group
       type(integrator_settings_t), intent(out) :: settings
@@ -81,7 +81,7 @@ contains
       if (.not. error%raised) call build_times(group, plan, error)
    end subroutine build_integrator
 
-   !> True for an accuracy or a tolerance of steps without a method, and without a key that belongs to one.
+   !> Returns true for an accuracy or a local tolerance without a method, and without a key that belongs to one.
    pure logical function leaves_method_open(group)
       type(group_t), intent(in) :: group
       integer :: i
@@ -92,7 +92,7 @@ contains
       end do
    end function leaves_method_open
 
-   !> What steps must keep to, where their length is not given.
+   !> Builds the goal of adaptive steps.
    subroutine build_goal(group, goal, error)
       type(group_t), intent(in) :: group
       type(run_goal_t), intent(out) :: goal
@@ -108,7 +108,7 @@ contains
       goal%local_tolerance = group%number('local_tolerance', 0.0_wp)
    end subroutine build_goal
 
-   !> The automatic choice takes an accuracy, and nothing that belongs to one of the methods.
+   !> Checks the keys of the automatic choice, which excludes keys of single methods.
    subroutine check_automatic(group, error)
       type(group_t), intent(in) :: group
       type(scene_error_t), intent(inout) :: error
@@ -121,7 +121,7 @@ contains
                                                    expected='accuracy or local_tolerance with it')
    end subroutine check_automatic
 
-   !> The order of a series follows a name of its own: `order` is one of those in the table of methods.
+   !> Checks the order of a series, which has a key of its own: `order` is one of those in the table of methods.
    subroutine check_series(group, settings, error)
       type(group_t), intent(in) :: group
       type(integrator_settings_t), intent(in) :: settings
@@ -172,7 +172,7 @@ contains
                        'invariants: it conserves by itself', expected='no conserve with it')
    end subroutine check_method
 
-   !> The formulations that a method can have.
+   !> Returns the formulations that a method can have.
    pure function formulations_text(method) result(text)
       character(len=*), intent(in) :: method
       character(len=:), allocatable :: text
@@ -181,7 +181,7 @@ contains
       if (text == '') text = 'no formulation with this method'
    end function formulations_text
 
-   !> Without the projection something must hold q·p: a finite auxiliary inertia, which only the 8×8 system has.
+   !> Checks that without the projection q·p is held by a finite auxiliary inertia, which only the 8×8 system has.
    subroutine check_projection(group, settings, error)
       type(group_t), intent(in) :: group
       type(integrator_settings_t), intent(in) :: settings
@@ -198,7 +198,7 @@ contains
       end if
    end subroutine check_projection
 
-   !> Step and end: of one sign, and not too many steps.
+   !> Checks step and end time: of one sign, and not too many steps.
    subroutine build_times(group, plan, error)
       type(group_t), intent(in) :: group
       type(run_plan_t), intent(inout) :: plan

@@ -1,4 +1,4 @@
-!> `&scene`: title, when t = 0 is, and the names of body and axes in files for other programs.
+!> `&scene`: title, epoch of t = 0, and the names of body and axes in files for other programs.
 module nutate_scene_labels
    use nutate_epoch, only: epoch_t, read_epoch, time_systems
    use nutate_keys, only: group_t, key_t, KEY_TEXT
@@ -10,13 +10,13 @@ module nutate_scene_labels
 
    public :: labels_t, label_keys, build_labels, check_calendar, label_of
 
-   !> What a scene says about itself.
+   !> Labels of a scene.
    type :: labels_t
-      !> The instant t = 0; not set where the scene gives none.
+      !> Instant t = 0; not set if the scene gives none.
       type(epoch_t) :: epoch
-      !> The date as the scene gives it.
+      !> Date as the scene gives it.
       character(len=:), allocatable :: date
-      !> Name and identifier of the body, and names of space axes and body axes; empty where the scene gives none.
+      !> Name and identifier of the body, and names of space axes and body axes; empty if the scene gives none.
       character(len=:), allocatable :: object, object_id, space_frame, body_frame
    end type labels_t
 
@@ -34,7 +34,7 @@ contains
 
    !> Builds the labels of a scene.
    subroutine build_labels(group, labels, error)
-      !> `&scene`, or a group without keys.
+      !> Group `&scene`, or a group without keys.
       type(group_t), intent(in) :: group
       type(labels_t), intent(out) :: labels
       type(scene_error_t), intent(inout) :: error
@@ -72,7 +72,7 @@ contains
       end do
    end subroutine read_name
 
-   !> Returns the value of a key; empty where the scene gives none, not allocated for an unknown key.
+   !> Returns the value of a key; empty if the scene gives none, not allocated for an unknown key.
    pure subroutine label_of(labels, key, value)
       type(labels_t), intent(in) :: labels
       !> `epoch`, `time_system`, `object`, ...
@@ -96,12 +96,12 @@ contains
       end select
    end subroutine label_of
 
-   !> Raises an error where the run leaves the calendar of its epoch.
+   !> Raises an error if the run leaves the calendar of its epoch.
    subroutine check_calendar(labels, group, end_time, error)
       type(labels_t), intent(in) :: labels
-      !> `&scene`.
+      !> Group `&scene`.
       type(group_t), intent(in) :: group
-      !> s.
+      !> End time, s.
       real(wp), intent(in) :: end_time
       type(scene_error_t), intent(inout) :: error
       type(epoch_t) :: last

@@ -1,7 +1,7 @@
-!> Cuts the text of a scene into tokens, one at a time: names of groups and keys, values, and what stands between them.
+!> Splits a scene into tokens, one at a time: names of groups and keys, values, and separators.
 !>
-!> The notation is that of a Fortran namelist. Stricter: a text ends on the line where it begins, and `&` only
-!> starts a group.
+!> The notation is that of a Fortran namelist, with two restrictions: a string ends on the line where it begins, and `&`
+!> only starts a group.
 module nutate_scene_lexer
    use nutate_printable, only: quoted
    use nutate_scene_error, only: scene_error_t
@@ -19,33 +19,33 @@ module nutate_scene_lexer
    integer, parameter :: TOKEN_COMMA = 3
    !> An `=` without a key before it.
    integer, parameter :: TOKEN_EQUALS = 4
-   !> A word before an `=`, which is taken with it.
+   !> A word before an `=`, which is read with it.
    integer, parameter :: TOKEN_KEY = 5
    !> A value without quotes.
    integer, parameter :: TOKEN_WORD = 6
-   !> A value in quotes: its span is what the quotes enclose.
+   !> A value in quotes: its span is the string between them.
    integer, parameter :: TOKEN_TEXT = 7
 
    character, parameter :: tab = achar(9), newline = achar(10), return = achar(13)
    character(len=*), parameter :: blanks = ' '//tab//newline//return
-   !> What ends a word.
+   !> Characters that end a word.
    character(len=*), parameter :: word_ends = blanks//',=/!&''"'
-   !> What may follow a value.
+   !> Characters that may follow a value.
    character(len=*), parameter :: separators = blanks//',=/!'
 
-   !> A piece of the scene.
+   !> Token of the scene.
    type :: token_t
-      !> `TOKEN_...`
+      !> Kind: `TOKEN_...`
       integer :: kind = TOKEN_END
-      !> Its span in the scene.
+      !> Span in the scene.
       integer :: first = 1, last = 0
       !> Line where it begins.
       integer :: line = 0
-      !> A value stands for so many: the `3` of `3*0.0`.
+      !> Number of times that the value counts: the `3` of `3*0.0`.
       integer :: repeat = 1
    end type token_t
 
-   !> A place in the scene.
+   !> Position in the scene.
    type :: lexer_t
       integer :: position = 1
       integer :: line = 1
@@ -56,7 +56,7 @@ module nutate_scene_lexer
 
 contains
 
-   !> Reads the next token and moves behind it. Errors: a text that is not closed, a repeat count without a value,
+   !> Reads the next token and moves behind it. Errors: a string that is not closed, a repeat count without a value,
    !> values that are not separated.
    subroutine next(self, text, token, error)
       class(lexer_t), intent(inout) :: self
@@ -111,7 +111,7 @@ contains
       end do
    end subroutine skip_blanks
 
-   !> A word: a key if an `=` follows, else a value, perhaps with a repeat count.
+   !> Reads a word: a key if an `=` follows, otherwise a value, perhaps with a repeat count.
    subroutine read_word(self, text, token, error)
       type(lexer_t), intent(inout) :: self
       character(len=*), intent(in) :: text
@@ -151,7 +151,7 @@ contains
       call check_separated(self, text, error)
    end subroutine read_word
 
-   !> A text in quotes; a doubled quote inside stands for one.
+   !> Reads a string in quotes; a doubled quote inside stands for one.
    subroutine read_text(self, text, token, error)
       type(lexer_t), intent(inout) :: self
       character(len=*), intent(in) :: text
@@ -182,7 +182,7 @@ contains
       self%position = len(text) + 1
    end subroutine read_text
 
-   !> A value must not run into the next one.
+   !> Raises an error for a value that is not separated from the next one.
    subroutine check_separated(self, text, error)
       type(lexer_t), intent(in) :: self
       character(len=*), intent(in) :: text
@@ -193,11 +193,11 @@ contains
                        ' follows a value without a separator', expected='a comma or a blank between values')
    end subroutine check_separated
 
-   !> What a text in quotes says: doubled quotes single.
+   !> Returns the value of a string in quotes: doubled quotes single.
    pure function text_value(text, token) result(value)
       !> The scene.
       character(len=*), intent(in) :: text
-      !> A `TOKEN_TEXT`.
+      !> Token of kind `TOKEN_TEXT`.
       type(token_t), intent(in) :: token
       character(len=:), allocatable :: value
       character :: quote
@@ -215,7 +215,7 @@ contains
       value = value(1:n)
    end function text_value
 
-   !> Last position of a word that starts at `first`; `first - 1` if there is none.
+   !> Returns the last position of a word that starts at `first`; `first - 1` if there is none.
    pure integer function end_of_word(text, first) result(last)
       character(len=*), intent(in) :: text
       integer, intent(in) :: first
@@ -224,7 +224,7 @@ contains
       last = first + last - 2
    end function end_of_word
 
-   !> Position of the next end of line, or behind the text.
+   !> Returns the position of the next end of line, or behind the text.
    pure integer function end_of_line(text, first) result(position)
       character(len=*), intent(in) :: text
       integer, intent(in) :: first
@@ -232,7 +232,7 @@ contains
       position = merge(len(text) + 1, first + position - 1, position == 0)
    end function end_of_line
 
-   !> Length of `3*` at the start of a word; 0 if it does not start so.
+   !> Returns the length of `3*` at the start of a word; 0 if it does not start so.
    pure integer function repeat_width(word) result(width)
       character(len=*), intent(in) :: word
       width = verify(word, '0123456789')
@@ -243,7 +243,7 @@ contains
       end if
    end function repeat_width
 
-   !> The number that some digits write, or a very large one.
+   !> Returns the number that some digits represent, or a very large one.
    pure integer function repeat_count(digits) result(n)
       character(len=*), intent(in) :: digits
       integer :: i

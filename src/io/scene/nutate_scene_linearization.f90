@@ -12,12 +12,12 @@ module nutate_scene_linearization
 
 contains
 
-   !> Linearises the motion of a scene about its start, or over a period. Errors: those of the linearisation;
+   !> Linearises the motion of a scene about its initial state, or over a period. Errors: those of the linearisation;
    !> `NUTATE_BAD_ARGUMENT` for events that switch effects in a period, and for the period of an orbit that the scene
    !> does not have.
    subroutine linearize_scene(scene, period, linear, status)
       type(scene_t), intent(in) :: scene
-      !> s; 0: the start is an equilibrium; negative: the period of the orbit.
+      !> Period, s; 0: the initial state is an equilibrium; negative: the period of the orbit.
       real(wp), intent(in) :: period
       type(linearization_t), intent(out) :: linear
       type(status_t), intent(out) :: status
@@ -40,7 +40,7 @@ contains
                                              status)
    end subroutine linearize_scene
 
-   !> Finds all equilibria of a scene; of its start only the speeds of the wheels matter. Errors: those of
+   !> Finds all equilibria of a scene; only the wheel speeds of its initial state matter. Errors: those of
    !> `find_equilibria`.
    subroutine scene_equilibria(scene, found, status)
       type(scene_t), intent(in) :: scene

@@ -1,4 +1,4 @@
-!> Names of groups and keys looked up in the tables of what a scene can say.
+!> Names of groups and keys, and their lookup in the tables of groups and keys.
 module nutate_scene_names
    use nutate_keys, only: group_kind_t, name_length
    use nutate_printable, only: quoted
@@ -11,7 +11,7 @@ module nutate_scene_names
 
 contains
 
-   !> Place of a group's name among the kinds. Errors: unknown.
+   !> Finds the index of a group's name among the kinds. Errors: unknown.
    subroutine find_kind(name, kinds, line, kind, error)
       character(len=*), intent(in) :: name
       type(group_kind_t), intent(in) :: kinds(:)
@@ -31,7 +31,7 @@ contains
                        nearest=nearest_name(name, group_names(kinds)))
    end subroutine find_kind
 
-   !> Place of a key among those of a kind of group. Errors: a subscript, unknown.
+   !> Finds the index of a key among those of a kind of group. Errors: a subscript, unknown.
    subroutine find_key(name, kinds, kind, line, key, error)
       character(len=*), intent(in) :: name
       type(group_kind_t), intent(in) :: kinds(:)
@@ -54,7 +54,7 @@ contains
       end if
    end subroutine find_key
 
-   !> A positive whole number; 0 for what is none.
+   !> Returns the value of a positive integer; 0 for other strings.
    pure integer function number_of(word)
       character(len=*), intent(in) :: word
       number_of = 0
@@ -62,7 +62,7 @@ contains
       read (word, *) number_of
    end function number_of
 
-   !> `, a key of &group` for a name that another group knows.
+   !> Returns `, a key of &group` for a name that is a key of another group.
    pure function elsewhere(name, kinds) result(hint)
       character(len=*), intent(in) :: name
       type(group_kind_t), intent(in) :: kinds(:)

@@ -1,5 +1,5 @@
-!> What overrides change in the groups of a scene: `GROUP.KEY=VALUE` sets a key, `-GROUP.KEY` takes it out. `GROUP.N`
-!> in the place of GROUP is the N-th group of this name.
+!> Overrides of a scene: `GROUP.KEY=VALUE` sets a key, `-GROUP.KEY` removes it. `GROUP.N` instead of GROUP is the N-th
+!> group of this name.
 module nutate_scene_override
    use nutate_keys, only: group_t, group_kind_t, key_t, setting_t, KEY_TEXT
    use nutate_printable, only: quoted
@@ -14,11 +14,11 @@ module nutate_scene_override
 
    public :: apply_override
 
-   !> What an override changes: places of the kind of group and of its key in the tables, and of the group in the scene,
-   !> 0 if it is not there.
+   !> Position that an override changes: indices of the kind of group and of its key in the tables, and of the group in
+   !> the scene, 0 if it is not there.
    type :: place_t
       integer :: kind = 0, key = 0, group = 0
-      !> Of the groups of this name, counted from 1.
+      !> Number of the group among those of this name, counted from 1.
       integer :: number = 1
    end type place_t
 
@@ -52,9 +52,9 @@ contains
    !> Finds group and key of `GROUP.KEY`, `GROUP.N.KEY`, or of those with `=VALUE` behind them.
    subroutine find_name(name, form, line, kinds, groups, at, error)
       character(len=*), intent(in) :: name
-      !> How it is written.
+      !> Expected form, for messages.
       character(len=*), intent(in) :: form
-      !> `LINE_OF_...`
+      !> Line to report in errors, `LINE_OF_...`.
       integer, intent(in) :: line
       type(group_kind_t), intent(in) :: kinds(:)
       type(group_t), intent(in) :: groups(:)
@@ -78,10 +78,10 @@ contains
       if (.not. error%raised) call find_group(trim(kinds(at%kind)%name), line, groups, at, error)
    end subroutine find_name
 
-   !> Finds the group. Raises an error for a second one, or a later one, that does not exist.
+   !> Finds the group. Raises an error for a second or later one that does not exist.
    subroutine find_group(name, line, groups, at, error)
       character(len=*), intent(in) :: name
-      !> `LINE_OF_...`
+      !> Line to report in errors, `LINE_OF_...`.
       integer, intent(in) :: line
       type(group_t), intent(in) :: groups(:)
       type(place_t), intent(inout) :: at
@@ -129,7 +129,7 @@ contains
       end if
    end subroutine set
 
-   !> A text as a scene has it: one that the shell has freed from its quotes gets them back, a list around each word.
+   !> Returns a string as it is in a scene: quotes that the shell has removed are restored, in a list around each word.
    pure function with_quotes(value, is_list) result(text)
       character(len=*), intent(in) :: value
       logical, intent(in) :: is_list
@@ -153,11 +153,11 @@ contains
       if (in_word) text = text//"'"
    end function with_quotes
 
-   !> Puts a setting into a group, in place of what the file has for it.
+   !> Puts a setting into a group, in place of that of the file.
    subroutine put(name, place, key, setting, groups)
-      !> Of the group.
+      !> Name of the group.
       character(len=*), intent(in) :: name
-      !> 0: a new one.
+      !> Index of the group; 0: a new one.
       integer, intent(in) :: place
       type(key_t), intent(in) :: key
       type(setting_t), intent(in) :: setting

@@ -1,4 +1,4 @@
-!> What the groups of a scene say, as bytes: by them a file knows whether it belongs to a scene.
+!> Content of the groups of a scene as bytes, by which a file is recognised as belonging to a scene.
 module nutate_scene_print
    use nutate_byte_archive, only: byte_archive_t
    use nutate_keys, only: group_t, setting_t
@@ -10,10 +10,10 @@ module nutate_scene_print
 
 contains
 
-   !> What a group says, as bytes: the same for groups that say the same in the same order, wherever they stand.
+   !> Returns the content of a group as bytes: identical for groups with the same settings in the same order.
    function print_of(group, leave_out) result(bytes)
       type(group_t), intent(in) :: group
-      !> Keys that do not count.
+      !> Keys that are left out.
       character(len=*), intent(in), optional :: leave_out(:)
       character(len=:), allocatable :: bytes
       type(byte_archive_t) :: archive

@@ -1,4 +1,5 @@
-!> Tables that a scene names: RFC 4180, one header row with the units, then numbers. Of times and torques, or of times.
+!> Tables that a scene names: RFC 4180, one header row with the units, then numbers. Columns are times and torques,
+!> times alone, a path of an orbit, or point masses.
 module nutate_scene_table
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_checksum, only: checksum
@@ -19,23 +20,22 @@ module nutate_scene_table
    public :: read_table, read_effect_table, parse_table, path_beside, begin_of, count_lines, next_field, read_row
    public :: read_number
 
-   !> Units of the columns: a time and the components of a torque.
+   !> Units of the columns: a time and the components of a torque; a time alone.
    character(len=3), parameter, public :: torque_units(4) = ['s  ', 'N m', 'N m', 'N m'], time_units(1) = ['s  ']
-   !> The same of point masses; of positions, and of velocities, which need not be there.
+   !> Units of the columns of point masses; of a path: positions, and velocities, which are optional.
    character(len=3), parameter :: point_units(4) = ['kg ', 'm  ', 'm  ', 'm  ']
    character(len=3), parameter :: path_units(7) = ['s  ', 'm  ', 'm  ', 'm  ', 'm/s', 'm/s', 'm/s']
    character, parameter :: quote = '"', line_feed = achar(10), carriage_return = achar(13), tab = achar(9)
-   !> What some programs put in front of a text in UTF-8.
+   !> Byte order mark that some programs put before a text in UTF-8.
    character(len=*), parameter :: mark = char(239)//char(187)//char(191)
 
 contains
 
    !> Reads the table that a group names by its key `table`; a group without one, or with one that has been read, stays
-   !> as it is. Raises an error, with file and line, for one that is no table of times and torques, or of an orbit's
-   !> times and positions.
+   !> unchanged. Raises an error, with file and line, for an invalid table.
    subroutine read_effect_table(group, folder, error)
       type(group_t), intent(inout) :: group
-      !> Folder of the scene, `/` at its end: where names of tables begin; empty: the working directory.
+      !> Folder of the scene, `/` at its end, to which names of tables are relative; empty: the working directory.
       character(len=*), intent(in) :: folder
       type(scene_error_t), intent(inout) :: error
       type(status_t) :: status
@@ -68,11 +68,11 @@ contains
                                                  trim(status%message))
    end subroutine read_effect_table
 
-   !> Checks a table of an orbit, and the path that it gives. Errors: those of `make_track`.
+   !> Checks a table of an orbit, and its path. Errors: those of `make_track`.
    subroutine check_path(numbers, at, status)
       !> Shape (4 or 7, lines).
       real(wp), intent(in) :: numbers(:, :)
-      !> The line with the error, 0 for none.
+      !> Line with the error; 0: no error.
       integer, intent(out) :: at
       type(status_t), intent(out) :: status
       type(track_t) :: track
@@ -83,16 +83,16 @@ contains
       end if
    end subroutine check_path
 
-   !> Reads the table that a group names by a key that is there. Raises an error, with file and line, for one that
-   !> cannot be read or has other columns.
+   !> Reads the table that a group names by a given key. Raises an error, with file and line, for a table that cannot be
+   !> read or has other columns.
    subroutine read_table(group, key, units, folder, error, least)
       type(group_t), intent(inout) :: group
       character(len=*), intent(in) :: key
-      !> Of the columns; shape (columns).
+      !> Units of the columns; shape (columns).
       character(len=*), intent(in) :: units(:)
       character(len=*), intent(in) :: folder
       type(scene_error_t), intent(inout) :: error
-      !> A table may have the first of the columns alone, so many; default: it has all of them.
+      !> Number of first columns that a table may have alone; default: it has all of them.
       integer, intent(in), optional :: least
       character(len=:), allocatable :: path, text, reason
       integer :: columns
@@ -119,7 +119,7 @@ contains
       if (.not. error%raised) group%table%checksum = checksum(text)
    end subroutine read_table
 
-   !> A file named in a scene, seen from where the scene is seen.
+   !> Returns the path of a file that a scene names, relative to the working directory.
    pure function path_beside(scene, name) result(path)
       !> Path of the scene, or its folder with `/` at the end; empty: the working directory.
       character(len=*), intent(in) :: scene, name
@@ -128,14 +128,14 @@ contains
       if (name(1:1) /= '/') path = scene(1:index(scene, '/', back=.true.))//path
    end function path_beside
 
-   !> The numbers of a table. Raises an error at its first line that is none.
+   !> Reads the numbers of a table. Raises an error at its first invalid line.
    subroutine parse_table(text, path, units, table, error)
       character(len=*), intent(in) :: text
-      !> What to call it in messages.
+      !> Name of the table in messages.
       character(len=*), intent(in) :: path
-      !> Of the columns; shape (columns).
+      !> Units of the columns; shape (columns).
       character(len=*), intent(in) :: units(:)
-      !> Shape of its numbers (columns, lines without the header).
+      !> Table; its numbers have the shape (columns, lines without the header).
       type(table_t), intent(inout) :: table
       type(scene_error_t), intent(inout) :: error
       character(len=:), allocatable :: problem
@@ -152,7 +152,7 @@ contains
       if (problem /= '') call error%raise_in(path, line, problem)
    end subroutine parse_table
 
-   !> Where a text begins: behind its mark, if it has one.
+   !> Returns the position where a text begins: behind its byte order mark, if it has one.
    pure integer function begin_of(text)
       character(len=*), intent(in) :: text
       begin_of = 1
@@ -171,7 +171,7 @@ contains
       end do
    end function count_lines
 
-   !> How many columns the first line of a text has.
+   !> Returns the number of columns in the first line of a text.
    pure integer function count_columns(text) result(n)
       character(len=*), intent(in) :: text
       character(len=:), allocatable :: problem
@@ -187,12 +187,12 @@ contains
       end do
    end function count_columns
 
-   !> The header row: names, each with its unit in brackets at the end.
+   !> Reads the header row: names, each with its unit in brackets at the end.
    subroutine read_header(text, position, units, problem)
       character(len=*), intent(in) :: text
       integer, intent(inout) :: position
       character(len=*), intent(in) :: units(:)
-      !> What is wrong with it; empty on success.
+      !> Error message; empty on success.
       character(len=:), allocatable, intent(out) :: problem
       integer :: column, first, last
       logical :: ends
@@ -211,8 +211,8 @@ contains
       end do
    end subroutine read_header
 
-   !> What a header must be, in words: of times, of a torque about an axis, of the components of one, of a path, of
-   !> point masses.
+   !> Returns the description of a valid header: of times, of a torque about an axis, of the components of a torque, of
+   !> a path, of point masses.
    pure function header_of(units) result(words)
       character(len=*), intent(in) :: units(:)
       character(len=:), allocatable :: words
@@ -224,7 +224,7 @@ contains
       if (units(2) == 'm') words = words//', then, if known, those of the velocity with the unit (m/s)'
    end function header_of
 
-   !> A name ends with its unit in brackets.
+   !> Returns true if a name ends with its unit in brackets.
    pure logical function has_unit(name, unit)
       character(len=*), intent(in) :: name, unit
       integer :: last
@@ -233,7 +233,7 @@ contains
       if (last >= len(unit) + 2) has_unit = name(last - len(unit) - 1:last) == '('//unit//')'
    end function has_unit
 
-   !> A line of numbers.
+   !> Reads a line of numbers.
    subroutine read_row(text, position, numbers, problem)
       character(len=*), intent(in) :: text
       integer, intent(inout) :: position
@@ -262,7 +262,7 @@ contains
    subroutine read_number(word, number, problem)
       character(len=*), intent(in) :: word
       real(wp), intent(out) :: number
-      !> What is wrong with it; empty on success.
+      !> Error message; empty on success.
       character(len=:), allocatable, intent(out) :: problem
       logical :: done
       problem = ''
@@ -272,17 +272,17 @@ contains
       if (problem /= '') problem = problem//' (expected a number)'
    end subroutine read_number
 
-   !> The next field of a line, without the blanks and the quotes around it. In quotes a comma is a letter like others,
-   !> and a doubled quote is one quote; line breaks are not admitted there.
+   !> Finds the next field of a line, without the blanks and the quotes around it. In quotes a comma is an ordinary
+   !> letter, and a doubled quote is one quote; line breaks are not admitted there.
    pure subroutine next_field(text, position, first, last, ends, problem)
       character(len=*), intent(in) :: text
-      !> Behind the field and what ends it, on exit.
+      !> Position; on exit behind the field and its separator.
       integer, intent(inout) :: position
-      !> Where it stands; the last is before the first where it is empty.
+      !> First and last position of the field; the last is before the first if it is empty.
       integer, intent(out) :: first, last
-      !> It is the last of its line.
+      !> The field is the last of its line.
       logical, intent(out) :: ends
-      !> What is wrong with it; left as it is on success.
+      !> Error message; unchanged on success.
       character(len=:), allocatable, intent(inout) :: problem
       integer :: n, behind
 
@@ -320,10 +320,10 @@ contains
       last = last - 1
    end subroutine next_field
 
-   !> The place behind the quotes of a field; 0 where it has none, or they are not closed in its line.
+   !> Returns the position behind the quotes of a field; 0 if it has none, or they are not closed in its line.
    pure integer function behind_quotes(text, first) result(behind)
       character(len=*), intent(in) :: text
-      !> Where the field begins.
+      !> First position of the field.
       integer, intent(in) :: first
       integer :: step
       behind = 0

@@ -11,31 +11,31 @@ module nutate_scene_target
 
    public :: add_targets
 
-   !> What a name is made of.
+   !> Parts of a name.
    type :: parts_t
       character(len=:), allocatable :: group, key
-      !> 0: not given.
+      !> Number of the group, and index of the value; 0: not given.
       integer :: number = 0, value = 0
    end type parts_t
 
    character(len=*), parameter :: form = 'GROUP.KEY, GROUP.N.KEY, GROUP.KEY.I or GROUP.N.KEY.I'
-   !> Groups that say nothing about the motion.
+   !> Groups that do not affect the motion.
    character(len=*), parameter :: no_motion(9) = [character(len=11) :: &
       'output', 'scene', 'ensemble', 'vary', 'free', 'measurement', 'fit', 'chaos', 'frame']
 
 contains
 
-   !> Adds the numbers that a name stands for to the targets of a plan. Raises an error for a name that stands for none.
+   !> Adds the numbers of a name to the targets of a plan. Raises an error for a name that refers to no number.
    subroutine add_targets(name, line, used, kinds, plan, n, error)
       character(len=*), intent(in) :: name
-      !> Line to blame.
+      !> Line to report in errors.
       integer, intent(in) :: line
-      !> `varied` or `free`.
+      !> Use of the numbers: `varied` or `free`.
       character(len=*), intent(in) :: used
       type(group_kind_t), intent(in) :: kinds(:)
-      !> Its groups get a place for each number.
+      !> Plan; its groups get a position for each number.
       type(ensemble_plan_t), intent(inout) :: plan
-      !> How many there are; 0 on failure.
+      !> Number of targets that were added; 0 on failure.
       integer, intent(out) :: n
       type(scene_error_t), intent(inout) :: error
       type(parts_t) :: parts
@@ -63,7 +63,7 @@ contains
       if (.not. error%raised) call add_each(name, line, used, parts, plan, target, n, error)
    end subroutine add_targets
 
-   !> Cuts a name at its points.
+   !> Splits a name at its points.
    subroutine split(name, line, parts, error)
       character(len=*), intent(in) :: name
       integer, intent(in) :: line
@@ -87,7 +87,7 @@ contains
          call error%raise(line, quoted(name)//' is not the name of a number', expected=form)
    end subroutine split
 
-   !> Reads what stands before the first point.
+   !> Reads the word before the first point.
    subroutine take(rest, word)
       character(len=:), allocatable, intent(inout) :: rest
       character(len=:), allocatable, intent(out) :: word
@@ -97,7 +97,7 @@ contains
       rest = rest(min(dot + 1, len(rest) + 1):)
    end subroutine take
 
-   !> Place of the group that a name means.
+   !> Finds the index of the group that a name refers to.
    subroutine find_group(name, line, parts, kind, plan, target, error)
       character(len=*), intent(in) :: name
       integer, intent(in) :: line
@@ -119,7 +119,7 @@ contains
                        expected='groups of the scene, counted from 1 by their name')
    end subroutine find_group
 
-   !> Place of the key in its group; one that the group lacks is put there.
+   !> Finds the index of the key in its group; a key that the group lacks is added.
    subroutine find_setting(name, line, parts, plan, target, error)
       character(len=*), intent(in) :: name
       integer, intent(in) :: line
@@ -187,7 +187,7 @@ contains
       end do
    end subroutine add_each
 
-   !> Raises an error for a number that is a target already.
+   !> Raises an error for a number that is already a target.
    subroutine check_new(line, used, targets, target, error)
       integer, intent(in) :: line
       character(len=*), intent(in) :: used

@@ -12,15 +12,15 @@ module nutate_scene_vary
 
    public :: vary_keys, build_variation
 
-   !> Keys, and numbers, that are drawn together.
+   !> Maximum numbers of keys, and of numbers, that are drawn together.
    integer, parameter :: most_keys = 8, most_numbers = 24
-   !> What belongs to a distribution.
+   !> Keys of the parameters of distributions; those that belong to each distribution.
    character(len=name_length), parameter :: parameters(6) = [character(len=name_length) :: &
                                                'low', 'high', 'mean', 'sigma', 'covariance', 'points']
    character(len=24), parameter :: belongs_to(4) = [character(len=24) :: &
                                                     'low,high', 'mean,sigma,covariance', ' ', 'low,high,points']
-   !> How far a covariance may be from symmetric, and below zero, relative to its diagonal: numbers typed with so many
-   !> digits.
+   !> Tolerance of the symmetry and the positive semidefiniteness of a covariance, relative to its diagonal, for numbers
+   !> typed with few digits.
    real(wp), parameter :: tolerance = 1e-9_wp
 
 contains
@@ -38,7 +38,7 @@ contains
               key_t(name='points', kind=KEY_INTEGER, most=most_numbers, range=POSITIVE)]
    end function vary_keys
 
-   !> Adds what a group varies to a plan.
+   !> Adds the variation of a group to a plan.
    subroutine build_variation(group, kinds, plan, error)
       type(group_t), intent(in) :: group
       type(group_kind_t), intent(in) :: kinds(:)
@@ -77,7 +77,7 @@ contains
       if (.not. error%raised) plan%variations = [plan%variations, variation]
    end subroutine build_variation
 
-   !> Raises an error for numbers that do not belong to the distribution, or are not as many as it varies.
+   !> Raises an error for parameters that do not belong to the distribution, or have the wrong number of values.
    subroutine check_parameters(group, variation, error)
       type(group_t), intent(in) :: group
       type(varied_key_t), intent(in) :: variation
@@ -106,7 +106,7 @@ contains
       end do
    end subroutine check_parameters
 
-   !> Bounds of a uniform distribution or of a grid.
+   !> Reads the bounds of a uniform distribution or of a grid.
    subroutine read_bounds(group, variation, error)
       type(group_t), intent(in) :: group
       type(varied_key_t), intent(inout) :: variation
@@ -130,7 +130,7 @@ contains
       variation%points = nint(points)
    end subroutine read_bounds
 
-   !> Mean and covariance. The mean is what the scene says where the group gives none.
+   !> Reads mean and covariance. The mean is the value of the scene if the group gives none.
    subroutine read_normal(group, plan, variation, error)
       type(group_t), intent(in) :: group
       type(ensemble_plan_t), intent(in) :: plan
@@ -162,7 +162,7 @@ contains
       end if
    end subroutine read_normal
 
-   !> The lower triangle L of a covariance L Lᵀ, by Cholesky; columns without variance of their own are zero.
+   !> Computes the lower triangle L of a covariance L Lᵀ, by Cholesky; columns without variance of their own are zero.
    pure subroutine find_factor(covariance, factor, fault)
       !> Shape (n, n).
       real(wp), intent(in) :: covariance(:, :)

@@ -7,7 +7,7 @@ module nutate_table_units
 
    public :: conversion, split_header, units_of
 
-   !> A unit and what one of it is in SI units.
+   !> Unit and its value in SI units.
    type :: unit_t
       character(len=8) :: name, si
       real(wp) :: value
@@ -42,7 +42,7 @@ contains
       unit = trim(adjustl(header(first + 1:last)))
    end subroutine split_header
 
-   !> Returns what one of a unit is in another one; 0 if it is unknown or of another quantity.
+   !> Returns the value of one unit in another; 0 if it is unknown or of another quantity.
    pure real(wp) function conversion(unit, wanted)
       character(len=*), intent(in) :: unit
       !> One of the known units.
