@@ -35,17 +35,17 @@ module test_accuracy
    !> Runs in `make accuracy`.
    integer, parameter :: all_runs = 2000
 
-   !> What came of a run.
+   !> Result of a run.
    type :: outcome_t
       integer :: way = 0
-      !> Errors, rad.
+      !> Errors: requested, reported and true; rad.
       real(wp) :: asked = 0.0_wp, said = 0.0_wp, true = 0.0_wp
-      !> The run was given up for the steps that it would have needed: it says so, and nothing of an error.
+      !> The run was given up because of the number of steps that it would have needed; it reports so, and no error.
       logical :: given_up = .false.
-      !> Why the run failed; blank: it did not.
+      !> Reason why the run failed; blank: it did not fail.
       character(len=64) :: failure = ''
    contains
-      !> True error over what was asked for or said.
+      !> Returns the true error over the larger of the requested and the reported one.
       procedure :: miss
    end type outcome_t
 
@@ -64,7 +64,7 @@ contains
                   new_unittest("an accuracy is kept on random scenes", accuracy_is_kept)]
    end subroutine collect_accuracy
 
-   !> Against digits of an independent integration (suite `control`).
+   !> Checks the oracle against digits of an independent integration (suite `control`).
    subroutine oracle_knows_the_top(error)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem
@@ -145,7 +145,7 @@ contains
       if (problem /= 0) last = 0
    end subroutine read_numbers
 
-   !> How many of the bounds on many runs are broken, each run that breaks one by itself counted.
+   !> Returns the number of broken bounds on many runs; each run that breaks one by itself is counted.
    pure integer function failures_of(tally) result(failures)
       type(tally_t), intent(in) :: tally
       failures = tally%failed + tally%above_10
@@ -196,7 +196,7 @@ contains
       do i = 1, 10
          exponent = random_unit(seed)
       end do
-      ! Of low orders less is asked: else their steps would be millions.
+      ! Low orders get looser accuracies: otherwise they would need millions of steps.
       outcome%asked = 10.0_wp**(-3 - 9*exponent)
       if (ways(outcome%way) == 'nielsen_krenk order 2') outcome%asked = 10.0_wp**(-2 - 3*exponent)
       if (index(ways(outcome%way), 'rk4') + index(ways(outcome%way), 'order 4') > 0) &
@@ -302,7 +302,7 @@ contains
          100*real(tally%in_reach, wp)/tally%runs, 100*real(tally%needlessly, wp)/tally%runs
    end subroutine write_counts
 
-   !> What a case is, what came out, and how to see it again.
+   !> Reports a case, its result, and the command that repeats it.
    subroutine describe(number, outcome)
       integer, intent(in) :: number
       type(outcome_t), intent(in) :: outcome

@@ -98,7 +98,7 @@ contains
       bytes = archive%content()
       call archive%begin_reading(bytes)
       call archive%transfer(back)
-      ! Against `values`: a compiler that makes them itself may have quietened the NaN.
+      ! The bits are compared with `values`: a compiler that makes the NaN itself may have quietened it.
       call check(error, all(transfer(back, patterns) == transfer(values, patterns)))
    end subroutine every_bit_comes_back
 
@@ -151,7 +151,7 @@ contains
       call check(error, archive%problem() == '')
    end subroutine refusal_is_told
 
-   !> What a program may keep in an array of reals.
+   !> Transfers the data that a program may keep in an array of reals.
    subroutine transfer_numbers(archive, sample)
       class(archive_t), intent(inout) :: archive
       type(sample_t), intent(inout) :: sample

@@ -72,7 +72,7 @@ contains
       call check_case(error, item)
    end subroutine spring_keeps_its_branch
 
-   !> What is accepted of a case is right, the same by both solvers, and known to the oracle.
+   !> Checks that the accepted roots of a case are right, the same with both solvers, and known to the oracle.
    subroutine check_case(error, item)
       type(error_type), allocatable, intent(inout) :: error
       type(attack_case_t), intent(in) :: item
@@ -85,7 +85,8 @@ contains
       end associate
    end subroutine check_case
 
-   !> Each kind of effect, order, direction of time and body is drawn, each case again from its number alone.
+   !> Checks that each kind of effect, order, direction of time and body is drawn, and each case again from its number
+   !> alone.
    subroutine draws_are_complete(error)
       type(error_type), allocatable, intent(out) :: error
       integer, parameter :: cases = 1000
@@ -210,7 +211,7 @@ contains
             b = b - solved(matrix, oracle%residual(b, 1.0_wp))
             if (.not. norm2(b) < 10.0_wp) exit
          end do
-         ! At |b| = 1 the equations are solved by what is no step.
+         ! A solution of the equations at |b| = 1 is not a step.
          if (norm2(b) < 0.95_wp .and. norm2(oracle%residual(b, 1.0_wp)) < 1e-12_wp .and. &
              norm2(b - root) > 0.01_wp) return
       end do

@@ -1,4 +1,5 @@
-!> What the attack on the true root draws: bodies, effects, states and steps, each case from its seed and number alone.
+!> Cases of the randomised stress test of the true root: bodies, effects, states and steps, each case from its seed and
+!> number alone.
 !>
 !> A case is kept as plain numbers, from which the library's system is made, and from which `test_attack_oracle` writes
 !> its own equations.
@@ -69,7 +70,7 @@ module test_attack_case
       procedure :: inertia
    end type attack_case_t
 
-   !> A potential of a user, without closed forms: U(γ) = e ((a·γ)³ - γ1γ2), n a unit vector. Its discrete gradient is
+   !> User-defined potential without closed forms: U(γ) = e ((a·γ)³ - γ1γ2), n a unit vector. The discrete gradient is
    !> Gonzalez's.
    type, extends(potential_t) :: custom_potential_t
       real(wp) :: axis(3) = 0.0_wp, size = 0.0_wp

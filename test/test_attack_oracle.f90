@@ -1,4 +1,4 @@
-!> Where the branch of the true motion of a step leads: an oracle that shares no equation with the library.
+!> Oracle for the branch of the true motion of a step; it shares no equation with the library.
 !>
 !> A stage of length s has the root b of P(b, t) = 0 at t = 1, b = ¼sΩ̄, that grows out of b = 0 at t = 0:
 !>
@@ -31,7 +31,7 @@ module test_attack_oracle
    !> det P_b below which the end of the increments is that of the branch.
    real(wp), parameter :: nearly_singular = 0.05_wp
 
-   !> What came of following a branch.
+   !> Result of following a branch.
    type :: branch_t
       integer :: outcome = LOST
       !> The root at the end, body axes; shape (3).

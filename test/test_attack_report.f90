@@ -46,7 +46,7 @@ contains
    !> A row of what was accepted, the formulations together.
    subroutine write_accepted(kind, counts)
       character(len=*), intent(in) :: kind
-      !> Of each formulation.
+      !> Counts of each formulation.
       type(counts_t), intent(in) :: counts(:)
       integer :: accepted
       accepted = sum(counts%at_once + counts%continued)
@@ -57,7 +57,7 @@ contains
    !> A row of faults, the formulations together.
    subroutine write_faults(kind, counts)
       character(len=*), intent(in) :: kind
-      !> Of each formulation.
+      !> Counts of each formulation.
       type(counts_t), intent(in) :: counts(:)
       write (output_unit, '("| ",a,4(" | ",i0)," |")') kind, sum(counts%wrong), sum(counts%wrong_uncertified), &
          sum(counts%too_careful), sum(counts%unclear)

@@ -1,8 +1,8 @@
 !> The attack on the true root: cases are stepped with both forms of the equations, stage by stage, and every stage is
 !> assessed by the oracle.
 !>
-!> A stage is accepted or refused by the library, and right or wrong by the oracle. What is counted of it stands in
-!> `tally_t`, for each solver and each kind of stage.
+!> A stage is accepted or rejected by the library, and right or wrong by the oracle. The counts are in `tally_t`, for
+!> each solver and each kind of stage.
 module test_attack_run
    use, intrinsic :: iso_fortran_env, only: error_unit
    use nutate_composition, only: compositions
@@ -34,22 +34,22 @@ module test_attack_run
    !> Least 1/‖P_b⁻¹‖ on the way of a branch that is followed once only.
    real(wp), parameter :: plain = 0.2_wp
 
-   !> What is counted of stages of one kind with one solver.
+   !> Counts of the stages of one kind with one solver.
    type :: counts_t
       integer :: stages = 0
-      !> Accepted: directly, by continuation; of both, without a proof.
+      !> Accepted stages: directly, by continuation; of both, not certified.
       integer :: at_once = 0, continued = 0, uncertified = 0
-      !> Accepted, though the branch leads to another root or ends: with a proof, without.
+      !> Stages accepted although the branch leads to another root or ends: certified, not certified.
       integer :: wrong = 0, wrong_uncertified = 0
-      !> Refused, though the branch exists; since it ends.
+      !> Stages rejected although the branch exists; rejected because it ends.
       integer :: too_careful = 0, refused = 0
-      !> The oracle does not know.
+      !> Stages that the oracle cannot decide.
       integer :: unclear = 0
    end type counts_t
 
-   !> What came of an attack.
+   !> Results of a randomised stress test.
    type :: tally_t
-      !> Shape (kinds, solvers).
+      !> Counts; shape (kinds, solvers).
       type(counts_t) :: counts(size(kinds), size(solvers))
       !> Stages followed by the oracle, once for both solvers.
       integer :: stages = 0, cases = 0
@@ -68,7 +68,7 @@ module test_attack_run
       procedure, private :: note
    end type tally_t
 
-   !> What a solver made of a stage.
+   !> Result of a solver for a stage.
    type :: outcome_t
       logical :: accepted = .false.
       !> b of the stage taken; shape (3).
@@ -84,7 +84,7 @@ module test_attack_run
    type :: walker_t
       type(stage_stepper_t) :: stages(most_stages)
       class(stepper_t), allocatable :: whole
-      !> At the last end of a stage; at the last end of a step.
+      !> State at the last end of a stage; state at the last end of a step.
       type(state_t) :: state, step_end
       logical :: accepted = .true.
       !> The walk goes on; not where one of the solvers refuses or both differ.
@@ -293,7 +293,7 @@ contains
       type(branch_t), intent(in) :: branch
       type(outcome_t), intent(in) :: outcome
       character(len=*), intent(in) :: solver
-      !> Of the step.
+      !> Status of the step.
       type(status_t), intent(in) :: status
       character(len=8), parameter :: words(3) = [character(len=8) :: 'reached', 'ended', 'lost']
       write (error_unit, '("step ",i0,", stage ",i0,", ",es11.4," s: branch ",a," at part ",f8.6,", b =",3f13.9)') &
@@ -318,7 +318,7 @@ contains
       if (branch%outcome == ENDED .and. .not. abs(finer%t - branch%t) <= 1e-3_wp) branch%outcome = LOST
    end subroutine follow_again
 
-   !> What a solver made of a stage.
+   !> Returns the result of a solver for a stage.
    pure type(outcome_t) function outcome_of(walker, stage)
       type(walker_t), intent(in) :: walker
       integer, intent(in) :: stage
@@ -327,7 +327,7 @@ contains
       end associate
    end function outcome_of
 
-   !> Counts a stage. What looks like a fault of the library is followed once more before it counts.
+   !> Counts a stage. An apparent fault of the library is followed once more before it counts.
    subroutine assess(oracle, branch, outcome, solver, kind, k, tally)
       type(oracle_t), intent(in) :: oracle
       type(branch_t), intent(in) :: branch
@@ -405,7 +405,7 @@ contains
       end do
    end function uncertified_stages
 
-   !> What is wrong with a tally as a test; blank: nothing.
+   !> Returns the failed requirements of a tally; blank: none.
    function verdict_text(tally) result(text)
       type(tally_t), intent(in) :: tally
       character(len=:), allocatable :: text
@@ -417,7 +417,7 @@ contains
          call require(tally%broken == 0, 'a case cannot be set up', tally%broken)
          call require(all%wrong == 0, 'wrong roots accepted as certified', all%wrong)
          call require(tally%disagreements == 0, 'the solvers disagree on what is certified', tally%disagreements)
-         ! What cannot be certified is right but for a few.
+         ! Roots that are not certified are right but for a few.
          call require(100*all%wrong_uncertified <= all%uncertified, 'wrong roots accepted without a proof', &
                       all%wrong_uncertified)
          call require(200*tally%uncertified_disagreements <= all%uncertified, &

@@ -88,7 +88,7 @@ contains
       call check(error, axis_of(problem%system), 0, "an axis that is none of the body's")
    end subroutine recognised_by_moments
 
-   !> Each effect alone on a body with axis 3, as it must be and as it must not.
+   !> Checks each effect alone on a body with axis 3, with parameters that are symmetric about it and with others.
    subroutine recognised_by_effects(error)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: symmetric, other

@@ -331,7 +331,7 @@ contains
       end do
    end subroutine momentum_does_not_drift_by_the_norm
 
-   !> There and back: what remains is of the order of the error of going there, and far more than it with a wrong sign.
+   !> Goes there and back: the difference is of the order of the error of going there, and far larger with a wrong sign.
    subroutine a_step_can_be_undone(error)
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: steps(2) = [0.01_wp, 0.05_wp], tolerances(2) = [1e-7_wp, 1e-9_wp]
@@ -407,7 +407,7 @@ contains
       call check_failure(error, problem, 0.01_wp, NUTATE_BAD_ARGUMENT)
    end subroutine states_off_the_constraints_are_refused
 
-   !> Both baselines fail with a code and leave the state as it was.
+   !> Checks that both baselines fail with a code and leave the state unchanged.
    subroutine check_failure(error, problem, dt, code)
       type(error_type), allocatable, intent(inout) :: error
       type(problem_t), intent(in) :: problem

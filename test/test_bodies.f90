@@ -307,7 +307,7 @@ contains
       end do
    end subroutine measure_energy
 
-   !> The motion is chaotic. Where the drift is the reduced step, the means go to 2E-2.
+   !> The motion is chaotic. If the drift is the reduced step, the means go to 2E-2.
    subroutine energy_of_two_dipoles_does_not_drift(error)
       type(error_type), allocatable, intent(out) :: error
       real(wp) :: coarse, fine, means(10)
@@ -392,7 +392,8 @@ contains
       end do
    end subroutine long_steps_are_exact
 
-   !> The same bodies by momenta in space axes, in body axes, and by angular velocities; short and long steps.
+   !> Checks that the same bodies move alike by momenta in space axes, in body axes, and by angular velocities; short
+   !> and long steps.
    subroutine frames_are_the_same_motion(error)
       type(error_type), allocatable, intent(out) :: error
       integer, parameter :: n = 20, frames(3) = [SPACE_MOMENTUM, BODY_MOMENTUM, BODY_RATE]
@@ -525,7 +526,7 @@ contains
       call check(error, size(bodies%failed), size(broken))
       if (allocated(error)) return
       call check(error, all(bodies%failed == broken), 'others failed')
-      ! By their bits: a NaN is equal to none.
+      ! The bits are compared, since a NaN is not equal to any number.
       call check(error, all(transfer(q, [1_int64]) == transfer(q1, [1_int64])), 'q')
       call check(error, all(transfer(l, [1_int64]) == transfer(l1, [1_int64])), 'l')
    end subroutine list_the_failed

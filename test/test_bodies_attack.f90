@@ -17,7 +17,7 @@ module test_bodies_attack
    !> Bodies of one call.
    integer, parameter :: n = 1000
 
-   !> What is drawn for them.
+   !> Random data of the bodies.
    type :: draw_t
       real(wp) :: moments(3, n) = 0.0_wp, q(4, n) = 0.0_wp, l(3, n) = 0.0_wp, torque(3, n) = 0.0_wp, dt = 0.0_wp
       !> Δt|Ω|, and Δt(|l| + |Δt τ|)/J: ε of it is the rotation that a rounding of l makes of the thinnest needle.

@@ -92,7 +92,7 @@ contains
       type(body_t) :: body
       type(status_t) :: status
       real(wp) :: turn(3, 3), moments(3)
-      ! By 0.3 rad about an axis: each principal axis stays nearest to its body axis.
+      ! Rotation by 0.3 rad about an axis: each principal axis stays nearest to its body axis.
       turn = rotation_matrix([cos(0.15_wp), sin(0.15_wp)*[1.0_wp, 2.0_wp, 2.0_wp]/3])
       moments = [7.0_wp, 5.0_wp, 6.0_wp]
       call make_body(matmul(turn, matmul(diagonal(moments), transpose(turn))), body, status)

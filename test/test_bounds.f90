@@ -127,14 +127,14 @@ contains
       call check(error, status%ok(), 'the ends of the range')
    end subroutine bad_bounds_are_refused
 
-   !> What no bound can be.
+   !> Returns numbers that no bound can be.
    function bad_numbers() result(bad)
       real(wp) :: bad(5)
       bad = [-1.0_wp, 1.001e100_wp, 1e-310_wp, ieee_value(0.0_wp, ieee_quiet_nan), &
              ieee_value(0.0_wp, ieee_positive_inf)]
    end function bad_numbers
 
-   !> With bounds of both, of one, and of none; by both solvers: the same bits and the same counts.
+   !> Checks bounds of both, of one, and of none, with both solvers: bitwise identical states and the same counts.
    subroutine all_ways_prove_alike(error)
       type(error_type), allocatable, intent(out) :: error
       integer :: iform, given, counts(3)
@@ -276,7 +276,7 @@ contains
       call check_close(error, [q, p], end, 0.0_wp)
    end subroutine bounds_stay_in_work
 
-   !> Each argument, and a WORK for bodies without POT, or TOR; WORK is as it was.
+   !> Checks each argument, and a WORK for bodies without POT, or TOR; WORK stays unchanged.
    subroutine f77_finds_wrong(error)
       type(error_type), allocatable, intent(out) :: error
       real(wp) :: work(most), before(most), bad(5), t, q(4), p(4), x(4)
@@ -340,8 +340,8 @@ contains
       codes(1) = nutate_system_destroy(c_loc(system))
    end subroutine c_refuses
 
-   !> Of a scene with a callback of each kind no step is certified without bounds, every one with them; the system that
-   !> is made of it has its bounds.
+   !> Checks that no step of a scene with a callback of each kind is certified without bounds, and every one with them.
+   !> The system that is made from the scene has its bounds.
    subroutine scenes_are_bound(error)
       type(error_type), allocatable, intent(out) :: error
       character(len=*), parameter :: text = '&body inertia = 3, 4, 2 / &initial angular_velocity = 0.5, -0.4, 2 / '// &

@@ -1,5 +1,5 @@
-!> The C interface: the same bits as the library, and a status for every misuse. Its functions are called as C calls
-!> them; what a C program alone can do wrong is in `test_c_null.c`, `test_c_misuse.c`, `test_c_callbacks.c` and
+!> The C interface: bitwise identical to the library, and a status for every misuse. The functions are called as C calls
+!> them; misuses that only a C program can commit are in `test_c_null.c`, `test_c_misuse.c`, `test_c_callbacks.c` and
 !> `test_c_programs.c`.
 module test_c_interface
    use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int, c_int64_t, c_loc, c_null_char, c_null_ptr, c_ptr, &
@@ -320,8 +320,8 @@ contains
       end do
    end subroutine scenes_have_the_bits_of_the_library
 
-   !> All steps but the last in batches of uneven length, whose rows are those of the library; the last one by
-   !> `run_to`. And everything by one `run_to`.
+   !> Runs all steps but the last in batches of uneven length, with the rows of the library, and the last one by
+   !> `run_to`; then all steps by one `run_to`.
    subroutine batches_have_the_bits_of_the_library(error)
       type(error_type), allocatable, intent(out) :: error
       integer :: i

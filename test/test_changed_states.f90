@@ -1,5 +1,5 @@
-!> States that were changed between two steps of a stepper in use. What is no state every method refuses, touches
-!> nothing, and goes on with a sound one; a clock that was set is no other motion.
+!> States that were changed between two steps of a stepper in use. Every method rejects an invalid state, changes
+!> nothing, and goes on with a valid one; a clock that was set is no other motion.
 module test_changed_states
    use, intrinsic :: ieee_arithmetic, only: ieee_get_halting_mode, ieee_positive_inf, ieee_quiet_nan, &
       ieee_set_halting_mode, ieee_usual, ieee_value

@@ -320,7 +320,7 @@ contains
       if (allocated(error)) return
       rates = run%summary%chaos%lyapunov()
       call check_close(error, rates(1), 0.119_wp, merge(0.04_wp, 0.01_wp, draws_fewer()), 'exponent')
-      ! Of a chaotic motion Y grows as λt, its mean as λt/2.
+      ! In a chaotic motion Y grows as λt, its mean as λt/2.
       call check_close(error, run%summary%chaos%megno()/run%summary%chaos%time, 0.5_wp*rates(1), 0.1_wp*rates(1), &
                        'slope of megno')
    end subroutine test_hyperion

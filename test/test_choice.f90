@@ -116,7 +116,7 @@ contains
       call expect(error, problem, 2.0_wp, 1e-1_wp, 'taylor', 'slow motion')
       problem = bruls_top()
       call problem%system%effects%add(damping_t([0.1_wp, 0.1_wp, 0.1_wp]))
-      ! What is not symmetric about the axis of the body; 250 rad and 50 rad.
+      ! This damping is not symmetric about the axis of the body; the motions rotate by 250 rad and 50 rad.
       call problem%system%effects%add(damping_t([0.1_wp, 0.1_wp, 0.2_wp]))
       call expect(error, problem, 2.0_wp, 1e-3_wp, 'taylor', 'from 1e-3')
       call expect(error, problem, 2.0_wp, 1.1e-3_wp, 'dop853', 'above 1e-3')
@@ -229,7 +229,8 @@ contains
                   'closed solution')
    end subroutine extreme_input
 
-   !> With an accuracy and with a tolerance of steps, by no name and by `auto`: what `choose_method` says.
+   !> Checks runs with an accuracy and with a local tolerance, without a name and with `auto`: they use the method of
+   !> `choose_method`.
    subroutine run_chooses_method(error)
       type(error_type), allocatable, intent(out) :: error
       character(len=4), parameter :: names(2) = [character(len=4) :: '', AUTOMATIC_METHOD]
@@ -241,7 +242,7 @@ contains
       type(status_t) :: status
       character(len=:), allocatable :: reason
       integer :: i, j, k
-      ! Not by a constructor of an array, which gfortran 12 leaks.
+      ! A constructor of this array would leak with gfortran 12.
       problems(1) = box()
       problems(2) = bruls_top()
       problems(3) = forced_body()
@@ -262,7 +263,8 @@ contains
       end do
    end subroutine run_chooses_method
 
-   !> What belongs to one method rules the choice of the method out; the order of the implicit step stays to be chosen.
+   !> Checks that settings of one method rule out the choice of the method; the order of the implicit step is still
+   !> chosen.
    subroutine run_chooses_order(error)
       type(error_type), allocatable, intent(out) :: error
       type(integrator_settings_t) :: settings(6)
@@ -369,7 +371,8 @@ contains
       call check_close(error, state%q, last%q, 16*eps, "the end")
    end subroutine closed_solution_with_accuracy
 
-   !> Where 1e-9 of an interval is below the last digit of the time: 101 rows, wherever the end is rounded to.
+   !> Checks that there are 101 rows if 1e-9 of an interval is below the last digit of the time, however the end is
+   !> rounded.
    subroutine no_row_next_to_the_end(error)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem

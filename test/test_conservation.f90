@@ -1,5 +1,5 @@
-!> What the scheme promises: invariants to round-off at any step, in any units, forward and back; and what breaks
-!> without the projection.
+!> Properties that the scheme promises: invariants to round-off at any step, in any units, forward and back; and
+!> properties that are lost without the projection.
 module test_conservation
    use nutate_body, only: diagonal, make_body
    use nutate_hamiltonian, only: angular_velocity, body_momentum, make_state

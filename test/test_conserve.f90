@@ -336,7 +336,7 @@ contains
          a%p = b%p
          a%q_compensation = 0.0_wp
          a%p_compensation = 0.0_wp
-         ! As if the first system had left this very state.
+         ! The balance is set as if the first system had left this very state.
          call a%balance_here()
          call get_stepper(second, methods(m), .true., stepper, status)
          if (status%ok()) call march(second%system, stepper, a, 0.001_wp, 10, status)

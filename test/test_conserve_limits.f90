@@ -1,5 +1,5 @@
-!> Where the projection onto the invariants could go astray: equilibria, saddles, the turning points of a pendulum,
-!> steps that are too long.
+!> Limits of the projection onto the invariants: equilibria, saddles, the turning points of a pendulum, steps that are
+!> too long.
 module test_conserve_limits
    use nutate_invariant_projection, only: invariant_projection_t
    use nutate_body, only: diagonal, make_body
@@ -39,7 +39,7 @@ contains
                   new_unittest("damped motions come to rest", damped_motions_come_to_rest)]
    end subroutine collect_conserve_limits
 
-   !> Where the energy is stationary: each principal axis, no momentum at all, a top that sleeps, hangs or stands.
+   !> Checks states of stationary energy: each principal axis, no momentum at all, a top that sleeps, hangs or stands.
    subroutine equilibria_stay(error)
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: axes(3, 3) = reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, &
@@ -243,9 +243,9 @@ contains
       end do
    end subroutine any_length_is_put_right
 
-   !> Rods that turn steadily about a transverse axis, where H is stationary among all states of the same l, and whose
-   !> kinetic energy is a small difference of large terms where the tensor is not diagonal: round-off of H is no reason
-   !> to turn them. What is left is what rounding of the terms of J⁻¹ and L makes of a rod: an angular velocity along
+   !> Rods that rotate steadily about a transverse axis, where H is stationary among all states of the same l, and whose
+   !> kinetic energy is a small difference of large terms if the tensor is not diagonal: round-off of H is no reason to
+   !> rotate them. The remaining error is that of rounding the terms of J⁻¹ and L of a rod: an angular velocity along
    !> its axis, by 1/thin each.
    subroutine steady_rod(error)
       type(error_type), allocatable, intent(out) :: error

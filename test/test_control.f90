@@ -88,7 +88,7 @@ contains
                            -0.206839086104673192_wp])
    end subroutine accuracy_on_a_free_body
 
-   !> Its instability amplifies local errors, round-off included.
+   !> Checks the accuracy of the box, whose instability amplifies local errors, round-off included.
    subroutine accuracy_on_the_box(error)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem
@@ -101,7 +101,7 @@ contains
       call check_accuracy(error, problem, 5.0_wp, q, finest=1e-10_wp)
    end subroutine accuracy_on_the_box
 
-   !> Against order 8 with steps for 1e-13.
+   !> Compares with order 8 at steps for 1e-13.
    subroutine accuracy_with_effects(error)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem
@@ -229,7 +229,7 @@ contains
       call check_close(error, [many%q, many%p], [few%q, few%p], 0.0_wp, "last state")
    end subroutine rows_do_not_disturb
 
-   !> Each step of a free body against its exact solution from the start of that step.
+   !> Compares each step of a free body with its exact solution from the start of that step.
    subroutine local_tolerance_bounds_steps(error)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem

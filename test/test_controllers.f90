@@ -95,7 +95,7 @@ contains
    subroutine check_plain(error, problem, theta, rate)
       type(error_type), allocatable, intent(inout) :: error
       type(problem_t), intent(in) :: problem
-      !> At t = 6.2 s, rad and rad/s.
+      !> Solution at t = 6.2 s, rad and rad/s.
       real(wp), intent(in) :: theta, rate
       type(run_plan_t) :: plans(4)
       type(state_t) :: state
@@ -167,7 +167,7 @@ contains
    !> A tumbling body with wheels on four inclined axes and a controller.
    type(problem_t) function tumbling(controller, forced) result(problem)
       type(controller_t), intent(in) :: controller
-      !> Beside every other kind of effect.
+      !> The body has every other kind of effect too.
       logical, intent(in), optional :: forced
       type(status_t) :: status
       real(wp) :: axis(3)
@@ -183,7 +183,7 @@ contains
       problem%start = make_state(problem%system, [0.5_wp, -0.5_wp, 0.5_wp, 0.5_wp], [0.3_wp, -0.2_wp, 0.4_wp])
    end function tumbling
 
-   !> Against dop853 at a tenth of the step.
+   !> Compares with dop853 at a tenth of the step.
    subroutine laws_keep_the_order(error)
       type(error_type), allocatable, intent(out) :: error
       type(controller_t) :: laws(4)
@@ -219,8 +219,8 @@ contains
       end do
    end subroutine laws_keep_the_order
 
-   !> Of a target that turns with an eccentric orbit, and of the field of the Earth along it: against dop853 at a tenth
-   !> of the step. A sample that looks 2e-9 of a step ahead leaves an error of order 1, some 1e-10.
+   !> Checks a target that rotates with an eccentric orbit, and the field of the Earth along it, against dop853 at a
+   !> tenth of the step. A sample taken 2e-9 of a step ahead leaves an error of order 1, some 1e-10.
    subroutine moving_targets_keep_the_order(error)
       type(error_type), allocatable, intent(out) :: error
       type(state_t) :: wanted, state
@@ -268,7 +268,7 @@ contains
                                  [0.1_wp, -0.3_wp, 0.2_wp])
    end function orbiting
 
-   !> With gains times the unit matrix T + 2k(1 - |e₀|) falls, and the body comes to its target.
+   !> Checks that T + 2k(1 - |e₀|) falls with gains times the unit matrix, and that the body comes to its target.
    subroutine pointing_takes_energy(error)
       type(error_type), allocatable, intent(out) :: error
       type(controller_t) :: controller

@@ -141,7 +141,7 @@ contains
       end do
    end subroutine work_inside
 
-   !> The same bits with and without looks inside.
+   !> Checks that evaluating states inside steps leaves the run bitwise identical.
    subroutine unnoticed(error)
       type(error_type), allocatable, intent(out) :: error
       class(stepper_t), allocatable :: looked, plain

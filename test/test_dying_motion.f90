@@ -43,19 +43,19 @@ module test_dying_motion
    !> A motion that dies out.
    type :: dying_t
       type(problem_t) :: problem
-      !> s.
+      !> End time, s.
       real(wp) :: end_time = 0.0_wp
-      !> rad.
+      !> Requested accuracy, rad.
       real(wp) :: asked = 0.0_wp
       character(len=96) :: text = ''
    end type dying_t
 
-   !> What came of the runs.
+   !> Results of the runs.
    type :: tally_t
-      !> Of the methods that promise the accuracy: errors above what was asked for and said. Of the others: errors above
-      !> twice that, and above ten times.
+      !> Counts. Misses: errors above the requested and the reported ones, of methods that promise the accuracy. Above 2
+      !> and 10: errors above twice and ten times these, of the other methods.
       integer :: runs = 0, misses = 0, failed = 0, said_more = 0, above_2 = 0, above_10 = 0
-      !> Largest true error of any over the larger of what was asked for and said.
+      !> Largest true error of any run over the larger of the requested and the reported one.
       real(wp) :: worst = 0.0_wp
       !> The first run that missed.
       character(len=200) :: first = ''
@@ -181,9 +181,9 @@ contains
       call check(error, 10*tally%said_more <= tally%runs, verdict(tally))
    end subroutine random_motions
 
-   !> Runs all cases; or one, or those from one to another. What missed goes to standard error.
+   !> Runs all cases; or one, or those from one to another. Runs that missed are written to standard error.
    subroutine report_dying_motion(first, last, passed)
-      !> Both 0: all.
+      !> Numbers of the first and the last case; both 0: all.
       integer, intent(in) :: first, last
       logical, intent(out) :: passed
       type(tally_t) :: tally

@@ -82,7 +82,7 @@ contains
    subroutine check_pendulum(error, state, k)
       type(error_type), allocatable, intent(inout) :: error
       type(state_t), intent(in) :: state
-      !> Which of the times.
+      !> Index of the time.
       integer, intent(in) :: k
       call check_close(error, rotate_to_space(state%q, [0.0_wp, 0.0_wp, -67.0_wp])/67, bobs(:, k)/67, 1e-11_wp, "bob")
       call check_close(error, state%q, pendulums(:, k), 1e-7_wp, "attitude")
@@ -125,8 +125,8 @@ contains
       end do
    end subroutine pendulum_by_order_8
 
-   !> 50° north: seen from the Earth it turns back about the Earth's axis, once in a sidereal day. Its axis begins in
-   !> the east, and in the north.
+   !> Checks a free gyroscope at 50° north: seen from the Earth it rotates back about the Earth's axis, once in a
+   !> sidereal day. The axis of the gyroscope begins in the east, and in the north.
    subroutine free_gyroscope(error)
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: expected(3, 6) = reshape([ &
@@ -161,8 +161,8 @@ contains
       call check_close(error, rotate_to_space(state%q, x), expected(:, 1), 1e-12_wp, "order 8")
    end subroutine free_gyroscope
 
-   !> A rotor of 15 N m s along axis 2, hung above its centre of mass, at 50° north. Its axis is rotated from north and
-   !> lifted by the angle (rad) at which it rests.
+   !> Returns a rotor of 15 N m s along axis 2, hung above its centre of mass, at 50° north. The axis of the rotor is
+   !> rotated from north and lifted by the angle (rad) at which it rests.
    type(problem_t) function gyrocompass(azimuth) result(problem)
       real(wp), intent(in) :: azimuth
       real(wp), parameter :: tilt = 0.0017058357338493677566_wp
@@ -262,7 +262,7 @@ contains
             system%effects%frame_rate = 0.0_wp
          end if
          call follow()
-         ! What the continuation loses says nothing.
+         ! A root that the continuation loses proves nothing.
          if (.not. followed) cycle
          certified = certified + 1
          c = [1 - dot_product(r, r), 2*r]/(1 + dot_product(r, r))

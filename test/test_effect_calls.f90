@@ -1,4 +1,4 @@
-!> What is not there is not evaluated, and what is there just as often as the solver needs it.
+!> Evaluations of effects: absent effects are not evaluated, and others just as often as the solver requires.
 module test_effect_calls
    use, intrinsic :: iso_c_binding, only: c_double, c_int, c_long_long
    use nutate_effect, only: potential_t, rotor_t, torque_t
@@ -20,11 +20,11 @@ module test_effect_calls
 
    public :: collect_effect_calls
 
-   !> What is counted.
+   !> Quantities whose evaluations are counted.
    integer(c_int), parameter :: ENERGY = 1, GRADIENT = 2, HESSIAN = 3, DISCRETE_GRADIENT = 4, DISCRETE_HESSIAN = 5
    integer(c_int), parameter :: TORQUE = 6, DERIVATIVES = 7
 
-   !> U = ½|γ - m|²ₖ, k = (1, 2, 3): supplies everything and counts who asks.
+   !> U = ½|γ - m|²ₖ, k = (1, 2, 3): supplies everything and counts its evaluations.
    type, extends(potential_t) :: counting_potential_t
    contains
       procedure :: energy => counted_energy
@@ -34,7 +34,7 @@ module test_effect_calls
       procedure :: discrete_hessian => counted_discrete_hessian
    end type counting_potential_t
 
-   !> The same, given by U and ∇U alone.
+   !> U = ½|γ - m|²ₖ, given by U and ∇U alone.
    type, extends(potential_t) :: counting_short_potential_t
    contains
       procedure :: energy => counted_short_energy
@@ -305,7 +305,7 @@ contains
       call check(error, all(counts(:DISCRETE_HESSIAN) == 0), "not needed")
    end subroutine torque_is_evaluated_as_needed
 
-   !> With a potential and a torque in one system each is evaluated as if alone.
+   !> Checks that a potential and a torque in one system are each evaluated as if alone.
    subroutine effects_are_evaluated_alone(error)
       type(error_type), allocatable, intent(out) :: error
       type(system_t) :: system

@@ -137,7 +137,7 @@ contains
             call check_below(error, worst, 1e-9_wp, trim(names(m))//': works')
             call check(error, all(abs(keeper%works(1:4, intervals)) > 1e-2_wp) .and. &
                        .not. any(abs(keeper%works(5, :)) > 0.0_wp), trim(names(m))//': what does no work')
-            ! Of sums of some hundred steps of up to 100 J.
+            ! The bound allows for sums of some hundred steps of up to 100 J.
             call check_below(error, max(keeper%energies_off, keeper%works_off), 1e4_wp*eps, trim(names(m))//': sums')
             deallocate (keeper)
          end do

@@ -31,7 +31,7 @@ contains
                   new_unittest("Jacobian of all effects together", jacobian_of_all_effects)]
    end subroutine collect_effect_gradients
 
-   !> For ends from 1 to 1e-16 apart. The scale is the largest term of U, with γ up to 2.
+   !> Checks ends from 1 to 1e-16 apart. The scale is the largest term of U, with γ up to 2.
    subroutine discrete_gradients_close_the_energy(error)
       type(error_type), allocatable, intent(out) :: error
       type(system_t) :: system
@@ -74,7 +74,7 @@ contains
       end do
    end subroutine check_closure
 
-   !> At the point itself, on the way to it and past it, down to the last digit.
+   !> Checks the point itself, the way to it and past it, down to the last digit.
    subroutine gradient_closes_where_ends_meet(error)
       type(error_type), allocatable, intent(out) :: error
       type(spring_t) :: spring

@@ -1,4 +1,4 @@
-!> Each potential against what is known about it without this code: closed forms, and other bodies.
+!> Potentials against results that are independent of this code: closed forms, and other bodies.
 module test_effect_physics
    use nutate_body, only: diagonal, make_body
    use nutate_dipole, only: dipole_t

@@ -83,7 +83,7 @@ contains
       end do
    end subroutine effects_converge_to_reference
 
-   !> To the end time, piece by piece where the thrust comes and goes; error about 1e-12.
+   !> Integrates to the end time, piece by piece where the thrust begins and ends; error about 1e-12.
    subroutine solve_classically(inertia, rotation, omega)
       real(wp), intent(in) :: inertia(3, 3)
       !> Body→space.

@@ -1,5 +1,5 @@
 !> A sample of every effect that a scene can name, as test/effect_samples.nml gives it: all inclined to each other, on a
-!> body without any symmetry. And a simple body for one effect alone.
+!> body without any symmetry; and a simple body for one effect alone.
 module test_effect_samples
    use nutate_body, only: diagonal, make_body
    use nutate_effect, only: effect_t, potential_t
@@ -29,10 +29,10 @@ module test_effect_samples
    type :: effect_samples_t
       !> Names of the kinds, as in the catalogue; shape (number of kinds).
       character(len=24), allocatable :: names(:)
-      !> Those that are potentials of a direction that stands still; shape (number of potentials).
+      !> Indices of the kinds that are potentials of a direction at rest; shape (number of potentials).
       integer, allocatable :: potentials(:)
       type(sample_t), allocatable :: items(:)
-      !> How many there are of them.
+      !> Number of samples.
       integer :: n_items = 0
    contains
       !> Reads the samples from the file.
@@ -134,7 +134,7 @@ contains
       integer :: i
       do i = 1, self%n_items
          if (self%items(i)%kind /= k) cycle
-         ! Not an assignment: gfortran 12 gives the new type the room of the old one.
+         ! An assignment would not do: gfortran 12 gives the new type the memory of the old one.
          if (allocated(effect)) deallocate (effect)
          allocate (effect, source=self%items(i)%effect)
          if (present(n)) then

@@ -1,4 +1,4 @@
-!> What every effect must keep: energy to its account and momentum about its direction, to round-off.
+!> Quantities that every effect must conserve, to round-off: the energy balance, and the momentum about its direction.
 module test_effects
    use nutate_applied_torque, only: applied_torque_t
    use nutate_damping, only: damping_t

@@ -49,7 +49,7 @@ contains
 
    !> A box with an ensemble.
    subroutine make(text, scene, error)
-      !> Its groups.
+      !> Groups of the ensemble.
       character(len=*), intent(in) :: text
       type(scene_t), intent(inout) :: scene
       type(error_type), allocatable, intent(inout) :: error
@@ -96,7 +96,7 @@ contains
       correlation = sum(a*b)/sqrt(sum(a**2)*sum(b**2))
    end function correlation
 
-   !> Over the keys of one group: variances 4 and 9, correlations 0.5, -0.8, 0.1.
+   !> Checks a covariance over the keys of one group: variances 4 and 9, correlations 0.5, -0.8, 0.1.
    subroutine covariances(error)
       type(error_type), allocatable, intent(out) :: error
       class(scene_t), allocatable :: scene
@@ -402,7 +402,7 @@ contains
 
    !> Compares the rows of members run by one runner in their order with those of each alone.
    subroutine compare_rows(scene, fields, error)
-      !> With an ensemble.
+      !> Scene with an ensemble.
       type(scene_t), intent(in) :: scene
       !> Shape (fields, members).
       integer(long), allocatable, intent(out) :: fields(:, :)
@@ -419,7 +419,7 @@ contains
       end do
    end subroutine compare_rows
 
-   !> Each method with events and a torque, Euler angles and an accuracy: rows of runs that reach their end.
+   !> Runs each method with events and a torque, Euler angles and an accuracy: rows of runs that reach their end.
    subroutine everything(error)
       type(error_type), allocatable, intent(out) :: error
       character(len=*), parameter :: methods(7) = [character(len=48) :: &

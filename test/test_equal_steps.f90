@@ -187,7 +187,7 @@ contains
       call check(error, search%summary%steps == summary%steps, "steps")
    end subroutine found_steps_are_kept
 
-   !> With every method, on a top and on a body under torques.
+   !> Checks every method, on a top and on a body under torques.
    subroutine steppers_are_as_new(error)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem
@@ -222,7 +222,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(integrator_settings_t), intent(in) :: settings
       type(error_control_t), intent(inout) :: control
-      !> Of noise; 0 without.
+      !> Amplitude of the noise; 0: no noise.
       real(wp), intent(in) :: amplitude
       type(progress_t), intent(inout) :: progress
       type(status_t), intent(out) :: status

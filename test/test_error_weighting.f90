@@ -232,7 +232,7 @@ contains
       end do
    end subroutine idle_effects_are_given_none
 
-   !> At the end of the last step `state_at` is that end, and its work that of the step.
+   !> Checks that `state_at` at the end of the last step is that end, and its work that of the step.
    subroutine inside_agrees_with_the_end(error)
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: dt = 0.2_wp

@@ -41,7 +41,8 @@ contains
                   new_unittest("Euler rates agree with differences", euler_rates_agree_with_differences)]
    end subroutine collect_euler
 
-   !> At θ = 0 and π the angles and their rates, given in any way, are found again from attitude and angular velocity.
+   !> Checks that at θ = 0 and π the angles and their rates, given in any way, are found again from attitude and angular
+   !> velocity.
    subroutine motion_starts_at_pole(error)
       type(error_type), allocatable, intent(out) :: error
       integer(int64) :: seed

@@ -37,7 +37,7 @@ module test_event_attack
    character(len=16), parameter :: columns(17) = [character(len=16) :: 'q0', 'q1', 'q2', 'q3', 'p0', 'p2', 'omega1', &
       'omega2', 'omega3', 'omega_x', 'omega_z', 'L1', 'L2', 'L3', 'l_y', 'kinetic', 'potential']
 
-   !> What came out.
+   !> Results of all cases.
    type :: event_tally_t
       !> Cases assessed, their roots, and those found.
       integer :: cases = 0, roots = 0, found = 0
@@ -55,9 +55,9 @@ module test_event_attack
       type(integrator_settings_t) :: settings
       type(column_event_t) :: event
       real(wp) :: dt = 0.0_wp
-      !> By a series whose steps are good to 1e-6: states inside a step have the rates of the motion there.
+      !> The method is a series whose steps are good to 1e-6: states inside a step have the rates of the motion there.
       logical :: follows_rates = .false.
-      !> Of the quantity.
+      !> Size of the quantity.
       real(wp) :: size = 0.0_wp
       !> The function of the event at places of the steps, its sign changes are the roots; shape (0:steps*places).
       real(wp) :: f(0:steps*places) = 0.0_wp
@@ -192,7 +192,7 @@ contains
       call sample(item, is_fit)
       if (.not. is_fit) return
       range = maxval(item%f) - minval(item%f)
-      ! What the motion keeps varies by the errors of the method alone, and is none of its quantities.
+      ! A quantity that the motion conserves varies by the errors of the method alone, and is rejected.
       if (item%event%kind == EXTREMUM) range = maxval(abs(item%f))*abs(item%dt)
       is_fit = range > 1e-3_wp*item%size
       ! A step of an order too low for its length may jump from one branch to another as it is made longer.
@@ -298,13 +298,13 @@ contains
       is_fit = follows_the_motion(item, state)
    end subroutine sample
 
-   !> True if steps of half the length come to the same end but for a hundredth. Where they do not, the steps are no
-   !> motion, and what bounds say of the motion is not true of them.
+   !> Returns true if steps of half the length come to the same end but for a hundredth. If they do not, the steps are
+   !> no motion, and bounds of the motion do not hold for them.
    logical function follows_the_motion(item, last) result(is_near)
       type(event_case_t), intent(inout) :: item
-      !> After the steps.
+      !> State after the steps.
       type(state_t), intent(in) :: last
-      !> Of the motion; and of the states inside a step, which then have its rates.
+      !> Bounds of the error of the motion; and of the error at which states inside a step have its rates.
       real(wp), parameter :: near = 0.01_wp, nearest = 1e-6_wp
       real(wp) :: error
       type(motion_t) :: motion
@@ -323,7 +323,7 @@ contains
       error = max(norm2(state%q - last%q), norm2(state%p - last%p)/max(norm2(item%start%p), norm2(last%p)))
       is_near = error <= near
       item%follows_rates = item%settings%method == 'taylor' .and. error <= nearest
-      ! What the motion keeps varies by the errors of the method alone, and is none of its quantities.
+      ! A quantity that the motion conserves varies by the errors of the method alone, and is rejected.
       if (item%event%kind /= CROSSING) return
       call find_motion(item%system, state, motion)
       is_near = is_near .and. abs(item%event%value(item%system, motion) - item%f(steps*places)) <= &

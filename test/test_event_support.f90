@@ -1,4 +1,4 @@
-!> What the suites of events share: quantities, what keeps the events of a run, a compass needle.
+!> Helpers that the suites of events share: quantities, an observer that keeps the events of a run, a compass needle.
 module test_event_support
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use nutate_body, only: diagonal, make_body

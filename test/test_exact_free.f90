@@ -140,7 +140,7 @@ contains
          h = 2.0_wp**(-i)
          b = sqrt(1 + 2*h**2)
          call prepared(body, [1.0_wp, 1.5_wp, 3.0_wp], identity, [h, 1.0_wp, h])
-         ! From next to one saddle to next to the other.
+         ! The interval goes from next to one saddle to next to the other.
          u = -asinh(1/(sqrt(2.0_wp)*h))/2
          call body%evaluate(3*(u + 2*u)/b, q, momentum)
          expected = b*[1/(sqrt(2.0_wp)*cosh(u)), tanh(u), 1/(sqrt(2.0_wp)*cosh(u))]
@@ -301,7 +301,7 @@ contains
          w = random_unit_quaternion(seed)
          axes = rotation_matrix(w)
          call prepared(body, moments, w, start)
-         ! The same axes with one of them rotated round: a left-handed set.
+         ! Every other case reverses one of the axes: a left-handed set.
          if (mod(i, 2) == 0) axes(:, 1 + mod(i, 3)) = -axes(:, 1 + mod(i, 3))
          call general%prepare(moments, identity, matmul(rotation_matrix(w), start), status, axes)
          call check(error, status%ok(), trim(status%message))

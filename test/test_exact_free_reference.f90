@@ -12,7 +12,7 @@ module test_exact_free_reference
    !> Taylor series of Euler's equations and of the kinematics, order 50, 60 digits (gmpy2).
    !> J, L(0), t, amplification of round-off, q(t), L(t).
    real(wp), parameter :: short_rows(15, 15) = reshape([ &
-      ! On the separatrix, which these numbers meet exactly.
+      ! Motion on the separatrix, which these numbers meet exactly.
       1.0_wp, 1.5_wp, 3.0_wp, 1.0_wp, 0.5_wp, 1.0_wp, 7.0_wp, 10.0_wp, &
       -7.75981468925739005577e-01_wp, -5.18175179446093782604e-01_wp, -2.82024553895942115435e-01_wp, &
       2.23180183460932970292e-01_wp, &
@@ -29,7 +29,7 @@ module test_exact_free_reference
       -7.07159773745699177319e-01_wp, -5.01613396899169889453e-01_wp, 2.34206674441241192732e-03_wp, &
       -4.98300681487164058549e-01_wp, &
       1.60865291537843910281e-04_wp, -1.41421354407483877586e+00_wp, -1.60865291537843910281e-04_wp, &
-      ! On either side of it.
+      ! Motions on either side of the separatrix.
       1.0_wp, 1.5_wp, 3.0_wp, 1.0_wp, 0.5_wp, 1 - near, 9.0_wp, 100.0_wp, &
       -1.73064710593851040867e-01_wp, -4.88594275078116074045e-01_wp, -7.93692187349401097503e-01_wp, &
       -3.18397474940490088076e-01_wp, &

@@ -28,17 +28,17 @@ module test_exact_round_off
       'near the separatrix', 'near an axis', 'rotated axes', 'extreme moments', 'about an axis']
    !> Cases of the full report, and of `make stress`.
    integer, parameter :: all_cases = 2000, some_cases = 160
-   !> The oracle follows no more than this, rad.
+   !> Longest rotation that the oracle follows, rad.
    real(wp), parameter :: longest_turn = 300.0_wp
-   !> Nor a growth by more than the exponential of this.
+   !> Logarithm of the largest growth that the oracle follows.
    real(wp), parameter :: longest_growth = 30.0_wp
-   !> Error of its steps: starts off an axis by 1e-16 are to keep their digits.
+   !> Error of the oracle's steps: initial states off an axis by 1e-16 are to keep their digits.
    real(qp), parameter :: finest = 1e-30_qp
 
-   !> What came of a case.
+   !> Result of a case.
    type :: outcome_t
       real(wp) :: error = 0.0_wp, estimate = 0.0_wp
-      !> Turn, rad.
+      !> Rotation, rad.
       real(wp) :: turn = 0.0_wp
    end type outcome_t
 
@@ -248,7 +248,7 @@ contains
          momentum = 0.0_wp
          momentum(i) = 1.0_wp
       case default
-         ! As they were drawn.
+         ! The values are left as they were drawn.
       end select
    end subroutine shape_case
 
@@ -280,8 +280,8 @@ contains
       fastest = sqrt(2*kinetic_energy(system, start)/minval(system%body%moments))
    end function fastest
 
-   !> How long the oracle follows a motion whose period it does not know, s: off the axis of middle inertia by less than
-   !> it can tell when the body is back there, until that has grown.
+   !> Returns the time for which the oracle follows a motion whose period it cannot determine, s: near the axis of
+   !> middle inertia, until the distance from it has grown enough to detect the return of the body.
    real(wp) function longest_time(system, start) result(t)
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: start
@@ -312,7 +312,7 @@ contains
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: start
       real(wp), intent(in) :: t
-      !> As `find_turn` found them.
+      !> Period and rotation found by `find_turn`.
       real(qp), intent(in) :: period, turn(4)
       real(qp) :: q(4)
       integer(int64) :: n
@@ -402,7 +402,7 @@ contains
       if (n < 0) square(2:4) = -square(2:4)
       rest = abs(n)
       do while (rest > 0)
-         ! To length 1: Newton's step for the root of |q|², which is near 1.
+         ! Normalisation to length 1: Newton's step for the root of |q|², which is near 1.
          square = square*(3 - sum(square**2))/2
          if (mod(rest, 2_int64) == 1) q = product(square, q)
          square = product(square, square)

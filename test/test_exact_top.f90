@@ -72,7 +72,7 @@ contains
       call top%mean_rates(precession, spin)
       call check_close(error, [precession, 2*pi/top%nutation_period(), spin], &
          [4.998774_wp, 21.546497_wp, 199.008543_wp], 5.0e-7_wp, "precession, nutation, spin")
-      ! It starts at its highest point; half a nutation later it is at its lowest.
+      ! The top starts at its highest point; half a nutation later it is at its lowest.
       call check_below(error, top%tilt(0.0_wp), top%tilt(top%nutation_period()/2))
    end subroutine mean_rates_of_the_fast_top
 

@@ -24,7 +24,8 @@ contains
          new_unittest("what is not a top or a state is refused", bad_input_is_refused)]
    end subroutine collect_exact_top_limits
 
-   !> There precession and spin swing by half a turn in a moment; their sum and difference must not notice.
+   !> Checks initial states next to the vertical, where precession and spin swing by half a revolution in a moment;
+   !> their sum and difference must not change.
    subroutine a_start_next_to_the_vertical_is_exact(error)
       type(error_type), allocatable, intent(out) :: error
       type(lagrange_top_t) :: top

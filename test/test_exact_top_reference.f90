@@ -29,7 +29,7 @@ module test_exact_top_reference
       8.66195150023137025199e-01_wp, 2.78882302869930240156e-01_wp, 1.90097351570087172484e-01_wp, &
       -3.68501859084046300998e-01_wp, &
       -1.75491958795266969503e+00_wp, -7.43847522469538187555e-01_wp, 3.00000000000000000000e+00_wp, &
-      ! Again and again through the upper vertical, with spin and as a pendulum.
+      ! Motions again and again through the upper vertical, with spin and as a pendulum.
       2.0_wp, 1.0_wp, 1.5_wp, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, &
       3.0_wp, 1.0_wp, 2.0_wp, 10.0_wp, 1.0_wp, &
       -7.78552880250626058575e-01_wp, 1.85107409090831486616e-02_wp, -5.41997686774877807567e-01_wp, &

@@ -18,7 +18,7 @@ module test_exchange
 
    public :: collect_exchange
 
-   !> Of the motion that is sampled: moments, kg m², start, rad/s.
+   !> Sampled motion: moments, kg m², initial angular velocity, rad/s.
    real(wp), parameter :: moments(3) = [0.64_wp, 0.97_wp, 1.0_wp], start(3) = [1.2_wp, 0.1_wp, 5.6_wp]
    real(wp), parameter :: unit(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
 
@@ -198,7 +198,7 @@ contains
          call check(error, worst >= limits(k)/5, 'the error is much smaller: rows are wasted')
       end do
       call check(error, abs(chosen%t(1)) <= 0.0_wp .and. abs(chosen%t(counts(2)) - 20.0_wp) <= 0.0_wp)
-      ! As the root of the error, up to a factor that the halving may add.
+      ! The count grows as the root of the error, up to a factor that the halving may add.
       call check(error, counts(2) > 2*counts(1) .and. counts(2) < 5*counts(1))
    end subroutine chosen_rows
 

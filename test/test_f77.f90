@@ -105,7 +105,7 @@ contains
       call check(error, all(info == [-1, -3, 0, -2, -2]), 'NUFRAM tells other arguments')
    end subroutine frame_finds_wrong
 
-   !> After n steps in calls of `length` steps the state is the library's to the last digit.
+   !> Checks that after n steps in calls of `length` steps the state is the library's to the last digit.
    subroutine compare(error, twin, dt, n, length)
       type(error_type), allocatable, intent(inout) :: error
       type(twin_t), intent(in) :: twin
@@ -201,7 +201,7 @@ contains
       call check_close(error, [t, q, p], [state%t, state%q, state%p], 0.0_wp)
       call nustat(istat, t, work, most, info)
       call check(error, istat(1) == 100 .and. istat(2) >= 1000 .and. istat(3) == 0)
-      ! Of a user-defined potential nothing is known.
+      ! No step with a user-defined potential without bounds is certified.
       call nuncer(nrows, work, most, info)
       call check(error, info == 0 .and. nrows == 100, 'NUNCER')
    end subroutine rows_have_the_digits
@@ -250,7 +250,7 @@ contains
       call check_close(error, [t(2), q(:, 2), p(:, 2)], [t(1), q(:, 1), p(:, 1)], 0.0_wp)
    end subroutine copy_goes_on
 
-   !> What WORK remembers of another motion leaves no trace.
+   !> Checks that data of another motion in WORK leave no trace.
    subroutine changed_state_begins_anew(error)
       type(error_type), allocatable, intent(out) :: error
       type(twin_t) :: twin

@@ -27,7 +27,7 @@ module test_f77_prepared
       integer :: info = 0
    end type motion_t
 
-   !> What threads share: each has its own motion.
+   !> Data that threads share: each has its own motion.
    type :: job_t
       type(motion_t) :: motions(n_threads)
    end type job_t
@@ -231,7 +231,7 @@ contains
       end do
    end subroutine step_in_thread
 
-   !> Before and after steps, with every method that can be archived.
+   !> Checks the numbers before and after steps, with every method that can be archived.
    subroutine numbers_are_those_archived(error)
       type(error_type), allocatable, intent(out) :: error
       type(integrator_settings_t), parameter :: settings(*) = [ &

@@ -254,7 +254,7 @@ contains
       tau(iuser(1)) = ruser(3)*cos(ruser(4)*t) - ruser(5)*omega(iuser(1))
    end subroutine tormot
 
-   !> From ruser(6) seconds on one component is ruser(7).
+   !> Computes a torque with one component ruser(7) from ruser(6) seconds on.
    pure subroutine tornan(t, q, omega, tau, iuser, ruser)
       real(wp), intent(in) :: t, q(4), omega(3)
       real(wp), intent(out) :: tau(3)

@@ -20,7 +20,7 @@ module test_f77_twins
 
    public :: twin_t, row_keeper_t, twin_of, top_twin, forced_twin, start, run_library, most, iuser, plain
 
-   !> What POTSPR and TORMOT compute, as effects of the library.
+   !> Effects of the library that compute the same as POTSPR and TORMOT.
    type, extends(potential_t) :: spring_in_height_t
       real(wp) :: stiffness = 0.0_wp, weight = 0.0_wp
    contains
@@ -115,7 +115,7 @@ contains
    !> A full tensor with a rotor under a potential, damping and a torque that depends on time.
    type(twin_t) function forced_twin(iform, iorder, friction) result(twin)
       integer, intent(in) :: iform, iorder
-      !> Of the motor, N m s; by default that of `plain`.
+      !> Friction of the motor, N m s; by default that of `plain`.
       real(wp), intent(in), optional :: friction
       type(problem_t) :: problem
       type(rotor_t) :: rotor

@@ -83,7 +83,7 @@ contains
       type(scene_t), intent(inout) :: scene
       real(wp), intent(in) :: times(:)
       type(error_type), allocatable, intent(inout) :: error
-      !> Of the noise; none without.
+      !> Seed of the noise; absent: no noise.
       integer(int64), intent(inout), optional :: seed
       class(fit_model_t), allocatable :: model
       type(residuals_t) :: residuals
@@ -488,7 +488,8 @@ contains
                            "'gravity_gradient.strength', 'gravity_gradient.direction' /"//rest)
    end subroutine test_columns
 
-   !> By the start, the body, what is switched, and what comes to a limit.
+   !> Checks derivatives with respect to the initial state, the body, switched effects, and effects that come to a
+   !> limit.
    subroutine test_switched_columns(error)
       type(error_type), allocatable, intent(out) :: error
       call compare_columns(error, switched//"&free key = 'initial.angular_velocity', 'body.inertia' /"//lf// &

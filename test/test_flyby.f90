@@ -132,8 +132,8 @@ contains
       end do
    end subroutine places_on_conics
 
-   !> With e from 0 to 1 - ε, 1, and 1 + ε to 1e6, and the time from one to the next by the energy's own equation:
-   !> d(r·v)/dt = v² - 1/r.
+   !> Checks conics with e from 0 to 1 - ε, 1, and 1 + ε to 1e6, and the time from one position to the next by the
+   !> energy's own equation: d(r·v)/dt = v² - 1/r.
    subroutine kept_on_conics(error)
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: shapes(12) = [0.0_wp, 1e-12_wp, 0.5_wp, 0.9_wp, 0.999999_wp, 1 - 2*eps, 1.0_wp, &
@@ -236,7 +236,7 @@ contains
 
    end subroutine open_series
 
-   !> Reads a scene. Its integrator group is `integrator`, or, where that is the word itself, one that does not matter.
+   !> Reads a scene. The group `&integrator` has the keys `integrator`, or, if that is the word itself, arbitrary ones.
    subroutine read_text(error, text, integrator, scene)
       type(error_type), allocatable, intent(inout) :: error
       character(len=*), intent(in) :: text, integrator

@@ -24,7 +24,7 @@ module test_heap
 
    public :: collect_heap
 
-   !> How many allocations there were between the first row and the last.
+   !> Number of allocations between the first row and the last.
    type, extends(observer_t) :: heap_watch_t
       logical :: started = .false.
       integer(c_long_long) :: first = 0, last = 0
@@ -129,7 +129,7 @@ contains
 
    subroutine try_every_scene(error, factor, controlled)
       type(error_type), allocatable, intent(inout) :: error
-      !> On the scene's time step.
+      !> Factor on the scene's time step.
       real(wp), intent(in) :: factor
       logical, intent(in) :: controlled
       class(scene_t), allocatable :: scene
@@ -213,7 +213,7 @@ contains
    !> Checks the bytes of a stepper after a step, the mean of some; the first may need what all of them share.
    subroutine check_size(error, group, method, formulation, most)
       type(error_type), allocatable, intent(inout) :: error
-      !> Of the effect; blank: none. Blank formulation: that of the method.
+      !> Group of the effect, blank: none; method; formulation, blank: that of the method.
       character(len=*), intent(in) :: group, method, formulation
       !> Bytes.
       integer, intent(in) :: most

@@ -136,7 +136,7 @@ contains
       case ('damping')
          code = nutate_system_add_damping(system, numbers_of(setting, 'coefficient', up))
       case ('torque')
-         ! What is not given stays open: for C that is an infinity.
+         ! Times that are not given stay open: infinities for C.
          window = [number_of(setting, 'start', -infinity()), number_of(setting, 'stop', infinity())]
          axes = merge('space', 'body ', setting%key == 'space')
          code = nutate_system_add_torque(system, numbers_of(setting, axes, up), &
@@ -189,7 +189,7 @@ contains
       case ('angular_velocity')
          omega = setting%values(1:3)
       case default
-         ! Of a setting, not of the state.
+         ! The key is one of a setting, not of the state.
       end select
       if (code == NUTATE_OK) code = nutate_stepper_set_state(stepper, 0.0_wp, q, omega)
       if (code /= NUTATE_OK) return

@@ -1,4 +1,4 @@
-!> What each key of numbers promises to take and to refuse, whichever way it is given.
+!> Numbers that each key promises to accept and to reject, in whichever way it is given.
 module test_limit_promises
    use nutate_kinds, only: wp
    use test_limit_text, only: setting_t
@@ -8,10 +8,11 @@ module test_limit_promises
    public :: promise_t, of_bodies, of_potentials, of_torques, of_orbits, of_fields, of_wheels, of_controllers, &
       of_starts, of_settings, of_events, of_fits, of_tangents
 
-   !> What a key admits in one of its numbers while the others stay: sizes from least to greatest, and what else.
+   !> Numbers that a key admits for one of its numbers while the others stay: sizes from least to greatest, zero, and
+   !> others.
    type :: promise_t
       type(setting_t) :: setting
-      !> Which of the numbers is tried; 0: all of them together.
+      !> Index of the number that is tried; 0: all of them together.
       integer :: which = 1
       real(wp) :: least = 1e-300_wp, greatest = 1e100_wp
       logical :: zero = .true., negative = .true., infinite = .false.
@@ -28,7 +29,7 @@ module test_limit_promises
 
 contains
 
-   !> A key with the numbers that stay; one is any number.
+   !> Returns the promise of a key with the numbers that stay; one of them may be any number.
    pure type(promise_t) function any_number(group, key, values, which) result(promise)
       character(len=*), intent(in) :: group, key
       real(wp), intent(in) :: values(:)
@@ -40,7 +41,7 @@ contains
       if (present(which)) promise%which = which
    end function any_number
 
-   !> The same for one that is a size: positive, and not negligible.
+   !> Returns the promise of a key whose number is a size: positive, and not negligible.
    pure type(promise_t) function positive(group, key, values, which, least, greatest) result(promise)
       character(len=*), intent(in) :: group, key
       real(wp), intent(in) :: values(:)
@@ -98,7 +99,7 @@ contains
       promises(12) = any_number('gravity_gradient', 'direction', zero, 0)
       promises(12)%least = 1e-100_wp
       promises(12)%zero = .false.
-      ! So weak that the longest spring has an energy within its limit.
+      ! The spring is so weak that the longest one has an energy within its limit.
       do i = 8, 10
          promises(i)%setting%stiffness = 1e-150_wp
       end do
@@ -175,7 +176,7 @@ contains
       promises(1)%least = 1e-100_wp
       promises(1)%zero = .false.
       promises(2) = any_number('wheel', 'axis', up, 1)
-      ! It is a part of the body's.
+      ! The inertia of a wheel is a part of the body's.
       promises(3) = positive('wheel', 'inertia', [1.0_wp], greatest=1.5_wp)
       promises(4) = any_number('wheel', 'speed', zero)
       ! Jw ω², Jw = 0.4 kg m², is below the limit of energies.
@@ -245,7 +246,7 @@ contains
       promises(7:8)%setting%time_step = 1e-45_wp
       promises(9) = positive('initial', 'precession_period', [1.0_wp], least=1e-40_wp)
       promises(9)%setting%time_step = 1e-45_wp
-      ! Of a body whose short-axis mode has E/E0 from 1 to 1.25, and P_psi from 0.263 on where P_phi is 0.1.
+      ! The body has a short-axis mode with E/E0 from 1 to 1.25, and with P_psi from 0.263 on if P_phi is 0.1.
       promises(10) = positive('initial', 'rotation_period', [1.0_wp], least=0.5_wp, greatest=2.0_wp)
       promises(11) = positive('initial', 'energy_ratio', [1.1_wp], least=1.0_wp, greatest=1.2_wp)
       promises(12) = any_number('initial', 'pole', zero(1:2), 2)

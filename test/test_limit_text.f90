@@ -282,7 +282,7 @@ contains
       character(len=*), parameter :: group = 'controller'
       select case (setting%key)
       case ('gain', 'field')
-         ! So weak that the limit of the field is its own, not that of the torque.
+         ! The gain is so weak that the limit of the field is its own, not that of the torque.
          text = " law = 'bdot'"//entry(setting, group, 'gain', [0.25_wp])//entry(setting, group, 'field', up)
       case default
          text = " law = 'quaternion'"

@@ -199,7 +199,7 @@ contains
       if (.not. all(takes)) call test_failed(error, message//' / '//said)
    end subroutine tiny_direction
 
-   !> What callbacks of C and FORTRAN 77 are given, and what they give.
+   !> Checks the numbers that callbacks of C and FORTRAN 77 receive, and those that they return.
    subroutine callbacks(error)
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: lengths(6) = [0.0_wp, 1e-150_wp, 1e-100_wp, 1e100_wp, 1.0001e100_wp, 1e150_wp]
@@ -301,7 +301,7 @@ contains
       end subroutine compare_words
    end subroutine try
 
-   !> What is reported behind the number.
+   !> Returns the part of a message behind the number.
    pure function tail_of(message) result(tail)
       character(len=*), intent(in) :: message
       character(len=:), allocatable :: tail
@@ -316,18 +316,18 @@ contains
       if (is_open_end) is_open_end = side*number > huge(number)
    end function is_open_end
 
-   !> From a number to zero.
+   !> Returns true for a number from `least` to zero.
    pure logical function is_zero_or_less(number, least)
       real(wp), intent(in) :: number, least
       is_zero_or_less = .not. ieee_is_nan(number)
       if (is_zero_or_less) is_zero_or_less = number <= 0.0_wp .and. number >= least
    end function is_zero_or_less
 
-   !> What a promise says of a number.
+   !> Returns true if a promise admits a number.
    pure logical function is_promised(promise, number, any_small)
       type(promise_t), intent(in) :: promise
       real(wp), intent(in) :: number
-      !> However small.
+      !> Numbers of any small size are admitted.
       logical, intent(in) :: any_small
       is_promised = .false.
       if (ieee_is_nan(number)) return

@@ -82,7 +82,7 @@ contains
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: start
       type(linearization_t), intent(in) :: linear
-      !> Of x.
+      !> Change of x.
       real(wp), intent(in) :: change(:)
       type(state_t) :: state
       state = make_state(system, quat_product(start%q, quat_from_rotation_vector(change(1:3))), &
@@ -190,7 +190,7 @@ contains
                        1e-10_wp*maxval(abs(both(:n, :n))))
       call check_close(error, reshape(period%b, [n*m]), reshape(both(:n, n + 1:), [n*m]), &
                        1e-10_wp*maxval(abs(both(:n, n + 1:))))
-      ! Of the wheel alone: u/Jw and u/J2.
+      ! The wheel alone gives u/Jw and u/J2.
       call check_close(error, rest%b(7, 4), 1/0.5_wp + 1/99.5_wp, 8*eps)
    end subroutine test_exponential
 
@@ -282,7 +282,7 @@ contains
 
    end subroutine test_two_runs
 
-   !> That a number is an eigenvalue.
+   !> Checks that a number is an eigenvalue.
    subroutine check_eigenvalue(error, linear, value, tolerance, label)
       type(error_type), allocatable, intent(inout) :: error
       type(linearization_t), intent(in) :: linear
@@ -431,7 +431,7 @@ contains
          if (allocated(error)) return
          open%a(:, :6) = open%a(:, :6) - matmul(open%b(:, :3), k)
          call check_close(error, reshape(closed%a, [size(closed%a)]), reshape(open%a, [size(open%a)]), 1e-12_wp, text)
-         ! The same with feedback of relative rates.
+         ! The closed loop is also compared with feedback of relative rates.
          call linearize(text, open, error)
          if (allocated(error)) return
          call open%use_relative_rates(status)
@@ -484,7 +484,8 @@ contains
       call check(error, index(status%message, 'expected an equilibrium') > 0, 'relative rates over a period')
    end subroutine test_impossible_gains
 
-   !> Of the periodic motion with a revolution a turn; 17 digits from another program. They come in pairs λ, 1/λ.
+   !> Checks the eigenvalues of the periodic motion with one rotation per revolution against 17 digits from another
+   !> program. The eigenvalues come in pairs λ, 1/λ.
    subroutine test_hyperion(error)
       type(error_type), allocatable, intent(out) :: error
       character(len=*), parameter :: moon = '&body inertia = 0.5, 0.764033333333333, 1 / &gravity_gradient / '// &
@@ -528,7 +529,7 @@ contains
 
    contains
 
-      !> That a scene is refused in these words.
+      !> Checks that a scene is rejected with these words.
       subroutine refuse(text, words, more)
          character(len=*), intent(in) :: text, words
          character(len=*), intent(in), optional :: more

@@ -111,14 +111,14 @@ contains
 
    end subroutine states_come_back
 
-   !> What becomes, after a period, of a small turn about body axes and of a small change of rate.
+   !> Computes the change, after a period, of a small rotation about body axes and of a small change of rate.
    subroutine grown(error, problem, end_time, turn, change, after)
       type(error_type), allocatable, intent(inout) :: error
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: end_time
       !> rad, and rad/s; body axes; shape (3).
       real(wp), intent(in) :: turn(3), change(3)
-      !> Turn and change at the end, against the start; shape (6).
+      !> Rotation and change of rate at the end, relative to the initial state; shape (6).
       real(wp), intent(out) :: after(6)
       type(state_t) :: state
       type(status_t) :: status

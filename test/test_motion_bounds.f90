@@ -57,15 +57,15 @@ module test_motion_bounds
       procedure :: bound => drag_bound
    end type full_drag_t
 
-   !> What the attack counts.
+   !> Counts of the randomised stress test.
    type :: tally_t
       !> Motions assessed, and bounds that were compared and that were exceeded.
       integer :: motions = 0, compared = 0, exceeded = 0
-      !> The first: motion, column, and by which factor.
+      !> First exceeded bound: motion, column, and factor.
       integer :: motion = 0
       character(len=16) :: column = ''
-      !> Of each column how often its bound was compared over a whole motion, and how often it was within the factor
-      !> `near` of the fastest rate, and the greatest value; shape (n_columns).
+      !> Number of comparisons of the bound of each column over a whole motion, and how many of these were within the
+      !> factor `near` of the fastest rate, and of the greatest value; shape (n_columns).
       integer, dimension(n_columns) :: assessed = 0, near_rates = 0, near_values = 0
    end type tally_t
    real(wp), parameter :: near = 3.0_wp
@@ -129,7 +129,7 @@ contains
       end do
    end subroutine bounds_are_near
 
-   !> Where drag drives, and for so long that numbers end, nothing is reported.
+   !> Checks that no bounds are reported if drag drives a body for so long that numbers overflow.
    subroutine no_bounds_without_end(error)
       type(error_type), allocatable, intent(out) :: error
       type(system_t) :: system
@@ -210,7 +210,7 @@ contains
    subroutine draw_event(seed, system, keeper, event, settings, is_fit)
       integer(int64), intent(inout) :: seed
       type(system_t), intent(in) :: system
-      !> With states of the motion.
+      !> Observer with states of the motion.
       type(keeper_t), intent(in) :: keeper
       type(column_event_t), intent(out) :: event
       type(integrator_settings_t), intent(out) :: settings
@@ -434,7 +434,7 @@ contains
             fastest(i) = max(fastest(i), rate)
             greatest(i) = max(greatest(i), value)
             event%level = 0.0_wp
-            ! What is conserved changes by round-off.
+            ! A conserved quantity changes by round-off.
             if (rate*time > noise*size_of(motion, speeds)) &
                call note(.not. event%is_out_of_reach(speeds, rate_to(rate), time), columns(i))
             if (i > with_range .or. .not. value > noise*size_of(motion, speeds)) cycle
@@ -487,7 +487,7 @@ contains
 
    end subroutine assess
 
-   !> What columns are made of, as a number.
+   !> Returns the size of the quantities that columns are made of.
    pure real(wp) function size_of(motion, speeds) result(size)
       type(motion_t), intent(in) :: motion
       type(speed_bounds_t), intent(in) :: speeds

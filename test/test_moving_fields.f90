@@ -156,7 +156,7 @@ contains
 
    end subroutine follow_equations
 
-   !> On an ellipse, by every kind of method.
+   !> Checks the motion on an ellipse, with every kind of method.
    subroutine explicit_motion(error)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem
@@ -179,8 +179,8 @@ contains
       end do
    end subroutine explicit_motion
 
-   !> In inertial axes and in those of the orbit, where H - ω·l is kept: the works differ by ω·Δl. What is FORCE_ALONG
-   !> stands still in the LVLH frame.
+   !> Compares inertial axes with those of the orbit, where H - ω·l is conserved: the works differ by ω·Δl. The vector
+   !> of FORCE_ALONG is at rest in the LVLH frame.
    subroutine both_axes(error)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problems(2)
@@ -206,7 +206,7 @@ contains
                        1e-12_wp*norm2(magnet)*3e-5_wp, "work")
    end subroutine both_axes
 
-   !> Against Simpson's rule over 3000 rows of the series, on an ellipse and in the axes of a circular orbit.
+   !> Compares with Simpson's rule over 3000 rows of the series, on an ellipse and in the axes of a circular orbit.
    subroutine work_is_integrated_power(error)
       type(error_type), allocatable, intent(out) :: error
       integer, parameter :: rows = 3000
@@ -238,7 +238,8 @@ contains
       end do
    end subroutine work_is_integrated_power
 
-   !> With a rotor, damping and a wheel beside it, long steps, and a finite J0; in both axes.
+   !> Checks the energy balance with a rotor, damping and a wheel beside the field, long steps, and a finite J0; in both
+   !> axes.
    subroutine account_closes(error)
       type(error_type), allocatable, intent(out) :: error
       character(len=*), parameter :: solvers(2) = ['full   ', 'reduced']
@@ -319,7 +320,7 @@ contains
       call check_same(error, one, other, 1e-11_wp, "moving window")
    end subroutine forces_are_known
 
-   !> The same motion by the series.
+   !> Checks that two problems have the same motion by the series.
    subroutine check_same(error, one, other, bound, label)
       type(error_type), allocatable, intent(inout) :: error
       type(problem_t), intent(in) :: one, other
@@ -335,7 +336,8 @@ contains
       call check(error, norm2(states(1)%q - one%start%q) > 1e-3_wp, "a motion")
    end subroutine check_same
 
-   !> At all times against the equations of motion; sampled, with every method the same motion, and the account closes.
+   !> Checks magnetorquers at all times against the equations of motion; sampled, with every method the same motion, and
+   !> the energy balance closes.
    subroutine magnetorquers(error)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem

@@ -26,9 +26,9 @@ module test_near_rest
 
    !> Pendulums drawn at random; `make test` draws three.
    integer, parameter :: motions = 8
-   !> A turn about the vertical is not damped out: the body comes to rest wherever it is. s.
+   !> End time, s. A rotation about the vertical is not damped out: the body comes to rest anywhere.
    real(wp), parameter :: end_time = 60.0_wp
-   !> Of the gyroscope: weight times its arm, J, momentum of its rotor, N m s.
+   !> Data of the gyroscope: weight times its arm, J, momentum of its rotor, N m s.
    real(wp), parameter :: weight = 0.4905_wp, spin = 15.0_wp
    character(len=*), parameter :: methods(2) = ['rk4', 'rk8']
 
@@ -142,10 +142,10 @@ contains
       end do
    end subroutine accuracy_is_found
 
-   !> A pendulum with a fast rotor nods at 14 rad/s. Steps of up to four turns of that are cut; in their parts a nod
-   !> that is a rounding must not grow, nor the account lose what cannot be removed. What damping has done is the energy
-   !> lost. The account may be out by 64 ε of the largest T + |V| that a step leads to before it is projected: the
-   !> weight's, and ½(0.1|L|)²/J where it errs by the longest move, 0.1 rad.
+   !> A pendulum with a fast rotor nods at 14 rad/s. Steps of up to four revolutions of that are subdivided; in their
+   !> parts a nod that is a rounding must not grow, nor the energy balance lose work that cannot be removed. The work of
+   !> damping is the energy lost. The balance may be out by 64 ε of the largest T + |V| that a step leads to before it
+   !> is projected: the weight's, and ½(0.1|L|)²/J if it errs by the longest move, 0.1 rad.
    subroutine long_steps_come_to_rest(error)
       type(error_type), allocatable, intent(out) :: error
       character(len=*), parameter :: all_methods(4) = [character(len=6) :: 'rk4', 'rk8', 'dop853', 'taylor']
@@ -188,8 +188,8 @@ contains
       problem%start = make_state(problem%system, [0.9_wp, 0.1_wp, 0.3_wp, 0.3_wp], [0.0_wp, 0.0_wp, 0.0_wp])
    end subroutine hang_gyroscope
 
-   !> Where a tolerance is below what rounding makes of a step, steps are no shorter than round-off asks for: from 1e-15
-   !> to there takes 1.4 times as many at order 4.
+   !> Checks that steps are no shorter than round-off requires if a tolerance is below the rounding of a step: from
+   !> 1e-15 to there takes 1.4 times as many at order 4.
    subroutine steps_end_at_round_off(error)
       type(error_type), allocatable, intent(out) :: error
       character(len=*), parameter :: explicit(3) = [character(len=6) :: 'rk4', 'rk8', 'dop853']

@@ -51,7 +51,7 @@ contains
       real(wp), intent(in) :: end_time
       !> Shape (4).
       real(qp), intent(out) :: q(4)
-      !> Of a step.
+      !> Tolerance of a step.
       real(qp), intent(in), optional :: tolerance
       type(motion_t) :: motion
       real(wp) :: t, next, sense
@@ -198,7 +198,7 @@ contains
       !> s.
       real(qp), intent(in) :: t, h
       integer, intent(in) :: n
-      !> At the start, and its rate.
+      !> Values at the start of the step, and their rate.
       real(qp), intent(in) :: y(:), rate(:)
       real(qp) :: now(size(y)), before(size(y)), next(size(y)), twice
       integer :: i

@@ -89,8 +89,8 @@ contains
       end do
    end subroutine places
 
-   !> Against differences of 1 and ½ of a step, extrapolated: ellipses and all conics, also next to a parabola, before
-   !> the periapsis, after several revolutions, on a circle.
+   !> Compares with differences of 1 and ½ of a step, extrapolated: ellipses and all conics, also next to a parabola,
+   !> before the periapsis, after several revolutions, on a circle.
    subroutine changes(error)
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: shapes(9) = [0.01_wp, 0.4_wp, 0.8_wp, 0.01_wp, 0.5_wp, 0.98_wp, 1.0_wp, 1.03_wp, 3.0_wp]
@@ -265,7 +265,7 @@ contains
    !> of the orbit, but for a turn of `off` about x and z.
    type(problem_t) function spinning_satellite(transverse, axial, axis, momentum, off) result(problem)
       real(wp), intent(in) :: transverse, axial
-      !> Where the axis points to, axes of the orbit; shape (3); L3, N m s.
+      !> Direction of the axis, LVLH frame; shape (3); L3, N m s.
       real(wp), intent(in) :: axis(3), momentum
       real(wp), intent(in) :: off
       real(wp) :: q(4), rate(3)
@@ -319,8 +319,8 @@ contains
       end do
    end subroutine kept_attitudes
 
-   !> By exp(σnt): σ = 1.13968777 of the hyperbolic rod; 0.71149685 of the slow cylindrical one, which swings, so that
-   !> it is measured over one of its swings.
+   !> Checks growth by exp(σnt): σ = 1.13968777 of the hyperbolic rod; 0.71149685 of the slow cylindrical one, which
+   !> swings, so that it is measured over one of its swings.
    subroutine left_attitudes(error)
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: hyperbolic(3) = [0.6_wp, -0.8_wp, 0.0_wp], cylindrical(3) = [0.0_wp, -1.0_wp, 0.0_wp]

@@ -1,4 +1,4 @@
-!> What moves along an orbit: the field of the Earth, forces, the shadow of the Earth; values, rates and series.
+!> Effects that move along an orbit: the field of the Earth, forces, the shadow of the Earth; values, rates and series.
 module test_orbit_fields
    use nutate_attitude, only: quat_from_axis_angle
    use nutate_earth_field, only: earth_field_t
@@ -23,8 +23,8 @@ module test_orbit_fields
 
    public :: collect_orbit_fields
 
-   !> Of the satellite with a magnet on an ellipse: times, s, how much errors of the start have grown, q, Ω, rad/s, and
-   !> the work of time-dependent potentials, J; 20 digits, by tools/docs/references/earth_field.py.
+   !> References of the satellite with a magnet on an ellipse: times, s, growth of errors of the initial state, q, Ω,
+   !> rad/s, and the work of time-dependent potentials, J; 20 digits, by tools/docs/references/earth_field.py.
    real(wp), parameter :: references(10, 4) = reshape([ &
       1000.0_wp, 8.0_wp, -0.157441154044054495413_wp, -0.26522758030340914011_wp, &
       0.454209329442636325016_wp, -0.835799317244842944841_wp, -0.00307391279908655615741_wp, &
@@ -80,8 +80,8 @@ contains
       potential_of = 6371200.0_wp**3*1e-9_wp*dot_product(g, r)/norm2(r)**3
    end function potential_of
 
-   !> By order 8 in both forms and by the series, as errors of 64 eps at the start would grow: rounding, of up to 1e4
-   !> steps.
+   !> Compares order 8 in both forms and the series with references, within the growth of initial errors of 64 eps:
+   !> rounding, of up to 1e4 steps.
    subroutine magnet_agrees(error)
       type(error_type), allocatable, intent(out) :: error
       character(len=*), parameter :: solvers(2) = ['full   ', 'reduced']
@@ -124,7 +124,7 @@ contains
 
    end subroutine magnet_agrees
 
-   !> Of the field and the force, in inertial axes and in those of a circular orbit.
+   !> Checks series and rates of the field and the force, in inertial axes and in those of a circular orbit.
    subroutine parts_belong_together(error)
       type(error_type), allocatable, intent(out) :: error
       type(orbit_t) :: orbits(3)

@@ -100,7 +100,7 @@ contains
       problem%start = make_state(problem%system, q, frame_rate_of(problem%system%effects, q))
    end function satellite
 
-   !> With errors of 2e-15 at the start, which grow as told, or larger ones.
+   !> Compares a motion with a reference, with initial errors of 2e-15, which grow as given, or larger ones.
    subroutine check_reference(error, reference, settings, plan, uncertainty)
       type(error_type), allocatable, intent(inout) :: error
       type(reference_t), intent(in) :: reference
@@ -145,7 +145,7 @@ contains
       end do
    end subroutine references_by_series
 
-   !> What short steps round by is in proportion to them, since the state is a compensated sum.
+   !> Checks short steps, whose rounding is in proportion to their length, since the state is a compensated sum.
    subroutine references_in_short_steps(error)
       type(error_type), allocatable, intent(out) :: error
       integer :: i

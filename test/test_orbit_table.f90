@@ -21,7 +21,7 @@ module test_orbit_table
 
    public :: collect_orbit_table
 
-   !> What a table has: positions; velocities too; and accelerations made from them.
+   !> Contents of a table: positions; velocities too; and accelerations made from them.
    integer, parameter :: POSITIONS = 1, VELOCITIES = 2, ACCELERATIONS = 3
    real(wp), parameter :: degree = pi/180
    !> Two hours before and behind the passage.
@@ -49,12 +49,12 @@ contains
                             raan=152.0019490904037_wp*degree, argument_of_periapsis=32.56762207107416_wp*degree)
    end function apophis
 
-   !> Its path by a table.
+   !> Returns the path of Apophis from a table.
    type(track_t) function track_of(kind, spacing, margin) result(track)
       integer, intent(in) :: kind
-      !> s.
+      !> Interval of the table, s.
       real(wp), intent(in) :: spacing
-      !> How much earlier the table begins, and later it ends, s; default 0.
+      !> Time by which the table begins earlier and ends later, s; default 0.
       real(wp), intent(in), optional :: margin
       type(kepler_orbit_t) :: path
       type(status_t) :: status
@@ -100,7 +100,7 @@ contains
                t = 2*passage*k/4000
                worst = max(worst, abs((path%radius(t)/norm2(track%position(t)))**3 - 1))
             end do
-            ! To half a unit of their digit.
+            ! The expected errors are given to half a unit of their digit.
             call check_close(error, worst/expected(kind, i), 1.0_wp, 0.3_wp, 'error')
          end do
       end do
@@ -146,7 +146,7 @@ contains
       orbit = orbit_t(path)
    end function orbit_of
 
-   !> From a line on, with time forward and backward, and from between two lines.
+   !> Checks series from a line on, with time forward and backward, and from between two lines.
    subroutine series_at_lines(error)
       type(error_type), allocatable, intent(out) :: error
       type(system_t) :: system

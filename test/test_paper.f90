@@ -70,7 +70,7 @@ contains
       half_period = (last - first)/(crossings - 1)
    end function half_period
 
-   !> Where the polynomial through (0,y0), (1,y1), ..., (5,y5) vanishes between 2 and 3.
+   !> Returns the zero of the polynomial through (0,y0), (1,y1), ..., (5,y5) between 2 and 3.
    real(wp) function zero_of_polynomial(y) result(x)
       real(wp), intent(in) :: y(0:5)
       real(wp) :: low, high

@@ -22,15 +22,15 @@ module test_path_attack
    integer, parameter :: short = 400
    !> Times nearer to a place, in distances of places, are on either side of it.
    real(wp), parameter :: blur = 1e-4_wp
-   !> What round-off makes of a difference, over the size of the quantity; what steps that another run projects
-   !> elsewhere differ by, with which a level is met; and by how much an extremum by the rates of the motion is off the
-   !> values that steps with an error of 1e-6 give.
+   !> Round-off of a difference, relative to the size of the quantity; difference of levels between runs that project
+   !> steps at other points; and difference of an extremum by the rates of the motion from the values of steps with an
+   !> error of 1e-6.
    real(wp), parameter :: noise = 1e4_wp*eps, level_error = 1e-7_wp, extremum_error = 2e-6_wp
 
-   !> Of angles, rad.
+   !> Periods of angles, rad.
    real(wp), parameter :: periods(3) = [2*pi, 4*pi, 1.0_wp]
 
-   !> What came out.
+   !> Results of all cases.
    type :: path_tally_t
       integer :: cases = 0, expected = 0, missed = 0, made_up = 0, broken = 0
       integer :: n_at_fault = 0, at_fault(100) = 0
@@ -160,7 +160,7 @@ contains
       integer :: n
       greatest = maxval(abs(item%g(0:places*item%parts)))
       range = maxval(item%g(0:places*item%parts)) - minval(item%g(0:places*item%parts))
-      ! What the motion keeps varies by the errors of the method alone: it has no extremum.
+      ! A quantity that the motion conserves varies by the errors of the method alone: it has no extremum.
       if (range <= 1e-3_wp*greatest .and. (item%event%kind == CROSSING .or. range > 1e-14_wp*greatest)) return
       allocate (keeper)
       call events%add(item%event)
@@ -255,7 +255,7 @@ contains
          sides(i) = 0
          if (abs(item%g(i) - item%g(i - 1)) > least) sides(i) = nint(sign(1.0_wp, item%g(i) - item%g(i - 1)))
       end do
-      ! Not told from round-off, or at the limit of what places show.
+      ! The signs cannot be distinguished from round-off, or are at the limit of the resolution of the positions.
       if (any(sides(1:n) == 0)) return
       if (any(sides(2:n - 1) /= sides(1:n - 2) .and. sides(3:n) /= sides(2:n - 1))) return
       belongs = .false.

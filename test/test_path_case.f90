@@ -1,8 +1,8 @@
-!> What the attack on levels and extremes draws: motions of several steps with torques that begin, end and jump, a sum
-!> of columns, and the path of that sum at many places of each step, found without the library's angles.
+!> Cases of the randomised stress test of levels and extremes: motions of several steps with torques that begin, end and
+!> jump, a sum of columns, and the path of that sum at many positions of each step, found without the library's angles.
 !>
-!> These come from the planes of q0, q3 and of q1, q2, in which (φ + ψ)/2 and (φ - ψ)/2 are followed from place to
-!> place.
+!> The angles come from the planes of q0, q3 and of q1, q2, in which (φ + ψ)/2 and (φ - ψ)/2 are followed from one
+!> position to the next.
 module test_path_case
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_applied_torque, only: applied_torque_t
@@ -45,7 +45,7 @@ module test_path_case
       real(wp) :: bounds(0:most_parts) = 0.0_wp
       !> The quantity at the places; shape (0:places*parts).
       real(wp) :: g(0:most_places) = 0.0_wp
-      !> What φ and ψ are less than the sum and the difference of their halves: both start between -π and π.
+      !> Offsets of φ and ψ from the sum and the difference of their halves, rad: both start between -π and π.
       real(wp) :: turns(2) = 0.0_wp
    end type path_case_t
 
@@ -206,9 +206,9 @@ contains
    !> steps can be taken, and the angles do not turn much from place to place.
    subroutine walk(item, times, values, is_fit)
       type(path_case_t), intent(inout) :: item
-      !> s, in the order of the run; shape (any).
+      !> Times, s, in the order of the run; shape (any).
       real(wp), intent(in) :: times(:)
-      !> The same shape.
+      !> Values of the quantity at these times; same shape.
       real(wp), intent(out) :: values(:)
       logical, intent(out) :: is_fit
       class(stepper_t), allocatable :: stepper

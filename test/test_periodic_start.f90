@@ -200,7 +200,7 @@ contains
          call check(error, status%ok(), trim(status%message))
          call check_close(error, angular_velocity(scene%system, state)/rate, [rate_of_phobos, 0.0_wp, 0.0_wp], &
                           1e-12_wp, 'rate at periapsis')
-         ! Its axes 2, 3, 1 are those to the planet, forward and along the normal.
+         ! Axes 2, 3, 1 of the body are those to the planet, forward and along the normal.
          expected = product_of(quat_from_euler(0.5_wp, 0.4_wp, 0.6_wp), [0.5_wp, -0.5_wp, -0.5_wp, -0.5_wp])
          call check(error, attitude_distance(state%q, expected) < 1e-11_wp, 'attitude at periapsis')
       end do

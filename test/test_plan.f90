@@ -1,4 +1,4 @@
-!> What a scene makes the integrator do: only what its effects and its output call for.
+!> Parts of the integrator that a scene selects: only those that its effects and its output require.
 module test_plan
    use nutate_invariants, only: ALL_COMPONENTS, ALONG_AXIS, NO_COMPONENT, ONLY_LENGTH, conserved_momentum, invariants_t
    use nutate_kinds, only: wp

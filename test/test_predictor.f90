@@ -155,7 +155,7 @@ contains
       end do
    end subroutine table_knows_dense_output
 
-   !> After a long step, an estimate is above round-off where there is one, and zero where there is none.
+   !> Checks that after a long step an estimate is above round-off if there is one, and zero if there is none.
    subroutine table_knows_estimates(error)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem

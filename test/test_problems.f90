@@ -108,7 +108,8 @@ contains
       problem%start = make_state(problem%system, [0.5_wp, -0.5_wp, 0.5_wp, 0.5_wp], [1.0_wp, -2.0_wp, 3.0_wp])
    end function forced_body
 
-   !> The same with two wheels: one that a motor drives from 0.103 to 0.257 s, and one that friction stops.
+   !> Returns the forced body with two wheels: one that a motor drives from 0.103 to 0.257 s, and one that friction
+   !> stops.
    type(problem_t) function wheeled_body() result(problem)
       type(wheel_t) :: wheel
       type(status_t) :: status

@@ -210,7 +210,7 @@ contains
 
    subroutine exponential_of_tiny_angles(error)
       type(error_type), allocatable, intent(out) :: error
-      ! Both sides of the change from series to sine among them.
+      ! The angles include both sides of the change from series to sine.
       real(wp), parameter :: angles(7) = [1.0e-300_wp, 1.0e-160_wp, 1.0e-20_wp, 1.0e-8_wp, 9.9e-5_wp, &
                                           1.01e-4_wp, 1.0e-3_wp]
       real(wp) :: a, q(4)

@@ -85,7 +85,7 @@ contains
       call check_below(error, chi_square(u(1:n:2), u(2:n:2)), 148.0_wp, 'chi-square of neighbouring members')
    end subroutine uniform_numbers
 
-   !> Against 40 digits by the inverse of erfc, in the middle, at the seams and far out.
+   !> Compares with 40 digits by the inverse of erfc, in the middle, at the seams and far out.
    subroutine quantiles(error)
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: p(7) = [0.6_wp, 0.925_wp, 0.9251_wp, 0.975_wp, 1e-3_wp, 1.3e-11_wp, 2.0_wp**(-53)]

@@ -53,8 +53,8 @@ contains
    end subroutine collect_random_controllers
 
    !> Stiff B-dot loops that come to their limits and leave them, by steps that ring: many times longer than the loop's
-   !> own time. Where a component was not seen to leave its limit, it went on at that limit with the law asking for the
-   !> opposite, from limit to limit without end.
+   !> own time. A component that was not detected to leave its limit stayed there with the law requiring the opposite,
+   !> from limit to limit without end.
    subroutine limits_are_left(error)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem
@@ -129,7 +129,7 @@ contains
       end select
    end subroutine compare_limits
 
-   !> By which a run that chatters is reported to do so.
+   !> Checks the words in which a chattering run is reported: they name the controller.
    subroutine limits_have_names(error)
       type(error_type), allocatable, intent(out) :: error
       type(limit_slot_t), allocatable :: events(:)

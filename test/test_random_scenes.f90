@@ -23,9 +23,9 @@ module test_random_scenes
 
    type :: random_scene_t
       type(problem_t) :: problem
-      !> s.
+      !> End time, s.
       real(wp) :: end_time = 0.0_wp
-      !> What it is, in a few words.
+      !> Short description of the scene.
       character(len=96) :: text = ''
    end type random_scene_t
 

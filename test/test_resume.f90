@@ -1,5 +1,5 @@
-!> What is interrupted and goes on from an archive is bit for bit what it would have been: steppers of every row of the
-!> table of methods, runs with fixed steps and with adaptive steps.
+!> Resumption from an archive, bitwise identical to an uninterrupted run: steppers of every row of the table of methods,
+!> runs with fixed steps and with adaptive steps.
 module test_resume
    use nutate_applied_torque, only: applied_torque_t
    use nutate_byte_archive, only: byte_archive_t
@@ -244,7 +244,7 @@ contains
       type(error_type), allocatable, intent(inout) :: error
       type(problem_t), intent(in) :: problem
       type(integrator_settings_t), intent(in) :: settings
-      !> Of nominal steps, which end with the last of them.
+      !> Plan with nominal steps; it ends with the last of them.
       type(run_plan_t), intent(in) :: plan
       !> Steps between two stops.
       integer, intent(in) :: stops(:)
@@ -268,7 +268,7 @@ contains
       call check(error, status%ok(), label//": "//trim(status%message))
       if (allocated(error)) return
       call check(error, outcome_of(run_1) == wanted, label//": stops leave a trace")
-      ! What the copy points to is not the run that is gone.
+      ! The copy must not point to the run that is deallocated.
       deallocate (run_1)
       call run_2%run_to(problem%system, plan%end_time, status)
       call check(error, status%ok() .and. outcome_of(run_2) == wanted, label//": the copy goes another way")
@@ -390,8 +390,8 @@ contains
       end do
    end subroutine controlled_runs_go_on_with_intervals
 
-   !> The archive of a poll holds the rows before it, and the run ends with the poll's status. What trial runs have
-   !> found is in the archive.
+   !> The archive of a poll holds the rows before it, and the run ends with the poll's status. The results of trial runs
+   !> are in the archive.
    subroutine a_poll_can_ask_and_stop(error)
       type(error_type), allocatable, intent(out) :: error
       type(run_goal_t), parameter :: goals(3) = [run_goal_t(), run_goal_t(local_tolerance=1e-8_wp), &

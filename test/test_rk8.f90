@@ -34,7 +34,7 @@ module test_rk8
 
    !> A rate of axes that lies along nothing else, rad/s.
    real(wp), parameter :: inclined(3) = [0.8_wp, -1.4_wp, 1.1_wp]
-   !> Those that are projected only now and then.
+   !> Methods whose steps are projected only now and then.
    character(len=6), parameter :: spaced(4) = ['rk8   ', 'dop853', 'rk4   ', 'taylor']
 
 contains
@@ -60,7 +60,7 @@ contains
    type(problem_t) function body_in_fields(fields, tensor) result(problem)
       !> 1: gravity upright; 2: gravity aslant; 3: with a dipole.
       integer, intent(in) :: fields
-      !> Its inertia has products: the general equations.
+      !> The inertia has products, which require the general equations.
       logical, intent(in) :: tensor
       type(status_t) :: status
       real(wp) :: inertia(3, 3)
@@ -97,7 +97,7 @@ contains
       call check_order(error, rotating(body_in_fields(3, .true.)), 5.0_wp, 60, 'tensor')
    end subroutine order_8_in_rotating_axes
 
-   !> The same in inclined axes, from the same absolute motion.
+   !> Returns a problem in inclined axes, with the same absolute motion.
    type(problem_t) function rotating(still) result(problem)
       type(problem_t), intent(in) :: still
       problem = still
@@ -212,7 +212,8 @@ contains
       call check_run(error, rotating(body_in_fields(3, .false.)), 'rk8', 0.01_wp, 100000, 101)
    end subroutine nothing_adds_up
 
-   !> To the last bit: no rows, a row for every step, steps by hand, and a state that only now and then is asked for.
+   !> Compares to the last bit: no rows, a row for every step, steps by hand, and a state that is requested only now and
+   !> then.
    subroutine rows_do_not_change_the_motion(error)
       type(error_type), allocatable, intent(out) :: error
       integer, parameter :: n = 203

@@ -1,5 +1,5 @@
-!> What the proof that a root is the true one is made of: the bounds of every effect, against what the effect does in
-!> steps drawn at random; the scenes that come along, whose steps are all certified at once; and what is beyond a proof.
+!> Parts of the proof that a root is the true one: the bounds of every effect, against the effect in steps drawn at
+!> random; the scenes that come along, whose steps are all certified at once; and cases beyond a proof.
 module test_root_proof
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_applied_torque, only: applied_torque_t
@@ -157,7 +157,7 @@ contains
       do i = 1, 20
          call sample(gravity_gradient_t(random_body(seed), random_vector(seed), random_unit(seed) - 0.5_wp), seed, most)
       end do
-      ! Its components are bounded one by one: γ cannot make all of them large.
+      ! The components of the gradient are bounded one by one: γ cannot make all of them large.
       call assess_quotients(error, most, least=0.3_wp)
    end subroutine gradient_keeps_to_bounds
 
@@ -243,7 +243,7 @@ contains
          cubic%given = given_bounds_t(known=.true., first=3*n*n, second=6*n, third=6.0_wp)
          call sample(cubic, seed, most)
       end do
-      ! For any potential the bounds cannot be as sharp.
+      ! Bounds for any potential cannot be as sharp.
       call assess_quotients(error, most, least=0.1_wp)
    end subroutine own_potential_keeps_to_bounds
 
@@ -392,7 +392,7 @@ contains
       axes = body%axes
    end function axes_of
 
-   !> By every conserving method of every order and solver, at the scene's own step: nothing is continued.
+   !> Checks every conserving method of every order and solver, at the scene's own step: no step requires continuation.
    subroutine scenes_are_certified_at_once(error)
       type(error_type), allocatable, intent(out) :: error
       class(scene_t), allocatable :: scene

@@ -538,7 +538,7 @@ contains
       end do
    end subroutine damping_acts_on_relative_rate
 
-   !> To the last bit.
+   !> Compares to the last bit.
    subroutine frame_of_rate_zero_is_none(error)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem

@@ -131,8 +131,8 @@ contains
       end do
    end subroutine agree_with_dop853
 
-   !> From where the turn of the axes is left to the end of a step to where it is not; and the motion along the field is
-   !> that of axes that stand still.
+   !> Checks rates along the field, from those at which the rotation of the axes is left to the end of a step to those
+   !> at which it is not; the motion along the field is that of non-rotating axes.
    subroutine rates_along_the_field(error)
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: off(5) = [0.0_wp, 1e-15_wp, 1e-13_wp, 1e-10_wp, 1e-5_wp]

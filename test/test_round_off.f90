@@ -1,4 +1,4 @@
-!> What rounding adds up to over many steps: nothing that grows in proportion to them.
+!> Accumulation of rounding over many steps: no error grows in proportion to their number.
 module test_round_off
    use nutate_body, only: diagonal, make_body
    use nutate_dipole, only: dipole_t
@@ -182,7 +182,7 @@ contains
       !> kg⁻¹ m⁻²; s
       real(wp), intent(in) :: inverse_j0, dt
       integer, intent(in) :: n
-      !> Of a motion that is no steady spin.
+      !> Order of the method; present for a motion that is no steady spin.
       integer, intent(in), optional :: order
       class(stepper_t), allocatable :: stepper
       type(integrator_settings_t) :: settings

@@ -182,7 +182,7 @@ contains
       call check_below(error, recorder%invariants%momentum_error(), 1e-13_wp, "momentum")
    end subroutine long_steps_are_subdivided
 
-   !> Where the ends of a step are uncertain by more than a billionth of it.
+   !> Checks steps whose ends are uncertain by more than a billionth of their length.
    subroutine steps_keep_their_length(error)
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: start(2) = [0.0_wp, 1e7_wp]

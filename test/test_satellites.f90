@@ -26,7 +26,7 @@ module test_satellites
    !> Start against the stars, rad/s.
    real(wp), parameter :: rotating(3) = [4e-3_wp, -3e-3_wp, 5e-3_wp]
 
-   !> What acts in the axes of the scene.
+   !> Effects in the axes of the scene.
    integer, parameter :: MAGNETIC = 1, FORCE_ALONG = 2, BOTH = 3
 
 contains

@@ -84,9 +84,9 @@ contains
    !> A tumbling body with four wheels on inclined axes and a controller.
    type(problem_t) function tumbling(controller, forced, torque_limit, speed_limit) result(problem)
       type(controller_t), intent(in) :: controller
-      !> Beside every other kind of effect.
+      !> The body has every other kind of effect too.
       logical, intent(in) :: forced
-      !> Of the motors, N m and rad/s.
+      !> Limits of the motors, N m and rad/s.
       real(wp), intent(in) :: torque_limit, speed_limit
       type(status_t) :: status
       real(wp) :: axis(3)
@@ -160,7 +160,7 @@ contains
 
    end subroutine turn_in_two_parts
 
-   !> By torque, and by a wheel on the axis, without whose inertia the body turns.
+   !> Checks a rotation by torque, and by a wheel on the axis, without whose inertia the body rotates.
    subroutine turn_has_the_closed_form(error)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problems(2)
@@ -190,7 +190,7 @@ contains
 
    contains
 
-      !> Of 310 steps of 0.02 s.
+      !> Returns the bound of errors of 310 steps of 0.02 s.
       pure real(wp) function bound_of(order) result(bound)
          integer, intent(in) :: order
          bound = 1e-11_wp
@@ -200,7 +200,7 @@ contains
 
    end subroutine turn_has_the_closed_form
 
-   !> Against dop853 at short steps, with limits that are left and come to again.
+   !> Compares with dop853 at short steps, with limits that are left and reached again.
    subroutine order_is_kept(error)
       type(error_type), allocatable, intent(out) :: error
       integer, parameter :: halvings = 3
@@ -237,7 +237,7 @@ contains
       end do
    end subroutine order_is_kept
 
-   !> Beside every other effect. By wheels all momentum stays where no torque acts from outside.
+   !> Checks controllers beside every other effect. With wheels all momentum stays if no external torque acts.
    subroutine account_and_momentum(error)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem
@@ -267,8 +267,8 @@ contains
       end do
    end subroutine account_and_momentum
 
-   !> On its own axis the motor alone changes the wheel's momentum: by no more than its limit allows; and its speed
-   !> stays within its limit, but comes to it.
+   !> Checks that the motor alone changes the wheel's momentum on its own axis: by no more than its limit allows; and
+   !> that its speed stays within its limit, but reaches it.
    subroutine motor_minds_its_limits(error)
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: torque_limit = 0.7_wp, speed_limit = 9.0_wp
@@ -304,8 +304,8 @@ contains
       self%begun = .true.
    end subroutine watch_wheel
 
-   !> Where e₀ passes zero the torque goes from one limit to the other at once: half a turn ahead of the target the body
-   !> is driven on, and then back; never is it driven harder than the limit allows.
+   !> Checks a torque that jumps from one limit to the other where e₀ passes zero: half a turn ahead of the target the
+   !> body is driven on, and then back; it is never driven harder than the limit allows.
    subroutine law_jumps(error)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem
@@ -377,8 +377,8 @@ contains
       end do
    end subroutine runs_go_on
 
-   !> On a circular orbit the same motion, from its own axes and from inertial ones, by torque and by wheels, with
-   !> limits.
+   !> Checks the same motion on a circular orbit, from its own axes and from inertial ones, by torque and by wheels,
+   !> with limits.
    subroutine target_of_the_orbit(error)
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: until = 40.0_wp
@@ -414,7 +414,7 @@ contains
          end do
          q = quat_product(path%axes(until), states(1)%q)
          call check_below(error, attitude_distance(q, states(2)%q), 1e-11_wp, 'the same motion')
-         ! It has come to where it is to be, which turns by 8 rad in this time.
+         ! The body has reached its target, which rotates by 8 rad in this time.
          call check_below(error, attitude_distance(states(1)%q, controller%target), 0.1_wp, 'its target')
       end do
       system = empty

@@ -1,4 +1,4 @@
-!> How a scene may be written: lines, blanks, comments, numbers; and what no text may do to the reader.
+!> Notation of scenes: lines, blanks, comments, numbers; and malformed text that the reader must survive.
 module test_scene_notation
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_kinds, only: wp

@@ -124,7 +124,7 @@ contains
       end do
    end subroutine check_potential
 
-   !> Of every kind that a scene can name, if it has a series.
+   !> Checks every kind of effect that a scene can name, if it has a series.
    subroutine every_effect_is_its_series(error)
       type(error_type), allocatable, intent(out) :: error
       type(effect_samples_t) :: samples

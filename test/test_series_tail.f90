@@ -179,7 +179,7 @@ contains
       worst = max(worst, attitude_distance(inside%q, q))
    end subroutine look
 
-   !> There and back by a chosen step, for bodies with every effect.
+   !> Goes there and back by a chosen step, for bodies with every effect.
    subroutine goes_back(error)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem

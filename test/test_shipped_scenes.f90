@@ -84,7 +84,7 @@ contains
          call march(error, scene, 'reduced', 2, scene%plan%time_step, 1000, b)
          if (allocated(error)) return
          tolerance = 1e-11_wp
-         ! Its instability amplifies round-off.
+         ! The instability of the box amplifies round-off.
          if (scene_names(i) == 'box') tolerance = 1e-9_wp
          call check_close(error, b%q, a%q, tolerance, trim(scene_names(i)))
       end do
@@ -109,7 +109,7 @@ contains
       call check(error, status%ok(), scene%name//': '//trim(status%message))
    end subroutine march
 
-   !> Before the windowed torque of the scene starts at 2.005 s. The errors lie between 1e-3 and 1e-13.
+   !> Checks orders before the windowed torque of the scene starts at 2.005 s. The errors lie between 1e-3 and 1e-13.
    subroutine orders_with_all_effects(error)
       type(error_type), allocatable, intent(out) :: error
       character(len=7), parameter :: solvers(2) = ['full   ', 'reduced']

@@ -24,7 +24,7 @@ module test_stability_axes
    type, extends(meter_t) :: axis_meter_t
       !> |(Ω1, Ω2)|/|Ω| first above the one and the other of these.
       real(wp) :: low = 1e-6_wp, high = 1e-3_wp
-      !> When that was, s; negative: not yet.
+      !> Times at which these tilts were reached, s; negative: not yet.
       real(wp) :: at_low = -1.0_wp, at_high = -1.0_wp
       real(wp) :: tilt_low = 0.0_wp, tilt_high = 0.0_wp
       !> Largest so far.
@@ -182,7 +182,7 @@ contains
          call record%require(.not. record%refused, trim(record%outcome))
          call record%require(meter%at_high > 0.0_wp, number_text(sizes(i))//' did not grow')
          call assess_rate(problem, meter, 10.0_wp, dt, way, record)
-         ! Not before the perturbation, or round-off, can have grown as far; for 1e-8 not later either.
+         ! The time is not before the perturbation, or round-off, can have grown as far; for 1e-8 not later either.
          earliest = log(meter%low/max(sizes(i), 1e-15_wp))/rate - 1
          call record%require(meter%at_low > earliest, number_text(sizes(i))//' grew too fast')
          if (i == 3) call record%require(meter%at_low < earliest + 2, '1e-8 grew too slowly')
@@ -222,7 +222,7 @@ contains
       call record%require_invariants(bound)
    end subroutine run_separatrix
 
-   !> Each shape with a spin about no axis in particular.
+   !> Runs each shape with a spin about an arbitrary axis.
    subroutine run_degenerate(way, whole, record)
       type(way_t), intent(in) :: way
       logical, intent(in) :: whole

@@ -1,4 +1,4 @@
-!> What a stability case is, the ways in which it is run, and what is recorded of a run.
+!> Stability cases, the ways in which they are run, and the record of a run.
 !>
 !> A case says what it guards against and is run in each of its ways: shortened by the unit tests, whole by
 !> `make stress`. The rule for all of them: a step is right, or it is refused with a reason; never silently wrong, never
@@ -22,7 +22,7 @@ module test_stability_case
       !> J0 is ten times the largest moment, not infinite.
       logical :: finite_j0
       integer :: order
-      !> With the projection onto the invariants.
+      !> Steps are projected onto the invariants.
       logical :: conserve = .false.
    contains
       !> The settings that it means for a system.
@@ -41,10 +41,10 @@ module test_stability_case
    logical, parameter :: ORDER_TWO(6) = ways%order == 2
    logical, parameter :: ORDER_EIGHT(6) = ways%order == 8
    logical, parameter :: INFINITE_J0(6) = .not. ways%finite_j0
-   !> Those that take states off the constraint manifold.
+   !> Ways that take states off the constraint manifold.
    logical, parameter :: FULL_SYSTEM(6) = ways%solver == 'full'
 
-   !> What came out of a case in one way.
+   !> Results of a case in one way.
    type :: record_t
       !> Nominal steps, and those that were subdivided.
       integer(long) :: steps = 0, subdivided_steps = 0
@@ -53,9 +53,9 @@ module test_stability_case
       !> A run ended before its time; the code of its status.
       logical :: refused = .false.
       integer :: code = 0
-      !> Why a run was rejected; blank if none was.
+      !> Reason why a run was rejected; blank if none was.
       character(len=320) :: outcome = ''
-      !> What else was measured, in a few words, and its value; blank if nothing.
+      !> Another measured quantity, in a few words, and its value; blank if none.
       character(len=40) :: measure = ''
       real(wp) :: value = 0.0_wp
       logical :: passed = .true.
@@ -77,9 +77,9 @@ module test_stability_case
    !> A case.
    type :: stability_case_t
       character(len=56) :: name = ''
-      !> What it guards against: one sentence.
+      !> Fault that the case guards against, in one sentence.
       character(len=320) :: guards = ''
-      !> In which of `ways` it is run.
+      !> Selection of `ways` in which the case is run.
       logical :: selected(6) = .true.
       procedure(run_case), nopass, pointer :: run => null()
    end type stability_case_t
@@ -89,7 +89,7 @@ module test_stability_case
       subroutine run_case(way, whole, record)
          import :: way_t, record_t
          type(way_t), intent(in) :: way
-         !> At full length (minutes); else in a fraction of a second.
+         !> The case is run at full length (minutes); otherwise in a fraction of a second.
          logical, intent(in) :: whole
          !> Blank on entry.
          type(record_t), intent(inout) :: record
@@ -131,7 +131,7 @@ contains
    subroutine require(self, condition, message)
       class(record_t), intent(inout) :: self
       logical, intent(in) :: condition
-      !> What is wrong otherwise.
+      !> Message if the condition does not hold.
       character(len=*), intent(in) :: message
       if (condition .or. .not. self%passed) return
       self%passed = .false.

@@ -21,7 +21,7 @@ module test_stability_columns
    !> Random scenes; part of them whose steps must all be possible.
    integer, parameter :: many = 15, few = 6
    real(wp), parameter :: most = 0.7_wp
-   !> Of |row||column|.
+   !> Bound of errors relative to |row||column|.
    real(wp), parameter :: bound = 1e-13_wp
 
 contains

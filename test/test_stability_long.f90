@@ -126,7 +126,7 @@ contains
       real(wp), intent(in) :: dt
       integer(long), intent(in) :: n
       type(record_t), intent(inout) :: record
-      !> Of energy, momentum and norm.
+      !> Bound of the errors of energy, momentum and norm.
       real(wp), intent(in) :: bound
       type(meter_t) :: meter
       integer(long) :: steps

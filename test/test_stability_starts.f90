@@ -75,7 +75,7 @@ contains
       type(problem_t) :: problem
       type(state_t) :: state
       type(record_t) :: part
-      !> As far from 1 as a start may be.
+      !> Factors as far from 1 as an initial state may be.
       real(wp), parameter :: factors(2) = [1 + 0.9999e-6_wp, 1 - 0.9999e-6_wp]
       real(wp) :: square
       integer :: i
@@ -110,7 +110,7 @@ contains
       record%outcome = part%outcome
    end subroutine require_refusal
 
-   !> With w₀ = q·p the norm grows as d|q|²/dt = ½|q|² w₀/J0.
+   !> Runs motions with w₀ = q·p, whose norm grows as d|q|²/dt = ½|q|² w₀/J0.
    subroutine run_product(way, whole, record)
       type(way_t), intent(in) :: way
       logical, intent(in) :: whole

@@ -243,7 +243,7 @@ contains
          meter = blank
          part = record_t()
          call follow(problem, way, 0.01_wp, merge(10000_long, 100_long, whole), part, meter=meter)
-         ! What is left of the motion at last is round-off of the square of the start's.
+         ! The remaining motion is round-off: its energy is the initial one times the square of round-off.
          call record%require_below(meter%growth_of_kinetic, energy*(16*eps)**2, 'growth of energy')
          ! The backward stages of a composition meet their pole: no part is short enough for the strongest.
          if (i == 3 .and. way%order > 2) then

@@ -195,8 +195,8 @@ contains
       self%t = state%t
    end subroutine note_tilt
 
-   !> How far the angles of the columns went in a step, over what the fastest turn so far, |Ω|Δt, allows: θ by |Ω|Δt,
-   !> φ+ψ and φ-ψ each in its half of the sphere by twice that.
+   !> Measures the rotation of the angles of the columns in a step, relative to that of the fastest rotation so far,
+   !> |Ω|Δt: θ by |Ω|Δt, φ+ψ and φ-ψ each in its half of the sphere by twice that.
    subroutine watch_angles(self, state)
       class(tilt_meter_t), intent(inout) :: self
       type(state_t), intent(in) :: state
@@ -346,7 +346,7 @@ contains
       call record%require_below(abs(meter%tilts(1) - 1 - 0.5_wp*(fall_rate*dt)**2*sin(1.0_wp)), (fall_rate*dt)**4, &
                                 'tilt after the first step')
       call record%require(meter%most > pi - fall_rate*2*dt .and. meter%crossings > 2, 'the tilted top did not swing')
-      ! From 1e-300 to some 1e-164, or through all decades and down.
+      ! The tilt goes from 1e-300 to some 1e-164, or through all decades and down.
       n = merge(100000_long, 10000_long, whole)
       meter = blank
       meter%marks = [1000_long, 10000_long]
@@ -385,7 +385,7 @@ contains
       call record%require_invariants(merge(5e-12_wp, 1e-12_wp, whole))
    end subroutine run_spin
 
-   !> Against the closed solution; gravity and time in proportion, so that one step suits all.
+   !> Compares with the closed solution; gravity and time in proportion, so that one step suits all.
    subroutine run_gravity(way, whole, record)
       type(way_t), intent(in) :: way
       logical, intent(in) :: whole

@@ -70,7 +70,7 @@ contains
    subroutine assess(error, system, rate, end_time)
       type(error_type), allocatable, intent(inout) :: error
       type(system_t), intent(in) :: system
-      !> Of the motions, rad/s; s.
+      !> Rate of the motions, rad/s; end time, s.
       real(wp), intent(in) :: rate, end_time
       !> Error of a step over the tolerance, of which a third is the aim.
       real(wp), parameter :: bound = 3.0_wp

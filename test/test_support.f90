@@ -1,8 +1,8 @@
-!> What several test suites share: checks that report index, actual and expected, and reproducible random input.
+!> Helpers that several test suites share: checks that report index, actual and expected, and reproducible random input.
 !>
-!> The first error of a test stands: a check after it does nothing, where those of test-drive would clear it. So a test
-!> needs `if (allocated(error)) return` only where what follows would crash, and what a test calls takes `error` as
-!> `intent(inout)`.
+!> The first error of a test stands: a check after it does nothing, while those of test-drive would clear it. A test
+!> therefore requires `if (allocated(error)) return` only if the code behind it would crash, and procedures that a test
+!> calls declare `error` as `intent(inout)`.
 module test_support
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_kinds, only: wp, pi
@@ -21,7 +21,7 @@ module test_support
       module procedure check_close_vector
    end interface check_close
 
-   !> As those of test-drive.
+   !> Checks with the interface of test-drive.
    interface check
       module procedure check_true
       module procedure check_logical
@@ -53,7 +53,7 @@ contains
       if (.not. allocated(error)) call testdrive_check(error, actual, expected, message)
    end subroutine check_integer
 
-   !> To round-off.
+   !> Checks that reals agree to round-off.
    subroutine check_real(error, actual, expected, message)
       type(error_type), allocatable, intent(inout) :: error
       real(wp), intent(in) :: actual, expected
@@ -175,7 +175,7 @@ contains
       random_unit = (real(ishft(seed, -11), wp) + 0.5_wp)*2.0_wp**(-53)
    end function random_unit
 
-   !> Each component uniform in (-1, 1).
+   !> Returns a vector with each component uniform in (-1, 1).
    function random_vector(seed) result(v)
       integer(int64), intent(inout) :: seed
       real(wp) :: v(3)

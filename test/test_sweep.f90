@@ -95,7 +95,7 @@ contains
       call read_content(name, content)
    end subroutine run_alone
 
-   !> What a file holds, which is removed.
+   !> Reads the content of a file, and removes the file.
    subroutine read_content(name, content)
       character(len=*), intent(in) :: name
       character(len=:), allocatable, intent(out) :: content

@@ -43,7 +43,7 @@ contains
                   new_unittest("bounds hold for the torque and its derivatives", bounds_hold)]
    end subroutine collect_table_torques
 
-   !> Each time in turn; those of a periodic table a thousand rounds on.
+   !> Checks that each time is found in turn; those of a periodic table a thousand periods on.
    subroutine breaks_are_found(error)
       type(error_type), allocatable, intent(out) :: error
       type(tabulated_torque_t) :: torque

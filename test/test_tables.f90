@@ -108,7 +108,7 @@ contains
       end do
    end subroutine splines_are_smooth
 
-   !> As programs write them: with 6, 15, 17 and 19 digits, with and without exponent.
+   !> Checks numbers as programs write them: with 6, 15, 17 and 19 digits, with and without exponent.
    subroutine quick_numbers_are_careful(error)
       type(error_type), allocatable, intent(out) :: error
       character(len=12), parameter :: formats(5) = [character(len=12) :: '(es13.5e2)', '(f24.17)', '(es24.16e3)', &

@@ -65,12 +65,13 @@ module test_tangent_attack
       way_t('taylor, order 24', integrator_settings_t(method='taylor', series_order=24), FLOW, UNIFORM, 4), &
       way_t('exact', integrator_settings_t(method='exact'), FLOW, FREE, 4)]
 
-   !> Of a column, over the largest entry of all, and over this again: the condition of the step.
+   !> Bound of the error of a column, divided by the square of the largest entry of all, which is also the condition of
+   !> the step.
    real(wp), parameter :: bound = 1e-13_wp
    !> Difference of attitudes beyond which the oracle has found another root.
    real(wp), parameter :: other_root = 1e-8_wp
 
-   !> What came out, for each method.
+   !> Results for each method.
    type :: tally_t
       integer :: cases(size(ways)) = 0, steps(size(ways)) = 0, others(size(ways)) = 0, columns(size(ways)) = 0, &
          failures(size(ways)) = 0
@@ -104,7 +105,7 @@ contains
    !> The attack at full length, or a case of it: a table on standard output, failures on standard error.
    subroutine report_tangent_attack(seed, number, alone, passed)
       integer, intent(in) :: seed
-      !> How many cases, or which one.
+      !> Number of cases, or number of the only one.
       integer, intent(in) :: number
       logical, intent(in) :: alone
       logical, intent(out) :: passed
@@ -247,7 +248,7 @@ contains
       end do
       q = random_unit_quaternion(seed)
       omega = 2*random_vector(seed)
-      ! Where the ends can meet the spring has another discrete gradient.
+      ! The spring has another discrete gradient if its ends can meet.
       if (abs(norm2(p(point_at + 1:point_at + 3)) - norm2(p(anchor_at + 1:anchor_at + 3))) &
           < 0.1_wp*norm2(p(anchor_at + 1:anchor_at + 3))) p(anchor_at + 1:anchor_at + 3) = [2.0_wp, 1.0_wp, -1.0_wp]
       p(parameters + 1:) = 0.0_wp

@@ -113,7 +113,7 @@ contains
       state = make_state(system, q, self%rate, first_time)
    end subroutine build
 
-   !> Each group of the samples by itself.
+   !> Checks each group of the samples by itself.
    subroutine differ_alone(error)
       type(error_type), allocatable, intent(out) :: error
       type(variant_t) :: variant
@@ -152,7 +152,8 @@ contains
       call compare(error, variant, 'orbit')
    end subroutine differ_on_orbit
 
-   !> What reads an orbit in inertial axes: an ellipse, a flyby by its periapsis, and several fast revolutions.
+   !> Checks effects that use an orbit in inertial axes: an ellipse, a flyby by its periapsis, and several fast
+   !> revolutions.
    subroutine differ_along_orbits(error)
       type(error_type), allocatable, intent(out) :: error
       character(len=*), parameter :: angles = 'inclination = 0.5, raan = 0.3, argument_of_periapsis = -0.7, '
@@ -304,7 +305,7 @@ contains
       type(error_type), allocatable, intent(inout) :: error
       type(tangent_t), intent(in) :: tangent
       integer, intent(in) :: k
-      !> By +1, -1, +½, -½.
+      !> Variants shifted by +1, -1, +½, -½.
       type(variant_t), intent(in) :: shifted(4)
       real(wp), intent(in) :: shift
       type(integrator_settings_t), intent(in) :: how
@@ -405,7 +406,7 @@ contains
       shifted = shifted(:, :n)
    end subroutine list_variations
 
-   !> Those of the numbers of one group.
+   !> Adds the variations of the numbers of one group.
    subroutine list_keys(variant, system, j, number, columns, shifted, shifts, n, error)
       type(variant_t), intent(in) :: variant
       type(system_t), intent(in) :: system
@@ -425,7 +426,7 @@ contains
             associate (setting => group%settings(k))
                if (.not. allocated(setting%values)) cycle
                if (any(setting%name == without_derivative) .or. setting%kind /= KEY_REAL) cycle
-               ! How a controller shares its torque among wheels depends on their axes.
+               ! The distribution of a controller's torque among wheels depends on their axes.
                if (setting%name == 'axis' .and. variant%groups(size(variant%groups))%text('by', '') == 'wheels') cycle
                do m = 1, size(setting%values)
                   allocate (change(size(setting%values)), source=0.0_wp)

@@ -249,7 +249,7 @@ contains
          plan = run_plan_t(time_step=0.02_wp, end_time=2.0_wp)
          call compare(error, methods(i), plan, .false., events, [1, 2, 3, 4, 5], 5e-9_wp)
       end do
-      ! Whether a step is accepted may change with the shift: differences then have the error of the steps.
+      ! The shift may change the acceptance of a step: differences then have the error of the steps.
       plan = run_plan_t(end_time=2.0_wp)
       plan%goal%local_tolerance = 1e-12_wp
       if (.not. allocated(error)) &
@@ -278,7 +278,7 @@ contains
       type(event_list_t), intent(inout) :: events
       character(len=*), intent(in) :: name
       real(wp), intent(in) :: level
-      !> That is toggled.
+      !> Effect that is toggled.
       character(len=*), intent(in), optional :: effect
       integer, intent(in), optional :: kind
       type(column_event_t) :: event
@@ -302,9 +302,9 @@ contains
       type(run_plan_t), intent(in) :: plan
       logical, intent(in) :: limited
       type(event_list_t), intent(in) :: events
-      !> These events must happen.
+      !> Numbers of the events that must happen.
       integer, intent(in) :: expected(:)
-      !> Over the largest entry of a column.
+      !> Bound of differences relative to the largest entry of a column.
       real(wp), intent(in) :: bound
       real(wp), parameter :: parts(4) = [1.0_wp, -1.0_wp, 0.5_wp, -0.5_wp], shift = 2e-4_wp
       type(variation_t) :: columns(most)
@@ -371,7 +371,7 @@ contains
    subroutine cross_limits(error)
       type(error_type), allocatable, intent(out) :: error
       type(event_list_t) :: events
-      ! Of the wheel's speed, of the sign of e0, of two components of the torque.
+      ! The limits are those of the wheel's speed, of the sign of e0, of two components of the torque.
       call compare(error, methods(3), run_plan_t(time_step=0.02_wp, end_time=2.0_wp), .true., events, &
                    [3, 4, 5, 7, 16], 5e-9_wp)
       if (.not. allocated(error)) &
@@ -496,7 +496,7 @@ contains
       if (allocated(error)) return
       do i = 1, 2
          call check_close(error, keeper%times(i), 2.0_wp, 1e-14_wp, 'time')
-         ! By Ω0 and by the torque: -J/(τ - b), -0.4J/(τ - b)².
+         ! Derivatives with respect to Ω0 and to the torque: -J/(τ - b), -0.4J/(τ - b)².
          call check_close(error, keeper%changes(:2, i), [-5.0_wp, -5.0_wp], 1e-11_wp, 'derivative of the time')
       end do
    end subroutine peak_at_switch

@@ -370,7 +370,7 @@ contains
       end do
    end subroutine follow_flows
 
-   !> What projected columns make of energy and momentum stays in long runs, of columns of parameters as well.
+   !> Checks that energy and momentum of projected columns are kept in long runs, also those of columns of parameters.
    subroutine keep_rows(error)
       type(error_type), allocatable, intent(out) :: error
       type(variation_t), allocatable :: columns(:)

@@ -1,5 +1,6 @@
-!> What steps conserve, their tangent conserves too, to round-off: energy, with the work of torques and what parameters
-!> change of it, momentum, and symmetry about a direction. Random scenes, every parameter, both forms and all orders.
+!> Quantities that steps conserve, and that their tangent conserves too, to round-off: energy, with the work of torques
+!> and its change by parameters, momentum, and symmetry about a direction. Random scenes, every parameter, both forms
+!> and all orders.
 module test_tangent_identities
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_sensitivity_projection, only: kept_steps
@@ -78,7 +79,7 @@ contains
       if (system%effects%frame_turns) columns = [columns, variation_t(name='frame', frame=[0.2_wp, 0.5_wp, -0.4_wp])]
    end function all_columns
 
-   !> Those of the numbers of an effect.
+   !> Adds the variations of the numbers of an effect.
    subroutine add_all(columns, effect, kind, place)
       type(variation_t), allocatable, intent(inout) :: columns(:)
       class(effect_t), intent(in) :: effect
@@ -88,7 +89,7 @@ contains
       integer :: i, n
       list = effect%parameters()
       n = sum(list%size)
-      ! That of a gravity gradient follows from the body's.
+      ! The inertia of a gravity gradient follows from that of the body.
       if (any(list%name == 'inertia')) n = n - 9
       do i = 1, n
          column = variation_t(name=effect%name)

@@ -11,7 +11,7 @@ module test_tangent_oracle
    public :: turn_at, momentum_at, inertia_at, rotor_at, moment_at, field_at, damping_at, point_at, anchor_at, &
       stiffness_at, length_at
 
-   !> What a step depends on: rotation of the start, L0, J (11, 22, 33, 12, 13, 23), h, m and field of a dipole,
+   !> Parameters of a step: rotation of the initial state, L0, J (11, 22, 33, 12, 13, 23), h, m and field of a dipole,
    !> damping, body point, anchor, stiffness and rest length of a spring.
    integer, parameter :: n_parameters = 32
    integer, parameter :: turn_at = 0, momentum_at = 3, inertia_at = 6, rotor_at = 12, moment_at = 15, field_at = 18, &
@@ -19,7 +19,7 @@ module test_tangent_oracle
    integer, parameter :: place(2, 6) = reshape([1, 1, 2, 2, 3, 3, 1, 2, 1, 3, 2, 3], [2, 6])
    integer, parameter :: IMPLICIT_STAGES = 1, RUNGE_KUTTA = 2, FLOW = 3
 
-   !> Of the differences.
+   !> Shift of the differences.
    real(qp), parameter :: shift = 1e-11_qp
    !> Columns of the extrapolation, of n = 2, 4, 6, … steps each; turn of the body in one extrapolation, rad.
    integer, parameter :: columns = 12

@@ -204,7 +204,7 @@ contains
       call resume_one(error, box(), plan)
    end subroutine resume_sensitivities
 
-   !> The same for one body.
+   !> Checks the resumption of a run of one body.
    subroutine resume_one(error, problem, plan)
       type(error_type), allocatable, intent(inout) :: error
       type(problem_t), intent(in) :: problem

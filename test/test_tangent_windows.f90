@@ -38,9 +38,9 @@ module test_tangent_windows
    integer, parameter :: n_effects = 5, n_times = 2*n_effects
    character(len=10), parameter :: names(n_effects) = [character(len=10) :: 'torque', 'torque', 'force', 'wheel', &
       'controller']
-   !> Which of those of that name.
+   !> Numbers of the effects among those of their name.
    integer, parameter :: numbers(n_effects) = [1, 2, 1, 1, 1]
-   !> s.
+   !> Starts and stops of the effects, s.
    real(wp), parameter :: times(n_times) = [0.513_wp, 2.031_wp, 0.327_wp, 2.618_wp, 0.911_wp, 1.713_wp, 0.413_wp, &
                                             2.207_wp, 0.724_wp, 1.937_wp]
    real(wp), parameter :: last = 3.0_wp
@@ -108,9 +108,9 @@ contains
 
    !> A body on which everything acts for a time.
    subroutine build(shift, kind, system, status)
-      !> Of the times, s.
+      !> Shift of the times, s.
       real(wp), intent(in) :: shift(n_times)
-      !> 0: no controller; 1: without limit; 2: with one that it is at from its start on; 3: by wheels.
+      !> Controller: 0: none; 1: without limit; 2: with a limit that it is at from its start on; 3: by wheels.
       integer, intent(in) :: kind
       type(system_t), intent(out) :: system
       type(status_t), intent(out) :: status
@@ -155,7 +155,7 @@ contains
       if (kind > 0 .and. status%ok()) call add_controller(system, controller, status)
    end subroutine build
 
-   !> Their columns.
+   !> Lists the variations of the starts and stops.
    subroutine list_variations(system, kind, columns, status)
       type(system_t), intent(in) :: system
       integer, intent(in) :: kind
@@ -256,8 +256,8 @@ contains
       difference = (4*by_half - difference)/3
    end subroutine find_difference
 
-   !> Fixed steps of 0.02 s. What a step of length h does has the derivative by h of the flow but for terms of the order
-   !> of the method: they are the tolerance of the Runge-Kutta method of order 4; else that of the differences.
+   !> Fixed steps of 0.02 s. A step of length h has the derivative by h of the flow but for terms of the order of the
+   !> method: they are the tolerance of the Runge-Kutta method of order 4; otherwise that of the differences.
    subroutine differ(error)
       type(error_type), allocatable, intent(out) :: error
       integer :: i
@@ -404,8 +404,8 @@ contains
       call check(error, all(abs(run%tangent%theta) <= 0.0_wp) .and. all(abs(run%tangent%momentum) <= 0.0_wp), 'zero')
    end subroutine stand_outside
 
-   !> A rate that rises until a torque stops, and falls then: its maximum has the time of the stop. Of rows at that time
-   !> and behind it the columns are those behind.
+   !> A rate that rises until a torque stops, and falls then: its maximum has the time of the stop. Rows at that time
+   !> and after it have the columns behind the stop.
    subroutine peak_at_stop(error)
       type(error_type), allocatable, intent(out) :: error
       type(system_t) :: system

@@ -36,7 +36,7 @@ module test_third_degree
    character(len=*), parameter :: flyby = body// &
       '&third_degree third_moments = 10e-4, -4e-4, 7e-4, 2e-4, -3e-4, 1e-4, 5e-4, -2e-4, -6e-4, 3e-4 /'//nl
 
-   !> Its motion: t, q, Ω, H.
+   !> Motion in the flyby: t, q, Ω, H.
    real(wp), parameter :: third(9, 5) = reshape([ &
       0.0_wp, 0.9_wp, 0.1_wp, -0.3_wp, 0.3_wp, 0.2_wp, -0.1_wp, 0.5_wp, 0.01181493985434165_wp, &
       2.0_wp, 0.5855886197344764_wp, 0.1344705350599183_wp, -0.2927018539197035_wp, 0.7438610544652399_wp, &
@@ -85,7 +85,7 @@ contains
                        [0.000934027264_wp, -0.0006295552_wp, 0.001087700992_wp], 16*eps*1e-3_wp, 'discrete gradient')
    end subroutine numbers
 
-   !> At a distance of 4, a third of them in the origin's place: only their centre counts.
+   !> Checks point masses at a distance of 4, a third of them at the position of the origin: only their centre counts.
    subroutine point_masses(error)
       type(error_type), allocatable, intent(out) :: error
       type(third_degree_t) :: effect
@@ -135,7 +135,7 @@ contains
       end do
    end subroutine discrete_gradient
 
-   !> On a hyperbola.
+   !> Checks series and power on a hyperbola.
    subroutine series_and_power(error)
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: h = 1e-4_wp
@@ -245,7 +245,7 @@ contains
       end do
    end subroutine long_steps
 
-   !> On a circular orbit.
+   !> Compares both frames on a circular orbit.
    subroutine both_frames(error)
       type(error_type), allocatable, intent(out) :: error
       character(len=8), parameter :: frames(2) = [character(len=8) :: 'lvlh', 'inertial']

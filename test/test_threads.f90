@@ -24,17 +24,17 @@ module test_threads
 
    integer, parameter :: n_threads = 8, n_states = 64, n_steps = 40
 
-   !> What the threads share: they read all but their own outcomes.
+   !> Data that the threads share: they read all but their own outcomes.
    type :: job_t
       type(system_t) :: system
       type(integrator_settings_t) :: settings
-      !> s.
+      !> Time step, s.
       real(wp) :: time_step = 0.0_wp
       type(state_t) :: states(n_states)
       integer :: codes(n_states) = -1
    end type job_t
 
-   !> What threads that make whole runs share, and what they leave.
+   !> Data that threads with whole runs share, and their results.
    type :: run_job_t
       type(scene_t) :: scene
       type(state_t) :: ends(n_states)
@@ -89,7 +89,7 @@ contains
    subroutine compare_steps(error, scene, row)
       type(error_type), allocatable, intent(inout) :: error
       type(scene_t), intent(in) :: scene
-      !> Of the table of methods.
+      !> Row of the table of methods.
       integer, intent(in) :: row
       type(job_t), target :: serial, threaded
       integer(int64) :: seed

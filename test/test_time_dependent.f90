@@ -159,7 +159,7 @@ contains
          associate (energy => potential_energy(problem%system%effects, q, t))
             call check_close(error, energy, 1.5_wp*earth_mu/norm2(r)**3* &
                              dot_product(n, [90.0_wp, 100.0_wp, 40.0_wp]*n), 16*eps*energy, "energy")
-            ! Of second order in h n = 6e-4.
+            ! The difference is of second order in h n = 6e-4.
             difference = (potential_energy(problem%system%effects, q, t + h) &
                           - potential_energy(problem%system%effects, q, t - h))/(2*h)
             call check_close(error, time_dependent_power(problem%system%effects, q, t), difference, 3e-9_wp*energy, &
@@ -284,7 +284,7 @@ contains
          call grow(error, 1 + 1e-3_wp*(i - 1), times(i))
          if (allocated(error)) return
       end do
-      ! As many are longer as are shorter.
+      ! The median is compared: as many values are longer as are shorter.
       do i = 1, n
          if (count(times(:n) < times(i)) == n/2) call check_close(error, times(i), 1.35_wp, 0.1_wp, "revolutions")
       end do
@@ -438,7 +438,7 @@ contains
       settings%in_space_axes = in_space_axes
    end function settings_of_row
 
-   !> Against Simpson's rule over 2000 rows, whose error is some 1e-12.
+   !> Compares with Simpson's rule over 2000 rows, whose error is some 1e-12.
    subroutine work_is_integrated_power(error)
       type(error_type), allocatable, intent(out) :: error
       character(len=13), parameter :: names(4) = [character(len=13) :: 'nielsen_krenk', 'taylor', 'rk4', 'dop853']
@@ -472,7 +472,7 @@ contains
       end do
    end subroutine work_is_integrated_power
 
-   !> With a rotor and damping beside it, long steps, and a finite J0.
+   !> Checks the energy balance with a rotor and damping beside the gradient, long steps, and a finite J0.
    subroutine account_closes(error)
       type(error_type), allocatable, intent(out) :: error
       character(len=*), parameter :: solvers(2) = ['full   ', 'reduced']
@@ -498,8 +498,8 @@ contains
       end do
    end subroutine account_closes
 
-   !> Where 1e-9 of a step is below the last digit of t, and on the way from there to 0; what is seen lacks the work of
-   !> a rounding of t.
+   !> Checks the energy balance if 1e-9 of a step is below the last digit of t, and on the way from there to 0; the
+   !> observed balance lacks the work of a rounding of t.
    subroutine account_closes_late(error)
       type(error_type), allocatable, intent(out) :: error
       type(integrator_settings_t) :: settings(5)

@@ -93,8 +93,8 @@ contains
       call check_close(error, (1 - omega(3)/(2*exp(-n*x)))/(n*x**3/12), 1.0_wp, 1e-2_wp, "error of the exponential")
    end subroutine damping_decays_a_spin
 
-   !> From rest: Ω = τt/J, and the work is the kinetic energy (τt)²/2J; in any motion the work of a torque alone is the
-   !> gain.
+   !> Checks a torque from rest: Ω = τt/J, and the work is the kinetic energy (τt)²/2J; in any motion the work of a
+   !> torque alone is the gain.
    subroutine constant_torque_does_work(error)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem
@@ -192,8 +192,8 @@ contains
       call check(error, summary%work(1) < 0.0_wp, "damping takes energy")
    end subroutine work_is_told_for_each_torque
 
-   !> Where JΩ + h lies along Ω a body rotates steadily about an axis that is no principal one; a step turns it by
-   !> 4 atan(Δt|Ω|/4).
+   !> Checks that a body rotates steadily about an axis that is not principal if JΩ + h lies along Ω; a step rotates it
+   !> by 4 atan(Δt|Ω|/4).
    subroutine gyrostat_rotates_steadily(error)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem

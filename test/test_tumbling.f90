@@ -175,7 +175,7 @@ contains
       if (.not. start%is_short_axis) share = (least - start%energy_ratio)/(least - middle)
    end function share_of_energy
 
-   !> After P_ψ the momentum is back in the body, which has gone round L by 2πP_ψ/P_φ.
+   !> Checks that after P_ψ the momentum is back in the body, which has rotated about L by 2πP_ψ/P_φ.
    subroutine periods_of_motion(error)
       type(error_type), allocatable, intent(out) :: error
       type(body_case_t) :: body
@@ -360,7 +360,7 @@ contains
       call check(error, elements%rotation >= infinite_period, 'a sphere does not tumble')
       elements = tumbling_elements([1.0_wp, 2.0_wp, 3.0_wp], [0.0_wp, 0.0_wp, 0.0_wp])
       call check(error, elements%rotation >= infinite_period, 'rest')
-      ! On the separatrix.
+      ! Motion on the separatrix.
       elements = tumbling_elements([1.0_wp, 2.0_wp, 3.0_wp], [0.0_wp, 1.0_wp, 0.0_wp])
       call check(error, elements%rotation >= infinite_period, 'about the intermediate axis')
       call check_close(error, elements%energy_ratio, 1.5_wp, 4*eps, 'about the intermediate axis')
@@ -411,7 +411,7 @@ contains
                   '&body inertia = 0.64, 0.97, 1.0 / &rotor momentum = 0.0, 0.0, 1.0 /')
    end subroutine refused
 
-   !> Against central differences along a motion with a torque.
+   !> Compares with central differences along a motion with a torque.
    subroutine rates(error)
       type(error_type), allocatable, intent(out) :: error
       character(len=24), parameter :: columns(6) = [character(len=24) :: 'energy_ratio', 'precession_period_short', &

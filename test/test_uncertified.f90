@@ -100,7 +100,7 @@ contains
       problem%start = make_state(problem%system, [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], [1.0_wp, 0.5_wp, -0.3_wp])
    end function unbounded
 
-   !> Of ten steps three are marked, the last of these subdivided; four more are subdivided that are not marked.
+   !> Checks ten steps: three are marked, the last of these is subdivided, and so are three more that are not marked.
    subroutine steps_count_once(error)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem

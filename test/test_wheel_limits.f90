@@ -125,7 +125,7 @@ contains
          problem = driven_wheel(motor)
          call run(problem, settings_of(methods(m)), run_plan_t(time_step=0.7_wp, end_time=6.0_wp), summary, status)
          call check(error, status%ok(), trim(status%message))
-         ! What the ramp takes and gives is alike; behind the jump it is -0.5 up to a corner, and a triangle each way.
+         ! The ramp adds and removes equal momentum; behind the jump it is -0.5 up to a corner, and a triangle each way.
          call check_close(error, problem%start%wheel_momentum(1), 0.2_wp*0.1_wp - 0.5_wp*(2.5_wp/3.25_wp) &
                           - 0.5_wp*0.5_wp*(0.5_wp/3.25_wp) + 0.5_wp*0.25_wp*(0.25_wp/3.25_wp), 64*eps, &
                                 label_of(methods(m)))

@@ -70,7 +70,7 @@ contains
    subroutine compare_with_reference(error, settings, plan, tolerance, label)
       type(error_type), allocatable, intent(inout) :: error
       type(integrator_settings_t), intent(in) :: settings
-      !> Its end is that of the reference.
+      !> Plan of the run; it ends with the reference.
       type(run_plan_t), intent(in) :: plan
       real(wp), intent(in) :: tolerance
       character(len=*), intent(in) :: label

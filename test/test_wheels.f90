@@ -114,7 +114,7 @@ contains
       call add_wheel(with%system, wheel_t(name='wheel', axis=axis, inertia=1.5_wp, speed=0.5_wp), status)
       call make_body(diagonal([4.0_wp, 3.5_wp, 6.0_wp]), lighter%system%body, status)
       do m = 1, size(methods)
-         ! With wheels every step is projected.
+         ! Every step with wheels is projected.
          if (methods(m)%name == 'exact' .or. (methods(m)%name == 'rk4' .and. methods(m)%projected)) cycle
          call make_stepper(with%system, settings_of(methods(m)), stepper, status)
          state = make_state(with%system, identity, omega)
@@ -344,7 +344,7 @@ contains
       call check_close(error, after%body%inertia(:, 3), [-0.72_wp, 0.0_wp, 5.04_wp], 8*eps, "what turns")
    end subroutine gravity_acts_on_the_locked_body
 
-   !> Each leaves the system as it was.
+   !> Checks that invalid wheels leave the system unchanged.
    subroutine bad_wheels_are_refused(error)
       type(error_type), allocatable, intent(out) :: error
       type(system_t) :: system

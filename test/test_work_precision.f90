@@ -159,7 +159,7 @@ contains
       reference = reference_of(problem, 3e6_wp)
       do m = 1, size(methods)
          if (methods(m)%order < 1) cycle
-         ! Of order 16 all steps short enough to show it are at round-off.
+         ! Steps of order 16 that are short enough to show it are all at round-off.
          if (methods(m)%dense) cycle
          step = merge(0.005_wp, 0.05_wp, methods(m)%order < 6)
          long = work_point_t(method=m, time_step=step)
