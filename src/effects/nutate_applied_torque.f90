@@ -17,7 +17,7 @@ module nutate_applied_torque
 
    public :: applied_torque_t, applied_torque_keys, build_applied_torque
 
-   !> Keys of the scene group `&torque`; the last four are of a tabulated torque (`nutate_tabulated_torque`).
+   !> Keys of the scene group `&torque`; the last four belong to a tabulated torque (`nutate_tabulated_torque`).
    type(key_t), parameter :: applied_torque_keys(10) = [ &
       key_t(name='body', least=3, most=3), &
       key_t(name='space', least=3, most=3), &
@@ -34,13 +34,13 @@ module nutate_applied_torque
    type, extends(torque_t) :: applied_torque_t
       !> τ₀, N m; shape (3).
       real(wp) :: amplitude(3) = 0.0_wp
-      !> τ₀ stands in space axes; else in body axes.
+      !> True if τ₀ is given in space axes; else in body axes.
       logical :: in_space = .false.
       !> f, Hz.
       real(wp) :: frequency = 0.0_wp
-      !> rad.
+      !> Phase, rad.
       real(wp) :: phase = 0.0_wp
-      !> s.
+      !> Start and stop of the torque, s.
       real(wp) :: start = -huge(1.0_wp), stop = huge(1.0_wp)
    contains
       procedure :: torque => applied_torque
@@ -68,8 +68,8 @@ contains
 
    !> Builds a torque from its scene group.
    !>
-   !> Errors: `NUTATE_BAD_ARGUMENT` where not exactly one of body and space is given, the window is empty, or a key
-   !> needs a table.
+   !> Errors: `NUTATE_BAD_ARGUMENT` if not exactly one of body and space is given, the window is empty, or a key needs a
+   !> table.
    subroutine build_applied_torque(group, body, effect, status)
       type(group_t), intent(in) :: group
       type(body_t), intent(in) :: body
@@ -115,10 +115,10 @@ contains
       if (abs(self%frequency) > 0.0_wp .or. abs(self%phase) > 0.0_wp) tau = cos(phase_at(self, t))*tau
    end function applied_torque
 
-   !> 2πft + phase without the whole turns of the first term, which would cost digits of the cosine, rad.
+   !> Returns 2πft + phase, rad, without the whole revolutions of the first term, which would cost digits of the cosine.
    pure real(wp) function phase_at(self, t)
       class(applied_torque_t), intent(in) :: self
-      !> s.
+      !> Time, s.
       real(wp), intent(in) :: t
       real(wp) :: turns
       turns = self%frequency*t
@@ -221,7 +221,7 @@ contains
       end do
    end subroutine harmonic_torque
 
-   !> Computes coefficient k of the cosine times the unit matrix in space axes, of zero else.
+   !> Computes coefficient k of the derivative by γ: the cosine times the unit matrix in space axes, else zero.
    pure subroutine harmonic_series_derivative(self, k, t, time_unit, auxiliary, derivative, known)
       class(applied_torque_t), intent(in) :: self
       integer, intent(in) :: k
@@ -290,7 +290,7 @@ contains
       if (torque_is_valid) torque_is_valid = is_moderate(norm2(self%amplitude))
    end function torque_is_valid
 
-   !> τ₀, f and phase. Those of a force in body axes are that of its torque.
+   !> Returns the parameters of a motor: τ₀, f and phase.
    pure function parameters_of_motor(self) result(list)
       class(applied_torque_t), intent(in) :: self
       type(parameter_t), allocatable :: list(:)

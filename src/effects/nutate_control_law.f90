@@ -1,17 +1,17 @@
 !> Control laws: torques that follow from attitude and rate, to point a body or to stop its tumbling.
 !>
-!> **Pointing**, the quaternion law of Wie, Weiss and Arapostathis (1989): with e = q_t*∘q, the attitude seen from the
+!> **Pointing**, the quaternion law of Wie, Weiss and Arapostathis (1989): with e = q_t*∘q, the attitude relative to the
 !> target,
 !>
 !>     τ = -K sgn(e₀) e_v - D Ω
 !>
-!> K and D the gains times the inertia of the body, or times the unit matrix; e₀ = 0 counts as positive. By wheels their
-!> motors give -τ, shared by the pseudo-inverse of the axes; by magnetorquers the body has the moment m = B×τ/|B|² in
-!> the field B, of which the part of τ across B is left.
+!> K and D are the gains times the inertia of the body, or times the unit matrix; e₀ = 0 is treated as positive. With
+!> wheels, their motors give -τ, shared by the pseudo-inverse of the axes. With magnetorquers, the body has the moment
+!> m = B×τ/|B|² in the field B, which gives the part of τ across B.
 !>
 !> **Detumbling**, B-dot: m = -k Ḃ, Ḃ = B×Ω + R(q)ᵀ∂b/∂t the change of the field B = R(q)ᵀb in body axes, the same in
-!> space axes of any rotation. By samples Ḃ is the difference of the last two over the time between them, and zero at
-!> the first one.
+!> space axes of any rotation. With sampling, Ḃ is the difference of the last two samples of B over the time between
+!> them, and zero at the first sample.
 !>
 !> The field is constant in space axes, or is that of the Earth along an orbit.
 module nutate_control_law
@@ -26,16 +26,16 @@ module nutate_control_law
 
    public :: control_law_t
 
-   !> Laws, and what they act by.
+   !> Control laws, and the actuators by which they act.
    integer, parameter, public :: POINTING = 1, DETUMBLING = 2
    integer, parameter, public :: BY_TORQUE = 1, BY_WHEELS = 2, BY_MAGNETORQUERS = 3
 
    !> A law with its gains, its target and its field.
    type, abstract, extends(torque_t) :: control_law_t
-      !> `POINTING` or `DETUMBLING`; `BY_TORQUE`, `BY_WHEELS` or `BY_MAGNETORQUERS`: the last alone detumble.
+      !> `POINTING` or `DETUMBLING`; `BY_TORQUE`, `BY_WHEELS` or `BY_MAGNETORQUERS`: only magnetorquers detumble.
       integer :: law = POINTING, by = BY_TORQUE
-      !> q_t, body→space, unit quaternion; shape (4). Where `follows_orbit`, body→LVLH frame, and the LVLH
-      !> frame of the orbit of the body takes the place of the space axes (`follow_orbit`).
+      !> Target attitude q_t, body→space, unit quaternion; shape (4). If `follows_orbit`, body→LVLH frame: the LVLH
+      !> frame of the orbit of the body replaces the space axes (`follow_orbit`).
       real(wp) :: target(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
       logical :: follows_orbit = .false.
       type(orbit_t) :: orbit = orbit_t()
@@ -43,7 +43,7 @@ module nutate_control_law
       real(wp) :: attitude_gain(3, 3) = 0.0_wp, rate_gain(3, 3) = 0.0_wp
       !> k, A m² s/T.
       real(wp) :: gain = 0.0_wp
-      !> b, space axes, T; shape (3). Where `follows_earth`, that of the Earth takes its place (`follow`).
+      !> Field b, space axes, T; shape (3). If `follows_earth`, the field of the Earth replaces it (`follow`).
       real(wp) :: field(3) = 0.0_wp
       logical :: follows_earth = .false.
       type(geomagnetic_field_t) :: earth = geomagnetic_field_t()
@@ -52,14 +52,14 @@ module nutate_control_law
       procedure :: follow
       !> Refers the target to the LVLH frame.
       procedure :: follow_orbit
-      !> Return the commanded torque, and what a change of `parameters` makes of it.
+      !> Return the commanded torque, and its change by a change of `parameters`.
       procedure :: law_torque
       procedure :: law_change
       procedure :: command
       procedure :: error_scalar, error_angle
       !> Returns the magnetic field in body axes.
       procedure :: field_at
-      !> Returns a command with the components that are at the limit there.
+      !> Returns a command with the saturated components set to the limit.
       procedure :: cut_off
       !> Computes the derivatives of the torque by one small rotation, and by one component of Ω.
       procedure :: differentiate
@@ -68,10 +68,10 @@ module nutate_control_law
 
 contains
 
-   !> Uses the field of the Earth for the magnetorquers, in place of the fixed `field`.
+   !> Uses the field of the Earth for the magnetorquers, instead of the fixed `field`.
    pure subroutine follow(self, earth)
       class(control_law_t), intent(inout) :: self
-      !> Along the orbit, in the space axes of the scene.
+      !> Field of the Earth along the orbit, in the space axes of the scene.
       type(geomagnetic_field_t), intent(in) :: earth
       self%follows_earth = .true.
       self%earth = earth
@@ -79,7 +79,7 @@ contains
       self%pace = earth%pace()
    end subroutine follow
 
-   !> Refers the target to the LVLH frame of an orbit. Nothing changes where the space axes are the LVLH frame.
+   !> Refers the target to the LVLH frame of an orbit. Nothing changes if the space axes are the LVLH frame.
    pure subroutine follow_orbit(self, orbit)
       class(control_law_t), intent(inout) :: self
       type(orbit_t), intent(in) :: orbit
@@ -90,7 +90,7 @@ contains
    !> Returns the magnetic field B in body axes, T; shape (3).
    pure function field_at(self, t, q) result(b)
       class(control_law_t), intent(in) :: self
-      !> s; attitude, unit quaternion, body→space, shape (4).
+      !> Time, s; attitude, unit quaternion, body→space, shape (4).
       real(wp), intent(in) :: t, q(4)
       real(wp) :: b(3)
       b = self%field
@@ -101,7 +101,7 @@ contains
    !> Returns Ḃ in body axes, T/s: B×Ω + R(q)ᵀ∂b/∂t, both relative to the space axes; shape (3).
    pure function field_rate(self, t, q, omega) result(rate)
       class(control_law_t), intent(in) :: self
-      !> As in `law_torque`.
+      !> Time, attitude and Ω as in `law_torque`.
       real(wp), intent(in) :: t, q(4), omega(3)
       real(wp) :: rate(3)
       rate = cross(self%field_at(t, q), omega)
@@ -112,9 +112,9 @@ contains
    !> Ω, or m×B with m = -k Ḃ. Source: Wie, Weiss and Arapostathis (1989) for pointing; B-dot for detumbling.
    pure function law_torque(self, t, q, omega) result(tau)
       class(control_law_t), intent(in) :: self
-      !> s.
+      !> Time, s.
       real(wp), intent(in) :: t
-      !> Attitude, unit quaternion, body→space, and Ω against the space axes, body axes, rad/s; shapes (4), (3).
+      !> Attitude, unit quaternion, body→space, and Ω relative to the space axes, body axes, rad/s; shapes (4), (3).
       real(wp), intent(in) :: q(4), omega(3)
       real(wp) :: tau(3)
       if (self%law == DETUMBLING) then
@@ -129,7 +129,7 @@ contains
    !> axes, shape (3).
    pure function command(self, t, q, omega)
       class(control_law_t), intent(in) :: self
-      !> As in `law_torque`.
+      !> Time, attitude and Ω as in `law_torque`.
       real(wp), intent(in) :: t, q(4), omega(3)
       real(wp) :: command(3)
       if (self%by /= BY_MAGNETORQUERS) then
@@ -141,7 +141,7 @@ contains
       end if
    end function command
 
-   !> B×τ/|B|²; nothing where there is no field.
+   !> Returns B×τ/|B|², or zero without a field; shape (3).
    pure function moment_for(b, tau) result(moment)
       real(wp), intent(in) :: b(3), tau(3)
       real(wp) :: moment(3), size
@@ -150,7 +150,7 @@ contains
       if (size > 0.0_wp) moment = cross(b/size, tau)/(size*dot_product(b/size, b/size))
    end function moment_for
 
-   !> -K sgn(e₀) e_v - D Ω, Ω against the axes of the target.
+   !> Returns -K sgn(e₀) e_v - D Ω, with Ω relative to the axes of the target.
    pure function pointing_torque(self, t, q, omega) result(tau)
       class(control_law_t), intent(in) :: self
       real(wp), intent(in) :: t, q(4), omega(3)
@@ -159,27 +159,27 @@ contains
       tau = -times_vector(self%attitude_gain, e(2:4)) - times_vector(self%rate_gain, omega - rate_of_target(self, t, q))
    end function pointing_torque
 
-   !> e₀, before its sign is looked at.
+   !> Returns e₀ with its own sign.
    pure real(wp) function error_scalar(self, t, q)
       class(control_law_t), intent(in) :: self
-      !> s; attitude, unit quaternion, body→space; shape (4).
+      !> Time, s; attitude, unit quaternion, body→space; shape (4).
       real(wp), intent(in) :: t, q(4)
       real(wp) :: e(4)
       e = seen_from_target(self, t, q)
       error_scalar = e(1)
    end function error_scalar
 
-   !> Angle of the rotation from the target to the attitude, 0 to π, rad.
+   !> Returns the angle of the rotation from the target to the attitude, 0 to π, rad.
    pure real(wp) function error_angle(self, t, q)
       class(control_law_t), intent(in) :: self
-      !> As in `error_scalar`.
+      !> Time and attitude as in `error_scalar`.
       real(wp), intent(in) :: t, q(4)
       real(wp) :: e(4)
       e = seen_from_target(self, t, q)
       error_angle = 2*atan2(norm2(e(2:4)), abs(e(1)))
    end function error_angle
 
-   !> q_t*∘q; shape (4).
+   !> Returns q_t*∘q, the attitude relative to the target; shape (4).
    pure function seen_from_target(self, t, q) result(e)
       class(control_law_t), intent(in) :: self
       real(wp), intent(in) :: t, q(4)
@@ -189,7 +189,7 @@ contains
       e = quat_product(quat_conjugate(target), q)
    end function seen_from_target
 
-   !> sgn(e₀) e; shape (4).
+   !> Returns sgn(e₀) e; shape (4).
    pure function error_of(self, t, q) result(e)
       class(control_law_t), intent(in) :: self
       real(wp), intent(in) :: t, q(4)
@@ -202,7 +202,7 @@ contains
       end if
    end function error_of
 
-   !> Rate of the target against the space axes, body axes, rad/s; shape (3).
+   !> Returns the rate of the target relative to the space axes, body axes, rad/s; shape (3).
    pure function rate_of_target(self, t, q) result(rate)
       class(control_law_t), intent(in) :: self
       real(wp), intent(in) :: t, q(4)
@@ -211,7 +211,7 @@ contains
       if (self%follows_orbit) rate = rotate_to_body(q, self%orbit%axes_rate(t))
    end function rate_of_target
 
-   !> The part of a vector across b; nothing of it where there is no b.
+   !> Returns the part of a vector across b, or zero if b is zero; shape (3).
    pure function across(b, v) result(part)
       real(wp), intent(in) :: b(3), v(3)
       real(wp) :: part(3), unit(3)
@@ -221,7 +221,7 @@ contains
       part = v - (dot_product(unit, v)/dot_product(unit, unit))*unit
    end function across
 
-   !> Torque or moment with the components that are at the limit there; shape (3).
+   !> Returns a torque or moment with the saturated components set to the limit; shape (3).
    pure function cut_off(self, amount) result(cut)
       class(control_law_t), intent(in) :: self
       real(wp), intent(in) :: amount(3)
@@ -234,11 +234,11 @@ contains
    !> by ½(e₀θ + e_v×θ) and B by B×θ, and by one component of Ω.
    pure subroutine differentiate(self, t, q, omega, b, theta, by_rotation, by_rate)
       class(control_law_t), intent(in) :: self
-      !> s; attitude, unit quaternion, body→space, and Ω, body axes, rad/s; shapes (4), (3).
+      !> Time, s; attitude, unit quaternion, body→space, and Ω, body axes, rad/s; shapes (4), (3).
       real(wp), intent(in) :: t, q(4), omega(3)
-      !> B, body axes, T; a unit vector; shape (3).
+      !> B, body axes, T; unit vector along θ and along the component of Ω; shape (3).
       real(wp), intent(in) :: b(3), theta(3)
-      !> N m, and N m s; body axes; shape (3).
+      !> Derivatives by the rotation, N m, and by the rate, N m s; body axes; shape (3).
       real(wp), intent(out) :: by_rotation(3), by_rate(3)
       if (any(self%saturated /= 0)) then
          call differentiate_cut(self, t, q, omega, b, theta, by_rotation, by_rate)
@@ -251,20 +251,20 @@ contains
       end if
    end subroutine differentiate
 
-   !> Change of Ḃ by a small rotation of the body; shape (3).
+   !> Returns the change of Ḃ by a small rotation of the body; shape (3).
    pure function rate_by_rotation(self, t, q, omega, theta) result(change)
       class(control_law_t), intent(in) :: self
-      !> A unit vector.
+      !> Time, attitude and Ω as in `law_torque`; unit vector along the rotation.
       real(wp), intent(in) :: t, q(4), omega(3), theta(3)
       real(wp) :: change(3)
       change = cross(cross(self%field_at(t, q), theta), omega)
       if (self%follows_earth) change = change + cross(rotate_to_body(q, self%earth%rate_at(t)), theta)
    end function rate_by_rotation
 
-   !> The derivatives of the quaternion law by one small rotation, and by one component of Ω.
+   !> Computes the derivatives of the quaternion law by one small rotation, and by one component of Ω.
    pure subroutine differentiate_pointing(self, t, q, omega, b, theta, by_rotation, by_rate)
       class(control_law_t), intent(in) :: self
-      !> B, body axes, T; shape (3); a unit vector.
+      !> B, body axes, T, shape (3); unit vector along the rotation and along the component of Ω.
       real(wp), intent(in) :: t, q(4), omega(3), b(3), theta(3)
       real(wp), intent(out) :: by_rotation(3), by_rate(3)
       real(wp) :: tau(3), unit(3), change(3)
@@ -281,7 +281,7 @@ contains
       by_rotation = by_rotation - dot_product(unit, tau)*change - dot_product(change, tau)*unit
    end subroutine differentiate_pointing
 
-   !> That of `pointing_torque` by a small rotation; the rate of the target, r, changes by r×θ.
+   !> Returns the change of `pointing_torque` by a small rotation; the rate of the target, r, changes by r×θ.
    pure function change_by_rotation(self, t, q, theta) result(change)
       class(control_law_t), intent(in) :: self
       real(wp), intent(in) :: t, q(4), theta(3)
@@ -292,10 +292,10 @@ contains
          change = change + times_vector(self%rate_gain, cross(rate_of_target(self, t, q), theta))
    end function change_by_rotation
 
-   !> The same of a torque, or of m×B, where components of it, or of m, stand at the limit and do not change.
+   !> Computes the derivatives of a torque, or of m×B, if components of it, or of m, are at the limit and do not change.
    pure subroutine differentiate_cut(self, t, q, omega, b, theta, by_rotation, by_rate)
       class(control_law_t), intent(in) :: self
-      !> B, body axes, T; shape (3); a unit vector.
+      !> B, body axes, T, shape (3); unit vector along the rotation and along the component of Ω.
       real(wp), intent(in) :: t, q(4), omega(3), b(3), theta(3)
       real(wp), intent(out) :: by_rotation(3), by_rate(3)
       real(wp) :: rotated(3)
@@ -307,7 +307,7 @@ contains
          by_rotation = change_by_rotation(self, t, q, theta)
          by_rate = -times_vector(self%rate_gain, theta)
          if (self%by == BY_MAGNETORQUERS) then
-            ! |B| stays: of B×τ/|B|² either factor changes.
+            ! |B| does not change; in B×τ/|B|² both B and τ do.
             by_rotation = moment_for(b, by_rotation)
             if (maxval(abs(b)) > 0.0_wp) by_rotation = by_rotation + &
                cross(rotated/norm2(b), pointing_torque(self, t, q, omega)/norm2(b))
@@ -323,7 +323,7 @@ contains
       by_rate = cross(by_rate, b)
    end subroutine differentiate_cut
 
-   !> Change of the torque on the body; of what stands at the limit that of the limit.
+   !> Returns the change of the torque on the body; saturated components change with the limit.
    pure function controlling_change(self, change, t, q, omega) result(tau)
       class(control_law_t), intent(in) :: self
       real(wp), intent(in) :: change(:), t, q(4), omega(3)
@@ -343,7 +343,7 @@ contains
       end if
    end function controlling_change
 
-   !> Shape (3).
+   !> Returns the change of a command, in which saturated components change with the limit; shape (3).
    pure function cut_change(self, amount, limit) result(cut)
       class(control_law_t), intent(in) :: self
       !> Change of the command, shape (3), and of the limit.
@@ -356,7 +356,7 @@ contains
    !> Returns the change of `law_torque`, body axes, N m; shape (3).
    pure function law_change(self, change, t, q, omega) result(tau)
       class(control_law_t), intent(in) :: self
-      !> Of `parameters`; the others as in `law_torque`.
+      !> Change of `parameters`; other arguments as in `law_torque`.
       real(wp), intent(in) :: change(:), t, q(4), omega(3)
       real(wp) :: tau(3), b(3), moved(3)
       if (self%by /= BY_MAGNETORQUERS) then
@@ -368,7 +368,7 @@ contains
       tau = cross(moment_change(self, change, t, q, omega, b, moved), b) + cross(self%command(t, q, omega), moved)
    end function law_change
 
-   !> Change of the moment, -k Ḃ or B×τ/|B|², before the limit; nothing where there is no field; shape (3).
+   !> Returns the change of the moment, -k Ḃ or B×τ/|B|², before the limit, or zero without a field; shape (3).
    pure function moment_change(self, change, t, q, omega, b, moved) result(moment)
       class(control_law_t), intent(in) :: self
       !> B and its change, T; shape (3).
@@ -386,7 +386,7 @@ contains
                - (2*dot_product(b/size_of, moved/size_of))*moment_for(b, tau)
    end function moment_change
 
-   !> Change of B in body axes, T; shape (3).
+   !> Returns the change of B in body axes, T; shape (3).
    pure function field_change(self, change, t, q) result(b)
       class(control_law_t), intent(in) :: self
       real(wp), intent(in) :: change(:), t, q(4)
@@ -397,7 +397,7 @@ contains
       b = rotate_to_body(q, b)
    end function field_change
 
-   !> Change of Ḃ in body axes, T/s; shape (3).
+   !> Returns the change of Ḃ in body axes, T/s; shape (3).
    pure function rate_change(self, change, t, q, omega) result(rate)
       class(control_law_t), intent(in) :: self
       real(wp), intent(in) :: change(:), t, q(4), omega(3)
@@ -409,7 +409,7 @@ contains
       rate = rate + rotate_to_body(q, self%earth%rate_change_by_orbit(change(24:), t) + other%rate_at(t))
    end function rate_change
 
-   !> -δK sgn(e₀) e_v - δD Ω; where the target turns by φ, e_v changes by -½(e₀φ + e_v×φ), φ as the body sees it.
+   !> Returns -δK sgn(e₀) e_v - δD Ω; if the target rotates by φ, body axes, e_v changes by -½(e₀φ + e_v×φ).
    pure function pointing_change(self, change, t, q, omega) result(tau)
       class(control_law_t), intent(in) :: self
       real(wp), intent(in) :: change(:), t, q(4), omega(3)

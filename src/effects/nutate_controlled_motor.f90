@@ -1,7 +1,7 @@
-!> The motor of a wheel by which a controller acts at all times: it gives its share of what the law asks for.
+!> Motor of a wheel by which a controller acts at all times: it gives its share of the commanded torque.
 !>
-!> Where that has come to the limit of the motor's torque, the torque stays there until the law asks for less; where the
-!> wheel has come to the limit of its speed, the motor brakes but does not push. Runs locate these moments.
+!> If this share reaches the limit of the motor's torque, the torque stays at the limit until the law commands less. If
+!> the wheel reaches the limit of its speed, the motor brakes but does not push. Runs locate these moments.
 module nutate_controlled_motor
    use nutate_effect, only: parameter_t, torque_t
    use nutate_kepler_orbit, only: kepler_orbit_t
@@ -12,10 +12,10 @@ module nutate_controlled_motor
 
    public :: controlled_motor_t
 
-   !> A motor; its torque is component 1.
+   !> Motor whose torque is component 1.
    type, extends(torque_t) :: controlled_motor_t
       type(controller_t) :: controller = controller_t()
-      !> Which wheel.
+      !> Index of the wheel.
       integer :: wheel = 1
    contains
       procedure :: torque => motor_torque
@@ -37,9 +37,9 @@ contains
    !> Returns the torque that the control law commands from this motor, before its limit, N m.
    pure function command(self, t, q, omega)
       class(controlled_motor_t), intent(in) :: self
-      !> s.
+      !> Time, s.
       real(wp), intent(in) :: t
-      !> Attitude, unit quaternion, body→space, and Ω against the space axes, body axes, rad/s; shapes (4), (3).
+      !> Attitude, unit quaternion, body→space, and Ω relative to the space axes, body axes, rad/s; shapes (4), (3).
       real(wp), intent(in) :: q(4), omega(3)
       real(wp) :: command(3)
       command = [dot_product(self%controller%share(:, self%wheel), self%controller%law_torque(t, q, omega)), &
@@ -69,7 +69,7 @@ contains
       shift_law = self%controller%shift(change)
    end function shift_law
 
-   !> Returns all times: `start` and `stop` are numbers of the controller.
+   !> Returns all times: `start` and `stop` are parameters of the controller.
    pure subroutine no_window_of_its_own(self, start, stop)
       class(controlled_motor_t), intent(in) :: self
       real(wp), intent(out) :: start, stop
@@ -97,7 +97,7 @@ contains
       stop = self%controller%stop
    end subroutine motor_window
 
-   !> Those of the controller.
+   !> Returns the parameters of the controller.
    pure function motor_parameters(self) result(list)
       class(controlled_motor_t), intent(in) :: self
       type(parameter_t), allocatable :: list(:)

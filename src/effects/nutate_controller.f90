@@ -1,7 +1,7 @@
-!> A controller: a control law (`nutate_control_law`) that acts at all times, or by samples, from start to stop.
+!> A controller: a control law (`nutate_control_law`) that acts continuously, or by samples, from start to stop.
 !>
-!> With a period of samples the torque of the body, the torques of the motors or the moment, in body axes, are held from
-!> one sample to the next: they are what runs set there (`hold`).
+!> With a sampling period, the torque on the body, the torques of the motors or the moment, in body axes, are held from
+!> one sample to the next: runs set them at each sample (`hold`).
 module nutate_controller
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use nutate_archive, only: archive_t
@@ -20,14 +20,16 @@ module nutate_controller
 
    !> A controller that acts from start to stop.
    type, extends(control_law_t) :: controller_t
-      !> s; samples are taken at whole periods behind the start, or behind t = 0 where there is none.
+      !> Start and stop of the controller, s. Samples are taken an integer number of periods after the start, or after
+      !> t = 0 without one.
       real(wp) :: start = -huge(1.0_wp), stop = huge(1.0_wp)
-      !> What is held: torque, N m, or moment, A m², body axes, shape (3); torque of each motor, N m, shape
+      !> Held values: torque, N m, or moment, A m², body axes, shape (3); torque of each motor, N m, shape
       !> (most_wheels).
       real(wp) :: held(3) = 0.0_wp, held_by_wheels(most_wheels) = 0.0_wp
       !> Command of the law at the last sample, before limits: torque, N m, or moment, A m², body axes; shape (3).
       real(wp) :: commanded(3) = 0.0_wp
-      !> Number of samples of B-dot since it was switched on, at most 2; the last one first: times, s, B, body axes, T.
+      !> Number of samples of the field since B-dot was switched on, at most 2; their times, s, and B, body axes, T, the
+      !> last one first.
       integer :: n_fields = 0
       real(wp) :: field_times(2) = 0.0_wp, fields(3, 2) = 0.0_wp
       !> The torque of motor i is share(:, i)·τ; set by `add_controller`; shape (3, most_wheels).
@@ -66,8 +68,8 @@ module nutate_controller
 
 contains
 
-   !> Returns the torque of the control law, limited where runs found the limit, or the torque that is held, body axes,
-   !> N m; zero for wheels, whose motors act inside the body.
+   !> Returns the torque of the control law, limited if runs found it at the limit, or the held torque, body axes, N m;
+   !> zero for wheels, whose motors act inside the body.
    pure function controlling_torque(self, t, q, omega) result(tau)
       class(controller_t), intent(in) :: self
       real(wp), intent(in) :: t, q(4), omega(3)
@@ -135,11 +137,11 @@ contains
       end do
    end function controlling_break
 
-   !> Returns the first sample after a time, s; huge where there is none, or none that differs from others in floating
+   !> Returns the first sample after a time, s; huge if there is none, or none that differs from others in floating
    !> point.
    pure real(wp) function next_sample(self, t, sense) result(next)
       class(controller_t), intent(in) :: self
-      !> s, and which way time goes: 1 or -1.
+      !> Time, s, and direction of time: 1 or -1.
       real(wp), intent(in) :: t, sense
       real(wp) :: first, n
       next = sense*huge(next)
@@ -148,7 +150,7 @@ contains
       if (self%start > -huge(first)) first = self%start
       n = (t - first)/self%sample
       if (.not. abs(n) < 1e15_wp) return
-      ! Rounding may have put a sample on either side of itself.
+      ! Rounding may have moved the time of a sample in either direction.
       n = aint(n) - 2*sense
       do while (sense*(first + n*self%sample - t) <= 0.0_wp)
          n = n + sense
@@ -162,9 +164,9 @@ contains
       class(controller_t), intent(inout) :: self
       !> Time of the sample, s.
       real(wp), intent(in) :: t
-      !> Attitude, unit quaternion, body→space, and Ω against the space axes, body axes, rad/s; shapes (4), (3).
+      !> Attitude, unit quaternion, body→space, and Ω relative to the space axes, body axes, rad/s; shapes (4), (3).
       real(wp), intent(in) :: q(4), omega(3)
-      !> A time inside of what follows, s: it tells whether the window is open.
+      !> A time inside the interval that follows, s: it decides whether the window is open.
       real(wp), intent(in) :: moment
       self%was_on = self%on
       self%held = 0.0_wp
@@ -187,13 +189,13 @@ contains
       end if
    end subroutine hold
 
-   !> Stores a sample of the field. A second one at the same time replaces the last one; one before it, or more than a
-   !> period behind it, is the first one.
+   !> Stores a sample of the field. A second sample at the same time replaces the last one; a sample before the last
+   !> one, or more than a period after it, is treated as the first.
    pure subroutine sample_field(self, t, field, ahead)
       class(controller_t), intent(inout) :: self
       !> Time of the sample, s; B, body axes, T, shape (3).
       real(wp), intent(in) :: t, field(3)
-      !> Points to what follows; times nearer to each other than half of it are one, s.
+      !> Signed interval to a time inside what follows, s: times closer than half of it are treated as equal.
       real(wp), intent(in) :: ahead
       real(wp) :: elapsed, margin
       margin = 0.5_wp*abs(ahead)
@@ -210,13 +212,13 @@ contains
       self%fields(:, 1) = field
    end subroutine sample_field
 
-   !> Returns `GENERAL_SERIES` for a command that is held; `NO_SERIES` for a law that acts continuously, a feedback.
+   !> Returns `GENERAL_SERIES` for a held command, `NO_SERIES` for a law that acts continuously, a feedback.
    pure integer function controller_series(self) result(kind)
       class(controller_t), intent(in) :: self
       kind = merge(GENERAL_SERIES, NO_SERIES, self%sample > 0.0_wp)
    end function controller_series
 
-   !> Returns the field b of magnetorquers, space axes, T, at t = 0 where it moves; else zero.
+   !> Returns the field b of magnetorquers, space axes, T, at t = 0 if it moves; zero for other actuators.
    pure function controller_direction(self) result(direction)
       class(controller_t), intent(in) :: self
       real(wp) :: direction(3)
@@ -271,8 +273,8 @@ contains
       if (valid .and. self%follows_earth) valid = is_moderate(self%gain*(strongest*self%earth%pace()))
    end function controller_is_valid
 
-   !> K and D, column by column, k, b, the limit, the orbit of field and target, G and θ₀ of the field of the Earth;
-   !> those that the law has have names.
+   !> Returns K and D, column by column, k, b, the limit, the orbit of field and target, G and θ₀ of the field of the
+   !> Earth; only parameters of the law have names.
    pure function controller_parameters(self) result(list)
       class(controller_t), intent(in) :: self
       type(parameter_t), allocatable :: list(:)
@@ -310,8 +312,8 @@ contains
       self%earth%epoch_angle = self%earth%epoch_angle + change(34)
    end function shift
 
-   !> Returns 3 where the limit applies to the components of a command that acts at all times; 0 by wheels, whose motors
-   !> have limits of their own, and by samples.
+   !> Returns 3 if the limit applies to the components of a command that acts at all times; 0 for wheels, whose motors
+   !> have their own limits, and for sampled commands.
    pure integer function limited_components(self) result(n)
       class(controller_t), intent(in) :: self
       n = merge(0, 3, self%by == BY_WHEELS .or. self%sample > 0.0_wp)
@@ -395,7 +397,7 @@ contains
       call self%earth%path%thin_table()
    end subroutine thin_paths
 
-   !> Writes or reads what the controller holds, and what of it is at a limit.
+   !> Writes or reads the values that the controller holds, and which of them are at a limit.
    subroutine transfer_controller(self, archive)
       class(controller_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive

@@ -36,14 +36,15 @@ module nutate_controller_group
 
 contains
 
-   !> Builds a controller from its scene group. Magnetorquers without a field follow that of the Earth, which
-   !> `add_controller` gives them.
+   !> Builds a controller from its scene group. Magnetorquers without a field follow the field of the Earth, which
+   !> `add_controller` sets.
    !>
    !> Errors: `NUTATE_BAD_ARGUMENT` for a key that the law does not have, or misses; a target that is no unit
    !> quaternion; an empty window. `NUTATE_BAD_BODY` for an inertia that no body has.
    subroutine build_controller(group, body, effect, status)
       type(group_t), intent(in) :: group
-      !> Its wheels locked; in an ensemble that of the scene before variation, which the controller is designed for.
+      !> Body with its wheels locked; in an ensemble the body of the scene before variation, for which the controller is
+      !> designed.
       type(body_t), intent(in) :: body
       class(effect_t), allocatable, intent(out) :: effect
       type(status_t), intent(out) :: status
@@ -70,7 +71,7 @@ contains
       if (status%ok()) allocate (effect, source=controller)
    end subroutine build_controller
 
-   !> Target, gains and what acts. Errors: `NUTATE_BAD_ARGUMENT` for a target that is no unit quaternion.
+   !> Sets target, gains and actuators. Errors: `NUTATE_BAD_ARGUMENT` for a target that is no unit quaternion.
    subroutine set_pointing(group, body, controller, status)
       type(group_t), intent(in) :: group
       type(body_t), intent(in) :: body
@@ -95,18 +96,18 @@ contains
       call set_gains(group, body%inertia, controller, status)
    end subroutine set_pointing
 
-   !> K and D: matrices as given, or gains times the inertia or the unit matrix. Errors: `NUTATE_BAD_BODY` for a given
-   !> inertia that no body has.
+   !> Sets K and D: matrices as given, or gains times the inertia or the unit matrix. Errors: `NUTATE_BAD_BODY` for a
+   !> given inertia that no body has.
    subroutine set_gains(group, inertia, controller, status)
       type(group_t), intent(in) :: group
-      !> Where the group gives none, kg m²; shape (3,3).
+      !> Inertia used if the group gives none, kg m²; shape (3,3).
       real(wp), intent(in) :: inertia(3, 3)
       type(controller_t), intent(inout) :: controller
       type(status_t), intent(inout) :: status
       type(body_t) :: nominal
       real(wp) :: unit(3, 3)
       if (group%has('inertia')) then
-         ! Of moments and tensor only: idealised bodies break the triangle rule.
+         ! Only moments and tensor are checked: idealised bodies break the triangle rule.
          call make_body(matrix_of(group, 'inertia'), nominal, status, check_triangle=.false.)
          if (.not. status%ok()) return
       end if
@@ -117,7 +118,7 @@ contains
       if (group%has('rate_gain_matrix')) controller%rate_gain = matrix_of(group, 'rate_gain_matrix')
    end subroutine set_gains
 
-   !> What gains are multiplied by; shape (3,3).
+   !> Returns the matrix by which gains are multiplied, the inertia or the unit matrix; shape (3,3).
    pure function unit_of(group, inertia) result(unit)
       type(group_t), intent(in) :: group
       real(wp), intent(in) :: inertia(3, 3)
@@ -127,13 +128,13 @@ contains
       if (group%text('gains', 'inertia') == 'scalar') unit = diagonal([1.0_wp, 1.0_wp, 1.0_wp])
    end function unit_of
 
-   !> Returns what a change of a key makes of K and D, column by column; zero for a key that they do not come from.
+   !> Returns the change of K and D, column by column, by a change of a key; zero for a key on which they do not depend.
    pure subroutine gain_changes(group, inertia, key, change, of_attitude, of_rate)
       type(group_t), intent(in) :: group
-      !> As `set_gains` uses it.
+      !> Inertia as in `set_gains`, kg m²; shape (3,3).
       real(wp), intent(in) :: inertia(3, 3)
       character(len=*), intent(in) :: key
-      !> Of the numbers of the key.
+      !> Change of the numbers of the key.
       real(wp), intent(in) :: change(:)
       real(wp), intent(out) :: of_attitude(9), of_rate(9)
       of_attitude = 0.0_wp
@@ -155,10 +156,11 @@ contains
       end select
    end subroutine gain_changes
 
-   !> The matrix of three numbers (its diagonal), six (a symmetric one: 11, 22, 33, 12, 13, 23) or nine (row by row).
+   !> Returns the matrix of three numbers (its diagonal), six (a symmetric one: 11, 22, 33, 12, 13, 23) or nine (row by
+   !> row).
    pure function matrix_of(group, key) result(matrix)
       type(group_t), intent(in) :: group
-      !> Present, with one of these counts.
+      !> Key that is present, with three, six or nine numbers.
       character(len=*), intent(in) :: key
       real(wp) :: matrix(3, 3), numbers(9)
       integer :: n
@@ -169,7 +171,7 @@ contains
    end function matrix_of
 
    pure function matrix_from(numbers) result(matrix)
-      !> Shape (3), (6) or (9).
+      !> Three, six or nine numbers; shape (3), (6) or (9).
       real(wp), intent(in) :: numbers(:)
       real(wp) :: matrix(3, 3)
       select case (size(numbers))
@@ -182,7 +184,7 @@ contains
       end select
    end function matrix_from
 
-   !> Errors: `NUTATE_BAD_ARGUMENT` for a key that the law does not have, or misses.
+   !> Checks the keys of a group. Errors: `NUTATE_BAD_ARGUMENT` for a key that the law does not have, or misses.
    subroutine check_keys(group, status)
       type(group_t), intent(in) :: group
       type(status_t), intent(out) :: status
@@ -220,8 +222,8 @@ contains
 
    end subroutine check_keys
 
-   !> Errors: `NUTATE_BAD_ARGUMENT` for gains that are missing, or given twice; for matrices of other counts; for what
-   !> they have no use for.
+   !> Checks the gains of a group. Errors: `NUTATE_BAD_ARGUMENT` for gains that are missing, or given twice; for
+   !> matrices of other counts; for keys that these gains do not use.
    subroutine check_gains(group, status)
       type(group_t), intent(in) :: group
       type(status_t), intent(inout) :: status

@@ -33,7 +33,7 @@ module nutate_damping
       procedure :: torque_change => damping_change
    end type damping_t
 
-   !> Damping.
+   !> Makes a damping torque.
    interface damping_t
       module procedure new_damping
    end interface damping_t

@@ -22,7 +22,7 @@ module nutate_dipole
       procedure :: own_field => field_of_dipole
    end type dipole_t
 
-   !> A dipole in a field.
+   !> Makes a dipole in a field.
    interface dipole_t
       module procedure new_dipole
    end interface dipole_t
@@ -41,7 +41,7 @@ contains
       dipole%moment = moment
    end function new_dipole
 
-   !> Returns b.
+   !> Returns the field b, space axes, T.
    pure subroutine field_of_dipole(self, field, found)
       class(dipole_t), intent(in) :: self
       real(wp), intent(out) :: field(3)

@@ -29,7 +29,7 @@ module nutate_earth_field
       procedure :: field
    end type earth_field_t
 
-   !> A moment in the Earth's field.
+   !> Makes a moment in the field of the Earth.
    interface earth_field_t
       module procedure new_earth_field
    end interface earth_field_t
@@ -42,7 +42,7 @@ contains
       always_earth_field = .true.
    end function always_earth_field
 
-   !> Returns b, in the space axes of the scene.
+   !> Returns the field b, in the space axes of the scene.
    pure type(geomagnetic_field_t) function field(self)
       class(earth_field_t), intent(in) :: self
       select type (vector => self%vector)
@@ -55,13 +55,13 @@ contains
    pure function new_earth_field(moment, field) result(effect)
       !> m, body axes, A m²; shape (3).
       real(wp), intent(in) :: moment(3)
-      !> b, in the space axes of the scene.
+      !> Field b, in the space axes of the scene.
       type(geomagnetic_field_t), intent(in) :: field
       type(earth_field_t) :: effect
       call effect%set_up('earth_field', moment, field)
    end function new_earth_field
 
-   !> A group that stands without an orbit. Errors: `NUTATE_BAD_ARGUMENT`.
+   !> Rejects a group in a scene without an orbit. Errors: `NUTATE_BAD_ARGUMENT`.
    subroutine build_earth_field(group, body, effect, status)
       type(group_t), intent(in) :: group
       type(body_t), intent(in) :: body

@@ -1,4 +1,4 @@
-!> What all effects have in common: names and switches, and what is asked of each one.
+!> Base type of all effects: names, switches, and the procedures that an effect may override.
 module nutate_effect_base
    use nutate_archive, only: archive_t
    use nutate_effect_bounds, only: effect_bounds_t, linear_map_t
@@ -11,23 +11,25 @@ module nutate_effect_base
    public :: effect_t, given_bounds_t, parameter_t, rotor_t
    public :: NO_SERIES, LINEAR_SERIES, GENERAL_SERIES, SPACE_SERIES
 
-   !> How an effect supplies the power series in time of its torque: not at all; as a constant times the series of γ
-   !> or Ω; coefficient by coefficient; the same in space axes, of a torque that depends on time alone there.
+   !> How an effect supplies the power series in time of its torque: not at all; as a constant times the series of γ or
+   !> Ω; coefficient by coefficient; coefficient by coefficient in space axes, for a torque that depends on time alone
+   !> there.
    integer, parameter :: NO_SERIES = 0, LINEAR_SERIES = 1, GENERAL_SERIES = 2, SPACE_SERIES = 3
 
-   !> Bounds that the user gives for a user-defined effect, for certified steps: of a potential the largest |∇U|, ‖∇²U‖
-   !> and norm of the third derivative for all γ up to |n| long; of a torque that depends on attitude and time alone the
-   !> largest |τ|, ‖∂τ/∂θ‖ (θ a small rotation) and norm of the second derivative along a rotation, N m, at all times.
+   !> Bounds that the user gives for a user-defined effect, for certified steps: for a potential the largest |∇U|, ‖∇²U‖
+   !> and norm of the third derivative for all γ up to |n| long; for a torque that depends on attitude and time alone
+   !> the largest |τ|, ‖∂τ/∂θ‖ (θ a small rotation) and norm of the second derivative along a rotation, N m, at all
+   !> times.
    type :: given_bounds_t
       logical :: known = .false.
       real(wp) :: first = 0.0_wp, second = 0.0_wp, third = 0.0_wp
-      !> Of a torque: each derivative by time is bounded by this times what is differentiated, 1/s.
+      !> Rate for a torque, 1/s: `rate` times a quantity bounds the time derivative of that quantity.
       real(wp) :: rate = 0.0_wp
    end type given_bounds_t
 
-   !> A number, or so many of them, by which an effect can be differentiated.
+   !> A parameter of one or more numbers by which an effect can be differentiated.
    type :: parameter_t
-      !> That of the scene's key where there is one.
+      !> Name of the parameter: that of the scene's key if there is one.
       character(len=24) :: name = ''
       integer :: size = 1
    end type parameter_t
@@ -38,35 +40,35 @@ module nutate_effect_base
       character(len=24) :: name = ''
       !> Label by which switches name the effect; blank: none.
       character(len=24) :: label = ''
-      !> Place in the scene of the group that it was made from; 0: none.
+      !> Index in the scene of the group from which the effect was made; 0: none.
       integer :: group = 0
-      !> The effect acts; one that is off costs nothing. A rotor always acts.
+      !> True if the effect acts; an effect that is off costs nothing. A rotor always acts.
       logical :: on = .true.
       !> Bounds from the user, for effects that do not override `bound`.
       type(given_bounds_t) :: given = given_bounds_t()
    contains
       !> Returns how the effect supplies its power series: `NO_SERIES` (default), `LINEAR_SERIES`, `GENERAL_SERIES`, or,
-      !> of a torque, `SPACE_SERIES`.
+      !> for a torque, `SPACE_SERIES`.
       procedure :: series_kind => no_kind
       !> Returns the number of scalar auxiliary series from which a general series is computed; default 0.
       procedure :: auxiliary_series => no_auxiliary
-      !> Returns true if the effect's numbers, its energy (J), torque (N m) and momentum (N m s) are finite and of a
+      !> Returns true if the effect's parameters, its energy (J), torque (N m) and momentum (N m s) are finite and of a
       !> size that can be computed with, at every attitude; default `.true.`.
       procedure :: is_valid => not_checked
       !> Bounds the torque in a step and its derivatives; default: the bounds from the user.
       procedure :: bound => not_bounded
       !> Returns true if a body axis is exactly an axis of symmetry of the effect; default `.false.`.
       procedure :: has_axis => no_axis
-      !> What the effect can be differentiated by; nothing unless overridden. A *change* of its parameters is a vector
-      !> of all these numbers in this order. Three names have a meaning of their own: `inertia`, nine numbers, is J of
-      !> the body with its wheels locked, `mass_moment`, three, its mass times the centre of mass; `orbit` is the
-      !> elements of the orbit that the effect follows.
+      !> Returns the parameters by which the effect can be differentiated; none unless overridden. A *change* of the
+      !> parameters is a vector of all their numbers in this order. Three names have a special meaning: `inertia`, nine
+      !> numbers, is J of the body with its wheels locked; `mass_moment`, three numbers, is the mass of the body times
+      !> its centre of mass; `orbit` is the elements of the orbit that the effect follows.
       procedure :: parameters => no_parameters
       !> Returns true if the effect follows an orbit of this path; default `.false.`.
       procedure :: follows => no_orbit
       !> Leaves out every second line of the table of an orbit that the effect follows; nothing unless overridden.
       procedure :: thin_table => no_table
-      !> Returns the times, s, between which the effect acts by numbers of its own; all times unless overridden.
+      !> Returns the window, s, that the effect's own parameters define; all times unless overridden.
       procedure :: own_window => all_times
       !> Returns a magnetic field of the effect's own, fixed in space axes, T; none unless overridden.
       procedure :: own_field => no_field
@@ -78,7 +80,7 @@ module nutate_effect_base
       !> Returns true for a controller that acts at all times by the motors of wheels, which then have its parameters;
       !> `.false.` unless overridden.
       procedure :: lends_parameters => never
-      !> Writes or reads in checkpoint data what runs set; `on` unless extended.
+      !> Writes or reads in checkpoint data the values that runs set; `on` unless extended.
       procedure :: transfer => transfer_switch
    end type effect_t
 
@@ -93,7 +95,7 @@ module nutate_effect_base
 
 contains
 
-   !> Returns true: the numbers of a user-defined effect are not checked.
+   !> Returns true: the parameters of a user-defined effect are not checked.
    pure logical function not_checked(self)
       class(effect_t), intent(in) :: self
       not_checked = .true.
@@ -119,7 +121,7 @@ contains
    !> Returns all times.
    pure subroutine all_times(self, start, stop)
       class(effect_t), intent(in) :: self
-      !> s.
+      !> Times between which the effect acts, s.
       real(wp), intent(out) :: start, stop
       start = -huge(1.0_wp)
       stop = huge(1.0_wp)
@@ -128,7 +130,7 @@ contains
    !> Finds no magnetic field.
    pure subroutine no_field(self, field, found)
       class(effect_t), intent(in) :: self
-      !> Space axes, T; zero where there is none; shape (3).
+      !> Magnetic field, space axes, T; zero if there is none; shape (3).
       real(wp), intent(out) :: field(3)
       logical, intent(out) :: found
       field = 0.0_wp
@@ -161,12 +163,12 @@ contains
    !> Bounds the torque in a step and its derivatives. Here: no bounds are known.
    pure subroutine not_bounded(self, map, radius, gamma, slack, bounds)
       class(effect_t), intent(in) :: self
-      !> A, from body components.
+      !> Linear map A of body components.
       type(linear_map_t), intent(in) :: map
       !> ρ: the bounds hold for |b| ≤ ρ.
       real(wp), intent(in) :: radius
-      !> γ = Rᵀn of a potential at the start of the step, body axes; shape (3). The bounds hold wherever γ at the
-      !> start is no farther from it than `slack` times |n|: at every attitude for a slack of 2.
+      !> γ = Rᵀn of a potential at the start of the step, body axes; shape (3). The bounds hold if γ at the start is no
+      !> farther from it than `slack` times |n|: at every attitude for a slack of 2.
       real(wp), intent(in) :: gamma(3), slack
       type(effect_bounds_t), intent(out) :: bounds
       bounds%known = .false.

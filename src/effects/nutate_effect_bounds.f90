@@ -1,5 +1,5 @@
-!> Bounds of what an effect does in a step: what the proof that a root of the step is the true one is made of
-!> (`nutate_root_certificate`).
+!> Bounds of the torque of an effect in a step, by which `nutate_root_certificate` certifies that a root of the step is
+!> the true one.
 !>
 !> In a step with the Cayley vector b = ¼Δt Ω̄ the torque τ̄ at mid step enters as T(b) = (1+β)τ̄ - 2b(b·τ̄), β = |b|².
 !> For every b with |b| ≤ ρ an effect bounds the length of A T(b), and the norms of its first and second derivative by
@@ -30,16 +30,16 @@ module nutate_effect_bounds
 
    !> Bounds in the ball |b| ≤ ρ.
    type :: effect_bounds_t
-      !> The effect has bounds; the others are without meaning else.
+      !> True if the effect has bounds; else the other components have no meaning.
       logical :: known = .true.
-      !> |A T|, and the norms of its derivatives by b: of all that does not resist the rotation.
+      !> |A T|, and the norms of its first and second derivative by b, for all torques that do not resist the rotation.
       real(wp) :: force = 0.0_wp, slope = 0.0_wp, curvature = 0.0_wp
-      !> The same of a torque -DΩ, with Db in the place of τ̄.
+      !> |A T|, and the norms of its first and second derivative by b, for a torque -DΩ, with Db instead of τ̄.
       real(wp) :: drag = 0.0_wp, drag_slope = 0.0_wp, drag_curvature = 0.0_wp
-      !> Where the torque changes with time: |A ∂T/∂t|, its slope, and |A ∂²T/∂t²|.
+      !> For a torque that changes with time: |A ∂T/∂t|, its slope, and |A ∂²T/∂t²|.
       real(wp) :: change = 0.0_wp, change_slope = 0.0_wp, change_rate = 0.0_wp
    contains
-      !> Adds those of another effect.
+      !> Adds the bounds of another effect.
       procedure :: add
    end type effect_bounds_t
 
@@ -60,17 +60,17 @@ contains
       self%change_rate = self%change_rate + other%change_rate
    end subroutine add
 
-   !> A map from its matrix.
+   !> Makes a map from its matrix.
    pure type(linear_map_t) function map_of(matrix, axes) result(map)
-      !> Shape (3,3); principal axes as columns, body axes; shape (3,3).
+      !> Matrix, shape (3,3); principal axes as columns, body axes; shape (3,3).
       real(wp), intent(in) :: matrix(3, 3), axes(3, 3)
       map%matrix = matrix
       map%norm = spectral_norm(matrix)
       map%axes = axes
    end function map_of
 
-   !> A potential U = -m·γ, γ = Rᵀn: τ̄ is m×γ½/(1+β), γ½ = Rᵀn at mid step, and T is γ½×(-m) without its projection
-   !> 2b(b·)/(1+β).
+   !> Returns the bounds of a potential U = -m·γ, γ = Rᵀn: τ̄ is m×γ½/(1+β), γ½ = Rᵀn at mid step, and T is γ½×(-m)
+   !> without its projection 2b(b·)/(1+β).
    pure type(effect_bounds_t) function bounds_of_linear(map, radius, moment, length) result(bounds)
       type(linear_map_t), intent(in) :: map
       !> ρ
@@ -85,7 +85,8 @@ contains
       bounds%curvature = 4*direct + projection_curvature*whole
    end function bounds_of_linear
 
-   !> Any potential of γ = Rᵀn whose derivatives are bounded for |γ| ≤ |n|, with Gonzalez's discrete gradient.
+   !> Returns the bounds of any potential of γ = Rᵀn whose derivatives are bounded for |γ| ≤ |n|, with Gonzalez's
+   !> discrete gradient.
    !>
    !> With Δ = γ1 - γ0 and Π = ΔΔᵀ/|Δ|² that gradient is (I-Π)∇U(γ̄) + Π m, m the mean of ∇U along the way. So its
    !> length is at most √2 max|∇U|; with Taylor's formula under the integral its derivative by γ1 is bounded by
@@ -102,7 +103,7 @@ contains
       gradient = sqrt(2.0_wp)*slope
       gradient_slope = length*(0.5_wp*curvature + 0.5_wp*length*third)
       gradient_curvature = length*length*(4.0_wp/3)*third
-      ! γ½×∇̄U: a change of b turns γ½ by 2|δb| and γ1 by 4|δb| at most, in second order by 4 and 16 |δb|².
+      ! γ½×∇̄U: a change of b rotates γ½ by 2|δb| and γ1 by 4|δb| at most, in second order by 4 and 16 |δb|².
       torque = length*gradient
       torque_slope = length*(2*gradient + 4*gradient_slope)
       torque_curvature = length*(4*gradient + 32*gradient_slope + 16*gradient_curvature)
@@ -112,16 +113,16 @@ contains
                                    + projection_curvature*torque)
    end function bounds_of_potential
 
-   !> Any torque that depends on attitude and time alone, with bounded derivatives: T = (1+β)τ - 2b(b·τ) at the attitude
-   !> of mid step, which a change of b turns by 2|δb| at most, in second order by 1.6 |δb|² beside 4 |δb|² of its
-   !> square.
+   !> Returns the bounds of any torque that depends on attitude and time alone, with bounded derivatives: T = (1+β)τ -
+   !> 2b(b·τ) at the attitude of mid step, which a change of b rotates by 2|δb| at most, in second order by 1.6 |δb|²
+   !> beside 4 |δb|² of its square.
    pure type(effect_bounds_t) function bounds_of_torque(map, radius, torque, slope, curvature, rate) result(bounds)
       type(linear_map_t), intent(in) :: map
       !> ρ
       real(wp), intent(in) :: radius
       !> Bounds of |τ|, N m, of ‖∂τ/∂θ‖ (θ a small rotation), and of the second derivative along a rotation.
       real(wp), intent(in) :: torque, slope, curvature
-      !> Each derivative by time is bounded by this times what is differentiated, 1/s; 0: constant in time.
+      !> Rate, 1/s: `rate` times a quantity bounds the time derivative of that quantity; 0: constant in time.
       real(wp), intent(in) :: rate
       real(wp) :: square
       square = 1 + radius*radius
@@ -131,17 +132,17 @@ contains
       call let_change(bounds, rate)
    end function bounds_of_torque
 
-   !> Bounds of what changes with time, from those of the torque: each derivative brings a factor.
+   !> Sets the bounds of time derivatives from those of the torque: each derivative adds a factor `rate`.
    pure subroutine let_change(bounds, rate)
       type(effect_bounds_t), intent(inout) :: bounds
-      !> 1/s.
+      !> Rate that bounds time derivatives, 1/s.
       real(wp), intent(in) :: rate
       bounds%change = rate*bounds%force
       bounds%change_slope = rate*bounds%slope
       bounds%change_rate = rate*bounds%change
    end subroutine let_change
 
-   !> A torque -DΩ: with u = Db, (1+β)u - 2b(b·u) = u + b∘u∘b.
+   !> Returns the bounds of a torque -DΩ: with u = Db, (1+β)u - 2b(b·u) = u + b∘u∘b.
    pure type(effect_bounds_t) function bounds_of_drag(map, radius, drag) result(bounds)
       type(linear_map_t), intent(in) :: map
       !> ρ
@@ -156,19 +157,19 @@ contains
       bounds%drag_curvature = 6*radius*whole
    end function bounds_of_drag
 
-   !> ‖2bbᵀ/(1+β)‖ at |b| = ρ.
+   !> Returns ‖2bbᵀ/(1+β)‖ at |b| = ρ.
    elemental real(wp) function projection_part(radius) result(bound)
       real(wp), intent(in) :: radius
       bound = 2*radius*radius/(1 + radius*radius)
    end function projection_part
 
-   !> Bound of the derivative of 2bbᵀ/(1+β).
+   !> Returns a bound of the derivative of 2bbᵀ/(1+β).
    elemental real(wp) function projection_slope(radius) result(bound)
       real(wp), intent(in) :: radius
       bound = min(4*radius, 1.6_wp)
    end function projection_slope
 
-   !> A [v]×, [v]× the matrix of the product v×; shape (3,3).
+   !> Returns A [v]×, [v]× the matrix of the product v×; shape (3,3).
    pure function times_cross(a, v) result(product)
       real(wp), intent(in) :: a(3, 3), v(3)
       real(wp) :: product(3, 3)
@@ -177,7 +178,7 @@ contains
       product(:, 3) = a(:, 1)*v(2) - a(:, 2)*v(1)
    end function times_cross
 
-   !> ‖A‖: the root of the largest eigenvalue of AᵀA, by Cardano's formula, rounded upwards.
+   !> Returns ‖A‖: the root of the largest eigenvalue of AᵀA, by Cardano's formula, rounded upwards.
    pure real(wp) function spectral_norm(a) result(norm)
       real(wp), intent(in) :: a(3, 3)
       real(wp), parameter :: upwards = 1 + 64*eps

@@ -31,7 +31,7 @@ module nutate_effect_catalogue
          type(group_t), intent(in) :: group
          type(body_t), intent(in) :: body
          class(effect_t), allocatable, intent(out) :: effect
-         !> `status%subject` names the key at fault, where there is one.
+         !> `status%subject` names the key at fault, if there is one.
          type(status_t), intent(out) :: status
       end subroutine build_effect
    end interface
@@ -45,9 +45,10 @@ module nutate_effect_catalogue
 
 contains
 
-   !> Every effect that a scene can name.
+   !> Returns every effect that a scene can name.
    function effect_kinds(with_keys) result(kinds)
-      !> Their keys too, default; without them it is made in a thirtieth of the time, at every member of an ensemble.
+      !> Includes the keys of each effect (default); without keys, as for every member of an ensemble, the list is made
+      !> in a thirtieth of the time.
       logical, intent(in), optional :: with_keys
       type(effect_kind_t), allocatable :: kinds(:)
       logical :: takes_keys
@@ -73,11 +74,11 @@ contains
 
       subroutine add_kind(kinds, name, keys, build, repeatable)
          type(effect_kind_t), allocatable, intent(inout) :: kinds(:)
-         !> Of the scene's group.
+         !> Name of the scene's group.
          character(len=*), intent(in) :: name
          type(key_t), intent(in) :: keys(:)
          procedure(build_effect) :: build
-         !> Several groups of the name may stand in a scene; default `.true.`.
+         !> True if a scene may have several groups of this name; default `.true.`.
          logical, intent(in), optional :: repeatable
          type(effect_kind_t), allocatable :: longer(:)
          integer :: n

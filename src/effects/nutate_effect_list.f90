@@ -1,4 +1,5 @@
-!> The effects that are active: sorted once by what the equations need of them, so that what is absent is never asked.
+!> List of the active effects, sorted once by the terms that the equations need, so that absent terms are never
+!> evaluated.
 module nutate_effect_list
    use nutate_archive, only: archive_t
    use nutate_admissible, only: admits, fault_of, NON_NEGATIVE
@@ -17,13 +18,13 @@ module nutate_effect_list
 
    public :: effect_list_t, potential_slot_t, torque_slot_t
 
-   !> Holds one potential, and its place in the order in which they were added.
+   !> One potential, and its index in the order in which potentials were added.
    type :: potential_slot_t
       class(potential_t), allocatable :: item
       integer :: place = 0
    end type potential_slot_t
 
-   !> Holds one torque.
+   !> One torque.
    type :: torque_slot_t
       class(torque_t), allocatable :: item
    end type torque_slot_t
@@ -45,22 +46,22 @@ module nutate_effect_list
       type(wheel_t), allocatable :: wheels(:)
       !> h: sum of the rotors' momenta, body axes, N m s; shape (3).
       real(wp) :: rotor_momentum(3) = 0.0_wp
-      !> The space axes turn, and their rate ω, in these axes, rad/s; shape (3).
+      !> True if the space axes rotate, and their rate ω, in these axes, rad/s; shape (3).
       logical :: frame_turns = .false.
       real(wp) :: frame_rate(3) = 0.0_wp
-      !> There is a time-dependent potential, on or off.
+      !> True if there is a time-dependent potential, on or off.
       logical :: moves = .false.
-      !> The body moves on an orbit, which columns, starts and controllers refer to: of several the main one, or else
-      !> the first; not allocated where there is none.
+      !> True if the body moves on an orbit, and the orbit to which columns, initial states and controllers refer: the
+      !> main one of several, or else the first; not allocated if there is none.
       logical :: on_orbit = .false.
       type(orbit_t), allocatable :: orbit
-      !> All orbits, with different labels: one for each attracting body. Not allocated where there is none.
+      !> All orbits, with different labels: one for each attracting body. Not allocated if there is none.
       type(orbit_t), allocatable :: orbits(:)
-      !> The body is in the field of the Earth, on or off, which controllers use.
+      !> True if the body is in the field of the Earth, on or off, and that field, which controllers use.
       logical :: in_earth_field = .false.
       type(geomagnetic_field_t), allocatable :: earth_field
-      !> Frames that columns and events refer to, and their number; they move nothing. Not allocated where there is
-      !> none.
+      !> Number of frames to which columns and events refer, and these frames, which do not affect the motion. Not
+      !> allocated if there is none.
       integer :: n_frames = 0
       type(moving_frame_t), allocatable :: frames(:)
    contains
@@ -92,21 +93,21 @@ module nutate_effect_list
       procedure :: next_break
       !> Returns the order of the interpolation of tables of orbits, the least of several; 0: there is no table.
       procedure :: table_order
-      !> Leaves out every second line of these tables.
+      !> Leaves out every second line of the tables of orbits.
       procedure :: thin_tables
       !> Returns true if a controller drives a wheel continuously.
       procedure :: feeds_back_to_wheels
       !> Returns true if a controller drives the wheels, continuously or sampled.
       procedure :: controls_wheels
-      !> Returns what all sampled controllers command from the motor of a wheel.
+      !> Returns the torque that all sampled controllers command from the motor of a wheel.
       procedure :: command_of_wheel
    end type effect_list_t
 
 contains
 
-   !> Adds a copy of an effect: of a `potential_t`, `torque_t`, `rotor_t` or `rotating_frame_t`, or any extension of
-   !> these; a further orbit replaces one with the same label. Wheels are added by `add_wheel`, since they change the
-   !> inertia of the body.
+   !> Adds a copy of an effect: a `potential_t`, `torque_t`, `rotor_t` or `rotating_frame_t`, or any extension of these;
+   !> a further orbit replaces one with the same label. Wheels are added by `add_wheel`, since they change the inertia
+   !> of the body.
    subroutine add(self, effect)
       class(effect_list_t), intent(inout) :: self
       class(effect_t), intent(in) :: effect
@@ -130,7 +131,7 @@ contains
    !> Adds to the rate of the space axes.
    pure subroutine turn_frame(self, rate)
       class(effect_list_t), intent(inout) :: self
-      !> rad/s; shape (3).
+      !> Change of the rate, rad/s; shape (3).
       real(wp), intent(in) :: rate(3)
       integer :: i
       self%frame_rate = self%frame_rate + rate
@@ -148,10 +149,10 @@ contains
    end function knows_space_axes
 
    !> Returns the attitude of the space axes in inertial axes at a time, a unit quaternion, space→inertial; shape (4):
-   !> that of the LVLH frame, or the identity for inertial axes and for a rotating frame.
+   !> the attitude of the LVLH frame, or the identity for inertial axes and for a rotating frame.
    pure function space_axes(self, t) result(q)
       class(effect_list_t), intent(in) :: self
-      !> s.
+      !> Time, s.
       real(wp), intent(in) :: t
       real(wp) :: q(4)
       q = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
@@ -159,7 +160,7 @@ contains
       if (self%orbit%is_frame) q = self%orbit%path%axes(t)
    end function space_axes
 
-   !> Adds an orbit, or replaces one with the same label; its rate counts as that of the space axes.
+   !> Adds an orbit, or replaces one with the same label; its rate becomes part of that of the space axes.
    pure subroutine follow_orbit(self, orbit)
       class(effect_list_t), intent(inout) :: self
       type(orbit_t), intent(in) :: orbit
@@ -189,7 +190,7 @@ contains
       if (self%moves) n_works = n_works + 1
    end function n_works
 
-   !> Momentum of rotors and wheels, body axes, N m s; shape (3).
+   !> Returns the momentum of rotors and wheels, body axes, N m s; shape (3).
    pure function inner_momentum(self, momenta) result(momentum)
       class(effect_list_t), intent(in) :: self
       !> Absolute momentum of each wheel about its axis, N m s; shape (n_wheels or more).
@@ -202,7 +203,7 @@ contains
       end do
    end function inner_momentum
 
-   !> Σ h²/2Jw, J.
+   !> Returns the kinetic energy of the wheels, Σ h²/2Jw, J.
    pure real(wp) function wheel_energy(self, momenta) result(energy)
       class(effect_list_t), intent(in) :: self
       !> Absolute momentum of each wheel about its axis, N m s; shape (n_wheels or more).
@@ -214,8 +215,8 @@ contains
       end do
    end function wheel_energy
 
-   !> Adds copies of all effects of another list, with the momentum of its rotors; its frames, where it has some, take
-   !> the place of those of this list.
+   !> Adds copies of all effects of another list, with the momentum of its rotors; its frames, if it has any, replace
+   !> those of this list.
    subroutine append(self, other)
       class(effect_list_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: other
@@ -266,7 +267,7 @@ contains
    subroutine switch(self, label, on)
       class(effect_list_t), intent(inout) :: self
       character(len=*), intent(in) :: label
-      !> Absent: toggles each effect.
+      !> True for on, false for off; absent: toggles each effect.
       logical, intent(in), optional :: on
       integer :: i
       do i = 1, self%n_torques
@@ -316,7 +317,7 @@ contains
 
    !> Writes or reads in checkpoint data which effects are on, which wheels are at a limit, and what controllers hold.
    subroutine transfer_switches(self, archive)
-      !> The same effects, in the same order, as when the data were written.
+      !> List with the same effects, in the same order, as when the data were written.
       class(effect_list_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive
       integer :: i, place
@@ -349,7 +350,7 @@ contains
       controls_wheels = any([(self%torques(i)%item%drives_wheels(), i=1, self%n_torques)])
    end function controls_wheels
 
-   !> Returns what all sampled controllers command from the motor of a wheel, N m.
+   !> Returns the torque that all sampled controllers command from the motor of a wheel, N m.
    pure real(wp) function command_of_wheel(self, wheel) result(command)
       class(effect_list_t), intent(in) :: self
       integer, intent(in) :: wheel
@@ -364,10 +365,10 @@ contains
    !> They must hold for all |γ| ≤ |n|; a later call replaces them.
    !>
    !> Errors: `NUTATE_BAD_ARGUMENT`, and the list unchanged, for a bound that is not finite, negative or above 1e100,
-   !> and where the list has no user-defined potential: those of the library have their own bounds.
+   !> and if the list has no user-defined potential: potentials of the library have their own bounds.
    pure subroutine bound_potential(self, gradient, hessian, third, status)
       class(effect_list_t), intent(inout) :: self
-      !> Of |∇U|, of ‖∇²U‖ and of the norm of the third derivative by γ, J over powers of the unit of γ.
+      !> Bounds of |∇U|, of ‖∇²U‖ and of the norm of the third derivative by γ, J over powers of the unit of γ.
       real(wp), intent(in) :: gradient, hessian, third
       type(status_t), intent(out) :: status
       type(given_bounds_t) :: given
@@ -387,9 +388,9 @@ contains
    !> must hold at all attitudes and times; a later call replaces them. Errors as for `bound_potential`.
    pure subroutine bound_torque(self, torque, by_rotation, second, rate, status)
       class(effect_list_t), intent(inout) :: self
-      !> Of |τ|, of ‖∂τ/∂θ‖ (θ a small rotation) and of the norm of the second derivative along a rotation, N m.
+      !> Bounds of |τ|, of ‖∂τ/∂θ‖ (θ a small rotation) and of the norm of the second derivative along a rotation, N m.
       real(wp), intent(in) :: torque, by_rotation, second
-      !> Each derivative by time is bounded by this times what is differentiated, 1/s; 0: constant in time.
+      !> Rate, 1/s: `rate` times a quantity bounds the time derivative of that quantity; 0: constant in time.
       real(wp), intent(in) :: rate
       type(status_t), intent(out) :: status
       type(given_bounds_t) :: given
@@ -406,9 +407,10 @@ contains
       status = fail(NUTATE_BAD_ARGUMENT, 'there is no user-defined torque to bound')
    end subroutine bound_torque
 
-   !> Bounds are zero or 1e-300 to 1e100. Errors: `NUTATE_BAD_ARGUMENT` with the name of the first that is not.
+   !> Checks that bounds are zero or 1e-300 to 1e100. Errors: `NUTATE_BAD_ARGUMENT` with the name of the first that is
+   !> not.
    pure subroutine check_bounds(names, bounds, status)
-      !> Shape (n).
+      !> Names of the bounds; shape (n).
       character(len=*), intent(in) :: names(:)
       real(wp), intent(in) :: bounds(:)
       type(status_t), intent(out) :: status
@@ -421,8 +423,8 @@ contains
       end do
    end subroutine check_bounds
 
-   !> Gives bounds to an effect if what it says of itself in a step rests on them. Those of the library have bounds
-   !> without any, or none with them.
+   !> Gives bounds to an effect if its bounds in a step depend on them. Effects of the library have bounds without given
+   !> ones, or none with them.
    pure subroutine give_bounds(effect, given, taken)
       class(effect_t), intent(inout) :: effect
       type(given_bounds_t), intent(in) :: given
@@ -450,10 +452,10 @@ contains
    end function needs_attitude
 
    !> Returns the next time at which a torque or a motor starts, stops or changes from one smooth piece to the next, s;
-   !> beyond all times where there is none.
+   !> beyond all times if there is none.
    pure real(wp) function next_break(self, t, sense) result(next)
       class(effect_list_t), intent(in) :: self
-      !> s, and which way time goes: 1 or -1.
+      !> Time, s, and direction of time: 1 or -1.
       real(wp), intent(in) :: t, sense
       real(wp) :: one
       integer :: i
@@ -489,7 +491,7 @@ contains
       end do
    end function table_order
 
-   !> Leaves out every second line of the tables of orbits, wherever an effect has a copy.
+   !> Leaves out every second line of the tables of orbits, in every effect that has a copy.
    subroutine thin_tables(self)
       class(effect_list_t), intent(inout) :: self
       integer :: i

@@ -1,5 +1,6 @@
-!> A constant force at a point of the body: V = -F·(R x), as of weight in another direction. Fixed in space axes, or in
-!> axes that turn against these: those of an orbit seen from inertial ones, or inertial axes seen from an orbit.
+!> A constant force at a point of the body: V = -F·(R x), like weight in another direction. The force is fixed in space
+!> axes, or in axes that rotate relative to these: the LVLH frame of an orbit in inertial axes, or inertial axes in the
+!> LVLH frame.
 module nutate_force
    use nutate_lvlh_vector, only: lvlh_vector_t
    use nutate_kinds, only: wp
@@ -14,16 +15,16 @@ module nutate_force
    type, extends(linear_potential_t) :: force_t
    end type force_t
 
-   !> The same with F(t).
+   !> U(γ) = -x·γ with γ = R(q)ᵀF(t).
    type, extends(moving_linear_t) :: moving_force_t
    end type moving_force_t
 
-   !> A force at a point.
+   !> Makes a force at a point.
    interface force_t
       module procedure new_force
    end interface force_t
 
-   !> A force that turns, at a point.
+   !> Makes a rotating force at a point.
    interface moving_force_t
       module procedure new_moving_force
    end interface moving_force_t
@@ -46,7 +47,7 @@ contains
    pure function new_moving_force(body_point, force) result(effect)
       !> x, body axes, m; shape (3).
       real(wp), intent(in) :: body_point(3)
-      !> F, N, as the space axes of the scene see it.
+      !> F, in the space axes of the scene, N.
       type(lvlh_vector_t), intent(in) :: force
       type(moving_force_t) :: effect
       call effect%set_up('force', body_point, force)

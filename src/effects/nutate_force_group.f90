@@ -52,7 +52,7 @@ contains
       end select
    end subroutine build_force
 
-   !> A force in the LVLH frame, or in inertial ones. Errors: `NUTATE_BAD_ARGUMENT` for an empty window.
+   !> Builds a force in the LVLH frame, or in inertial axes. Errors: `NUTATE_BAD_ARGUMENT` for an empty window.
    subroutine build_force_on_orbit(group, orbit, effect, status)
       type(group_t), intent(in) :: group
       type(orbit_t), intent(in) :: orbit
@@ -70,7 +70,7 @@ contains
       call make_force(group, force, orbit%is_frame .neqv. group%text('axes', '') == 'lvlh', effect)
    end subroutine build_force_on_orbit
 
-   !> A force that stands still in space axes or moves, at all times or within a window.
+   !> Makes a force that is fixed in space axes or moves, at all times or within a window.
    subroutine make_force(group, force, moves, effect)
       type(group_t), intent(in) :: group
       type(lvlh_vector_t), intent(in) :: force
@@ -93,7 +93,7 @@ contains
       end if
    end subroutine make_force
 
-   !> Errors: `NUTATE_BAD_ARGUMENT` for an empty window.
+   !> Checks the window. Errors: `NUTATE_BAD_ARGUMENT` for an empty window.
    subroutine check_window(group, status)
       type(group_t), intent(in) :: group
       type(status_t), intent(out) :: status

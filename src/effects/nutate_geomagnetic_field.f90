@@ -1,9 +1,9 @@
-!> The magnetic field of the Earth along an orbit, to first order: that of a dipole in the centre of the Earth, tilted
-!> against the axis about which it turns with the Earth.
+!> The magnetic field of the Earth along an orbit, to first order: a dipole in the centre of the Earth, tilted against
+!> the axis about which it rotates with the Earth.
 !>
 !>     B = (a/r)³ (3 (G·r̂) r̂ - G),   a = 6371.2 km,   G = (g₁₁, h₁₁, g₁₀) rotated by θ = θ₀ + ω_E t about the north.
 !>
-!> Inertial axes: x to the equinox, z north. Seen from the axes of a circular orbit, where r̂ stands still, G turns.
+!> Inertial axes: x to the equinox, z north. In the axes of a circular orbit, r̂ is fixed and G rotates.
 module nutate_geomagnetic_field
    use nutate_effect_base, only: parameter_t
    use nutate_kepler_orbit, only: n_elements
@@ -24,7 +24,7 @@ module nutate_geomagnetic_field
    !> a, m.
    real(wp), parameter :: reference_radius = 6371.2e3_wp
 
-   !> Of the Earth, rad/s: its angular velocity.
+   !> Unit vector of the angular velocity of the Earth, inertial axes and axes of the Earth.
    real(wp), parameter :: north(3) = [0.0_wp, 0.0_wp, 1.0_wp]
 
    !> Magnetic field of the Earth along an orbit: a dipole that rotates with the Earth.
@@ -33,7 +33,7 @@ module nutate_geomagnetic_field
       real(wp) :: coefficients(3) = reference_coefficients
       !> θ₀: angle of Greenwich from the equinox at t = 0, rad.
       real(wp) :: epoch_angle = 0.0_wp
-      !> The field is given in the LVLH frame of a circular orbit; else in inertial axes.
+      !> True if the field is given in the LVLH frame of a circular orbit; else in inertial axes.
       logical :: in_orbit = .false.
    contains
       procedure :: at => field_at
@@ -42,7 +42,7 @@ module nutate_geomagnetic_field
       procedure :: change_at => change_of_field
       !> Return δB by a change of G and θ₀, and by one of the elements of the orbit, T.
       procedure :: change_by_axis
-      !> Returns the field of a changed G alone.
+      !> Returns a field whose B is δB by a change of G and θ₀.
       procedure :: with_axis
       procedure :: change_by_orbit
       !> Returns δḂ by a change of the elements of the orbit, T/s.
@@ -56,10 +56,10 @@ module nutate_geomagnetic_field
 
 contains
 
-   !> G at a time, inertial axes, T; shape (3).
+   !> Returns G at a time, inertial axes, T; shape (3).
    pure function axis_at(self, t) result(g)
       class(geomagnetic_field_t), intent(in) :: self
-      !> s.
+      !> Time, s.
       real(wp), intent(in) :: t
       real(wp) :: g(3), angle
       angle = self%epoch_angle + earth_rate*t
@@ -71,7 +71,7 @@ contains
    !> Returns B at a time, in the space axes of the scene, T; shape (3).
    pure function field_at(self, t) result(b)
       class(geomagnetic_field_t), intent(in) :: self
-      !> s.
+      !> Time, s.
       real(wp), intent(in) :: t
       real(wp) :: b(3)
       real(wp) :: g(3), r(3), distance
@@ -86,7 +86,7 @@ contains
       b = (reference_radius/distance)**3*b
    end function field_at
 
-   !> 3 (G·r̂) r̂ - G with r̂ = (0, 0, -1), as it is in the LVLH frame; shape (3).
+   !> Returns 3 (G·r̂) r̂ - G with r̂ = (0, 0, -1), as in the LVLH frame; shape (3).
    pure function below(g) result(b)
       real(wp), intent(in) :: g(3)
       real(wp) :: b(3)
@@ -96,7 +96,7 @@ contains
    !> Returns Ḃ at a time, in the space axes of the scene, T/s; shape (3).
    pure function rate_at(self, t) result(rate)
       class(geomagnetic_field_t), intent(in) :: self
-      !> s.
+      !> Time, s.
       real(wp), intent(in) :: t
       real(wp) :: rate(3)
       real(wp) :: g(3), g_rate(3), r(3), r_rate(3), distance, climb
@@ -118,11 +118,11 @@ contains
       rate = (reference_radius/distance)**3*rate
    end function rate_at
 
-   !> Returns δB at a time, in the space axes of the scene, T; shape (3). B is linear in G, and θ₀ turns G about the
+   !> Returns δB at a time, in the space axes of the scene, T; shape (3). B is linear in G, and θ₀ rotates G about the
    !> north.
    pure function change_by_axis(self, coefficients, angle, t) result(b)
       class(geomagnetic_field_t), intent(in) :: self
-      !> δG, T, shape (3); δθ₀, rad; s.
+      !> δG, T, shape (3); δθ₀, rad; time, s.
       real(wp), intent(in) :: coefficients(3), angle, t
       real(wp) :: b(3)
       type(geomagnetic_field_t) :: other
@@ -130,7 +130,7 @@ contains
       b = other%at(t)
    end function change_by_axis
 
-   !> Returns the field of which δB is that of a change of G and θ₀.
+   !> Returns a field whose B is δB by a change of G and θ₀.
    pure type(geomagnetic_field_t) function with_axis(self, coefficients, angle) result(other)
       class(geomagnetic_field_t), intent(in) :: self
       !> δG, T, shape (3); δθ₀, rad.
@@ -174,7 +174,7 @@ contains
       rate = self%pace()*series(:, 1)
    end function rate_change_by_orbit
 
-   !> Rate of the axes of a circular orbit, in themselves, rad/s; shape (3).
+   !> Returns the rate of the axes of a circular orbit, in these axes, rad/s; shape (3).
    pure function turn_of(self) result(rate)
       class(geomagnetic_field_t), intent(in) :: self
       real(wp) :: rate(3)
@@ -184,7 +184,7 @@ contains
    !> Computes the coefficients of the power series of B about a time, space axes.
    pure subroutine series(self, t, time_unit, v)
       class(geomagnetic_field_t), intent(in) :: self
-      !> s.
+      !> Time t₀ and time unit of the series, s.
       real(wp), intent(in) :: t, time_unit
       !> T; shape (3, 0:order).
       real(wp), intent(out) :: v(:, 0:)
@@ -195,7 +195,7 @@ contains
       end if
    end subroutine series
 
-   !> G in inertial axes, which turns with the Earth.
+   !> Computes the series of G in inertial axes, where it rotates with the Earth.
    pure subroutine expand_axis(self, t, time_unit, g)
       class(geomagnetic_field_t), intent(in) :: self
       real(wp), intent(in) :: t, time_unit
@@ -208,7 +208,8 @@ contains
       end do
    end subroutine expand_axis
 
-   !> With x = r/r₀: B = (a/r₀)³ (3 (G·x) x (x·x)^(-5/2) - G (x·x)^(-3/2)), Ġ = ω_E×G.
+   !> Computes the series of B in inertial axes: with x = r/r₀, B = (a/r₀)³ (3 (G·x) x (x·x)^(-5/2) - G (x·x)^(-3/2)),
+   !> Ġ = ω_E×G.
    pure subroutine expand_in_space(self, t, time_unit, b)
       class(geomagnetic_field_t), intent(in) :: self
       real(wp), intent(in) :: t, time_unit
@@ -236,7 +237,7 @@ contains
       end do
    end subroutine expand_in_space
 
-   !> In the LVLH frame r̂ = (0, 0, -1), B = (a/r)³ (-G₁, -G₂, 2G₃).
+   !> Computes the series of B in the LVLH frame: r̂ = (0, 0, -1), B = (a/r)³ (-G₁, -G₂, 2G₃).
    pure subroutine expand_in_orbit(self, t, time_unit, b)
       class(geomagnetic_field_t), intent(in) :: self
       real(wp), intent(in) :: t, time_unit
@@ -250,7 +251,8 @@ contains
       end do
    end subroutine expand_in_orbit
 
-   !> G in the LVLH frame: the north e turns with ė = e×ν, G with Ġ = (ω_E e - ν)×G, ν the rate of the axes.
+   !> Computes the series of G in the LVLH frame: the north e rotates with ė = e×ν, G with Ġ = (ω_E e - ν)×G, ν the rate
+   !> of the axes.
    pure subroutine expand_axis_in_orbit(self, t, time_unit, g)
       class(geomagnetic_field_t), intent(in) :: self
       real(wp), intent(in) :: t, time_unit
@@ -271,7 +273,7 @@ contains
       end do
    end subroutine expand_axis_in_orbit
 
-   !> Returns G, θ₀ and the elements of the orbit.
+   !> Returns the parameters: G, θ₀ and the elements of the orbit.
    pure function parameters_of_field(self) result(list)
       class(geomagnetic_field_t), intent(in) :: self
       type(parameter_t), allocatable :: list(:)
@@ -313,8 +315,8 @@ contains
       end if
    end subroutine expand_change
 
-   !> With δx = δr/r₀, c = (x·x)^(-5/2): the change of 3 ((G·x) c) x - G (x·x)^(-3/2), where that of c is
-   !> -5 (x·δx)(x·x)^(-7/2), and that of the last power -3 (x·δx) c.
+   !> Computes the series of δB in inertial axes: with δx = δr/r₀, c = (x·x)^(-5/2), the change of 3 ((G·x) c) x - G
+   !> (x·x)^(-3/2), in which c changes by -5 (x·δx)(x·x)^(-7/2) and the last power by -3 (x·δx) c.
    pure subroutine change_in_space(self, change, t, time_unit, b)
       class(geomagnetic_field_t), intent(in) :: self
       real(wp), intent(in) :: change(:), t, time_unit
@@ -351,7 +353,8 @@ contains
       end do
    end subroutine change_in_space
 
-   !> In the LVLH frame G changes by G×δθ, δθ the rotation of the frame, and B by the distance, which does not move.
+   !> Computes the series of δB in the LVLH frame: G changes by G×δθ, δθ the rotation of the frame, and B by the
+   !> distance, which is constant.
    pure subroutine change_in_orbit(self, change, t, time_unit, b)
       class(geomagnetic_field_t), intent(in) :: self
       real(wp), intent(in) :: change(:), t, time_unit
@@ -385,7 +388,7 @@ contains
       greatest = 2*norm2(self%coefficients)*(reference_radius/nearest(self))**3
    end function greatest
 
-   !> Distance of the periapsis, m.
+   !> Returns the distance of the periapsis, m.
    pure real(wp) function nearest(self)
       class(geomagnetic_field_t), intent(in) :: self
       nearest = self%path%nearest()

@@ -11,7 +11,7 @@ module nutate_gravity
 
    public :: gravity_t, gravity_keys, build_gravity, standard_gravity
 
-   !> Acceleration where a scene does not give one, space axes, m/s².
+   !> Acceleration if a scene does not give one, space axes, m/s².
    real(wp), parameter :: standard_gravity(3) = [0.0_wp, 0.0_wp, -9.80665_wp]
 
    !> Keys of the scene group `&gravity`.
@@ -22,7 +22,7 @@ module nutate_gravity
    type, extends(linear_potential_t) :: gravity_t
    end type gravity_t
 
-   !> Gravity on a body.
+   !> Makes gravity on a body.
    interface gravity_t
       module procedure new_gravity
    end interface gravity_t
@@ -31,7 +31,7 @@ contains
 
    !> Makes the potential -m x_c·R(q)ᵀg of a body in uniform gravity, x_c its centre of mass.
    pure function new_gravity(body, acceleration) result(gravity)
-      !> Its mass and centre of mass count.
+      !> Body, of which mass and centre of mass are used.
       type(body_t), intent(in) :: body
       !> g, space axes, m/s²; shape (3).
       real(wp), intent(in) :: acceleration(3)
@@ -41,7 +41,7 @@ contains
       gravity%moment = body%mass*body%center_of_mass
    end function new_gravity
 
-   !> Builds gravity from its scene group. Errors: `NUTATE_BAD_BODY` where the body has no mass.
+   !> Builds gravity from its scene group. Errors: `NUTATE_BAD_BODY` if the body has no mass.
    subroutine build_gravity(group, body, effect, status)
       type(group_t), intent(in) :: group
       type(body_t), intent(in) :: body

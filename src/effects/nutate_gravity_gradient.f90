@@ -27,17 +27,17 @@ module nutate_gravity_gradient
    !> U(γ) = ½ γᵀAγ + U₀, A = 3(μ/r³)(J - J_m I), U₀ = ½ 3(μ/r³)J_m, J_m the intermediate principal moment: the effect's
    !> V wherever |γ| = 1. U is quadratic, so the gradient at the mean of two γ is a discrete gradient: ∇̄U = Aγ̄.
    !>
-   !> The isotropic part of J turns nothing, but would be felt at finite steps. Without it a body with three equal
+   !> The isotropic part of J exerts no torque, but would act at finite steps. Without it a body with three equal
    !> moments feels no torque at all.
    type, extends(potential_t) :: gravity_gradient_t
       !> A, body axes, J; shape (3,3).
       real(wp) :: stiffness(3, 3) = 0.0_wp
       !> U₀, J.
       real(wp) :: offset = 0.0_wp
-      !> What they are made of, for their derivatives: μ/r³, s⁻², the length of the direction as given, J - J_m I and
-      !> J_m, kg m², and the principal axis of J_m.
+      !> Factors of A and U₀, for their derivatives: μ/r³, s⁻², the length of the direction as given, J - J_m I and J_m,
+      !> kg m², and the principal axis of J_m.
       real(wp) :: strength = 0.0_wp, reach = 1.0_wp, deviation(3, 3) = 0.0_wp, middle = 0.0_wp, middle_axis(3) = 0.0_wp
-      !> It belongs to an orbit, and which one.
+      !> True if the gradient belongs to an orbit, and that orbit.
       logical :: on_orbit = .false.
       type(kepler_orbit_t) :: path = kepler_orbit_t()
    contains
@@ -63,7 +63,7 @@ module nutate_gravity_gradient
       procedure :: thin_table => thin_path
    end type gravity_gradient_t
 
-   !> A gravity gradient on a body, along a direction or of a circular orbit.
+   !> Makes a gravity gradient on a body, along a direction or of a circular orbit.
    interface gravity_gradient_t
       module procedure new_gravity_gradient, gradient_on_orbit
    end interface gravity_gradient_t
@@ -72,9 +72,9 @@ contains
 
    !> Makes the potential of the gravity gradient of a distant centre of attraction in a fixed direction.
    pure function new_gravity_gradient(body, direction, strength) result(gradient)
-      !> Its inertia about the reference point counts.
+      !> Body, of which the inertia about the reference point is used.
       type(body_t), intent(in) :: body
-      !> To the centre of attraction, space axes, of any length but zero; shape (3).
+      !> Direction to the centre of attraction, space axes, of any length but zero; shape (3).
       real(wp), intent(in) :: direction(3)
       !> μ/r³, s⁻².
       real(wp), intent(in) :: strength
@@ -86,7 +86,7 @@ contains
          gradient%offset = huge(1.0_wp)
          return
       end if
-      ! Scaled first: the squares of a long or short vector would leave the range of numbers.
+      ! The vector is scaled first: the squares of a long or short vector would leave the range of numbers.
       scaled = direction/maxval(abs(direction))
       gradient%direction = scaled/norm2(scaled)
       gradient%reach = maxval(abs(direction))*norm2(scaled)
@@ -104,12 +104,13 @@ contains
       gradient%offset = 1.5_wp*strength*middle
    end function new_gravity_gradient
 
-   !> Makes the gravity gradient in the LVLH axes of a circular orbit: along z, of strength n². In inertial axes it is
-   !> an `orbital_gradient_t`; an orbit with these gives a potential that every stepper rejects.
+   !> Makes the gravity gradient in the LVLH axes of a circular orbit: along z, of strength n². In inertial axes the
+   !> gradient is an `orbital_gradient_t`; here, an orbit with inertial axes gives a potential that every stepper
+   !> rejects.
    pure function gradient_on_orbit(body, orbit) result(gradient)
-      !> The inertia about the reference point is used.
+      !> Body, of which the inertia about the reference point is used.
       type(body_t), intent(in) :: body
-      !> The space axes are those of its LVLH frame.
+      !> Orbit whose LVLH frame gives the space axes.
       type(orbit_t), intent(in) :: orbit
       type(gravity_gradient_t) :: gradient
       gradient = new_gravity_gradient(body, [0.0_wp, 0.0_wp, 1.0_wp], orbit%path%mean_motion()**2)
@@ -118,7 +119,7 @@ contains
       gradient%path = orbit%path
    end function gradient_on_orbit
 
-   !> Builds a gravity gradient from its scene group. Errors: `NUTATE_BAD_ARGUMENT` where it lacks its direction or
+   !> Builds a gravity gradient from its scene group. Errors: `NUTATE_BAD_ARGUMENT` if the group lacks direction or
    !> strength.
    subroutine build_gravity_gradient(group, body, effect, status)
       type(group_t), intent(in) :: group
@@ -186,8 +187,8 @@ contains
    end subroutine linearize_quadratic
 
    !> Bounds the torque in a step: γ½×Aγ̄, γ̄ the mean of γ at the ends, has in principal axes components (A_k -
-   !> A_l)γ_kγ_l, and none exceeds the larger of |A_k|, |A_l|. With A they lie in a box, whose image under the map is
-   !> farthest away at a corner. A change of b turns γ½ and γ̄ by 2|δb| at most, in second order by 4 and 8 |δb|².
+   !> A_l)γ_kγ_l, and none exceeds the larger of |A_k|, |A_l|. So the components lie in a box, whose image under the map
+   !> is farthest away at a corner. A change of b rotates γ½ and γ̄ by 2|δb| at most, in second order by 4 and 8 |δb|².
    pure subroutine quadratic_bound(self, map, radius, gamma, slack, bounds)
       class(gravity_gradient_t), intent(in) :: self
       type(linear_map_t), intent(in) :: map
@@ -292,7 +293,7 @@ contains
       quadratic_has_axis = is_symmetric_about(self%stiffness, axis)
    end function quadratic_has_axis
 
-   !> Returns true if its numbers, and the sums of |A| by rows and U₀, the largest torque and energy, can be computed
+   !> Returns true if the parameters, and the sums of |A| by rows and U₀, the largest torque and energy, can be computed
    !> with.
    pure logical function gradient_is_valid(self)
       class(gravity_gradient_t), intent(in) :: self
@@ -302,7 +303,7 @@ contains
          gradient_is_valid = is_moderate(maxval(sum(abs(self%stiffness), dim=1)) + abs(self%offset))
    end function gradient_is_valid
 
-   !> n, μ/r³, J, and the orbit where there is one.
+   !> Returns the parameters: n, μ/r³, J, and the orbit if there is one.
    pure function quadratic_parameters(self) result(list)
       class(gravity_gradient_t), intent(in) :: self
       type(parameter_t), allocatable :: list(:)
@@ -318,7 +319,7 @@ contains
       gradient_follows = self%on_orbit .and. self%path%equals(path)
    end function gradient_follows
 
-   !> δs; where the direction stands still on an orbit that of n².
+   !> Returns δs, with the change of n² if the direction is fixed on an orbit.
    pure real(wp) function strength_change(self, change)
       class(gravity_gradient_t), intent(in) :: self
       real(wp), intent(in) :: change(:)
@@ -327,7 +328,7 @@ contains
          strength_change = change(4) + 2*self%path%mean_motion()*self%path%mean_motion_change(change(14:))
    end function strength_change
 
-   !> The direction is given in any length.
+   !> Returns the change of the unit vector along the direction, which is given in any length.
    pure function quadratic_direction_change(self, change, t) result(n)
       class(gravity_gradient_t), intent(in) :: self
       real(wp), intent(in) :: change(:), t
@@ -335,7 +336,7 @@ contains
       n = (change(1:3) - dot_product(self%direction, change(1:3))*self%direction)/self%reach
    end function quadratic_direction_change
 
-   !> δA γ̄, δA = 3δs(J - J_m I) + 3s(δJ - δJ_m I).
+   !> Returns δA γ̄, δA = 3δs(J - J_m I) + 3s(δJ - δJ_m I).
    pure function quadratic_gradient_change(self, change, gamma0, gamma1) result(gradient)
       class(gravity_gradient_t), intent(in) :: self
       real(wp), intent(in) :: change(:), gamma0(3), gamma1(3)
@@ -347,7 +348,8 @@ contains
                  + (3*self%strength)*(times_vector(inertia, gamma) - middle_change(self, inertia)*gamma)
    end function quadratic_gradient_change
 
-   !> δJ_m = vᵀδJv, v the axis of J_m, kg m². Where two moments are equal J_m has a kink: one side of it.
+   !> Returns δJ_m = vᵀδJv, v the axis of J_m, kg m². If two moments are equal, J_m has a kink, and δJ_m holds on one
+   !> side of it.
    pure real(wp) function middle_change(self, inertia)
       class(gravity_gradient_t), intent(in) :: self
       !> δJ; shape (3,3).

@@ -1,4 +1,4 @@
-!> Potentials linear in a direction, U = -m·γ: what weight and a magnetic dipole have in common.
+!> Potentials linear in a direction, U = -m·γ, such as those of weight and of a magnetic dipole.
 module nutate_linear_potential
    use nutate_effect, only: LINEAR_SERIES, parameter_t, potential_t
    use nutate_effect_bounds, only: bounds_of_linear, effect_bounds_t, linear_map_t
@@ -11,8 +11,8 @@ module nutate_linear_potential
 
    public :: linear_potential_t
 
-   !> U(γ) = -m·γ, γ = Rᵀn. Its gradient is constant and thus its own discrete gradient: ∇̄U = -m. An extension is
-   !> another way to give m and n, which may move, and does not override energy and gradients: steppers read m once.
+   !> U(γ) = -m·γ, γ = Rᵀn. The gradient is constant and thus its own discrete gradient: ∇̄U = -m. An extension gives m
+   !> and n in another way (n may move), and does not override energy and gradients: steppers read m once.
    type, extends(potential_t) :: linear_potential_t
       !> m, body axes; its unit times that of n is J; shape (3).
       real(wp) :: moment(3) = 0.0_wp
@@ -97,7 +97,7 @@ contains
       linear_kind = LINEAR_SERIES
    end function linear_kind
 
-   !> γ×∇U = -γ×m.
+   !> Returns m, since γ×∇U = -γ×m.
    pure function constant_moment(self) result(moment)
       class(linear_potential_t), intent(in) :: self
       real(wp) :: moment(3)
@@ -129,21 +129,21 @@ contains
       tau = cross(change(1:3), gamma(:, k))
    end subroutine linear_series_change
 
-   !> m lies along the axis.
+   !> Returns true if m lies along the axis.
    pure logical function linear_has_axis(self, axis)
       class(linear_potential_t), intent(in) :: self
       integer, intent(in) :: axis
       linear_has_axis = lies_along(self%moment, axis)
    end function linear_has_axis
 
-   !> All that it is given, and |m||n|: the largest energy and torque.
+   !> Returns true if all parameters, and |m||n|, the largest energy and torque, can be computed with.
    pure logical function linear_is_valid(self)
       class(linear_potential_t), intent(in) :: self
       linear_is_valid = all(is_moderate([self%moment, self%direction]))
       if (linear_is_valid) linear_is_valid = is_moderate(norm2(self%moment)*norm2(self%direction))
    end function linear_is_valid
 
-   !> m and n, by the names of the scene's keys.
+   !> Returns the parameters m and n, by the names of the scene's keys.
    pure function linear_parameters(self) result(list)
       class(linear_potential_t), intent(in) :: self
       type(parameter_t), allocatable :: list(:)

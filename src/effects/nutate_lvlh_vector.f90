@@ -1,4 +1,4 @@
-!> A vector that stands still in the axes of an orbit, seen from inertial ones, or vice versa.
+!> A vector that is fixed in the LVLH frame of an orbit, in inertial axes, or vice versa.
 module nutate_lvlh_vector
    use nutate_effect_base, only: parameter_t
    use nutate_kepler_orbit, only: n_elements
@@ -15,11 +15,11 @@ module nutate_lvlh_vector
    !> The normal of the orbit in the LVLH frame.
    real(wp), parameter :: normal(3) = [0.0_wp, -1.0_wp, 0.0_wp]
 
-   !> v, and the orbit.
+   !> A vector v, and the orbit.
    type, extends(moving_direction_t) :: lvlh_vector_t
-      !> In the axes in which it stands still; shape (3).
+      !> v in the axes in which it is fixed; shape (3).
       real(wp) :: vector(3) = 0.0_wp
-      !> The vector is fixed in inertial axes and given in the LVLH frame of a circular orbit; else vice versa.
+      !> True if the vector is fixed in inertial axes and given in the LVLH frame of a circular orbit; else vice versa.
       logical :: from_orbit = .false.
    contains
       procedure :: at => vector_at
@@ -35,7 +35,7 @@ module nutate_lvlh_vector
 
 contains
 
-   !> Returns the vector in the axes in which it stands still, and the elements of the orbit.
+   !> Returns the parameters: the vector in the axes in which it is fixed, and the elements of the orbit.
    pure function parameters_of_vector(self) result(list)
       class(lvlh_vector_t), intent(in) :: self
       type(parameter_t), allocatable :: list(:)
@@ -55,7 +55,7 @@ contains
    !> Returns v at a time, in the space axes of the scene; shape (3).
    pure function vector_at(self, t) result(v)
       class(lvlh_vector_t), intent(in) :: self
-      !> s.
+      !> Time, s.
       real(wp), intent(in) :: t
       real(wp) :: v(3)
       if (self%from_orbit) then
@@ -68,7 +68,7 @@ contains
    !> Returns δv at a time, in the space axes of the scene; shape (3).
    pure function change_at(self, change, t) result(v)
       class(lvlh_vector_t), intent(in) :: self
-      !> Of the vector in the axes in which it stands still, and of the elements, shape (3 + n_elements); s.
+      !> Change of the vector in the axes in which it is fixed, and of the elements, shape (3 + n_elements); time, s.
       real(wp), intent(in) :: change(:), t
       real(wp) :: v(3)
       type(lvlh_vector_t) :: other
@@ -88,16 +88,16 @@ contains
    !> Returns v̇ at a time, in the space axes of the scene, unit of v per s; shape (3).
    pure function rate_at(self, t) result(rate)
       class(lvlh_vector_t), intent(in) :: self
-      !> s.
+      !> Time, s.
       real(wp), intent(in) :: t
       real(wp) :: rate(3)
       rate = self%path%turn_rate(t)*cross(turn_axis(self, t), self%at(t))
    end function rate_at
 
-   !> The axis about which it is seen to turn at the rate of the true anomaly: a unit vector; shape (3).
+   !> Returns the axis about which v rotates at the rate of the true anomaly: a unit vector; shape (3).
    pure function turn_axis(self, t) result(axis)
       class(lvlh_vector_t), intent(in) :: self
-      !> s.
+      !> Time, s.
       real(wp), intent(in) :: t
       real(wp) :: axis(3)
       if (self%from_orbit) then
@@ -111,7 +111,7 @@ contains
    !> = r/r₀.
    pure subroutine series(self, t, time_unit, v)
       class(lvlh_vector_t), intent(in) :: self
-      !> s.
+      !> Time t₀ and time unit of the series, s.
       real(wp), intent(in) :: t, time_unit
       !> Shape (3, 0:order).
       real(wp), intent(out) :: v(:, 0:)
@@ -132,11 +132,11 @@ contains
       end do
    end subroutine series
 
-   !> Computes the coefficients of the power series of δv about a time: of another vector, and of δθ×v, δθ the rotation
-   !> of the LVLH frame; seen from that frame of v×δθ.
+   !> Computes the coefficients of the power series of δv about a time: the series of the changed vector, and of δθ×v,
+   !> δθ the rotation of the LVLH frame, or of v×δθ in that frame.
    pure subroutine change_series(self, change, t, time_unit, v)
       class(lvlh_vector_t), intent(in) :: self
-      !> As in `change_at`; s.
+      !> Change as in `change_at`; time t₀ and time unit of the series, s.
       real(wp), intent(in) :: change(:), t, time_unit
       !> Shape (3, 0:order).
       real(wp), intent(out) :: v(:, 0:)

@@ -1,5 +1,5 @@
-!> Vectors that move with an orbit, as the space axes of a scene see them: one that stands still in the LVLH frame or in
-!> inertial axes (`nutate_lvlh_vector`), the magnetic field of the Earth (`nutate_geomagnetic_field`).
+!> Vectors that move with an orbit, in the space axes of a scene: one that is fixed in the LVLH frame or in inertial
+!> axes (`nutate_lvlh_vector`), the magnetic field of the Earth (`nutate_geomagnetic_field`).
 module nutate_moving_direction
    use nutate_effect_base, only: parameter_t
    use nutate_kepler_orbit, only: kepler_orbit_t
@@ -18,9 +18,9 @@ module nutate_moving_direction
       procedure(vector_at), deferred :: rate_at
       !> Computes the power series of n.
       procedure(vector_series), deferred :: series
-      !> Returns the numbers by which n can be differentiated; those of the orbit come last.
+      !> Returns the parameters by which n can be differentiated; the elements of the orbit come last.
       procedure(list_of_numbers), deferred :: parameters
-      !> Returns what a change of these numbers makes of n, and computes its power series.
+      !> Return the change of n by a change of `parameters`, and compute its power series.
       procedure(change_of_vector), deferred :: change_at
       procedure(series_of_change), deferred :: change_series
       !> Return bounds of |n|, and of the rate of its direction, 1/s.
@@ -35,7 +35,7 @@ module nutate_moving_direction
       pure function vector_at(self, t) result(v)
          import :: moving_direction_t, wp
          class(moving_direction_t), intent(in) :: self
-         !> s.
+         !> Time, s.
          real(wp), intent(in) :: t
          real(wp) :: v(3)
       end function vector_at
@@ -44,7 +44,7 @@ module nutate_moving_direction
       pure subroutine vector_series(self, t, time_unit, v)
          import :: moving_direction_t, wp
          class(moving_direction_t), intent(in) :: self
-         !> s.
+         !> Time t₀ and time unit of the series, s.
          real(wp), intent(in) :: t, time_unit
          !> Shape (3, 0:order).
          real(wp), intent(out) :: v(:, 0:)
@@ -60,7 +60,7 @@ module nutate_moving_direction
       pure function change_of_vector(self, change, t) result(v)
          import :: moving_direction_t, wp
          class(moving_direction_t), intent(in) :: self
-         !> Change of `parameters`; s.
+         !> Change of `parameters`; time, s.
          real(wp), intent(in) :: change(:), t
          real(wp) :: v(3)
       end function change_of_vector
@@ -69,7 +69,7 @@ module nutate_moving_direction
       pure subroutine series_of_change(self, change, t, time_unit, v)
          import :: moving_direction_t, wp
          class(moving_direction_t), intent(in) :: self
-         !> Change of `parameters`; s.
+         !> Change of `parameters`; time t₀ and time unit of the series, s.
          real(wp), intent(in) :: change(:), t, time_unit
          !> Shape (3, 0:order).
          real(wp), intent(out) :: v(:, 0:)

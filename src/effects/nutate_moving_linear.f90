@@ -1,5 +1,5 @@
 !> Potentials linear in a direction that moves: a magnetic moment in the Earth's field along an orbit, a force that
-!> turns with the LVLH frame. V(q, t) = -m·R(q)ᵀn(t).
+!> rotates with the LVLH frame. V(q, t) = -m·R(q)ᵀn(t).
 module nutate_moving_linear
    use nutate_effect, only: GENERAL_SERIES, parameter_t
    use nutate_effect_bounds, only: effect_bounds_t, linear_map_t
@@ -44,7 +44,7 @@ contains
       character(len=*), intent(in) :: name
       !> m, body axes; shape (3).
       real(wp), intent(in) :: moment(3)
-      !> n, as the space axes of the scene see it.
+      !> n, in the space axes of the scene.
       class(moving_direction_t), intent(in) :: vector
       self%name = name
       self%moment = moment
@@ -82,7 +82,7 @@ contains
       if (valid) valid = is_moderate(norm2(self%moment)*self%vector%greatest()*self%vector%pace())
    end function moving_is_valid
 
-   !> Returns m and the numbers of n.
+   !> Returns m and the parameters of n.
    pure function moving_parameters(self) result(list)
       class(moving_linear_t), intent(in) :: self
       type(parameter_t), allocatable :: list(:)
@@ -141,7 +141,7 @@ contains
       tau = cross(self%moment, gamma(:, k))
    end subroutine torque_of_moment
 
-   !> Returns no bounds: no step with a time-dependent potential counts as certified.
+   !> Returns no bounds: no step with a time-dependent potential is certified.
    pure subroutine not_bounded(self, map, radius, gamma, slack, bounds)
       class(moving_linear_t), intent(in) :: self
       type(linear_map_t), intent(in) :: map

@@ -1,4 +1,4 @@
-!> The orbit that the body's centre of mass follows: what gravity gradients, attitudes and columns go by.
+!> Orbit of the centre of mass, used by gravity gradients, LVLH attitudes and output columns.
 !>
 !> The scene's space axes are inertial, x to the equinox, z north; on request those of a circular orbit itself (LVLH: x
 !> forward, y against the normal, z to the centre of attraction), which rotate at the constant rate (0, -n, 0).
@@ -19,7 +19,7 @@ module nutate_orbit
 
    public :: orbit_t, orbit_keys, build_orbit, earth_mu, earth_radius
 
-   !> Gravitational parameter of the Earth, m³/s², and the radius above which altitudes count, m.
+   !> Gravitational parameter of the Earth, m³/s², and the radius to which altitudes refer, m.
    real(wp), parameter :: earth_mu = 3.986004418e14_wp, earth_radius = 6378137.0_wp
 
    !> Keys of the scene group `&orbit`.
@@ -48,36 +48,36 @@ module nutate_orbit
                              key_t(name='main', kind=KEY_LOGICAL), &
                              key_t(name='degrees', kind=KEY_LOGICAL)]
 
-   !> An orbit, and the rate of the space axes, 0 where they are inertial.
+   !> An orbit, and the rate of the space axes, 0 if they are inertial.
    type, extends(rotating_frame_t) :: orbit_t
       type(kepler_orbit_t) :: path = kepler_orbit_t()
-      !> The space axes are those of the orbit.
+      !> True if the space axes are those of the orbit.
       logical :: is_frame = .false.
-      !> Of several orbits it is the one whose LVLH frame columns and controllers refer to.
+      !> True for the one of several orbits to whose LVLH frame columns and controllers refer.
       logical :: is_main = .false.
-      !> Unit vector to the sun, inertial axes, zero where none is known; shape (3). Radius of the body that casts the
+      !> Unit vector to the sun, inertial axes, zero if none is known; shape (3). Radius of the body that casts the
       !> shadow, m.
       real(wp) :: sun(3) = 0.0_wp, shadow_radius = earth_radius
    contains
       procedure :: is_valid => orbit_is_valid
       procedure :: parameters => elements_of_orbit
-      !> Return what a change of the elements makes of the rate of the space axes, and of that of the orbital axes.
+      !> Return the change of the rate of the space axes, and of the orbital axes, by a change of the elements.
       procedure :: frame_rate_change
       procedure :: axes_rate_change
       !> Adds a change to the elements.
       procedure :: shift
-      !> Unit quaternion from orbital to space axes at a time.
+      !> Returns the unit quaternion from orbital to space axes at a time.
       procedure :: axes
-      !> Rate of the orbital axes at a time, space axes, rad/s.
+      !> Returns the rate of the orbital axes at a time, space axes, rad/s.
       procedure :: axes_rate
-      !> There is a sun.
+      !> Returns true if there is a sun.
       procedure :: has_sun
-      !> How deep the place lies in the shadow at a time, m, and its rate, m/s.
+      !> Return the depth of the body in the shadow at a time, m, and the rate of this depth, m/s.
       procedure :: shadow_depth
       procedure :: shadow_rate
    end type orbit_t
 
-   !> An orbit from its path.
+   !> Makes an orbit from its path.
    interface orbit_t
       module procedure new_orbit
    end interface orbit_t
@@ -100,7 +100,7 @@ contains
 
    !> Builds an orbit from its scene group. Errors: `NUTATE_BAD_ARGUMENT` unless it gives one of semi-major axis,
    !> altitude, periapsis distance and table, for an ellipse that is none, and for the axes, or an altitude, of an
-   !> eccentric one.
+   !> eccentric orbit.
    subroutine build_orbit(group, body, effect, status)
       type(group_t), intent(in) :: group
       type(body_t), intent(in) :: body
@@ -130,7 +130,7 @@ contains
       orbit%is_main = group%flag('main', .false.)
       if (group%has('sun')) then
          sun = group%vector('sun', orbit%sun)
-         ! Scaled first: the squares of a long or short vector would leave the range of numbers.
+         ! The vector is scaled first: the squares of a long or short vector would leave the range of numbers.
          sun = sun/maxval(abs(sun))
          orbit%sun = sun/norm2(sun)
          orbit%shadow_radius = group%number('shadow_radius', orbit%shadow_radius)
@@ -138,8 +138,8 @@ contains
       allocate (effect, source=orbit)
    end subroutine build_orbit
 
-   !> Makes the path of a group with a table. Errors: those of `make_track`; `NUTATE_BAD_ARGUMENT` for elements beside
-   !> it, and for a table that has not been read.
+   !> Makes the path of a group with a table. Errors: those of `make_track`; `NUTATE_BAD_ARGUMENT` for elements beside a
+   !> table, and for a table that has not been read.
    subroutine read_track(group, path, status)
       type(group_t), intent(in) :: group
       type(kepler_orbit_t), intent(inout) :: path
@@ -175,7 +175,7 @@ contains
       end associate
    end subroutine read_track
 
-   !> Errors: those of `build_orbit`.
+   !> Checks the shape of an orbit. Errors: those of `build_orbit`.
    subroutine check_shape(group, status)
       type(group_t), intent(in) :: group
       type(status_t), intent(out) :: status
@@ -197,7 +197,8 @@ contains
       end if
    end subroutine check_shape
 
-   !> Errors: `NUTATE_BAD_ARGUMENT` unless a group gives the size of an orbit, and the place on it, once.
+   !> Checks the size of an orbit. Errors: `NUTATE_BAD_ARGUMENT` unless a group gives the size, and the position on the
+   !> orbit, once.
    subroutine check_size(group, status)
       type(group_t), intent(in) :: group
       type(status_t), intent(out) :: status
@@ -230,17 +231,17 @@ contains
    !> shape (4).
    pure function axes(self, t) result(q)
       class(orbit_t), intent(in) :: self
-      !> s.
+      !> Time, s.
       real(wp), intent(in) :: t
       real(wp) :: q(4)
       q = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
       if (.not. self%is_frame) q = self%path%axes(t)
    end function axes
 
-   !> Returns the angular velocity of the LVLH frame against the space axes of the scene, rad/s; shape (3).
+   !> Returns the angular velocity of the LVLH frame relative to the space axes of the scene, rad/s; shape (3).
    pure function axes_rate(self, t) result(rate)
       class(orbit_t), intent(in) :: self
-      !> s.
+      !> Time, s.
       real(wp), intent(in) :: t
       real(wp) :: rate(3)
       rate = self%rate
@@ -259,10 +260,10 @@ contains
 
    !> Returns the depth in the cylindrical shadow, m, positive inside. Behind the planet, seen from the sun, it is the
    !> radius less the distance from the axis of the shadow; in front of it the radius less the distance from the centre.
-   !> It is smooth where the two meet.
+   !> The depth is smooth where the two meet.
    pure real(wp) function shadow_depth(self, t) result(depth)
       class(orbit_t), intent(in) :: self
-      !> s.
+      !> Time, s.
       real(wp), intent(in) :: t
       real(wp) :: r(3)
       r = self%path%position(t)
@@ -273,7 +274,7 @@ contains
    !> Returns the time derivative of `shadow_depth`, m/s.
    pure real(wp) function shadow_rate(self, t) result(rate)
       class(orbit_t), intent(in) :: self
-      !> s.
+      !> Time, s.
       real(wp), intent(in) :: t
       real(wp) :: r(3)
       r = self%path%position(t)
@@ -303,7 +304,8 @@ contains
       end associate
    end function orbit_is_valid
 
-   !> The elements. Where the space axes are those of a circular orbit, it stays circular; a table has none.
+   !> Returns the elements. If the space axes are those of a circular orbit, the eccentricity is no parameter; a table
+   !> has no elements.
    pure function elements_of_orbit(self) result(list)
       class(orbit_t), intent(in) :: self
       type(parameter_t), allocatable :: list(:)
@@ -320,7 +322,7 @@ contains
    !> Returns the change of the rate of the space axes, in these, rad/s; shape (3).
    pure function frame_rate_change(self, change) result(rate)
       class(orbit_t), intent(in) :: self
-      !> Of the elements; shape (n_elements).
+      !> Change of the elements; shape (n_elements).
       real(wp), intent(in) :: change(:)
       real(wp) :: rate(3)
       rate = 0.0_wp
@@ -330,7 +332,7 @@ contains
    !> Returns the change of `axes_rate` at a time, space axes, rad/s; shape (3).
    pure function axes_rate_change(self, change, t) result(rate)
       class(orbit_t), intent(in) :: self
-      !> Of the elements, shape (n_elements); s.
+      !> Change of the elements, shape (n_elements); time, s.
       real(wp), intent(in) :: change(:), t
       real(wp) :: rate(3)
       if (self%is_frame) then
@@ -344,7 +346,7 @@ contains
    !> Adds a change to the elements, and to the rate of the space axes that follows from them.
    pure subroutine shift(self, change)
       class(orbit_t), intent(inout) :: self
-      !> Shape (n_elements).
+      !> Change of the elements; shape (n_elements).
       real(wp), intent(in) :: change(:)
       call self%path%shift(change)
       if (self%is_frame) self%rate = [0.0_wp, -self%path%mean_motion(), 0.0_wp]

@@ -1,4 +1,4 @@
-!> Effects that are what they are by the orbit of the scene.
+!> Effects that depend on the orbit of the scene.
 module nutate_orbital_effects
    use nutate_body, only: body_t
    use nutate_earth_field, only: field_on_orbit
@@ -17,8 +17,8 @@ module nutate_orbital_effects
 
 contains
 
-   !> A gravity gradient that leaves its direction and strength to the orbit, the field of the Earth, a force in axes
-   !> that only an orbit has.
+   !> Returns true for an effect that depends on the orbit: a gravity gradient without direction and strength, the field
+   !> of the Earth, gravity of third degree, or a force in axes that only an orbit has.
    pure logical function goes_by_orbit(group)
       type(group_t), intent(in) :: group
       select case (group%name)
@@ -33,8 +33,8 @@ contains
       end select
    end function goes_by_orbit
 
-   !> Such an effect: at rest in the axes of the scene where it is in theirs, moving else. Errors: those of
-   !> `build_force_on_orbit`.
+   !> Builds an effect that depends on the orbit: constant if it is fixed in the axes of the scene, else moving. Errors:
+   !> those of `build_force_on_orbit`.
    subroutine build_on_orbit(group, orbit, body, effect, status)
       type(group_t), intent(in) :: group
       type(orbit_t), intent(in) :: orbit

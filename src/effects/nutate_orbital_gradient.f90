@@ -1,5 +1,5 @@
-!> The gradient of a central gravity field over a body on a Kepler orbit, seen from inertial axes: the direction to the
-!> centre moves. V = ½·3 γᵀJγ, γ = R(q)ᵀn(t), n = √μ r/|r|^(5/2).
+!> The gradient of a central gravity field over a body on a Kepler orbit, in inertial axes: the direction to the centre
+!> moves. V = ½·3 γᵀJγ, γ = R(q)ᵀn(t), n = √μ r/|r|^(5/2).
 module nutate_orbital_gradient
    use nutate_body, only: body_t
    use nutate_effect, only: potential_t
@@ -15,8 +15,8 @@ module nutate_orbital_gradient
 
    public :: orbital_gradient_t
 
-   !> U(γ) = ½ γᵀAγ + ½·3J_m|γ|², A = 3(J - J_m I): the effect's V, whose isotropic part turns nothing but changes with
-   !> the distance.
+   !> U(γ) = ½ γᵀAγ + ½·3J_m|γ|², A = 3(J - J_m I): the effect's V, whose isotropic part exerts no torque but changes
+   !> with the distance.
    type, extends(gravity_gradient_t) :: orbital_gradient_t
       !> 3J_m, kg m².
       real(wp) :: isotropic = 0.0_wp
@@ -34,7 +34,7 @@ module nutate_orbital_gradient
       procedure :: energy_change => moving_energy_change
    end type orbital_gradient_t
 
-   !> The gradient on a body along an orbit.
+   !> Makes the gradient on a body along an orbit.
    interface orbital_gradient_t
       module procedure new_orbital_gradient
    end interface orbital_gradient_t
@@ -43,7 +43,7 @@ contains
 
    !> Makes the gravity gradient on a body along an orbit.
    pure function new_orbital_gradient(body, path) result(gradient)
-      !> Its inertia about the reference point counts.
+      !> Body, of which the inertia about the reference point is used.
       type(body_t), intent(in) :: body
       type(kepler_orbit_t), intent(in) :: path
       type(orbital_gradient_t) :: gradient
@@ -122,7 +122,7 @@ contains
       end do
    end subroutine series_along_orbit
 
-   !> Returns true if its numbers, and its energy at periapsis, can be computed with.
+   !> Returns true if the parameters, and the energy at periapsis, can be computed with.
    pure logical function moving_is_valid(self)
       class(orbital_gradient_t), intent(in) :: self
       real(wp) :: nearest, strength
@@ -154,7 +154,7 @@ contains
       no_axis = .false.
    end function no_axis
 
-   !> δn = ½(δμ/μ)n + √μ (δr - (5/2) r (r·δr)/|r|²)/|r|^(5/2).
+   !> Returns δn = ½(δμ/μ)n + √μ (δr - (5/2) r (r·δr)/|r|²)/|r|^(5/2).
    pure function change_by_orbit(self, change, t) result(n)
       class(orbital_gradient_t), intent(in) :: self
       real(wp), intent(in) :: change(:), t
@@ -181,7 +181,8 @@ contains
       n = sqrt(self%path%mu/self%path%radius(t)/self%path%radius(t)/self%path%radius(t))*n
    end subroutine change_series_by_orbit
 
-   !> The strength is a factor of the effect; the isotropic part goes with |γ|².
+   !> Returns the change of U, J: the strength is a factor of the effect, and the isotropic part is proportional to
+   !> |γ|².
    pure real(wp) function moving_energy_change(self, change, gamma) result(energy)
       class(orbital_gradient_t), intent(in) :: self
       real(wp), intent(in) :: change(:), gamma(3)

@@ -1,4 +1,4 @@
-!> Potentials: functions of a direction fixed in space, or of one that moves, as the body sees it.
+!> Potentials: functions of a direction fixed in space, or of one that moves, in body axes.
 module nutate_potential
    use nutate_effect_base, only: effect_t
    use nutate_effect_bounds, only: bounds_of_potential, effect_bounds_t, linear_map_t
@@ -13,7 +13,7 @@ module nutate_potential
    type, abstract, extends(effect_t) :: potential_t
       !> n: a vector fixed in space, of whatever length and unit the potential is written in.
       real(wp) :: direction(3) = [0.0_wp, 0.0_wp, 1.0_wp]
-      !> n is time-dependent (`direction` is its value at t = 0), and a bound of its rate relative to |n|, 1/s.
+      !> True if n is time-dependent (`direction` is its value at t = 0), and a bound of its rate relative to |n|, 1/s.
       logical :: moves = .false.
       real(wp) :: pace = 0.0_wp
    contains
@@ -21,7 +21,7 @@ module nutate_potential
       procedure :: direction_at => fixed_direction
       procedure :: power => no_power
       procedure :: direction_series => fixed_series
-      !> Makes the same potential as seen from the LVLH frame of the circular orbit that it follows, where it is
+      !> Makes the same potential as seen from the LVLH frame of the circular orbit that it follows, in which it is
       !> constant; not allocated unless overridden.
       procedure :: see_from_lvlh => not_seen_from_lvlh
       !> Returns U(γ), J.
@@ -35,7 +35,8 @@ module nutate_potential
       procedure :: discrete_gradient => gonzalez_gradient
       !> Returns ∂∇̄U/∂γ1; that of Gonzalez's unless overridden.
       procedure :: discrete_hessian => gonzalez_hessian
-      !> Computes ∇̄U and its derivatives by both ends; by the two before unless overridden.
+      !> Computes ∇̄U and its derivatives by both ends; from `discrete_gradient` and `discrete_hessian` unless
+      !> overridden.
       procedure :: linearize => linearize_gradient
       procedure :: bound => bound_potential
       !> Returns true for U = -m·γ, which has no curvature; `.false.` unless overridden.
@@ -44,14 +45,14 @@ module nutate_potential
       procedure :: series_moment => no_moment
       !> Computes a coefficient of a general series of γ×∇U.
       procedure :: series_torque => no_potential_torque
-      !> Computes one of its derivative by γ, and of what a change of `parameters` makes of it at fixed γ; not known
-      !> unless overridden.
+      !> Compute a coefficient of the derivative of the general series by γ, and of its change by a change of
+      !> `parameters` at fixed γ; not known unless overridden.
       procedure :: series_derivative => no_series_derivative
       procedure :: series_change => no_series_change
       !> Computes the power series of `direction_change`; constant unless overridden.
       procedure :: direction_change_series => fixed_change
-      !> What a change of `parameters` makes of n, of ∇̄U at fixed ends (of ∇U where they are one), and of U at fixed γ;
-      !> nothing unless overridden.
+      !> Return the change by a change of `parameters` of n, of ∇̄U at fixed ends (of ∇U if they are equal), and of U at
+      !> fixed γ; zero unless overridden.
       procedure :: direction_change => no_direction_change
       procedure :: gradient_change => no_gradient_change
       procedure :: energy_change => no_energy_change
@@ -89,7 +90,7 @@ contains
    !> Returns ∂V/∂t at fixed attitude, W. Here: zero.
    pure real(wp) function no_power(self, q, t)
       class(potential_t), intent(in) :: self
-      !> Unit quaternion, body→space, shape (4); s.
+      !> Attitude, unit quaternion, body→space, shape (4); time, s.
       real(wp), intent(in) :: q(4), t
       no_power = 0.0_wp
    end function no_power
@@ -97,7 +98,7 @@ contains
    !> Computes the coefficients of the power series of n about a time. Here: a constant.
    pure subroutine fixed_series(self, t, time_unit, n)
       class(potential_t), intent(in) :: self
-      !> s.
+      !> Time t₀ and time unit of the series, s.
       real(wp), intent(in) :: t, time_unit
       !> Space axes; shape (3, 0:order).
       real(wp), intent(out) :: n(:, 0:)
@@ -108,7 +109,7 @@ contains
    !> Makes no potential: this one is not known to be constant in the LVLH frame.
    subroutine not_seen_from_lvlh(self, seen)
       class(potential_t), intent(in) :: self
-      !> LVLH space axes.
+      !> Potential in LVLH space axes.
       class(potential_t), allocatable, intent(out) :: seen
    end subroutine not_seen_from_lvlh
 
@@ -143,8 +144,8 @@ contains
       end do
    end function difference_hessian
 
-   !> Computes the discrete gradient of any U: ∇U(γ̄) + ((ΔU - ∇U(γ̄)·Δγ)/|Δγ|²) Δγ, γ̄ the mean of the ends. Where Δγ
-   !> is so short that the second term would be noise, ∇U(γ̄) alone is exact to round-off. Source: Gonzalez (1996), eq.
+   !> Computes the discrete gradient of any U: ∇U(γ̄) + ((ΔU - ∇U(γ̄)·Δγ)/|Δγ|²) Δγ, γ̄ the mean of the ends. If Δγ is
+   !> so short that the second term would be noise, ∇U(γ̄) alone is exact to round-off. Source: Gonzalez (1996), eq.
    !> 3.2.
    pure function gonzalez_gradient(self, gamma0, gamma1) result(gradient)
       class(potential_t), intent(in) :: self
@@ -188,14 +189,14 @@ contains
       class(potential_t), intent(in) :: self
       !> γ at the ends of the step, body axes; shape (3).
       real(wp), intent(in) :: gamma0(3), gamma1(3)
-      !> Body axes, J per unit of γ, shape (3); and per unit of γ again, shape (3,3).
+      !> ∇̄U, body axes, J per unit of γ, shape (3); its derivatives, per unit of γ again, shape (3,3).
       real(wp), intent(out) :: gradient(3), by_start(3, 3), by_end(3, 3)
       gradient = self%discrete_gradient(gamma0, gamma1)
       by_start = self%discrete_hessian(gamma1, gamma0)
       by_end = self%discrete_hessian(gamma0, gamma1)
    end subroutine linearize_gradient
 
-   !> |Δγ| < ε^(1/3) |γ|: ΔU - ∇U(γ̄)·Δγ, of third order in Δγ, is round-off of U.
+   !> Returns true if |Δγ| < ε^(1/3) |γ|: ΔU - ∇U(γ̄)·Δγ, of third order in Δγ, is round-off of U.
    pure logical function is_short(delta, gamma)
       real(wp), intent(in) :: delta(3), gamma(3)
       is_short = dot_product(delta, delta) <= eps**(2.0_wp/3)*dot_product(gamma, gamma)
@@ -234,7 +235,7 @@ contains
       integer, intent(in) :: k
       !> Coefficients 0..k of γ, body axes; shape (3, 0:k).
       real(wp), intent(in) :: gamma(3, 0:k)
-      !> As `series_torque` left them; shape (0:highest_order, auxiliary_series()).
+      !> Auxiliary series as `series_torque` left them; shape (0:highest_order, auxiliary_series()).
       real(wp), intent(inout) :: auxiliary(0:, :)
       !> Body axes, N m over the unit of γ; shape (3,3).
       real(wp), intent(out) :: derivative(3, 3)
@@ -246,12 +247,12 @@ contains
    !> Computes coefficient k of the change of τ at fixed γ; called after `series_derivative`. Here: it is not known.
    pure subroutine no_series_change(self, change, k, gamma, auxiliary, tau, known)
       class(potential_t), intent(in) :: self
-      !> Of `parameters`.
+      !> Change of `parameters`.
       real(wp), intent(in) :: change(:)
       integer, intent(in) :: k
       !> Coefficients 0..k of γ, body axes; shape (3, 0:k).
       real(wp), intent(in) :: gamma(3, 0:k)
-      !> Shape (0:highest_order, auxiliary_series()); none where the series is linear.
+      !> Auxiliary series, none if the series is linear; shape (0:highest_order, auxiliary_series()).
       real(wp), intent(in) :: auxiliary(0:, :)
       !> Body axes, N m; shape (3).
       real(wp), intent(out) :: tau(3)
@@ -260,10 +261,11 @@ contains
       known = .false.
    end subroutine no_series_change
 
-   !> Computes the coefficients of the change of n about a time. Here: a constant, or, where n moves, one that vanishes.
+   !> Computes the coefficients of the change of n about a time. Here: a constant, which is known for a moving n only if
+   !> it is zero.
    pure subroutine fixed_change(self, change, t, time_unit, n, known)
       class(potential_t), intent(in) :: self
-      !> Of `parameters`; s.
+      !> Change of `parameters`; time t₀ and time unit of the series, s.
       real(wp), intent(in) :: change(:), t, time_unit
       !> Space axes; shape (3, 0:order).
       real(wp), intent(out) :: n(:, 0:)
@@ -273,19 +275,19 @@ contains
       known = .not. (self%moves .and. any(abs(n(:, 0)) > 0.0_wp))
    end subroutine fixed_change
 
-   !> Change of n at a time, space axes; shape (3).
+   !> Returns the change of n at a time, space axes; shape (3).
    pure function no_direction_change(self, change, t) result(n)
       class(potential_t), intent(in) :: self
-      !> Of `parameters`; s.
+      !> Change of `parameters`; time, s.
       real(wp), intent(in) :: change(:), t
       real(wp) :: n(3)
       n = 0.0_wp
    end function no_direction_change
 
-   !> Change of ∇̄U; shape (3).
+   !> Returns the change of ∇̄U; shape (3).
    pure function no_gradient_change(self, change, gamma0, gamma1) result(gradient)
       class(potential_t), intent(in) :: self
-      !> Of `parameters`.
+      !> Change of `parameters`.
       real(wp), intent(in) :: change(:)
       !> γ at the ends of the step, body axes; shape (3).
       real(wp), intent(in) :: gamma0(3), gamma1(3)
@@ -293,10 +295,10 @@ contains
       gradient = 0.0_wp
    end function no_gradient_change
 
-   !> Change of U, J.
+   !> Returns the change of U, J.
    pure real(wp) function no_energy_change(self, change, gamma)
       class(potential_t), intent(in) :: self
-      !> Of `parameters`.
+      !> Change of `parameters`.
       real(wp), intent(in) :: change(:)
       !> γ, body axes; shape (3).
       real(wp), intent(in) :: gamma(3)

@@ -1,8 +1,8 @@
-!> A frame of reference that turns at a constant rate ω: the scene's space axes are fixed in it.
+!> A frame of reference that rotates at a constant rate ω: the scene's space axes are fixed in it.
 !>
-!> Attitudes lead from body axes to those of the frame, and momenta are those of the absolute motion in these axes. What
-!> is fixed in the frame, fields, anchors, directions, is constant; free of all forces `H - ω·l` keeps its value (the
-!> Jacobi integral), not H. Torques are asked with the body's rate against the frame, Ω - Rᵀω, and work on it.
+!> Attitudes rotate body axes to those of the frame, and momenta are those of the absolute motion in these axes. Fields,
+!> anchors and directions that are fixed in the frame are constant. Without forces `H - ω·l` (the Jacobi integral) is
+!> conserved, not H. Torques are evaluated with the body's rate relative to the frame, Ω - Rᵀω, and do work with it.
 module nutate_rotating_frame
    use nutate_body, only: body_t
    use nutate_effect, only: effect_t, LINEAR_SERIES
@@ -15,7 +15,7 @@ module nutate_rotating_frame
 
    public :: rotating_frame_t, rotating_frame_keys, build_rotating_frame, earth_rate, frame_at_latitude
 
-   !> Angular velocity of the Earth against the stars, rad/s.
+   !> Angular velocity of the Earth relative to the stars, rad/s.
    real(wp), parameter :: earth_rate = 7.292115e-5_wp
 
    !> Keys of the scene group `&rotating_frame`.
@@ -24,7 +24,7 @@ module nutate_rotating_frame
                              key_t(name='latitude', instead_of='rate'), &
                              key_t(name='degrees', kind=KEY_LOGICAL)]
 
-   !> The rotating of the space axes. Several add up.
+   !> Rotation of the space axes. Several add up.
    type, extends(effect_t) :: rotating_frame_t
       !> ω, in the frame's own axes, rad/s; shape (3).
       real(wp) :: rate(3) = 0.0_wp
@@ -37,7 +37,7 @@ contains
 
    !> Makes the frame with axes east, north and up at a place on the Earth, which rotates with the Earth.
    pure function frame_at_latitude(latitude) result(frame)
-      !> rad, north positive.
+      !> Latitude, rad, north positive.
       real(wp), intent(in) :: latitude
       type(rotating_frame_t) :: frame
       frame%name = 'rotating_frame'

@@ -1,4 +1,4 @@
-!> How often what a controller asks for has come to a limit.
+!> Count of how often the command of a controller has reached a limit.
 module nutate_saturation_count
    use nutate_archive, only: archive_t
    use nutate_kinds, only: wp
@@ -7,18 +7,18 @@ module nutate_saturation_count
 
    public :: saturation_count_t, side_of_limit, transfer_integers
 
-   !> Counts components that come to their limit while the controller acts; one that stays there counts once.
+   !> Counts components that reach their limit while the controller acts; a component that stays there is counted once.
    type :: saturation_count_t
-      !> So far.
+      !> Number of times so far.
       integer :: number = 0
-      !> 1: a component has been counted at its limit; -1: at that below zero; 0: neither.
+      !> 1: a component has been counted at its limit; -1: at the negative limit; 0: neither.
       integer, private :: side(3) = 0
-      !> When that was found, s.
+      !> Time of the last call of `note`, s.
       real(wp), private :: since = 0.0_wp
    contains
-      !> Counts what has come to its limit.
+      !> Counts components that have reached their limit.
       procedure :: note
-      !> The number, with what would be counted now.
+      !> Returns the number, with components that would be counted now.
       procedure :: number_at
       !> Writes or reads its values in checkpoint data.
       procedure :: transfer
@@ -26,14 +26,15 @@ module nutate_saturation_count
 
 contains
 
-   !> Counts what has come to its limit: to be called with sides that held until now, and with those from now on.
+   !> Counts components that have reached their limit: to be called with the sides until now, and with the sides from
+   !> now on.
    pure subroutine note(self, t, side, on, start, stop)
       class(saturation_count_t), intent(inout) :: self
-      !> Now, s.
+      !> Present time, s.
       real(wp), intent(in) :: t
-      !> 1: at the limit; -1: at that below zero; 0: neither; shape (3).
+      !> Side of each component, 1: at the limit; -1: at the negative limit; 0: neither; shape (3).
       integer, intent(in) :: side(3)
-      !> The controller is on, from when to when, s.
+      !> True if the controller is on; start and stop of its window, s.
       logical, intent(in) :: on
       real(wp), intent(in) :: start, stop
       integer :: now(3)
@@ -44,10 +45,10 @@ contains
       self%since = t
    end subroutine note
 
-   !> The number, with what would be counted now.
+   !> Returns the number, with components that would be counted now.
    pure integer function number_at(self, t, side, on, start, stop)
       class(saturation_count_t), intent(in) :: self
-      !> As in `note`.
+      !> Arguments as in `note`.
       real(wp), intent(in) :: t
       integer, intent(in) :: side(3)
       logical, intent(in) :: on
@@ -67,7 +68,7 @@ contains
       call archive%transfer(self%since)
    end subroutine transfer
 
-   !> Shows whole numbers to an archive.
+   !> Writes or reads integers in checkpoint data.
    subroutine transfer_integers(values, archive)
       integer, intent(inout) :: values(:)
       class(archive_t), intent(inout) :: archive
@@ -77,7 +78,7 @@ contains
       end do
    end subroutine transfer_integers
 
-   !> 1 for an amount at its limit or above; -1 for one at that below zero; 0 for others.
+   !> Returns 1 for an amount at its limit or above; -1 for one at the negative limit or below; 0 for others.
    elemental integer function side_of_limit(amount, limit) result(side)
       real(wp), intent(in) :: amount, limit
       side = 0

@@ -29,14 +29,15 @@ module nutate_spring
    !> Lengths below this fraction of l₀ have no direction: products with l₀/ℓ would leave the range of numbers.
    real(wp), parameter :: negligible = least_size
 
-   !> Lengths of which bounds are given, over |x| + |a|: below, their inverse is no bound that would prove anything.
+   !> Least length with known bounds, over |x| + |a|: below it, the bound by the inverse length is too large to certify
+   !> a step.
    real(wp), parameter :: least_bounded = 1e-4_wp
 
    !> U(γ) = ½k(ℓ - l₀)², γ = Rᵀa, with ℓ² = |x|² + |a|² - 2x·γ, the square of |x - γ| wherever |γ| = |a|.
    !>
-   !> So written, the gradient has no part along γ, which turns nothing but would be felt at finite steps: a spring held
-   !> at the reference point exerts no torque at all, one without rest length is a uniform field. Where the ends can
-   !> meet, ℓ would lose its digits; there ℓ² = |x - γ|².
+   !> In this form the gradient has no part along γ, which exerts no torque but would act at finite steps: a spring held
+   !> at the reference point exerts no torque at all, one without rest length is a uniform field. If the ends can meet,
+   !> ℓ would lose its digits; then ℓ² = |x - γ|².
    type, extends(potential_t) :: spring_t
       !> x, body axes, m; shape (3).
       real(wp) :: body_point(3) = 0.0_wp
@@ -44,7 +45,7 @@ module nutate_spring
       real(wp) :: stiffness = 0.0_wp
       !> l₀, m.
       real(wp) :: rest_length = 0.0_wp
-      !> c: ℓ² = |x|² + |a|² - 2x·γ + c(|γ|² - |a|²); 1 where the ends can meet, else 0.
+      !> c: ℓ² = |x|² + |a|² - 2x·γ + c(|γ|² - |a|²); 1 if the ends can meet, else 0.
       real(wp), private :: closeness = 1.0_wp
    contains
       procedure :: energy => spring_energy
@@ -118,8 +119,8 @@ contains
       end if
    end function spring_energy
 
-   !> Returns ∇U = -k(1 - l₀/ℓ) (x - cγ), body axes, N; without the term in l₀ where the ends coincide and the direction
-   !> is undefined.
+   !> Returns ∇U = -k(1 - l₀/ℓ) (x - cγ), body axes, N; without the term in l₀ if the ends coincide and the direction is
+   !> undefined.
    pure function spring_gradient(self, gamma) result(gradient)
       class(spring_t), intent(in) :: self
       real(wp), intent(in) :: gamma(3)
@@ -154,8 +155,8 @@ contains
       call linearize_spring(self, gamma0, gamma1, gradient, by_start, hessian)
    end function spring_discrete_hessian
 
-   !> Computes the discrete gradient and its derivatives by the ends, by γ1: ½ck(1 - 2l₀/s) I + 2k l₀/s² (x - cγ̄)
-   !> (x - cγ1)ᵀ/ℓ1, s = ℓ0 + ℓ1.
+   !> Computes the discrete gradient and its derivatives by the ends; the one by γ1 is ½ck(1 - 2l₀/s) I + 2k l₀/s² (x -
+   !> cγ̄) (x - cγ1)ᵀ/ℓ1, s = ℓ0 + ℓ1.
    pure subroutine linearize_spring(self, gamma0, gamma1, gradient, by_start, by_end)
       class(spring_t), intent(in) :: self
       real(wp), intent(in) :: gamma0(3), gamma1(3)
@@ -177,10 +178,10 @@ contains
       call set_derivative(self, gamma1, l1, slope, stiffness, by_end)
    end subroutine linearize_spring
 
-   !> The derivative by one end; without what the change of ℓ makes where that vanishes.
+   !> Sets the derivative by one end, without the term of the change of ℓ if ℓ vanishes.
    pure subroutine set_derivative(self, gamma, length, slope, stiffness, derivative)
       type(spring_t), intent(in) :: self
-      !> The end, ℓ there, 2k l₀/s² (x - cγ̄) and ½ck(1 - 2l₀/s).
+      !> γ at the end, ℓ there, 2k l₀/s² (x - cγ̄) and ½ck(1 - 2l₀/s).
       real(wp), intent(in) :: gamma(3), length, slope(3), stiffness
       real(wp), intent(out) :: derivative(3, 3)
       real(wp) :: end(3)
@@ -193,9 +194,10 @@ contains
       end do
    end subroutine set_derivative
 
-   !> ℓ², m²; may be negative by round-off where c = 0.
+   !> Returns ℓ², m²; may be negative by round-off if c = 0.
    !>
-   !> Its root is the length: `norm2` rounds differently above and below 1, which no unit is entitled to.
+   !> The length is the root of this square: `norm2` rounds differently above and below 1, so that results would depend
+   !> on the unit.
    pure real(wp) function square(self, gamma)
       class(spring_t), intent(in) :: self
       real(wp), intent(in) :: gamma(3)
@@ -207,14 +209,14 @@ contains
       end if
    end function square
 
-   !> ℓ, m.
+   !> Returns ℓ, m.
    pure real(wp) function length(self, gamma)
       class(spring_t), intent(in) :: self
       real(wp), intent(in) :: gamma(3)
       length = sqrt(max(square(self, gamma), 0.0_wp))
    end function length
 
-   !> 1 - l₀/ℓ, without the second term where ℓ vanishes.
+   !> Returns 1 - l₀/ℓ, without the second term if ℓ vanishes.
    pure real(wp) function slackness(rest_length, length)
       real(wp), intent(in) :: rest_length, length
       slackness = 1.0_wp
@@ -242,7 +244,7 @@ contains
    end function spring_moment
 
    !> Computes coefficient k of γ×∇U = k x×γ (1 - l₀/ℓ), body axes, N m. |γ| is constant, so that ℓ² is linear in γ
-   !> after its first coefficient. Where the ends coincide the spring has no direction: there it acts without its rest
+   !> after its first coefficient. If the ends coincide the spring has no direction: then it acts without its rest
    !> length.
    pure subroutine spring_torque(self, k, gamma, auxiliary, tau)
       class(spring_t), intent(in) :: self
@@ -333,7 +335,7 @@ contains
    end subroutine spring_series_change
 
    !> Bounds the torque in a step as that of a uniform field of moment kx along a, times φ = 1 - 2l₀/(ℓ0 + ℓ1). A change
-   !> of b moves the end of length min(|x|, |a|) by 4 times that at most. No bounds are known where the ends can meet.
+   !> of b moves the end of length min(|x|, |a|) by 4 times that at most. No bounds are known if the ends can meet.
    pure subroutine spring_bound(self, map, radius, gamma, slack, bounds)
       class(spring_t), intent(in) :: self
       type(linear_map_t), intent(in) :: map
@@ -364,7 +366,7 @@ contains
       bounds%curvature = stretch*field%curvature + 2*stretch_slope*field%slope + stretch_curvature*field%force
    end subroutine spring_bound
 
-   !> Where the ends can meet, x - γ̄ takes the place of x. γ̄ = ((1-β)γ½ + 2b(b·γ½))/(1+β), so that the torque has
+   !> Adds the bounds for ends that can meet: x - γ̄ replaces x. γ̄ = ((1-β)γ½ + 2b(b·γ½))/(1+β), so that the torque has
    !> k(2b·γ½/(1+β)) γ½×b beside that of the field.
    pure subroutine add_closeness(strength, radius, field)
       !> k|a|²‖A‖ and ρ.
@@ -375,7 +377,7 @@ contains
       field%curvature = field%curvature + strength*(4 + radius*(16 + radius*(26 + 16*radius)))
    end subroutine add_closeness
 
-   !> Returns true if its numbers, and its energy at the greatest length, can be computed with.
+   !> Returns true if the parameters, and the energy at the greatest length, can be computed with.
    pure logical function spring_is_valid(self)
       class(spring_t), intent(in) :: self
       spring_is_valid = all(is_moderate([self%direction, self%body_point, self%stiffness, self%rest_length]))
@@ -390,7 +392,7 @@ contains
       spring_has_axis = lies_along(self%body_point, axis)
    end function spring_has_axis
 
-   !> x, a, k and l₀.
+   !> Returns the parameters x, a, k and l₀.
    pure function spring_parameters(self) result(list)
       class(spring_t), intent(in) :: self
       type(parameter_t), allocatable :: list(:)
@@ -405,7 +407,7 @@ contains
       n = change(4:6)
    end function spring_direction_change
 
-   !> -(δkφ + kδφ)(x - cγ̄) - kφδx, φ = 1 - 2l₀/s, δφ = -2δl₀/s + 2l₀(δℓ0 + δℓ1)/s², s = ℓ0 + ℓ1.
+   !> Returns -(δkφ + kδφ)(x - cγ̄) - kφδx, φ = 1 - 2l₀/s, δφ = -2δl₀/s + 2l₀(δℓ0 + δℓ1)/s², s = ℓ0 + ℓ1.
    pure function spring_gradient_change(self, change, gamma0, gamma1) result(gradient)
       class(spring_t), intent(in) :: self
       real(wp), intent(in) :: change(:), gamma0(3), gamma1(3)
@@ -422,7 +424,7 @@ contains
                  - (0.5_wp*self%closeness)*(gamma0 + gamma1)) - (self%stiffness*slack)*change(1:3)
    end function spring_gradient_change
 
-   !> Change of ℓ² at fixed γ, m².
+   !> Returns the change of ℓ² at fixed γ, m².
    pure real(wp) function square_change(self, change, gamma)
       class(spring_t), intent(in) :: self
       real(wp), intent(in) :: change(:), gamma(3)

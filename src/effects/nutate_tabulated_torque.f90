@@ -1,5 +1,5 @@
 !> A torque given by a table of times and components, along axes of the body or of space: straight lines or a spline
-!> between the lines of the table; outside of it zero, or the same again and again.
+!> between the lines of the table; outside of it zero, or repeated periodically.
 !>
 !> Steps end on the times of the table, so that each has one polynomial and every method keeps its order.
 module nutate_tabulated_torque
@@ -19,18 +19,17 @@ module nutate_tabulated_torque
 
    public :: tabulated_torque_t, build_tabulated_torque, make_tabulated_torque, check_table
 
-   !> How far inside its interval a time is taken that lies on an end, over the size of the times: beyond their
-   !> rounding.
+   !> Distance by which a time at an end is moved into its interval, over the size of the times: beyond their rounding.
    real(wp), parameter :: inside = 4*eps
 
    !> τ(t) of a table; `make_tabulated_torque` makes one.
    type, extends(torque_t) :: tabulated_torque_t
       type(piecewise_t) :: curve
-      !> The components stand in space axes; else in body axes.
+      !> True if the components are in space axes; else in body axes.
       logical :: in_space = .false.
-      !> The table begins anew where it ends; else the torque is zero outside.
+      !> True if the table repeats after its end; else the torque is zero outside.
       logical :: periodic = .false.
-      !> From when to when the torque acts, s.
+      !> Start and stop of the torque, s.
       real(wp) :: start = -huge(1.0_wp), stop = huge(1.0_wp)
       !> Bounds of |τ|, |τ̇| and |τ̈|, N m over powers of s; shape (3).
       real(wp), private :: bounds(3) = 0.0_wp
@@ -52,10 +51,10 @@ module nutate_tabulated_torque
 
 contains
 
-   !> A torque as a scene's group with a table describes it. Errors: those of `make_tabulated_torque`;
-   !> `NUTATE_BAD_ARGUMENT` for a key that belongs to a torque without table.
+   !> Builds a torque from a scene's group with a table. Errors: those of `make_tabulated_torque`; `NUTATE_BAD_ARGUMENT`
+   !> for a key that belongs to a torque without table.
    subroutine build_tabulated_torque(group, body, effect, status)
-      !> With its table.
+      !> Group with its table.
       type(group_t), intent(in) :: group
       type(body_t), intent(in) :: body
       class(effect_t), allocatable, intent(out) :: effect
@@ -89,9 +88,9 @@ contains
    !> linear interpolation two may be equal, which makes a jump) or are less than 1e-50 s apart, for too few of them,
    !> for a periodic spline whose last values differ from its first, and for an empty window.
    subroutine make_tabulated_torque(times, values, torque, status, at, spline, periodic, in_space, start, stop)
-      !> s; shape (n).
+      !> Times, s; shape (n).
       real(wp), intent(in) :: times(:)
-      !> N m; shape (3, n).
+      !> Torques, N m; shape (3, n).
       real(wp), intent(in) :: values(:, :)
       type(tabulated_torque_t), intent(inout) :: torque
       type(status_t), intent(out) :: status
@@ -130,7 +129,7 @@ contains
                                                           '(expected stop > start, inside of the table)', 'stop')
    end subroutine make_tabulated_torque
 
-   !> Errors: `NUTATE_BAD_ARGUMENT` with the first line of a table that is at fault.
+   !> Checks a table. Errors: `NUTATE_BAD_ARGUMENT` with the first line that is at fault.
    subroutine check_table(times, values, spline, periodic, at, status)
       real(wp), intent(in) :: times(:), values(:, :)
       logical, intent(in) :: spline, periodic
@@ -164,9 +163,9 @@ contains
       end if
    end subroutine check_table
 
-   !> What is wrong with a time behind the one or two before it.
+   !> Returns the error of a time after the one or two before it.
    pure type(status_t) function fault_of_time(times, spline) result(status)
-      !> Shape (2) or (3).
+      !> Time with the one or two before it, s; shape (2) or (3).
       real(wp), intent(in) :: times(:)
       logical, intent(in) :: spline
       real(wp) :: step
@@ -189,10 +188,10 @@ contains
       end if
    end function fault_of_time
 
-   !> The interval of a time, and that time in the first round of a periodic table.
+   !> Finds the interval of a time, and that time in the first round of a periodic table.
    pure subroutine locate(self, t, k, time)
       class(tabulated_torque_t), intent(in) :: self
-      !> s
+      !> Time, s.
       real(wp), intent(in) :: t
       integer, intent(out) :: k
       real(wp), intent(out) :: time
@@ -201,10 +200,10 @@ contains
       k = self%curve%find(time)
    end subroutine locate
 
-   !> How often a periodic table has been gone through at a time: a whole number.
+   !> Returns how often a periodic table has been completed at a time: an integer.
    pure real(wp) function rounds_before(self, t) result(rounds)
       class(tabulated_torque_t), intent(in) :: self
-      !> s
+      !> Time, s.
       real(wp), intent(in) :: t
       real(wp) :: ratio
       ratio = (t - self%curve%x(0))/period_of(self)
@@ -212,7 +211,7 @@ contains
       if (ratio < rounds) rounds = rounds - 1
    end function rounds_before
 
-   !> From the first to the last time, s.
+   !> Returns the time from the first to the last line of the table, s.
    pure real(wp) function period_of(self) result(period)
       class(tabulated_torque_t), intent(in) :: self
       period = self%curve%x(self%curve%n) - self%curve%x(0)
@@ -248,7 +247,7 @@ contains
       stop = self%stop
    end subroutine tabulated_window
 
-   !> Returns which ends of the window are not those of the table: those inside of it, and both if it is periodic.
+   !> Returns which ends of the window are not those of the table: the ends inside of it, and both if it is periodic.
    pure function tabulated_own_ends(self) result(own)
       class(tabulated_torque_t), intent(in) :: self
       logical :: own(2)
@@ -294,10 +293,10 @@ contains
       end if
    end function tabulated_break
 
-   !> The next time of the table, s; huge where there is none, or none that can be told from others.
+   !> Returns the next time of the table, s; huge if there is none, or none that differs from others in floating point.
    pure real(wp) function next_line(self, t, sense) result(next)
       class(tabulated_torque_t), intent(in) :: self
-      !> Inside of the table, s, and which way: 1 or -1.
+      !> Time inside of the table, s, and direction of time: 1 or -1.
       real(wp), intent(in) :: t, sense
       real(wp) :: rounds, period
       integer :: k, way
@@ -311,7 +310,7 @@ contains
       end if
       k = self%curve%find(t - rounds*period)
       if (way < 0) k = k - 1
-      ! Rounding may have put a time of the table on either side of itself.
+      ! Rounding may have moved a time of the table in either direction.
       do while (sense*(rounds*period + self%curve%x(k) - t) <= 0.0_wp)
          if (k == merge(self%curve%n, 0, way > 0)) then
             if (.not. self%periodic) return
@@ -383,7 +382,7 @@ contains
       tau = self%curve%taylor_term(interval, k, time, time_unit)
    end subroutine tabulated_series_torque
 
-   !> Computes zero: there is no γ, of a table in space axes either.
+   !> Computes zero: the torque does not depend on γ, even for a table in space axes.
    pure subroutine tabulated_series_derivative(self, k, t, time_unit, auxiliary, derivative, known)
       class(tabulated_torque_t), intent(in) :: self
       integer, intent(in) :: k

@@ -3,8 +3,8 @@
 !>     V = -(5μ/2d⁴) S_ijk γ_iγ_jγ_k,   S = T - ⅕(δ_ij s_k + δ_ik s_j + δ_jk s_i),
 !>     T_ijk = ∫ρ_iρ_jρ_k dm,   s_i = T_ikk,
 !>
-!> γ = R(q)ᵀn(t) with n from the body to the attracting one, of the length (μ/d⁴)^⅓, which takes the place of the
-!> factor. The traces of T turn nothing, but would be felt at finite steps.
+!> γ = R(q)ᵀn(t) with n from the body to the attracting one, of the length (μ/d⁴)^⅓, which replaces the factor. The
+!> traces of T exert no torque, but would act at finite steps.
 module nutate_third_degree
    use nutate_body, only: body_t
    use nutate_effect, only: effect_t, GENERAL_SERIES, parameter_t, potential_t
@@ -26,7 +26,7 @@ module nutate_third_degree
 
    !> Most points in a scene, as mass, x, y, z; a file may have any number.
    integer, parameter :: most_points = 64
-   !> Which components the ten third moments are, in the order of the key.
+   !> Components of the ten third moments, in the order of the key.
    integer, parameter :: components(3, 10) = reshape([1, 1, 1, 2, 2, 2, 3, 3, 3, 1, 1, 2, 1, 1, 3, 1, 2, 2, 2, 2, 3, &
                                                       1, 3, 3, 2, 3, 3, 1, 2, 3], [3, 10])
 
@@ -42,7 +42,7 @@ module nutate_third_degree
    type, extends(potential_t) :: third_degree_t
       !> S, body axes, kg m³; symmetric and without traces; shape (3,3,3).
       real(wp) :: moments(3, 3, 3) = 0.0_wp
-      !> Of a body whose n moves.
+      !> Orbit of a body whose n moves.
       type(kepler_orbit_t) :: path = kepler_orbit_t()
    contains
       procedure :: energy => cubic_energy
@@ -70,7 +70,7 @@ module nutate_third_degree
       procedure :: thin_table => thin_path
    end type third_degree_t
 
-   !> The third degree from third moments.
+   !> Makes the third degree from third moments.
    interface third_degree_t
       module procedure new_third_degree
    end interface third_degree_t
@@ -116,13 +116,13 @@ contains
       allocate (seen, source=constant)
    end subroutine third_degree_from_lvlh
 
-   !> (μ/d⁴)^⅓.
+   !> Returns (μ/d⁴)^⅓.
    pure real(wp) function strength_of(mu, distance) result(strength)
       real(wp), intent(in) :: mu, distance
       strength = (mu/distance)**(1.0_wp/3)/distance
    end function strength_of
 
-   !> S of T; shape (3,3,3).
+   !> Returns S from T; shape (3,3,3).
    pure function without_traces(moments) result(s)
       real(wp), intent(in) :: moments(10)
       real(wp) :: s(3, 3, 3), trace(3)
@@ -170,8 +170,8 @@ contains
       end do
    end function third_moments_of
 
-   !> Returns what a change of point masses makes of their third moments, in the order of the key; shape (10). With c
-   !> the centre, M the mass of all and ρ = x - c: δc = (Σδm ρ + m δx)/M, δρ = δx - δc.
+   !> Returns the change of third moments by a change of point masses, in the order of the key; shape (10). With c the
+   !> centre, M the mass of all and ρ = x - c: δc = (Σδm ρ + m δx)/M, δρ = δx - δc.
    pure function change_of_third_moments(points, change) result(moments)
       !> Mass, kg, and position, body axes, m, of each, and the change of these; shape (4, n).
       real(wp), intent(in) :: points(:, :), change(:, :)
@@ -199,7 +199,7 @@ contains
       end do
    end function change_of_third_moments
 
-   !> A group that stands without an orbit. Errors: `NUTATE_BAD_ARGUMENT`.
+   !> Rejects a group in a scene without an orbit. Errors: `NUTATE_BAD_ARGUMENT`.
    subroutine build_third_degree(group, body, effect, status)
       type(group_t), intent(in) :: group
       type(body_t), intent(in) :: body
@@ -259,7 +259,7 @@ contains
    subroutine check_points(points, at, status)
       !> Mass, kg, and position, m, of each; shape (4, n).
       real(wp), intent(in) :: points(:, :)
-      !> 1 to n; 0 for none.
+      !> Index of that point, 1 to n; 0 for none.
       integer, intent(out) :: at
       type(status_t), intent(out) :: status
       real(wp), parameter :: longest = 1e20_wp, least = 1e-40_wp, heaviest = 1e40_wp
@@ -278,14 +278,14 @@ contains
                                               'points')
    end subroutine check_points
 
-   !> S_ijk γ_k; shape (3,3).
+   !> Returns S_ijk γ_k; shape (3,3).
    pure function contracted(s, gamma) result(matrix)
       real(wp), intent(in) :: s(3, 3, 3), gamma(3)
       real(wp) :: matrix(3, 3)
       matrix = gamma(1)*s(:, :, 1) + gamma(2)*s(:, :, 2) + gamma(3)*s(:, :, 3)
    end function contracted
 
-   !> S_ijk γ_jγ_k; shape (3).
+   !> Returns S_ijk γ_jγ_k; shape (3).
    pure function contracted_twice(s, gamma) result(vector)
       real(wp), intent(in) :: s(3, 3, 3), gamma(3)
       real(wp) :: vector(3)
@@ -323,7 +323,7 @@ contains
       gradient = mean_slope(self%moments, gamma0, gamma1)
    end function mean_gradient
 
-   !> -(15/2) S_ijk (γ̄_jγ̄_k + Δγ_jΔγ_k/12); shape (3).
+   !> Returns -(15/2) S_ijk (γ̄_jγ̄_k + Δγ_jΔγ_k/12); shape (3).
    pure function mean_slope(s, gamma0, gamma1) result(gradient)
       real(wp), intent(in) :: s(3, 3, 3), gamma0(3), gamma1(3)
       real(wp) :: gradient(3)
@@ -389,7 +389,7 @@ contains
       end do
    end subroutine series_to_body
 
-   !> Bounds torque and derivatives in a step where n stands still, by Frobenius' norm of S; what moves is not bounded.
+   !> Bounds torque and derivatives in a step with fixed n, by Frobenius' norm of S; a moving n is not bounded.
    pure subroutine cubic_bound(self, map, radius, gamma, slack, bounds)
       class(third_degree_t), intent(in) :: self
       type(linear_map_t), intent(in) :: map
@@ -476,7 +476,7 @@ contains
       if (moderate) moderate = is_moderate(7.5_wp*size*strength**2*strength*self%path%fastest_turn())
    end function cubic_is_valid
 
-   !> T, in the order of the key, and the orbit.
+   !> Returns the parameters: T, in the order of the key, and the orbit.
    pure function cubic_parameters(self) result(list)
       class(third_degree_t), intent(in) :: self
       type(parameter_t), allocatable :: list(:)
@@ -489,7 +489,8 @@ contains
       cubic_follows = self%path%equals(path)
    end function cubic_follows
 
-   !> δn = ⅓(δμ/μ)n - (μ/d⁴)^⅓ (δr - (7/3) r (r·δr)/d²)/d; in the LVLH frame of a circular orbit n stays along z.
+   !> Returns δn = ⅓(δμ/μ)n - (μ/d⁴)^⅓ (δr - (7/3) r (r·δr)/d²)/d; in the LVLH frame of a circular orbit n stays along
+   !> z.
    pure function change_by_orbit(self, change, t) result(n)
       class(third_degree_t), intent(in) :: self
       real(wp), intent(in) :: change(:), t
@@ -524,7 +525,7 @@ contains
       end if
    end subroutine change_series_by_orbit
 
-   !> ∇̄U is linear in S.
+   !> Returns the change of ∇̄U, which is linear in S.
    pure function cubic_gradient_change(self, change, gamma0, gamma1) result(gradient)
       class(third_degree_t), intent(in) :: self
       real(wp), intent(in) :: change(:), gamma0(3), gamma1(3)

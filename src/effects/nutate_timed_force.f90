@@ -1,4 +1,5 @@
-!> A constant force at a point of the body within a window of time: τ = x×RᵀF, whose work counts as that of a torque.
+!> A constant force at a point of the body within a window of time: τ = x×RᵀF, whose work is treated as that of a
+!> torque.
 module nutate_timed_force
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use nutate_lvlh_vector, only: lvlh_vector_t
@@ -18,9 +19,9 @@ module nutate_timed_force
    type, extends(torque_t) :: timed_force_t
       !> x, body axes, m; shape (3).
       real(wp) :: body_point(3) = 0.0_wp
-      !> F, N: constant in space axes, or, where `moves`, as these see it.
+      !> F, N: constant in space axes, or, if `moves`, moving in these axes.
       type(lvlh_vector_t) :: force = lvlh_vector_t()
-      !> s.
+      !> Start and stop of the force, s.
       real(wp) :: start = -huge(1.0_wp), stop = huge(1.0_wp)
    contains
       procedure :: torque => torque_of_force
@@ -45,7 +46,7 @@ module nutate_timed_force
 
 contains
 
-   !> F at a time, space axes, N; shape (3).
+   !> Returns F at a time, space axes, N; shape (3).
    pure function force_at(self, t) result(force)
       class(timed_force_t), intent(in) :: self
       real(wp), intent(in) :: t
@@ -114,7 +115,7 @@ contains
       kind_of_force = GENERAL_SERIES
    end function kind_of_force
 
-   !> Returns F, space axes, N; at t = 0 where it moves.
+   !> Returns F, space axes, N; at t = 0 if it moves.
    pure function direction_of_force(self) result(direction)
       class(timed_force_t), intent(in) :: self
       real(wp) :: direction(3)
@@ -206,7 +207,7 @@ contains
       force_follows = self%moves .and. self%force%path%equals(path)
    end function force_follows
 
-   !> δx×RᵀF + x×RᵀδF.
+   !> Returns δx×RᵀF + x×RᵀδF.
    pure function change_by_parameters(self, change, t, q, omega) result(tau)
       class(timed_force_t), intent(in) :: self
       real(wp), intent(in) :: change(:), t, q(4), omega(3)

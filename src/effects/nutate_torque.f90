@@ -13,26 +13,26 @@ module nutate_torque
 
    !> A torque in body axes that is not the gradient of a potential; its work enters the energy balance.
    type, abstract, extends(effect_t) :: torque_t
-      !> The n of `series_direction` is time-dependent, and a bound of its rate relative to |n|, 1/s.
+      !> True if the n of `series_direction` is time-dependent, and a bound of its rate relative to |n|, 1/s.
       logical :: moves = .false.
       real(wp) :: pace = 0.0_wp
       !> Rate ω of the space axes, in these axes, rad/s; set by the list of effects; shape (3).
       real(wp) :: frame_rate(3) = 0.0_wp
       !> Sampling period of a control law, s; 0: it acts at all times, as does everything that is no controller.
       real(wp) :: sample = 0.0_wp
-      !> The law was on at the last sample.
+      !> True if the law was on at the last sample.
       logical :: was_on = .false.
       !> Limit of each component of the command of a control law, N m or A m².
       real(wp) :: limit = huge(1.0_wp)
-      !> 1: a component of a command that acts at all times is above the limit; -1: below that under zero; 0: neither.
-      !> Set by runs at events; shape (3).
+      !> 1: a component of a command that acts at all times is above the limit; -1: below the negative limit; 0:
+      !> neither. Set by runs at events; shape (3).
       integer :: saturated(3) = 0
       !> sgn(e₀) as runs hold it between the zeros of e₀; 0: it follows e₀.
       integer :: sense = 0
-      !> How often a component has reached the limit.
+      !> Count of how often a component has reached the limit.
       type(saturation_count_t) :: saturations = saturation_count_t()
-      !> Of a motor. 1: the wheel has come to the limit of its speed; -1: to that below zero; 0: neither. Where the law
-      !> asks to push it further, the motor is blocked and gives nothing. Set by runs.
+      !> Side of a motor, 1: the wheel has reached the limit of its speed; -1: the negative limit; 0: neither. If the
+      !> law commands to push the wheel further, the motor is blocked and gives no torque. Set by runs.
       integer :: at_limit = 0
       logical :: blocked = .false.
    contains
@@ -47,7 +47,7 @@ module nutate_torque
       procedure :: is_pointing => never
       procedure :: is_law => never
       procedure :: can_jump => never
-      !> Returns true where the command of a controller is a moment of magnetorquers; `.false.` unless overridden.
+      !> Returns true if the command of a controller is a moment of magnetorquers; `.false.` unless overridden.
       procedure :: limits_moment => never
       !> Return e₀ with its sign, and the angle between attitude and target, rad; zero unless overridden.
       procedure :: error_scalar => no_error
@@ -58,14 +58,16 @@ module nutate_torque
       procedure :: hold => no_sample
       !> Returns the torque that a sampled law commands from the motor of a wheel, N m; zero unless overridden.
       procedure :: wheel_command => no_wheel_command
-      !> Returns the command, and what of it is applied, without that of wheels; zero unless overridden; shape (6).
+      !> Returns the command, and the part of it that is applied, without that of wheels; zero unless overridden; shape
+      !> (6).
       procedure :: commands_at => no_commands
-      !> Counts what has come to the limit, and returns the number with what would be counted now.
+      !> Count components that have reached the limit, and return the number with those that would be counted now.
       procedure :: count_saturations
       procedure :: n_saturations
       !> Adds a change of `parameters` to the effect itself; false unless overridden.
       procedure :: shift => not_shifted
-      !> Returns the parameters of a wheel whose motor the torque is, and what a change of them makes of `parameters`.
+      !> Return the parameters that the torque has as the motor of a wheel, and the change of `parameters` by a change
+      !> of them.
       procedure :: drive_parameters
       procedure :: drive_change
       procedure :: own_window => window_of_torque
@@ -76,7 +78,7 @@ module nutate_torque
       procedure :: derivatives => difference_derivatives
       !> Returns the times between which the torque acts, s; steps end on them. Outside of them `torque` is not called.
       procedure :: window => always
-      !> Returns which ends of the window are numbers of the torque's own, `start` and `stop`: both unless overridden.
+      !> Returns which ends of the window are the torque's own parameters, `start` and `stop`: both unless overridden.
       procedure :: own_ends => both_ends
       !> Returns true if the torque acts at a time.
       procedure :: acts_at
@@ -88,7 +90,7 @@ module nutate_torque
       procedure :: next_break => next_end
       procedure :: bound => bound_torque
       !> Returns ∂τ/∂t at fixed attitude and rate; by differences unless overridden. Called only for a torque whose
-      !> `bound` says that it changes.
+      !> `bound` reports that it changes.
       procedure :: time_derivative => difference_in_time
       !> Returns true if the torque depends on the attitude; `.true.` unless overridden.
       procedure :: needs_attitude => attitude_needed
@@ -100,15 +102,15 @@ module nutate_torque
       procedure :: direction_series => fixed_series
       !> Computes a coefficient of a general series of τ, body axes; space axes for `SPACE_SERIES`.
       procedure :: series_torque => no_torque
-      !> Computes a coefficient of the derivative by γ of a general series that does not depend on Ω, and of what a
-      !> change of `parameters` makes of τ at fixed γ; not known unless overridden.
+      !> Compute a coefficient of the derivative by γ of a general series that does not depend on Ω, and of the change
+      !> of τ by a change of `parameters` at fixed γ; not known unless overridden.
       procedure :: series_derivative => no_series_derivative
       procedure :: series_change => no_series_change
-      !> Computes the power series of what a change of `parameters` makes of n; nothing unless overridden.
+      !> Computes the power series of the change of n by a change of `parameters`; zero unless overridden.
       procedure :: direction_change_series => no_direction_change
-      !> What a change of `parameters` makes of τ at fixed time, attitude and rate; nothing unless overridden.
+      !> Returns the change of τ by a change of `parameters` at fixed time, attitude and rate; zero unless overridden.
       procedure :: torque_change => no_torque_change
-      !> Computes what a change of the rate of the space axes makes of τ at fixed Ω relative to them; nothing unless
+      !> Returns the change of τ by a change of the rate of the space axes, at fixed Ω relative to them; zero unless
       !> overridden.
       procedure :: frame_change => no_frame_change
       !> Returns the absolute angular velocity, relative to the stars.
@@ -120,7 +122,7 @@ module nutate_torque
       pure function body_torque(self, t, q, omega) result(tau)
          import :: torque_t, wp
          class(torque_t), intent(in) :: self
-         !> s.
+         !> Time, s.
          real(wp), intent(in) :: t
          !> Attitude, unit quaternion, body→space; shape (4).
          real(wp), intent(in) :: q(4)
@@ -141,7 +143,8 @@ contains
    !> Returns zero: the torque follows from no control law.
    pure function no_command(self, t, q, omega) result(command)
       class(torque_t), intent(in) :: self
-      !> s; attitude, unit quaternion, body→space, shape (4); Ω against the space axes, body axes, rad/s, shape (3).
+      !> Time, s; attitude, unit quaternion, body→space, shape (4); Ω relative to the space axes, body axes, rad/s,
+      !> shape (3).
       real(wp), intent(in) :: t, q(4), omega(3)
       real(wp) :: command(3)
       command = 0.0_wp
@@ -156,7 +159,7 @@ contains
    !> Returns zero: there is no target.
    pure real(wp) function no_error(self, t, q)
       class(torque_t), intent(in) :: self
-      !> s; attitude, unit quaternion, body→space; shape (4).
+      !> Time, s; attitude, unit quaternion, body→space; shape (4).
       real(wp), intent(in) :: t, q(4)
       no_error = 0.0_wp
    end function no_error
@@ -164,7 +167,7 @@ contains
    !> Sets the sign of e₀.
    pure subroutine hold_sense(self, sense)
       class(torque_t), intent(inout) :: self
-      !> 1 or -1; 0: it follows e₀.
+      !> Sign, 1 or -1; 0: it follows e₀.
       integer, intent(in) :: sense
       self%sense = sense
    end subroutine hold_sense
@@ -174,7 +177,7 @@ contains
       class(torque_t), intent(inout) :: self
       !> Time of the sample, s; attitude and rate as in `command`.
       real(wp), intent(in) :: t, q(4), omega(3)
-      !> A time inside of what follows, s: it tells whether the window is open.
+      !> A time inside the interval that follows, s: it decides whether the window is open.
       real(wp), intent(in) :: moment
    end subroutine no_sample
 
@@ -188,16 +191,16 @@ contains
    !> Returns zeros.
    pure function no_commands(self, t, q, omega) result(commands)
       class(torque_t), intent(in) :: self
-      !> As in `command`.
+      !> Time, attitude and Ω as in `command`.
       real(wp), intent(in) :: t, q(4), omega(3)
       real(wp) :: commands(6)
       commands = 0.0_wp
    end function no_commands
 
-   !> Counts what has come to the limit: to be called before and behind changes of limits and switches.
+   !> Counts components that have reached the limit: to be called before and after changes of limits and switches.
    pure subroutine count_saturations(self, t)
       class(torque_t), intent(inout) :: self
-      !> s.
+      !> Time, s.
       real(wp), intent(in) :: t
       real(wp) :: start, stop
       if (.not. (self%n_limited() > 0 .and. self%limit < huge(self%limit))) return
@@ -205,10 +208,10 @@ contains
       call self%saturations%note(t, self%saturated, self%on, start, stop)
    end subroutine count_saturations
 
-   !> Returns how often a component has come to its limit, now included.
+   !> Returns how often a component has reached its limit, the present time included.
    pure integer function n_saturations(self, t)
       class(torque_t), intent(in) :: self
-      !> s.
+      !> Time, s.
       real(wp), intent(in) :: t
       real(wp) :: start, stop
       n_saturations = self%saturations%number
@@ -217,25 +220,25 @@ contains
       n_saturations = self%saturations%number_at(t, self%saturated, self%on, start, stop)
    end function n_saturations
 
-   !> Returns false: a change is added to what the torque is, not to the torque itself.
+   !> Returns false: no change is added to the parameters of the torque itself.
    logical function not_shifted(self, change)
       class(torque_t), intent(inout) :: self
-      !> Of `parameters`.
+      !> Change of `parameters`.
       real(wp), intent(in) :: change(:)
       not_shifted = .false.
    end function not_shifted
 
-   !> Returns the parameters. Here: those of the torque.
+   !> Returns the parameters as the motor of a wheel. Here: those of the torque.
    pure function drive_parameters(self) result(list)
       class(torque_t), intent(in) :: self
       type(parameter_t), allocatable :: list(:)
       list = self%parameters()
    end function drive_parameters
 
-   !> Returns the change of `parameters`. Here: the same.
+   !> Returns the change of `parameters` by a change of `drive_parameters`. Here: that change.
    pure function drive_change(self, change) result(of_torque)
       class(torque_t), intent(in) :: self
-      !> Of `drive_parameters`.
+      !> Change of `drive_parameters`.
       real(wp), intent(in) :: change(:)
       real(wp), allocatable :: of_torque(:)
       of_torque = change
@@ -248,7 +251,7 @@ contains
       call self%window(start, stop)
    end subroutine window_of_torque
 
-   !> Writes or reads whether the torque is on, and what runs have found of a law at its limits.
+   !> Writes or reads whether the torque is on, and what runs have set for a law at its limits.
    subroutine transfer_torque(self, archive)
       class(torque_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive
@@ -279,7 +282,7 @@ contains
    !> and rates of order |Ω|.
    pure subroutine difference_derivatives(self, t, q, omega, by_rotation, by_rate)
       class(torque_t), intent(in) :: self
-      !> s.
+      !> Time, s.
       real(wp), intent(in) :: t
       !> Attitude, unit quaternion, body→space; shape (4).
       real(wp), intent(in) :: q(4)
@@ -312,7 +315,7 @@ contains
    !> Computes ∂τ/∂t by a central difference over ε^(1/3) times `span`.
    pure function difference_in_time(self, t, q, omega, span) result(derivative)
       class(torque_t), intent(in) :: self
-      !> s.
+      !> Time, s.
       real(wp), intent(in) :: t
       !> Attitude, unit quaternion, body→space; shape (4).
       real(wp), intent(in) :: q(4)
@@ -327,7 +330,7 @@ contains
       derivative = (self%torque(t + h, q, omega) - self%torque(t - h, q, omega))/(2*h)
    end function difference_in_time
 
-   !> q∘(1, half) normalised: q rotated by about the small body rotation 2 half.
+   !> Returns q∘(1, half) normalised: q rotated by about the small body rotation 2 half.
    pure function rotated(q, half) result(r)
       real(wp), intent(in) :: q(4), half(3)
       real(wp) :: r(4)
@@ -338,7 +341,7 @@ contains
    !> Returns the times between which the torque acts. Here: all times.
    pure subroutine always(self, start, stop)
       class(torque_t), intent(in) :: self
-      !> s.
+      !> Start and stop, s.
       real(wp), intent(out) :: start, stop
       start = -huge(1.0_wp)
       stop = huge(1.0_wp)
@@ -354,7 +357,7 @@ contains
    !> Returns true inside the window and at its ends, for a torque that is on.
    pure logical function acts_at(self, t)
       class(torque_t), intent(in) :: self
-      !> s.
+      !> Time, s.
       real(wp), intent(in) :: t
       real(wp) :: start, stop
       call self%window(start, stop)
@@ -366,23 +369,23 @@ contains
       class(torque_t), intent(in) :: self
       !> A time inside of a step, s.
       real(wp), intent(in) :: moment
-      !> s.
+      !> Start and stop, s.
       real(wp), intent(out) :: start, stop
       start = -huge(1.0_wp)
       stop = huge(1.0_wp)
    end subroutine one_piece
 
-   !> Returns the first end of the window after a time, s; beyond all times where there is none.
+   !> Returns the first end of the window after a time, s; beyond all times if there is none.
    pure real(wp) function next_end(self, t, sense) result(next)
       class(torque_t), intent(in) :: self
-      !> s, and which way time goes: 1 or -1.
+      !> Time, s, and direction of time: 1 or -1.
       real(wp), intent(in) :: t, sense
       real(wp) :: ends(2)
       integer :: i
       call self%window(ends(1), ends(2))
       next = sense*huge(next)
       do i = 1, 2
-         ! No differences: they could overflow.
+         ! Times are compared without differences, which could overflow.
          if (sense*ends(i) > sense*t .and. sense*ends(i) < sense*next) next = ends(i)
       end do
    end function next_end
@@ -410,7 +413,7 @@ contains
    !> Computes the coefficients of the power series of n about a time. Here: a constant.
    pure subroutine fixed_series(self, t, time_unit, n)
       class(torque_t), intent(in) :: self
-      !> s.
+      !> Time t₀ and time unit of the series, s.
       real(wp), intent(in) :: t, time_unit
       !> Space axes; shape (3, 0:order).
       real(wp), intent(out) :: n(:, 0:)
@@ -424,7 +427,7 @@ contains
       integer, intent(in) :: k
       !> t₀ and the unit of time of the series, s.
       real(wp), intent(in) :: t, time_unit
-      !> Coefficients 0..k of Ω and of γ, body axes; shape (3, 0:k). γ is zero where there is no `series_direction`.
+      !> Coefficients 0..k of Ω and of γ, body axes; shape (3, 0:k). γ is zero if there is no `series_direction`.
       real(wp), intent(in) :: omega(3, 0:k), gamma(3, 0:k)
       !> Coefficients 0..k-1 of the auxiliary series on entry, 0..k on exit; shape (0:highest_order,
       !> auxiliary_series()).
@@ -440,7 +443,7 @@ contains
       integer, intent(in) :: k
       !> t₀ and the unit of time of the series, s.
       real(wp), intent(in) :: t, time_unit
-      !> As `series_torque` left them; shape (0:highest_order, auxiliary_series()).
+      !> Auxiliary series as `series_torque` left them; shape (0:highest_order, auxiliary_series()).
       real(wp), intent(inout) :: auxiliary(0:, :)
       !> Body axes, N m over the unit of γ; shape (3,3).
       real(wp), intent(out) :: derivative(3, 3)
@@ -452,7 +455,7 @@ contains
    !> Computes coefficient k of the change of τ at fixed γ; called after `series_derivative`. Here: it is not known.
    pure subroutine no_series_change(self, change, k, t, time_unit, gamma, auxiliary, tau, known)
       class(torque_t), intent(in) :: self
-      !> Of `parameters`.
+      !> Change of `parameters`.
       real(wp), intent(in) :: change(:)
       integer, intent(in) :: k
       !> t₀ and the unit of time of the series, s.
@@ -470,17 +473,17 @@ contains
    !> Computes the coefficients of the change of n about a time. Here: zero.
    pure subroutine no_direction_change(self, change, t, time_unit, n)
       class(torque_t), intent(in) :: self
-      !> Of `parameters`; s.
+      !> Change of `parameters`; time t₀ and time unit of the series, s.
       real(wp), intent(in) :: change(:), t, time_unit
       !> Space axes; shape (3, 0:order).
       real(wp), intent(out) :: n(:, 0:)
       n = 0.0_wp
    end subroutine no_direction_change
 
-   !> Change of τ, body axes, N m; shape (3).
+   !> Returns the change of τ, body axes, N m; shape (3).
    pure function no_torque_change(self, change, t, q, omega) result(tau)
       class(torque_t), intent(in) :: self
-      !> Of `parameters`; s.
+      !> Change of `parameters`; time, s.
       real(wp), intent(in) :: change(:), t
       !> Attitude, unit quaternion, body→space, shape (4); Ω, body axes, rad/s, shape (3).
       real(wp), intent(in) :: q(4), omega(3)

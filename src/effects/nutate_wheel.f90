@@ -1,11 +1,11 @@
-!> A wheel that a motor drives: fixed in the body but for its rotation about an axis s. Its state is its absolute
-!> momentum about that axis, `h = Jw(ω + s·Ω)`, ω its speed relative to the body:
+!> A wheel that a motor drives: fixed in the body but for its rotation about an axis s. The state of the wheel is its
+!> absolute momentum about that axis, `h = Jw(ω + s·Ω)`, ω its speed relative to the body:
 !>
 !>     ḣ = u - cω,   L = JᵣΩ + Σ s h,   T = ½ΩᵀJᵣΩ + Σ h²/2Jw,   Jᵣ = J - Σ Jw ssᵀ
 !>
-!> with the torque u of the motor and the friction c of the bearing, both against the body. The motor's work is u ω, the
-!> friction's -cω². u is that of a motor of its own, or what a controller commands. Where |ω| has reached its limit the
-!> motor does not push further; it does so again once |ω| has fallen by a hundredth of it.
+!> with the torque u of the motor and the friction c of the bearing, both relative to the body. The motor does work at
+!> the rate u ω, the friction at -cω². u is the torque of the wheel's own motor, or the command of a controller. If |ω|
+!> has reached its limit the motor does not push further, until |ω| has fallen by a hundredth of the limit.
 module nutate_wheel
    use nutate_archive, only: archive_t
    use nutate_body, only: body_t
@@ -51,15 +51,15 @@ module nutate_wheel
       real(wp) :: reach = 1.0_wp
       !> Jw about the axis, kg m².
       real(wp) :: inertia = 0.0_wp
-      !> ω at the start, relative to the body, rad/s.
+      !> ω at the initial state, relative to the body, rad/s.
       real(wp) :: speed = 0.0_wp
       !> c, N m s.
       real(wp) :: friction = 0.0_wp
-      !> The motor: u is component 1 of its torque. Not allocated: there is none.
+      !> The motor: u is component 1 of its torque. Not allocated if there is none.
       class(torque_t), allocatable :: motor
       !> u of a wheel without a motor, N m: the command that a controller holds.
       real(wp) :: command = 0.0_wp
-      !> How often the commanded torque has reached `torque_limit`.
+      !> Count of how often the commanded torque has reached `torque_limit`.
       type(saturation_count_t) :: saturations = saturation_count_t()
       !> Limit of the |u| that controllers command, N m, and of |ω|, rad/s; huge: none.
       real(wp) :: torque_limit = huge(1.0_wp), speed_limit = huge(1.0_wp)
@@ -77,7 +77,7 @@ module nutate_wheel
       !> Returns ω from the momentum.
       procedure :: speed_of
       procedure :: parameters => wheel_parameters
-      !> Change of s and of u.
+      !> Return the change of s, and of u.
       procedure :: axis_change
       procedure :: drive_change
       procedure :: motor_change
@@ -103,7 +103,7 @@ contains
       real(wp) :: axis(3)
       wheel%name = 'wheel'
       axis = group%vector('axis', wheel%axis)
-      ! Scaled first: the squares of a long or short vector would leave the range of numbers.
+      ! The axis is scaled first: the squares of a long or short vector would leave the range of numbers.
       wheel%reach = maxval(abs(axis))
       axis = axis/wheel%reach
       wheel%reach = wheel%reach*norm2(axis)
@@ -142,7 +142,7 @@ contains
    !> Returns true if the motor acts at a time and does not push the wheel beyond the limit of its speed.
    pure logical function is_driven(self, t)
       class(wheel_t), intent(in) :: self
-      !> s.
+      !> Time, s.
       real(wp), intent(in) :: t
       real(wp), parameter :: unturned(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], at_rest(3) = 0.0_wp
       is_driven = .false.
@@ -155,7 +155,7 @@ contains
    !> Returns the torque u of a motor that acts, N m.
    pure real(wp) function drive(self, t, q, omega) result(u)
       class(wheel_t), intent(in) :: self
-      !> s.
+      !> Time, s.
       real(wp), intent(in) :: t
       !> Attitude, unit quaternion, body→space, and Ω, body axes, rad/s; shapes (4), (3).
       real(wp), intent(in) :: q(4), omega(3)
@@ -170,7 +170,7 @@ contains
    !> piece.
    pure function drive_window(self, moment) result(window)
       class(wheel_t), intent(in) :: self
-      !> s.
+      !> Time, s.
       real(wp), intent(in) :: moment
       real(wp) :: window(2)
       real(wp) :: piece(2)
@@ -189,7 +189,8 @@ contains
       speed = momentum/self%inertia - dot_product(self%axis, omega)
    end function speed_of
 
-   !> s in the length in which it was given, Jw, ω0 and c; then those of the motor, whose torque is a number.
+   !> Returns the parameters: s in the length in which it was given, Jw, ω0 and c; then those of the motor, whose torque
+   !> is one number.
    pure function wheel_parameters(self) result(list)
       class(wheel_t), intent(in) :: self
       type(parameter_t), allocatable :: list(:)
@@ -208,7 +209,7 @@ contains
       if (allocated(self%motor)) follows = self%motor%follows(path)
    end function wheel_follows
 
-   !> Returns the times between which the motor acts by numbers of its own, s.
+   !> Returns the window, s, that the motor's own parameters define.
    pure subroutine window_of_motor(self, start, stop)
       class(wheel_t), intent(in) :: self
       real(wp), intent(out) :: start, stop
@@ -217,7 +218,7 @@ contains
       if (allocated(self%motor)) call self%motor%own_window(start, stop)
    end subroutine window_of_motor
 
-   !> Writes or reads what runs set of the wheel, and of its motor.
+   !> Writes or reads the values that runs set in the wheel, and in its motor.
    subroutine transfer_wheel(self, archive)
       class(wheel_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive
@@ -234,10 +235,10 @@ contains
       if (allocated(self%motor)) has_law = self%motor%is_law()
    end function has_law
 
-   !> Puts the wheel at a limit of its speed; a motor that a law drives minds the limit itself.
+   !> Puts the wheel at a limit of its speed; a motor that a law drives observes the limit itself.
    pure subroutine put_at_limit(self, side)
       class(wheel_t), intent(inout) :: self
-      !> 1: at the limit; -1: at that below zero; 0: at neither.
+      !> Side, 1: at the limit; -1: at the negative limit; 0: at neither.
       integer, intent(in) :: side
       if (self%has_law()) then
          self%motor%at_limit = side
@@ -249,25 +250,26 @@ contains
    !> Returns the change of the parameters of the motor.
    pure function motor_change(self, change) result(of_motor)
       class(wheel_t), intent(in) :: self
-      !> Of `parameters`, with those of the motor.
+      !> Change of `parameters`, with those of the motor.
       real(wp), intent(in) :: change(:)
       real(wp), allocatable :: of_motor(:)
       of_motor = self%motor%drive_change(change(7:))
    end function motor_change
 
-   !> Change of the unit vector s; shape (3).
+   !> Returns the change of the unit vector s; shape (3).
    pure function axis_change(self, change) result(axis)
       class(wheel_t), intent(in) :: self
-      !> Of `parameters`.
+      !> Change of `parameters`.
       real(wp), intent(in) :: change(:)
       real(wp) :: axis(3)
       axis = (change(1:3) - dot_product(self%axis, change(1:3))*self%axis)/self%reach
    end function axis_change
 
-   !> Change of u, N m.
+   !> Returns the change of u, N m.
    pure real(wp) function drive_change(self, change, t, q, omega) result(u)
       class(wheel_t), intent(in) :: self
-      !> Of `parameters`; s; attitude, unit quaternion, body→space, and Ω, body axes, rad/s; shapes (4), (3).
+      !> Change of `parameters`; time, s; attitude, unit quaternion, body→space, and Ω, body axes, rad/s; shapes (4),
+      !> (3).
       real(wp), intent(in) :: change(:), t, q(4), omega(3)
       real(wp) :: tau(3)
       u = 0.0_wp

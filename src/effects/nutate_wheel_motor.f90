@@ -1,5 +1,5 @@
-!> What drives a wheel: a torque harmonic in time, or tabulated of times and torques; with limits of torque and speed
-!> one that is a straight line in each of its steps, so that neither is passed inside of one.
+!> Motor of a wheel: a torque harmonic in time, or tabulated against time. With limits of torque and speed the torque is
+!> a straight line in each step, so that neither limit is passed inside of a step.
 module nutate_wheel_motor
    use nutate_applied_torque, only: applied_torque_t
    use nutate_effect, only: torque_t
@@ -14,13 +14,12 @@ module nutate_wheel_motor
 
 contains
 
-   !> The motor that a scene's group asks for; none where it names neither torque nor table. Component 1 of its torque
-   !> is u.
+   !> Builds the motor of a scene's group; none if it names neither torque nor table. Component 1 of its torque is u.
    !>
    !> Errors: those of `make_motor_table`; `NUTATE_BAD_ARGUMENT` for keys that exclude each other, a window that is
    !> empty, a torque above its limit, and one that is no straight line beside a limit.
    subroutine build_motor(group, motor, status)
-      !> The group `&wheel`, its table read.
+      !> Group `&wheel`, with its table read.
       type(group_t), intent(in) :: group
       class(torque_t), allocatable, intent(out) :: motor
       type(status_t), intent(out) :: status
@@ -35,7 +34,7 @@ contains
       end if
    end subroutine build_motor
 
-   !> Errors: `NUTATE_BAD_ARGUMENT` for the first of the keys that is there.
+   !> Rejects keys. Errors: `NUTATE_BAD_ARGUMENT` for the first of the keys that is there.
    subroutine exclude(group, keys, before, behind, status)
       type(group_t), intent(in) :: group
       character(len=*), intent(in) :: keys(:), before, behind
@@ -48,7 +47,7 @@ contains
       end do
    end subroutine exclude
 
-   !> A motor of harmonic torque, where one is given.
+   !> Builds a motor of harmonic torque, if one is given.
    subroutine build_wave(group, motor, status)
       type(group_t), intent(in) :: group
       class(torque_t), allocatable, intent(out) :: motor
@@ -73,7 +72,7 @@ contains
       end if
    end subroutine build_wave
 
-   !> A motor by a table of two columns.
+   !> Builds a motor from a table of two columns.
    subroutine build_table(group, motor, status)
       type(group_t), intent(in) :: group
       class(torque_t), allocatable, intent(out) :: motor
@@ -96,12 +95,12 @@ contains
    end subroutine build_table
 
    !> Makes a motor that interpolates a table of times and torques. With `torque_limit` the torque is limited there;
-   !> with a limit of speed, points are added where it passes zero.
+   !> with a limit of speed, points are added where the torque passes zero.
    !>
    !> Errors: those of `make_tabulated_torque`; `NUTATE_BAD_ARGUMENT` for a spline with a limit.
    subroutine make_motor_table(times, torques, motor, status, at, spline, periodic, start, stop, torque_limit, &
                                stops_at_a_speed)
-      !> s; shape (n).
+      !> Times, s; shape (n).
       real(wp), intent(in) :: times(:)
       !> u, N m; shape (n).
       real(wp), intent(in) :: torques(:)
@@ -109,12 +108,12 @@ contains
       type(status_t), intent(out) :: status
       !> The line with the error, 1 to n; 0 for none.
       integer, intent(out) :: at
-      !> As for `make_tabulated_torque`.
+      !> Arguments as for `make_tabulated_torque`.
       logical, intent(in), optional :: spline, periodic
       real(wp), intent(in), optional :: start, stop
       !> Limit of |u|, N m; default: none.
       real(wp), intent(in), optional :: torque_limit
-      !> The wheel has a `speed_limit`.
+      !> True if the wheel has a `speed_limit`.
       logical, intent(in), optional :: stops_at_a_speed
       real(wp), allocatable :: cut_times(:), cut(:, :)
       real(wp) :: limit
@@ -146,7 +145,7 @@ contains
       motor%name = 'motor'
    end subroutine make_motor_table
 
-   !> A torque about the axis as the torques of a table; shape (3, n).
+   !> Returns torques about the axis as the columns of a table; shape (3, n).
    pure function as_columns(torques) result(columns)
       real(wp), intent(in) :: torques(:)
       real(wp) :: columns(3, size(torques))
@@ -154,13 +153,13 @@ contains
       columns(1, :) = torques
    end function as_columns
 
-   !> The points of lines that are cut off at a limit, and those where they pass zero.
+   !> Finds the points of lines that are cut off at a limit, and the points where the lines pass zero.
    pure subroutine cut_lines(times, torques, limit, cut_times, cut)
-      !> s and N m, a table that is one; shape (n).
+      !> Times, s, and torques, N m, of a valid table; shape (n).
       real(wp), intent(in) :: times(:), torques(:)
-      !> N m, positive.
+      !> Limit, N m, positive.
       real(wp), intent(in) :: limit
-      !> Shapes (any), (3, any).
+      !> Times, s, and torques, N m, with the added points; shapes (any), (3, any).
       real(wp), allocatable, intent(out) :: cut_times(:), cut(:, :)
       real(wp) :: new_times(4*size(times)), new(4*size(times)), levels(3), t
       integer :: i, k, n
