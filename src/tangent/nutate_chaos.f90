@@ -13,7 +13,7 @@ module nutate_chaos
 
    public :: chaos_settings_t, chaos_t
 
-   !> Exponents at most: one for each number of a start.
+   !> Exponents at most: one for each number of a state.
    integer, parameter, public :: most_exponents = 6
    !> Longest interval between orthonormalisations, steps: sensitivities stay far from overflow.
    integer, parameter, public :: longest_interval = 100
@@ -22,14 +22,14 @@ module nutate_chaos
    !> would end as denormal numbers, which are slow.
    real(wp), parameter :: negligible = 1e-150_wp
 
-   !> What a run is to follow.
+   !> Settings of the indicators that a run follows.
    type :: chaos_settings_t
       !> Lyapunov exponents: 1, the largest, or 6; 0: nothing is followed.
       integer :: exponents = 0
       !> Direction of the first sensitivity at the start: a rotation vector in body axes, and a change of the momentum
       !> in body axes in units of the scale of momentum; shape (6).
       real(wp) :: vector(most_exponents) = 1.0_wp
-      !> Momentum that counts as much as 1 rad, N m s; 0: |L| of the start.
+      !> Momentum that is equivalent to 1 rad, N m s; 0: |L| of the initial state.
       real(wp) :: momentum_scale = 0.0_wp
       !> Steps from one orthonormalisation to the next, and from one sample of the sums to the next.
       integer :: every = 1
@@ -42,7 +42,7 @@ module nutate_chaos
       !> Time from the start to the last sample, s, positive.
       real(wp) :: time = 0.0_wp
       integer, private :: every = 1, steps = 0
-      !> s, N m s.
+      !> Initial time, s, and scale of momentum, N m s.
       real(wp), private :: t_first = 0.0_wp, scale = 1.0_wp
       !> Logarithms of the growth of each sensitivity since the start, the first the largest so far of the first
       !> sensitivity; shape (6).
@@ -50,7 +50,7 @@ module nutate_chaos
       !> Sums of MEGNO: over t·d ln |X|, s, and over its value times dt, s.
       real(wp), private :: weighted = 0.0_wp, area = 0.0_wp
    contains
-      !> Sets the sensitivities of the start.
+      !> Sets the sensitivities at the initial state.
       procedure :: begin
       !> Follows the sensitivities over a step.
       procedure :: follow
@@ -58,7 +58,7 @@ module nutate_chaos
       procedure :: lyapunov
       procedure :: megno
       procedure :: fli
-      !> Shows its values to an archive.
+      !> Writes or reads its values in checkpoint data.
       procedure :: transfer
    end type chaos_t
 
@@ -70,9 +70,9 @@ contains
       class(chaos_t), intent(out) :: self
       type(chaos_settings_t), intent(in) :: settings
       type(system_t), intent(in) :: system
-      !> The start.
+      !> Initial state.
       type(state_t), intent(in) :: state
-      !> Begun.
+      !> Tangent after `begin`.
       type(tangent_t), intent(inout) :: tangent
       type(status_t), intent(out) :: status
       real(wp) :: vectors(most_exponents, most_exponents), logs(most_exponents)
@@ -112,10 +112,10 @@ contains
    subroutine follow(self, system, state, tangent, status)
       class(chaos_t), intent(inout) :: self
       type(system_t), intent(in) :: system
-      !> End of the step.
+      !> State at the end of the step.
       type(state_t), intent(in) :: state
       type(tangent_t), intent(inout) :: tangent
-      !> Success on entry.
+      !> Status, success on entry.
       type(status_t), intent(inout) :: status
       real(wp) :: logs(most_exponents), time, dt
       self%steps = self%steps + 1
@@ -138,7 +138,7 @@ contains
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
       type(tangent_t), intent(inout) :: tangent
-      !> Logarithm of the length of each, without its parts along those before; shape (6).
+      !> Logarithm of the length of each sensitivity, without its parts along the ones before; shape (6).
       real(wp), intent(out) :: logs(most_exponents)
       type(status_t), intent(inout) :: status
       real(wp) :: largest, square
@@ -153,7 +153,7 @@ contains
                           '&chaos)', 'every')
             return
          end if
-         ! By a power of 2 first, so that no square overflows.
+         ! The vector is scaled by a power of 2 first, so that no square overflows.
          call scale_deviation(tangent, k, scale(1.0_wp, -exponent(largest)), self%scale)
          do i = first + 1, k - 1
             call add_column(tangent, k, i, -product_of(self, tangent, i, k))
@@ -170,7 +170,7 @@ contains
    pure subroutine renew_targets(system, state, first, tangent)
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
-      !> Sensitivities before those of the indicators.
+      !> Number of sensitivities before those of the indicators.
       integer, intent(in) :: first
       type(tangent_t), intent(inout) :: tangent
       real(wp) :: energy(tangent%n), momentum(tangent%n, 3)
@@ -181,7 +181,7 @@ contains
       tangent%work(first + 1:) = 0.0_wp
    end subroutine renew_targets
 
-   !> Scalar product of two sensitivities; momenta count in units of the scale.
+   !> Returns the scalar product of two sensitivities, with momenta in units of the scale.
    pure real(wp) function product_of(self, tangent, i, k) result(s)
       class(chaos_t), intent(in) :: self
       type(tangent_t), intent(in) :: tangent
@@ -213,7 +213,7 @@ contains
       tangent%wheels(k, :) = without_dust(factor*tangent%wheels(k, :), negligible*unit)
    end subroutine scale_deviation
 
-   !> A component, or 0 for one below a limit.
+   !> Returns a component, or 0 for one below a limit.
    elemental real(wp) function without_dust(x, least)
       real(wp), intent(in) :: x, least
       without_dust = merge(x, 0.0_wp, abs(x) > least)
@@ -242,9 +242,9 @@ contains
       fli = self%largest
    end function fli
 
-   !> Shows its values to an archive.
+   !> Writes or reads its values in checkpoint data.
    subroutine transfer(self, archive)
-      !> Begun with the same settings.
+      !> Indicators begun with the same settings.
       class(chaos_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive
       call archive%transfer(self%time)

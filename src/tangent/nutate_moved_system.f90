@@ -1,5 +1,5 @@
-!> A system whose parameters have moved by a small part of a sensitivity: for derivatives of what a system computes
-!> by differences along the sensitivity. What effects know of their parameters' changes is added to first order.
+!> A system whose parameters have moved by a small part of a sensitivity: for derivatives of the functions of a system
+!> by differences along the sensitivity. Changes of effects by their parameters are added to first order.
 module nutate_moved_system
    use nutate_body, only: body_t, make_body
    use nutate_variation, only: OF_ORBIT, OF_POTENTIAL, OF_TORQUE
@@ -19,7 +19,7 @@ module nutate_moved_system
    !> A potential with a change of its parameters.
    type, extends(potential_t) :: moved_potential_t
       class(potential_t), allocatable :: base
-      !> Of the base's `parameters`.
+      !> Change of the `parameters` of `base`.
       real(wp), allocatable :: change(:)
    contains
       procedure :: direction_at => moved_direction
@@ -31,7 +31,7 @@ module nutate_moved_system
    !> A torque with a change of its parameters.
    type, extends(torque_t) :: moved_torque_t
       class(torque_t), allocatable :: base
-      !> Of the base's `parameters`.
+      !> Change of the `parameters` of `base`.
       real(wp), allocatable :: change(:)
    contains
       procedure :: torque => moved_torque
@@ -46,9 +46,9 @@ contains
    subroutine move_system(system, tangent, m, part, moved)
       type(system_t), intent(in) :: system
       type(tangent_t), intent(in) :: tangent
-      !> Which of the parametric sensitivities.
+      !> Index of the parametric sensitivity.
       integer, intent(in) :: m
-      !> In units of the sensitivity's parameter; so small that the body stays one.
+      !> Part, in units of the sensitivity's parameter; so small that the body remains possible.
       real(wp), intent(in) :: part
       type(system_t), intent(out) :: moved
       integer :: i, j
@@ -80,10 +80,10 @@ contains
       end associate
    end subroutine move_system
 
-   !> The body with another inertia.
+   !> Changes the inertia of a body.
    subroutine move_body(body, change, moved)
       type(body_t), intent(in) :: body
-      !> kg m²; shape (3,3).
+      !> Change of the inertia, kg m²; shape (3,3).
       real(wp), intent(in) :: change(3, 3)
       type(body_t), intent(inout) :: moved
       type(body_t) :: made
@@ -136,7 +136,8 @@ contains
       n = self%base%direction_at(t) + self%base%direction_change(self%change, t)
    end function moved_direction
 
-   !> By a central difference over ε^(1/3) of the time in which n moves by its own length: to 1e-10.
+   !> Returns the power by a central difference over ε^(1/3) of the time in which n moves by its own length: accurate to
+   !> 1e-10.
    pure real(wp) function moved_power(self, q, t) result(power)
       class(moved_potential_t), intent(in) :: self
       real(wp), intent(in) :: q(4), t

@@ -1,18 +1,20 @@
-!> The projection of sensitivities: after the projection of a state its sensitivities are moved, by the same directions,
-!> until what they change of the invariants is what they changed of them at the start of the run.
+!> The projection of sensitivities: after the projection of a state its sensitivities are moved, in the same directions,
+!> until the changes of the invariants equal those at the start of the run.
 !>
-!> The rows dH·X, less the change of the works, d(l·n)·X or δl take the values of the start, the targets of the state's
-!> projection differentiated: free bodies by δL = Rᵀδl - θ×L, others by a move along γ; then, with e what dH·X lacks,
+!> The rows dH·X, less the change of the works, d(l·n)·X or δl are set to their initial values, the differentiated
+!> targets of the state's projection: for free bodies by δL = Rᵀδl - θ×L, for others by a move along γ. Then, with e the
+!> defect of dH·X,
 !>
 !>     k = -e/(|L̇|² + S²|Ω⊥|²),   θ += kL̇,   δL += -kL̇×L - kS²Ω⊥
 !>
-!> L̇ = L×Ω + τ; of l the move changes what is not conserved alone, by Ω⊥ (`nutate_invariant_projection`).
-!> Of the exact derivative this leaves out how the direction of the state's move changes, times the length of that move.
-!> Potentials that move do work on a sensitivity that is not known: sensitivities stay as they are there.
+!> L̇ = L×Ω + τ; the move changes only components of l that are not conserved, by Ω⊥ (`nutate_invariant_projection`).
+!> The exact derivative has one more term, the change of the direction of the state's move times the length of that
+!> move; it is left out. The work of moving potentials on a sensitivity is not known: with such potentials sensitivities
+!> are not moved.
 !>
-!> The sensitivities of a method that conserves by itself are moved there every so many steps, if what they lack is
-!> round-off: in steady motions it is the same in each step, and adds up. A larger error is one of the sensitivities,
-!> and stays.
+!> The sensitivities of a method that conserves by itself are moved in this way every so many steps, if their defect is
+!> round-off: in steady motions round-off is the same in each step, and adds up. A larger defect is an error of the
+!> sensitivities, and stays.
 module nutate_sensitivity_projection
    use nutate_variation, only: variation_t, OF_POTENTIAL
    use nutate_effect_list, only: effect_list_t
@@ -30,19 +32,19 @@ module nutate_sensitivity_projection
 
    !> Steps after which round-off is removed from sensitivities.
    integer, parameter :: kept_steps = 500
-   !> Part of the energies of a row that is round-off; longest move, of the length of the sensitivity.
+   !> Part of the energies of a row that is round-off; longest move, relative to the length of the sensitivity.
    real(wp), parameter :: round_off = 16*eps, longest = 0.1_wp
    !> Round-off of that many steps, of a row or of a sensitivity.
    real(wp), parameter :: accumulated = 4096*eps
 
 contains
 
-   !> Moves sensitivities to the values that the rows had at the start, at a state with its attitude: those of a
-   !> projected state, and of a method that conserves by itself.
+   !> Moves sensitivities to the initial values of the rows, at a state with its attitude: after the projection of a
+   !> state, or for a method that conserves by itself.
    subroutine project_sensitivities(system, state, only_round_off, tangent)
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
-      !> What is larger stays.
+      !> True if only defects of the size of round-off are removed.
       logical, intent(in) :: only_round_off
       type(tangent_t), intent(inout) :: tangent
       real(wp) :: axis(3), gamma(3), momentum(3)
@@ -60,7 +62,7 @@ contains
       call put_energy(system, state, components, gamma, momentum, only_round_off, tangent)
    end subroutine project_sensitivities
 
-   !> Puts δl to its target.
+   !> Sets δl to its target.
    pure subroutine put_momentum(q, momentum, only_round_off, tangent)
       !> Attitude, shape (4); L, shape (3).
       real(wp), intent(in) :: q(4), momentum(3)
@@ -79,10 +81,10 @@ contains
       end do
    end subroutine put_momentum
 
-   !> Puts δ(l·n), but for sensitivities that turn n: what they change depends on all of l.
+   !> Sets δ(l·n) to its target, except for sensitivities that rotate n: their change depends on all of l.
    subroutine put_component(effects, t, axis, gamma, momentum, only_round_off, tangent)
       type(effect_list_t), intent(in) :: effects
-      !> s; n, space axes, and in the body; L; shape (3).
+      !> Time, s; n, in space and in body axes; L; shape (3).
       real(wp), intent(in) :: t, axis(3), gamma(3), momentum(3)
       logical, intent(in) :: only_round_off
       type(tangent_t), intent(inout) :: tangent
@@ -100,10 +102,11 @@ contains
       end do
    end subroutine put_component
 
-   !> True for a sensitivity that turns a direction which all potentials share, or that of the rotating of the axes.
+   !> Returns true for a sensitivity that rotates the direction shared by all potentials, or the axis of the rotating
+   !> frame.
    pure logical function turns_axis(effects, t, axis, variation) result(turns)
       type(effect_list_t), intent(in) :: effects
-      !> s; n; shape (3).
+      !> Time, s; n; shape (3).
       real(wp), intent(in) :: t, axis(3)
       type(variation_t), intent(in) :: variation
       integer :: i, m
@@ -121,14 +124,15 @@ contains
       end do
    end function turns_axis
 
-   !> Puts what sensitivities change of the energy. A body that turns about a principal axis has no move that leaves l
-   !> alone: there both are one row, and what round-off of the state has left between the two is shared by them.
+   !> Sets the change of the energy to its target. For a body that rotates about a principal axis no move leaves l
+   !> unchanged: the rows of energy and l coincide, and share the difference that round-off of the state has left
+   !> between them.
    subroutine put_energy(system, state, components, gamma, momentum, only_round_off, tangent)
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
-      !> Of l that are conserved.
+      !> Components of l that are conserved.
       integer, intent(in) :: components
-      !> n where one is; L; shape (3).
+      !> n, body axes, if there is one; L; shape (3).
       real(wp), intent(in) :: gamma(3), momentum(3)
       logical, intent(in) :: only_round_off
       type(tangent_t), intent(inout) :: tangent

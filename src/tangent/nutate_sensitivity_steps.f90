@@ -1,9 +1,9 @@
-!> Moves sensitivities by the matrices of a step (`nutate_step_tangent`): with y half of what δL gains,
+!> Moves sensitivities by the matrices of a step (`nutate_step_tangent`): with y half of the gain of δL,
 !>
 !>     y = WδL0 + Pθ0,   δL1 = δL0 + 2y,   θ1 = θ0 + (Rh² - 1)θ0 + 4RhT(δL0 + y)/(1+ρ)
 !>
-!> Of both only what they gain is rounded. Sensitivities are taken in pairs, for processors that multiply two numbers
-!> at once; what a sensitivity becomes does not depend on the other one.
+!> Only the gains of δL and θ are rounded. Sensitivities are moved in pairs, for processors that multiply two numbers at
+!> once; the result of one sensitivity does not depend on the other one.
 module nutate_sensitivity_steps
    use nutate_kinds, only: wp
    implicit none
@@ -17,7 +17,7 @@ contains
    pure subroutine move_pairs(n, p, w, h, g, theta, momentum)
       !> Number of pairs.
       integer, intent(in) :: n
-      !> y by θ0 and by δL0; Rh² - 1; 4RhT/(1+ρ).
+      !> Derivatives of y by θ0 and by δL0; Rh² - 1; 4RhT/(1+ρ).
       real(wp), intent(in) :: p(3, 3), w(3, 3), h(3, 3), g(3, 3)
       real(wp), intent(inout) :: theta(2, n, 3), momentum(2, n, 3)
       real(wp) :: x, y, z, a, b, c, u, v, t
@@ -46,7 +46,7 @@ contains
       end do
    end subroutine move_pairs
 
-   !> A matrix times each sensitivity, in place.
+   !> Multiplies each sensitivity by a matrix, in place.
    pure subroutine rotate_sensitivities(m, n, sensitivities)
       real(wp), intent(in) :: m(3, 3)
       integer, intent(in) :: n
@@ -64,7 +64,7 @@ contains
       end do
    end subroutine rotate_sensitivities
 
-   !> A row times each sensitivity.
+   !> Computes the product of a row with each sensitivity.
    pure subroutine set_product(n, row, sensitivities, products)
       integer, intent(in) :: n
       !> Shapes (3), (n,3), (n).
@@ -76,7 +76,7 @@ contains
       end do
    end subroutine set_product
 
-   !> Two rows times each sensitivity.
+   !> Computes the sum of the products of two rows with each sensitivity.
    pure subroutine set_products(n, a, x, b, y, products)
       integer, intent(in) :: n
       !> Shapes (3), (n,3), (n).
@@ -88,7 +88,7 @@ contains
       end do
    end subroutine set_products
 
-   !> Adds such products, and another row times each sensitivity, in one sum.
+   !> Adds given products, and the product of another row with each sensitivity, in one sum.
    pure subroutine add_products(n, products, row, sensitivities, sums)
       integer, intent(in) :: n
       !> Shapes (n), (3), (n,3), (n).

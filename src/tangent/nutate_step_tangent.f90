@@ -1,9 +1,9 @@
 !> The tangent of one step of the conserving scheme: one 3×3 solve with the step's own Jacobian, for both forms of the
 !> equations.
 !>
-!> The b of the step is a root of G (`nutate_reduced_equations`), with the r by which the body turns in space axes that
-!> turn (`nutate_frame_turn`; r = b where they stand still). A change of b, at the root with A = ∂G/∂b, β = |b|²,
-!> ρ = |r|², d = |δ|², δ̄ = b - r, δL̄ and δτ̄ at fixed b, φ = Rhθ0:
+!> The b of the step is a root of G (`nutate_reduced_equations`), with the r by which the body rotates in rotating space
+!> axes (`nutate_frame_turn`; r = b if they do not rotate). A change of b, at the root with A = ∂G/∂b, β = |b|², ρ =
+!> |r|², d = |δ|², δ̄ = b - r, δL̄ and δτ̄ at fixed b, φ = Rhθ0:
 !>
 !>     Aδb = (1-β+d)(δL0 - δL̄) - 2b×δL̄ - Be - Cδτ̄
 !>     δr  = Dδb + e,   D = (1 + [δ̄]×N)⁻¹,   e = -Dδ̄×φ
@@ -11,9 +11,9 @@
 !>     C   = -½Δt(1+ρ)F,   F = 1 - 2rbᵀ/(1+ρ),   B = -½Δt(2τ̄rᵀ - 2(b·τ̄)1) + C ∂τ̄/∂r
 !>     A   = (1-β+d)(4/Δt)J + 2[b]×(4/Δt)J - 2(L̄-L0)bᵀ - 2[L̄]× + Δt rτ̄ᵀ + BD
 !>
-!> Every part of A is taken at the root: what Newton keeps from earlier steps is not good enough. δL1 is L̄ = ½(L0 + L1)
-!> = (4/Δt)Jb + h differentiated. Solved is for y, half of what δL gains, so that only the gain is rounded: with
-!> T = (Δt/4)J⁻¹ and M = AT = 1-β+d - S,
+!> Every part of A is taken at the root: the Jacobian that Newton's method keeps from earlier steps is not accurate
+!> enough. δL1 is L̄ = ½(L0 + L1) = (4/Δt)Jb + h differentiated. The unknown is y, half of the gain of δL, so that only
+!> the gain is rounded: with T = (Δt/4)J⁻¹ and M = AT = 1-β+d - S,
 !>
 !>     My = S(δL0 - δL̄) - 2b×δL̄ - Be - Cδτ̄,   δb = T(δL0 + y - δL̄),   δL1 = δL0 + 2y
 !>
@@ -22,7 +22,7 @@
 !>     B   = Δt((b·τ̄)1 - F(X0(1 - [r]×) + 2E) + (Fτp - τ̄)rᵀ) - 2(1+ρ)F ∂τ̄/∂Ω
 !>     -Cδτ̄ = ½Δt(1+ρ)F((X0 + E)Rh + S0)θ0
 !>
-!> Elements of matrices are written out: what has been stored as numbers and is read as a vector at once waits for the
+!> Elements of matrices are written out: numbers that are stored one by one and read at once as a vector wait for the
 !> memory, which here cost as much as the arithmetic.
 module nutate_step_tangent
    use nutate_variation, only: variation_t, OF_WHEEL
@@ -46,7 +46,7 @@ module nutate_step_tangent
    !> Determinants below are those of singular systems.
    real(wp), parameter :: least_determinant = 1e-150_wp
 
-   !> One step and what its tangent is made of.
+   !> One step and the matrices of its tangent.
    type :: conserving_step_t
       !> Δt, s.
       real(wp) :: dt = 0.0_wp
@@ -57,13 +57,13 @@ module nutate_step_tangent
       !> h of rotors, and of wheels at fixed b, N m s; shape (3).
       real(wp) :: rotor(3) = 0.0_wp
       type(forces_tangent_t), private :: forces
-      !> T, of J with what wheels carry, shape (3,3), and whether it is diagonal.
+      !> T, of J with the contribution of wheels, shape (3,3), and true if T is diagonal.
       real(wp), private :: turn_by_mean(3, 3) = 0.0_wp
       logical, private :: is_diagonal = .true.
-      !> M⁻¹; B, D and ∂e/∂φ where the space axes turn; shape (3,3).
+      !> M⁻¹; B, D and ∂e/∂φ if the space axes rotate; shape (3,3).
       real(wp), private :: inverse(3, 3) = 0.0_wp
       real(wp), private :: by_relative(3, 3) = 0.0_wp, by_absolute(3, 3) = 0.0_wp, by_turn(3, 3) = 0.0_wp
-      !> y by δL0, and by θ0; shape (3,3).
+      !> Derivatives of y by δL0, and by θ0; shape (3,3).
       real(wp), private :: by_momentum(3, 3) = 0.0_wp, by_start(3, 3) = 0.0_wp
    contains
       !> Moves sensitivities over the step.
@@ -72,14 +72,14 @@ module nutate_step_tangent
 
 contains
 
-   !> Moves sensitivities over the step. Errors: `NUTATE_SINGULAR`, the sensitivities as they were.
+   !> Moves sensitivities over the step. Errors: `NUTATE_SINGULAR`, with the sensitivities unchanged.
    subroutine propagate(self, system, forces, turn, wheels, tangent, status)
       class(conserving_step_t), intent(inout) :: self
       type(system_t), intent(in) :: system
-      !> Of the step, started.
+      !> Forces of the step, started.
       type(discrete_forces_t), intent(in) :: forces
       type(frame_turn_t), intent(in) :: turn
-      !> Present where there are wheels.
+      !> Present if there are wheels.
       type(wheel_steps_t), intent(in), optional :: wheels
       type(tangent_t), intent(inout) :: tangent
       type(status_t), intent(inout) :: status
@@ -104,7 +104,7 @@ contains
       end if
       if (self%forces%has_torques) then
          call find_plain_rows(self, by_start, by_mean)
-         ! Summed first, and added once: works grow large beside sensitivities that decay.
+         ! Changes are summed first, and added once: works grow large beside sensitivities that decay.
          if (self%forces%follows_attitude) then
             call set_products(tangent%n, by_start, tangent%theta, by_mean, tangent%momentum, tangent%change)
          else
@@ -116,7 +116,7 @@ contains
          call add_products(tangent%n, tangent%change, by_mean, tangent%momentum, tangent%work)
    end subroutine propagate
 
-   !> Adds what the friction of wheels carries to h and T.
+   !> Adds the contributions of wheels with friction to h and T.
    subroutine add_wheels(self, system, wheels)
       type(conserving_step_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -128,13 +128,13 @@ contains
       self%turn_by_mean = (0.25_wp*self%dt)*inverse
    end subroutine add_wheels
 
-   !> Moves sensitivities with all that parameters, wheels, torques and axes that turn bring with them.
+   !> Moves sensitivities with all terms of parameters, wheels, torques and rotating axes.
    subroutine move_extended(self, system, forces, turn, wheels, tangent)
       type(conserving_step_t), intent(in) :: self
       type(system_t), intent(in) :: system
       type(discrete_forces_t), intent(in) :: forces
       type(frame_turn_t), intent(in) :: turn
-      !> Present where there are wheels.
+      !> Present if there are wheels.
       type(wheel_steps_t), intent(in), optional :: wheels
       type(tangent_t), intent(inout) :: tangent
       real(wp) :: half_swing(3, 3), by_mid(3), by_turn(3)
@@ -178,12 +178,12 @@ contains
       tangent%theta = tangent%theta + tangent%turn
    end subroutine move_extended
 
-   !> M⁻¹ with all that it is made of, and the matrices of the sensitivities.
+   !> Sets M⁻¹ with all its terms, and the matrices of the sensitivities.
    pure subroutine set_matrices(self, inertia, active, plain, turn, status)
       type(conserving_step_t), intent(inout) :: self
       !> J, shape (3,3).
       real(wp), intent(in) :: inertia(3, 3)
-      !> There are effects with a force; M⁻¹ is not wanted for itself.
+      !> True if there are effects with a force; true if M⁻¹ itself is not needed.
       logical, intent(in) :: active, plain
       type(frame_turn_t), intent(in) :: turn
       type(status_t), intent(inout) :: status
@@ -227,7 +227,7 @@ contains
       if (active .or. turn%there) call multiply(inverse, by_start, self%by_start)
    end subroutine set_matrices
 
-   !> S from what is to be multiplied by T.
+   !> Completes S from the matrix that is to be multiplied by T.
    pure subroutine finish_matrix(self, s)
       type(conserving_step_t), intent(in) :: self
       real(wp), intent(inout) :: s(3, 3)
@@ -266,7 +266,7 @@ contains
       matrix(2, 3) = matrix(2, 3) - v(1)
    end subroutine add_cross
 
-   !> (rest·1 - s)⁻¹ from the adjugate. Errors: `NUTATE_SINGULAR`.
+   !> Computes (rest·1 - s)⁻¹ from the adjugate. Errors: `NUTATE_SINGULAR`.
    pure subroutine invert(rest, s, inverse, status)
       real(wp), intent(in) :: rest, s(3, 3)
       real(wp), intent(out) :: inverse(3, 3)
@@ -295,7 +295,7 @@ contains
       inverse(3, 3) = factor*(m(1)*m(2) - s(2, 1)*s(1, 2))
    end subroutine invert
 
-   !> D and ∂e/∂φ = -D[δ̄]×.
+   !> Sets D and ∂e/∂φ = -D[δ̄]×.
    pure subroutine set_frame(self, turn)
       type(conserving_step_t), intent(inout) :: self
       type(frame_turn_t), intent(in) :: turn
@@ -306,11 +306,11 @@ contains
       self%by_relative = 0.0_wp
    end subroutine set_frame
 
-   !> The effects' part of -A, -Δt rτ̄ᵀ - BD, and -Cδτ̄ by θ0. Where D = 1, and r = b, what B has along rᵀ is added to
-   !> the factor of bᵀ instead.
+   !> Computes the effects' part of -A, -Δt rτ̄ᵀ - BD, and the derivative of -Cδτ̄ by θ0. If D = 1, and r = b, the part
+   !> of B along rᵀ is added to the factor of bᵀ instead.
    pure subroutine find_forces(self, relative, change, force, by_start)
       type(conserving_step_t), intent(inout) :: self
-      !> D is not 1.
+      !> True if D is not 1.
       logical, intent(in) :: relative
       !> 2(L̄ - L0), the factor of bᵀ; shape (3).
       real(wp), intent(inout) :: change(3)
@@ -324,7 +324,7 @@ contains
          v(2) = (2*self%forces%shrink)*r(2)
          v(3) = (2*self%forces%shrink)*r(3)
          x = self%forces%by_mid
-         ! F is to the left of all, and taken where there is least for it.
+         ! F is the leftmost factor of all terms, and is applied where it costs least.
          if (simple) call project(v, b, x)
          call turn_by_relative(x, r, force)
          if (self%forces%has_torques) call add_multiple(2/self%forces%shrink, self%forces%working_by_rate, force)
@@ -377,7 +377,7 @@ contains
       call add_outer(-1.0_wp, v, along, x)
    end subroutine project
 
-   !> x(1 - [r]×).
+   !> Computes x(1 - [r]×).
    pure subroutine turn_by_relative(x, r, product)
       real(wp), intent(in) :: x(3, 3), r(3)
       real(wp), intent(out) :: product(3, 3)
@@ -392,7 +392,7 @@ contains
       product(3, 3) = x(3, 3) - (x(3, 1)*r(2) - x(3, 2)*r(1))
    end subroutine turn_by_relative
 
-   !> Moves sensitivities that have nothing of their own in the step.
+   !> Moves sensitivities without terms of their own in the step.
    subroutine move_plain(self, tangent)
       type(conserving_step_t), intent(in) :: self
       type(tangent_t), intent(inout) :: tangent
@@ -414,7 +414,7 @@ contains
       end associate
    end subroutine move_plain
 
-   !> 4RhT/(1+ρ).
+   !> Computes 4RhT/(1+ρ).
    pure subroutine set_rotated(self, rotated)
       type(conserving_step_t), intent(in) :: self
       real(wp), intent(out) :: rotated(3, 3)
@@ -440,7 +440,8 @@ contains
       end associate
    end subroutine set_rotated
 
-   !> What θ0, and both δL0 and δL1, of such sensitivities change of the work of the torques, 4r·τ: δr = ½T(δL0 + δL1).
+   !> Computes the derivatives by θ0, and by both δL0 and δL1, of the work of the torques, 4r·τ, for sensitivities
+   !> without terms of their own: δr = ½T(δL0 + δL1).
    pure subroutine find_plain_rows(self, by_start, by_mean)
       type(conserving_step_t), intent(in) :: self
       !> Shape (3).
@@ -452,7 +453,7 @@ contains
       call multiply_row(0.5_wp, by_turn, self%turn_by_mean, by_mean)
    end subroutine find_plain_rows
 
-   !> A multiple of a row times a matrix.
+   !> Computes a multiple of a row times a matrix.
    pure subroutine multiply_row(factor, row, m, product)
       real(wp), intent(in) :: factor, row(3), m(3, 3)
       real(wp), intent(out) :: product(3)
@@ -461,7 +462,7 @@ contains
       product(3) = factor*(row(1)*m(1, 3) + row(2)*m(2, 3) + row(3)*m(3, 3))
    end subroutine multiply_row
 
-   !> φ and y of sensitivities without parameters of their own.
+   !> Computes φ and y of sensitivities without parameters of their own.
    pure subroutine find_changes(self, half_swing, n, theta, momentum, mid, change)
       type(conserving_step_t), intent(in) :: self
       !> Rh - 1; shape (3,3).
@@ -482,7 +483,7 @@ contains
       end associate
    end subroutine find_changes
 
-   !> δL̄ of a wheel at fixed b, from its momentum at the start alone.
+   !> Adds δL̄ of a wheel at fixed b, from its momentum at the start alone.
    pure subroutine begin_wheel(axis, share, start, inner, mean)
       !> s, shape (3), and σ.
       real(wp), intent(in) :: axis(3), share
@@ -498,7 +499,7 @@ contains
       end do
    end subroutine begin_wheel
 
-   !> What a sensitivity's parameters do in the step: δL̄ at fixed b, y and δr, and what they change of the works.
+   !> Adds the changes by a sensitivity's parameters in the step: of L̄ at fixed b, of y and r, and of the works.
    subroutine add_parameters(self, system, forces, turn, wheels, tangent, m)
       class(conserving_step_t), intent(in) :: self
       type(system_t), intent(in) :: system
@@ -506,7 +507,7 @@ contains
       type(frame_turn_t), intent(in) :: turn
       type(wheel_steps_t), intent(in), optional :: wheels
       type(tangent_t), intent(inout) :: tangent
-      !> Which of the parametric sensitivities.
+      !> Index of the parametric sensitivity.
       integer, intent(in) :: m
       real(wp) :: mean(3), rhs(3), torque(3), working(3), shift(3)
       integer :: k
@@ -534,15 +535,15 @@ contains
       end associate
    end subroutine add_parameters
 
-   !> What parameters of wheels and motors change of L̄, of their h̄ and of their works, at fixed b.
+   !> Adds the changes by parameters of wheels and motors, at fixed b: of L̄, and of h̄ and the works of wheels.
    pure subroutine add_wheel_parameters(self, wheels, steps, variation, mean, inner, work)
       type(conserving_step_t), intent(in) :: self
-      !> Shape (n_wheels).
+      !> Wheels of the system; shape (n_wheels).
       type(wheel_t), intent(in) :: wheels(:)
       type(wheel_steps_t), intent(in) :: steps
       type(variation_t), intent(in) :: variation
       real(wp), intent(inout) :: mean(3), inner(:), work
-      ! Motors that follow attitude and rate have no such steps.
+      ! Placeholders: motors that follow attitude and rate have no such steps.
       real(wp), parameter :: unturned(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], at_rest(3) = 0.0_wp
       real(wp) :: half, base, rotated, share, coupling, own, drive, speed, axis(3), moved
       integer :: i, m
@@ -572,7 +573,7 @@ contains
       end do
    end subroutine add_wheel_parameters
 
-   !> Adds to y what δL̄ at fixed b makes of it: M⁻¹(R δL̄ - 2b×δL̄).
+   !> Adds the change of y by δL̄ at fixed b: M⁻¹(R δL̄ - 2b×δL̄).
    pure subroutine change_by_mean(self, n, mean, change)
       type(conserving_step_t), intent(in) :: self
       integer, intent(in) :: n
@@ -591,12 +592,12 @@ contains
       end do
    end subroutine change_by_mean
 
-   !> δh1 of a wheel, and what it changes of the works of motor and friction.
+   !> Computes δh1 of a wheel, and adds the changes of the works of motor and friction.
    pure subroutine finish_wheel(self, wheel, steps, i, tangent)
       type(conserving_step_t), intent(in) :: self
       type(wheel_t), intent(in) :: wheel
       type(wheel_steps_t), intent(in) :: steps
-      !> Its number.
+      !> Index of the wheel.
       integer, intent(in) :: i
       type(tangent_t), intent(inout) :: tangent
       real(wp) :: rotated, inner, coupling, speed, factor
@@ -613,7 +614,7 @@ contains
       end do
    end subroutine finish_wheel
 
-   !> δr of sensitivities from φ and δb; on entry that of their own.
+   !> Computes δr of sensitivities from φ and δb; on entry `shift` holds the part by their own parameters.
    pure subroutine shift_sensitivities(self, n, mid, turn, shift)
       type(conserving_step_t), intent(in) :: self
       integer, intent(in) :: n
@@ -631,7 +632,8 @@ contains
       end associate
    end subroutine shift_sensitivities
 
-   !> Derivatives of the work of the torques, 4r·τ, by φ, 0 unless torques depend on the attitude, and by δr; shape (3).
+   !> Computes the derivatives of the work of the torques, 4r·τ, by φ, 0 unless torques depend on the attitude, and by
+   !> δr; shape (3).
    pure subroutine find_work_rows(forces, by_mid, by_turn)
       type(forces_tangent_t), intent(in) :: forces
       real(wp), intent(out) :: by_mid(3), by_turn(3)

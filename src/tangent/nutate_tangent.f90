@@ -1,7 +1,6 @@
-!> Sensitivities: the derivative of a motion by its start and by parameters, propagated along a run.
+!> Sensitivities: the derivative of a motion by its initial state and by parameters, propagated along a run.
 !>
-!> Sensitivity k is the change (θ, δL), and δh of each wheel, that a unit of `sensitivities(k)` makes of the state, in
-!> the chart
+!> Sensitivity k is the change (θ, δL), and δh of each wheel, of the state per unit of `variations(k)`, in the chart
 !>
 !>     q → q∘exp(½θ),   L → L + δL,
 !>
@@ -9,20 +8,19 @@
 !> variational equations: differences of two runs converge to it, and what a step conserves its tangent conserves too
 !> (`nutate_tangent_rows`). The first index of all arrays is the sensitivity.
 !>
-!> **Who calls what.** A program describes sensitivities (`nutate_variation`) and gives them to a run,
-!> `run%differentiate` after `begin`; `begin` here makes the tangent of the first state. Wherever the run accepts a
-!> step of the method, `policy%propagate` calls `stepper%propagate` for each `advance` that the step is made of; rows
-!> inside steps carry a copy. States depend on sensitivities only where these shorten adaptive steps
-!> (`nutate_error_control`).
+!> **Calls.** A program describes sensitivities (`nutate_variation`) and gives them to a run, `run%differentiate` after
+!> `begin`; `begin` here makes the tangent of the first state. When the run accepts a step of the method,
+!> `policy%propagate` calls `stepper%propagate` for each `advance` of the step; output points inside steps use a copy.
+!> States depend on sensitivities only if these shorten adaptive steps (`nutate_error_control`).
 !>
-!> **What an override of `stepper_t%propagate_step` must do**: move `theta`, `momentum` and `wheels` from the state
-!> `before` to the state `after`, of which `advance` has just made the second from the first: what that left in the
-!> stepper may be used, and must stay as it is. Of parametric sensitivities (`parametric` holds their numbers) add what
-!> their changes do in the step: `inertia` is that of the body without what turns freely, `sensitivities(k)%rotor`,
-!> `%frame`, `%effects` are the others; effects know their own derivatives (`direction_change`, `gradient_change`,
-!> `torque_change`). `work` gains the change of the work of torques, motors and friction. Methods that project move
-!> the sensitivities to the targets `energy` and `space_momentum`, the values of the rows at the start. For methods that
-!> conserve by themselves, and say so (`conserves`), `propagate` removes round-off of these rows every so many steps
+!> **Requirements of an override of `stepper_t%propagate_step`**: move `theta`, `momentum` and `wheels` from the state
+!> `before` to the state `after`, which `advance` has just computed from it: the data that `advance` left in the stepper
+!> may be used, and must not change. For parametric sensitivities (`parametric` holds their indices) add the effect of
+!> their changes in the step: `inertia` is the change of the body without freely rotating parts, `variations(k)%rotor`,
+!> `%frame`, `%effects` are the others; effects supply their own derivatives (`direction_change`, `gradient_change`,
+!> `torque_change`). `work` gains the change of the work of torques, motors and friction. Methods that project move the
+!> sensitivities to the targets `energy` and `space_momentum`, the values of the rows at the start. For methods that
+!> conserve by themselves, and report it (`conserves`), `propagate` removes round-off of these rows every so many steps
 !> (`nutate_sensitivity_projection`).
 module nutate_tangent
    use nutate_archive, only: archive_t
@@ -45,9 +43,9 @@ module nutate_tangent
    type :: tangent_t
       !> Number of sensitivities.
       integer :: n = 0
-      !> What each one is the derivative by; shape (n).
+      !> Change by which each sensitivity is the derivative; shape (n).
       type(variation_t), allocatable :: variations(:)
-      !> θ, rad, and δL, N m s, body axes, a unit of the sensitivity's parameter; shape (n, 3).
+      !> θ, rad, and δL, N m s, body axes, per unit of the sensitivity's parameter; shape (n, 3).
       real(wp), allocatable :: theta(:, :), momentum(:, :)
       !> δh of each wheel, N m s; shape (n, n_wheels).
       real(wp), allocatable :: wheels(:, :)
@@ -56,51 +54,51 @@ module nutate_tangent
       !> The rows of the energy and of l, with the parameters' own part, at the start: J, N m s, space axes; shape (n),
       !> (n, 3).
       real(wp), allocatable :: energy(:), space_momentum(:, :)
-      !> Numbers of the sensitivities that change a parameter; shape (n_parametric). And the change of J without what
-      !> turns freely of each, kg m²; shape (3, 3, n_parametric).
+      !> Indices of the sensitivities that change a parameter; shape (n_parametric). Change of J without freely rotating
+      !> parts by each of them, kg m²; shape (3, 3, n_parametric).
       integer, allocatable :: parametric(:)
       real(wp), allocatable :: inertia(:, :, :)
       !> Steps since round-off was last removed from what the sensitivities conserve (`stepper_t%propagate`).
       integer :: steps = 0
-      !> Sensitivities change the times at which torques or motors start or stop: `nutate_window_edges` moves them over
-      !> these.
+      !> True if sensitivities change the times at which torques or motors start or stop: `nutate_window_edges` moves
+      !> sensitivities over these times.
       logical :: moves_windows = .false.
       !> Estimated error of the last step of a method that has an estimate, of the sensitivity for which it is largest
       !> and relative to it (`relative`); else zero. Not in checkpoint data.
       real(wp) :: error = 0.0_wp
       !> Work space of steps; shape (n, 3).
       real(wp), allocatable :: mid(:, :), turn(:, :), change(:, :), mean(:, :), shift(:, :)
-      !> The same, of an even number of sensitivities; shape (n, 6) or (n + 1, 6).
+      !> Work space of steps, for an even number of sensitivities; shape (n, 6) or (n + 1, 6).
       real(wp), allocatable :: even(:, :)
-      !> The same; shape (n, n_wheels).
+      !> Work space of steps, for wheels; shape (n, n_wheels).
       real(wp), allocatable :: inner(:, :)
    contains
-      !> Makes the sensitivities of a first state.
+      !> Makes the sensitivities of an initial state.
       procedure :: begin
       !> Sets the sensitivities at a later state.
       procedure :: resume
-      !> Change of the rates.
+      !> Returns the change of the rates.
       procedure :: rates
-      !> Change of the momentum that rotors and wheels have in the body, of one sensitivity.
+      !> Returns the change of the momentum of rotors and wheels in the body, for one sensitivity.
       procedure :: inner_change
-      !> Size of a change of the sensitivities, relative to them.
+      !> Returns the size of a change of the sensitivities, relative to them.
       procedure :: relative
-      !> Change of what potentials conserve, and of l.
+      !> Return the change of the energy, which potentials conserve, and of l.
       procedure :: energy_row
       procedure :: momentum_row
-      !> Shows its values to an archive.
+      !> Writes or reads its values in checkpoint data.
       procedure :: transfer
    end type tangent_t
 
 contains
 
-   !> Makes the sensitivities of a first state. Errors: `NUTATE_BAD_ARGUMENT` where there are none, and for effects
+   !> Makes the sensitivities of an initial state. Errors: `NUTATE_BAD_ARGUMENT` if there are none, and for effects
    !> without a derivative.
    subroutine begin(self, system, state, variations, status)
       class(tangent_t), intent(out) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
-      !> Shape (n).
+      !> Variations of the sensitivities; shape (n).
       type(variation_t), intent(in) :: variations(:)
       type(status_t), intent(out) :: status
       integer :: k, m
@@ -136,7 +134,7 @@ contains
       self%space_momentum = self%momentum_row(state)
    end subroutine begin
 
-   !> Sets θ, δL and δh of the start, of parameters with Ω0 and the speeds of the wheels held.
+   !> Sets θ, δL and δh at the initial state; for parameters, with fixed Ω0 and speeds of the wheels.
    subroutine start_sensitivities(self, system, state)
       class(tangent_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -180,14 +178,14 @@ contains
       end do
    end subroutine start_sensitivities
 
-   !> Sets the sensitivities at a later state of a motion without wheels, from what `theta` and `rates` were there.
-   !> What is conserved counts from here.
+   !> Sets the sensitivities at a later state of a motion without wheels, from `theta` and `rates` there. The targets of
+   !> the conserved rows are set to their values at this state.
    subroutine resume(self, system, state, theta, rates)
-      !> Begun.
+      !> Tangent after `begin`.
       class(tangent_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
-      !> rad, rad/s, body axes, a unit of the sensitivity's parameter; shape (n, 3).
+      !> θ, rad, and δΩ, rad/s, body axes, per unit of the sensitivity's parameter; shape (n, 3).
       real(wp), intent(in) :: theta(:, :), rates(:, :)
       integer :: k, m
       self%theta = theta
@@ -204,12 +202,13 @@ contains
       self%space_momentum = self%momentum_row(state)
    end subroutine resume
 
-   !> Change of the momentum of rotors and wheels in the body, axes of wheels included, N m s, body axes; shape (3).
+   !> Returns the change of the momentum of rotors and wheels in the body, axes of wheels included, N m s, body axes;
+   !> shape (3).
    pure function inner_change(self, effects, state, k) result(change)
       class(tangent_t), intent(in) :: self
       type(effect_list_t), intent(in) :: effects
       type(state_t), intent(in) :: state
-      !> The sensitivity.
+      !> Index of the sensitivity.
       integer, intent(in) :: k
       real(wp) :: change(3)
       integer :: i
@@ -226,7 +225,7 @@ contains
       end do
    end function inner_change
 
-   !> δJ without what turns freely, Jᵣ = J - Σ Jw ssᵀ; shape (3,3).
+   !> Returns the change of Jᵣ = J - Σ Jw ssᵀ, without freely rotating parts; shape (3,3).
    pure function inertia_change(effects, variation) result(change)
       type(effect_list_t), intent(in) :: effects
       type(variation_t), intent(in) :: variation
@@ -285,8 +284,8 @@ contains
       end do
    end function relative
 
-   !> Returns dH·X with what the parameters change of H at fixed q, L and h, J; of H - ω·l where the space axes turn.
-   !> Potentials keep it as it is, torques change it by `work`; shape (n).
+   !> Returns dH·X with the change of H by the parameters at fixed q, L and h, J; of H - ω·l if the space axes rotate.
+   !> Potentials conserve this row, torques change it by `work`; shape (n).
    pure function energy_row(self, system, state) result(change)
       class(tangent_t), intent(in) :: self
       type(system_t), intent(in) :: system
@@ -315,7 +314,7 @@ contains
       end do
    end function energy_row
 
-   !> ∂H by the parameters of effects at fixed q, L and h, but for the change of the inertia, J.
+   !> Returns ∂H by the parameters of effects at fixed q, L and h, without the change of the inertia, J.
    pure real(wp) function effects_energy(effects, state, variation, omega) result(change)
       type(effect_list_t), intent(in) :: effects
       type(state_t), intent(in) :: state
@@ -346,8 +345,8 @@ contains
       end do
    end function effects_energy
 
-   !> Returns δl = R(δL + θ×L), space axes, N m s: free of forces it stays, in a field along n its part along n;
-   !> shape (n, 3).
+   !> Returns δl = R(δL + θ×L), space axes, N m s: conserved without forces; in a field along n, its component along n
+   !> is conserved; shape (n, 3).
    pure function momentum_row(self, state) result(change)
       class(tangent_t), intent(in) :: self
       type(state_t), intent(in) :: state
@@ -361,7 +360,7 @@ contains
       end do
    end function momentum_row
 
-   !> Checks that the effects have derivatives by the state. Errors: `NUTATE_BAD_ARGUMENT` for what has none.
+   !> Checks that the effects have derivatives by the state. Errors: `NUTATE_BAD_ARGUMENT` for effects that have none.
    subroutine check_effects(effects, status)
       type(effect_list_t), intent(in) :: effects
       type(status_t), intent(out) :: status
@@ -374,9 +373,9 @@ contains
       end do
    end subroutine check_effects
 
-   !> Shows its values to an archive.
+   !> Writes or reads its values in checkpoint data.
    subroutine transfer(self, archive)
-      !> Begun with the same sensitivities.
+      !> Tangent begun with the same sensitivities.
       class(tangent_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive
       integer :: i

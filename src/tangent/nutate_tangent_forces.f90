@@ -1,9 +1,9 @@
-!> The effects of one step of the conserving scheme and their derivatives, seen from mid step: what a step's tangent
-!> needs of them.
+!> The effects of one step of the conserving scheme and their derivatives at mid step, as the tangent of the step needs
+!> them.
 !>
 !> With γm = Rh γ0, γ̄ = γm/(1+ρ), Rh = R(c½)ᵀ, the parts of a change of τ̄ = γ̄×g are: X0φ = (γ̄×φ)×g of a rotation φ
 !> of the body at mid step; S0θ0 = γ̄×H0(γ0×θ0) of the rotation at the start; E(φ + 4δr/(1+ρ)) = γ̄×H1(γ1×θ1) of that at
-!> the end, θ1 = Rh(φ + 4δr/(1+ρ)). A change δr turns mid step by Nδr, N = 2(1 - [r]×)/(1+ρ), and scales potentials by
+!> the end, θ1 = Rh(φ + 4δr/(1+ρ)). A change δr rotates mid step by Nδr, N = 2(1 - [r]×)/(1+ρ), and scales potentials by
 !> -2(r·δr)/(1+ρ), since γ̄ is of the length of the mean.
 module nutate_tangent_forces
    use nutate_variation, only: variation_t, OF_POTENTIAL, OF_TORQUE
@@ -17,7 +17,7 @@ module nutate_tangent_forces
 
    public :: forces_tangent_t, half_swing_back, full_swing_back
 
-   !> Of one step.
+   !> Effects of one step, with their derivatives.
    type :: forces_tangent_t
       !> r; 4/Δt, 1/s; 1/(1+ρ).
       real(wp) :: r(3) = 0.0_wp, rate = 0.0_wp, shrink = 1.0_wp
@@ -29,24 +29,25 @@ module nutate_tangent_forces
       real(wp) :: by_mid(3, 3) = 0.0_wp, by_end(3, 3) = 0.0_wp, by_start(3, 3) = 0.0_wp
       !> Derivatives of the torques alone by a rotation and by the rate, N m and N m s; shape (3,3).
       real(wp) :: working_by_mid(3, 3) = 0.0_wp, working_by_rate(3, 3) = 0.0_wp
-      !> Torques act, and depend on the attitude; there are potentials whose discrete gradient depends on the ends.
+      !> True if torques act; true if they depend on the attitude; true if there are potentials whose discrete gradient
+      !> depends on the ends.
       logical :: has_torques = .false., follows_attitude = .false., is_curved = .false.
    contains
       !> Sets the step.
       procedure :: set
-      !> Change of τ̄ by a sensitivity's parameters.
+      !> Computes the change of τ̄ by a sensitivity's parameters.
       procedure :: own_change
    end type forces_tangent_t
 
 contains
 
-   !> Sets the step that turns the body by the Cayley map of r.
+   !> Sets the step that rotates the body by the Cayley map of r.
    pure subroutine set(self, effects, forces, r, dt)
       class(forces_tangent_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
-      !> Started with the step.
+      !> Forces started with the step.
       type(discrete_forces_t), intent(in) :: forces
-      !> Shape (3), and s.
+      !> r, shape (3), and the time step, s.
       real(wp), intent(in) :: r(3), dt
       real(wp) :: square, rest
       integer :: i
@@ -75,9 +76,9 @@ contains
       if (effects%n_torques > 0) call add_torques(self, effects, forces, dt)
    end subroutine set
 
-   !> Rh - 1 to its own digits; shape (3,3).
+   !> Computes Rh - 1 to its own digits; shape (3,3).
    pure subroutine half_swing_back(r, shrink, swing)
-      !> Shape (3), and 1/(1+ρ).
+      !> r, shape (3), and 1/(1+ρ).
       real(wp), intent(in) :: r(3), shrink
       real(wp), intent(out) :: swing(3, 3)
       real(wp) :: v(3)
@@ -85,9 +86,9 @@ contains
       call swing_back(r, v, v, swing)
    end subroutine half_swing_back
 
-   !> Rh² - 1 to its own digits; shape (3,3).
+   !> Computes Rh² - 1 to its own digits; shape (3,3).
    pure subroutine full_swing_back(r, shrink, swing)
-      !> Shape (3), and 1/(1+ρ).
+      !> r, shape (3), and 1/(1+ρ).
       real(wp), intent(in) :: r(3), shrink
       real(wp), intent(out) :: swing(3, 3)
       real(wp) :: v(3), w(3), x(3)
@@ -97,7 +98,7 @@ contains
       call swing_back(v, w, x, swing)
    end subroutine full_swing_back
 
-   !> R - 1 of a rotation back by the unit quaternion (c, v): vwᵀ - (v·w)1 - [x]×, w = 2v, x = cw.
+   !> Computes R - 1 of a rotation back by the unit quaternion (c, v): vwᵀ - (v·w)1 - [x]×, w = 2v, x = cw.
    pure subroutine swing_back(v, w, x, swing)
       real(wp), intent(in) :: v(3), w(3), x(3)
       real(wp), intent(out) :: swing(3, 3)
@@ -121,7 +122,7 @@ contains
       real(wp), intent(in) :: dt
       real(wp) :: middle(3), mean(3), gradient(3), end(3), by_start(3, 3), by_end(3, 3), part(3, 3), twice
       twice = 2*self%shrink
-      ! γm over 2/(1+ρ).
+      ! This is γm over 2/(1+ρ).
       middle = times_vector(self%back, forces%gamma0(:, i))
       mean = (dt*self%shrink*twice)*middle
       if (forces%is_linear(i)) then
@@ -164,7 +165,7 @@ contains
       by_mid(3, 3) = by_mid(3, 3) + (m(1)*g(1) + m(2)*g(2))
    end subroutine add_torque
 
-   !> [a]× K [b]×.
+   !> Computes [a]× K [b]×.
    pure subroutine multiply_between(a, k, b, product)
       real(wp), intent(in) :: a(3), k(3, 3), b(3)
       real(wp), intent(out) :: product(3, 3)
@@ -229,7 +230,7 @@ contains
       if (self%follows_attitude) call add_multiple(dt, self%working_by_mid, self%by_mid)
    end subroutine add_torques
 
-   !> u∘(1+r)/|1+r|: attitude at mid step, body→space; shape (4).
+   !> Returns the attitude at mid step, u∘(1+r)/|1+r|, body→space; shape (4).
    pure function mid_attitude(self, forces) result(q)
       type(forces_tangent_t), intent(in) :: self
       type(discrete_forces_t), intent(in) :: forces
@@ -244,8 +245,8 @@ contains
       end associate
    end function mid_attitude
 
-   !> Change of τ̄ by the parameters of a sensitivity, at fixed r and attitude of the start; that of the torques alone.
-   !> N m; shape (3).
+   !> Computes the change of τ̄ by the parameters of a sensitivity, at fixed r and attitude at the start of the step,
+   !> and the part of the torques alone, N m; shape (3).
    pure subroutine own_change(self, effects, forces, variation, torque, working)
       class(forces_tangent_t), intent(in) :: self
       type(effect_list_t), intent(in) :: effects
@@ -282,7 +283,8 @@ contains
       torque = torque + working
    end subroutine own_change
 
-   !> Change of the torque of one potential: of its gradient, and of n with all that depends on it.
+   !> Returns the change of the torque of one potential by the changes of its gradient, and of n with all terms that
+   !> depend on n.
    pure function potential_change(self, effects, forces, i, change) result(torque)
       type(forces_tangent_t), intent(in) :: self
       type(effect_list_t), intent(in) :: effects
@@ -310,7 +312,7 @@ contains
       end associate
    end function potential_change
 
-   !> a×b; here, so that it is compiled into its callers; shape (3).
+   !> Returns a×b; defined here, so that it is inlined into its callers; shape (3).
    pure function across(a, b) result(c)
       real(wp), intent(in) :: a(3), b(3)
       real(wp) :: c(3)

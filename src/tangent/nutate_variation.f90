@@ -1,5 +1,5 @@
-!> What a sensitivity is the derivative by: a direction in the space of starts and parameters. A key of a scene that
-!> changes several of them (the mass of a shape, say) is one sensitivity with all of them in it.
+!> Variation by which a sensitivity is the derivative: a direction in the space of initial states and parameters. A key
+!> of a scene that changes several parameters (the mass of a shape, say) is one sensitivity with all of them.
 module nutate_variation
    use nutate_effect_base, only: effect_t, parameter_t
    use nutate_effect_list, only: effect_list_t
@@ -12,7 +12,7 @@ module nutate_variation
    public :: variation_t, effect_change_t, window_change_t, attitude_variation, rate_variation, inertia_variation
    public :: OF_POTENTIAL, OF_TORQUE, OF_WHEEL, OF_ORBIT
 
-   !> In which list of the effects one stands.
+   !> List of the effects that contains an effect.
    integer, parameter :: OF_POTENTIAL = 1, OF_TORQUE = 2, OF_WHEEL = 3, OF_ORBIT = 4
 
    !> Names of the ends of a window.
@@ -23,24 +23,24 @@ module nutate_variation
       integer :: kind = 0
       !> The `place` of a potential, the index of a torque, wheel or orbit.
       integer :: place = 0
-      !> In the order of the effect's `parameters`.
+      !> Change, in the order of the effect's `parameters`.
       real(wp), allocatable :: change(:)
    end type effect_change_t
 
    !> A change of the times at which a torque, or the motor of a wheel, starts and stops.
    type :: window_change_t
-      !> `OF_TORQUE` or `OF_WHEEL`, and which one.
+      !> `OF_TORQUE` or `OF_WHEEL`, and the index in that list.
       integer :: kind = 0, place = 0
-      !> Of start and stop.
+      !> Change of start and stop.
       real(wp) :: change(2) = 0.0_wp
    end type window_change_t
 
-   !> The change of the start and of the parameters that a unit of the sensitivity stands for. Where a parameter
-   !> changes, the start keeps its rates, Ω0 and those of the wheels.
+   !> Change of the initial state and of the parameters per unit of the sensitivity. If a parameter changes, the initial
+   !> state keeps its rates, Ω0 and those of the wheels.
    type :: variation_t
-      !> For messages and files.
+      !> Name for messages and files.
       character(len=64) :: name = ''
-      !> Start: rotation vector of the attitude, body axes, q → q∘exp(½θ); Ω0, body axes, 1/s; shape (3).
+      !> Initial state: rotation vector of the attitude, body axes, q → q∘exp(½θ); Ω0, body axes, 1/s; shape (3).
       real(wp) :: attitude(3) = 0.0_wp, angular_velocity(3) = 0.0_wp
       !> Body: J with its wheels locked, symmetric, kg m², shape (3,3); mass times centre of mass, kg m, shape (3).
       !> Effects that depend on them change too.
@@ -52,12 +52,12 @@ module nutate_variation
       !> Times at which torques and motors start and stop.
       type(window_change_t), allocatable :: windows(:)
    contains
-      !> Add a parameter of an effect, or of those that were made from a group of a scene.
+      !> Add a parameter of an effect, or of all effects that were made from a group of a scene.
       procedure :: add, add_of_group
-      !> Add what follows from the body, and from orbits.
+      !> Add the changes of effects that follow from the body, and from orbits.
       procedure :: follow_body
       procedure :: follow_orbits
-      !> It changes a parameter.
+      !> Returns true if a parameter changes.
       procedure :: is_parametric
       !> Returns true if an element of an orbit changes.
       procedure :: changes_orbit
@@ -65,9 +65,9 @@ module nutate_variation
 
 contains
 
-   !> Returns the sensitivity of a rotation of the start about a body axis.
+   !> Returns the sensitivity of a rotation of the initial state about a body axis.
    pure type(variation_t) function attitude_variation(axis) result(variation)
-      !> 1, 2 or 3.
+      !> Body axis: 1, 2 or 3.
       integer, intent(in) :: axis
       variation%name = 'initial.attitude.'//decimal(axis)
       variation%attitude(axis) = 1.0_wp
@@ -75,15 +75,15 @@ contains
 
    !> Returns the sensitivity of a component of Ω0.
    pure type(variation_t) function rate_variation(axis) result(variation)
-      !> 1, 2 or 3.
+      !> Body axis: 1, 2 or 3.
       integer, intent(in) :: axis
       variation%name = 'initial.angular_velocity.'//decimal(axis)
       variation%angular_velocity(axis) = 1.0_wp
    end function rate_variation
 
-   !> Returns the sensitivity of a component of the inertia, of both where it is off the diagonal.
+   !> Returns the sensitivity of a component of the inertia, of both if it is off the diagonal.
    pure type(variation_t) function inertia_variation(i, j) result(variation)
-      !> 1, 2 or 3.
+      !> Row and column: 1, 2 or 3.
       integer, intent(in) :: i, j
       variation%name = 'body.inertia.'//decimal(i)//decimal(j)
       variation%inertia(i, j) = 1.0_wp
@@ -98,18 +98,19 @@ contains
       digits = trim(room)
    end function decimal
 
-   !> Adds a change of a parameter of an effect. Errors: `NUTATE_BAD_ARGUMENT` where there is no such effect, and where
-   !> it has no parameter of that name and size.
+   !> Adds a change of a parameter of an effect. Errors: `NUTATE_BAD_ARGUMENT` if there is no such effect, and if it has
+   !> no parameter of that name and size.
    subroutine add(self, effects, effect, number, parameter, change, status)
       class(variation_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
       !> Name of the effect.
       character(len=*), intent(in) :: effect
-      !> Which of those of that name: potentials in the order in which they were added, then torques, then wheels.
+      !> Number among the effects of that name: potentials in the order in which they were added, then torques, wheels,
+      !> orbits.
       integer, intent(in) :: number
       !> Name of the parameter.
       character(len=*), intent(in) :: parameter
-      !> As many numbers as it has.
+      !> Change of the parameter, with as many numbers as it has.
       real(wp), intent(in) :: change(:)
       type(status_t), intent(out) :: status
       call add_where(self, effects, effect, number, 0, parameter, change, status)
@@ -119,22 +120,22 @@ contains
    subroutine add_of_group(self, effects, group, parameter, change, status)
       class(variation_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
-      !> Place of the group.
+      !> Index of the group in the scene.
       integer, intent(in) :: group
-      !> As in `add`.
+      !> Name of the parameter and its change, as in `add`.
       character(len=*), intent(in) :: parameter
       real(wp), intent(in) :: change(:)
       type(status_t), intent(out) :: status
       call add_where(self, effects, '', 0, group, parameter, change, status)
    end subroutine add_of_group
 
-   !> Adds a change of a parameter of the effect of a name and number, or of those of a group.
+   !> Adds a change of a parameter of the effect of a name and number, or of all effects of a group.
    subroutine add_where(self, effects, effect, number, group, parameter, change, status)
       class(variation_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
       character(len=*), intent(in) :: effect, parameter
       integer, intent(in) :: number
-      !> 0: none.
+      !> Index of the group; 0: none.
       integer, intent(in) :: group
       real(wp), intent(in) :: change(:)
       type(status_t), intent(out) :: status
@@ -195,8 +196,8 @@ contains
 
    end subroutine add_where
 
-   !> Adds a change of the time at which a torque or a motor starts or stops; false for an effect that acts before or
-   !> behind all times. A controller of wheels acts by their motors.
+   !> Adds a change of the time at which a torque or a motor starts or stops; false for an end of a window that lies
+   !> before or after all times. A controller of wheels acts by their motors.
    logical function moves_edge(self, effects, item, kind, place, edge, change) result(moves)
       type(variation_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
@@ -240,7 +241,7 @@ contains
       self%windows(i)%change(side) = self%windows(i)%change(side) + change
    end subroutine append_edge
 
-   !> Adds a change to those of an effect; false where the effect has no derivative by that name.
+   !> Adds a change to those of an effect; false if the effect has no derivative by that name.
    logical function changes(self, effect, kind, place, parameter, change)
       type(variation_t), intent(inout) :: self
       class(effect_t), intent(in) :: effect
@@ -267,7 +268,7 @@ contains
       end do
    end function changes
 
-   !> The parameters of an effect with their sizes, for messages.
+   !> Returns the parameters of an effect with their sizes, for messages.
    function names_of(effect) result(names)
       class(effect_t), intent(in) :: effect
       character(len=160) :: names
@@ -329,7 +330,7 @@ contains
    end subroutine follow_body
 
    !> Adds the changes of effects, and of the rate of the space axes, that follow from those of orbits. Errors:
-   !> `NUTATE_BAD_ARGUMENT` where two orbits are equal, since effects know theirs by its numbers.
+   !> `NUTATE_BAD_ARGUMENT` if two orbits are equal, since effects identify their orbit by its elements.
    subroutine follow_orbits(self, effects, status)
       class(variation_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
@@ -354,7 +355,7 @@ contains
       class(variation_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
       type(kepler_orbit_t), intent(in) :: path
-      !> Of its elements.
+      !> Change of the elements of the path.
       real(wp), intent(in) :: change(:)
       integer :: i
       logical :: there
@@ -374,7 +375,7 @@ contains
       end do
    end subroutine follow_path
 
-   !> True for a sensitivity that changes more than the start.
+   !> Returns true for a sensitivity that changes more than the initial state.
    pure logical function is_parametric(self)
       class(variation_t), intent(in) :: self
       is_parametric = any(abs(self%inertia) > 0.0_wp) .or. any(abs(self%rotor) > 0.0_wp) .or. &

@@ -3,8 +3,8 @@
 !>
 !>     X⁺ = X⁻ - (f⁺ - f⁻) dtₑ/dp
 !>
-!> tₑ does not depend on the motion: sensitivities by anything else pass it as they are. Attitude and rates are
-!> continuous, so θ does not jump, δL and δh do, each by what the one effect gives there.
+!> tₑ does not depend on the motion: sensitivities by anything else do not change at tₑ. Attitude and rates are
+!> continuous, so θ does not jump; δL and δh do, each by the torque of the one effect at tₑ.
 module nutate_window_edges
    use nutate_variation, only: window_change_t, OF_TORQUE
    use nutate_kinds, only: wp
@@ -18,7 +18,7 @@ module nutate_window_edges
 
    public :: cross_window_edges
 
-   !> A time that lies by so many of the spacing of times from the end of a window is inside of it: beyond the rounding
+   !> A time that lies this many floating-point spacings from the end of a window is inside of it: beyond the rounding
    !> of the times of a table.
    real(wp), parameter :: inside = 32.0_wp
 
@@ -30,11 +30,11 @@ contains
       type(state_t), intent(in) :: state
       !> Start and end of the interval, s; the start does not belong to it, the end does.
       real(wp), intent(in) :: interval(2)
-      !> Which way time goes: 1 or -1.
+      !> Direction of time: 1 or -1.
       real(wp), intent(in) :: sense
       type(tangent_t), intent(inout) :: tangent
-      !> dtₑ/dp of the last of them, s a unit of the sensitivity's parameter, shape (n); not allocated where there is
-      !> none.
+      !> dtₑ/dp of the last start or stop, s per unit of the sensitivity's parameter, shape (n); not allocated if there
+      !> is none.
       real(wp), allocatable, intent(out) :: change(:)
       type(motion_t) :: motion
       real(wp) :: energy(tangent%n)
@@ -78,7 +78,7 @@ contains
 
    end subroutine cross_window_edges
 
-   !> Start and stop of a window, s, and which of them are numbers of its own; shape (2).
+   !> Finds start and stop of a window, s, and which of them are its own parameters; shape (2).
    subroutine find_window(system, window, times, own)
       type(system_t), intent(in) :: system
       type(window_change_t), intent(in) :: window
@@ -97,13 +97,13 @@ contains
       end if
    end subroutine find_window
 
-   !> What an effect gives inside its window at one of its ends: a torque on the body, body axes, N m, shape (3), or
-   !> that of a motor, N m; nothing where it is off.
+   !> Finds the torque of an effect inside its window at one of its ends: on the body, body axes, N m, shape (3), or of
+   !> a motor, N m; zero if the effect is off.
    subroutine find_force(system, motion, window, times, side, torque, drive)
       type(system_t), intent(in) :: system
       type(motion_t), intent(in) :: motion
       type(window_change_t), intent(in) :: window
-      !> s; shape (2).
+      !> Start and stop of the window, s; shape (2).
       real(wp), intent(in) :: times(2)
       integer, intent(in) :: side
       real(wp), intent(out) :: torque(3), drive
