@@ -1,4 +1,4 @@
-!> Many bodies in the hands of another program: one call moves all of them by a step, with torques that it computed.
+!> Many bodies whose torques the calling program computes: one call moves all of them by a step.
 !>
 !> A step is a kick by the torque and a torque-free drift. The drift keeps the kinetic energy of each body to
 !> round-off, and its space momentum to the last bit (`nutate_bodies_drift`); the kick changes the momentum by exactly
@@ -13,9 +13,8 @@
 !>     end do
 !>     call bodies%kick(0.5_wp*dt, q, l, torque, status)       ! l catches up with q
 !>
-!> A drift whose root is not certified, one of more than some half radian, is replaced by the exact motion.
-!> Bodies need no memory between calls. One whose numbers cannot be computed with keeps its state, and is listed in
-!> `failed`.
+!> A drift whose root is not certified, one of more than some half radian, is replaced by the exact motion. Bodies need
+!> no memory between calls. A body with invalid numbers keeps its state, and is listed in `failed`.
 module nutate_bodies
    !$ use omp_lib, only: omp_get_max_threads
    use nutate_bodies_drift, only: body_class_t, drift_lanes_t, make_class, put_class
@@ -36,13 +35,14 @@ module nutate_bodies
    public :: bodies_t, SPACE_MOMENTUM, BODY_MOMENTUM, BODY_RATE
    public :: move_bodies, movement_t, make_classes
 
-   !> What `l` is: the angular momentum in space axes, with torques in space axes; that in body axes, with torques in
-   !> body axes; the angular velocity in body axes, with torques in body axes.
+   !> Meaning of `l`: the angular momentum in space axes, with torques in space axes; the angular momentum in body axes,
+   !> with torques in body axes; the angular velocity in body axes, with torques in body axes.
    integer, parameter :: SPACE_MOMENTUM = 0, BODY_MOMENTUM = 1, BODY_RATE = 2
 
-   !> Bodies after which threads meet, to list those that failed; bodies below which one thread is faster.
+   !> Number of bodies after which threads meet, to list the failed ones; number of bodies below which one thread is
+   !> faster.
    integer, parameter :: group = 16384, few = 2048
-   !> What stands for absent arguments.
+   !> Values for absent arguments.
    real(wp), parameter :: no_torque(3, 0) = reshape([real(wp) ::], [3, 0])
    integer, parameter :: one_class(0) = [integer ::]
    !> Largest ratio of the moments that the exact motion admits.
@@ -50,7 +50,8 @@ module nutate_bodies
 
    !> Bodies of one or several classes. Several threads must not use one object at the same time.
    type :: bodies_t
-      !> Threads that share the bodies of a call; 0: those of OpenMP (`OMP_NUM_THREADS`). No bit depends on them.
+      !> Threads that share the bodies of a call; 0: those of OpenMP (`OMP_NUM_THREADS`). Results are bitwise identical
+      !> for any number of threads.
       integer :: threads = 1
       !> Bodies that kept their state in the last call, in ascending order; shape (number of them).
       integer, allocatable :: failed(:)
@@ -67,23 +68,23 @@ module nutate_bodies
       procedure :: drift
    end type bodies_t
 
-   !> What a call does.
+   !> Settings of one call.
    type :: movement_t
-      !> s.
+      !> Time step, s.
       real(wp) :: dt = 0.0_wp
       logical :: kicks = .false., drifts = .false.
-      !> Each body has a class of its own, or all the first.
+      !> True if each body has a class of its own; else all have the first.
       logical :: classed = .false.
       integer :: frame = SPACE_MOMENTUM, threads = 1
       !> Number of the first class and of the first body: 0 in C.
       integer :: first_number = 1
-      !> The principal axes of a class are not its body axes.
+      !> True if the principal axes of a class are not its body axes.
       logical, private :: rotated = .false.
-      !> The processor has AVX2.
+      !> True if the processor has AVX2.
       logical, private :: avx2 = .false.
    end type movement_t
 
-   !> Lanes of a thread, and the class of the body in each; 0 where none was yet.
+   !> Lanes of a thread, and the class of the body in each; 0 if there was none yet.
    type :: lane_buffer_t
       type(drift_lanes_t) :: lanes
       integer :: held(lanes)
@@ -91,7 +92,7 @@ module nutate_bodies
 
 contains
 
-   !> Sets the classes and what `l` is.
+   !> Sets the classes and the meaning of `l`.
    !>
    !> Errors: `NUTATE_BAD_BODY`: a class was not made by `make_body` or `make_shape_body`, or its moments differ by more
    !> than 1e60; `NUTATE_BAD_ARGUMENT`: no class, or no such frame.
@@ -117,7 +118,7 @@ contains
    !>
    !> Errors: those of `set_up`.
    pure subroutine make_classes(bodies, frame, classes, status)
-      !> Shape (number of classes).
+      !> Bodies of the classes; shape (number of classes).
       type(body_t), intent(in) :: bodies(:)
       integer, intent(in) :: frame
       type(body_class_t), intent(inout) :: classes(:)
@@ -145,11 +146,11 @@ contains
    !>
    !> Errors: `NUTATE_BAD_ARGUMENT`: `dt` is out of its range, a shape is wrong, or the object is not set up; nothing
    !> has changed. `NUTATE_NOT_FINITE`: the bodies in `failed` have kept their state, all others have moved. A body
-   !> fails where a number is not finite or beyond 1e100, |q| is not 1 to 5e-10, it has no class, or it turns by more
+   !> fails if a number is not finite or beyond 1e100, |q| is not 1 to 5e-10, it has no class, or it rotates by more
    !> than 1e8 rad.
    subroutine step(self, dt, q, l, torque, status, class_of)
       class(bodies_t), intent(inout) :: self
-      !> s; of either sign, not zero.
+      !> Time step, s; of either sign, not zero.
       real(wp), intent(in) :: dt
       !> Attitudes, unit quaternions, body to space; shape (4, n).
       real(wp), intent(inout), contiguous :: q(:, :)
@@ -172,9 +173,9 @@ contains
    !> Errors: those of `step`.
    subroutine kick(self, dt, q, l, torque, status, class_of)
       class(bodies_t), intent(inout) :: self
-      !> s; of either sign, not zero.
+      !> Time step, s; of either sign, not zero.
       real(wp), intent(in) :: dt
-      !> Attitudes: nothing changes, but a body without one fails as in `step`; shape (4, n).
+      !> Attitudes, unchanged; a body without a valid one fails as in `step`; shape (4, n).
       real(wp), intent(inout), contiguous :: q(:, :)
       !> Angular momenta, kg m²/s, or angular velocities, rad/s; shape (3, n).
       real(wp), intent(inout), contiguous :: l(:, :)
@@ -195,7 +196,7 @@ contains
    !> Errors: those of `step`.
    subroutine drift(self, dt, q, l, status, class_of)
       class(bodies_t), intent(inout) :: self
-      !> s; of either sign, not zero.
+      !> Time step, s; of either sign, not zero.
       real(wp), intent(in) :: dt
       !> Attitudes, unit quaternions, body to space; shape (4, n).
       real(wp), intent(inout), contiguous :: q(:, :)
@@ -249,13 +250,13 @@ contains
       type(body_class_t), intent(in), contiguous :: classes(:)
       type(movement_t), intent(in) :: what
       integer, intent(in) :: n
-      !> Shapes (4, n) and (3, n).
+      !> Attitudes and `l` of all bodies; shapes (4, n) and (3, n).
       real(wp), intent(inout) :: q(4, n), l(3, n)
-      !> Read with kicks; shape (3, n).
+      !> Torques, read with kicks; shape (3, n).
       real(wp), intent(in), contiguous :: torque(:, :)
-      !> Read where each body has a class; shape (n).
+      !> Class of each body, read if each body has a class of its own; shape (n).
       integer, intent(in), contiguous :: class_of(:)
-      !> In ascending order.
+      !> Bodies that failed, in ascending order.
       integer, intent(inout), allocatable :: failed(:)
       type(status_t), intent(out) :: status
       type(movement_t) :: whole
@@ -296,7 +297,7 @@ contains
 
    !> Returns the status of a call in which bodies failed.
    pure type(status_t) function describe_failures(first, n_failed, n) result(status)
-      !> Number of the first of them, how many they are, and how many bodies there are.
+      !> Number of the first failed body, count of failed bodies, and count of all bodies.
       integer, intent(in) :: first, n_failed, n
       character(len=80) :: text
       write (text, '(i0,a,i0,a,i0)') n_failed, ' of ', n, ' bodies kept their state, the first is ', first
@@ -309,12 +310,12 @@ contains
       type(body_class_t), intent(in), contiguous :: classes(:)
       type(movement_t), intent(in) :: what
       type(lane_buffer_t), intent(inout) :: buffer
-      !> The first of them, and how many; number of all bodies.
+      !> First body to be moved, count of bodies to be moved, and count of all bodies.
       integer, intent(in) :: first, several, n
       real(wp), intent(inout) :: q(4, n), l(3, n)
       real(wp), intent(in), contiguous :: torque(:, :)
       integer, intent(in), contiguous :: class_of(:)
-      !> Those that keep their state; shape (lanes).
+      !> True for bodies that keep their state; shape (lanes).
       logical, intent(out) :: bad(lanes)
       logical :: full
       bad = .false.
@@ -337,7 +338,7 @@ contains
       end if
    end subroutine move_lanes
 
-   !> Turns what was loaded into momenta of a drift, by the instructions that the processor has.
+   !> Converts loaded values to momenta of a drift, with the instructions that the processor has.
    pure subroutine enter(what, block)
       type(movement_t), intent(in) :: what
       type(drift_lanes_t), intent(inout) :: block
@@ -351,7 +352,7 @@ contains
       end if
    end subroutine enter
 
-   !> Moves all lanes by the instructions that the processor has.
+   !> Moves all lanes, with the instructions that the processor has.
    pure subroutine drift_all(what, block)
       type(movement_t), intent(in) :: what
       type(drift_lanes_t), intent(inout) :: block
@@ -362,7 +363,7 @@ contains
       end if
    end subroutine drift_all
 
-   !> Turns momenta into what is stored, by the instructions that the processor has.
+   !> Converts momenta to the stored values, with the instructions that the processor has.
    pure subroutine leave(what, block)
       type(movement_t), intent(in) :: what
       type(drift_lanes_t), intent(inout) :: block
@@ -374,7 +375,7 @@ contains
       end if
    end subroutine leave
 
-   !> Puts lanes to rest, and counts them as bad, whose momenta after the impulse are beyond 1e100.
+   !> Fills lanes whose momenta after the impulse are beyond 1e100 with a body at rest, and marks them as bad.
    pure subroutine reject_momenta(classes, what, buffer, bad)
       type(body_class_t), intent(in), contiguous :: classes(:)
       type(movement_t), intent(in) :: what
@@ -388,7 +389,7 @@ contains
       end do
    end subroutine reject_momenta
 
-   !> Fills all lanes with bodies. Not `fine` if one of them cannot be computed with.
+   !> Fills all lanes with bodies. `fine` is false if one of them has invalid numbers.
    pure subroutine load_all(classes, what, buffer, first, n, q, l, torque, class_of, fine)
       type(body_class_t), intent(in), contiguous :: classes(:)
       type(movement_t), intent(in) :: what
@@ -431,7 +432,7 @@ contains
    !> Writes all lanes back.
    pure subroutine store_all(block, drifted, first, n, q, l)
       type(drift_lanes_t), intent(in) :: block
-      !> The attitudes have changed.
+      !> True if the attitudes have changed.
       logical, intent(in) :: drifted
       integer, intent(in) :: first, n
       real(wp), intent(inout) :: q(4, n), l(3, n)
@@ -442,7 +443,7 @@ contains
       end do
    end subroutine store_all
 
-   !> Fills lanes one by one, with a body at rest where one cannot be computed with.
+   !> Fills lanes one by one; a body with invalid numbers is replaced by a body at rest.
    pure subroutine load_each(classes, what, buffer, first, several, n, q, l, torque, class_of, bad)
       type(body_class_t), intent(in), contiguous :: classes(:)
       type(movement_t), intent(in) :: what
@@ -468,10 +469,10 @@ contains
       end do
    end subroutine load_each
 
-   !> Writes lanes back one by one, but those of bodies that keep their state.
+   !> Writes lanes back one by one, except those of bodies that keep their state.
    pure subroutine store_each(block, drifted, first, several, n, q, l, bad)
       type(drift_lanes_t), intent(in) :: block
-      !> The attitudes have changed.
+      !> True if the attitudes have changed.
       logical, intent(in) :: drifted
       integer, intent(in) :: first, several, n
       real(wp), intent(inout) :: q(4, n), l(3, n)
@@ -512,7 +513,7 @@ contains
                 [0.0_wp, 0.0_wp, 0.0_wp], bad)
    end subroutine rest
 
-   !> Puts a body into a lane; bad if it cannot be computed with.
+   !> Puts a body into a lane; `bad` if its numbers are invalid.
    pure subroutine load(classes, what, buffer, lane, number, q, l, torque, bad)
       type(body_class_t), intent(in), contiguous :: classes(:)
       type(movement_t), intent(in) :: what
@@ -542,9 +543,9 @@ contains
       type(movement_t), intent(in) :: what
       !> Attitude before the step.
       real(wp), intent(in) :: start(4)
-      !> Attitude after it.
+      !> Attitude after the step.
       real(wp), intent(inout) :: q(4)
-      !> Momentum before and after: space axes, or principal axes.
+      !> Momentum before and after the step: space axes, or principal axes.
       real(wp), intent(inout) :: momentum(3)
       logical, intent(out) :: bad
       type(free_body_t) :: motion
@@ -564,7 +565,8 @@ contains
       if (what%frame /= SPACE_MOMENTUM) momentum = matmul(rotating, made%axes)
    end subroutine move_exactly
 
-   !> True if all numbers are finite and at most 1e100. By their bits: comparisons with NaN set off traps.
+   !> Returns true if all numbers are finite and at most 1e100. Bits are compared, since comparisons with NaN set off
+   !> traps.
    pure logical function is_within(q, l, torque)
       real(wp), intent(in) :: q(4), l(3), torque(3)
       integer(long), parameter :: most = transfer(greatest_number, 1_long)
@@ -574,7 +576,8 @@ contains
       is_within = worst <= most
    end function is_within
 
-   !> The same for many numbers and a limit, in a loop of vector instructions: the sign of a difference tells.
+   !> Returns true if many numbers are finite and at most a limit, in a loop of vector instructions: the sign of a
+   !> difference of bits decides.
    pure logical function are_within(n, numbers, limit)
       integer, intent(in) :: n
       real(wp), intent(in) :: numbers(n), limit
@@ -588,7 +591,7 @@ contains
       are_within = signs >= 0_long
    end function are_within
 
-   !> The bits of |x|, which are in the order of the numbers.
+   !> Returns the bits of |x|, which are in the order of the numbers.
    pure integer(long) function magnitude(x)
       real(wp), intent(in) :: x
       magnitude = iand(transfer(x, 1_long), huge(1_long))

@@ -1,4 +1,4 @@
-!> How many bodies are in a SIMD batch. No bit of a body depends on it.
+!> Number of bodies in a SIMD batch. Results are bitwise identical for any number.
 module nutate_lane_width
    implicit none
    private
