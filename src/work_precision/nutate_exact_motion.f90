@@ -13,7 +13,7 @@ module nutate_exact_motion
 
    public :: find_exact_attitude, NOT_EXACT, EXACT_FREE_BODY, EXACT_TOP
 
-   !> Which closed solution there is.
+   !> Kind of closed solution.
    integer, parameter :: NOT_EXACT = 0, EXACT_FREE_BODY = 1, EXACT_TOP = 2
 
    !> Differences of moments over the largest, and sines of angles, that are round-off of the input.
@@ -21,12 +21,12 @@ module nutate_exact_motion
 
 contains
 
-   !> The attitude at the end of a problem, where a closed solution gives it.
+   !> Finds the attitude at the end of a problem, if a closed solution gives it.
    subroutine find_exact_attitude(problem, kind, q)
       type(problem_t), intent(in) :: problem
       !> `NOT_EXACT`, `EXACT_FREE_BODY` or `EXACT_TOP`.
       integer, intent(out) :: kind
-      !> Attitude at `end_time`; that of the start where there is no closed solution.
+      !> Attitude at `end_time`; the initial attitude if there is no closed solution.
       real(wp), intent(out) :: q(4)
 
       kind = NOT_EXACT
@@ -61,10 +61,10 @@ contains
       kind = EXACT_FREE_BODY
    end subroutine solve_free
 
-   !> U = -moment·γ, γ = R(q)ᵀ direction, is m g l cos θ about the upward vertical -direction.
+   !> Solves a top: U = -moment·γ, γ = R(q)ᵀ direction, is m g l cos θ about the upward vertical -direction.
    subroutine solve_top(problem, moment, direction, kind, q)
       type(problem_t), intent(in) :: problem
-      !> Body axes, and space axes; shape (3).
+      !> Moment, body axes, and direction, space axes; shape (3).
       real(wp), intent(in) :: moment(3), direction(3)
       integer, intent(inout) :: kind
       real(wp), intent(inout) :: q(4)
@@ -90,7 +90,7 @@ contains
    !> Tests whether a body is symmetric about a direction, and completes that direction to a frame.
    pure subroutine find_symmetry(body, direction, frame, across, along, symmetric)
       type(body_t), intent(in) :: body
-      !> Unit vector, body axes; shape (3).
+      !> Direction, a unit vector, body axes; shape (3).
       real(wp), intent(in) :: direction(3)
       !> Columns: two transverse axes, the axis of symmetry.
       real(wp), intent(out) :: frame(3, 3)

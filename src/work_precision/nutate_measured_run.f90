@@ -21,28 +21,29 @@ module nutate_measured_run
    public :: problem_t, run_monitor_t, outcome_t, run_once, run_to_tolerance, settings_of, fastest_rate, &
       specialised_rate
 
-   !> Steps of the run that looks for the fastest rotation: at most so many, some 0.1 s of work; at least so many where
-   !> the start does not say how fast the body is.
+   !> Steps of the trial run for the fastest rotation: most, some 0.1 s of work; least, if the initial state does not
+   !> show how fast the body is.
    integer(long), parameter :: most_trial_steps = 20000, least_trial_steps = 64
-   !> Turn in a step of that run, rad: the maximum of |Ω| is hit to a few per cent, and every method takes such steps.
+   !> Rotation in a step of the trial run, rad: the maximum of |Ω| is found to a few per cent, and every method allows
+   !> such steps.
    real(wp), parameter :: trial_rotation = 0.5_wp
 
-   !> What is studied: a motion from a state to a time.
+   !> A problem to be studied: a motion from a state to a time.
    type :: problem_t
       type(system_t) :: system
       type(state_t) :: start
-      !> s.
+      !> End time, s.
       real(wp) :: end_time = 0.0_wp
-      !> What methods are to be run with: tolerances, auxiliary inertia, projection.
+      !> Settings of all methods: tolerances, auxiliary inertia, projection.
       type(integrator_settings_t) :: settings
-      !> Its `poll` can end every run of the problem; may be absent.
+      !> Observer whose `poll` can end every run of the problem; may be absent.
       class(observer_t), allocatable :: observer
    contains
-      !> Time from start to end, s; of the sign of the way to go.
+      !> Returns the time from start to end, s; negative if time runs backwards.
       procedure :: duration
    end type problem_t
 
-   !> What a run came to.
+   !> Outcome of a run.
    type :: outcome_t
       !> The last state.
       type(state_t) :: state
@@ -51,12 +52,12 @@ module nutate_measured_run
       real(wp) :: seconds = 0.0_wp
    end type outcome_t
 
-   !> Ends a run at the end of the budget; measures the invariants, if it receives rows.
+   !> Observer that ends a run at the end of the budget, and measures the invariants if it receives output points.
    type, extends(observer_t) :: run_monitor_t
       type(invariants_t) :: invariants
-      !> Largest |Ω| seen, rad/s.
+      !> Largest |Ω| so far, rad/s.
       real(wp) :: fastest = 0.0_wp
-      !> The invariants are wanted.
+      !> True if the invariants are measured.
       logical :: measures = .false.
       !> Budget of the study; runs are added to what is spent.
       type(study_budget_t) :: budget
@@ -70,13 +71,13 @@ module nutate_measured_run
 
 contains
 
-   !> Time from start to end, s; of the sign of the way to go.
+   !> Returns the time from start to end, s; negative if time runs backwards.
    pure real(wp) function duration(self)
       class(problem_t), intent(in) :: self
       duration = self%end_time - self%start%t
    end function duration
 
-   !> A problem's settings for a row of the table of methods, with the attitude: it is what errors are taken of.
+   !> Returns a problem's settings for a row of the table of methods, with the attitude, whose errors are measured.
    pure function settings_of(base, method) result(settings)
       type(integrator_settings_t), intent(in) :: base
       !> Row of `methods`.
@@ -90,14 +91,16 @@ contains
       settings%attitude = .true.
    end function settings_of
 
-   !> Runs a problem once from its start. With `monitor%measures` every step is a row; otherwise only the ends are.
+   !> Runs a problem once from its start. With `monitor%measures` every step is an output point; otherwise only the ends
+   !> are.
    !>
-   !> Errors: those of `integrate`; `NUTATE_STEP_LIMIT` if the budget is used up; what the observer's `poll` returned.
+   !> Errors: those of `integrate`; `NUTATE_STEP_LIMIT` if the budget is used up; the status that the observer's `poll`
+   !> returned.
    subroutine run_once(problem, stepper, time_step, monitor, outcome, status)
       type(problem_t), intent(in) :: problem
-      !> Prepared.
+      !> Prepared stepper.
       class(stepper_t), intent(inout) :: stepper
-      !> s.
+      !> Time step, s.
       real(wp), intent(in) :: time_step
       type(run_monitor_t), intent(inout) :: monitor
       type(outcome_t), intent(out) :: outcome
@@ -115,11 +118,12 @@ contains
       call count_run(monitor, plan, outcome%summary, status)
    end subroutine run_once
 
-   !> The same with steps chosen for an error of each. Preparing the method is part of the time.
+   !> Runs a problem once from its start, with steps chosen for an error of each. Preparing the method is part of the
+   !> time.
    subroutine run_to_tolerance(problem, settings, tolerance, monitor, outcome, status)
       type(problem_t), intent(in) :: problem
       type(integrator_settings_t), intent(in) :: settings
-      !> rad.
+      !> Error of each step, rad.
       real(wp), intent(in) :: tolerance
       type(run_monitor_t), intent(inout) :: monitor
       type(outcome_t), intent(out) :: outcome
@@ -137,7 +141,7 @@ contains
       call count_run(monitor, plan, outcome%summary, status)
    end subroutine run_to_tolerance
 
-   !> Adds a run to the budget: its steps, or those that it was allowed where it needed more.
+   !> Adds a run to the budget: its steps, or the allowed number if it needed more.
    subroutine count_run(monitor, plan, summary, status)
       type(run_monitor_t), intent(inout) :: monitor
       type(run_plan_t), intent(in) :: plan
@@ -150,7 +154,7 @@ contains
       call monitor%budget%count_run(steps, monitor%stages)
    end subroutine count_run
 
-   !> To the end of a problem, with rows if the monitor measures.
+   !> Returns the plan to run to the end of a problem, with an output point for every step if the monitor measures.
    type(run_plan_t) function plan_of(problem, monitor) result(plan)
       type(problem_t), intent(in) :: problem
       type(run_monitor_t), intent(in) :: monitor
@@ -160,15 +164,15 @@ contains
       plan%max_steps = monitor%budget%most_steps(monitor%stages)
    end function plan_of
 
-   !> Largest |Ω| of a motion, rad/s, from a run of a highest-order method that ends early where the motion is long, or
-   !> its steps are.
+   !> Finds the largest |Ω| of a motion, rad/s, from a run of a highest-order method that ends early if the motion, or
+   !> its steps, are long.
    subroutine fastest_rate(problem, method, rate, status, budget)
       type(problem_t), intent(in) :: problem
       !> Row of `methods`.
       integer, intent(in) :: method
       real(wp), intent(out) :: rate
       type(status_t), intent(out) :: status
-      !> The run ends if it is used up, and is added to it.
+      !> Budget that ends the run when it is used up, and to which the run is added.
       type(study_budget_t), intent(inout), optional :: budget
       type(run_plan_t) :: plan
       type(run_monitor_t) :: monitor
@@ -194,9 +198,9 @@ contains
       rate = max(rate, monitor%fastest)
    end subroutine fastest_rate
 
-   !> The rate of a motion in the variables that free bodies and tops have of their own, rad/s, about; of a symmetric
-   !> top that of the slow motion, without the spin. Larger than any other where there are no such variables, and in
-   !> axes that turn.
+   !> Returns the approximate rate of a motion in the special variables of free bodies and tops, rad/s; for a symmetric
+   !> top the rate of the slow motion, without the spin. The rate is larger than any other if there are no such
+   !> variables, and in rotating axes.
    pure real(wp) function specialised_rate(problem) result(rate)
       type(problem_t), intent(in) :: problem
       type(specialised_motion_t) :: motion
@@ -225,7 +229,7 @@ contains
       self%fastest = max(self%fastest, norm2(angular_velocity(system, state)))
    end subroutine measure_row
 
-   !> Ends a run at the end of the time budget, or where the observer ends it.
+   !> Ends a run at the end of the time budget, or if the observer ends it.
    subroutine watch_budget(self, fraction, status)
       class(run_monitor_t), intent(inout) :: self
       real(wp), intent(in) :: fraction

@@ -1,8 +1,8 @@
-!> The attitude that errors are taken from: exact where there is a closed solution, else what two independent methods
-!> agree on.
+!> The reference attitude for errors: exact if there is a closed solution, else the one on which two independent methods
+!> agree.
 !>
-!> The agreed attitude comes from halving the step of both until their difference stops falling. What is left of it is
-!> how well the attitude is known: neither method can hide an error of its own behind the other.
+!> The agreed attitude comes from halving the step of both until their difference stops falling. The remaining
+!> difference is the uncertainty of the attitude: neither method can hide an error of its own behind the other.
 module nutate_reference
    use nutate_disturbance, only: disturb_problem
    use nutate_exact_motion, only: find_exact_attitude, EXACT_FREE_BODY, EXACT_TOP, NOT_EXACT
@@ -19,12 +19,12 @@ module nutate_reference
 
    public :: reference_t, reference_methods, NO_REFERENCE, EXACT_FREE_BODY, EXACT_TOP, AGREED
 
-   !> Beside the closed solutions: none, and what two methods agree on.
+   !> Kinds of reference beside the closed solutions: none, and agreement of two methods.
    integer, parameter :: NO_REFERENCE = NOT_EXACT, AGREED = 3
 
-   !> An attitude known no better than this is no reference, rad: a study asks about errors of 1e-4 and less.
+   !> An attitude known no better than this is no reference, rad: a study is about errors of 1e-4 and less.
    real(wp), parameter :: useless = 1e-3_wp
-   !> Turn in the first, longest step, rad: methods of order 8 begin to agree there.
+   !> Rotation in the first, longest step, rad: methods of order 8 begin to agree there.
    real(wp), parameter :: first_turn = 1.0_wp
    !> No attitude is known better than this, rad: round-off of q and of its distance from another.
    real(wp), parameter :: finest = 4*eps
@@ -39,12 +39,12 @@ module nutate_reference
       integer :: kind = NO_REFERENCE
       !> Attitude at the end; shape (4).
       real(wp) :: q(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
-      !> How well it is known, rad.
+      !> Uncertainty of the attitude, rad.
       real(wp) :: uncertainty = huge(1.0_wp)
-      !> Rows of `methods` that agree, and the step at which they do so best, s.
+      !> Rows of `methods` that agree, and the step at which they agree best, s.
       integer :: pair(2) = 0
       real(wp) :: time_step = 0.0_wp
-      !> Nothing is left to be tried.
+      !> True if nothing is left to be tried.
       logical :: settled = .false.
       !> Differences of the two methods at every step tried, rad; how many.
       real(wp), private :: gaps(most_levels) = 0.0_wp
@@ -57,13 +57,13 @@ module nutate_reference
       procedure :: begin
       !> Tries the next step, if the budget allows.
       procedure :: refine
-      !> The attitude is known.
+      !> Returns true if the attitude is known.
       procedure :: known
    end type reference_t
 
 contains
 
-   !> Looks for a closed solution. It is good to round-off, as the motion amplifies that.
+   !> Looks for a closed solution. The solution is accurate to round-off, as amplified by the motion.
    subroutine begin(self, problem, rate)
       class(reference_t), intent(inout) :: self
       type(problem_t), intent(in) :: problem
@@ -83,8 +83,9 @@ contains
       self%levels = 0
    end subroutine begin
 
-   !> Two rows of `methods` that have as little in common as there is: the highest order of the default method, and the
-   !> highest order of another one as it is, without correction; another order of the same, if nothing better is there.
+   !> Returns two rows of `methods` that have as little in common as possible: the highest order of the default method,
+   !> and the highest order of another one as it is, without correction; another order of the same, if nothing better is
+   !> there.
    pure subroutine reference_methods(first, second)
       integer, intent(out) :: first, second
       integer :: i, rank, best
@@ -106,8 +107,8 @@ contains
       end do
    end subroutine reference_methods
 
-   !> Tries the next step, if it is expected to end within the budget; otherwise, and where nothing is gained any more,
-   !> the reference is settled.
+   !> Tries the next step, if it is expected to end within the budget; otherwise, and if nothing is gained any more, the
+   !> reference is settled.
    subroutine refine(self, problem, budget)
       class(reference_t), intent(inout) :: self
       type(problem_t), intent(in) :: problem
@@ -137,9 +138,9 @@ contains
    !> Compares the attitudes of both methods at a step.
    subroutine compare_level(self, time_step, q, problem, budget)
       class(reference_t), intent(inout) :: self
-      !> s.
+      !> Time step, s.
       real(wp), intent(in) :: time_step
-      !> Attitudes of both; shape (4, 2).
+      !> Attitudes of both methods; shape (4, 2).
       real(wp), intent(in) :: q(4, 2)
       type(problem_t), intent(in) :: problem
       type(study_budget_t), intent(inout) :: budget
@@ -160,7 +161,7 @@ contains
    !> Decides how well the attitude is known.
    subroutine settle(self, by_round_off, problem, budget)
       class(reference_t), intent(inout) :: self
-      !> The difference does not fall any more: the smallest one seen was small by accident.
+      !> True if the difference does not fall any more: then the smallest difference was small by accident.
       logical, intent(in) :: by_round_off
       type(problem_t), intent(in) :: problem
       type(study_budget_t), intent(inout) :: budget
@@ -171,13 +172,13 @@ contains
       if (self%uncertainty <= useless) self%kind = AGREED
    end subroutine settle
 
-   !> The attitude is known no better than data and start are, which are rounded: another motion beside this one, off by
-   !> η, tells how it amplifies that. It need not be small for that: the distance of ends grows more slowly then, so
-   !> that the smaller of two η counts too.
+   !> Estimates amplified round-off. The attitude is known no better than data and initial state, which are rounded: a
+   !> neighbouring motion, off by η, shows how the motion amplifies round-off. η need not be small: the distance of the
+   !> ends then grows more slowly, so that the smaller of two η is used too.
    subroutine amplify_round_off(self, problem, budget)
       class(reference_t), intent(inout) :: self
       type(problem_t), intent(in) :: problem
-      !> Needed if there is no closed solution.
+      !> Budget, needed if there is no closed solution.
       type(study_budget_t), intent(inout), optional :: budget
       type(problem_t) :: beside
       type(noise_t) :: noise
@@ -199,18 +200,18 @@ contains
       end do
    end subroutine amplify_round_off
 
-   !> The attitude is known.
+   !> Returns true if the attitude is known.
    pure logical function known(self)
       class(reference_t), intent(in) :: self
       known = self%kind /= NO_REFERENCE
    end function known
 
-   !> Attitude at the end of a problem by a method, with settings of its own.
+   !> Computes the attitude at the end of a problem by a method, with settings of its own.
    subroutine end_attitude(problem, method, time_step, budget, q, status)
       type(problem_t), intent(in) :: problem
       !> Row of `methods`.
       integer, intent(in) :: method
-      !> s.
+      !> Time step, s.
       real(wp), intent(in) :: time_step
       type(study_budget_t), intent(inout) :: budget
       real(wp), intent(out) :: q(4)

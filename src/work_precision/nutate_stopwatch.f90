@@ -12,7 +12,7 @@ module nutate_stopwatch
    contains
       !> Starts from zero.
       procedure :: start
-      !> Time since the start, s.
+      !> Returns the time since the start, s.
       procedure :: seconds
    end type stopwatch_t
 
@@ -24,7 +24,7 @@ contains
       call system_clock(self%started, self%rate)
    end subroutine start
 
-   !> Time since the start, s.
+   !> Returns the time since the start, s.
    real(wp) function seconds(self)
       class(stopwatch_t), intent(in) :: self
       integer(long) :: now

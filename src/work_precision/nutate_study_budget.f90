@@ -13,7 +13,7 @@ module nutate_study_budget
    type :: study_budget_t
       !> Largest amount that may be spent: s, or evaluations.
       real(wp) :: limit = huge(1.0_wp)
-      !> The budget is one of evaluations.
+      !> True for a budget in evaluations.
       logical :: is_in_evaluations = .false.
       !> Evaluations spent, counted for either kind: for each step of a method the evaluations or solutions of the
       !> equations that the table of methods gives (`stages`).
@@ -23,17 +23,18 @@ module nutate_study_budget
    contains
       !> Starts to count from zero.
       procedure :: start
-      !> Amount spent, s or evaluations.
+      !> Returns the amount spent, s or evaluations.
       procedure :: spent
-      !> Amount left, not negative, s or evaluations.
+      !> Returns the amount left, not negative, s or evaluations.
       procedure :: left
-      !> True once the wall time is used up. A budget in evaluations limits the steps of runs instead (`most_steps`).
+      !> Returns true once the wall time is used up. A budget in evaluations limits the steps of runs instead
+      !> (`most_steps`).
       procedure :: time_is_over
-      !> Most steps that a run may take, at least one.
+      !> Returns the most steps that a run may take, at least one.
       procedure :: most_steps
       !> Adds a run to the evaluations spent.
       procedure :: count_run
-      !> The same budget with a smaller limit.
+      !> Returns a copy of the budget with a smaller limit.
       procedure :: limited_to
    end type study_budget_t
 
@@ -46,7 +47,7 @@ contains
       call self%clock%start()
    end subroutine start
 
-   !> Amount spent, s or evaluations.
+   !> Returns the amount spent, s or evaluations.
    real(wp) function spent(self)
       class(study_budget_t), intent(in) :: self
       if (self%is_in_evaluations) then
@@ -56,20 +57,21 @@ contains
       end if
    end function spent
 
-   !> Amount left, not negative, s or evaluations.
+   !> Returns the amount left, not negative, s or evaluations.
    real(wp) function left(self)
       class(study_budget_t), intent(in) :: self
       left = max(self%limit - self%spent(), 0.0_wp)
    end function left
 
-   !> True once the wall time is used up; false for a budget in evaluations, or without a limit: no clock is read then.
+   !> Returns true once the wall time is used up; false for a budget in evaluations, or without a limit: no clock is
+   !> read then.
    logical function time_is_over(self)
       class(study_budget_t), intent(in) :: self
       time_is_over = .not. self%is_in_evaluations .and. self%limit < huge(1.0_wp)
       if (time_is_over) time_is_over = self%clock%seconds() > self%limit
    end function time_is_over
 
-   !> Most steps that a run may take, at least one; `huge` for a budget in wall time.
+   !> Returns the most steps that a run may take, at least one; `huge` for a budget in wall time.
    integer(long) function most_steps(self, stages) result(steps)
       class(study_budget_t), intent(in) :: self
       !> Evaluations in a step.
@@ -89,10 +91,10 @@ contains
       self%evaluations = self%evaluations + max(steps, 1_long)*stages
    end subroutine count_run
 
-   !> The same budget, what is spent included, with a smaller limit.
+   !> Returns a copy of the budget, the amount spent included, with a smaller limit.
    pure type(study_budget_t) function limited_to(self, limit) result(part)
       class(study_budget_t), intent(in) :: self
-      !> s or evaluations.
+      !> Limit, s or evaluations.
       real(wp), intent(in) :: limit
       part = self
       part%limit = min(self%limit, limit)

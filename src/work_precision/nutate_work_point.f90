@@ -1,5 +1,5 @@
 !> A point of a work-precision diagram: one run of one method, its wall time from repeated integrations and its errors
-!> from an integration of their own; and the point between two runs where the error is a given one.
+!> from a separate integration; and the point between two runs at which the error has a given value.
 module nutate_work_point
    use nutate_kinds, only: wp, long
    use nutate_methods, only: make_stepper, methods
@@ -21,24 +21,24 @@ module nutate_work_point
    !> Share of the steps that may be subdivided: with more the run is one at shorter steps than it says.
    real(wp), parameter :: most_subdivided = 0.1_wp
 
-   !> Errors change sign as steps get shorter, and near there are small by accident. A run counts as within an accuracy
-   !> if that of the next level, too, is within this many times it.
+   !> Errors change sign as steps get shorter, and near there are small by accident. A run is treated as within an
+   !> accuracy if the error of the next level, too, is within this many times the accuracy.
    real(wp), parameter :: confirmed = 4.0_wp
 
    !> One method at one step, or one tolerance of its steps.
    type :: work_point_t
       !> Row of `methods`; 0: there is no such point.
       integer :: method = 0
-      !> s; the mean where steps were chosen.
+      !> Time step, s; the mean for adaptive steps.
       real(wp) :: time_step = 0.0_wp
-      !> Error for which each step was chosen, rad; 0 where all have one length.
+      !> Error for which each step was chosen, rad; 0 if all have one length.
       real(wp) :: tolerance = 0.0_wp
       !> Nominal steps; those among them that had to be subdivided; steps of the method, parts included.
       integer(long) :: steps = 0, subdivided_steps = 0, parts = 0
       !> Integrations timed, and their median wall time, s.
       integer :: samples = 0
       real(wp) :: seconds = 0.0_wp
-      !> Distance from the reference's attitude at the end, rad; negative where there is no reference.
+      !> Distance from the reference's attitude at the end, rad; negative if there is no reference.
       real(wp) :: attitude_error = -1.0_wp
       !> Worst error of the conserved momentum over |l|, and of the energy balance over T + |V|, over all steps.
       real(wp) :: momentum_error = 0.0_wp, energy_error = 0.0_wp
@@ -47,29 +47,29 @@ module nutate_work_point
       !> Newton iterations of a nominal step, mean.
       real(wp) :: iterations = 0.0_wp
    contains
-      !> There is such a point.
+      !> Returns true if there is such a point.
       procedure :: exists
-      !> Wall time of a nominal step, ns.
+      !> Returns the wall time of a nominal step, ns.
       procedure :: nanoseconds
-      !> Too many steps had to be subdivided for the run to stand for its step.
+      !> Returns true if too many steps had to be subdivided for the run to represent its step.
       procedure :: is_subdivided
    end type work_point_t
 
 contains
 
-   !> True for a point that was measured or lies between two that were.
+   !> Returns true for a point that was measured or lies between two measured points.
    pure logical function exists(self)
       class(work_point_t), intent(in) :: self
       exists = self%method > 0
    end function exists
 
-   !> Wall time of a nominal step, ns.
+   !> Returns the wall time of a nominal step, ns.
    pure real(wp) function nanoseconds(self)
       class(work_point_t), intent(in) :: self
       nanoseconds = 1e9_wp*self%seconds/max(real(self%steps, wp), 1.0_wp)
    end function nanoseconds
 
-   !> Too many steps had to be subdivided for the run to stand for its step.
+   !> Returns true if too many steps had to be subdivided for the run to represent its step.
    pure logical function is_subdivided(self)
       class(work_point_t), intent(in) :: self
       is_subdivided = real(self%subdivided_steps, wp) > most_subdivided*real(self%steps, wp)
@@ -84,9 +84,9 @@ contains
       type(reference_t), intent(in) :: reference
       !> Amount of the budget for which integrations are repeated, s or evaluations.
       real(wp), intent(in) :: sample
-      !> Limits the runs, which are added to it.
+      !> Budget that limits the runs, which are added to it.
       type(study_budget_t), intent(inout) :: budget
-      !> Its `method` and `time_step`, or `tolerance`, say what to run.
+      !> Point of which `method` and `time_step`, or `tolerance`, are given.
       type(work_point_t), intent(inout) :: point
       type(status_t), intent(out) :: status
       class(stepper_t), allocatable :: stepper
@@ -98,7 +98,7 @@ contains
       call measure_time(problem, stepper, sample, budget, point, status)
    end subroutine measure_point
 
-   !> Steps, iterations and errors.
+   !> Measures steps, iterations and errors.
    subroutine measure_errors(problem, reference, stepper, budget, point, status)
       type(problem_t), intent(in) :: problem
       type(reference_t), intent(in) :: reference
@@ -118,7 +118,7 @@ contains
       associate (summary => outcome%summary)
          point%steps = summary%steps
          if (point%tolerance > 0.0_wp) point%time_step = problem%duration()/max(real(summary%steps, wp), 1.0_wp)
-         ! Where no step is looked at the closed solution has the end at once.
+         ! The closed solution gives the end at once, without steps.
          if (methods(point%method)%order < 1) then
             point%steps = 1
             point%time_step = problem%duration()
@@ -133,8 +133,8 @@ contains
       point%norm_error = monitor%invariants%norm_error
    end subroutine measure_errors
 
-   !> Median wall time of integrations from the start to the end. Each has a stepper that is prepared anew, so that all
-   !> do the same work; preparing is not part of the time.
+   !> Measures the median wall time of integrations from the start to the end. Each has a stepper that is prepared anew,
+   !> so that all do the same work; preparing is not part of the time.
    subroutine measure_time(problem, stepper, sample, budget, point, status)
       type(problem_t), intent(in) :: problem
       class(stepper_t), intent(inout) :: stepper
@@ -162,10 +162,10 @@ contains
       point%seconds = median(samples(1:point%samples))
    end subroutine measure_time
 
-   !> One integration, at the step or to the tolerance asked for.
+   !> Performs one integration, at the given step or to the given tolerance.
    subroutine run(problem, stepper, point, monitor, outcome, status)
       type(problem_t), intent(in) :: problem
-      !> Prepared; used for fixed steps.
+      !> Prepared stepper, used for fixed steps.
       class(stepper_t), intent(inout) :: stepper
       type(work_point_t), intent(in) :: point
       type(run_monitor_t), intent(inout) :: monitor
@@ -180,15 +180,15 @@ contains
       end if
    end subroutine run
 
-   !> The point of a method's curve at an attitude error, by interpolation between the logarithms of errors, times and
-   !> steps of two runs; none where the runs do not reach it. The error is taken to fall no faster than the method's
-   !> order, or the tolerance of its steps, says: a longest step whose error means nothing must not make the next one
-   !> look better than it is.
+   !> Returns the point of a method's curve at an attitude error, by interpolation between the logarithms of errors,
+   !> times and steps of two runs; none if the runs do not reach it. The error is assumed to fall no faster than the
+   !> method's order, or the tolerance of its steps, implies: a longest step whose error means nothing must not make the
+   !> next one look better than it is.
    pure function point_at_error(points, order, error) result(point)
       !> Points of one method, longest step first, with errors that are known; shape (any).
       type(work_point_t), intent(in) :: points(:)
       integer, intent(in) :: order
-      !> rad.
+      !> Attitude error, rad.
       real(wp), intent(in) :: error
       type(work_point_t) :: point
       integer :: i
@@ -210,11 +210,11 @@ contains
       end associate
    end function point_at_error
 
-   !> Returns the first of the runs whose error is within one, and not by accident: no point if there is none.
+   !> Returns the first run whose error is within a given one, and not by accident: no point if there is none.
    pure function point_within(points, error) result(point)
       !> Points of one method, longest step first, with errors that are known; shape (any).
       type(work_point_t), intent(in) :: points(:)
-      !> rad.
+      !> Attitude error, rad.
       real(wp), intent(in) :: error
       type(work_point_t) :: point
       integer :: i
@@ -222,20 +222,20 @@ contains
       if (i > 0) point = points(i)
    end function point_within
 
-   !> A value between two on a logarithmic scale; the first where one of them has no logarithm.
+   !> Returns a value between two on a logarithmic scale; the first if one of them has no logarithm.
    pure real(wp) function between(a, b, fraction)
-      !> Of one sign.
+      !> Values of the same sign.
       real(wp), intent(in) :: a, b
-      !> 0 at a, 1 at b.
+      !> Fraction of the way: 0 at a, 1 at b.
       real(wp), intent(in) :: fraction
       between = a
       if (abs(a) > 0.0_wp .and. abs(b) > 0.0_wp) between = a*(b/a)**fraction
    end function between
 
-   !> The longest step whose error is within one, and not by accident; 0 if there is none.
+   !> Returns the index of the longest step whose error is within a given one, and not by accident; 0 if there is none.
    pure integer function first_within(points, error) result(i)
       type(work_point_t), intent(in) :: points(:)
-      !> rad.
+      !> Attitude error, rad.
       real(wp), intent(in) :: error
       do i = 1, size(points)
          if (points(i)%attitude_error > error) cycle
@@ -245,9 +245,9 @@ contains
       i = 0
    end function first_within
 
-   !> The middle one of some values, or the mean of the two in the middle.
+   !> Returns the middle one of some values, or the mean of the two in the middle.
    pure real(wp) function median(values)
-      !> At least one; shape (any).
+      !> At least one value; shape (any).
       real(wp), intent(in) :: values(:)
       real(wp) :: sorted(size(values)), value
       integer :: i, k

@@ -1,8 +1,8 @@
-!> A work-precision study of a problem: what every method attains in which time.
+!> A work-precision study of a problem: error and run time of every method.
 !>
 !> Every method is run at level 0, then at level 1, and so on: each level has half the step of the one before, or, for
-!> methods that choose their steps, a tenth of its tolerance. A method ends where a further level does not help any
-!> more, and where its next run would take more than its share of the budget left.
+!> methods that choose their steps, a tenth of its tolerance. A method ends if a further level does not help any more,
+!> and if its next run would take more than its share of the budget left.
 module nutate_work_precision
    use nutate_kinds, only: wp
    use nutate_methods, only: methods
@@ -21,12 +21,12 @@ module nutate_work_precision
 
    !> Share of the budget that the reference may take: most scenes need less, and without one there are no errors.
    real(wp), parameter :: reference_share = 0.3_wp
-   !> Turn in the longest step, rad: the conserving step has its limit there (docs/explanation/scheme.md), explicit
-   !> ones before; of `rk8` in variables of its own, by their rate.
+   !> Rotation in the longest step, rad: the conserving step has its limit there (docs/explanation/scheme.md), explicit
+   !> steps have it before; for `rk8` in special variables, by their rate.
    real(wp), parameter :: longest_turn = 4.0_wp
    !> Largest error of the steps that a method chooses, rad: with larger ones such a method takes its longest step.
    real(wp), parameter :: loosest = 1e-2_wp
-   !> Levels, with and without a reference: 2⁻²³ of 4 rad brings even order 2 to round-off; where errors do not say when
+   !> Levels, with and without a reference: 2⁻²³ of 4 rad brings even order 2 to round-off; if errors do not show when
    !> to stop, two decades of steps show the times and the invariants.
    integer, parameter :: most_levels = 24, levels_without_reference = 8
    !> A level that makes the error smaller by less than this factor is no gain (order 2 gains 4); so many of them end a
@@ -48,9 +48,9 @@ module nutate_work_precision
       real(wp) :: rate = 0.0_wp
       !> All runs, in the order made; shape (number of runs).
       type(work_point_t), allocatable :: points(:)
-      !> `UNDER_WAY`, ...; shape (rows of `methods`).
+      !> State of each method, `UNDER_WAY`, ...; shape (rows of `methods`).
       integer :: ending(size(methods)) = UNDER_WAY
-      !> Why methods were refused, or else their last run that failed did; shape (rows of `methods`).
+      !> Status with which each method was rejected, or else of its last run that failed; shape (rows of `methods`).
       type(status_t) :: refusal(size(methods))
       logical :: done = .false.
       !> Step of level 0, by method, s.
@@ -63,9 +63,9 @@ module nutate_work_precision
    contains
       !> Starts the study of a problem.
       procedure :: begin
-      !> Does the next part of it: a level of the reference, or a run.
+      !> Does the next part of the study: a level of the reference, or a run.
       procedure :: advance
-      !> The runs of a method, longest step first.
+      !> Returns the runs of a method, longest step first.
       procedure :: points_of
    end type work_precision_t
 
@@ -77,7 +77,7 @@ contains
       type(problem_t), intent(in) :: problem
       !> A step that is to be among those of the study, s; 0 for none.
       real(wp), intent(in) :: time_step
-      !> Its limit is set.
+      !> Budget with its limit set.
       type(study_budget_t), intent(in) :: budget
       type(study_budget_t) :: part
       type(status_t) :: status
@@ -86,7 +86,7 @@ contains
       self%budget = budget
       call self%budget%start()
       call reference_methods(first, second)
-      ! What the trial run fails at is reported by the runs themselves.
+      ! Errors of the trial run are reported by the runs themselves.
       part = reference_budget(self)
       call fastest_rate(problem, first, self%rate, status, part)
       self%budget%evaluations = part%evaluations
@@ -112,19 +112,20 @@ contains
       end if
    end subroutine advance
 
-   !> The budget with the share that the reference may take, the run before it included.
+   !> Returns the budget with the share that the reference may take, the trial run before it included.
    pure type(study_budget_t) function reference_budget(self) result(part)
       class(work_precision_t), intent(in) :: self
       part = self%budget%limited_to(reference_share*self%budget%limit)
    end function reference_budget
 
-   !> The longest step of a study, s: a power of two times a given one, if there is one, else a part of the whole time.
+   !> Returns the longest step of a study, s: a power of two times a given one, if there is one, else a part of the
+   !> whole time.
    pure real(wp) function longest_step(duration, rate, time_step)
       !> Time from start to end, s, of either sign.
       real(wp), intent(in) :: duration
       !> Largest |Ω| of the motion, rad/s.
       real(wp), intent(in) :: rate
-      !> s; of the sign of the duration, or 0 for none.
+      !> Given step, s; of the sign of the duration, or 0 for none.
       real(wp), intent(in) :: time_step
       real(wp) :: longest
       longest = abs(duration)
@@ -171,7 +172,7 @@ contains
    subroutine store_point(self, point, status)
       class(work_precision_t), intent(inout) :: self
       type(work_point_t), intent(in) :: point
-      !> What the run came to.
+      !> Status of the run.
       type(status_t), intent(in) :: status
       integer :: levels
 
@@ -196,7 +197,7 @@ contains
       end associate
    end subroutine store_point
 
-   !> Notes the error of a run; true if shorter steps of its method are not worth while.
+   !> Records the error of a run; returns true if shorter steps of its method are not worthwhile.
    logical function no_gain(self, point)
       class(work_precision_t), intent(inout) :: self
       type(work_point_t), intent(in) :: point
@@ -208,7 +209,7 @@ contains
       end associate
    end function no_gain
 
-   !> The runs of a method, longest step first.
+   !> Returns the runs of a method, longest step first.
    pure function points_of(self, method) result(points)
       class(work_precision_t), intent(in) :: self
       !> Row of `methods`.
