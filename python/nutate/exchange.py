@@ -18,7 +18,7 @@ from .shapes import shape_of
 from .systems import System, group
 from .tables import Columns
 
-# Names of inertial axes, as src/io/scene/nutate_aem_keywords.f90 has them.
+# Names of inertial axes, as src/io/scene/reading/nutate_aem_keywords.f90 has them.
 INERTIAL = {"ICRF", "ICRF2", "ICRF3", "GCRF", "EME2000", "J2000", "ECLIPJ2000", "MOD", "TOD", "TEME", "B1950"}
 # Attitude error between the rows of files for other programs, rad, where the rows would be the ends of steps.
 USUAL_ERROR = 1e-5

@@ -12,7 +12,7 @@ TOP = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
 OWNER = ("fpm.toml", r'^version = "(\d+\.\d+\.\d+)"$')
 # File, and what surrounds the version in it; %s is the whole version or the part of that number.
 FOLLOWERS = [
-    ("src/core/nutate_version.f90", "parameter :: version = '%s'", None),
+    ("src/base/nutate_version.f90", "parameter :: version = '%s'", None),
     ("include/nutate.h", "#define NUTATE_VERSION_MAJOR %s\n", 0),
     ("include/nutate.h", "#define NUTATE_VERSION_MINOR %s\n", 1),
     ("include/nutate.h", "#define NUTATE_VERSION_PATCH %s\n", 2),
