@@ -20,18 +20,18 @@ def units():
     for entry in text.split("quantity_t(")[1:]:
         names, unit = re.match(r"'[^']*', '([^']*)', \w+, '([^']*)'", entry).groups()
         pattern = re.search(r"pattern='([^']*)'", entry)
-        names = pattern[1].split() if pattern else names.split(",")
+        names = [re.sub(r"\d+", "#", name) for name in (pattern[1].split() if pattern else names.split(","))]
         listed = found.setdefault(("*" in names[0], unit.replace("²", "2") or "1"), [])
-        listed += [name for name in names if name not in listed]
+        listed += [name for name in dict.fromkeys(names) if name not in listed]
     return sorted(found.items(), key=lambda item: item[0][0])
 
 
 def page():
     lines = ['"""Units of columns: `#` is a number, `*` any rest. Written by tools/lint/quantities.py."""', "", "UNITS = ("]
     for (_, unit), names in units():
-        wrapped = textwrap.wrap(" ".join(names), 100)
-        lines.append(f'    ("{unit}",')
-        lines += [f'     "{part} "' if part is not wrapped[-1] else f'     "{part}"),' for part in wrapped]
+        first, *rest = textwrap.wrap(" ".join(names), 104)
+        lines += [f'    ("{unit}", "{first}', *(f'     "{part}' for part in rest)]
+        lines = [*lines[:-len(rest) - 1], *(f'{line} "' for line in lines[-len(rest) - 1:-1]), f'{lines[-1]}"),']
     return "\n".join(lines + [")", ""])
 
 

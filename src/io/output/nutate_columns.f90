@@ -4,26 +4,24 @@ module nutate_columns
    use nutate_archive, only: archive_t
    use nutate_attitude, only: roll_pitch_yaw_from_quat
    use nutate_chaos, only: chaos_t
-   use nutate_control_columns, only: controller_values, field_in_body, pointing_error
+   use nutate_control_columns, only: controller_values, field_in_body
    use nutate_effect_columns, only: energies_of, energy_headers, work_headers, works_of
    use nutate_effect_list, only: effect_list_t
    use nutate_followed_angles, only: followed_angles_t
    use nutate_hamiltonian, only: angular_velocity, body_momentum, conserved_energy, kinetic_energy, potential_energy, &
       relative_rate, space_momentum
    use nutate_kinds, only: wp, pi
-   use nutate_quantity_motion, only: attitude_in_lvlh, rate_in_lvlh, sun_angle
+   use nutate_quantity_motion, only: attitude_in_lvlh, quantity_value
+   use nutate_motion, only: find_motion, motion_t
    use nutate_quaternion, only: quat_normalized, quat_product, rotate_to_space
    use nutate_observer, only: run_record_t
-   use nutate_orbit, only: orbit_t
    use nutate_propagated_columns, only: propagated_t, propagated_headers, propagated_values, &
       propagated_width, is_by_free, SENSITIVITIES
    use nutate_quantities, only: find_missing, find_set, headers_of, last_of_set, quantities, quantity_t, set_names, &
       set_of, turns_to_degrees, width_of, NEEDS_CONTROLLER, NEEDS_TARGET, Q_CONJUGATE_MOMENTUM, Q_CONSTRAINTS, &
-      Q_ECLIPSE, Q_ENERGIES, Q_ENERGY, Q_EULER, Q_FIELD, Q_FRAME_ATTITUDE, Q_JACOBI, Q_LVLH_RATE, Q_MOMENTUM, &
-      Q_MOMENTUM_SPACE, Q_ORBIT_POSITION, Q_ORBIT_SPEED, Q_POINTING_ERROR, Q_PROPAGATED, Q_QUATERNION, Q_RATE, &
-      Q_RATE_SPACE, Q_ROLL_PITCH_YAW, Q_SOLVER, Q_SPEED, Q_SUN_ANGLE, Q_TIME_DEPENDENT_WORK, Q_TUMBLING, &
+      Q_CONTROLLER, Q_ENERGIES, Q_ENERGY, Q_EULER, Q_FIELD, Q_FRAME_ATTITUDE, Q_JACOBI, Q_MOMENTUM, Q_MOMENTUM_SPACE, &
+      Q_PROPAGATED, Q_QUATERNION, Q_RATE, Q_RATE_SPACE, Q_ROLL_PITCH_YAW, Q_SOLVER, Q_TIME_DEPENDENT_WORK, Q_TUMBLING, &
       Q_WHEEL_SPEED, Q_WORKS
-   use nutate_small_products, only: vector_length
    use nutate_spelling, only: comma_list, nearest_name, split_list
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_FINITE
@@ -143,8 +141,7 @@ contains
       if (present(degrees)) self%degrees = degrees
       call find_widths(self, effects, propagated)
       associate (kinds => quantities(self%chosen)%kind, needs => quantities(self%chosen)%needs)
-         self%needs_rate = any(kinds == Q_RATE .or. kinds == Q_RATE_SPACE .or. kinds == Q_SPEED .or. &
-                               kinds == Q_LVLH_RATE)
+         self%needs_rate = any(kinds == Q_RATE .or. kinds == Q_RATE_SPACE)
          self%angle_sets = pack([(i, i=1, size(kinds))], kinds == Q_EULER)
          self%follows_steps = size(self%angle_sets) > 0
          self%shows_commands = any(needs == NEEDS_CONTROLLER .or. needs == NEEDS_TARGET)
@@ -342,7 +339,7 @@ contains
          if (quantities(self%chosen(i))%kind == Q_EULER) then
             values(first:last) = self%followed(i)%angles()
          else
-            call write_set(quantities(self%chosen(i)), system, state, record, self%shared, values(first:last))
+            call write_set(self%chosen(i), system, state, record, self%shared, values(first:last))
          end if
          if (self%degrees) call turn_to_degrees(self%chosen(i), values(first:last))
          first = last + 1
@@ -372,9 +369,9 @@ contains
    end subroutine turn_to_degrees
 
    !> The values of one set.
-   pure subroutine write_set(quantity, system, state, record, shared, values)
-      !> First quantity of the set.
-      type(quantity_t), intent(in) :: quantity
+   pure subroutine write_set(first, system, state, record, shared, values)
+      !> Position of the first quantity of the set.
+      integer, intent(in) :: first
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
       type(run_record_t), intent(in) :: record
@@ -383,7 +380,7 @@ contains
       real(wp), intent(out) :: values(:)
       real(wp) :: q(4)
 
-      select case (quantity%kind)
+      select case (quantities(first)%kind)
       case (Q_QUATERNION)
          values = state%q
       case (Q_CONJUGATE_MOMENTUM)
@@ -393,10 +390,6 @@ contains
       case (Q_RATE_SPACE)
          ! Normalised, since a rotation keeps the length of Ω.
          values = rotate_to_space(quat_normalized(state%q), shared%omega)
-      case (Q_SPEED)
-         values = vector_length(shared%omega)
-      case (Q_LVLH_RATE)
-         values = rate_in_lvlh(system, quat_normalized(state%q), shared%omega, state%t)
       case (Q_MOMENTUM)
          values = body_momentum(state)
       case (Q_MOMENTUM_SPACE)
@@ -419,9 +412,6 @@ contains
          q = attitude_in_lvlh(system, state%q, state%t)
          values(1:3) = roll_pitch_yaw_from_quat(q)
          values(4:) = q(:size(values) - 3)
-      case (Q_ORBIT_POSITION, Q_ORBIT_SPEED, Q_ECLIPSE)
-         values = 0.0_wp
-         if (system%effects%on_orbit) call write_orbit(quantity%kind, system%effects%orbit, state%t, values)
       case (Q_TIME_DEPENDENT_WORK)
          values = state%time_dependent_work
       case (Q_ENERGIES)
@@ -429,52 +419,44 @@ contains
       case (Q_WORKS)
          values = works_of(system%effects, record, size(values))
       case default
-         call write_part(quantity, system, state, values)
+         call write_part(first, system, state, values)
       end select
    end subroutine write_set
 
-   !> The values of the sets `orbit`, `orbit_speed` and `eclipse`.
-   pure subroutine write_orbit(kind, orbit, t, values)
-      !> `Q_ORBIT_POSITION`, `Q_ORBIT_SPEED` or `Q_ECLIPSE`.
-      integer, intent(in) :: kind
-      type(orbit_t), intent(in) :: orbit
-      !> s.
-      real(wp), intent(in) :: t
-      !> Shape (width of the set).
-      real(wp), intent(inout) :: values(:)
-      if (kind == Q_ECLIPSE) then
-         values(2) = orbit%shadow_depth(t)
-         values(1) = merge(1.0_wp, 0.0_wp, values(2) > 0.0_wp)
-      else if (kind == Q_ORBIT_SPEED) then
-         values = vector_length(orbit%path%velocity(t))
-      else
-         values = [orbit%path%position(t), orbit%path%radius(t), orbit%path%true_anomaly(t)]
-      end if
-   end subroutine write_orbit
-
-   !> The values of a set of a wheel, of a controller, of the field, of tumbling elements or of a frame.
-   pure subroutine write_part(quantity, system, state, values)
-      type(quantity_t), intent(in) :: quantity
+   !> The values of a set of a wheel, of a controller, of the field, of tumbling elements or of a frame, or of
+   !> quantities as events evaluate them.
+   pure subroutine write_part(first, system, state, values)
+      !> Position of the first quantity of the set.
+      integer, intent(in) :: first
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
       !> Shape (width of the set).
       real(wp), intent(out) :: values(:)
-      select case (quantity%kind)
-      case (Q_WHEEL_SPEED)
-         values = of_wheel(quantity%number, system, state)
-      case (Q_TUMBLING)
-         values = tumbling_values(system, state)
-      case (Q_FRAME_ATTITUDE)
-         values = seen_from_frame(quantity%number, system, state)
-      case (Q_SUN_ANGLE)
-         values = sun_angle(system, state%q, state%t)
-      case (Q_FIELD)
-         values = field_in_body(system%effects, state)
-      case (Q_POINTING_ERROR)
-         values = pointing_error(quantity%number, system, state)
-      case default
-         values = controller_values(quantity%number, system, state)
-      end select
+      type(motion_t) :: motion
+      integer :: at, i, k
+      associate (number => quantities(first)%number)
+         select case (quantities(first)%kind)
+         case (Q_WHEEL_SPEED)
+            values = of_wheel(number, system, state)
+         case (Q_TUMBLING)
+            values = tumbling_values(system, state)
+         case (Q_FRAME_ATTITUDE)
+            values = seen_from_frame(number, system, state)
+         case (Q_FIELD)
+            values = field_in_body(system%effects, state)
+         case (Q_CONTROLLER)
+            values = controller_values(number, system, state)
+         case default
+            call find_motion(system, state, motion)
+            at = 0
+            do i = first, last_of_set(first)
+               do k = 1, width_of(quantities(i))
+                  at = at + 1
+                  values(at) = quantity_value(quantities(i), quantities(i)%first + k - 1, system, motion)
+               end do
+            end do
+         end select
+      end associate
    end subroutine write_part
 
    !> Attitude relative to a frame, and its angle, rad; not finite where that of the frame is not known, which ends a

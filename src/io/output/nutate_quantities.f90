@@ -1,6 +1,6 @@
 !> The table of quantities: what histories, events, measurements, sweeps and pictures can show. Names, units, panels and
-!> the reasons of errors are read from it. A new quantity is a kind, an entry of the table, and its evaluation: a case
-!> of `write_set` in `nutate_columns` for rows, cases in `nutate_quantity_motion` for events.
+!> the reasons of errors are read from it. A new quantity is a kind, an entry of the table, and a case of
+!> `quantity_value` in `nutate_quantity_motion`; a closed form of its rate and bounds are cases beside it.
 module nutate_quantities
    use nutate_control_columns, only: has_controller, has_field
    use nutate_effect_columns, only: energy_headers, work_headers
@@ -274,17 +274,9 @@ contains
    pure function set_names() result(names)
       character(len=24), allocatable :: names(:)
       integer :: k
-      names = set_of(pack(quantities, [(first_of_set(k) == k, k=1, size(quantities))]))
+      names = set_of(pack(quantities, [(k == 1 .or. .not. are_one_set(quantities(max(k - 1, 1)), quantities(k)), &
+                                        k=1, size(quantities))]))
    end function set_names
-
-   !> Returns the position of the first quantity of a set.
-   pure integer function first_of_set(at) result(first)
-      !> Position of a quantity of the set.
-      integer, intent(in) :: at
-      do first = at, 2, -1
-         if (.not. are_one_set(quantities(first - 1), quantities(at))) return
-      end do
-   end function first_of_set
 
    !> Returns true for two quantities of one set.
    elemental logical function are_one_set(one, other)

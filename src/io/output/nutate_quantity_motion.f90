@@ -6,20 +6,20 @@ module nutate_quantity_motion
    use nutate_kinds, only: wp, eps, pi
    use nutate_motion, only: motion_t
    use nutate_motion_bounds, only: speed_bounds_t
-   use nutate_quantities, only: quantity_t, Q_CONJUGATE_MOMENTUM, Q_ENERGY, Q_EULER, Q_FIELD, Q_FRAME_ANGLE, &
-      Q_FRAME_ATTITUDE, Q_JACOBI, Q_LVLH_ATTITUDE, Q_LVLH_RATE, Q_MOMENTUM, Q_MOMENTUM_SPACE, Q_ORBIT_POSITION, &
-      Q_ORBIT_RADIUS, Q_ORBIT_SPEED, Q_POINTING_ERROR, Q_QUATERNION, Q_RATE, Q_RATE_SPACE, Q_ROLL_PITCH_YAW, &
-      Q_SHADOW_DEPTH, Q_SPEED, Q_SUN_ANGLE, Q_TRUE_ANOMALY, Q_TUMBLING, Q_WHEEL_MOMENTUM, Q_WHEEL_SPEED
+   use nutate_quantities, only: quantity_t, Q_CONJUGATE_MOMENTUM, Q_ECLIPSE, Q_ENERGY, Q_EULER, Q_FIELD, &
+      Q_FRAME_ANGLE, Q_FRAME_ATTITUDE, Q_JACOBI, Q_LVLH_ATTITUDE, Q_LVLH_RATE, Q_MOMENTUM, Q_MOMENTUM_SPACE, &
+      Q_ORBIT_POSITION, Q_ORBIT_RADIUS, Q_ORBIT_SPEED, Q_POINTING_ERROR, Q_QUATERNION, Q_RATE, Q_RATE_SPACE, &
+      Q_ROLL_PITCH_YAW, Q_SHADOW_DEPTH, Q_SPEED, Q_SUN_ANGLE, Q_TRUE_ANOMALY, Q_TUMBLING, Q_WHEEL_MOMENTUM, &
+      Q_WHEEL_SPEED
    use nutate_quaternion, only: cross, quat_conjugate, quat_norm, quat_product, quat_vector_product, rotate_to_body, &
       rotate_to_space
    use nutate_small_products, only: vector_length
    use nutate_system, only: system_t
-   use nutate_tumbling_columns, only: tumbling_rate, tumbling_value
+   use nutate_tumbling_columns, only: tumbling_rate, tumbling_values, tumbling_width
    implicit none
    private
 
-   public :: attitude_in_lvlh, rate_in_lvlh, sun_angle
-   public :: quantity_value, quantity_rate, quantity_size, fastest_rate, greatest_value
+   public :: attitude_in_lvlh, quantity_value, quantity_rate, quantity_size, fastest_rate, greatest_value
 
    !> Components of Euler angles, of roll, pitch and yaw, and of energies.
    integer, parameter :: PHI = 1, THETA = 2, PSI = 3, ROLL = 1, PITCH = 2, KINETIC = 1, POTENTIAL = 2
@@ -33,7 +33,7 @@ contains
       integer, intent(in) :: component
       type(system_t), intent(in) :: system
       type(motion_t), intent(in) :: motion
-      real(wp) :: v(3)
+      real(wp) :: v(3), elements(tumbling_width)
       associate (q => motion%state%q, n => quantity%number)
          select case (quantity%kind)
          case (Q_QUATERNION)
@@ -62,10 +62,11 @@ contains
             v = field_in_body(system%effects, motion%state)
             x = v(component)
          case (Q_ROLL_PITCH_YAW, Q_LVLH_ATTITUDE, Q_LVLH_RATE, Q_ORBIT_POSITION, Q_ORBIT_RADIUS, Q_ORBIT_SPEED, &
-               Q_TRUE_ANOMALY, Q_SHADOW_DEPTH)
+               Q_TRUE_ANOMALY, Q_ECLIPSE, Q_SHADOW_DEPTH)
             x = orbit_value(quantity%kind, component, system, motion)
          case (Q_TUMBLING)
-            x = tumbling_value(component, system, motion)
+            elements = tumbling_values(system, motion%state)
+            x = elements(component)
          case (Q_FRAME_ATTITUDE, Q_FRAME_ANGLE)
             x = frame_value(quantity, component, system, motion)
          case (Q_WHEEL_SPEED, Q_WHEEL_MOMENTUM)
@@ -111,6 +112,8 @@ contains
             x = orbit%path%true_anomaly(t)
          case (Q_SHADOW_DEPTH)
             x = orbit%shadow_depth(t)
+         case (Q_ECLIPSE)
+            x = merge(1.0_wp, 0.0_wp, orbit%shadow_depth(t) > 0.0_wp)
          case (Q_ORBIT_POSITION)
             v = orbit%path%position(t)
             x = v(component)

@@ -11,7 +11,7 @@ module nutate_tumbling_columns
    implicit none
    private
 
-   public :: tumbling_values, tumbling_value, tumbling_rate
+   public :: tumbling_values, tumbling_rate
 
    !> Number of columns, and the places of the pole's longitude and latitude and of the sense among them.
    integer, parameter, public :: tumbling_width = 8
@@ -53,17 +53,6 @@ contains
       values = [elements%energy_ratio, merge(1.0_wp, 0.0_wp, elements%is_short_axis), elements%precession_short, &
                 elements%precession_long, elements%rotation]
    end function numbers_of
-
-   !> Returns one of the columns.
-   pure real(wp) function tumbling_value(column, system, motion) result(x)
-      !> 1 to 7.
-      integer, intent(in) :: column
-      type(system_t), intent(in) :: system
-      type(motion_t), intent(in) :: motion
-      real(wp) :: values(tumbling_width)
-      values = tumbling_values(system, motion%state)
-      x = values(column)
-   end function tumbling_value
 
    !> Returns the rate of one of the columns along the motion: of the pole in closed form, of the others by central
    !> differences of sixth order along the change of the momentum that changes them: by the torque, and, where there are
