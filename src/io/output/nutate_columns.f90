@@ -15,13 +15,14 @@ module nutate_columns
    use nutate_motion, only: find_motion, motion_t
    use nutate_quaternion, only: quat_normalized, quat_product, rotate_to_space
    use nutate_observer, only: run_record_t
+   use nutate_orbit, only: orbit_t
    use nutate_propagated_columns, only: propagated_t, propagated_headers, propagated_values, &
       propagated_width, is_by_free, SENSITIVITIES
    use nutate_quantities, only: find_missing, find_set, headers_of, last_of_set, quantities, quantity_t, set_names, &
       set_of, turns_to_degrees, width_of, NEEDS_CONTROLLER, NEEDS_TARGET, Q_CONJUGATE_MOMENTUM, Q_CONSTRAINTS, &
-      Q_CONTROLLER, Q_ENERGIES, Q_ENERGY, Q_EULER, Q_FIELD, Q_FRAME_ATTITUDE, Q_JACOBI, Q_MOMENTUM, Q_MOMENTUM_SPACE, &
-      Q_PROPAGATED, Q_QUATERNION, Q_RATE, Q_RATE_SPACE, Q_ROLL_PITCH_YAW, Q_SOLVER, Q_TIME_DEPENDENT_WORK, Q_TUMBLING, &
-      Q_WHEEL_SPEED, Q_WORKS
+      Q_CONTROLLER, Q_ECLIPSE, Q_ORBIT_POSITION, Q_ENERGIES, Q_ENERGY, Q_EULER, Q_FIELD, Q_FRAME_ATTITUDE, Q_JACOBI, &
+      Q_MOMENTUM, Q_MOMENTUM_SPACE, Q_PROPAGATED, Q_QUATERNION, Q_RATE, Q_RATE_SPACE, Q_ROLL_PITCH_YAW, Q_SOLVER, &
+      Q_TIME_DEPENDENT_WORK, Q_TUMBLING, Q_WHEEL_SPEED, Q_WORKS
    use nutate_spelling, only: comma_list, nearest_name, split_list
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_FINITE
@@ -423,8 +424,8 @@ contains
       end select
    end subroutine write_set
 
-   !> The values of a set of a wheel, of a controller, of the field, of tumbling elements or of a frame, or of
-   !> quantities as events evaluate them.
+   !> The values of a set of a wheel, of a controller, of the field, of tumbling elements, of an orbit or of a
+   !> frame, or of one quantity as events evaluate it.
    pure subroutine write_part(first, system, state, values)
       !> Position of the first quantity of the set.
       integer, intent(in) :: first
@@ -433,9 +434,16 @@ contains
       !> Shape (width of the set).
       real(wp), intent(out) :: values(:)
       type(motion_t) :: motion
-      integer :: at, i, k
+      integer :: k
       associate (number => quantities(first)%number)
          select case (quantities(first)%kind)
+         case (Q_ORBIT_POSITION)
+            values = 0.0_wp
+            if (system%effects%on_orbit) values = place_on_orbit(system%effects%orbit, state%t)
+         case (Q_ECLIPSE)
+            values = 0.0_wp
+            if (system%effects%on_orbit) values(2) = system%effects%orbit%shadow_depth(state%t)
+            values(1) = merge(1.0_wp, 0.0_wp, values(2) > 0.0_wp)
          case (Q_WHEEL_SPEED)
             values = of_wheel(number, system, state)
          case (Q_TUMBLING)
@@ -448,16 +456,21 @@ contains
             values = controller_values(number, system, state)
          case default
             call find_motion(system, state, motion)
-            at = 0
-            do i = first, last_of_set(first)
-               do k = 1, width_of(quantities(i))
-                  at = at + 1
-                  values(at) = quantity_value(quantities(i), quantities(i)%first + k - 1, system, motion)
-               end do
+            do k = 1, size(values)
+               values(k) = quantity_value(quantities(first), k, system, motion)
             end do
          end select
       end associate
    end subroutine write_part
+
+   !> Position, inertial axes, and distance, m, and true anomaly, rad; shape (5).
+   pure function place_on_orbit(orbit, t) result(values)
+      type(orbit_t), intent(in) :: orbit
+      !> s.
+      real(wp), intent(in) :: t
+      real(wp) :: values(5)
+      values = [orbit%path%position(t), orbit%path%radius(t), orbit%path%true_anomaly(t)]
+   end function place_on_orbit
 
    !> Attitude relative to a frame, and its angle, rad; not finite where that of the frame is not known, which ends a
    !> run. Shape (5).

@@ -368,7 +368,7 @@ contains
    elemental integer function width_of(quantity) result(width)
       type(quantity_t), intent(in) :: quantity
       integer :: k
-      width = 1 + count([(quantity%names(k:k) == ',', k=1, len(quantity%names))])
+      width = 1 + count([(quantity%names(k:k) == ',', k=1, len_trim(quantity%names))])
    end function width_of
 
    !> Returns the names of the columns of a quantity, comma separated.

@@ -6,7 +6,7 @@ module nutate_quantity_motion
    use nutate_kinds, only: wp, eps, pi
    use nutate_motion, only: motion_t
    use nutate_motion_bounds, only: speed_bounds_t
-   use nutate_quantities, only: quantity_t, Q_CONJUGATE_MOMENTUM, Q_ECLIPSE, Q_ENERGY, Q_EULER, Q_FIELD, &
+   use nutate_quantities, only: quantity_t, Q_CONJUGATE_MOMENTUM, Q_ENERGY, Q_EULER, Q_FIELD, &
       Q_FRAME_ANGLE, Q_FRAME_ATTITUDE, Q_JACOBI, Q_LVLH_ATTITUDE, Q_LVLH_RATE, Q_MOMENTUM, Q_MOMENTUM_SPACE, &
       Q_ORBIT_POSITION, Q_ORBIT_RADIUS, Q_ORBIT_SPEED, Q_POINTING_ERROR, Q_QUATERNION, Q_RATE, Q_RATE_SPACE, &
       Q_ROLL_PITCH_YAW, Q_SHADOW_DEPTH, Q_SPEED, Q_SUN_ANGLE, Q_TRUE_ANOMALY, Q_TUMBLING, Q_WHEEL_MOMENTUM, &
@@ -62,7 +62,7 @@ contains
             v = field_in_body(system%effects, motion%state)
             x = v(component)
          case (Q_ROLL_PITCH_YAW, Q_LVLH_ATTITUDE, Q_LVLH_RATE, Q_ORBIT_POSITION, Q_ORBIT_RADIUS, Q_ORBIT_SPEED, &
-               Q_TRUE_ANOMALY, Q_ECLIPSE, Q_SHADOW_DEPTH)
+               Q_TRUE_ANOMALY, Q_SHADOW_DEPTH)
             x = orbit_value(quantity%kind, component, system, motion)
          case (Q_TUMBLING)
             elements = tumbling_values(system, motion%state)
@@ -112,8 +112,6 @@ contains
             x = orbit%path%true_anomaly(t)
          case (Q_SHADOW_DEPTH)
             x = orbit%shadow_depth(t)
-         case (Q_ECLIPSE)
-            x = merge(1.0_wp, 0.0_wp, orbit%shadow_depth(t) > 0.0_wp)
          case (Q_ORBIT_POSITION)
             v = orbit%path%position(t)
             x = v(component)
