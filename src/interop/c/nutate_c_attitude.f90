@@ -1,6 +1,6 @@
-!> C interface: attitudes in their several forms. What each function does stands in `include/nutate_attitude.h`.
+!> C interface: attitudes in their several forms. The functions are documented in `include/nutate_attitude.h`.
 !>
-!> Results go through local variables, so that they may stand where arguments stood.
+!> Results go through local variables, so that a result may overwrite an argument.
 module nutate_c_attitude
    use, intrinsic :: iso_c_binding, only: c_double, c_int
    use nutate_attitude, only: angular_velocity_from_euler_rates, axis_angle_from_quat, euler_from_quat, follow_euler, &
@@ -22,14 +22,14 @@ contains
 
    integer(c_int) function nutate_matrix_from_quat(q, r) result(code) bind(C)
       real(c_double), intent(in), optional :: q(4)
-      !> C's r[3][3], which is this one's transpose.
+      !> Rotation matrix, body to space, as C's r[3][3]: the transpose of this array.
       real(c_double), intent(inout), optional :: r(3, 3)
       code = code_if(is_attitude(q) .and. present(r))
       if (code == NUTATE_OK) r = transpose(rotation_matrix(quat_normalized(q)))
    end function nutate_matrix_from_quat
 
    integer(c_int) function nutate_quat_from_matrix(r, q) result(code) bind(C)
-      !> C's r[3][3], which is this one's transpose.
+      !> Rotation matrix, body to space, as C's r[3][3]: the transpose of this array.
       real(c_double), intent(in), optional :: r(3, 3)
       real(c_double), intent(inout), optional :: q(4)
       real(wp) :: product(3, 3)
@@ -60,7 +60,7 @@ contains
       real(wp) :: side
       code = code_if(is_attitude(q) .and. is_vector(angles))
       if (code /= NUTATE_OK) return
-      ! Of q and -q, the one that continues the earlier attitude.
+      ! The sign of q is chosen to continue the earlier attitude.
       side = sign(1.0_wp, dot_product(q, quat_from_euler(angles(1), angles(2), angles(3))))
       call follow_euler(side*q, angles(1), angles(2), angles(3))
    end function nutate_follow_euler
@@ -162,27 +162,27 @@ contains
       if (code == NUTATE_OK) angle = attitude_distance(quat_normalized(a), quat_normalized(b))
    end function nutate_attitude_distance
 
-   !> Success or `NUTATE_BAD_ARGUMENT`.
+   !> Returns success if the arguments are good, else `NUTATE_BAD_ARGUMENT`.
    pure integer(c_int) function code_if(good)
       logical, intent(in) :: good
       code_if = merge(NUTATE_OK, NUTATE_BAD_ARGUMENT, good)
    end function code_if
 
-   !> The argument is there and its numbers are no trouble.
+   !> Returns true if a vector is present and its components are finite and within the limits of the library.
    pure logical function is_vector(v)
       real(wp), intent(in), optional :: v(3)
       is_vector = present(v)
       if (is_vector) is_vector = all(is_moderate(v))
    end function is_vector
 
-   !> The same for four numbers.
+   !> Returns true if a quaternion is present and its components are finite and within the limits of the library.
    pure logical function is_quaternion(q)
       real(wp), intent(in), optional :: q(4)
       is_quaternion = present(q)
       if (is_quaternion) is_quaternion = all(is_moderate(q))
    end function is_quaternion
 
-   !> The same, and the four are long enough to have a direction.
+   !> Returns true if `is_quaternion` is true and the quaternion is long enough to have a direction.
    pure logical function is_attitude(q)
       real(wp), intent(in), optional :: q(4)
       is_attitude = is_quaternion(q)

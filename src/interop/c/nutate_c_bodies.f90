@@ -1,4 +1,4 @@
-!> C interface: many bodies with torques of the program. What each function does stands in `include/nutate_bodies.h`.
+!> C interface: many bodies with torques of the program. The functions are documented in `include/nutate_bodies.h`.
 module nutate_c_bodies
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_loc, c_ptr, c_size_t
    use nutate_bodies, only: make_classes, move_bodies, movement_t
@@ -12,7 +12,7 @@ module nutate_c_bodies
    public :: nutate_bodies_create, nutate_bodies_destroy, nutate_bodies_set_threads, nutate_bodies_step, &
       nutate_bodies_kick, nutate_bodies_drift, nutate_bodies_failed
 
-   !> Classes, and threads, more than any program has.
+   !> Largest numbers of classes and of threads, more than any program has.
    integer(c_size_t), parameter :: most_classes = 2_c_size_t**30
    integer(c_int), parameter :: most_threads = 4096
 

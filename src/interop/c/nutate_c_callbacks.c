@@ -1,11 +1,11 @@
-/* Calls the callbacks of a C program for Fortran procedures that must be pure, and keeps what went wrong.
+/* Calls the callbacks of a C program for Fortran procedures that must be pure, and records their failures.
  *
- * `failure` belongs to the run: [0] its status, [1] what the callback returned. After a failure, and for results that
- * are not finite or exceed 1e100, zeros go back into the step: whoever started it looks at `failure` and takes the
- * step back. No result that could raise a floating-point exception reaches the arithmetic. */
+ * `failure` belongs to the run: [0] its status, [1] the value that the callback returned. After a failure, and for
+ * results that are not finite or exceed 1e100, the step receives zeros. The caller of the step then tests `failure` and
+ * undoes the step. No result that could raise a floating-point exception reaches the arithmetic. */
 #include "../../../include/nutate.h"
 
-/* Not 0 if all numbers are finite and within the limits of the library. In nutate_c_effects.f90. */
+/* Returns nonzero if all numbers are finite and within the limits of the library. Defined in nutate_c_effects.f90. */
 int nutate_c_are_moderate(int n, const double *numbers);
 
 void nutate_c_call_potential(nutate_potential potential, const double *gamma, void *user, int *failure, double *energy,
@@ -17,7 +17,7 @@ void nutate_c_call_torque(nutate_torque torque, double t, const double *q, const
 void nutate_c_call_quantity(nutate_quantity quantity, double t, const double *q, const double *omega, void *user,
                             int *failure, double *g);
 
-/* Keeps the first failure; zeros in place of results that are none. */
+/* Records the first failure, and replaces invalid results by zeros. */
 static void check_results(int returned, int *failure, int n, double *results)
 {
     int i;
@@ -49,7 +49,7 @@ void nutate_c_call_hessian(nutate_hessian hessian, const double *gamma, void *us
         returned = hessian(gamma, user, rows);
         check_results(returned, failure, 9, &rows[0][0]);
     }
-    /* Symmetric, so rows or columns do not matter. */
+    /* The matrix is symmetric: rows are columns. */
     for (i = 0; i < 9; ++i) matrix[i] = rows[i / 3][i % 3];
 }
 

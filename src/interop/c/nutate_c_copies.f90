@@ -1,4 +1,4 @@
-!> C interface: copies of steppers, in memory and as bytes. What each function does stands in `include/nutate_runs.h`.
+!> C interface: copies of steppers, in memory and as bytes. The functions are documented in `include/nutate_runs.h`.
 module nutate_c_copies
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_int, c_loc, c_ptr, c_size_t
    use nutate_archive, only: archive_t
@@ -38,7 +38,7 @@ contains
       else if (.not. found(stepper, from)) then
          status = fail(NUTATE_BAD_HANDLE, 'stepper is NULL, destroyed or not a stepper')
       else
-         ! What steps is copied by itself; the way of a run, which points to it, is made anew in the next one.
+         ! The stepper is copied by its own procedure. The step policy points to it; the next run makes a new policy.
          if (allocated(from%run%stepper)) call move_alloc(from%run%stepper, method)
          if (allocated(from%run%policy)) call move_alloc(from%run%policy, policy)
          if (allocated(from%inside)) deallocate (from%inside)
@@ -144,8 +144,8 @@ contains
       end do
    end subroutine point_events
 
-   !> Shows to an archive all that changes in a stepper: another one of the same system, settings and columns goes on in
-   !> its place. Errors: those of callbacks.
+   !> Writes or reads all that changes in a stepper, in checkpoint data: another stepper of the same system, settings
+   !> and columns can continue from them. Errors: those of callbacks.
    subroutine transfer_handle(handle, archive, status)
       type(stepper_handle_t), intent(inout) :: handle
       class(archive_t), intent(inout) :: archive
@@ -178,10 +178,10 @@ contains
       if (status%ok()) call handle%columns%transfer(archive)
    end subroutine transfer_handle
 
-   !> The method, as it was chosen, and what it remembers. Errors: those of its `prepare`.
+   !> Writes or reads the chosen method, and the data that it keeps between steps. Errors: those of its `prepare`.
    subroutine transfer_method(handle, ready, archive, status)
       type(stepper_handle_t), intent(inout) :: handle
-      !> It has not been replaced since by settings or by a run.
+      !> True if neither settings nor a run has replaced the stepper since.
       logical, intent(in) :: ready
       class(archive_t), intent(inout) :: archive
       type(status_t), intent(inout) :: status
@@ -209,7 +209,7 @@ contains
       end associate
    end subroutine transfer_method
 
-   !> The present state, the run that has led to it, and how that has left its events.
+   !> Writes or reads the present state, the run that has led to it, and the state of its events.
    subroutine transfer_run(handle, archive, status)
       type(stepper_handle_t), intent(inout) :: handle
       class(archive_t), intent(inout) :: archive

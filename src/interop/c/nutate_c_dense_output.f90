@@ -1,4 +1,4 @@
-!> C interface: states inside steps of earlier runs. What each function does stands in `include/nutate_runs.h`.
+!> C interface: states inside steps of earlier runs. The functions are documented in `include/nutate_runs.h`.
 module nutate_c_dense_output
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_ptr, c_size_t
    use nutate_c_effects, only: add_failure, status_of_failure
@@ -22,7 +22,7 @@ module nutate_c_dense_output
 
    public :: nutate_stepper_dense_output
 
-   !> A step that fails is halved so often at most.
+   !> Largest number of halvings of a step that fails.
    integer, parameter :: most_halvings = 10
 
 contains
@@ -68,8 +68,8 @@ contains
       code = conclude(handle, status)
    end function nutate_stepper_dense_output
 
-   !> Prepares what takes steps again. Errors: `NUTATE_BAD_ARGUMENT` where a state has more to it than attitude and
-   !> momentum; those of `prepare`.
+   !> Prepares the stepper that repeats steps. Errors: `NUTATE_BAD_ARGUMENT` if a state has more to it than attitude and
+   !> momentum, or if columns are chaos indicators; those of `prepare`.
    subroutine get_ready(handle, status)
       type(stepper_handle_t), intent(inout) :: handle
       type(status_t), intent(out) :: status
@@ -90,9 +90,9 @@ contains
       if (status%ok()) call handle%inside%keep_steps()
    end subroutine get_ready
 
-   !> True for times that a run from `t` comes to one after the other.
+   !> Returns true if a run from `t` reaches the times one after the other.
    pure logical function are_in_order(t, dt, times)
-      !> s.
+      !> Time of the state, time step and times of the rows, s.
       real(wp), intent(in) :: t, dt, times(:)
       real(wp) :: sense
       sense = sign(1.0_wp, dt)
@@ -100,16 +100,16 @@ contains
       if (size(times) > 0) are_in_order = are_in_order .and. sense*(times(1) - t) >= 0.0_wp
    end function are_in_order
 
-   !> Rows at times of the motion from a state. Errors: those of the steps.
+   !> Evaluates rows at times of the motion from a state. Errors: those of the steps.
    subroutine evaluate_from(handle, state, dt, times, rows, status, tangent)
       type(stepper_handle_t), intent(inout) :: handle
       type(state_t), intent(inout) :: state
-      !> s.
+      !> Length of whole steps and times of the rows, s.
       real(wp), intent(in) :: dt, times(:)
-      !> Shape (width, number of times).
+      !> Rows; shape (width, number of times).
       real(wp), intent(inout) :: rows(:, :)
       type(status_t), intent(inout) :: status
-      !> Columns at the state, where the rows show derivatives; used up.
+      !> Sensitivities at the state, if the rows show derivatives; overwritten.
       type(tangent_t), intent(inout) :: tangent
       type(columns_t) :: columns
       type(tangent_t) :: inside
@@ -143,11 +143,11 @@ contains
       end do
    end subroutine evaluate_from
 
-   !> Moves columns over the step that led to a state.
+   !> Propagates sensitivities over the step that led to a state.
    subroutine propagate_on(handle, state, dt, tangent, status)
       type(stepper_handle_t), intent(inout) :: handle
       type(state_t), intent(in) :: state
-      !> Of whole steps, s.
+      !> Length of whole steps, s.
       real(wp), intent(in) :: dt
       type(tangent_t), intent(inout) :: tangent
       type(status_t), intent(inout) :: status
@@ -158,11 +158,11 @@ contains
       if (status%code == 0) call cross_windows(handle, state, dt, tangent)
    end subroutine propagate_on
 
-   !> Moves columns at the end of a step over the torques that start or stop there.
+   !> Propagates sensitivities at the end of a step across the torques that start or stop there.
    subroutine cross_windows(handle, state, dt, tangent)
       type(stepper_handle_t), intent(in) :: handle
       type(state_t), intent(in) :: state
-      !> Of whole steps, s.
+      !> Length of whole steps, s.
       real(wp), intent(in) :: dt
       type(tangent_t), intent(inout) :: tangent
       real(wp), allocatable :: change(:)
@@ -170,11 +170,11 @@ contains
          handle%system, state, [handle%inside%last_start%t, state%t] + same_time*dt, sign(1.0_wp, dt), tangent, change)
    end subroutine cross_windows
 
-   !> A step, shorter where a torque starts or stops before its end, where the method chooses it so, or where it fails.
+   !> Performs a step, shortened if a torque starts or stops before its end, if the method chooses so, or if it fails.
    subroutine take_step(handle, state, dt, status)
       type(stepper_handle_t), intent(inout) :: handle
       type(state_t), intent(inout) :: state
-      !> s.
+      !> Length of whole steps, s.
       real(wp), intent(in) :: dt
       type(status_t), intent(inout) :: status
       real(wp) :: length, chosen, sense, margin, next_break

@@ -1,8 +1,8 @@
 !> Potentials and torques that a C program supplies.
 !>
-!> That a callback is called from a pure procedure is the program's promise: what it returns depends on its arguments.
-!> What fails is kept in a cell of the run that asked (`status_of_failure`), not in the effect, so that runs of the same
-!> system in several threads do not meet.
+!> Callbacks are called from pure procedures: the program guarantees that their results depend on their arguments only.
+!> Failures are kept in a cell of the run that called them (`status_of_failure`), not in the effect, so that runs of the
+!> same system in several threads do not interfere.
 module nutate_c_effects
    use, intrinsic :: iso_c_binding, only: c_double, c_funptr, c_int, c_null_funptr, c_null_ptr, c_ptr
    use nutate_effect, only: potential_t, torque_t
@@ -17,31 +17,31 @@ module nutate_c_effects
    public :: c_potential_t, c_curved_potential_t, c_torque_t, report_failures_to, has_callbacks, &
       status_of_failure, add_failure, are_moderate
 
-   !> U(γ) and its gradient from a callback `nutate_potential`.
+   !> Potential U(γ) with its gradient, from a callback `nutate_potential`.
    type, extends(potential_t) :: c_potential_t
       type(c_funptr) :: function = c_null_funptr
-      !> Passed through.
+      !> User data, passed to the callback.
       type(c_ptr) :: user = c_null_ptr
-      !> Where failures are kept: two `int`; null: nowhere.
+      !> Address of two `int` for failures, or null: failures are not kept.
       type(c_ptr) :: failure = c_null_ptr
    contains
       procedure :: energy => called_energy
       procedure :: gradient => called_gradient
    end type c_potential_t
 
-   !> The same with second derivatives from a callback `nutate_hessian`.
+   !> Potential with second derivatives, from a callback `nutate_hessian`.
    type, extends(c_potential_t) :: c_curved_potential_t
       type(c_funptr) :: second = c_null_funptr
    contains
       procedure :: hessian => called_hessian
    end type c_curved_potential_t
 
-   !> τ(t, q, Ω) from a callback `nutate_torque`, Ω absolute.
+   !> Torque τ(t, q, Ω) from a callback `nutate_torque`, Ω absolute.
    type, extends(torque_t) :: c_torque_t
       type(c_funptr) :: function = c_null_funptr
-      !> Passed through.
+      !> User data, passed to the callback.
       type(c_ptr) :: user = c_null_ptr
-      !> Where failures are kept: two `int`; null: nowhere.
+      !> Address of two `int` for failures, or null: failures are not kept.
       type(c_ptr) :: failure = c_null_ptr
    contains
       procedure :: torque => called_torque
@@ -78,7 +78,7 @@ module nutate_c_effects
 
 contains
 
-   !> Not 0 if all numbers that a callback gave are finite and within the limits.
+   !> Returns 1 if all numbers that a callback returned are finite and within the limits, else 0.
    pure integer(c_int) function are_moderate(n, numbers) bind(C, name='nutate_c_are_moderate')
       integer(c_int), intent(in), value :: n
       real(c_double), intent(in) :: numbers(n)
@@ -114,7 +114,7 @@ contains
       call call_torque(self%function, t, q, self%absolute_rate(q, omega), self%user, self%failure, tau)
    end function called_torque
 
-   !> Change of a torque that depends on the absolute rate.
+   !> Returns the change of a torque, which depends on the absolute rate, by a change of the rate of the space axes.
    pure function called_frame_change(self, change, t, q, omega) result(tau)
       class(c_torque_t), intent(in) :: self
       real(wp), intent(in) :: change(3), t, q(4), omega(3)
@@ -126,7 +126,7 @@ contains
    !> Makes the callbacks among the effects report their failures to a cell.
    subroutine report_failures_to(effects, cell)
       type(effect_list_t), intent(inout) :: effects
-      !> Two `int`, which must stay as long as the effects are used.
+      !> Address of two `int`, which must stay as long as the effects are used.
       type(c_ptr), intent(in) :: cell
       integer :: i
       do i = 1, effects%n_potentials + effects%n_off
@@ -143,7 +143,7 @@ contains
       end do
    end subroutine report_failures_to
 
-   !> True if one of the effects is a callback.
+   !> Returns true if one of the effects is a callback.
    logical function has_callbacks(effects)
       type(effect_list_t), intent(in) :: effects
       integer :: i
@@ -162,9 +162,9 @@ contains
       end do
    end function has_callbacks
 
-   !> What a cell says: `NUTATE_CALLBACK`, `NUTATE_NOT_FINITE`, or success.
+   !> Returns the status that a cell holds: `NUTATE_CALLBACK`, `NUTATE_NOT_FINITE`, or success.
    type(status_t) function status_of_failure(cell) result(status)
-      !> Status and what the callback returned; shape (2).
+      !> Status of a callback, and the value that it returned; shape (2).
       integer(c_int), intent(in) :: cell(2)
       character(len=12) :: returned
       select case (cell(1))
@@ -178,9 +178,9 @@ contains
       end select
    end function status_of_failure
 
-   !> Turns a success into what a cell says.
+   !> Replaces a success by the status that a cell holds.
    subroutine add_failure(cell, status)
-      !> Status and what the callback returned; shape (2).
+      !> Status of a callback, and the value that it returned; shape (2).
       integer(c_int), intent(in) :: cell(2)
       type(status_t), intent(inout) :: status
       if (status%code == NUTATE_OK .and. cell(1) /= NUTATE_OK) status = status_of_failure(cell)

@@ -1,4 +1,4 @@
-!> C interface: events and tables of programs. What each function does stands in `include/nutate_events.h`.
+!> C interface: events and tables of programs. The functions are documented in `include/nutate_events.h`.
 module nutate_c_events
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_funptr, c_int, c_int64_t, c_loc, c_ptr, c_size_t
    use nutate_c_groups, only: parse_events, parse_table_keys
@@ -127,11 +127,11 @@ contains
       code = conclude(handle, status)
    end function nutate_system_add_table
 
-   !> The events of a text. Errors: `NUTATE_BAD_ARGUMENT`, `NUTATE_BAD_SCENE`.
+   !> Reads the events of a string. Errors: `NUTATE_BAD_ARGUMENT`, `NUTATE_BAD_SCENE`.
    subroutine read_events(handle, groups, with_columns, events, status)
       type(stepper_handle_t), intent(inout) :: handle
       type(c_ptr), intent(in) :: groups
-      !> They name columns.
+      !> True if the events name columns.
       logical, intent(in) :: with_columns
       type(event_list_t), intent(inout) :: events
       type(status_t), intent(inout) :: status
@@ -147,7 +147,7 @@ contains
       call unlock_texts()
    end subroutine read_events
 
-   !> What an event is but for its quantity.
+   !> Copies the options of an event: all but its quantity.
    subroutine copy_options(from, event)
       class(event_t), intent(in) :: from
       type(c_event_t), intent(inout) :: event
@@ -162,7 +162,7 @@ contains
       event%action = from%action
    end subroutine copy_options
 
-   !> What the last run knows of its events counts for them among more.
+   !> Begins the tracker anew with more events, with the record that the last run kept of the earlier events.
    subroutine renew_tracker(handle, status)
       type(stepper_handle_t), intent(inout) :: handle
       type(status_t), intent(inout) :: status
@@ -174,7 +174,7 @@ contains
       call handle%run%events%remember(before)
    end subroutine renew_tracker
 
-   !> Events look at the attitude.
+   !> Requests the attitude, which events use.
    subroutine need_attitude(handle)
       type(stepper_handle_t), intent(inout) :: handle
       handle%run%requested%attitude = .true.

@@ -1,4 +1,4 @@
-!> C interface: calendar time, and attitudes for other programs. What each function does stands in
+!> C interface: calendar time, and attitudes for other programs. The functions are documented in
 !> `include/nutate_exchange.h`.
 module nutate_c_exchange
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
@@ -24,7 +24,7 @@ module nutate_c_exchange
    public :: nutate_scene_get, nutate_date, nutate_tdb, nutate_system_frame_rate, nutate_system_space_axes, &
       nutate_write_aem, nutate_write_gltf, nutate_read_aem
 
-   !> More rows are a mistake.
+   !> Largest number of rows; more are treated as an error.
    integer, parameter :: most_rows = 2**28
 
 contains
@@ -191,7 +191,7 @@ contains
       if (code == NUTATE_OK .and. c_associated(facts)) code = text_to_c(facts_text(rows), facts, facts_size)
    end function nutate_read_aem
 
-   !> Reads the date of an epoch; not set where it is none.
+   !> Reads the date of an epoch, which is not set if the date is invalid.
    subroutine read_instant(date, system, epoch)
       type(c_ptr), intent(in) :: date, system
       type(epoch_t), intent(out) :: epoch
@@ -203,12 +203,12 @@ contains
       if (problem /= '') epoch%system = ''
    end subroutine read_instant
 
-   !> Path and facts of a file.
+   !> Reads path and facts of a file.
    subroutine take_facts(path, facts, name, known, problem, status)
       type(c_ptr), intent(in) :: path, facts
       character(len=:), allocatable, intent(out) :: name
       type(export_facts_t), intent(out) :: known
-      !> What is wrong with the facts, in a line; empty where nothing is.
+      !> Error in the facts, as one line; empty if there is none.
       character(len=:), allocatable, intent(out) :: problem
       type(status_t), intent(out) :: status
       character(len=1) :: none(0)
@@ -225,7 +225,7 @@ contains
       call unlock_texts()
    end subroutine take_facts
 
-   !> Rows of arrays of C.
+   !> Copies rows from C arrays, and tests them.
    subroutine take_rows(n, t, q, omega, rows, status)
       integer(c_size_t), intent(in) :: n
       real(c_double), intent(in), optional :: t(*), q(*), omega(*)
@@ -261,7 +261,7 @@ contains
       end if
    end subroutine take_rows
 
-   !> x < limit, false for what is no number.
+   !> Returns true if x < limit, false if x is not finite.
    pure logical function is_below(x, limit)
       real(wp), intent(in) :: x, limit
       is_below = .false.
@@ -290,7 +290,7 @@ contains
       if (allocated(rows%segments)) handle%values(handle%width, :) = rows%segments
    end subroutine keep_rows
 
-   !> Epoch and names as a group `&scene`.
+   !> Returns epoch and names as a group `&scene`.
    function facts_text(rows) result(text)
       type(attitude_rows_t), intent(in) :: rows
       character(len=:), allocatable :: text, value
@@ -312,7 +312,7 @@ contains
       text = '&scene '//text//' /'
    end function facts_text
 
-   !> Hands a message back: a problem where there is one, else that of the status.
+   !> Writes a message into a buffer and returns the status code: the problem, if there is one, else the status message.
    integer(c_int) function say(problem, status, message, size) result(code)
       character(len=*), intent(in) :: problem
       type(status_t), intent(in) :: status

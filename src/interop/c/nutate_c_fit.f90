@@ -1,4 +1,4 @@
-!> C interface: fits of scenes, and their residuals. What each function does stands in `include/nutate_scene.h`.
+!> C interface: fits of scenes, and their residuals. The functions are documented in `include/nutate_scene.h`.
 module nutate_c_fit
    use, intrinsic :: iso_c_binding, only: c_double, c_int, c_ptr, c_size_t
    use nutate_attitude, only: rotation_vector_from_quat
@@ -171,7 +171,8 @@ contains
       if (.not. status%ok()) deallocate (handle%fit)
    end subroutine prepare
 
-   !> Makes the derivative by a further turn of the body that by the rotation vector of the attitude.
+   !> Replaces the derivatives with respect to a further rotation by those with respect to the rotation vector of the
+   !> attitude.
    subroutine by_vector(problem, x, jacobian)
       type(fit_problem_t), intent(in) :: problem
       real(wp), intent(in) :: x(:)
@@ -181,7 +182,7 @@ contains
       if (size(at) == 3) jacobian(:, at) = matmul(jacobian(:, at), right_jacobian(problem%model%plan%angle_unit*x(at)))
    end subroutine by_vector
 
-   !> Places of the three components of the attitude; none where it is not free.
+   !> Returns the indices of the three attitude components among the parameters; none if the attitude is not free.
    pure function turns(problem) result(at)
       type(fit_problem_t), intent(in) :: problem
       integer, allocatable :: at(:)
@@ -195,7 +196,7 @@ contains
       end associate
    end function turns
 
-   !> The parameters of a fit, its attitude as the rotation vector from that of the scene, and their covariance.
+   !> Returns the parameters of a fit and their covariance, its attitude as the rotation vector from that of the scene.
    subroutine to_vectors(fit, x, covariance)
       type(fit_t), intent(in) :: fit
       real(wp), allocatable, intent(out) :: x(:), covariance(:, :)

@@ -14,15 +14,15 @@ module nutate_c_found
 
    public :: found_events_t, found_t
 
-   !> Room at the start.
+   !> Number of events in the first allocation.
    integer(c_size_t), parameter :: first_room = 64
 
    !> One event.
    type :: found_t
       character(len=24) :: name = ''
-      !> 1 for the first of the event.
+      !> Number of the occurrence of the event, from 1.
       integer(long) :: number = 0
-      !> s; attitude; Ω, body axes, rad/s.
+      !> Time, s; attitude; Ω, body axes, rad/s.
       real(wp) :: t = 0.0_wp, q(4) = 0.0_wp, omega(3) = 0.0_wp
    end type found_t
 
@@ -31,9 +31,9 @@ module nutate_c_found
       integer(c_size_t) :: n = 0
       type(found_t), allocatable :: items(:)
    contains
-      !> Puts one behind the others.
+      !> Appends an event.
       procedure :: put
-      !> Their number, and one of them, for C.
+      !> Return the number of events, and one event, to C.
       procedure :: give_count
       procedure :: give
       procedure :: transfer
@@ -41,7 +41,7 @@ module nutate_c_found
 
 contains
 
-   !> Shows all of them to an archive. Errors: `NUTATE_NO_MEMORY`.
+   !> Writes or reads all events in checkpoint data. Errors: `NUTATE_NO_MEMORY`.
    subroutine transfer(self, archive, status)
       class(found_events_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive
@@ -77,7 +77,7 @@ contains
       end do
    end subroutine transfer
 
-   !> Puts an event behind the others. Errors: `NUTATE_NO_MEMORY`.
+   !> Appends an event. Errors: `NUTATE_NO_MEMORY`.
    subroutine put(self, system, event, number, state, status)
       class(found_events_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -101,7 +101,7 @@ contains
       self%items(self%n) = found_t(event%name, number, state%t, state%q, angular_velocity(system, state))
    end subroutine put
 
-   !> Gives the number of events to C. Status: `NUTATE_BAD_ARGUMENT` for a null pointer.
+   !> Returns the number of events to C. Status: `NUTATE_BAD_ARGUMENT` for a null pointer.
    integer(c_int) function give_count(self, n) result(code)
       class(found_events_t), intent(in) :: self
       integer(c_size_t), intent(inout), optional :: n
@@ -111,12 +111,12 @@ contains
       code = NUTATE_OK
    end function give_count
 
-   !> Gives one event to C. Status: `NUTATE_BAD_ARGUMENT` for one that does not exist.
+   !> Returns one event to C. Status: `NUTATE_BAD_ARGUMENT` for an event that does not exist.
    integer(c_int) function give(self, i, name, size, number, t, q, omega) result(code)
       class(found_events_t), intent(in) :: self
-      !> From 0.
+      !> Index of the event, from 0.
       integer(c_size_t), intent(in) :: i
-      !> May be null with a size of 0.
+      !> Buffer for the name; may be null with a size of 0.
       type(c_ptr), intent(in) :: name
       integer(c_size_t), intent(in) :: size
       integer(c_int64_t), intent(inout), optional :: number

@@ -1,4 +1,4 @@
-!> C interface: version, statuses, messages, and the exact solution of a free body. What each function does stands in
+!> C interface: version, statuses, messages, and the exact solution of a free body. The functions are documented in
 !> `include/nutate.h`.
 module nutate_c_general
    use, intrinsic :: iso_c_binding, only: c_double, c_int, c_ptr, c_size_t
@@ -17,7 +17,7 @@ module nutate_c_general
 
    public :: nutate_get_version, nutate_status_text, nutate_last_message, nutate_exact_free_body
 
-   !> What a status means; the first is that of 0.
+   !> Meanings of the status codes, from 0.
    character(len=*), parameter :: meanings(0:14) = [character(len=64) :: &
       'success', &
       'the iteration of a step did not converge', &

@@ -1,4 +1,4 @@
-!> Arguments of C functions as the groups of a scene: what a scene's values must keep to, a program's must too.
+!> Arguments of C functions as the groups of a scene: values from programs have the same limits as values in scenes.
 module nutate_c_groups
    use, intrinsic :: iso_c_binding, only: c_size_t
    use nutate_effect_catalogue, only: effect_kind_t, effect_kinds
@@ -36,7 +36,7 @@ contains
       group%settings(size(group%settings))%values%number = values
    end subroutine put_numbers
 
-   !> Appends a key of one text.
+   !> Appends a key of one string.
    subroutine put_text(group, name, text)
       type(group_t), intent(inout) :: group
       character(len=*), intent(in) :: name, text
@@ -65,7 +65,7 @@ contains
       call move_alloc(grown, group%settings)
    end subroutine append
 
-   !> The body that a group `body` describes. Errors: `NUTATE_BAD_ARGUMENT`, `NUTATE_BAD_BODY`.
+   !> Makes the body that a group `body` describes. Errors: `NUTATE_BAD_ARGUMENT`, `NUTATE_BAD_BODY`.
    subroutine make_body_of(group, system, status)
       type(group_t), intent(in) :: group
       type(system_t), intent(inout) :: system
@@ -96,38 +96,38 @@ contains
       if (error%raised) status = fail(error%code, error%text)
    end subroutine add_effect_of
 
-   !> Adds the effects that a text describes as a scene would. Errors: `NUTATE_BAD_SCENE`; no effect is added then.
+   !> Adds the effects of a string in the format of a scene. Errors: `NUTATE_BAD_SCENE`; no effect is added then.
    subroutine add_groups(text, system, status, whole)
       character(len=*), intent(in) :: text
       type(system_t), intent(inout) :: system
       type(status_t), intent(out) :: status
-      !> On failure the message, however long.
+      !> Complete error message, if there is an error.
       character(len=:), allocatable, intent(inout) :: whole
       call build_system(text, .false., system, status, whole)
    end subroutine add_groups
 
-   !> Body and effects that a text describes as a scene would. Errors: `NUTATE_BAD_SCENE`.
+   !> Makes the body and the effects of a string in the format of a scene. Errors: `NUTATE_BAD_SCENE`.
    subroutine parse_system(text, system, status, whole)
       character(len=*), intent(in) :: text
       type(system_t), intent(inout) :: system
       type(status_t), intent(out) :: status
-      !> On failure the message, however long.
+      !> Complete error message, if there is an error.
       character(len=:), allocatable, intent(inout) :: whole
       call build_system(text, .true., system, status, whole)
    end subroutine parse_system
 
-   !> The events that a text describes as a scene would, with columns or without. Errors: `NUTATE_BAD_SCENE`.
+   !> Reads the events of a string in the format of a scene, with columns or without. Errors: `NUTATE_BAD_SCENE`.
    subroutine parse_events(text, with_columns, effects, accuracy, events, status, whole)
       character(len=*), intent(in) :: text
-      !> Each names its columns; else none does.
+      !> True if each event names its columns; false if none does.
       logical, intent(in) :: with_columns
-      !> What can be switched.
+      !> Effects that events can switch.
       type(effect_list_t), intent(in) :: effects
       !> Attitude error that runs promise, rad; 0: none.
       real(wp), intent(in) :: accuracy
       type(event_list_t), intent(inout) :: events
       type(status_t), intent(out) :: status
-      !> On failure the message, however long.
+      !> Complete error message, if there is an error.
       character(len=:), allocatable, intent(inout) :: whole
       type(group_kind_t) :: kinds(1)
       type(group_t), allocatable :: groups(:)
@@ -156,15 +156,15 @@ contains
       whole = error%text
    end subroutine parse_events
 
-   !> A tabulated torque in memory, with the keys of `&torque` that go with one. Errors: `NUTATE_BAD_SCENE`; those of
-   !> `make_tabulated_torque`.
+   !> Makes a tabulated torque from arrays, with the keys of `&torque` that a table can have. Errors:
+   !> `NUTATE_BAD_SCENE`; those of `make_tabulated_torque`.
    subroutine parse_table_keys(text, times, values, torque, at, status)
-      !> The keys.
+      !> Keys of `&torque`.
       character(len=*), intent(in) :: text
-      !> s; shape (n). N m; shape (3, n).
+      !> Times, s; shape (n). Torques, N m; shape (3, n).
       real(wp), intent(in) :: times(:), values(:, :)
       type(tabulated_torque_t), intent(inout) :: torque
-      !> The line that is at fault; 0 where no single line is.
+      !> Line of the table that is wrong; 0 if no single line is.
       integer, intent(out) :: at
       type(status_t), intent(out) :: status
       type(group_t), allocatable :: groups(:)
@@ -189,9 +189,9 @@ contains
       end associate
    end subroutine parse_table_keys
 
-   !> The keys of `&wheel` that go with a table, and this. Errors: `NUTATE_BAD_SCENE`.
+   !> Makes a group from the keys of `&wheel` that a table can have, and from the table. Errors: `NUTATE_BAD_SCENE`.
    subroutine parse_motor_keys(text, table, group, status)
-      !> The keys.
+      !> Keys of `&wheel`.
       character(len=*), intent(in) :: text
       !> Times, s, and torques, N m.
       type(table_t), intent(in) :: table
@@ -218,12 +218,12 @@ contains
       group%table = table
    end subroutine parse_motor_keys
 
-   !> Gives a wheel of a system the motor that keys of `&wheel` describe. Errors: those of the keys and of
+   !> Adds a motor, described by keys of `&wheel`, to a wheel of a system. Errors: those of the keys and of
    !> `build_motor`; `NUTATE_BAD_ARGUMENT` for a wheel that does not exist, or that is driven already.
    subroutine add_motor_of(group, number, system, status)
-      !> Without axis, inertia, speed, friction and limits.
+      !> Keys of the motor, without axis, inertia, speed, friction and limits.
       type(group_t), intent(inout) :: group
-      !> Which wheel, 1 or more.
+      !> Number of the wheel, 1 or more.
       integer(c_size_t), intent(in) :: number
       type(system_t), intent(inout) :: system
       type(status_t), intent(out) :: status
@@ -271,10 +271,10 @@ contains
       end do
    end subroutine check_alone
 
-   !> Adds what a text describes. Errors: `NUTATE_BAD_SCENE`, with no effect added.
+   !> Adds the body and the effects of a string. Errors: `NUTATE_BAD_SCENE`, with no effect added.
    subroutine build_system(text, with_body, system, status, whole)
       character(len=*), intent(in) :: text
-      !> The text begins the system with a body; else it has effects only.
+      !> True if the string begins the system with a body; else it has effects only.
       logical, intent(in) :: with_body
       type(system_t), intent(inout) :: system
       type(status_t), intent(out) :: status
@@ -308,7 +308,7 @@ contains
       if (status%ok()) system = grown
    end subroutine build_system
 
-   !> Raises an error for a group that a scene has once at most, where the system has its effect already.
+   !> Raises an error for a group that a scene may have only once, if the system already has its effect.
    subroutine check_once(groups, system, error)
       type(group_t), intent(in) :: groups(:)
       type(system_t), intent(in) :: system
@@ -324,7 +324,7 @@ contains
       end do
    end subroutine check_once
 
-   !> True if a system has an effect of the kind that a group describes.
+   !> Returns true if a system has an effect of the kind that a group describes.
    logical function has_effect_of(group, system) result(has)
       type(group_t), intent(in) :: group
       type(system_t), intent(in) :: system
@@ -350,7 +350,7 @@ contains
       end if
    end function has_effect_of
 
-   !> Gives a list what effects are made by: the orbits, and the field of the Earth.
+   !> Copies the orbits and the Earth's field, from which effects are made, into a list.
    subroutine copy_surroundings(effects, list)
       type(effect_list_t), intent(in) :: effects
       type(effect_list_t), intent(inout) :: list
@@ -364,7 +364,7 @@ contains
       if (effects%in_earth_field) list%earth_field = effects%earth_field
    end subroutine copy_surroundings
 
-   !> Raises an error for a group that is no part of a system, for a key or a body that is missing.
+   !> Raises an error for a group that no system can have, and for a missing key or body.
    subroutine check_parts(groups, with_body, error)
       type(group_t), intent(in) :: groups(:)
       logical, intent(in) :: with_body

@@ -1,7 +1,7 @@
-!> What stands behind the opaque handles of the C interface.
+!> Types behind the opaque handles of the C interface.
 !>
-!> Every handle begins with a number that tells its kind; it is cleared when the handle is destroyed, so that one that
-!> is used afterwards, or that is of another kind, is recognised.
+!> Every handle begins with a mark of its kind. The mark is cleared when the handle is destroyed, so that a destroyed
+!> handle, or one of another kind, is recognised.
 module nutate_c_handles
    use, intrinsic :: iso_c_binding, only: c_associated, c_f_pointer, c_int, c_int64_t, c_null_ptr, c_ptr, c_size_t
    use nutate_bodies, only: movement_t
@@ -35,34 +35,33 @@ module nutate_c_handles
    public :: found, destroy, open_slot, copy_system, null_argument, report, whole_message, conclude, make_room
    public :: unprepare, get_propagated, set_propagated, set_chaos
 
-   !> Marks of the kinds.
+   !> Marks of the kinds of handles.
    integer(c_int64_t), parameter :: SYSTEM_MARK = 7811887110843601971_c_int64_t, &
                                     SCENE_MARK = 7811887110843601972_c_int64_t, &
                                     STEPPER_MARK = 7811887110843601973_c_int64_t, &
                                     HISTORY_MARK = 7811887110843601974_c_int64_t, &
                                     BODIES_MARK = 7811887110843601975_c_int64_t
 
-   !> What every handle begins with.
+   !> Common part of all handles, at their beginning.
    type :: handle_t
-      !> One of the marks.
+      !> Mark of the kind.
       integer(c_int64_t) :: mark = 0
-      !> What the last call came to.
+      !> Status of the last call.
       type(status_t) :: status
-      !> The whole text of an error whose status may have lost the middle.
+      !> Complete message of an error; that of the status may lack its middle.
       character(len=:), allocatable :: text
    end type handle_t
 
-   !> A body and what acts on it.
+   !> A body and the effects on it.
    type, extends(handle_t) :: system_handle_t
       type(system_t) :: system
    end type system_handle_t
 
-   !> A scene.
    type, extends(handle_t) :: scene_handle_t
       type(scene_t) :: scene
       !> The poll callback of its runs.
       type(poll_t) :: poll
-      !> The residuals of its fit, once they were asked for.
+      !> Residuals of the fit of the scene; allocated when they are first requested.
       type(fit_problem_t), allocatable :: fit
    end type scene_handle_t
 
@@ -74,12 +73,12 @@ module nutate_c_handles
       integer(c_size_t) :: rows = 0
       !> Steps of the run in which a root was accepted without certification.
       integer(long) :: uncertified_steps = 0
-      !> `estimate` and `round_off` of a run with an accuracy, and that, rad.
+      !> `estimate` and `round_off` of a run with an accuracy, and this accuracy, rad.
       real(wp) :: error(2) = 0.0_wp, accuracy = 0.0_wp
-      !> Shape (width, room for rows).
+      !> Rows; shape (width, room for rows).
       real(wp), allocatable :: values(:, :)
       type(found_events_t) :: found
-      !> Indicators of chaos, where the run followed any.
+      !> Chaos indicators, if the run computed any.
       type(chaos_t), allocatable :: indicators
    end type history_handle_t
 
@@ -92,10 +91,10 @@ module nutate_c_handles
       integer, allocatable :: failed(:)
    end type bodies_handle_t
 
-   !> A state as it was set, without what steps add to a `state_t`: it needs a fifth of the memory.
+   !> State as it was set, without the components that steps add to a `state_t`: it needs a fifth of the memory.
    type :: start_t
       private
-      !> s; attitude and momentum, shape (4); momenta of the wheels.
+      !> Time, s; attitude and momentum, shape (4); momenta of the wheels.
       real(wp) :: t = 0.0_wp, q(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], p(4) = 0.0_wp
       real(wp) :: wheel_momentum(most_wheels) = 0.0_wp
    contains
@@ -103,45 +102,46 @@ module nutate_c_handles
       procedure :: state => state_of_start
    end type start_t
 
-   !> A run of a system, which single steps can go on with.
+   !> A run of a system, which single steps can continue.
    type, extends(handle_t) :: stepper_handle_t
-      !> A step of `tested_dt` needs nothing but the method's step, and its works counted: there is no callback or angle
-      !> to follow, and no run has been there since.
+      !> True if a step of `tested_dt` needs only the method's step and the count of its work: there is no callback and
+      !> no angle to follow, and no run has been made since.
       logical :: plain = .false.
-      !> There are works to count.
+      !> True if there is work to count.
       logical :: works = .false.
-      !> The settings are to be read from `group`: what was set, as a scene's `&integrator`.
+      !> True if the settings must be read from `group`, which has the keys that were set, as in `&integrator` of a
+      !> scene.
       logical :: stale = .false.
       type(group_t) :: group
-      !> The step that was found admissible last, s; 0: none.
+      !> Length of the last step that was admissible, s; 0: none.
       real(wp) :: tested_dt = 0.0_wp
-      !> With what is switched on, and held, now.
+      !> System with the effects that are on now, and the values that are held now.
       type(system_t) :: system
-      !> The present state, and all that has led to it since it was set. Its stepper is that of single steps and of
-      !> nominal ones; where there is none, the settings have to be taken first.
+      !> Present state, and the run since a state was set. The stepper of the run performs single and nominal steps; if
+      !> it is not allocated, the settings must be read first.
       type(run_t) :: run
-      !> Performs steps again, for `nutate_stepper_dense_output`; made where it is needed.
+      !> Stepper that repeats steps for `nutate_stepper_dense_output`; allocated when it is first needed.
       class(stepper_t), allocatable :: inside
-      !> The nominal step, or the goal, of its runs.
+      !> Nominal step, or goal, of the runs.
       type(run_plan_t) :: plan
-      !> Status and what the callback returned, of a callback that failed; shape (2).
+      !> Status of a callback that failed, and the value that it returned; shape (2).
       integer(c_int) :: failure(2) = 0
       !> The poll callback of runs.
       type(poll_t) :: poll
-      !> The state that was set: energy and work count from there. Its total energy, J.
+      !> State that was set, from which energy and work are counted; total energy of this state, J.
       type(start_t) :: first
       real(wp) :: first_energy = 0.0_wp
-      !> What runs look for, and what the last one found.
+      !> Events that runs search for, and the events that the last run found.
       type(event_list_t) :: events
       type(found_events_t), allocatable :: found
-      !> The effects as they were when the state was set, where something has been switched, or held, since.
+      !> Effects as they were when the state was set; allocated if any was switched, or a value held, since.
       type(effect_list_t), allocatable :: given
       character(len=name_length), allocatable :: sets(:)
       type(columns_t) :: columns
       !> Names of the columns, comma separated.
       character(len=:), allocatable :: names
-      !> What runs propagate, if anything: the sensitivities by free numbers, where columns show them; indicators of
-      !> chaos, and those of the last run.
+      !> Quantities that runs propagate, if any: names; sensitivities with respect to parameters, if columns show them;
+      !> settings of the chaos indicators; chaos indicators of the last run.
       type(propagated_t), allocatable :: propagated
       type(variation_t), allocatable :: variations(:)
       type(chaos_settings_t), allocatable :: chaos
@@ -156,7 +156,7 @@ module nutate_c_handles
 
 contains
 
-   !> Returns true for the address of a handle of one of the kinds.
+   !> Returns true if an address is that of a handle of one of the kinds.
    logical function has_mark(address, marks, code)
       type(c_ptr), intent(in) :: address
       integer(c_int64_t), intent(in) :: marks(:)
@@ -209,7 +209,7 @@ contains
       if (is_found) call c_f_pointer(address, handle)
    end function found_bodies
 
-   !> What all handles begin with, for a handle of any kind.
+   !> Finds a handle of any kind; the pointer gives access to the common part of all handles.
    logical function found_any(address, handle, code) result(is_found)
       type(c_ptr), intent(in) :: address
       type(handle_t), pointer, intent(inout) :: handle
@@ -218,8 +218,8 @@ contains
       if (is_found) call c_f_pointer(address, handle)
    end function found_any
 
-   !> Frees the handle in a place of C, and sets that to null. Does nothing where it is null already. Errors:
-   !> `NUTATE_BAD_ARGUMENT` for no place, `NUTATE_BAD_HANDLE` for a handle of another kind.
+   !> Frees the handle in a variable of C, and sets the variable to null. Does nothing if it is null already. Errors:
+   !> `NUTATE_BAD_ARGUMENT` for no variable, `NUTATE_BAD_HANDLE` for a handle of another kind.
    integer(c_int) function destroy(address, mark) result(code)
       type(c_ptr), intent(in) :: address
       integer(c_int64_t), intent(in) :: mark
@@ -258,9 +258,9 @@ contains
       code = NUTATE_OK
    end function destroy
 
-   !> The place where C keeps a handle, set to null; null where there is none.
+   !> Returns the variable in which C keeps a handle, set to null; null if there is no variable.
    function open_slot(address) result(slot)
-      !> Of type `nutate_...**`.
+      !> Address of the variable, of type `nutate_...**`.
       type(c_ptr), intent(in) :: address
       type(c_ptr), pointer :: slot
       slot => null()
@@ -269,24 +269,24 @@ contains
       slot = c_null_ptr
    end function open_slot
 
-   !> Clears the mark of a handle that is about to be freed, in memory and not only in the eyes of the compiler.
+   !> Clears the mark of a handle that is about to be freed; volatile, so that the compiler does not omit the write.
    subroutine erase_mark(mark)
       integer(c_int64_t), intent(inout), volatile :: mark
       mark = 0
    end subroutine erase_mark
 
-   !> A copy of a system, whose callbacks report their failures to a cell.
+   !> Copies a system; the callbacks of the copy report their failures to a cell.
    subroutine copy_system(from, to, cell)
       type(system_t), intent(in) :: from
       type(system_t), intent(inout) :: to
-      !> Two `int`, or null.
+      !> Address of two `int`, or null.
       type(c_ptr), intent(in) :: cell
       to%body = from%body
       call to%effects%append(from%effects)
       call report_failures_to(to%effects, cell)
    end subroutine copy_system
 
-   !> Keeps a state.
+   !> Stores a state.
    pure subroutine set_start(self, state)
       class(start_t), intent(inout) :: self
       type(state_t), intent(in) :: state
@@ -296,7 +296,7 @@ contains
       self%wheel_momentum = state%wheel_momentum
    end subroutine set_start
 
-   !> The state that was set.
+   !> Returns the state that was set.
    pure type(state_t) function state_of_start(self) result(state)
       class(start_t), intent(in) :: self
       state%t = self%t
@@ -305,7 +305,7 @@ contains
       state%wheel_momentum = self%wheel_momentum
    end function state_of_start
 
-   !> Gives what the runs of a stepper propagate.
+   !> Returns the quantities that the runs of a stepper propagate.
    subroutine get_propagated(handle, propagated)
       type(stepper_handle_t), intent(in) :: handle
       type(propagated_t), intent(out) :: propagated
@@ -316,7 +316,7 @@ contains
       end if
    end subroutine get_propagated
 
-   !> Sets what the runs of a stepper propagate.
+   !> Sets the quantities that the runs of a stepper propagate.
    subroutine set_propagated(handle, propagated)
       type(stepper_handle_t), intent(inout) :: handle
       type(propagated_t), intent(in) :: propagated
@@ -324,7 +324,7 @@ contains
       if (size(propagated%names) > 0 .or. propagated%exponents > 0) handle%propagated = propagated
    end subroutine set_propagated
 
-   !> Sets the indicators of chaos that the runs of a stepper follow.
+   !> Sets the chaos indicators that the runs of a stepper compute.
    subroutine set_chaos(handle, chaos)
       type(stepper_handle_t), intent(inout) :: handle
       type(chaos_settings_t), intent(in) :: chaos
@@ -332,7 +332,7 @@ contains
       if (chaos%exponents > 0) handle%chaos = chaos
    end subroutine set_chaos
 
-   !> Makes a stepper forget its method: the next step or run takes its settings and state anew.
+   !> Deletes the method of a stepper: the next step or run prepares it from settings and state.
    subroutine unprepare(handle)
       type(stepper_handle_t), intent(inout) :: handle
       handle%plain = .false.
@@ -341,7 +341,7 @@ contains
       if (allocated(handle%inside)) deallocate (handle%inside)
    end subroutine unprepare
 
-   !> Room for one more row in a history. Errors: `NUTATE_NO_MEMORY`.
+   !> Makes room for one more row in a history. Errors: `NUTATE_NO_MEMORY`.
    subroutine make_room(history, status)
       type(history_handle_t), intent(inout) :: history
       type(status_t), intent(inout) :: status
@@ -359,14 +359,14 @@ contains
       call move_alloc(grown, history%values)
    end subroutine make_room
 
-   !> The status of an argument that is null and must not be.
+   !> Returns the status for an argument that is null and must not be.
    pure function null_argument(name) result(status)
       character(len=*), intent(in) :: name
       type(status_t) :: status
       status = fail(NUTATE_BAD_ARGUMENT, 'the argument '//name//' is NULL', name)
    end function null_argument
 
-   !> Keeps a status in a handle and gives its code.
+   !> Stores a status in a handle and returns its code.
    integer(c_int) function conclude(handle, status) result(code)
       class(handle_t), intent(inout) :: handle
       type(status_t), intent(in) :: status
@@ -374,12 +374,12 @@ contains
       code = status%code
    end function conclude
 
-   !> Writes the message of a status into a buffer and gives its code.
+   !> Writes the message of a status into a buffer and returns its code.
    integer(c_int) function report(status, buffer, size, whole) result(code)
       type(status_t), intent(in) :: status
       type(c_ptr), intent(in) :: buffer
       integer(c_size_t), intent(in) :: size
-      !> A text that may be that of the status, whole.
+      !> Complete message, which is used if the status has its shortened form.
       character(len=:), allocatable, intent(in), optional :: whole
       if (present(whole)) then
          call message_to_c(whole_message(status, whole), buffer, size)
@@ -389,7 +389,7 @@ contains
       code = status%code
    end function report
 
-   !> The message of a status: a text in whose place it stands, if it does so for one.
+   !> Returns the message of a status, or the complete message if the status has its shortened form.
    pure function whole_message(status, whole) result(message)
       type(status_t), intent(in) :: status
       character(len=:), allocatable, intent(in) :: whole

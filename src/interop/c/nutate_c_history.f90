@@ -1,4 +1,4 @@
-!> C interface: runs of scenes, in memory and into files. What each function does stands in `include/nutate_scene.h`.
+!> C interface: runs of scenes, in memory and into files. The functions are documented in `include/nutate_scene.h`.
 module nutate_c_history
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_int, c_int64_t, c_loc, c_ptr, c_size_t
    use nutate_c_effects, only: add_failure
@@ -171,7 +171,7 @@ contains
       code = destroy(history, HISTORY_MARK)
    end function nutate_history_destroy
 
-   !> Runs a scene and keeps its rows: that is a run of a stepper of the scene.
+   !> Runs a scene with a stepper and keeps the rows in a history.
    subroutine collect(from, handle, status)
       type(scene_handle_t), intent(in) :: from
       type(history_handle_t), pointer, intent(in) :: handle
@@ -205,7 +205,7 @@ contains
       deallocate (stepper)
    end subroutine collect
 
-   !> Runs a scene and writes its rows and events, in the same way.
+   !> Runs a scene with a stepper and writes the rows and events into files.
    subroutine write_file(from, name, status)
       type(scene_handle_t), intent(in) :: from
       character(len=*), intent(in) :: name
@@ -240,13 +240,13 @@ contains
       deallocate (stepper)
    end subroutine write_file
 
-   !> Opens the file of the rows, and beside it that of the events where there are any. Errors: those of the files; the
-   !> rows are not kept then.
+   !> Opens the file of the rows and, if there are events, the file of the events beside it. Errors: those of the files;
+   !> the rows are not kept then.
    subroutine open_files(scene, system, name, file, events, status)
       type(scene_t), intent(in) :: scene
-      !> With callbacks that report their failures.
+      !> System whose callbacks report their failures.
       type(system_t), intent(in) :: system
-      !> Path of the rows.
+      !> Path of the file of the rows.
       character(len=*), intent(in) :: name
       type(history_t), intent(inout) :: file
       type(event_history_t), intent(inout) :: events

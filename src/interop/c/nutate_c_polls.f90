@@ -1,4 +1,4 @@
-!> Runs that can be asked to stop: what a C program wants to be asked while they go on.
+!> Poll callbacks, with which a C program can stop runs.
 module nutate_c_polls
    use, intrinsic :: iso_c_binding, only: c_associated, c_f_procpointer, c_funptr, c_int, c_null_funptr, c_null_ptr, &
       c_ptr
@@ -14,22 +14,22 @@ module nutate_c_polls
 
    public :: poll_t, find_steps_asking, steps_between_polls
 
-   !> The poll callback, and when it was called last.
+   !> The poll callback, and the time of its last call.
    type :: poll_t
       type(c_funptr) :: function = c_null_funptr
-      !> Passed through.
+      !> User data, passed to the callback.
       type(c_ptr) :: user = c_null_ptr
-      !> Count of the system's clock when it was asked.
+      !> System clock count at the last call.
       integer(long), private :: asked = 0
    contains
-      !> Asks, if it is time to.
+      !> Calls the callback, unless the last call was too recent.
       procedure :: ask
    end type poll_t
 
    !> Calls the poll callback in trial runs, which write no output.
    type, extends(observer_t) :: trial_observer_t
       type(poll_t) :: callback
-      !> Status and what the callback returned, of a callback that failed; shape (2).
+      !> Status of a callback that failed, and the value that it returned; shape (2).
       integer(c_int), pointer :: failure(:) => null()
    contains
       procedure :: observe => observe_trial
@@ -43,18 +43,19 @@ module nutate_c_polls
       end function asked_function
    end interface
 
-   !> Time between two questions, s: a tenth of what a person notices, and a question to a program in Python takes 1e-6
-   !> s.
+   !> Time between two calls of the poll callback, s: a tenth of what a person notices. A call to a Python program takes
+   !> 1e-6 s.
    real(wp), parameter :: patience = 0.02_wp
-   !> Steps between two looks at the clock, which takes a tenth of the cheapest step.
+   !> Steps between two readings of the clock; a reading takes a tenth of the cheapest step.
    integer(long), parameter :: steps_between_polls = 64
 
 contains
 
-   !> Asks, if it is time to. Errors: `NUTATE_STOPPED` where the answer is not 0.
+   !> Calls the callback, unless the last call was too recent. Errors: `NUTATE_STOPPED` if the callback does not return
+   !> 0.
    subroutine ask(self, status)
       class(poll_t), intent(inout) :: self
-      !> Success on entry.
+      !> Status, success on entry.
       type(status_t), intent(inout) :: status
       procedure(asked_function), pointer :: function
       integer(long) :: now, rate
@@ -66,12 +67,12 @@ contains
       if (function(self%user) /= 0) status = fail(NUTATE_STOPPED, 'the run was asked to stop')
    end subroutine ask
 
-   !> Finds the steps of a run that has begun, as its `find_steps` does, and asks in trial runs. Errors: those of trial
-   !> run runs and of callbacks, and `NUTATE_STOPPED`.
+   !> Finds the steps of a run that has begun, with its `find_steps`, and calls the poll callback in trial runs. Errors:
+   !> those of trial runs and of callbacks, and `NUTATE_STOPPED`.
    subroutine find_steps_asking(run, callback, failure, system, status)
       type(run_t), intent(inout) :: run
       type(poll_t), intent(in) :: callback
-      !> Status and what the callback returned, of a callback that failed; shape (2).
+      !> Status of a callback that failed, and the value that it returned; shape (2).
       integer(c_int), intent(in), target :: failure(:)
       type(system_t), intent(in) :: system
       type(status_t), intent(out) :: status
@@ -81,7 +82,7 @@ contains
       call run%find_steps(system, status, trials)
    end subroutine find_steps_asking
 
-   !> Ends a trial run where a callback has failed.
+   !> Ends a trial run if a callback has failed.
    subroutine observe_trial(self, system, state, record, status)
       class(trial_observer_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -91,7 +92,7 @@ contains
       status = status_of_failure(self%failure)
    end subroutine observe_trial
 
-   !> Ends a trial run where a callback has failed, or the program wants it.
+   !> Ends a trial run if a callback has failed, or if the poll callback requests it.
    subroutine poll_trial(self, fraction, status)
       class(trial_observer_t), intent(inout) :: self
       real(wp), intent(in) :: fraction

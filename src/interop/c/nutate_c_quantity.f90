@@ -1,5 +1,5 @@
-!> Quantities of events that a C program supplies. That the callback is called from a pure procedure is the program's
-!> promise: what it returns depends on its arguments.
+!> Quantities of events that a C program supplies. The callbacks are called from pure procedures: the program
+!> guarantees that their results depend on their arguments only.
 module nutate_c_quantity
    use, intrinsic :: iso_c_binding, only: c_double, c_funptr, c_null_funptr, c_null_ptr, c_ptr
    use nutate_event, only: event_t
@@ -11,12 +11,12 @@ module nutate_c_quantity
 
    public :: c_event_t
 
-   !> An event of g(t, q, Ω), from a callback `nutate_quantity`.
+   !> Event of a quantity g(t, q, Ω), from a callback `nutate_quantity`.
    type, extends(event_t) :: c_event_t
       type(c_funptr) :: function = c_null_funptr
-      !> Passed through.
+      !> User data, passed to the callback.
       type(c_ptr) :: user = c_null_ptr
-      !> Where failures are kept: two `int`.
+      !> Address of two `int` for failures.
       type(c_ptr) :: failure = c_null_ptr
    contains
       procedure :: value => called_value

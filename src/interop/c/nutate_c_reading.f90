@@ -1,4 +1,4 @@
-!> C interface: what a stepper's state is. What each function does stands in `include/nutate_stepper.h`.
+!> C interface: the state of a stepper. The functions are documented in `include/nutate_stepper.h`.
 module nutate_c_reading
    use, intrinsic :: iso_c_binding, only: c_double, c_int, c_int64_t, c_ptr, c_size_t
    use nutate_attitude, only: euler_from_quat
@@ -88,7 +88,7 @@ contains
 
    integer(c_int) function nutate_stepper_matrix(stepper, r) result(code) bind(C)
       type(c_ptr), intent(in), value :: stepper
-      !> C's r[3][3], which is this one's transpose.
+      !> Rotation matrix, body to space, as C's r[3][3]: the transpose of this array.
       real(c_double), intent(inout), optional :: r(3, 3)
       type(stepper_handle_t), pointer :: handle
       call find_readable(stepper, present(r), .true., handle, code)
@@ -243,12 +243,13 @@ contains
    !> Finds a stepper that can be read.
    subroutine find_readable(stepper, complete, needs_attitude, handle, code)
       type(c_ptr), intent(in) :: stepper
-      !> No argument that must be there is null.
+      !> True if no required argument is null.
       logical, intent(in) :: complete
-      !> The attitude is to be read.
+      !> True if the attitude is to be read.
       logical, intent(in) :: needs_attitude
       type(stepper_handle_t), pointer, intent(out) :: handle
-      !> `NUTATE_BAD_HANDLE`; `NUTATE_BAD_ARGUMENT` for a null argument, or an attitude that is not integrated.
+      !> Status code: `NUTATE_BAD_HANDLE`; `NUTATE_BAD_ARGUMENT` for a null argument, or an attitude that is not
+      !> integrated.
       integer(c_int), intent(out) :: code
       if (.not. found(stepper, handle, code)) return
       code = NUTATE_OK
@@ -256,10 +257,11 @@ contains
       if (.not. complete) code = NUTATE_BAD_ARGUMENT
    end subroutine find_readable
 
-   !> Sets the sets of columns. Errors: those of `choose` of the columns, those of callbacks.
+   !> Selects the sets of columns. Errors: those of `choose` of the columns, those of callbacks; `NUTATE_BAD_ARGUMENT`
+   !> for columns of derivatives without sensitivities.
    subroutine choose_columns(handle, sets, status)
       type(stepper_handle_t), intent(inout) :: handle
-      !> Their names.
+      !> Names of the sets.
       character(len=*), intent(in) :: sets(:)
       type(status_t), intent(out) :: status
       character(len=name_length), allocatable :: chosen(:)

@@ -17,25 +17,25 @@ module nutate_c_rows
 
    public :: row_receiver_t, write_row, present_record
 
-   !> Writes rows into an array.
+   !> Writes the rows of a run into an array, a history or a file.
    type, extends(observer_t) :: row_receiver_t
-      !> `double[capacity][width]`, or null; rows that it has room for, beyond the greatest integer a negative number.
+      !> Array `double[capacity][width]`, or null; rows that it can hold, a negative number beyond the greatest integer.
       type(c_ptr) :: array = c_null_ptr
       integer(c_size_t) :: capacity = 0
-      !> Receives the rows in place of an array, and has room for all.
+      !> History that receives all rows in place of an array, or null.
       type(history_handle_t), pointer :: history => null()
-      !> Write the rows and events in place of these.
+      !> Files that receive the rows and events in place of an array or a history, or null.
       type(history_t), pointer :: file => null()
       type(event_history_t), pointer :: events => null()
-      !> There is an array, a history or a file.
+      !> True if there is an array, a history or a file.
       logical :: wants_rows = .false.
-      !> Rows so far.
+      !> Number of rows so far.
       integer(c_size_t) :: rows = 0
-      !> Shape (width, room for rows).
+      !> Rows of the array or of the history; shape (width, room for rows).
       real(wp), pointer, contiguous :: values(:, :) => null()
-      !> The run begins without a row, and ends without one at the end of its plan unless it is due.
+      !> True if the run omits its first row, and the row at the end of its plan unless that is due.
       logical :: leaves_out_ends = .false.
-      !> The stepper whose run it is.
+      !> Stepper of the run.
       type(stepper_handle_t), pointer :: handle => null()
    contains
       !> Opens the array.
@@ -49,11 +49,11 @@ module nutate_c_rows
 
 contains
 
-   !> Opens the array. Errors: `NUTATE_BAD_ARGUMENT` where it is too small.
+   !> Opens the array. Errors: `NUTATE_BAD_ARGUMENT` if it is too small.
    subroutine open_array(self, width, needed, status)
       class(row_receiver_t), intent(inout) :: self
       integer, intent(in) :: width
-      !> Rows that it must hold.
+      !> Number of rows that the array must hold.
       integer(long), intent(in) :: needed
       type(status_t), intent(out) :: status
       self%wants_rows = associated(self%history)
@@ -71,7 +71,7 @@ contains
       end associate
    end subroutine open_array
 
-   !> What belongs to a row beside the present state.
+   !> Returns the record of the present state, which a row needs beside the state.
    type(run_record_t) function present_record(handle) result(record)
       type(stepper_handle_t), intent(in) :: handle
       record = handle%run%record
@@ -94,11 +94,11 @@ contains
          call put_row(handle, receiver, handle%system, handle%run%state, present_record(handle), status)
    end subroutine write_row
 
-   !> Puts a row behind the others. Errors: `NUTATE_NOT_FINITE`; `NUTATE_STEP_LIMIT` where there is no room.
+   !> Appends a row. Errors: `NUTATE_NOT_FINITE`; `NUTATE_STEP_LIMIT` if there is no room.
    subroutine put_row(handle, receiver, system, state, record, status)
       type(stepper_handle_t), intent(inout) :: handle
       class(row_receiver_t), intent(inout) :: receiver
-      !> With what is switched on now.
+      !> System with the effects that are on now.
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
       type(run_record_t), intent(in) :: record
@@ -125,7 +125,7 @@ contains
       if (associated(receiver%history)) receiver%history%rows = receiver%rows
    end subroutine put_row
 
-   !> Writes a row of a run.
+   !> Writes a row of a run, if it is due.
    subroutine receive_row(self, system, state, record, status)
       class(row_receiver_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -162,7 +162,7 @@ contains
       end if
    end subroutine receive_event
 
-   !> Ends the run where the program wants it.
+   !> Ends the run if the poll callback requests it.
    subroutine ask_program(self, fraction, status)
       class(row_receiver_t), intent(inout) :: self
       real(wp), intent(in) :: fraction
@@ -177,7 +177,7 @@ contains
       status = status_of_failure(self%handle%failure)
    end subroutine check_callbacks
 
-   !> Follows angles that must not lose turns.
+   !> Follows angles, so that no full revolution is lost.
    subroutine follow_state(self, state)
       class(row_receiver_t), intent(inout) :: self
       type(state_t), intent(in) :: state

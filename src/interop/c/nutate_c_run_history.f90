@@ -1,4 +1,4 @@
-!> C interface: runs of steppers into histories, and runs that can be asked to stop. What each function does stands in
+!> C interface: runs of steppers into histories, and poll callbacks of runs. The functions are documented in
 !> `include/nutate_runs.h`.
 module nutate_c_run_history
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_funptr, c_int, c_int64_t, c_loc, &
@@ -61,7 +61,7 @@ contains
       if (status%ok()) then
          propagated%exponents = before%exponents
          call set_propagated(handle, propagated)
-         ! Columns that show them have other names now.
+         ! Columns of sensitivities have other names now.
          if (handle%columns%differentiates) call choose_columns(handle, handle%sets, status)
          if (.not. status%ok()) call set_propagated(handle, before)
       end if
@@ -93,12 +93,12 @@ contains
    subroutine keep_run(handle, plan, times, n_times, names, slot, status)
       type(stepper_handle_t), pointer, intent(in) :: handle
       type(run_plan_t), intent(in) :: plan
-      !> `double[n_times]`, or null: none.
+      !> Times of the rows, s, as `double[n_times]`; null: none.
       type(c_ptr), intent(in) :: times
       integer(c_size_t), intent(in) :: n_times
-      !> Of the columns, comma separated.
+      !> Names of the columns, comma separated.
       character(len=*), intent(in) :: names
-      !> Receives the history.
+      !> Variable of C that receives the history.
       type(c_ptr), pointer, intent(in) :: slot
       type(status_t), intent(out) :: status
       type(history_handle_t), pointer :: rows
@@ -146,10 +146,10 @@ contains
    !> Puts the times of rows into a plan. Errors: `NUTATE_BAD_ARGUMENT` for times out of their order, or outside of the
    !> run.
    subroutine set_times(address, n, start, plan, status)
-      !> `double[n]`, or null: none.
+      !> Times of the rows, s, as `double[n]`; null: none.
       type(c_ptr), intent(in) :: address
       integer(c_size_t), intent(in) :: n
-      !> s.
+      !> Time at the start of the run, s.
       real(wp), intent(in) :: start
       type(run_plan_t), intent(inout) :: plan
       type(status_t), intent(inout) :: status

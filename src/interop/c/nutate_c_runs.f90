@@ -1,4 +1,4 @@
-!> C interface: runs of many steps. What each function does stands in `include/nutate_stepper.h`.
+!> C interface: runs of many steps. The functions are documented in `include/nutate_stepper.h`.
 module nutate_c_runs
    use, intrinsic :: iso_c_binding, only: c_double, c_int, c_int64_t, c_ptr, c_size_t
    use nutate_admissible, only: admits, POSITIVE
@@ -86,8 +86,8 @@ contains
       code = NUTATE_OK
    end function nutate_stepper_count_rows
 
-   !> Runs to the end time of a plan that says when rows are due: with nominal steps, or adaptive steps.
-   !> Errors: `NUTATE_BAD_ARGUMENT`, why a step failed, those of callbacks and rows.
+   !> Runs to the end time of a plan, which defines when rows are due, with nominal steps or adaptive steps. Errors:
+   !> `NUTATE_BAD_ARGUMENT`, those of steps, callbacks and rows.
    subroutine run_to(handle, plan, receiver, status)
       type(stepper_handle_t), intent(inout), target :: handle
       type(run_plan_t), intent(inout) :: plan
@@ -115,7 +115,7 @@ contains
       if (status%ok()) call travel(handle, plan, receiver, status)
    end subroutine run_to
 
-   !> Prepares what nominal steps need. Errors: `NUTATE_BAD_ARGUMENT`.
+   !> Prepares a stepper for nominal steps. Errors: `NUTATE_BAD_ARGUMENT`.
    subroutine get_going(handle, status)
       type(stepper_handle_t), intent(inout) :: handle
       type(status_t), intent(out) :: status
@@ -128,10 +128,10 @@ contains
       call test_step(handle, handle%plan%time_step, status)
    end subroutine get_going
 
-   !> Goes to the end of a plan, from wherever the run is. Errors: those of the steps, of callbacks and rows; after a
-   !> failed callback the state is that before the step.
+   !> Runs from the present state to the end of a plan. Errors: those of the steps, of callbacks and rows; after a
+   !> failed callback the state is the one before the step.
    subroutine travel(handle, plan, receiver, status)
-      !> Prepared.
+      !> Prepared stepper.
       type(stepper_handle_t), intent(inout), target :: handle
       type(run_plan_t), intent(in) :: plan
       type(row_receiver_t), intent(inout) :: receiver
@@ -165,11 +165,12 @@ contains
       call add_failure(handle%failure, status)
       if (allocated(handle%run%events)) call copy_effects(handle)
       if (allocated(handle%inside)) deallocate (handle%inside)
-      ! The method of nominal steps has not been there.
+      ! The stepper of nominal steps has not followed an adaptive run.
       if (plan%goal%active() .and. allocated(handle%run%stepper)) deallocate (handle%run%stepper)
    end subroutine travel
 
-   !> Makes the run propagate what the stepper says. Errors: `NUTATE_BAD_ARGUMENT` for what has no derivative.
+   !> Makes the run propagate the sensitivities and chaos indicators of the stepper. Errors: `NUTATE_BAD_ARGUMENT` if a
+   !> derivative does not exist.
    subroutine propagate_along(handle, status)
       type(stepper_handle_t), intent(inout) :: handle
       type(status_t), intent(inout) :: status
@@ -179,7 +180,7 @@ contains
       if (status%ok() .and. allocated(handle%chaos)) call handle%run%follow_chaos(handle%chaos, handle%system, status)
    end subroutine propagate_along
 
-   !> Ends that: single steps carry nothing.
+   !> Stops propagating, which single steps do not support, and keeps the chaos indicators.
    subroutine put_down(handle)
       type(stepper_handle_t), intent(inout) :: handle
       associate (run => handle%run)
@@ -189,7 +190,7 @@ contains
       end associate
    end subroutine put_down
 
-   !> True where the first state of a run that has nowhere to go is a row of it.
+   !> Returns true if a run that ends at its first state has this state as a row.
    pure logical function is_first_a_row(plan, receiver)
       type(run_plan_t), intent(in) :: plan
       type(row_receiver_t), intent(in) :: receiver
@@ -197,7 +198,7 @@ contains
       if (allocated(plan%times)) is_first_a_row = size(plan%times) > 0
    end function is_first_a_row
 
-   !> Copies what has been switched, and held, in a run.
+   !> Copies the effects as a run has switched them, and the values that it holds.
    subroutine copy_effects(handle)
       type(stepper_handle_t), intent(inout) :: handle
       if (.not. allocated(handle%given)) allocate (handle%given, source=handle%system%effects)
@@ -224,11 +225,11 @@ contains
       end if
    end subroutine check_run
 
-   !> Number of nominal steps to a time, the last one shortened if need be; negative where they lead away from it
-   !> or are too many to count.
+   !> Returns the number of nominal steps to a time, the last one shortened if necessary; negative if they lead away
+   !> from it or are too many to count.
    pure integer(long) function steps_to(handle, end_time) result(n)
       type(stepper_handle_t), intent(in) :: handle
-      !> s.
+      !> End time, s.
       real(wp), intent(in) :: end_time
       n = -1
       if ((end_time - handle%run%state%t)*sign(1.0_wp, handle%plan%time_step) < 0.0_wp) return
@@ -236,9 +237,9 @@ contains
       n = handle%run%steps_to(end_time, handle%plan%time_step)
    end function steps_to
 
-   !> Rows of a run to a time: the first state, those every so often, and the last.
+   !> Returns the number of rows of a run to a time: the first state, one after every `every` steps, and the last state.
    pure integer(long) function rows_of(n, every) result(rows)
-      !> Steps of the run, and between rows.
+      !> Number of steps of the run, and of steps between rows.
       integer(long), intent(in) :: n, every
       rows = 1 + n/every
       if (mod(n, every) > 0) rows = rows + 1

@@ -1,5 +1,5 @@
-!> C interface: frames, orbits, the Earth's field, forces, wheels and controllers of a system. What each function does
-!> stands in `include/nutate_satellites.h`.
+!> C interface: frames, orbits, the Earth's field, forces, wheels and controllers of a system. The functions are
+!> documented in `include/nutate_satellites.h`.
 module nutate_c_satellites
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_int, c_ptr, c_size_t
@@ -207,7 +207,7 @@ contains
       code = add(system, 'controller', group, .false.)
    end function nutate_system_add_detumbling
 
-   !> What controllers share: the field, if there is one, samples and limits.
+   !> Puts the keys that all controllers have into a group: the field, if there is one, sample and limit.
    subroutine put_held(group, field, sample, limit)
       type(group_t), intent(inout) :: group
       real(wp), intent(in), optional :: field(3)
@@ -217,7 +217,7 @@ contains
       if (is_finite_or_bad(limit)) call put_numbers(group, 'limit', [limit])
    end subroutine put_held
 
-   !> False for zero; NaN counts as given, and is refused later.
+   !> Returns false for zero; NaN is treated as given, and is rejected later.
    pure logical function given(x)
       real(wp), intent(in) :: x
       given = ieee_is_nan(x)

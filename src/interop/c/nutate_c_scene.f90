@@ -1,4 +1,4 @@
-!> C interface: scenes. What each function does stands in `include/nutate_scene.h`.
+!> C interface: scenes. The functions are documented in `include/nutate_scene.h`.
 module nutate_c_scene
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_funptr, c_int, c_int64_t, c_loc, &
       c_ptr, c_size_t
@@ -164,7 +164,8 @@ contains
       code = report(status, message, size)
    end function nutate_scene_equilibria
 
-   !> After an effect was added to a scene: callbacks may depend on the attitude.
+   !> Finishes adding an effect to a scene: requests the attitude, on which callbacks may depend, and deletes the
+   !> prepared fit.
    integer(c_int) function end_adding(handle, status) result(code)
       type(scene_handle_t), intent(inout) :: handle
       type(status_t), intent(in) :: status
@@ -173,9 +174,9 @@ contains
       code = conclude(handle, status)
    end function end_adding
 
-   !> Reads a scene from a file or from a text and makes its handle.
+   !> Reads a scene from a file or from a string and makes its handle.
    integer(c_int) function load(source, name, is_file, overrides, n_overrides, scene, message, size) result(code)
-      !> Path or text, and what to call it.
+      !> Path or string, and name of the scene.
       type(c_ptr), intent(in) :: source, name
       logical, intent(in) :: is_file
       type(c_ptr), intent(in) :: overrides, scene, message
@@ -217,9 +218,10 @@ contains
       code = status%code
    end function load
 
-   !> The overrides as texts of one length. Errors: `NUTATE_BAD_ARGUMENT` where one of them, or all, is null.
+   !> Returns the overrides as strings of one length. Errors: `NUTATE_BAD_ARGUMENT` if one of them, or the array, is
+   !> null.
    subroutine read_overrides(overrides, n, texts, status)
-      !> `char *[n]`.
+      !> Overrides as `char *[n]`.
       type(c_ptr), intent(in) :: overrides
       integer(c_size_t), intent(in) :: n
       character(len=:), allocatable, intent(out) :: texts(:)
@@ -227,7 +229,7 @@ contains
       type(c_ptr), pointer :: list(:)
       character(len=:), allocatable :: text
       integer :: i, longest
-      !> More settings than any scene has.
+      !> Largest number of overrides, more than any scene has settings.
       integer, parameter :: most = 10000
 
       if (n < 0 .or. n > most) then

@@ -1,4 +1,4 @@
-!> The settings of a C program's stepper: what `&integrator` can say, key by key, and the method that they ask for.
+!> Settings of a C program's stepper: the keys of `&integrator`, one by one, and the method for them.
 module nutate_c_settings
    use nutate_c_effects, only: add_failure
    use nutate_c_handles, only: stepper_handle_t, unprepare
@@ -25,7 +25,7 @@ contains
    subroutine set_key(handle, key, value, status)
       type(stepper_handle_t), intent(inout) :: handle
       character(len=*), intent(in) :: key
-      !> As in a scene; a text without its quotes.
+      !> Value as in a scene; a string without its quotes.
       character(len=*), intent(in) :: value
       type(status_t), intent(out) :: status
       type(group_kind_t) :: kinds(1)
@@ -106,12 +106,12 @@ contains
       call move_alloc(kept, group%settings)
    end subroutine drop
 
-   !> What is in force for a key of `&integrator`: what was set, or else what was chosen for it. Errors: those of
-   !> `prepare`; `NUTATE_BAD_ARGUMENT` for a key that is not known here.
+   !> Returns the value in force for a key of `&integrator`: the one that was set, or else the one that was chosen.
+   !> Errors: those of `prepare`; `NUTATE_BAD_ARGUMENT` for a key that is not known here.
    subroutine get_key(handle, key, value, status)
       type(stepper_handle_t), intent(inout) :: handle
       character(len=*), intent(in) :: key
-      !> As in a scene; a text without its quotes.
+      !> Value as in a scene; a string without its quotes.
       character(len=*), intent(out) :: value
       type(status_t), intent(out) :: status
       value = ''
@@ -146,7 +146,7 @@ contains
       value = adjustl(value)
    end subroutine get_key
 
-   !> Prepares the method that the settings ask for, or that is chosen for them. Errors: `NUTATE_BAD_ARGUMENT`.
+   !> Prepares the method of the settings, or the one that is chosen for them. Errors: `NUTATE_BAD_ARGUMENT`.
    subroutine prepare(handle, status)
       type(stepper_handle_t), intent(inout) :: handle
       type(status_t), intent(out) :: status
@@ -158,7 +158,7 @@ contains
          run%requested%attitude = run%requested%attitude .or. handle%system%effects%needs_attitude() .or. &
                               goal%accuracy > 0.0_wp .or. need_attitude(handle%sets)
          run%summary%settings%attitude = run%requested%attitude
-         ! What a run has chosen stays. Otherwise how far runs will go is not known yet.
+         ! The choice of a run stays. Otherwise the duration of runs is not known yet.
          call choose_settings(handle%system, run%state, 0.0_wp, goal%accuracy, goal%local_tolerance, &
                               run%summary%settings, choice, status)
          if (choice /= '') run%summary%choice = choice
@@ -170,14 +170,14 @@ contains
       handle%tested_dt = 0.0_wp
    end subroutine prepare
 
-   !> The same where it has not been done.
+   !> Prepares the method, unless that has been done. Errors: those of `prepare`.
    subroutine prepare_if_needed(handle, status)
       type(stepper_handle_t), intent(inout) :: handle
       type(status_t), intent(out) :: status
       if (.not. allocated(handle%run%stepper)) call prepare(handle, status)
    end subroutine prepare_if_needed
 
-   !> Settings, nominal step and goal from the group. Errors: `NUTATE_BAD_ARGUMENT`.
+   !> Reads settings, nominal step and goal from the group. Errors: `NUTATE_BAD_ARGUMENT`.
    subroutine read_settings(handle, status)
       type(stepper_handle_t), intent(inout) :: handle
       type(status_t), intent(inout) :: status
@@ -188,7 +188,7 @@ contains
       group = handle%group
       has_length = group%has('time_step') .or. group%has('accuracy') .or. group%has('local_tolerance')
       call drop(group, 'end_time')
-      ! What is read here must be a complete group.
+      ! `build_integrator` requires a complete group.
       if (.not. has_length) call put_number(group, 'time_step', 1.0_wp)
       call put_number(group, 'end_time', group%number('time_step', 1.0_wp))
       attitude = handle%run%requested%attitude
@@ -203,7 +203,7 @@ contains
       handle%run%requested%attitude = attitude
       handle%run%summary%settings = handle%run%requested
       handle%run%summary%choice = ''
-      ! The energy has a part of the auxiliary inertia.
+      ! The energy depends on the auxiliary inertia.
       handle%failure = 0
       associate (inverse_j0 => handle%run%requested%inverse_auxiliary_inertia)
          handle%first_energy = conserved_energy(handle%system, handle%first%state(), inverse_j0)

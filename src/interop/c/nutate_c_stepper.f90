@@ -1,4 +1,4 @@
-!> C interface: steppers, their settings and their state. What each function does stands in `include/nutate_stepper.h`.
+!> C interface: steppers, their settings and their state. The functions are documented in `include/nutate_stepper.h`.
 module nutate_c_stepper
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_int, c_loc, c_ptr, c_size_t
    use nutate_body, only: body_t, whole_body
@@ -34,7 +34,7 @@ module nutate_c_stepper
       nutate_stepper_set_canonical
    public :: find_variations, start_handle, set_scene
 
-   !> Sets of columns of a stepper that no scene has chosen.
+   !> Sets of columns of a stepper that is not made from a scene.
    character(len=name_length), parameter :: usual_sets(4) = [character(len=name_length) :: &
                                                              'quaternion', 'angular_velocity', 'energy', 'constraints']
 
@@ -185,10 +185,10 @@ contains
       code = conclude(handle, status)
    end function nutate_stepper_set_canonical
 
-   !> The state of a momentum, its wheels at the speeds that they were given: (Jᵣ + Σ Jw ssᵀ)Ω = L - h - Σ Jw ω s.
+   !> Returns the state for a momentum, with the wheels at their given speeds: (Jᵣ + Σ Jw ssᵀ)Ω = L - h - Σ Jw ω s.
    pure type(state_t) function state_of(system, t, q, p) result(state)
       type(system_t), intent(in) :: system
-      !> s; attitude and conjugate momentum, kg m²/s; shape (4).
+      !> Time, s; attitude and conjugate momentum, kg m²/s; shape (4).
       real(wp), intent(in) :: t, q(4), p(4)
       type(body_t) :: whole
       real(wp) :: omega(3)
@@ -221,7 +221,7 @@ contains
       handle%group%name = 'integrator'
    end subroutine start_handle
 
-   !> Hands a stepper over, or frees it where making it failed.
+   !> Stores a stepper in its slot, or frees it if making it failed.
    subroutine finish_handle(slot, handle, status)
       type(c_ptr), intent(inout) :: slot
       type(stepper_handle_t), pointer, intent(inout) :: handle
@@ -234,11 +234,11 @@ contains
       end if
    end subroutine finish_handle
 
-   !> Sets system, start and settings of a scene, and what its runs propagate.
+   !> Sets system, initial state and settings of a scene, and the quantities that its runs propagate.
    subroutine set_scene(handle, from, sets, status)
       type(stepper_handle_t), intent(inout), target :: handle
       type(scene_handle_t), intent(in) :: from
-      !> Sets of columns.
+      !> Names of sets of columns.
       character(len=*), intent(in) :: sets(:)
       type(status_t), intent(out) :: status
       type(propagated_t) :: propagated
@@ -258,10 +258,11 @@ contains
       if (status%ok() .and. shows_derivatives(sets)) call find_variations(from%scene, handle, status)
    end subroutine set_scene
 
-   !> Finds the sensitivities of the free numbers of a scene. Errors: `NUTATE_BAD_SCENE` for what has none.
+   !> Finds the sensitivities with respect to the parameters of a scene. Errors: `NUTATE_BAD_SCENE` if one does not
+   !> exist.
    subroutine find_variations(scene, handle, status)
       type(scene_t), intent(in) :: scene
-      !> Keeps those that it has where there is an error.
+      !> Stepper; keeps its sensitivities if there is an error.
       type(stepper_handle_t), intent(inout) :: handle
       type(status_t), intent(out) :: status
       type(variation_t), allocatable :: variations(:)
@@ -273,7 +274,7 @@ contains
       if (status%ok()) call move_alloc(variations, handle%variations)
    end subroutine find_variations
 
-   !> Stores the first state and the sets of columns.
+   !> Stores the initial state and the sets of columns.
    subroutine store_start(handle, state, sets, status)
       type(stepper_handle_t), intent(inout) :: handle
       type(state_t), intent(in) :: state
@@ -289,7 +290,7 @@ contains
       if (status%ok()) call replace_state(handle, state, status)
    end subroutine store_start
 
-   !> Tests time, attitude and what else makes a state. Errors: `NUTATE_BAD_ARGUMENT`.
+   !> Tests time, attitude and the other numbers of a state. Errors: `NUTATE_BAD_ARGUMENT`.
    subroutine check_numbers(t, q, other, status)
       real(wp), intent(in) :: t, q(4), other(:)
       type(status_t), intent(out) :: status
@@ -301,8 +302,8 @@ contains
       end if
    end subroutine check_numbers
 
-   !> Puts a state in place of the present one, from which energy and work count, the effects switched as they were
-   !> given and nothing held. Errors: those of `set_state`.
+   !> Replaces the present state. Energy and work are counted from the new one, the effects are switched as they were
+   !> given, and no value is held. Errors: those of `set_state`.
    subroutine replace_state(handle, state, status)
       type(stepper_handle_t), intent(inout), target :: handle
       type(state_t), intent(in) :: state
@@ -317,7 +318,7 @@ contains
       if (allocated(switched) .and. .not. status%ok()) handle%system%effects = switched
    end subroutine replace_state
 
-   !> Sets a state. Errors: `NUTATE_BAD_ARGUMENT` where momentum or energy are too large; those of callbacks.
+   !> Sets a state. Errors: `NUTATE_BAD_ARGUMENT` if momentum or energy is too large; those of callbacks.
    subroutine set_state(handle, state, status)
       type(stepper_handle_t), intent(inout) :: handle
       type(state_t), intent(in) :: state

@@ -1,4 +1,4 @@
-!> C interface: single steps, and states inside the last one. What each function does stands in
+!> C interface: single steps, and states inside the last one. The functions are documented in
 !> `include/nutate_stepper.h`.
 module nutate_c_stepping
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_int64_t, c_ptr
@@ -78,7 +78,7 @@ contains
       end do
    end function nutate_stepper_steps
 
-   !> A step of a method that is not prepared, or of a new length, or with something to be done around it.
+   !> Performs a step that needs more than the method's step: a preparation, a test of its length, callbacks, or angles.
    subroutine step_with_care(handle, dt, status)
       type(stepper_handle_t), intent(inout) :: handle
       real(wp), intent(in) :: dt
@@ -148,7 +148,7 @@ contains
          code = conclude(handle, null_argument('q or omega'))
          return
       end if
-      ! What was held in the last step may not be what is held now.
+      ! Values held in the last step may differ from those held now.
       if (needs_control(handle%system%effects)) status = fail( &
          NUTATE_BAD_ARGUMENT, 'a wheel has a speed_limit, or a controller a sample or limits (expected rows of a '// &
                                              'run at user-defined times)', 't')

@@ -1,4 +1,4 @@
-!> C interface: members of an ensemble. What each function does stands in `include/nutate_sweep.h`.
+!> C interface: members of an ensemble. The functions are documented in `include/nutate_sweep.h`.
 module nutate_c_sweep
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_int64_t, c_loc, c_ptr, c_size_t
    use nutate_c_effects, only: status_of_failure, report_failures_to
@@ -20,23 +20,23 @@ module nutate_c_sweep
    public :: nutate_sweep_size, nutate_sweep_field, nutate_sweep_table, nutate_sweep_members
 
    character(len=*), parameter :: no_scene = 'scene is NULL, destroyed or not a scene'
-   !> Names of a table, as in a file; threads, more than any machine has.
+   !> Largest number of names of a table, as in a file; largest number of threads, more than any machine has.
    integer(c_size_t), parameter :: most_names = 200
    integer(c_int), parameter :: most_threads = 4096
-   !> Bytes of a field.
+   !> Size of a field, bytes.
    integer(c_int64_t), parameter :: word = 8
 
-   !> What the threads share.
+   !> Data that the threads share.
    type :: answer_t
       type(poll_t) :: poll
       logical :: ended = .false.
-      !> No threads but the one that called.
+      !> True if only the calling thread works.
       logical :: alone = .false.
-      !> Status and what the callback returned, of a callback that failed, by thread; shape (2, threads).
+      !> Status of a callback that failed, and the value that it returned, by thread; shape (2, threads).
       integer(c_int), allocatable :: failures(:, :)
    end type answer_t
 
-   !> Calls the poll callback of a scene in the thread that called, and shows the others what it was told. Keeps the
+   !> Calls the poll callback of a scene in the calling thread, and passes its answer to the other threads. Keeps the
    !> failures of callbacks.
    type, extends(sweep_watcher_t) :: polling_sweep_t
       type(answer_t), pointer, private :: answer => null()
@@ -129,7 +129,7 @@ contains
       code = report(status, message, size)
    end function nutate_sweep_members
 
-   !> A scene by its handle, and the fields of a row. Code: `NUTATE_BAD_HANDLE`, or the error of `find_layout`.
+   !> Finds a scene by its handle, and the fields of a row. Code: `NUTATE_BAD_HANDLE`, or the error of `find_layout`.
    subroutine find_rows(scene, handle, layout, code)
       type(c_ptr), intent(in) :: scene
       type(scene_handle_t), pointer, intent(out) :: handle
@@ -141,7 +141,7 @@ contains
       code = status%code
    end subroutine find_rows
 
-   !> The fields of a row; none where the scene has no ensemble. Errors: a set of columns that does not exist.
+   !> Finds the fields of a row; none if the scene has no ensemble. Errors: a set of columns that does not exist.
    subroutine find_layout(scene, layout, status)
       type(scene_t), intent(in) :: scene
       type(row_layout_t), intent(out) :: layout
@@ -153,7 +153,7 @@ contains
       call unlock_texts()
    end subroutine find_layout
 
-   !> Errors: `NUTATE_BAD_ARGUMENT`.
+   !> Tests the arguments of `nutate_sweep_members`. Errors: `NUTATE_BAD_ARGUMENT`.
    subroutine check_members(handle, first, last, threads, status)
       type(scene_handle_t), intent(in) :: handle
       integer(c_int64_t), intent(in) :: first, last
@@ -170,15 +170,15 @@ contains
       end if
    end subroutine check_members
 
-   !> Adds a table of cases to a scene. Errors: `NUTATE_BAD_SCENE`; the scene is as it was then.
+   !> Adds a table of cases to a scene. Errors: `NUTATE_BAD_SCENE`; the scene is unchanged then.
    subroutine add_cases(scene, names, n_names, numbers, lines, status, whole)
       type(scene_t), intent(inout) :: scene
-      !> `char *[n_names]`, `double[lines][n_names]`.
+      !> Names, `char *[n_names]`, and values, `double[lines][n_names]`.
       type(c_ptr), intent(in) :: names, numbers
       integer, intent(in) :: n_names
       integer(c_size_t), intent(in) :: lines
       type(status_t), intent(out) :: status
-      !> On failure the message, however long.
+      !> Complete error message, if there is an error.
       character(len=:), allocatable, intent(out) :: whole
       type(c_ptr), pointer :: list(:)
       real(c_double), pointer :: values(:, :)
@@ -205,7 +205,7 @@ contains
    subroutine start(self, poll, threads)
       class(polling_sweep_t), intent(inout) :: self
       type(poll_t), intent(in) :: poll
-      !> How many will ask; the first is the one that calls.
+      !> Number of threads; the first is the calling one.
       integer, intent(in) :: threads
       if (.not. associated(self%answer)) allocate (self%answer)
       self%answer%poll = poll
@@ -228,14 +228,14 @@ contains
       self%answer%ended = .true.
    end function ask_program
 
-   !> Number of the thread that calls, from 1, the one that called the library.
+   !> Returns the number of the current thread, from 1, the thread that called the library.
    integer function thread_of(self) result(thread)
       class(polling_sweep_t), intent(in) :: self
       thread = 1
       !$ if (.not. self%answer%alone) thread = omp_get_thread_num() + 1
    end function thread_of
 
-   !> Makes the callbacks among the effects report their failures to the thread that calls.
+   !> Makes the callbacks among the effects report their failures to the cell of the current thread.
    subroutine prepare_callbacks(self, effects)
       class(polling_sweep_t), intent(in) :: self
       type(effect_list_t), intent(inout) :: effects

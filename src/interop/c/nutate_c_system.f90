@@ -1,4 +1,4 @@
-!> C interface: systems and their effects. What each function does stands in `include/nutate_system.h`.
+!> C interface: systems and their effects. The functions are documented in `include/nutate_system.h`.
 module nutate_c_system
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_funptr, c_int, c_int64_t, c_loc, &
       c_null_ptr, c_ptr, c_size_t
@@ -66,8 +66,8 @@ contains
       logical :: complete
       complete = c_associated(shape) .and. c_associated(lengths)
       if (complete) then
-         ! No shape has more lengths than this; one more shows that there are too many. A size of C beyond the greatest
-         ! integer is negative here.
+         ! No shape has more lengths than the maximum of `sizes`; one more shows that there are too many. A size of C
+         ! beyond the greatest integer is negative here.
          n = maxval(shape_kinds%sizes) + 1
          if (n_lengths >= 0) n = min(n, n_lengths)
          call c_f_pointer(lengths, numbers, [n])
@@ -115,7 +115,7 @@ contains
       type(body_t) :: whole
       if (.not. found(system, handle, code)) return
       code = NUTATE_OK
-      ! Symmetric: rows are columns.
+      ! The tensor is symmetric: rows are columns.
       if (present(inertia)) then
          whole = whole_body(handle%system%body)
          inertia = whole%inertia
@@ -162,13 +162,13 @@ contains
       code = conclude(handle, status)
    end function nutate_system_add_user_torque
 
-   !> True for a number that is given: not zero; NaN counts as given, and is refused later.
+   !> Returns true if a number is given: not zero. NaN is treated as given, and is rejected later.
    pure logical function given(x)
       real(wp), intent(in) :: x
       given = iand(transfer(x, 1_c_int64_t), huge(1_c_int64_t)) /= 0
    end function given
 
-   !> What a body by its inertia has beside it.
+   !> Puts mass, centre of mass and reference point of an inertia into a group.
    subroutine put_rest(group, mass, center_of_mass, about_center)
       type(group_t), intent(inout) :: group
       real(wp), intent(in) :: mass
@@ -182,7 +182,7 @@ contains
    !> Makes the body that a group describes and its handle.
    integer(c_int) function create(group, complete, missing, system, message, size) result(code)
       type(group_t), intent(inout) :: group
-      !> No argument that must be there is null, and its name.
+      !> True if no required argument is null; name of these arguments, for the error message.
       logical, intent(in) :: complete
       character(len=*), intent(in) :: missing
       type(c_ptr), intent(in) :: system, message

@@ -1,4 +1,4 @@
-!> C interface: the effects of a system. What each function does stands in `include/nutate_system.h`.
+!> C interface: the effects of a system. The functions are documented in `include/nutate_system.h`.
 module nutate_c_system_effects
    use, intrinsic :: iso_c_binding, only: c_double, c_int, c_ptr
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
@@ -113,20 +113,20 @@ contains
       code = conclude(handle, status)
    end function nutate_system_bound_torque
 
-   !> False for infinity, which says that there is no such limit.
+   !> Returns false for +infinity, which stands for no limit; else true, for NaN too.
    pure logical function is_finite_or_bad(x)
       real(wp), intent(in) :: x
       is_finite_or_bad = ieee_is_nan(x)
       if (.not. is_finite_or_bad) is_finite_or_bad = x <= huge(x)
    end function is_finite_or_bad
 
-   !> The argument is null.
+   !> Returns true if the argument is null.
    pure logical function missing_of(vector)
       real(wp), intent(in), optional :: vector(3)
       missing_of = .not. present(vector)
    end function missing_of
 
-   !> Puts a vector that is there into a group.
+   !> Puts a vector into a group, if it is present.
    subroutine put(group, name, vector)
       type(group_t), intent(inout) :: group
       character(len=*), intent(in) :: name
@@ -139,7 +139,7 @@ contains
       type(c_ptr), intent(in) :: system
       character(len=*), intent(in) :: name
       type(group_t), intent(inout) :: group
-      !> An argument is null.
+      !> True if an argument is null.
       logical, intent(in) :: missing
       type(system_handle_t), pointer :: handle
       type(status_t) :: status

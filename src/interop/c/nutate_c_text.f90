@@ -1,6 +1,6 @@
-!> Texts from and to C.
+!> Strings from and to C.
 !>
-!> What calls functions whose results are texts holds the lock of `nutate_text_lock`; steps and runs do not.
+!> Callers of functions whose results are strings hold the lock of `nutate_text_lock`; steps and runs do not.
 module nutate_c_text
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_int, c_null_char, c_ptr, c_size_t
    use nutate_status, only: NUTATE_BAD_ARGUMENT, NUTATE_OK, NUTATE_TRUNCATED
@@ -19,9 +19,9 @@ module nutate_c_text
 
 contains
 
-   !> A text that C gave; empty where it is null.
+   !> Copies a string of C; the result is empty if the address is null.
    subroutine copy_text(address, text)
-      !> Ended by NUL.
+      !> Address of the string, which ends with NUL.
       type(c_ptr), intent(in) :: address
       character(len=:), allocatable, intent(out) :: text
       character(kind=c_char), pointer :: bytes(:)
@@ -37,12 +37,12 @@ contains
       end do
    end subroutine copy_text
 
-   !> Writes a text into a buffer of C, cut to what fits and ended by NUL: `NUTATE_OK` or `NUTATE_TRUNCATED`;
+   !> Writes a string into a buffer of C, cut to its size and ended by NUL. Code: `NUTATE_OK` or `NUTATE_TRUNCATED`;
    !> `NUTATE_BAD_ARGUMENT` for a buffer that is null or has no room for the NUL.
    integer(c_int) function text_to_c(text, buffer, size) result(code)
       character(len=*), intent(in) :: text
       type(c_ptr), intent(in) :: buffer
-      !> Bytes of the buffer.
+      !> Size of the buffer, bytes.
       integer(c_size_t), intent(in) :: size
       character(kind=c_char), pointer :: bytes(:)
       integer :: i, length
@@ -58,20 +58,20 @@ contains
       if (length < len(text)) code = NUTATE_TRUNCATED
    end function text_to_c
 
-   !> Writes a message where the caller wants one.
+   !> Writes a message into a buffer, if there is one.
    subroutine message_to_c(text, buffer, size)
       character(len=*), intent(in) :: text
-      !> May be null.
+      !> Address of the buffer, or null.
       type(c_ptr), intent(in) :: buffer
       integer(c_size_t), intent(in) :: size
       integer(c_int) :: ignored
       ignored = text_to_c(trim(text), buffer, size)
    end subroutine message_to_c
 
-   !> One of the names of a comma separated list; empty beyond its end.
+   !> Returns one of the names of a comma separated list; empty beyond its end.
    pure function nth_name(list, n) result(name)
       character(len=*), intent(in) :: list
-      !> Counted from 1.
+      !> Number of the name, from 1.
       integer, intent(in) :: n
       character(len=:), allocatable :: name
       integer :: first, comma, i

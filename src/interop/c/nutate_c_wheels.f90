@@ -1,4 +1,4 @@
-!> C interface: wheels, orbit and Jacobi integral of a stepper. What each function does stands in
+!> C interface: wheels, orbit and Jacobi integral of a stepper. The functions are documented in
 !> `include/nutate_satellites.h`.
 module nutate_c_wheels
    use, intrinsic :: iso_c_binding, only: c_double, c_int, c_ptr, c_size_t
@@ -61,12 +61,12 @@ contains
       code = conclude(handle, status)
    end function nutate_stepper_set_motor
 
-   !> Errors: `NUTATE_BAD_ARGUMENT` for a wheel that does not exist, or that something else drives, and for a torque
-   !> that is none, or above its limit.
+   !> Tests a motor torque. Errors: `NUTATE_BAD_ARGUMENT` for a wheel that does not exist, or that something else
+   !> drives, and for a torque that is not finite, too large, or above its limit.
    subroutine check_motor(effects, wheel, torque, status)
       type(effect_list_t), intent(in) :: effects
       integer(c_size_t), intent(in) :: wheel
-      !> N m.
+      !> Motor torque, N m.
       real(wp), intent(in) :: torque
       type(status_t), intent(out) :: status
       if (wheel < 1 .or. wheel > effects%n_wheels) then
@@ -82,12 +82,12 @@ contains
       end if
    end subroutine check_motor
 
-   !> Lets a motor hold a torque from now on; the last step cannot be looked into any more.
+   !> Makes a motor hold a torque from now on; states inside the last step are no longer available.
    subroutine hold_torque(handle, wheel, torque)
-      !> Prepared.
+      !> Prepared stepper.
       type(stepper_handle_t), intent(inout) :: handle
       integer, intent(in) :: wheel
-      !> N m.
+      !> Motor torque, N m.
       real(wp), intent(in) :: torque
       if (.not. allocated(handle%given)) allocate (handle%given, source=handle%system%effects)
       handle%system%effects%wheels(wheel)%command = torque
@@ -152,7 +152,7 @@ contains
       type(c_ptr), intent(in) :: stepper
       logical, intent(in) :: needs_attitude
       type(stepper_handle_t), pointer, intent(out) :: handle
-      !> As `find_readable` has it; `NUTATE_BAD_ARGUMENT` without an orbit.
+      !> Status code of `find_readable`; `NUTATE_BAD_ARGUMENT` without an orbit.
       integer(c_int), intent(out) :: code
       call find_readable(stepper, .true., needs_attitude, handle, code)
       if (code /= NUTATE_OK) return
