@@ -34,8 +34,8 @@ subroutine num2q(r, q, info)
    if (info == 0) q = quat_from_matrix(r)
 end subroutine num2q
 
-!> NUQ2E converts a quaternion to the Euler angles z-x-z. Where THETA is 0 or pi only the sum or the difference of PHI
-!> and PSI is defined; PSI is then 0.
+!> NUQ2E converts a quaternion to the Euler angles z-x-z. If THETA is 0 or pi, only the sum or the difference of PHI and
+!> PSI is defined; PSI is then 0.
 subroutine nuq2e(q, phi, theta, psi, info)
    use nutate_attitude, only: euler_from_quat
    use nutate_f77_check, only: is_attitude

@@ -29,7 +29,8 @@ subroutine nubset(nc, aj, iframe, work, lwork, info)
    info = -info
 end subroutine nubset
 
-!> NUBTHR sets how many threads share the bodies of a call of NUBODY, NUBKIK or NUBDRF. No bit depends on it.
+!> NUBTHR sets how many threads share the bodies of a call of NUBODY, NUBKIK or NUBDRF. Results are bitwise identical
+!> for any number of threads.
 subroutine nubthr(nt, work, lwork, info)
    use nutate_f77_classes, only: find_bad_work, most_threads, set_threads
    use nutate_kinds, only: wp
@@ -52,7 +53,7 @@ end subroutine nubthr
 !> NUBODY moves bodies by a step: AL by DT*TOR, then Q without torque.
 !>
 !> AL is half a step behind Q: before the first step call NUBKIK with -DT/2, after the last one with DT/2. A body fails
-!> where a number is not finite or beyond 1D100, |Q| is not 1 to 5D-10, it has no class, or it turns by over 1D8 rad.
+!> if a number is not finite or beyond 1D100, |Q| is not 1 to 5D-10, it has no class, or it rotates by over 1D8 rad.
 subroutine nubody(n, dt, ic, q, al, tor, mbad, ibad, nbad, work, lwork, info)
    use nutate_bodies, only: movement_t
    use nutate_f77_classes, only: find_bad_move, move_by_work
@@ -152,7 +153,7 @@ subroutine nubdrf(n, dt, ic, q, al, mbad, ibad, nbad, work, lwork, info)
    integer, intent(in) :: lwork
    !> (output) 0; -i: argument i is wrong, nothing has changed; 4: NBAD bodies failed, all others have moved.
    integer, intent(out) :: info
-   ! One argument less than NUBODY has: those behind AL have numbers less by one.
+   ! NUBDRF has no TOR: its arguments after AL have numbers one less than those of NUBODY.
    info = find_bad_move(n, dt, mbad, work, lwork)
    if (info > 5) info = info - 1
    info = -info

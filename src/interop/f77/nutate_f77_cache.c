@@ -1,6 +1,6 @@
-/* Where a thread keeps the prepared bodies of its work arrays: one address a thread. See nutate_f77_prepared.f90.
+/* Keeps the address of the cache of each thread: the prepared bodies of its work arrays. See nutate_f77_prepared.f90.
  *
- * Threads share nothing here, so that no call waits for another one. What a thread has kept is freed when it ends. */
+ * Threads share nothing here, so that no call waits for another one. The cache of a thread is freed when it ends. */
 #ifndef _GNU_SOURCE
 #define _GNU_SOURCE
 #endif
@@ -14,7 +14,7 @@ void *nutate_f77_cache(void);
 double nutate_f77_mark(void);
 void nutate_f77_keep_cache(void *cache);
 
-/* Frees a cache. In nutate_f77_prepared.f90. */
+/* Frees a cache. Defined in nutate_f77_prepared.f90. */
 void nutate_f77_free_cache(void *cache);
 
 /* The cache of this thread, and the key by which a thread that ends finds it. */
@@ -25,7 +25,7 @@ static int has_key;
 
 static void make_key(void) { has_key = pthread_key_create(&key, nutate_f77_free_cache) == 0; }
 
-/* The cache of this thread; NULL where there is none yet. */
+/* Returns the cache of this thread; NULL if there is none yet. */
 void *nutate_f77_cache(void) { return own; }
 
 void nutate_f77_keep_cache(void *cache)
@@ -35,7 +35,7 @@ void nutate_f77_keep_cache(void *cache)
     if (has_key) pthread_setspecific(key, cache);
 }
 
-/* A whole number below 2^52 that no other body has, in whatever thread and process: time, thread and a count, mixed as in
+/* Returns an integer below 2^52 that no other body has, in any thread and process: time, thread and a count, mixed as in
  * Steele, Lea and Flood's SplitMix64. */
 double nutate_f77_mark(void)
 {
@@ -50,7 +50,7 @@ double nutate_f77_mark(void)
     return (double)((bits ^ (bits >> 31)) >> 12);
 }
 
-/* The first thread ends with the program, or the library leaves it. */
+/* Frees the cache of the first thread when the program ends or unloads the library. */
 #if defined __GNUC__
 static void __attribute__((destructor)) clear_up(void)
 {

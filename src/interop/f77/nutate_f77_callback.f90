@@ -1,6 +1,6 @@
-!> Potentials and torques that a FORTRAN 77 program computes in subroutines of its own.
+!> Potentials and torques that a FORTRAN 77 program computes in user-defined subroutines.
 !>
-!> Numbers that are not finite or exceed 1e100 do not reach the equations: they count as zero, and the failure is noted.
+!> Numbers that are not finite or exceed 1e100 are replaced by zero in the equations, and the failure is recorded.
 module nutate_f77_callback
    use nutate_effect, only: potential_t, torque_t
    use nutate_f77_interfaces, only: f77_potential, f77_torque
@@ -11,12 +11,12 @@ module nutate_f77_callback
 
    public :: failure_t, f77_potential_t, f77_torque_t
 
-   !> What a callback that goes wrong sets to 1; the effects are constant in a step, so that it lies outside of them.
+   !> Holds the flag that a failed callback sets to 1. The flag is not in the effects, which are constant in a step.
    type :: failure_t
       integer, pointer :: noted => null()
    end type failure_t
 
-   !> U(γ) of a program.
+   !> Potential U(γ) of a program.
    type, extends(potential_t) :: f77_potential_t
       procedure(f77_potential), pointer, nopass :: ask => null()
       integer, pointer, contiguous :: iuser(:) => null()
@@ -27,7 +27,7 @@ module nutate_f77_callback
       procedure :: gradient
    end type f77_potential_t
 
-   !> τ(t, q, Ω) of a program, Ω absolute.
+   !> Torque τ(t, q, Ω) of a program, Ω absolute.
    type, extends(torque_t) :: f77_torque_t
       procedure(f77_torque), pointer, nopass :: ask => null()
       integer, pointer, contiguous :: iuser(:) => null()
@@ -70,7 +70,7 @@ contains
       tau = 0.0_wp
    end function torque
 
-   !> The failure is passed by value: a pure procedure may set what such a copy points to.
+   !> Records a failure, passed by value: a pure procedure may set the target of such a copy.
    pure subroutine note(failure)
       type(failure_t), value :: failure
       failure%noted = 1

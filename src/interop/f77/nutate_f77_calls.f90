@@ -1,7 +1,7 @@
-!> What NUSTEP and NURUN do.
+!> Steps of NUSTEP and NURUN.
 !>
-!> Every procedure that uses a module that leads to the IEEE modules saves the state of the processor (gfortran 12), for
-!> a twentieth of a step. So NUSTEP calls what it does by a binding label.
+!> Every procedure that uses a module that leads to the IEEE modules saves the state of the processor (gfortran 12),
+!> which takes a twentieth of a step. So NUSTEP calls `perform_steps` by its binding label.
 module nutate_f77_calls
    use, intrinsic :: iso_c_binding, only: c_double, c_f_procpointer, c_funptr, c_int
    use nutate_f77_prepared, only: f77_body_t, find_body, let_go
@@ -23,9 +23,9 @@ contains
       !> Step and time, s; attitude; conjugate momentum, kg m²/s.
       real(c_double), intent(in) :: dt
       real(c_double), intent(inout) :: t, q(4), p(4)
-      !> POT and TOR.
+      !> Callbacks POT and TOR.
       type(c_funptr), intent(in), value :: pot, tor
-      !> The program's own, for the callbacks.
+      !> User data, passed to the callbacks.
       integer(c_int), intent(in) :: iuser(*)
       real(c_double), intent(in) :: ruser(*)
       real(c_double), intent(inout), target :: work(*)
@@ -71,7 +71,7 @@ contains
       call body%set_torque(torque, iuser, ruser)
    end subroutine set_callbacks
 
-   !> The same as a run, which subdivides steps that fail.
+   !> Performs the steps of a call as a run, which subdivides steps that fail.
    subroutine run_again(n, dt, t, q, p, body, work, info)
       integer, intent(in) :: n
       real(wp), intent(in) :: dt
@@ -90,7 +90,7 @@ contains
 
    !> Performs the steps of a call of NURUN, which describes the arguments, with rows.
    subroutine perform_rows(request, pot, tor, iuser, ruser, work, lwork, info)
-      !> Its rows associated.
+      !> Steps to perform, with associated rows.
       type(request_t), intent(inout) :: request
       procedure(f77_potential) :: pot
       procedure(f77_torque) :: tor

@@ -22,16 +22,16 @@ module nutate_f77_check
 
 contains
 
-   !> A quaternion of unit length, |qᵀq - 1| within the tolerance of a state: none is normalised here.
+   !> Returns true for a quaternion of unit length, |qᵀq - 1| within the tolerance of a state; none is normalised here.
    pure logical function is_attitude(q)
-      !> Shape (4).
+      !> Quaternion; shape (4).
       real(wp), intent(in) :: q(4)
       is_attitude = is_unit(q, 0.5_wp*manifold_tolerance)
    end function is_attitude
 
-   !> An orthogonal matrix of determinant 1.
+   !> Returns true for an orthogonal matrix of determinant 1.
    pure logical function is_rotation(r)
-      !> Shape (3,3).
+      !> Matrix; shape (3,3).
       real(wp), intent(in) :: r(3, 3)
       is_rotation = .false.
       if (.not. all(is_moderate(r))) return
@@ -39,7 +39,7 @@ contains
       is_rotation = dot_product(cross(r(:, 1), r(:, 2)), r(:, 3)) > 0.0_wp
    end function is_rotation
 
-   !> A motion that can be computed with.
+   !> Returns true for a state that `check_motion` accepts.
    logical function is_motion(system, state)
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
@@ -48,7 +48,8 @@ contains
       is_motion = status%ok()
    end function is_motion
 
-   !> The array holds what NUINIT wrote, in the length that it needs. 0, 1 if it is not that of NUINIT, 2 if too short.
+   !> Returns 0 if NUINIT has filled the array and it is long enough, 1 if NUINIT has not filled it, 2 if it is too
+   !> short.
    pure integer function is_ready(work, lwork)
       real(wp), intent(in) :: work(*)
       integer, intent(in) :: lwork
@@ -58,7 +59,7 @@ contains
       if (lwork < int(work(1))) is_ready = 2
    end function is_ready
 
-   !> The number of the argument of NUINIT that is wrong, 0 if none is; sets body and 1/J0.
+   !> Finds the number of the argument of NUINIT that is wrong, 0 if none is; sets body and 1/J0.
    pure subroutine check_setup(setup, tensor, j0, bad)
       type(setup_t), intent(inout) :: setup
       !> Inertia tensor, body axes, kg m²; J0, kg m².
@@ -93,7 +94,7 @@ contains
       if (.not. status%ok()) bad = 1
    end subroutine check_setup
 
-   !> The number of the first of IFORM, IORDER and ICALL that is wrong, 0 if none is.
+   !> Returns the number of the first of IFORM, IORDER and ICALL that is wrong, 0 if none is.
    pure integer function find_bad_form(setup) result(bad)
       type(setup_t), intent(in) :: setup
       bad = 0
@@ -106,9 +107,9 @@ contains
       end if
    end function find_bad_form
 
-   !> The number of the first bound that is wrong, 0 if none is.
+   !> Returns the number of the first bound that is wrong, 0 if none is.
    pure integer function find_bad_bound(bounds) result(bad)
-      !> Shape (any).
+      !> Bounds; shape (any).
       real(wp), intent(in) :: bounds(:)
       do bad = 1, size(bounds)
          if (.not. admits(NON_NEGATIVE, bounds(bad:bad))) return
@@ -116,14 +117,14 @@ contains
       bad = 0
    end function find_bad_bound
 
-   !> J0 <= 0: infinite.
+   !> Returns true if J0 <= 0, which stands for infinity.
    pure logical function is_left_out(j0)
       real(wp), intent(in) :: j0
       is_left_out = is_moderate(j0)
       if (is_left_out) is_left_out = j0 <= 0.0_wp
    end function is_left_out
 
-   !> Energy and torque of the weight can be computed with.
+   !> Returns true if energy and torque of gravity are within the limits.
    pure logical function is_moderate_weight(setup)
       type(setup_t), intent(in) :: setup
       type(gravity_t) :: gravity
@@ -132,13 +133,14 @@ contains
       is_moderate_weight = gravity%is_valid()
    end function is_moderate_weight
 
-   !> The number of the first of N, DT, T, Q, P that is wrong, 0 if none is. What the last call left is not tested.
+   !> Returns the number of the first of N, DT, T, Q, P that is wrong, 0 if none is. The results of the last call are
+   !> not tested.
    integer function find_bad_step(n, dt, t, q, p, body, work) result(bad)
       integer, intent(in) :: n
       real(wp), intent(in) :: dt, t, q(4), p(4)
-      !> Of `work`.
+      !> Body of `work`.
       type(f77_body_t), intent(in) :: body
-      !> From NUINIT.
+      !> Work array from NUINIT.
       real(wp), intent(in) :: work(*)
       type(status_t) :: status
       bad = 0
@@ -155,11 +157,11 @@ contains
       else if (.not. all(is_moderate(p))) then
          bad = 5
       else
-         ! The reduced form has no q·p.
+         ! The reduced formulation requires q·p = 0.
          if (body%setup%solver == 1 .and. abs(dot_product(q, p)) > manifold_tolerance*norm2(p)) bad = 5
          if (.not. is_motion(body%system, state_t(t=t, q=q, p=p))) bad = 5
          if (bad == 0) call check_step(body%system, state_t(t=t, q=q, p=p), dt, status)
-         ! Too far a turn: the larger one of rate and step is wrong.
+         ! If the body rotates too far, the larger one of rate and step is wrong.
          if (bad == 0 .and. .not. status%ok()) bad = merge(2, 5, abs(dt) >= maxval(abs(angular_velocity(body%system, &
             state_t(t=t, q=q, p=p)))))
       end if

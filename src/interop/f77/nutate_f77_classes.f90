@@ -1,5 +1,5 @@
-!> The work array of the FORTRAN 77 routines for many bodies: the classes, as NUBSET has made them. Plain numbers, no
-!> addresses: a copy is as good as the original.
+!> The work array of the FORTRAN 77 routines for many bodies: the classes, as NUBSET has made them. It holds plain
+!> numbers, no addresses: a copy is as good as the original.
 !>
 !> WORK(1): its length; (2): a mark; (3): IFRAME + 4 NT, NT threads; (4): number of classes; then the classes.
 module nutate_f77_classes
@@ -18,25 +18,25 @@ module nutate_f77_classes
 
    !> Bits of the second number of an array that NUBSET has filled: `NUBODY 1` in ASCII.
    integer(int64), parameter :: mark = int(z'4E55424F44592031', int64)
-   !> Numbers before the classes, and of a class.
+   !> Count of numbers before the classes, and in a class.
    integer, parameter :: head = 4, class_size = 23
-   !> Frames that WORK(3) has room for, one thread, and threads, more than any program has.
+   !> Number of frames that WORK(3) has room for; one thread; largest number of threads, more than any program has.
    integer, parameter :: frames = 4, one_thread = 1, most_threads = 4096
 
 contains
 
-   !> Length of the array for some classes.
+   !> Returns the length of the array for a number of classes.
    pure integer function classes_length(n)
       integer, intent(in) :: n
       classes_length = head + class_size*n
    end function classes_length
 
-   !> Fills the array. Tells which of AJ and IFRAME is wrong by its number as an argument of NUBSET, 0 if none is.
+   !> Fills the array. Finds the number of the argument of NUBSET that is wrong, AJ or IFRAME; 0 if none is.
    subroutine fill_classes(tensors, frame, work, bad)
-      !> kg m²; shape (3, 3, number of classes).
+      !> Inertia tensors, body axes, kg m²; shape (3, 3, number of classes).
       real(wp), intent(in) :: tensors(:, :, :)
       integer, intent(in) :: frame
-      !> Shape (as `classes_length` says).
+      !> Work array; shape (`classes_length` of the number of classes).
       real(wp), intent(inout), target, contiguous :: work(:)
       integer, intent(out) :: bad
       type(body_t), allocatable :: bodies(:)
@@ -61,7 +61,7 @@ contains
       classes = made
    end subroutine fill_classes
 
-   !> The number of the first of N, DT, MBAD, WORK, LWORK that is wrong, as an argument of NUBODY; 0 if none is.
+   !> Returns the number of the first of N, DT, MBAD, WORK, LWORK that is wrong, as an argument of NUBODY; 0 if none is.
    pure integer function find_bad_move(n, dt, most, work, lwork) result(bad)
       integer, intent(in) :: n, most, lwork
       real(wp), intent(in) :: dt, work(*)
@@ -78,7 +78,7 @@ contains
       end if
    end function find_bad_move
 
-   !> 1 if WORK was not filled by NUBSET, 2 if LWORK is too small, 0 if nothing is wrong.
+   !> Returns 1 if WORK was not filled by NUBSET, 2 if LWORK is too small, 0 if nothing is wrong.
    pure integer function find_bad_work(work, lwork) result(bad)
       integer, intent(in) :: lwork
       real(wp), intent(in) :: work(*)
@@ -94,9 +94,9 @@ contains
 
    !> Sets how many threads share the bodies of a call.
    pure subroutine set_threads(threads, work)
-      !> 0: those of OpenMP.
+      !> Number of threads; 0: that of OpenMP.
       integer, intent(in) :: threads
-      !> Filled by `fill_classes`.
+      !> Work array, filled by `fill_classes`.
       real(wp), intent(inout) :: work(*)
       work(3) = real(modulo(int(work(3)), frames) + frames*threads, wp)
    end subroutine set_threads
@@ -105,7 +105,7 @@ contains
    subroutine move_by_work(what, n, class_of, q, l, torque, bad, n_bad, work, info)
       type(movement_t), intent(in) :: what
       integer, intent(in) :: n
-      !> Shape (n); all bodies are of the first class if it begins with 0.
+      !> Class of each body; shape (n); all bodies are of the first class if it begins with 0.
       integer, intent(in), contiguous :: class_of(:)
       real(wp), intent(inout) :: q(4, n), l(3, n)
       real(wp), intent(in), contiguous :: torque(:, :)

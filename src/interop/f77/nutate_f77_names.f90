@@ -1,5 +1,5 @@
-!> The arguments of the FORTRAN 77 routines by their names, for messages. `tools/lint/f77_arguments.py` compares it with
-!> the routines.
+!> Names of the arguments of the FORTRAN 77 routines, for messages. `tools/lint/f77_arguments.py` compares them with the
+!> routines.
 module nutate_f77_names
    implicit none
    private
@@ -37,11 +37,11 @@ module nutate_f77_names
 
 contains
 
-   !> Name of an argument; empty for a routine or an argument that does not exist.
+   !> Returns the name of an argument; empty for a routine or an argument that does not exist.
    pure function argument_name(routine, number) result(name)
-      !> In upper or lower case.
+      !> Name of the routine, in upper or lower case.
       character(len=*), intent(in) :: routine
-      !> Counted from 1.
+      !> Number of the argument, from 1.
       integer, intent(in) :: number
       character(len=:), allocatable :: name
       character(len=72) :: rest
@@ -58,7 +58,7 @@ contains
       end do
    end function argument_name
 
-   !> A text in upper case.
+   !> Returns a string in upper case.
    pure function upper(text)
       character(len=*), intent(in) :: text
       character(len=len(text)) :: upper

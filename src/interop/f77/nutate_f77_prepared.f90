@@ -1,9 +1,9 @@
 !> Bodies of FORTRAN 77 programs, prepared for their steps.
 !>
-!> All that a body is and was stays in WORK, as plain numbers. What has been made of the set-up in it, system and
-!> stepper, is kept on a cache of the thread, so that it is made once and not in every call: a call finds it by a
-!> hash of the set-up. Work arrays with the same set-up share it, copies included; each call gives the stepper the
-!> memory that is in its own WORK. Nothing that is on the cache changes a result, so that bodies may leave it.
+!> All data of a body stay in WORK, as plain numbers. System and stepper, made from the set-up in WORK, are kept in a
+!> cache of the thread, so that they are made once and not in every call: a call finds them by a hash of the set-up.
+!> Work arrays with the same set-up share them, copies included; each call restores the memory of the stepper from its
+!> own WORK. Nothing in the cache changes a result, so that bodies may leave it.
 module nutate_f77_prepared
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_loc, c_ptr
    use, intrinsic :: iso_fortran_env, only: int64
@@ -27,12 +27,13 @@ module nutate_f77_prepared
 
    public :: f77_body_t, find_body, let_go
 
-   !> Bodies that a cache has room for at first, and at most: some 100 MB at order 2.
+   !> Number of bodies that a cache has room for at first, and at most: some 100 MB at order 2.
    integer, parameter :: first_room = 64, most_room = 16384
-   !> Places in which a body is looked for: were there more, a body that is not there would cost more than it saves.
+   !> Largest number of places that are searched for a body; with more, a search without success costs more than it
+   !> saves.
    integer, parameter :: most_places = 8
 
-   !> A body as NUINIT was told it, ready for steps.
+   !> A body as NUINIT received it, ready for steps.
    type :: f77_body_t
       type(setup_t) :: setup
       !> The numbers of the set-up and their hash, as in WORK.
@@ -40,26 +41,27 @@ module nutate_f77_prepared
       real(wp), private :: hash = 0.0_wp
       type(system_t) :: system
       class(stepper_t), allocatable :: stepper
-      !> What the stepper remembers before its first step.
+      !> Data of the stepper before its first step.
       real(wp), allocatable :: fresh(:)
-      !> The state that is moved; its wheels and its balance stay empty.
+      !> State that steps update; its wheels and its energy balance stay empty.
       type(state_t) :: state
-      !> Time from which steps count, their length, s, and how many there were.
+      !> Time from which steps are counted, and their length, s; number of steps since then.
       real(wp) :: first_time = 0.0_wp, dt = 0.0_wp, steps = 0.0_wp
-      !> What no other body has, and the number of the call: a WORK with both holds what the body has left there.
+      !> Mark that no other body has, and number of the call: a WORK with both was left by the last call of the body.
       real(wp) :: mark = 0.0_wp, call = 0.0_wp
-      !> Of its steps: success between two calls.
+      !> Status of the steps: success between two calls.
       type(status_t) :: status
-      !> 1: a callback has returned a number that is not finite or exceeds 1e100.
+      !> Flag, 1 if a callback has returned a number that is not finite or exceeds 1e100.
       integer :: failed = 0
-      !> A call works with it: another one, from inside a callback, needs one of its own, which is on no cache.
+      !> True while a call uses the body: a call inside a callback needs another one. True if the body is in no cache.
       logical, private :: is_busy = .false., is_alone = .false.
    contains
-      !> True if a call goes on from the last one of the body, with its step: nothing is to be tested, or recalled.
+      !> Returns true if a call continues the last one of the body, with its step: nothing has to be tested, or
+      !> restored.
       procedure :: is_next
-      !> Gives a body the state of any other call, and what WORK remembers of the steps to it.
+      !> Restores the state of any other call, and the data that WORK keeps of the steps to it.
       procedure :: recall
-      !> Forgets that a step has failed.
+      !> Clears the failure of a step.
       procedure :: start_again
       !> Sets the callbacks of a call.
       procedure :: set_potential
@@ -71,9 +73,9 @@ module nutate_f77_prepared
       type(f77_body_t), pointer :: body => null()
    end type slot_t
 
-   !> The bodies of a thread: a table in which a body is near the place that its hash gives it.
+   !> Bodies of a thread: a table in which a body is near the place that its hash gives.
    type :: cache_t
-      !> Shape (0:room - 1), the room a power of two.
+      !> Places of the table; shape (0:room - 1), the room a power of two.
       type(slot_t), allocatable :: places(:)
    end type cache_t
 
@@ -94,9 +96,9 @@ module nutate_f77_prepared
 
 contains
 
-   !> The body of a work array: from the cache, or made. To be given back by `let_go`.
+   !> Returns the body of a work array, from the cache or newly made. Callers give it back with `let_go`.
    function find_body(work) result(body)
-      !> From NUINIT.
+      !> Work array from NUINIT.
       real(wp), intent(in), target :: work(*)
       type(f77_body_t), pointer :: body
       type(cache_t), pointer :: cache
@@ -116,7 +118,7 @@ contains
       body => search_body(work)
    end function find_body
 
-   !> The same where the body is not in its first place.
+   !> Returns the body of a work array, from the cache or newly made, if it is not in its first place.
    function search_body(work) result(body)
       real(wp), intent(in), target :: work(*)
       type(f77_body_t), pointer :: body
@@ -148,7 +150,8 @@ contains
       body%failed = 0
    end function search_body
 
-   !> True if the set-up of a body is that of a work array: known where the body has moved that or a copy of it.
+   !> Returns true if the set-up of a body is that of a work array; a mark shows this if the body has used the array or
+   !> a copy.
    pure logical function is_of(body, work)
       type(f77_body_t), intent(in) :: body
       real(wp), intent(in) :: work(*)
@@ -158,27 +161,27 @@ contains
       if (is_of) is_of = has_setup(work, body%numbers)
    end function is_of
 
-   !> The first place of a body.
+   !> Returns the first place of a body.
    pure integer function home(hash, room)
-      !> Not below 0 unless WORK is broken.
+      !> Hash of the set-up, not below 0 unless WORK is broken.
       real(wp), intent(in) :: hash
       integer, intent(in) :: room
       home = 0
       if (hash >= 0.0_wp .and. hash < 2.0_wp**32) home = int(iand(int(hash, int64), int(room - 1, int64)))
    end function home
 
-   !> Gives a body back.
+   !> Gives a body back to the cache, or deletes it if it is in none.
    subroutine let_go(body)
       type(f77_body_t), pointer, intent(inout) :: body
       body%is_busy = .false.
       if (body%is_alone) deallocate (body)
    end subroutine let_go
 
-   !> True if a call goes on from the last one of the body, with its step.
+   !> Returns true if a call continues the last one of the body, with its step.
    pure logical function is_next(self, work, dt, t, q, p)
       class(f77_body_t), intent(in) :: self
       real(wp), intent(in) :: work(*)
-      !> s; attitude and conjugate momentum, shape (4).
+      !> Step and time, s; attitude and conjugate momentum, shape (4).
       real(wp), intent(in) :: dt, t, q(4), p(4)
       integer :: k
       k = place_at(work)
@@ -189,11 +192,11 @@ contains
                              p(3) == self%state%p(3) .and. p(4) == self%state%p(4)
    end function is_next
 
-   !> Gives a body the state of any other call, and what WORK remembers of the steps to it.
+   !> Restores the state of any other call, and the data that WORK keeps of the steps to it.
    subroutine recall(self, work, dt, t, q, p)
       class(f77_body_t), intent(inout) :: self
       real(wp), intent(in), target :: work(*)
-      !> s; attitude and conjugate momentum, shape (4).
+      !> Step and time, s; attitude and conjugate momentum, shape (4).
       real(wp), intent(in) :: dt, t, q(4), p(4)
       integer :: k, used
       k = place_at(work)
@@ -219,8 +222,8 @@ contains
       end if
    end subroutine recall
 
-   !> Puts a body on a cache that does not have it: in a free place near its own, or, on a full cache, in place of
-   !> another one; if all of these are busy, it is alone.
+   !> Puts a new body into a cache: in a free place near its own, or, if the cache is full, in place of another body. If
+   !> all of these are busy, the body stays outside of the cache.
    recursive subroutine put(cache, body)
       type(cache_t), intent(inout) :: cache
       type(f77_body_t), pointer, intent(in) :: body
@@ -293,10 +296,10 @@ contains
       call body%stepper%put_memory(size(body%fresh), body%fresh, used)
    end function new_body
 
-   !> The effects that a set-up asks for: gravity, POT, damping, TOR, in this order; absent what is zero.
+   !> Builds the effects of a set-up: gravity, POT, damping, TOR, in this order, without those that are zero.
    subroutine build_effects(setup, failed, effects)
       type(setup_t), intent(in) :: setup
-      !> Set to 1 when a callback returns a number that is not finite or exceeds 1e100.
+      !> Flag, set to 1 when a callback returns a number that is not finite or exceeds 1e100.
       integer, pointer, intent(in) :: failed
       type(effect_list_t), intent(inout) :: effects
       type(gravity_t) :: gravity
@@ -326,18 +329,18 @@ contains
       call effects%add(torque)
    end subroutine build_effects
 
-   !> Forgets that a step has failed.
+   !> Clears the failure of a step.
    subroutine start_again(self)
       class(f77_body_t), intent(inout) :: self
       self%status = status_t()
       self%failed = 0
    end subroutine start_again
 
-   !> Sets POT of a call, where there is one: the last potential.
+   !> Sets POT of a call in the last potential, if POT is in use.
    subroutine set_potential(self, pot, iuser, ruser)
       class(f77_body_t), intent(inout) :: self
       procedure(f77_potential) :: pot
-      !> The program's own.
+      !> User data, passed to POT.
       integer, intent(in), target :: iuser(*)
       real(wp), intent(in), target :: ruser(*)
       if (mod(self%setup%callbacks, 2) == 0) return
@@ -349,11 +352,11 @@ contains
       end select
    end subroutine set_potential
 
-   !> Sets TOR of a call, where there is one: the last torque.
+   !> Sets TOR of a call in the last torque, if TOR is in use.
    subroutine set_torque(self, tor, iuser, ruser)
       class(f77_body_t), intent(inout) :: self
       procedure(f77_torque) :: tor
-      !> The program's own.
+      !> User data, passed to TOR.
       integer, intent(in), target :: iuser(*)
       real(wp), intent(in), target :: ruser(*)
       if (self%setup%callbacks < 2) return

@@ -1,4 +1,4 @@
-!> Steps for FORTRAN 77: what NUINIT, NUSTEP and NURUN do once their arguments have been tested.
+!> Steps for FORTRAN 77: the work of NUINIT, NUSTEP and NURUN after the tests of their arguments.
 module nutate_f77_stepping
    use nutate_body, only: diagonal, make_body
    use nutate_f77_prepared, only: f77_body_t
@@ -25,38 +25,38 @@ module nutate_f77_stepping
 
    public :: request_t, f77_invariants_t, needed_size, start_work, go_on, take_steps, find_invariants
 
-   !> Effects that do work: damping and TOR.
+   !> Largest number of effects that do work: damping and TOR.
    integer, parameter :: most_works = 2
 
    !> Writes rows into an array of the program, or none.
    type, extends(observer_t) :: row_store_t
-      !> t, q, Ω, l, H; shape (12, number of rows).
+      !> Rows of t, q, Ω, l, H; shape (12, number of rows).
       real(wp), pointer, contiguous :: rows(:, :) => null()
-      !> Rows written.
+      !> Number of rows written.
       integer :: n = 0
-      !> 1: a callback has returned a number that is not finite or exceeds 1e100.
+      !> Flag, 1 if a callback has returned a number that is not finite or exceeds 1e100.
       integer, pointer :: failed => null()
    contains
       procedure :: observe => store_row
       procedure :: poll => stop_on_failure
    end type row_store_t
 
-   !> What a call of NUSTEP or NURUN asks for.
+   !> Steps that a call of NUSTEP or NURUN requests.
    type :: request_t
-      !> Steps to take, and steps between two rows.
+      !> Number of steps, and of steps between two rows.
       integer :: n = 0, every = 1
       !> Step, s.
       real(wp) :: dt = 0.0_wp
-      !> Time, s; attitude and conjugate momentum, shape (4): moved by the steps.
+      !> Time, s; attitude and conjugate momentum, shape (4): updated by the steps.
       real(wp) :: t = 0.0_wp, q(4) = 0.0_wp, p(4) = 0.0_wp
       type(row_store_t) :: store = row_store_t()
    end type request_t
 
-   !> What NUINV computes.
+   !> Results of NUINV.
    type :: f77_invariants_t
-      !> T, V, H, J; shape (3).
+      !> Energies T, V, H, J; shape (3).
       real(wp) :: energy(3) = 0.0_wp
-      !> L in body and in space axes, N m s; shape (3, 2).
+      !> Angular momentum L in body and in space axes, N m s; shape (3, 2).
       real(wp) :: momentum(3, 2) = 0.0_wp
       !> |q|, q·p; shape (2).
       real(wp) :: constraints(2) = 0.0_wp
@@ -64,9 +64,9 @@ module nutate_f77_stepping
 
 contains
 
-   !> Numbers that WORK must hold.
+   !> Returns the count of numbers that WORK must hold.
    integer function needed_size(setup) result(n)
-      !> Solver and order count: the size is that for any body.
+      !> Set-up, of which solver and order determine the size: it is the same for any body.
       type(setup_t), intent(in) :: setup
       class(stepper_t), allocatable :: stepper
       type(system_t) :: system
@@ -79,7 +79,7 @@ contains
    !> Makes WORK ready for the first step.
    subroutine start_work(setup, work)
       type(setup_t), intent(inout) :: setup
-      !> Shape (as `needed_size` says).
+      !> Work array; shape (`needed_size` of the set-up).
       real(wp), intent(inout), target, contiguous :: work(:)
       class(stepper_t), allocatable :: stepper
       type(system_t) :: system
@@ -89,14 +89,14 @@ contains
       call fill_work(setup, stepper, work)
    end subroutine start_work
 
-   !> Performs steps as `integrate` does where each succeeds at the first attempt, without what a run has around its
-   !> steps: that costs more than a step. Where one does not, WORK is as it was.
+   !> Performs steps as `integrate` does, if each succeeds at the first attempt, without the overhead of a run, which
+   !> costs more than a step. If a step fails, WORK is unchanged.
    subroutine go_on(n, body, work, done)
       integer, intent(in) :: n
-      !> Of `work`, with the state and the callbacks of this call.
+      !> Body of `work`, with the state and the callbacks of this call.
       type(f77_body_t), intent(inout) :: body
       real(wp), intent(inout), target :: work(*)
-      !> If not, a step has failed.
+      !> False if a step has failed.
       logical, intent(out) :: done
       real(wp) :: end_time, dt, t, length, sums(most_works), compensation(most_works)
       integer :: i, k, n_works, iterations, uncertified
@@ -139,7 +139,7 @@ contains
       done = .true.
    end subroutine go_on
 
-   !> Stores in WORK where a call stopped, what its steps took apart.
+   !> Stores in WORK the state at the end of a call, but not the sums over its steps, such as their work.
    subroutine store(body, work)
       type(f77_body_t), intent(inout) :: body
       real(wp), intent(inout), target :: work(*)
@@ -161,10 +161,10 @@ contains
       call put_memory(body%stepper, work)
    end subroutine store
 
-   !> Performs steps as a run. Errors, `info` > 0, with WORK as it was: a code of `nutate_status`.
+   !> Performs steps as a run. Errors, `info` > 0, with WORK unchanged: a code of `nutate_status`.
    subroutine take_steps(request, body, work, info)
       type(request_t), intent(inout) :: request
-      !> Of `work`, with the callbacks of this call.
+      !> Body of `work`, with the callbacks of this call.
       type(f77_body_t), intent(inout), target :: body
       real(wp), intent(inout), target :: work(*)
       integer, intent(out) :: info
@@ -184,7 +184,7 @@ contains
       request%p = body%state%p
    end subroutine take_steps
 
-   !> Performs steps as a run, with rows, and with those that fail subdivided. Errors as for `take_steps`.
+   !> Performs steps as a run, with rows, and subdivides those that fail. Errors: those of `take_steps`.
    subroutine run_steps(request, body, place, info)
       type(request_t), intent(inout) :: request
       type(f77_body_t), intent(inout), target :: body
@@ -210,14 +210,14 @@ contains
       end do
    end subroutine run_steps
 
-   !> What NUINV computes. Error, `info` > 0: `NUTATE_NOT_FINITE`.
+   !> Computes the results of NUINV. Error, `info` > 0: `NUTATE_NOT_FINITE`.
    subroutine find_invariants(body, state, found, info)
-      !> With POT of this call.
+      !> Body with POT of this call.
       type(f77_body_t), intent(inout), target :: body
       type(state_t), intent(in) :: state
       type(f77_invariants_t), intent(out) :: found
       integer, intent(out) :: info
-      ! Volatile: what a pure procedure does to it goes unnoticed otherwise.
+      ! Volatile: the compiler does not expect a pure procedure to change it.
       integer, pointer, volatile :: failed
       failed => body%failed
       found%energy(2) = potential_energy(body%system%effects, state%q)

@@ -1,9 +1,9 @@
 ! Stepping from FORTRAN 77: external subroutines, to be called without any module. SI units, angles in radians; REAL
-! arguments are DOUBLE PRECISION, quaternions have their scalar first and take body to space components.
+! arguments are DOUBLE PRECISION, quaternions have their scalar first and rotate body into space components.
 !
-! INFO = 0: success. INFO = -i: argument number i is wrong. INFO > 0: the step failed for a reason that NUTEXT tells. On
-! failure every argument but INFO is as it was. All that counts is in WORK. Each thread keeps what it has prepared for
-! it (`nutate_f77_prepared`). Nothing is printed.
+! INFO = 0: success. INFO = -i: argument number i is wrong. INFO > 0: the step failed for a reason that NUTEXT returns.
+! On failure every argument but INFO is unchanged. All data of a body are in WORK. Each thread caches what it has
+! prepared for them (`nutate_f77_prepared`). Nothing is printed.
 
 !> NUINIT prepares WORK for the steps of a body, or returns the length that WORK needs.
 !>

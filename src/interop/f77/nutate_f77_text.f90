@@ -53,7 +53,7 @@ subroutine nuwhy(name, info, text)
    character(len=:), allocatable :: argument
    character(len=12) :: number
    argument = ''
-   ! No routine has more arguments than fit here; -huge(info) has no counterpart to be counted to.
+   ! No routine has 100 arguments. The limit also keeps -info from overflowing.
    if (info < 0 .and. info > -100) argument = argument_name(name, -info)
    if (argument == '') then
       call nutext(info, text)

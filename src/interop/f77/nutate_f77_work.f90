@@ -1,8 +1,8 @@
-!> The work array of the FORTRAN 77 routines: what NUINIT was told, where the last call stopped, and what the method
-!> remembers of its steps. Plain numbers, no addresses: a copy is as good as the original.
+!> The work array of the FORTRAN 77 routines: the set-up, the end of the last call, and the data that the method keeps
+!> between steps. It holds plain numbers, no addresses: a copy is as good as the original.
 !>
-!> WORK(1): its length; (2): a mark; (3), (4): the first numbers of the second and of the third part; (5): a hash of
-!> the first part.
+!> WORK(1): length of the array; (2): a mark; (3), (4): indices of the first numbers of the second and of the third
+!> part; (5): a hash of the first part.
 module nutate_f77_work
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_archive, only: archive_t
@@ -19,9 +19,9 @@ module nutate_f77_work
    public :: setup_t, place_t, place_at, continues, count_work, is_work, fill_work, get_setup, has_setup, &
       put_setup, setup_of, get_place, put_place, get_memory, put_memory, count_memory, settings_of
 
-   !> What NUINIT was told, and NUFRAM, NUBPOT and NUBTOR after it.
+   !> Set-up from NUINIT, and from NUFRAM, NUBPOT and NUBTOR after it.
    type :: setup_t
-      !> 1: reduced form, 2: eight equations; order; 0 to 3: POT counts 1, TOR counts 2.
+      !> Solver, 1: reduced form, 2: eight equations; order; callbacks in use, 0 to 3: POT counts 1, TOR counts 2.
       integer :: solver = 1, order = 2, callbacks = 0
       !> 1/J0, kg⁻¹ m⁻²; 0 for an infinite J0.
       real(wp) :: inverse_j0 = 0.0_wp
@@ -31,39 +31,39 @@ module nutate_f77_work
       real(wp) :: damping(3) = 0.0_wp
       !> Momentum of the rotors, body axes, N m s; shape (3).
       real(wp) :: rotor(3) = 0.0_wp
-      !> n of POT, space axes; shape (3).
+      !> Direction n of POT, space axes; shape (3).
       real(wp) :: direction(3) = [0.0_wp, 0.0_wp, 1.0_wp]
-      !> Rate at which the space axes turn, in these axes, rad/s; shape (3).
+      !> Angular velocity of the space axes, in these axes, rad/s; shape (3).
       real(wp) :: frame_rate(3) = 0.0_wp
       type(body_t) :: body
-      !> Of POT and of TOR.
+      !> Bounds of POT and of TOR.
       type(given_bounds_t) :: potential_bounds, torque_bounds
    contains
       !> Writes or reads its values in checkpoint data.
       procedure :: transfer => transfer_setup
    end type setup_t
 
-   !> Where the last call stopped.
+   !> Data at the end of the last call.
    type :: place_t
-      !> A call has succeeded.
+      !> True if a call has succeeded.
       logical :: begun = .false.
-      !> Fixed steps since a first time; that length and time, s.
+      !> Number of fixed steps since a first time; length of these steps and first time, s.
       integer(long) :: steps = 0
       real(wp) :: dt = 0.0_wp, first_time = 0.0_wp
-      !> Of the state: s; attitude and momentum, and what rounding took from them; shape (4).
+      !> Time of the state, s; attitude and momentum, and their rounding errors, kept for compensation; shape (4).
       real(wp) :: t = 0.0_wp, q(4) = 0.0_wp, p(4) = 0.0_wp, q_compensation(4) = 0.0_wp, p_compensation(4) = 0.0_wp
       !> Work of damping and TOR since NUINIT, J, and the digits that this sum cannot hold.
       real(wp) :: work = 0.0_wp, work_compensation = 0.0_wp
-      !> Since NUINIT: steps, Newton iterations, steps that had to be subdivided, steps with a root that is taken
-      !> for the true one without a proof.
+      !> Since NUINIT: steps, Newton iterations, steps that had to be subdivided, steps with a root that is accepted
+      !> without certification.
       integer(long) :: all_steps = 0, iterations = 0, subdivided_steps = 0, uncertified_steps = 0
    end type place_t
 
    !> Bits of the second number of an array that NUINIT has filled: `NUTATE 3` in ASCII.
    integer(int64), parameter :: mark = int(z'4E55544154452033', int64)
-   !> First number of the first part, and numbers of the second one.
+   !> Index of the first number of the first part, and count of numbers of the second part.
    integer, parameter :: setup_at = 6, place_size = 29
-   !> Where the values of a `place_t` are, counted from the first one.
+   !> Offsets of the values of a `place_t` from the first one.
    integer, parameter :: AT_BEGUN = 0, AT_STEPS = 1, AT_DT = 2, AT_FIRST_TIME = 3, AT_T = 4, AT_Q = 5, AT_P = 9, &
                          AT_Q_COMPENSATION = 13, AT_P_COMPENSATION = 17, AT_WORK = 21, AT_WORK_COMPENSATION = 22, &
                          AT_ALL_STEPS = 23, AT_ITERATIONS = 24, AT_SUBDIVIDED = 25, AT_UNCERTIFIED = 26, AT_MARK = 27, &
@@ -71,14 +71,14 @@ module nutate_f77_work
 
 contains
 
-   !> Numbers that the array must hold for a stepper.
+   !> Returns the count of numbers that the array must hold for a stepper.
    integer function count_work(stepper) result(n)
       class(stepper_t), intent(inout) :: stepper
       integer :: place_at, memory_at
       call find_parts(stepper, place_at, memory_at, n)
    end function count_work
 
-   !> First numbers of the second and the third part, and the length of the array.
+   !> Finds the indices of the first numbers of the second and the third part, and the length of the array.
    subroutine find_parts(stepper, place_at, memory_at, n)
       class(stepper_t), intent(inout) :: stepper
       integer, intent(out) :: place_at, memory_at, n
@@ -97,7 +97,7 @@ contains
    subroutine fill_work(setup, stepper, work)
       type(setup_t), intent(inout) :: setup
       class(stepper_t), intent(inout) :: stepper
-      !> Shape (as `count_work` says).
+      !> Work array; shape (`count_work` of the stepper).
       real(wp), intent(inout), target, contiguous :: work(:)
       type(place_t) :: place
       integer :: place_at, memory_at, n
@@ -108,16 +108,16 @@ contains
       call put_place(place, work)
    end subroutine fill_work
 
-   !> True if NUINIT has filled the array; false for any other numbers, whatever their bits.
+   !> Returns true if NUINIT has filled the array; false for any other numbers, whatever their bits.
    pure logical function is_work(work, n)
       integer, intent(in) :: n
-      !> Shape (n).
+      !> Work array; shape (n).
       real(wp), intent(in) :: work(*)
       is_work = .false.
       if (n >= setup_at) is_work = transfer(work(2), 0_int64) == mark
    end function is_work
 
-   !> Reads what NUINIT was told.
+   !> Reads the set-up.
    subroutine get_setup(work, setup)
       real(wp), intent(in), target :: work(*)
       type(setup_t), intent(inout) :: setup
@@ -126,10 +126,10 @@ contains
       call setup%transfer(archive)
    end subroutine get_setup
 
-   !> True if the numbers of a set-up are those in an array.
+   !> Returns true if the numbers of a set-up are those in an array.
    pure logical function has_setup(work, numbers)
       real(wp), intent(in) :: work(*)
-      !> From `setup_of`.
+      !> Numbers from `setup_of`.
       real(wp), intent(in) :: numbers(:)
       integer :: i
       has_setup = .false.
@@ -139,7 +139,7 @@ contains
       has_setup = .true.
    end function has_setup
 
-   !> Writes what was added to it. No prepared body has moved it as it is now.
+   !> Writes a set-up and clears the mark: no prepared body has used the array with this set-up.
    subroutine put_setup(setup, work)
       type(setup_t), intent(inout) :: setup
       real(wp), intent(inout), target :: work(*)
@@ -150,14 +150,14 @@ contains
       work(place_at(work) + AT_MARK) = 0.0_wp
    end subroutine put_setup
 
-   !> The set-up as it is in an array.
+   !> Returns the numbers of the set-up in an array.
    function setup_of(work) result(numbers)
       real(wp), intent(in), target :: work(*)
       real(wp), pointer, contiguous :: numbers(:)
       numbers => work(setup_at:int(work(3)) - 1)
    end function setup_of
 
-   !> A hash of numbers, a whole number below 2**32: Fowler, Noll and Vo's FNV-1a of their halves, the high digits
+   !> Returns a hash of numbers, an integer below 2**32: Fowler, Noll and Vo's FNV-1a of their halves, the high digits
    !> folded onto the low ones.
    pure real(wp) function hash_of(numbers)
       real(wp), intent(in) :: numbers(:)
@@ -175,13 +175,13 @@ contains
       hash_of = real(hash, wp)
    end function hash_of
 
-   !> Numbers of the third part.
+   !> Returns the count of numbers of the third part.
    pure integer function count_memory(work) result(n)
       real(wp), intent(in) :: work(*)
       n = int(work(1)) - int(work(4)) + 1
    end function count_memory
 
-   !> The settings of a stepper.
+   !> Returns the settings of a stepper for a set-up.
    pure type(integrator_settings_t) function settings_of(setup) result(settings)
       type(setup_t), intent(in) :: setup
       settings%order = setup%order
@@ -189,16 +189,16 @@ contains
       settings%inverse_auxiliary_inertia = setup%inverse_j0
    end function settings_of
 
-   !> The first number of the second part.
+   !> Returns the index of the first number of the second part.
    pure integer function place_at(work)
       real(wp), intent(in) :: work(*)
       place_at = int(work(3))
    end function place_at
 
-   !> True if a call starts where the last one stopped.
+   !> Returns true if a call starts at the end of the last one.
    pure logical function continues(work, t, q, p)
       real(wp), intent(in) :: work(*)
-      !> s; attitude and conjugate momentum, shape (4).
+      !> Time, s; attitude and conjugate momentum, shape (4).
       real(wp), intent(in) :: t, q(4), p(4)
       integer :: k
       k = place_at(work)
@@ -206,7 +206,7 @@ contains
                   all(q == work(k + AT_Q:k + AT_Q + 3)) .and. all(p == work(k + AT_P:k + AT_P + 3))
    end function continues
 
-   !> Reads where the last call stopped.
+   !> Reads the data at the end of the last call.
    pure subroutine get_place(work, place)
       real(wp), intent(in) :: work(*)
       type(place_t), intent(inout) :: place
@@ -229,7 +229,7 @@ contains
       place%uncertified_steps = int(work(k + AT_UNCERTIFIED), long)
    end subroutine get_place
 
-   !> Writes where a call stopped.
+   !> Writes the data at the end of a call.
    pure subroutine put_place(place, work)
       type(place_t), intent(in) :: place
       real(wp), intent(inout) :: work(*)
@@ -252,17 +252,17 @@ contains
       work(k + AT_UNCERTIFIED) = real(place%uncertified_steps, wp)
    end subroutine put_place
 
-   !> Gives a stepper what it remembers of the steps of the last call.
+   !> Restores the data that a stepper keeps between steps, from the last call.
    subroutine get_memory(work, stepper)
       real(wp), intent(in), target :: work(*)
-      !> Prepared.
+      !> Prepared stepper.
       class(stepper_t), intent(inout) :: stepper
       integer :: used
       used = int(work(4)) - 1
       call stepper%take_memory(int(work(1)), work, used)
    end subroutine get_memory
 
-   !> Keeps what a stepper remembers of its steps.
+   !> Stores the data that a stepper keeps between steps.
    subroutine put_memory(stepper, work)
       class(stepper_t), intent(inout) :: stepper
       real(wp), intent(inout), target :: work(*)
