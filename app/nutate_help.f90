@@ -11,7 +11,7 @@ module nutate_help
 
 contains
 
-   !> The help on a command, or on the program.
+   !> Returns the help on a command, or on the program.
    function help_page(topic) result(page)
       !> Name of a command; blank for the program.
       character(len=*), intent(in) :: topic
@@ -59,7 +59,7 @@ contains
       call add_exit_codes(page)
    end subroutine add_overview
 
-   !> What the history is and what it can hold.
+   !> Adds notes on the history and its columns.
    subroutine add_run_notes(page)
       type(page_t), intent(inout) :: page
       integer :: i
@@ -84,7 +84,7 @@ contains
       call add_exit_codes(page)
    end subroutine add_run_notes
 
-   !> A set with its columns, on as many lines as it needs.
+   !> Adds a set with its columns, on as many lines as it needs.
    subroutine add_columns(page, name, headers)
       type(page_t), intent(inout) :: page
       character(len=*), intent(in) :: name, headers
@@ -100,7 +100,7 @@ contains
       end do
    end subroutine add_columns
 
-   !> What a work-precision study is.
+   !> Adds notes on work-precision studies.
    subroutine add_cost_notes(page)
       type(page_t), intent(inout) :: page
       call page%line('')
@@ -115,7 +115,7 @@ contains
       call add_exit_codes(page)
    end subroutine add_cost_notes
 
-   !> What is drawn.
+   !> Adds notes on plots.
    subroutine add_plot_notes(page)
       type(page_t), intent(inout) :: page
       call page%line('')
@@ -125,7 +125,7 @@ contains
       call add_exit_codes(page)
    end subroutine add_plot_notes
 
-   !> What is exported, and what it needs.
+   !> Adds notes on exports and the data that they need.
    subroutine add_export_notes(page)
       type(page_t), intent(inout) :: page
       call page%line('')
@@ -138,7 +138,7 @@ contains
       call add_exit_codes(page)
    end subroutine add_export_notes
 
-   !> What a sweep is.
+   !> Adds notes on sweeps.
    subroutine add_sweep_notes(page)
       type(page_t), intent(inout) :: page
       call page%line('')
@@ -152,7 +152,7 @@ contains
       call add_exit_codes(page)
    end subroutine add_sweep_notes
 
-   !> What a fit is.
+   !> Adds notes on fits.
    subroutine add_fit_notes(page)
       type(page_t), intent(inout) :: page
       call page%line('')
@@ -163,7 +163,7 @@ contains
       call add_exit_codes(page)
    end subroutine add_fit_notes
 
-   !> What a linearisation is.
+   !> Adds notes on linearisations.
    subroutine add_linearize_notes(page)
       type(page_t), intent(inout) :: page
       call page%line('')
@@ -182,7 +182,7 @@ contains
       call add_exit_codes(page)
    end subroutine add_linearize_notes
 
-   !> What the page shows and what is needed.
+   !> Adds notes on the page of a view and its requirements.
    subroutine add_view_notes(page)
       type(page_t), intent(inout) :: page
       call page%line('')

@@ -6,13 +6,12 @@ module nutate_plot_panels
 
    public :: panel_t, panels_of, columns_named, known_columns, is_wrapped
 
-   !> One panel.
    type :: panel_t
       !> The quantity with its unit.
       character(len=128) :: label = ''
       !> Columns of the history; shape (number of curves).
       integer, allocatable :: columns(:)
-      !> Their colours; shape (number of curves).
+      !> Colours of the curves; shape (number of curves).
       character(len=7), allocatable :: colours(:)
    end type panel_t
 
@@ -23,7 +22,7 @@ contains
 
    !> Returns the panels of columns, from top to bottom. A column that is not in the table has a panel of its own.
    pure function panels_of(names) result(panels)
-      !> The first is t.
+      !> Names of the columns; the first is t.
       character(len=*), intent(in) :: names(:)
       type(panel_t), allocatable :: panels(:)
       integer :: place, at(size(names)), i
@@ -46,7 +45,7 @@ contains
       type(panel_t), allocatable, intent(inout) :: panels(:)
       character(len=*), intent(in) :: label, name
       integer, intent(in) :: column
-      !> Blank: that of the component.
+      !> Colour of the curve; blank: the colour of the component.
       character(len=*), intent(in) :: colour
       type(panel_t), allocatable :: longer(:)
       character(len=7) :: drawn
@@ -69,7 +68,7 @@ contains
    !> Returns the colour of a component or wheel, whose number or letter the name has; else the next colour.
    pure function component_colour(name, curves) result(colour)
       character(len=*), intent(in) :: name
-      !> How many curves the panel has.
+      !> Number of curves that the panel has.
       integer, intent(in) :: curves
       character(len=7) :: colour
       character(len=1) :: last
@@ -114,7 +113,7 @@ contains
       known = [(position_of(names(i)) > 0, i=1, size(names))]
    end function known_columns
 
-   !> True for an angle that jumps by a turn.
+   !> Returns true for an angle that jumps by 2π.
    pure logical function is_wrapped(name)
       character(len=*), intent(in) :: name
       integer :: at
@@ -124,7 +123,7 @@ contains
       if (at > 0) is_wrapped = quantities(at)%is_periodic .and. quantities(at)%kind /= Q_EULER
    end function is_wrapped
 
-   !> True for a name that a pattern stands for.
+   !> Returns true if a pattern matches a name.
    pure logical function matches(pattern, name)
       character(len=*), intent(in) :: pattern, name
       integer :: i
@@ -153,7 +152,7 @@ contains
       base = base//trim(name(len(numerator(name)) + 1:))
    end function base_name
 
-   !> Returns what a column is the derivative of; any other as it is.
+   !> Returns the quantity of which a column is the derivative; any other column as it is.
    pure function numerator(name)
       character(len=*), intent(in) :: name
       character(len=:), allocatable :: numerator

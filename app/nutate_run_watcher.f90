@@ -1,5 +1,5 @@
-!> What looks on while a scene is run: the history, the invariants for the summary, the progress bar, checkpoints, and
-!> signals that ask for the end.
+!> Observer of the run of a scene: writes the history, measures the invariants for the summary, shows the progress bar,
+!> writes checkpoints, and ends the run on signals.
 module nutate_run_watcher
    use nutate_byte_archive, only: byte_archive_t
    use nutate_run_checkpoint, only: checkpoint_t
@@ -21,15 +21,15 @@ module nutate_run_watcher
 
    public :: run_watcher_t
 
-   !> The history of a run, with what else watches it.
+   !> History of a run, with its events, invariants, progress bar and checkpoints.
    type, extends(history_t) :: run_watcher_t
       type(event_history_t) :: events
       type(invariants_t) :: invariants
       type(progress_bar_t) :: progress
       type(checkpoint_t) :: checkpoint
-      !> What the last checkpoint came to.
+      !> Status of the last checkpoint.
       type(status_t) :: checkpoint_status
-      !> The invariants are wanted.
+      !> True if the invariants are measured.
       logical :: measures = .false.
       !> Clock counts spent on rows, and clock counts in a second.
       integer(long) :: row_counts = 0, rate = 1
@@ -43,9 +43,9 @@ module nutate_run_watcher
    contains
       !> Stores the first state; the history must be open.
       procedure :: start
-      !> Restores what `save_checkpoint` put in an archive; after `start`.
+      !> Restores the data that `save_checkpoint` wrote into an archive; after `start`.
       procedure :: resume
-      !> Wall time so far, s.
+      !> Returns the wall time so far, s.
       procedure :: seconds
       procedure :: observe => write_row
       procedure :: poll => poll
@@ -62,10 +62,10 @@ contains
       type(state_t), intent(in) :: state
       type(run_plan_t), intent(in) :: plan
       type(integrator_settings_t), intent(in) :: settings
-      !> No progress bar; no invariants, unless there are checkpoints: the run that is resumed may show them.
+      !> True for no progress bar, and no invariants unless there are checkpoints: a resumed run may show them.
       logical, intent(in) :: quiet
       self%saves_at_step_limit = self%checkpoint%is_wanted()
-      ! At once, so that what cannot be written is known at the start.
+      ! The first checkpoint is written at the start, so that a file that cannot be written is reported there.
       self%wants_checkpoint = self%saves_at_step_limit
       self%t_first = state%t
       self%duration = plan%end_time - state%t
@@ -76,15 +76,15 @@ contains
       call self%progress%start(wanted=.not. quiet)
    end subroutine start
 
-   !> Restores what `save_checkpoint` put in an archive; after `start`.
+   !> Restores the data that `save_checkpoint` wrote into an archive; after `start`.
    subroutine resume(self, archive)
       class(run_watcher_t), intent(inout) :: self
-      !> Being read.
+      !> Archive that is being read.
       type(byte_archive_t), intent(inout) :: archive
       call transfer_values(self, archive)
    end subroutine resume
 
-   !> What lives from row to row beside the history, which is first in an archive.
+   !> Writes or reads the data kept from row to row, without those of the history, which are first in an archive.
    subroutine transfer_values(self, archive)
       class(run_watcher_t), intent(inout) :: self
       type(byte_archive_t), intent(inout) :: archive
@@ -99,7 +99,7 @@ contains
       call system_clock(self%started)
    end subroutine transfer_values
 
-   !> Wall time so far, that before an interruption included, s.
+   !> Returns the wall time so far, s, with the time before an interruption.
    real(wp) function seconds(self)
       class(run_watcher_t), intent(in) :: self
       integer(long) :: now
@@ -125,7 +125,7 @@ contains
       if (abs(self%duration) > 0.0_wp) call self%progress%update((state%t - self%t_first)/self%duration, after)
    end subroutine write_row
 
-   !> Shows the progress where rows are rare, asks for a checkpoint when it is time, and ends the run on a signal.
+   !> Shows the progress if rows are rare, requests a checkpoint when it is due, and ends the run on a signal.
    subroutine poll(self, fraction, status)
       class(run_watcher_t), intent(inout) :: self
       real(wp), intent(in) :: fraction
@@ -151,7 +151,7 @@ contains
       call self%events%write(self%history_t, system, trim(event%name), number, state, record, status)
    end subroutine write_event
 
-   !> Writes a checkpoint: the rows so far to the disk, then what is needed to go on. Errors: `NUTATE_IO`; for a method
+   !> Writes a checkpoint: the rows so far to the disk, then the data to continue. Errors: `NUTATE_IO`; for a method
    !> that cannot be archived `NUTATE_BAD_ARGUMENT`.
    subroutine write_checkpoint(self, archive, status)
       class(run_watcher_t), intent(inout) :: self

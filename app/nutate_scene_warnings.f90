@@ -1,4 +1,4 @@
-!> What a scene says that it is likely not to mean. Legal all the same: it is simulated as it stands.
+!> Warnings about legal scenes that probably do not describe the intended motion. They are simulated as they are.
 module nutate_scene_warnings
    use nutate_control_law, only: BY_WHEELS, POINTING
    use nutate_controller, only: controller_t
@@ -17,19 +17,19 @@ module nutate_scene_warnings
 
    public :: collect_notes
 
-   !> The direction to the centre of attraction turns by more than this on a circular orbit while a run lasts, rad.
+   !> Largest rotation of the direction to the centre of attraction on a circular orbit in a run without a warning, rad.
    real(wp), parameter :: visible_turn = 0.1_wp
    !> Keys that are angles, of `&initial`, `&orbit` and `&earth_field`.
    character(len=21), parameter :: angles(10) = [character(len=21) :: 'angle', 'euler', 'roll_pitch_yaw', 'pole', &
       'precession_angle', 'inclination', 'raan', 'argument_of_periapsis', 'mean_anomaly', 'epoch_angle']
-   !> Altitudes below this, m, are likely given in km.
+   !> Altitude, m, below which a value is likely given in km.
    real(wp), parameter :: least_altitude = 1e4_wp
-   !> Gain times period of samples over inertia from which on a sampled controller is unstable.
+   !> Limit of stability of a sampled controller: gain times sample period over inertia.
    real(wp), parameter :: unstable = 2.0_wp
 
 contains
 
-   !> Every note on a scene: what `check` and the summary of a run show.
+   !> Collects all notes on a scene, which `check` and the summary of a run show.
    subroutine collect_notes(scene, notes)
       type(scene_t), intent(in) :: scene
       type(note_t), allocatable, intent(out) :: notes(:)
@@ -37,7 +37,7 @@ contains
       call add_warnings(scene, notes)
    end subroutine collect_notes
 
-   !> Adds notes on warnings to others.
+   !> Adds warnings to other notes.
    subroutine add_warnings(scene, notes)
       type(scene_t), intent(in) :: scene
       type(note_t), allocatable, intent(inout) :: notes(:)
@@ -61,7 +61,7 @@ contains
             case ('gravity_gradient')
                if (.not. scene%system%effects%frame_turns) call note_orbit(group, scene%plan%end_time, notes)
             case default
-               ! Of the others nothing is known but that they may stand twice.
+               ! Other groups are tested only for duplicates.
             end select
          end associate
       end do
@@ -75,7 +75,7 @@ contains
          'dates in UTC after 2026-06-28 assume that no leap second is added (TDB, TT and TAI have none)')
    end subroutine add_warnings
 
-   !> Angles of more than a turn that are not said to be degrees.
+   !> Notes angles of more than 2π that are not declared to be in degrees.
    subroutine note_angles(group, notes)
       type(group_t), intent(in) :: group
       type(note_t), allocatable, intent(inout) :: notes(:)
@@ -93,7 +93,7 @@ contains
       end do
    end subroutine note_angles
 
-   !> Notes a single member with a history whose number may be meant as their count.
+   !> Notes a single number in `histories`, which may be meant as a count of members.
    subroutine note_histories(group, notes)
       type(group_t), intent(in) :: group
       type(note_t), allocatable, intent(inout) :: notes(:)
@@ -127,7 +127,7 @@ contains
                     'its gravity)')
    end subroutine note_unused_orbit
 
-   !> Returns true if an effect, a controller, a start, events or measurements may refer to the orbit.
+   !> Returns true if an effect, a controller, an initial state, events or measurements may refer to the orbit.
    pure logical function groups_use_orbit(scene) result(uses)
       type(scene_t), intent(in) :: scene
       integer :: i, k
@@ -183,13 +183,13 @@ contains
                if (spanned < 3) call add_note(notes, 'the wheels of a controller do not span three axes: it cannot '// &
                                               'give a torque across them (expected three wheels or more)')
             class default
-               ! Others do not sample.
+               ! Other torques are not sampled.
             end select
          end do
       end associate
    end subroutine note_controllers
 
-   !> Rows between which the body turns so far that curves and animations of them show another motion.
+   !> Notes rows between which the body rotates so far that curves and animations of them show another motion.
    subroutine note_rows(scene, notes)
       type(scene_t), intent(in) :: scene
       type(note_t), allocatable, intent(inout) :: notes(:)
@@ -205,10 +205,10 @@ contains
                     'than '//rounded_text(pi/rate, 3)//' s)')
    end subroutine note_rows
 
-   !> A gradient whose direction is that of a satellite on an orbit turns with the orbit.
+   !> Notes a fixed direction of a gravity gradient, which on an orbit would rotate with the orbit.
    subroutine note_orbit(group, duration, notes)
       type(group_t), intent(in) :: group
-      !> s.
+      !> Duration of the run, s.
       real(wp), intent(in) :: duration
       type(note_t), allocatable, intent(inout) :: notes(:)
       real(wp) :: rate
@@ -217,7 +217,7 @@ contains
          'space: on a circular orbit it would turn once in '//rounded_text(2*pi/rate, 3)//' s (&orbit turns it)')
    end subroutine note_orbit
 
-   !> Effects that stand twice, to the last number.
+   !> Notes effects that appear twice with the same numbers.
    subroutine note_twins(groups, notes)
       type(group_t), intent(in) :: groups(:)
       type(note_t), allocatable, intent(inout) :: notes(:)
@@ -246,7 +246,7 @@ contains
       end do
    end function is_effect
 
-   !> Two groups of a name give the same keys the same values, in whatever order.
+   !> Returns true if two groups of a name give the same keys the same values, in any order.
    pure logical function are_alike(a, b)
       type(group_t), intent(in) :: a, b
       integer :: i, k
@@ -261,7 +261,7 @@ contains
       are_alike = .true.
    end function are_alike
 
-   !> The same key with the same values.
+   !> Returns true if two settings have the same key and the same values.
    pure logical function are_same(a, b)
       type(setting_t), intent(in) :: a, b
       integer :: i
