@@ -31,7 +31,7 @@ module nutate_dop853
 
 contains
 
-   !> Of the settings `attitude` and `conserve` count. No errors of its own.
+   !> Uses only the settings `attitude` and `conserve`. Reports no errors of its own.
    subroutine set_up(self, system, settings, status)
       class(dop853_t), intent(inout) :: self
       type(system_t), intent(in) :: system

@@ -2,10 +2,10 @@
 !>
 !>     q̇ = ½ q∘Ω,   L̇ = L×Ω + τ(t,q,Ω),   Ω = J⁻¹(L - h),   Ẇᵢ = Ω·τᵢ
 !>
-!> Where the space axes turn at ω, Ω - Rᵀω takes the place of Ω in q̇, τ and Ẇ.
+!> If the space axes rotate at ω, Ω - Rᵀω replaces Ω in q̇, τ and Ẇ.
 !>
-!> A method sees `y = [q, L, W]`, W = Σ Wᵢ from the start of the step, and `k = Δt ẏ`: with `Δt J⁻¹` in place of J⁻¹ no
-!> stage multiplies by the step.
+!> A method integrates `y = [q, L, W]`, W = Σ Wᵢ from the start of the step, with `k = Δt ẏ`: with `Δt J⁻¹` in place of
+!> J⁻¹ no stage multiplies by the step.
 !>
 !> Wheels have rows of their own, ḣ = u - cω: a stage finds their momenta from the rates of the stages before, by the
 !> method's coefficients.
@@ -47,7 +47,7 @@ module nutate_rigid_rates
       integer, private :: stage = 0
    end type wheel_stages_t
 
-   !> What stays the same during a step, and the work done in it.
+   !> Data that stay the same during a step, and the work done in it.
    type :: rigid_rates_t
       !> Start and length of the step, s.
       real(wp) :: t = 0.0_wp, dt = 0.0_wp
@@ -58,30 +58,30 @@ module nutate_rigid_rates
       !> Number of wheels, and what they do; not allocated where there are none.
       integer :: n_wheels = 0
       type(wheel_stages_t), allocatable :: wheels
-      !> Integrate the attitude; else its rates are zero. They are so, or the space axes turn.
+      !> Integrate the attitude; else its rates are zero. The attitude is left out, or the space axes rotate
+      !> (`general`).
       logical :: attitude = .true., general = .false.
-      !> The space axes turn: half their turn in the step, ½Δt ω, rad, in these axes; shape
-      !> (3).
+      !> The space axes rotate; half of their rotation in the step, ½Δt ω, rad, in these axes; shape (3).
       logical :: frame_turns = .false.
       real(wp) :: frame_turn(3) = 0.0_wp
       !> There is an effect that exerts a force, or a wheel.
       logical :: forced = .false.
-      !> There is a potential that moves; the potentials where none does.
+      !> There is a potential that moves; the potentials, if none does.
       logical :: moves = .false.
       type(stage_potentials_t), private :: potentials
       !> The first `NUTATE_...` code that a stage came upon; 0: none.
       integer :: failure = 0
       !> The torque acts in this step; shape (number of torques).
       logical, allocatable :: acts(:)
-      !> From when to when a torque may be asked, s; shape (2, number of torques).
+      !> Times between which a torque may be evaluated, s; shape (2, number of torques).
       real(wp), allocatable :: window(:, :)
-      !> The torque is in pieces; shape (number of torques). Its window is then the piece of the step.
+      !> The torque is in pieces, and its window is the piece of the step; shape (number of torques).
       logical, allocatable :: in_pieces(:)
       !> ∫ Ω·τᵢ dt over the step, and the work of the wheels, J; shape (n_works).
       real(wp), allocatable :: work(:)
       !> The error of steps is wanted in the axes of the body.
       logical :: estimates = .false.
-      !> The balance of l, for the same; allocated where it is kept.
+      !> Balance of l, for the error of steps; allocated if it is kept.
       type(momentum_balance_t), allocatable, private :: momentum_balance
    end type rigid_rates_t
 
@@ -184,7 +184,7 @@ contains
       end do
    end subroutine begin_wheels
 
-   !> The same for a method with rates of its own, and no torques.
+   !> Starts a step as `begin_step` does, for a method with rates of its own, and without torques.
    pure subroutine read_state(self, state, dt, y)
       type(rigid_rates_t), intent(inout) :: self
       type(state_t), intent(in) :: state
@@ -266,8 +266,9 @@ contains
       if (self%forced) call add_forces(self, system, fraction, y, weight, k)
    end subroutine get_rates
 
-   !> The same without attitude, or where the space axes turn: ½ q∘Ω - ½ω∘q in the sums and differences of the two,
-   !> with no products more than in axes that stand still. Apart, so that these are not held up by it.
+   !> Computes the rates as `get_rates` does, without attitude or in rotating space axes: ½ q∘Ω - ½ω∘q from the sums and
+   !> differences of Ω and ω, with no more products than in fixed axes. The procedure is separate so that it does not
+   !> slow down `get_rates`.
    pure subroutine get_general_rates(self, system, fraction, y, weight, k)
       type(rigid_rates_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -327,11 +328,11 @@ contains
       end if
    end subroutine add_forces
 
-   !> Rates and work of the wheels in a stage, and their momenta in the next.
+   !> Computes rates and work of the wheels in a stage, and their momenta in the next.
    pure subroutine turn_wheels(self, system, fraction, y, square, weight, gain)
       type(rigid_rates_t), intent(inout) :: self
       type(system_t), intent(in) :: system
-      !> Of the step; [q, L, W], |q|²; weight of the stage.
+      !> Time of the stage as a fraction of the step; [q, L, W], |q|²; weight of the stage.
       real(wp), intent(in) :: fraction, y(n_rates), square, weight
       !> Δt times the power of all that does work, J.
       real(wp), intent(inout) :: gain
@@ -366,11 +367,11 @@ contains
       end associate
    end subroutine turn_wheels
 
-   !> Adds the torque of potentials of which some move, and the work of those.
+   !> Adds the torque of potentials, some of which move, and the work of these.
    pure subroutine add_moving(self, system, fraction, q, weight, tau, gain)
       type(rigid_rates_t), intent(inout) :: self
       type(system_t), intent(in) :: system
-      !> Of the step; unit quaternion, shape (4); weight of the stage.
+      !> Time of the stage as a fraction of the step; unit quaternion, shape (4); weight of the stage.
       real(wp), intent(in) :: fraction, q(4), weight
       !> Body axes, N m; shape (3).
       real(wp), intent(inout) :: tau(3)
@@ -454,12 +455,13 @@ contains
       end do
    end subroutine end_wheels
 
-   !> What an estimate of the error of y comes to, for a step that has ended: in the axes of the body.
+   !> Converts the estimated error of y, for a step that has ended, to body axes.
    pure subroutine get_error(self, y, off, weights, error)
       type(rigid_rates_t), intent(in) :: self
       !> [q, L, W] at the end of the step, |q| nearly 1, and its estimated error; shape (n_rates).
       real(wp), intent(in) :: y(n_rates), off(n_rates)
-      !> Weights of the rates of the stages in that; shape (stages). Zero where they are in the step itself.
+      !> Weights of the rates of the stages in this error; shape (stages). Zero for stages whose weight in the step is
+      !> zero.
       real(wp), intent(in) :: weights(:)
       type(step_error_t), intent(inout) :: error
       integer :: i

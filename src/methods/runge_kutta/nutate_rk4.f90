@@ -37,7 +37,7 @@ module nutate_rk4
 
 contains
 
-   !> Of the settings `attitude` and `conserve` count. No errors of its own.
+   !> Uses only the settings `attitude` and `conserve`. Reports no errors of its own.
    subroutine set_up(self, system, settings, status)
       class(rk4_t), intent(inout) :: self
       type(system_t), intent(in) :: system

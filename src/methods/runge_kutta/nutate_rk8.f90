@@ -1,8 +1,8 @@
 !> The explicit Runge-Kutta method of order 8 of Dormand and Prince at fixed steps: the stages and weights of DOP853,
 !> without its estimates.
 !>
-!> Free bodies and bodies in uniform fields take their steps in variables of their own (`nutate_specialised_motion`);
-!> all others by the evaluation that DOP853 uses. Which it is, is decided once, in `prepare`.
+!> Free bodies and bodies in uniform fields are integrated in variables of their own (`nutate_specialised_motion`), all
+!> others by the evaluation that DOP853 uses. `prepare` decides once between the two.
 module nutate_rk8
    use nutate_archive, only: archive_t
    use nutate_dop853, only: estimate_of_fifth, get_stages
@@ -41,7 +41,7 @@ module nutate_rk8
 
 contains
 
-   !> Of the settings `attitude` and `conserve` count. No errors of its own.
+   !> Uses only the settings `attitude` and `conserve`. Reports no errors of its own.
    subroutine set_up(self, system, settings, status)
       class(rk8_t), intent(inout) :: self
       type(system_t), intent(in) :: system

@@ -11,11 +11,11 @@
 !> * **Free bodies**: w alone is integrated. The attitude follows from the angle φ about the fixed l, a quadrature. With
 !>   u = L/|l| and u₀ at the start of the step, R = R₀ Rot(u₀, φ) S, S the shortest rotation from u to u₀, and
 !>   `φ̇ = (u₀ + u)·Ω/(1 + u₀·u)`; u·Ω = 2T/|l| is constant.
-!> * **Potentials linear in directions**: V = -Σ m·Rᵀn, summed into the matrix Σ m nᵀ. Where all n are parallel, the
-!>   space axes are rotated so that n is the third one, and γ the third row of R alone.
-!> * **Symmetric tops**, J₁ = J₂ and all m along axis 3, in the frame that turns with L/J₁: κ = 0, and the body turns in
-!>   it about its axis by `(1/J₃ - 1/J₁)L₃Δt` exactly. Steps are those of the slow motion.
-!> * **Space axes that turn** at ω: q' = q∘w - φ∘q with φ = ½Δtω.
+!> * **Potentials linear in directions**: V = -Σ m·Rᵀn, summed into the matrix Σ m nᵀ. If all n are parallel, the space
+!>   axes are rotated so that n is the third one, and γ the third row of R alone.
+!> * **Symmetric tops**, J₁ = J₂ and all m along axis 3, in the frame that rotates with L/J₁: κ = 0, and the body
+!>   rotates in it about its axis by `(1/J₃ - 1/J₁)L₃Δt` exactly. Steps are those of the slow motion.
+!> * **Rotating space axes**, at ω: q' = q∘w - φ∘q with φ = ½Δtω.
 module nutate_specialised_motion
    use nutate_effect_list, only: effect_list_t
    use nutate_invariants, only: common_direction, ALL_COMPONENTS, ALONG_AXIS
@@ -46,7 +46,7 @@ module nutate_specialised_motion
    !> Pairs of sensitivities that are taken through the stages together.
    integer, parameter :: most_pairs = 6
 
-   !> What does not change from step to step.
+   !> Data of a system that do not change from step to step.
    type :: specialised_motion_t
       private
       !> The system is one of those above.
@@ -69,10 +69,10 @@ module nutate_specialised_motion
       type(specialised_rates_t), allocatable :: rates
       !> Δt, s; ½Δt/J and its reciprocal; J₁/J₃ - 1 for the spin, or 0.
       real(wp) :: dt = 0.0_wp, half(3) = 0.0_wp, back(3) = 0.0_wp, spin = 0.0_wp
-      !> What |w| is multiplied by to see whether a step is too long; what pull and rotating axes add.
+      !> Factor of |w| in the test whether a step is too long; the term that torques and rotating axes add.
       real(wp) :: stiffness = 3.0_wp, pulled = 0.0_wp
    contains
-      !> Looks what a system is.
+      !> Classifies a system.
       procedure :: prepare
       !> Sets the length of a step; false for one that is none.
       procedure :: fits
@@ -80,7 +80,7 @@ module nutate_specialised_motion
       procedure :: move
       !> Moves sensitivities over a step.
       procedure :: propagate
-      !> How fast a motion is in these variables.
+      !> Returns about the largest rate of a motion in these variables.
       procedure :: pace
       !> The axis of a symmetric top that turns in the frame of its steps.
       procedure :: spin_axis
@@ -217,12 +217,12 @@ contains
       end associate
    end subroutine add_torques
 
-   !> How fast a motion is in these variables at most, 1/s, about: what falls gains some 8 τ/J of Ω². What is beyond all
-   !> motions is as fast as a number can be squared.
+   !> Returns about the largest rate of a motion in these variables, 1/s: a falling body gains some 8 τ/J of Ω². A rate
+   !> beyond all motions is replaced by the largest number that can be squared.
    pure real(wp) function pace(self, momentum)
-      !> Possible.
+      !> Motion with `possible` true.
       class(specialised_motion_t), intent(in) :: self
-      !> Of the body at the start, kg m²/s; shape (3).
+      !> Momentum of the body at the start, kg m²/s; shape (3).
       real(wp), intent(in) :: momentum(3)
       real(wp) :: inertia(3), rate(3), pull(3)
       integer :: i
@@ -420,11 +420,11 @@ contains
       y(7) = self%half(3)*y(7)
    end subroutine to_equations
 
-   !> Moves sensitivities over a step, in the equations of the step, as its exact derivative. False, with the
-   !> sensitivities as they were, for free bodies, several directions, axes that turn, and where there are
+   !> Moves sensitivities over a step, in the equations of the step, as its exact derivative. `propagated` is false, and
+   !> the sensitivities are unchanged, for free bodies, several directions, rotating space axes, and if there are
    !> sensitivities of parameters.
    pure subroutine propagate(self, before, tangent, propagated)
-      !> Of the length of the step.
+      !> Motion set to the length of the step.
       class(specialised_motion_t), intent(inout) :: self
       !> The start of the step, which succeeded.
       type(state_t), intent(in) :: before

@@ -1,9 +1,9 @@
 !> The stages of the Runge-Kutta method of order 8 in the variables of `nutate_specialised_motion`, whose rates have
 !> the step in their constants.
 !>
-!> A stage waits for the one before. Its newest rates therefore go into the next stage as they are, numbers in
-!> registers; the sum over the older ones, which are known early, is taken beforehand, from sensitivities of even
-!> length that vector instructions take as a whole.
+!> A stage waits for the one before. The newest rates therefore go into the next stage directly, as numbers in
+!> registers; the sum over the older ones, which are known early, is computed beforehand, from columns of even length
+!> that vector instructions process as a whole.
 module nutate_specialised_stages
    use nutate_kinds, only: wp
    use nutate_order_eight, only: a, b, n_stages
@@ -174,10 +174,10 @@ contains
       y = y + x(:, n_stages + 1)
    end subroutine sensitivity_stages
 
-   !> As `evaluate_upright_stage`, with the derivatives of its rates times the sensitivities.
+   !> Evaluates a stage as `evaluate_upright_stage` does, and the derivatives of its rates times the sensitivities.
    pure subroutine evaluate_sensitivity_stage(self, y, sum, factor, rate, next)
       type(specialised_rates_t), intent(in) :: self
-      !> As in `sensitivity_stages`.
+      !> [q, w, 0] and pairs of [δq, δw], as in `sensitivity_stages`; shape (8 + 14*pairs).
       real(wp), intent(in) :: y(8 + 14*self%pairs), sum(8 + 14*self%pairs), factor
       real(wp), intent(out) :: rate(8 + 14*self%pairs), next(8 + 14*self%pairs)
       integer :: j
@@ -215,7 +215,8 @@ contains
       next = sum + factor*rate
    end subroutine evaluate_pair
 
-   !> The same in space axes that turn, q' = q∘w - φ∘q: in the sums and differences of w and φ, with no products more.
+   !> Evaluates a stage as `evaluate_upright_stage` does, in rotating space axes, q' = q∘w - φ∘q: from the sums and
+   !> differences of w and φ, with no more products.
    pure subroutine evaluate_rotating_stage(self, y, sum, factor, rate, next)
       type(specialised_rates_t), intent(in) :: self
       !> [q, w, 0]; shape (8).
@@ -250,7 +251,7 @@ contains
       next(7) = sum(7) + factor*r7
    end subroutine evaluate_rotating_stage
 
-   !> As `evaluate_upright_stage`, under fields of several directions: all rows of R(q) count.
+   !> Evaluates a stage as `evaluate_upright_stage` does, under fields of several directions: all rows of R(q) count.
    pure subroutine evaluate_field_stage(self, y, sum, factor, rate, next)
       type(specialised_rates_t), intent(in) :: self
       !> [q, w, 0]; shape (8).
@@ -286,7 +287,7 @@ contains
       next = sum + factor*rate
    end subroutine evaluate_field_stage
 
-   !> The same in space axes that turn.
+   !> Evaluates a stage as `evaluate_field_stage` does, in rotating space axes.
    pure subroutine evaluate_rotating_field_stage(self, y, sum, factor, rate, next)
       type(specialised_rates_t), intent(in) :: self
       !> [q, w, 0]; shape (8).

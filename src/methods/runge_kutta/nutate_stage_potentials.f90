@@ -1,7 +1,7 @@
 !> The torque of all potentials that stand still, at a stage of a Runge-Kutta method.
 !>
 !> Potentials linear in their direction n, U = -m·γ, γ = Rᵀn, exert m×γ: whatever their number, the sum is that of one
-!> matrix, Σ n mᵀ. Only the others are asked one by one. Which are which is sorted once.
+!> matrix, Σ n mᵀ. Only the others are evaluated one by one. `prepare` sorts the potentials.
 module nutate_stage_potentials
    use nutate_effect_list, only: effect_list_t
    use nutate_indices, only: find_indices
@@ -15,15 +15,15 @@ module nutate_stage_potentials
    !> The potentials of a system, sorted.
    type :: stage_potentials_t
       private
-      !> There are linear ones; Σ n mᵀ, J; shape (3,3).
+      !> There are linear potentials; their Σ n mᵀ, J; shape (3,3).
       logical :: has_linear = .false.
       real(wp) :: linear(3, 3) = 0.0_wp
-      !> Which others there are.
+      !> Indices of the potentials that are not linear.
       integer, allocatable :: others(:)
    contains
-      !> Sorts the potentials of a system. To be called again after every change of it.
+      !> Sorts the potentials of a system; to be called again after every change of the system.
       procedure :: prepare
-      !> Adds their torque.
+      !> Adds the torque of the potentials.
       procedure :: add_torque
    end type stage_potentials_t
 
@@ -54,7 +54,7 @@ contains
    !> Adds γ×∇U of every potential, γ = R(q)ᵀn/|q|².
    pure subroutine add_torque(self, effects, q, square, tau)
       class(stage_potentials_t), intent(in) :: self
-      !> Those of the system prepared for.
+      !> Effects of the system that `prepare` received.
       type(effect_list_t), intent(in) :: effects
       !> q, |q| not quite 1, shape (4), and |q|².
       real(wp), intent(in) :: q(4), square

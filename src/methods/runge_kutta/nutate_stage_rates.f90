@@ -1,9 +1,8 @@
-!> The rates of an explicit method at one stage with their derivatives: what the tangent of a step needs of them.
+!> Rates of an explicit method at one stage, and their derivatives, for the tangent of a step.
 !>
-!> Of the rates `k = Δt ẏ`, y = [q, L, W, h], q and L those of `nutate_rigid_rates`, W the work of torques, motors and
-!> friction and h the momenta of the wheels: with the change a = ΔtδΩ of the angle and the rotation vector
-!> θ = 2 vec(q*∘δq)/|q|² of the attitude,
-!> `δk = (∂k/∂a)a + Θθ + ...`, a = ΔtJ⁻¹(δL - Σ s δh - ...).
+!> The rates are `k = Δt ẏ` with y = [q, L, W, h]: q and L as in `nutate_rigid_rates`, W the work of torques, motors and
+!> friction, h the momenta of the wheels. With the change a = ΔtδΩ of the angle and the rotation vector
+!> θ = 2 vec(q*∘δq)/|q|² of the attitude, their derivative is `δk = (∂k/∂a)a + Θθ + ...`, a = ΔtJ⁻¹(δL - Σ s δh - ...).
 module nutate_stage_rates
    use nutate_variation, only: variation_t, OF_POTENTIAL, OF_TORQUE, OF_WHEEL
    use nutate_hamiltonian, only: body_direction
@@ -41,7 +40,7 @@ module nutate_stage_rates
    contains
       !> Evaluates a stage.
       procedure :: evaluate
-      !> What a sensitivity's parameters change of k.
+      !> Computes the change of k by the parameters of a sensitivity.
       procedure :: own_change
    end type stage_rates_t
 
@@ -276,13 +275,13 @@ contains
       end associate
    end subroutine fill_jacobian
 
-   !> What a sensitivity's parameters change of k at fixed y; shape (n).
+   !> Computes the change of k at fixed y by the parameters of a sensitivity; shape (n).
    subroutine own_change(self, rates, system, variation, inertia, y, change)
       class(stage_rates_t), intent(in) :: self
       type(rigid_rates_t), intent(in) :: rates
       type(system_t), intent(in) :: system
       type(variation_t), intent(in) :: variation
-      !> δJ without what turns freely, kg m², shape (3,3); y, shape (n).
+      !> δJ without parts that rotate freely, kg m², shape (3,3); y, shape (n).
       real(wp), intent(in) :: inertia(3, 3), y(:)
       real(wp), intent(out) :: change(:)
       real(wp) :: inner(3), angle(3), turn(3), torque(3), working(3), axis(3), speed, drive
@@ -365,7 +364,7 @@ contains
       change(2:4) = change(2:4) - (y(1)*turn + cross(y(2:4), turn))
    end subroutine turn_frame
 
-   !> What a change of its parameters makes of the torque of one potential, N m; shape (3).
+   !> Returns the change of the torque of one potential by a change of its parameters, N m; shape (3).
    pure function potential_change(self, system, i, change) result(torque)
       type(stage_rates_t), intent(in) :: self
       type(system_t), intent(in) :: system

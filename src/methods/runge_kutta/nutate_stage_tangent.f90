@@ -2,8 +2,8 @@
 !> the same stages, which is the exact derivative of the step.
 !>
 !> Inside the step the attitude has the four numbers δq, since stages are not normalised: δq = ½q∘θ at the start,
-!> θ = 2 vec(q*∘δq)/|q|² at the end. What is evaluated once a stage, its rates and their derivative by all of y
-!> (`nutate_stage_rates`), serves all sensitivities.
+!> θ = 2 vec(q*∘δq)/|q|² at the end. The rates of a stage and their derivatives by all of y (`nutate_stage_rates`) are
+!> evaluated once for all sensitivities.
 module nutate_stage_tangent
    use nutate_kinds, only: wp
    use nutate_quaternion, only: cross, quat_conjugate, quat_exp, quat_product, rotate_to_body, rotate_to_space
@@ -27,7 +27,7 @@ module nutate_stage_tangent
       integer :: counts(2:most_stages + 1) = 0, which(most_stages, 2:most_stages + 1) = 0
       real(wp) :: w(most_stages, 2:most_stages + 1) = 0.0_wp
    contains
-      !> Lists them.
+      !> Lists the weights of a method that are not zero.
       procedure :: list
    end type stage_weights_t
 
@@ -47,11 +47,11 @@ module nutate_stage_tangent
       !> A stage of such a top in its own axes, to which parameters belong: y, and the rotation of the body.
       type(stage_rates_t) :: rotated_stage
       real(wp) :: rotated(8) = 0.0_wp, spin(4) = 0.0_wp
-      !> k and y of the motion; shapes (numbers, stages), (numbers).
+      !> k of the stages and y at the start of the step, of the motion; shapes (numbers, stages), (numbers).
       real(wp), allocatable :: rate(:, :)
       real(wp) :: first(most_numbers) = 0.0_wp
-      !> The same of the sensitivities at the start, in a stage and of the stages; shapes (n, numbers), (n, numbers,
-      !> stages).
+      !> Sensitivities at the start of the step and in a stage, and their rates in all stages; shapes (n, numbers),
+      !> (n, numbers, stages).
       real(wp), allocatable :: start(:, :), point(:, :), rates(:, :, :)
    contains
       !> Sets the coefficients.
@@ -67,7 +67,7 @@ contains
       class(stage_tangent_t), intent(inout) :: self
       !> aᵢⱼ as a(j, i - 1), i from the second stage on; bᵢ; cᵢ.
       real(wp), intent(in) :: a(:, :), b(:), c(:)
-      !> Of the errors of two estimates, the second a hundredfold that of a lower order; shape (stages, 2).
+      !> Weights of the errors of two estimates, the second a hundredfold that of a lower order; shape (stages, 2).
       real(wp), intent(in), optional :: estimates(:, :)
       call self%weights%list(a, b)
       self%times = c
@@ -257,7 +257,7 @@ contains
    !> Lists the weights of a method that are not zero.
    pure subroutine list(self, a, b)
       class(stage_weights_t), intent(inout) :: self
-      !> As in `set`.
+      !> Coefficients aᵢⱼ as a(j, i - 1) and bᵢ, as in `set`.
       real(wp), intent(in) :: a(:, :), b(:)
       real(wp) :: weights(most_stages)
       integer :: i, j
@@ -355,7 +355,7 @@ contains
       type(rigid_rates_t), intent(in) :: rates
       type(system_t), intent(in) :: system
       type(tangent_t), intent(in) :: tangent
-      !> Which of the parametric sensitivities; the stage.
+      !> Index among the parametric sensitivities, and that of the stage.
       integer, intent(in) :: m, i
       real(wp), intent(in) :: y(:)
       real(wp) :: change(size(y))
