@@ -58,7 +58,7 @@ module nutate_branch_tubes
       procedure :: follow
    end type branch_t
 
-   !> Where a tube begins.
+   !> Data at the start of a tube.
    type :: tube_t
       !> v, b - t b0; shape (3), and lengths: |b|, |v|, |v - b0|, and c, how far the tube may reach.
       real(wp) :: direction(3) = 0.0_wp, change(3) = 0.0_wp
@@ -73,12 +73,12 @@ contains
    !> Follows the branch of a stage from t = 0; the whole stage is reached if `part` is 1 afterwards.
    subroutine follow(self, certificate, equations, system, state, dt, window_time, here)
       class(branch_t), intent(inout) :: self
-      !> Which has taken the state.
+      !> Certificate that was set to the state.
       type(root_certificate_t), intent(in) :: certificate
-      !> With forces prepared for the system. Its step is changed.
+      !> Equations with forces prepared for the system; their step is changed.
       type(reduced_equations_t), intent(inout) :: equations
       type(system_t), intent(in) :: system
-      !> At the start of the stage.
+      !> State at the start of the stage.
       type(state_t), intent(in) :: state
       !> s, and the time that decides which torques act.
       real(wp), intent(in) :: dt, window_time
@@ -156,7 +156,8 @@ contains
       if (found) self%b = b
    end subroutine find_root
 
-   !> What belongs to the root reached: direction of the branch and bounds. The equations are those of the part reached.
+   !> Computes the tube of the root reached: direction of the branch and bounds. The equations are those of the part
+   !> reached.
    subroutine begin_tube(self, certificate, equations, system, tube, regular)
       class(branch_t), intent(inout) :: self
       type(root_certificate_t), intent(in) :: certificate

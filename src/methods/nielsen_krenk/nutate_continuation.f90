@@ -1,9 +1,9 @@
-!> Which root of a step is taken where none can be certified to be the true one, and its continuation in Δt.
+!> Selection of a root of a step if none can be certified to be the true one, and its continuation in Δt.
 !>
-!> The equations of a step have other roots, which conserve everything too. Where effects dominate the step, or give no
-!> bounds, `nutate_root_proof` has no proof. There a root is taken that is near enough to that of a short step, or
+!> The equations of a step have other roots, which conserve everything too. If effects dominate the step, or give no
+!> bounds, `nutate_root_proof` has no proof. A root is then accepted if it is near enough to that of a short step, or
 !> continues that of the last step; any other is found again by continuation: the step grows from a short one to its
-!> length, each root the prediction for the next. Such a step counts as not certified: with |b| < 1 and a positive
+!> length, each root the prediction for the next. The step is then treated as not certified: with |b| < 1 and a positive
 !> determinant of the Jacobian a root can still be a wrong one.
 module nutate_continuation
    use nutate_hamiltonian, only: angular_velocity
@@ -36,7 +36,7 @@ module nutate_continuation
    real(wp), parameter :: shortest = 1e-3_wp, first_shortest = 1e-15_wp
    integer, parameter :: most_lengths = 250
 
-   !> What is seen of a root, in either form of the equations.
+   !> Properties of a root, in either form of the equations.
    type :: root_t
       !> |b|
       real(wp) :: turn = 0.0_wp
@@ -103,7 +103,7 @@ contains
    pure logical function continues(self, root, last_determinant)
       class(root_acceptance_t), intent(in) :: self
       type(root_t), intent(in) :: root
-      !> Of the last step of the same length; 0 where there is none.
+      !> Determinant of the last step of the same length; 0 if there is none.
       real(wp), intent(in) :: last_determinant
       continues = self%forced .and. root%turn < near .and. root%jump < farthest_jump .and. &
                   root%determinant > 0.5_wp*last_determinant .and. root%determinant < 2*last_determinant
@@ -158,7 +158,7 @@ contains
       logical, intent(in) :: found
       !> Change of b since the last root.
       real(wp), intent(in) :: change
-      !> Of the root, over that of a very short step.
+      !> Determinant of the Jacobian at the root, over that of a very short step.
       real(wp), intent(in) :: determinant
       self%tried = self%tried + 1
       if (found) then

@@ -12,13 +12,13 @@
 !>
 !> F and P the bounds of what the effects do and of its derivative (`nutate_effect_bounds`), κ that of the gyroscopic
 !> term and g that of rotors. All of them grow with t: so for each part of the stage there is one root in the ball, and
-!> the branch that starts at b = 0 never leaves it. That root is the true one. Where E admits a smaller ball than θ,
-!> the root is the only one in the larger ball too.
+!> the branch that starts at b = 0 never leaves it. That root is the true one. If E admits a smaller ball than θ, the
+!> root is the only one in the larger ball too.
 !>
-!> Where the space axes turn, by δ = ¼s|ω|, 1-β+t²d takes the place of 1-β (d = δ²), and the body turns by r = b - tδ̄
-!> against them: T = (1+|r|²)τ̄ - 2r(b·τ̄) at the attitude of r, |r| ≤ ρ + δ. In that larger ball the effects bound
-!> their part of it, (1+|r|²)τ̄ - 2r(r·τ̄), and by it τ̄ and its derivative, of which 2r(tδ̄·τ̄) is made; a change of b
-!> changes r by at most 1/(1-2δ) times as much.
+!> If the space axes rotate, by δ = ¼s|ω|, 1-β+t²d replaces 1-β (d = δ²), and the body rotates by r = b - tδ̄ against
+!> them: T = (1+|r|²)τ̄ - 2r(b·τ̄) at the attitude of r, |r| ≤ ρ + δ. In that larger ball the effects bound their part
+!> of it, (1+|r|²)τ̄ - 2r(r·τ̄), and by it τ̄ and its derivative, of which 2r(tδ̄·τ̄) is made; a change of b changes r
+!> by at most 1/(1-2δ) times as much.
 module nutate_root_certificate
    use nutate_body, only: diagonal
    use nutate_effect_bounds, only: effect_bounds_t, linear_map_t, map_of, spectral_norm, times_cross
@@ -51,32 +51,32 @@ module nutate_root_certificate
    !> δ of space axes that turn, up to which the balls of b and r are ones in which effects are bounded.
    real(wp), parameter :: largest_frame_turn = 0.25_wp
 
-   !> Of the bounds of all effects in a ball, those that decide whether it can be certified.
+   !> Bounds of all effects in a ball that decide whether it can be certified.
    type :: ball_bounds_t
-      !> Of J⁻¹T and its derivative by b, what resists the rotation apart.
+      !> Bounds of J⁻¹T and its derivative by b, and separately those of the part that resists the rotation.
       real(wp) :: force = 0.0_wp, slope = 0.0_wp, drag = 0.0_wp, drag_slope = 0.0_wp
    end type ball_bounds_t
 
-   !> The same for each radius: those that are known, the smallest radii.
+   !> Bounds of all effects for each radius, available for the `known` smallest ones.
    type :: all_bounds_t
       private
       integer :: known = 0
       type(ball_bounds_t) :: balls(size(radii)) = ball_bounds_t()
    end type all_bounds_t
 
-   !> What a system admits to be certified of its steps.
+   !> Bounds by which the steps of a system can be certified.
    type :: root_certificate_t
       !> Each effect that acts has bounds, and they do not dominate the step.
       logical :: followable = .false.
       !> Length of the stage, s, to which `near` belongs: a root with |b|² below is the true one.
       real(wp) :: length = 0.0_wp, near = 0.0_wp
-      !> Between these times no torque starts or stops to act, s.
+      !> Times between which no torque starts or stops to act, s.
       real(wp) :: steady_from = -huge(1.0_wp), steady_to = huge(1.0_wp)
       !> κ, and ‖J⁻¹[h]×‖, 1/s.
       real(wp) :: gyration = 0.0_wp, rotor_rate = 0.0_wp
       !> The torques that act in the step; shape (number of torques).
       logical, allocatable :: acts(:)
-      !> J⁻¹; the map that leaves all as it is, where the space axes turn.
+      !> J⁻¹; the identity map, if the space axes rotate.
       type(linear_map_t), private :: inverse
       type(linear_map_t), allocatable, private :: identity
       !> |ω| of space axes that turn, rad/s.
@@ -84,7 +84,7 @@ module nutate_root_certificate
       !> Bounds of all effects for each radius at any attitude. Not allocated where there are neither effects nor space
       !> axes that turn.
       type(all_bounds_t), allocatable, private :: everywhere
-      !> γ of each potential at the start of that stage; shape (3, number of potentials).
+      !> γ of each potential at the start of the stage that `holds_here` set last; shape (3, number of potentials).
       real(wp), allocatable, private :: gamma(:, :)
       !> Largest |b0| and largest |b| of a root that is the true one.
       real(wp), private :: reach = -1.0_wp, radius = 0.0_wp
@@ -125,7 +125,7 @@ contains
          if (effects%n_potentials + effects%n_torques > 0 .or. self%frame_rate > 0.0_wp) &
             allocate (self%everywhere)
       end associate
-      ! Which torques act is known in a step only.
+      ! The torques that act are known in a step only.
       self%steady_from = huge(1.0_wp)
       self%steady_to = -huge(1.0_wp)
    end subroutine set_up
@@ -164,10 +164,10 @@ contains
       type(state_t), intent(in) :: state
       !> s.
       real(wp), intent(in) :: dt
-      !> |b0| and |b|; the second huge where no root is known.
+      !> |b0| and |b|; the second huge if no root is known.
       real(wp), intent(in) :: start, root
       logical, intent(out) :: certified
-      !> Of all effects for each radius, in a stage from that state; present where there are any.
+      !> Bounds of all effects for each radius, in a stage from that state; present if there are any.
       type(all_bounds_t), intent(inout), optional :: here
       real(wp) :: reach, radius, near
       integer :: i
@@ -308,14 +308,15 @@ contains
       call widen(radius + delta, delta, self%inverse%norm, plain%drag, plain%drag_slope, bounds%drag, bounds%drag_slope)
    end subroutine bound_stage
 
-   !> Bounds of J⁻¹T and of its derivative by b from those by r without the term 2r(tδ̄·τ̄). That (1+|r|²)τ̄ - 2r(r·τ̄)
-   !> is no shorter than (1-|r|²)|τ̄| bounds τ̄ and its derivative.
+   !> Computes bounds of J⁻¹T and of its derivative by b from those by r without the term 2r(tδ̄·τ̄). The vector
+   !> (1+|r|²)τ̄ - 2r(r·τ̄) is no shorter than (1-|r|²)|τ̄|, which bounds τ̄ and its derivative.
    elemental subroutine widen(radius, delta, inverse, plain_force, plain_slope, force, slope)
       !> Bound of |r|, δ, and ‖J⁻¹‖.
       real(wp), intent(in) :: radius, delta, inverse
       !> Bounds of (1+|r|²)τ̄ - 2r(r·τ̄) and of its derivative by r.
       real(wp), intent(in) :: plain_force, plain_slope
-      !> The same of J⁻¹ times it on entry, of J⁻¹T by b on exit.
+      !> Bounds of J⁻¹((1+|r|²)τ̄ - 2r(r·τ̄)) and of its derivative by r on entry, of J⁻¹T and its derivative by b on
+      !> exit.
       real(wp), intent(inout) :: force, slope
       real(wp) :: torque, change
       torque = plain_force/(1 - radius*radius)

@@ -13,15 +13,15 @@ module nutate_root_proof
 
    public :: root_proof_t, CERTIFIED, ENDED, BEYOND_PROOF
 
-   !> What is known of a stage: its true root; that it has none which could be followed; nothing.
+   !> Verdict on a stage: its true root is known; it has none that could be followed; nothing is known.
    integer, parameter :: CERTIFIED = 1, ENDED = 2, BEYOND_PROOF = 3
 
    !> |b| below which a root of a free body with a positive determinant is the true one. On its axis the branch ends
    !> where λΔt/2 = 1 - |b|², and the growth rate λ is below |Ω| by the triangle rule: at |b| = √2 - 1 at the earliest.
    !> Off the axes it ends later (2e5 bodies drawn at random: the nearest wrong root has |b| = 0.446).
    real(wp), parameter :: surely_true = 0.41_wp
-   !> Two roots of a stage are never this near to each other where each is certified to be alone in its ball or tube;
-   !> the same root found in two ways is, with a margin for round-off of badly conditioned steps.
+   !> Two roots of a stage are never this near to each other if each is certified to be alone in its ball or tube; the
+   !> same root found in two ways is, with a margin for round-off of badly conditioned steps.
    real(wp), parameter :: same_root = 1e-6_wp
 
    !> Accepts or rejects roots from the system, the start of a stage and its length.
@@ -35,12 +35,12 @@ module nutate_root_proof
       real(wp) :: length = 0.0_wp, near = 0.0_wp
       !> There may be a proof: none has been derived for wheels.
       logical :: applies = .true.
-      !> Times between which they hold, s.
+      !> Times between which `length` and `near` hold, s.
       real(wp) :: from = 0.0_wp, to = 0.0_wp
       !> Neither effects nor rotors, and moments of a rigid body.
       logical, private :: is_free = .true.
       type(root_certificate_t), private :: certificate
-      !> Of parts of a stage; not allocated where there are no effects, which need the room.
+      !> Forces in parts of a stage; not allocated if there are no effects, which need the room.
       type(discrete_forces_t), allocatable, private :: forces
    contains
       !> Sets a system.
@@ -79,7 +79,7 @@ contains
       real(wp), intent(in) :: dt, window_time
       !> b0 = ¼Δt J⁻¹(L0 - h) and b; shape (3).
       real(wp), intent(in) :: start(3), root(3)
-      !> Of the Jacobian at the root, over that of a very short step.
+      !> Determinant of the Jacobian at the root, over that of a very short step.
       real(wp), intent(in) :: determinant
       holds = self%certificate%holds(system, dt, window_time, length_of(start), length_of(root))
       self%length = self%certificate%length
@@ -113,7 +113,7 @@ contains
       end if
    end subroutine certify
 
-   !> The same with bounds of all effects for the stage, if there are any.
+   !> Looks for a proof as `certify` does, with bounds of all effects for the stage, if there are any.
    subroutine certify_by(self, system, state, dt, window_time, start, root, verdict, here)
       type(root_proof_t), intent(inout) :: self
       type(system_t), intent(in) :: system
