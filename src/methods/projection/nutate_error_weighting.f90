@@ -27,11 +27,11 @@ module nutate_error_weighting
    public :: step_error_t, balance_momentum, book_share, divide_excess, share_of_works
 
    !> ν: the method errs three orders later than its estimate, and there the works, which change twice as fast as the
-   !> state, are worse off than the estimate says. Measured on 1500 random scenes: with 1 those gain less where the
+   !> state, are worse off than the estimate says. Measured on 1500 random scenes: with 1 those scenes gain less whose
    !> works err most, with 0.1 and less more of the others lose.
    real(wp), parameter :: weight = 0.3_wp
-   !> The same of series, over ν: their works err no more than the motion unless it dies out, and then by 2ⁿ times as
-   !> much.
+   !> Factor of ν for series: the works of a series err no more than the motion unless it dies out, and then by 2ⁿ times
+   !> as much.
    real(wp), parameter :: of_series = 100.0_wp
    !> An estimate above this, energies in an order of one, is as bad as any: the square of a larger one might overflow.
    real(wp), parameter :: hopeless = 1e50_wp
@@ -40,28 +40,28 @@ module nutate_error_weighting
    !> one, rad².
    real(wp), parameter :: freedom = 10.0_wp, farthest = 1e8_wp, least_rotation = 1e-40_wp, longest = 1e-4_wp
 
-   !> By how much a step may have erred, by the estimate of its method; zero where that has none.
+   !> Estimated error of a step, from its method; zero if the method has no estimate.
    type :: step_error_t
       !> Rotation vector of the attitude, rad; momentum, N m s, both body axes; shape (3).
       real(wp) :: rotation(3) = 0.0_wp, momentum(3) = 0.0_wp
-      !> The same where no direction is known, as of a series: rad, N m s.
+      !> Sizes of the errors of attitude, rad, and momentum, N m s, if no direction is known, as for a series.
       real(wp) :: angle = 0.0_wp, of_momentum = 0.0_wp
       !> Momentum of each wheel, N m s; shape (most_wheels).
       real(wp) :: wheels(most_wheels) = 0.0_wp
       !> All works together, J.
       real(wp) :: work = 0.0_wp
-      !> There is a balance of l; what it has more than the state at the end of the step, and by how much it may have
-      !> erred, body axes, N m s; shape (3).
+      !> There is a balance of l; its excess over the state at the end of the step, and the possible error of the
+      !> balance, body axes, N m s; shape (3).
       logical :: balances = .false.
       real(wp) :: balance(3) = 0.0_wp, of_balance(3) = 0.0_wp
-      !> Size of the momentum, N m s, and the square of what it may be off by in space over the square of that; negative
-      !> where it is not known.
+      !> Size of the momentum, N m s, and the square of its possible error in space over the square of that size;
+      !> negative if it is not known.
       real(wp) :: size = 0.0_wp, square = -1.0_wp
    end type step_error_t
 
 contains
 
-   !> Moves a momentum towards the account of l, and the estimates with it.
+   !> Moves a momentum towards the balance of l, and the estimates with it.
    pure subroutine balance_momentum(error, noise, momentum)
       type(step_error_t), intent(inout) :: error
       !> Differences up to this part of the momentum are round-off.
@@ -87,19 +87,19 @@ contains
    end subroutine balance_momentum
 
    !> Gives the works their share of an excess that is more than round-off of the energy that is left, and weighs the
-   !> two moves for the rest. What rounding makes of the account depends on the largest energy that there was.
+   !> two moves for the rest. Round-off of the balance depends on the largest energy that there was.
    pure subroutine divide_excess(plan, error, point, slope, noise, size, to_order_one, excess, given, push)
       type(projection_plan_t), intent(in) :: plan
       type(step_error_t), intent(in) :: error
       !> Evaluated.
       type(projection_point_t), intent(in) :: point
-      !> There.
+      !> Slope at the point.
       type(slope_t), intent(in) :: slope
       !> Part of an energy that is round-off; the largest T + Σ|U| so far, J.
       real(wp), intent(in) :: noise, size
       !> A power of two that brings energies to order one.
       real(wp), intent(in) :: to_order_one
-      !> J, in that unit.
+      !> Excess times `to_order_one`, J.
       real(wp), intent(inout) :: excess
       !> J; S² over its usual value; as they were for round-off.
       real(wp), intent(inout) :: given, push
@@ -117,24 +117,24 @@ contains
       if (.not. excess*excess < longest*weighed%steepness) push = 1.0_wp
    end subroutine divide_excess
 
-   !> The share of the works, 0 to 1. Of an excess that is larger than both estimates they take none: a step that errs
-   !> more than a method of lower order follows no motion, and the invariants are all that keeps it near one.
+   !> Returns the share of the works in an excess, 0 to 1: none if the excess is larger than both estimates. A step that
+   !> errs more than a method of lower order follows no motion, and the invariants are all that keeps it near one.
    pure real(wp) function share_of_works(plan, point, error, rounding, to_order_one, excess) result(share)
       type(projection_plan_t), intent(in) :: plan
       !> Evaluated.
       type(projection_point_t), intent(in) :: point
       type(step_error_t), intent(in) :: error
-      !> What rounding may have made of the works so far, J.
+      !> Possible round-off of the works so far, J.
       real(wp), intent(in) :: rounding
       !> A power of two that brings energies to order one.
       real(wp), intent(in) :: to_order_one
-      !> J, in that unit.
+      !> Excess times `to_order_one`, J.
       real(wp), intent(in) :: excess
       real(wp) :: omega(3), rate(3), kinetic, potential, wheels, work, state, speed, limit
       integer :: i
       omega = point%omega
       if (plan%turns) omega = point%relative
-      ! Where l is conserved and was put in place, L errs by the attitude alone.
+      ! If l is conserved and was restored, L errs by the attitude alone.
       rate = point%rate
       if (plan%components == ALL_COMPONENTS) then
          omega = 0.0_wp

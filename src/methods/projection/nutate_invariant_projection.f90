@@ -16,8 +16,8 @@
 !> `Δh = -cSw²ω`, `c = ΔH/(|L̇|² + S²|Ω⊥|² + Sw²Σω²)`; Newton's iteration repeats it. A pendulum has L̇ = 0 at the
 !> bottom of each swing, where only its momentum can make up for an error of the energy.
 !>
-!> **Space axes that turn** at ω. H - ω·l takes the place of H, Ω - Rᵀω that of Ω in ΔL; of l only the component along ω
-!> can be conserved. That of a free body turns by -ω in these axes: it is rotated, exactly, not restored.
+!> **Rotating space axes**, at ω. H - ω·l replaces H, Ω - Rᵀω replaces Ω in ΔL; only the component of l along ω can be
+!> conserved. The l of a free body rotates by -ω in these axes: it is rotated, exactly, not restored.
 !>
 !> **Limits.** H is stationary at relative equilibria: there the move becomes long for a ΔH that is nothing but
 !> round-off. Excesses up to `round_off` of the energy's scale are left as they are, those up to `doubtful` are removed
@@ -52,8 +52,8 @@ module nutate_invariant_projection
 
    !> Parts of the energy's scale. Evaluating H rounds some eight times, by ½ε each: an excess below the first is
    !> nothing. Two evaluations, and l put back in between, differ by several times that: up to the second an excess may
-   !> be round-off, and up to twice that where both ends of a step have it. What round-off of the balance comes to where
-   !> damping has brought a body all but to rest is below the fourth.
+   !> be round-off, and up to twice that if both ends of a step have it. If damping has brought a body all but to rest,
+   !> round-off of the balance is below the fourth.
    real(wp), parameter :: round_off = 4*eps, doubtful = 16*eps, alike = 32*eps, in_balance = 64*eps
    !> Squares of moves, rad². The longest at all, 0.1 rad: a step with such an error does not follow the motion. The
    !> longest for a doubtful excess, 64 ε rad: one that asks for more stands next to an equilibrium, where H is
@@ -69,13 +69,13 @@ module nutate_invariant_projection
    type :: invariant_projection_t
       private
       type(projection_plan_t) :: plan
-      !> Of the state under way: the scale of its energies, and the conserved components of l.
+      !> Scale of the energies of the present state, and the conserved components of l.
       type(energy_scale_t) :: scale
       type(momentum_target_t) :: target
-      !> What trial runs add to every state before it is projected, and to its energy, as part of `size`.
+      !> Noise that trial runs add to every state before it is projected, and to its energy, as part of `size`.
       type(noise_t) :: noise
       real(wp) :: kick = 0.0_wp
-      !> How far round-off of the energy moved the last state, rad: up to √ε where H is nearly stationary.
+      !> Move of the last state due to round-off of the energy, rad: up to √ε if H is nearly stationary.
       real(wp), public :: moved_by_round_off = 0.0_wp
    contains
       !> Finds the invariants that a system has.
@@ -194,9 +194,9 @@ contains
       real(wp), intent(in) :: work
       !> Success on entry.
       type(status_t), intent(inout) :: status
-      !> Estimated error of the step; zero, or absent, where works err no more than the state. Only with `given`.
+      !> Estimated error of the step; zero, or absent, if works err no more than the state. Only with `given`.
       type(step_error_t), intent(in), optional :: error
-      !> What is to be added to the work, J; as it was where that is nothing.
+      !> Amount to add to the work, J; unchanged if there is none.
       real(wp), intent(inout), optional :: given
       type(projection_point_t) :: point
       type(energy_sum_t) :: energy, booked
@@ -265,9 +265,9 @@ contains
       type(effect_list_t), intent(in) :: effects
       type(energy_sum_t), intent(inout) :: target
       type(projection_point_t), intent(inout) :: point
-      !> False if that is too far; true where it is, although there is little to remove.
+      !> False if that energy is too far; true if it is, although there is little to remove.
       logical, intent(out) :: reached, undetermined
-      !> What is known of the errors of the step; how far the balance was moved, J: as it was where it was not.
+      !> Estimated error of the step; amount by which the balance was moved, J: unchanged if it was not moved.
       type(step_error_t), intent(in), optional :: error
       real(wp), intent(inout), optional :: given
       type(slope_t) :: slope

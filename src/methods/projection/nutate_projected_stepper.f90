@@ -139,8 +139,8 @@ contains
       if (present(works)) works(:) = each
    end subroutine state_at
 
-   !> By the stepper, from the state that the step went on from; sensitivities are projected where the state was.
-   !> Errors: those of the stepper.
+   !> Moves sensitivities by the stepper, from the state that the step continued from, and projects them if the state
+   !> was projected. Errors: those of the stepper.
    recursive subroutine propagate_step(self, system, before, after, dt, window_time, tangent, status)
       class(projected_stepper_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -156,7 +156,7 @@ contains
          call project_sensitivities(system, after, .false., tangent)
    end subroutine propagate_step
 
-   !> The same to a state inside of the last step, which is projected.
+   !> Moves sensitivities to a state inside of the last step, which is projected.
    recursive subroutine propagate_inside(self, system, state, tangent, status)
       class(projected_stepper_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -168,7 +168,7 @@ contains
          tangent)
    end subroutine propagate_inside
 
-   !> What the stepper and the projection remember.
+   !> Writes or reads the data that the stepper and the projection keep between steps.
    subroutine transfer(self, archive)
       class(projected_stepper_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive

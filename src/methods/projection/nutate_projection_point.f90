@@ -1,6 +1,6 @@
-!> A state as the projection onto the invariants sees it: attitude, momentum, energy and how fast the energy changes.
+!> A state for the projection onto the invariants: attitude, momentum, energy and how fast the energy changes.
 !>
-!> What a system needs for that is sorted once: components are written out, and what is absent is not asked. Energies
+!> The terms that a system has are sorted once: components are written out, and absent terms are not evaluated. Energies
 !> are those of `nutate_hamiltonian`, to round-off.
 module nutate_projection_point
    use nutate_effect, only: NO_SERIES
@@ -32,7 +32,7 @@ module nutate_projection_point
       real(wp) :: inverse_inertia(most_wheels) = 0.0_wp, axis(3, most_wheels) = 0.0_wp
    end type planned_wheels_t
 
-   !> What the energy and the invariants of a system consist of.
+   !> Terms of the energy and of the invariants of a system.
    type :: projection_plan_t
       !> The conserved components of l (`nutate_invariants`) and n, space axes; shape (3).
       integer :: components = ALL_COMPONENTS
@@ -44,12 +44,12 @@ module nutate_projection_point
       !> There are potentials linear in n itself; m of their sum U = -m·γ, body axes, J; shape (3).
       logical :: has_weight = .false.
       real(wp) :: weight(3) = 0.0_wp
-      !> Which other potentials of the system there are, and whether there are any.
+      !> The system has other potentials; their indices.
       logical :: has_others = .false.
       integer, allocatable :: others(:)
       !> J⁻¹, kg⁻¹ m⁻²; shape (3,3); h, body axes, and |h|, N m s; shape (3).
       real(wp) :: inverse_inertia(3, 3) = 0.0_wp, rotor(3) = 0.0_wp, rotor_length = 0.0_wp
-      !> The space axes turn; ω, rad/s; shape (3). The whole l of a free body then turns in them by -ω.
+      !> The space axes rotate; the whole l of a free body then rotates in them by -ω; ω, rad/s; shape (3).
       logical :: turns = .false., turns_momentum = .false.
       real(wp) :: frame_rate(3) = 0.0_wp
       !> There are potentials that move; the time of the state last taken, s.
@@ -69,7 +69,7 @@ module nutate_projection_point
       procedure :: still_energy
    end type projection_plan_t
 
-   !> A state as the projection sees it.
+   !> A state for the projection onto the invariants.
    type :: projection_point_t
       !> Attitude; shape (4).
       real(wp) :: q(4)
@@ -137,8 +137,8 @@ contains
       call sort_potentials(self, system%effects)
    end subroutine prepare
 
-   !> Finds out which wheels have momenta with errors: those with friction, and those that follow what the body does.
-   !> That of others is the integral of a torque that is known.
+   !> Finds the wheels whose momenta have errors: those with friction, and those that follow what the body does. The
+   !> momentum of any other wheel is the integral of a torque that is known.
    pure subroutine sort_wheels(self, effects)
       class(projection_plan_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
@@ -414,13 +414,13 @@ contains
       self%of_push = factor*self%of_push
    end subroutine weigh_push
 
-   !> With the speeds ω = h/Jw - s·Ω, at fixed L `dH = ω dh`: Δh = -cSw²ω, Sw² = (Σ Jw ω²)²/Σω² over the wheels that
-   !> move.
+   !> Adds the wheels to a slope: with the speeds ω = h/Jw - s·Ω, at fixed L `dH = ω dh`, Δh = -cSw²ω,
+   !> Sw² = (Σ Jw ω²)²/Σω² over the wheels that move.
    pure subroutine add_wheels(self, to_order_one, point, slope)
       class(projection_plan_t), intent(in) :: self
       real(wp), intent(in) :: to_order_one
       type(projection_point_t), intent(in) :: point
-      !> Its steepness that of the rotation.
+      !> Slope, with the steepness of the rotation on entry.
       type(slope_t), intent(inout) :: slope
       real(wp) :: speed, square, energy
       integer :: i

@@ -1,8 +1,8 @@
 !> The projection onto the invariants after steps, as often as round-off requires.
 !>
-!> What a projection removes comes back slowly, so that without torques only every few steps are projected, counted
-!> from the start, while errors are small. What is shown of the steps between is a projected copy, whose balance holds
-!> the state that it is a copy of: the motion does not depend on who looks.
+!> The errors that a projection removes come back slowly, so that without torques only every few steps are projected,
+!> counted from the start, while errors are small. The output of the steps between is a projected copy, whose balance
+!> stores the state that it is a copy of: output does not change the motion.
 module nutate_spaced_projection
    use nutate_archive, only: archive_t
    use nutate_energy_balance, only: energy_balance_t
@@ -49,7 +49,7 @@ module nutate_spaced_projection
       procedure :: project_for_output
       !> Projects a state inside the last step.
       procedure :: project_inside
-      !> Shows what it remembers from step to step to an archive.
+      !> Writes or reads the data kept from step to step.
       procedure :: transfer
    end type spaced_projection_t
 
@@ -188,7 +188,7 @@ contains
       state%balance%interval = 1
    end subroutine project_inside
 
-   !> Transfers what it remembers from step to step to or from an archive.
+   !> Writes or reads the data kept from step to step.
    subroutine transfer(self, archive)
       class(spaced_projection_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive
