@@ -1,5 +1,4 @@
-!> The motion of a rigid body as power series in time: body momentum, and directions fixed in space as the body sees
-!> them.
+!> The motion of a rigid body as power series in time: body momentum, and directions fixed in space, in body axes.
 !>
 !>     L̇ = L×Ω + τ,   Ė = E×Ω,   Ω = J⁻¹(L - h),   E = R(q)ᵀe
 !>
@@ -8,12 +7,12 @@
 !> q; without torque L is one of them, another follows, and one pair does. A free body and a top of diagonal inertia
 !> have series of their own (`nutate_diagonal_series`).
 !>
-!> Where the space axes turn at ω, E is what is fixed in them: `Ė = E×(Ω - Rᵀω)`, and Rᵀω is a sum of the three rows
-!> with constant weights, so that `E×Rᵀω` needs no products. Tops have a series of their own, and those that do not
-!> know of it move as if they stood still.
+!> If the space axes rotate at ω, E is fixed in them: `Ė = E×(Ω - Rᵀω)`, and Rᵀω is a sum of the three rows with
+!> constant weights, so that `E×Rᵀω` needs no products. Tops have a series of their own; tops that do not depend on ω
+!> move as in fixed axes.
 !>
-!> Where body and effects are symmetric about an axis, all is computed in a frame that does not spin with the body
-!> (`nutate_axial_frame`): L/J₁ takes the place of Ω, and the angle of the body in that frame is one more series.
+!> If body and effects are symmetric about an axis, all is computed in a frame that does not spin with the body
+!> (`nutate_axial_frame`): L/J₁ replaces Ω, and the angle of the body in that frame is one more series.
 module nutate_motion_series
    use nutate_axial_frame, only: axial_frame_t
    use nutate_diagonal_series, only: expand_axial_top, expand_free, expand_top, steepest_growth
@@ -45,26 +44,26 @@ module nutate_motion_series
       integer :: order = 0
       !> Start and unit of time, s, to be set; the latter is negative backwards in time.
       real(wp) :: t = 0.0_wp, time_unit = 1.0_wp
-      !> Rate of the axes used times the unit of time: of Ω, or of L/J₁; shape (3, 0:highest_order).
+      !> Rate of the axes used, Ω or L/J₁, times the unit of time; shape (3, 0:highest_order).
       real(wp) :: omega(3, 0:highest_order) = 0.0_wp
       type(torque_series_t) :: torques
-      !> What comes after the highest coefficient.
+      !> Remainder of the series after the highest coefficient.
       type(series_tail_t) :: tail
       !> The momenta of the wheels, where there are any.
       type(wheel_series_t), allocatable :: wheels
-      !> `TWO_PAIRS`, ...: of the system, and of the present series.
+      !> Equations of the system, and of the present series: `TWO_PAIRS`, ...
       integer :: best = TWO_PAIRS, equations = TWO_PAIRS
-      !> Lanes (L, E1) and (E2, E3), of a top (E1, E2); body axes; shape (2, 3, 0:highest_order).
+      !> Lanes (L, E1) and (E2, E3), or (E1, E2) for a top; body axes; shape (2, 3, 0:highest_order).
       real(wp) :: lanes_1(2, 3, 0:highest_order) = 0.0_wp, lanes_2(2, 3, 0:highest_order) = 0.0_wp
       !> Angle about the momentum of a free body, or of the body in the axial frame, rad; shape (0:highest_order).
       real(wp), private :: angle(0:highest_order) = 0.0_wp
-      !> The axial frame, if there is one. Of a top the axis comes last: `places` are those of the components in the
-      !> body.
+      !> The axial frame, if there is one. The axis of a top comes last: `places` are the indices of the components in
+      !> the body.
       type(axial_frame_t) :: axial
-      !> The rows turn in space at a rate; of it the components along them, rad/s; shape (3).
+      !> The rows rotate in space; components of their rate along them, rad/s; shape (3).
       logical, private :: frame_turns = .false.
       real(wp), private :: frame_rate(3) = 0.0_wp
-      !> Of a top in axes that turn: the direction of its potential along the first two rows; shape (2).
+      !> Direction of the potential of a top in rotating axes, along the first two rows; shape (2).
       real(wp), private :: field(2) = 0.0_wp
       integer, private :: places(3) = [1, 2, 3]
       !> L at the start, N m s, and diagonal moments over the unit of time, shape (3); 1 over the |L| of errors.
@@ -302,7 +301,7 @@ contains
       type(effect_list_t), intent(in) :: effects
       integer, intent(in) :: k
       logical, intent(in) :: acts(:)
-      !> Of the linear potentials, times the unit of time.
+      !> Moments of the linear potentials, times the unit of time.
       real(wp), intent(in) :: moments(3, 3)
       !> Ω times the unit of time.
       real(wp), intent(in) :: omega(3)
@@ -407,8 +406,8 @@ contains
       rotation = rotation_between(self%frame, rows)
    end subroutine evaluate_frame
 
-   !> Largest turn of the axes used, rad: rows know a rotation up to its sign, which is lost at π. That of a free body
-   !> is an angle; in the axial frame there is a closed solution.
+   !> Returns the largest rotation of the axes used in a step, rad: rows determine a rotation up to its sign, which is
+   !> lost at π. The rotation of a free body is an angle; in the axial frame there is a closed solution.
    pure real(wp) function largest_turn(self)
       class(motion_series_t), intent(in) :: self
       select case (self%equations)

@@ -1,10 +1,10 @@
 !> Power series of tops whose space axes turn at ω, with the field in them.
 !>
 !> The rows E are two unit vectors fixed in these axes, the first along ω, the field in their plane: `Rᵀω = ωE₁`, and
-!> the body sees the field along `γ = n₁E₁ + n₂E₂` at any time. Against the first the body turns as in axes that stand
-!> still, `E₁' = E₁×w`, against the other by `u = w - ωE₁`: of the six products of a row in the axial frame, whose w has
-!> a constant last component, the first keeps four. The momentum remains that of the absolute motion. What is multiplied
-!> lies side by side for both rows, and the sums go to memory: so gfortran computes them in pairs.
+!> the field in body axes is `γ = n₁E₁ + n₂E₂` at any time. Against the first the body rotates as in fixed axes,
+!> `E₁' = E₁×w`, against the other by `u = w - ωE₁`: of the six products of a row in the axial frame, whose w has a
+!> constant last component, the first keeps four. The momentum remains that of the absolute motion. The factors for both
+!> rows lie side by side, and the sums go to memory: so gfortran computes them in pairs.
 module nutate_rotating_top_series
    use nutate_diagonal_series, only: steepest_growth
    use nutate_kinds, only: wp

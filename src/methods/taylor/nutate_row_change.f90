@@ -1,5 +1,5 @@
-!> What a series of rows changes in a step, and its sum with the state, compensated: q and p lose the rounding of the
-!> change, not that of their own digits.
+!> Change of a state in a step by a series of rows, and its sum with the state, compensated: q and p lose the rounding
+!> of the change, not that of their own digits.
 module nutate_row_change
    use nutate_kinds, only: wp
    use nutate_motion_series, only: motion_series_t

@@ -24,7 +24,7 @@ contains
       integer, intent(in) :: n, order
       real(wp), intent(in) :: s
       real(wp), intent(in) :: x(n, 0:highest_order)
-      !> Of the last coefficient and of the one before in the tail; shape (2).
+      !> Weights of the last coefficient and of the one before in the tail; shape (2).
       real(wp), intent(in) :: weights(2)
       real(wp), intent(out) :: total(n)
       real(wp) :: even(most_series), square

@@ -1,4 +1,4 @@
-!> What a power series leaves out, from its last coefficients.
+!> Remainder of a power series, from its last coefficients.
 !>
 !> All components of a motion have their singularities at the same complex times, so that far coefficients of all of
 !> them follow one recurrence, that of the nearest pair of poles: `xₖ + αxₖ₋₁ + βxₖ₋₂ ≈ 0`. α and β that fit the last
@@ -6,11 +6,11 @@
 !>
 !>     Σₖ₎ₙ xₖsᵏ ≈ -sⁿ⁺¹ ((α + βs)xₙ + βxₙ₋₁)/(1 + αs + βs²)
 !>
-!> How well the recurrence foretells the last coefficient, when it is fitted to the one before, is what the sum errs by.
+!> The error of the sum follows from how well the recurrence, fitted to the coefficient before, predicts the last one.
 !>
-!> **Energies** are products of two components, and have double poles where these have simple ones. Their coefficients
-!> follow the recurrence of the square, `(1 + αs + βs²)² = Σ cⱼsʲ`: `Σ cⱼxₖ₋ⱼ ≈ 0`. With that of the components the tail
-!> of a work is wrong by a tenth, and so would be the energy to which a state is projected.
+!> **Energies** are products of two components, and have double poles where these have simple ones. The coefficients of
+!> an energy follow the recurrence of the square, `(1 + αs + βs²)² = Σ cⱼsʲ`: `Σ cⱼxₖ₋ⱼ ≈ 0`. With that of the
+!> components the tail of a work is wrong by a tenth, and so would be the energy to which a state is projected.
 module nutate_series_tail
    use nutate_kinds, only: wp
    implicit none
@@ -25,11 +25,11 @@ module nutate_series_tail
    real(wp), parameter :: least_denominator = 0.3_wp
    !> A recurrence that leaves more of the last coefficient than this is none.
    real(wp), parameter :: largest_rest = 0.5_wp
-   !> What all coefficients after the last one add to its rest, and a denominator below 1: on the box 2.6 was seen.
+   !> Factor for what all coefficients after the last one add to its rest, and for a denominator below 1: on the box 2.6
+   !> was observed.
    real(wp), parameter :: margin = 3.0_wp
-   !> Below the first part of a square, products of coefficients are rounding. Of two vectors with a smaller square of
-   !> the sine between them, one counts. Squares in the last range only, so that products of two do not leave that of
-   !> numbers.
+   !> Part of a square below which products of coefficients are rounding; square of the sine between two vectors below
+   !> which only one of them is used; range of squares, so that products of two do not leave that of numbers.
    real(wp), parameter :: rounding = 1e-14_wp, same_direction = 1e-10_wp, least = 1e-140_wp, largest = 1e140_wp
 
    !> Parts of coefficients whose squares are numbers.
@@ -40,25 +40,26 @@ module nutate_series_tail
       !> |xₙ₋₁|², |xₙ|².
       real(wp) :: squares(2) = 0.0_wp
       real(wp), private :: alpha = 0.0_wp, beta = 0.0_wp
-      !> What the recurrence left of the last coefficient, squared, when fitted to the one before, with a margin.
+      !> Square of the rest that the recurrence left of the last coefficient when fitted to the one before, with a
+      !> margin.
       real(wp) :: rest = 0.0_wp
       !> Largest time from the start up to which no pole comes near; 0 where there is no recurrence.
       real(wp) :: limit = 0.0_wp
-      !> It is used in the present step.
+      !> The recurrence is used in the present step.
       logical, private :: used = .false.
    contains
       !> Fits the recurrence.
       procedure :: fit
-      !> There is nothing more: the sums are exact.
+      !> Sets the tail to zero: the sums are exact.
       procedure :: leave
-      !> Decides whether it is used in a step.
+      !> Decides whether the tail is used in a step.
       procedure :: use_in_step
-      !> What it makes of the last two coefficients.
+      !> Returns the weights of the last two coefficients in the tail.
       procedure :: weights
-      !> The same for the last four coefficients of an energy.
+      !> Returns the weights of the last four coefficients of an energy in the tail.
       procedure :: energy_weights
       procedure, private :: of_square
-      !> By how much the sum of all components may err, as that of one series, and as that of an energy.
+      !> Return the possible error of the sum of all components, of one series, and of an energy.
       procedure :: error_of_all
       procedure :: error_of
       procedure :: error_of_energy
@@ -98,7 +99,7 @@ contains
       self%limit = limit_of(self%alpha, self%beta)
    end subroutine fit
 
-   !> There is nothing more.
+   !> Sets the tail to zero.
    pure subroutine leave(self)
       class(series_tail_t), intent(inout) :: self
       self%squares = 0.0_wp
@@ -136,7 +137,7 @@ contains
    !> Decides whether the sum is used in a step: at all times of it, or at none.
    pure subroutine use_in_step(self, s)
       class(series_tail_t), intent(inout) :: self
-      !> Its end, in units of time.
+      !> End of the step, in units of time.
       real(wp), intent(in) :: s
       self%used = s <= self%limit
    end subroutine use_in_step
@@ -190,7 +191,7 @@ contains
       end if
    end function error_of_all
 
-   !> The same of one series, from its own coefficients.
+   !> Returns the possible error of the sum of one series, from its own coefficients.
    pure real(wp) function error_of(self, order, s, x) result(error)
       class(series_tail_t), intent(in) :: self
       integer, intent(in) :: order
@@ -205,7 +206,7 @@ contains
       end if
    end function error_of
 
-   !> The same of an energy.
+   !> Returns the possible error of the sum of an energy, from its own coefficients.
    pure real(wp) function error_of_energy(self, order, s, x) result(error)
       class(series_tail_t), intent(in) :: self
       integer, intent(in) :: order

@@ -2,17 +2,18 @@
 !>
 !>     θ̇ = θ×Ω + δΩ,   δL̇ = δL×Ω + L×δΩ + (∂τ/∂θ)θ + D(δΩ - Rᵀω×θ),   δΩ = J⁻¹(δL - Σ s δh - δh - δJΩ)
 !>
-!> with the torque τ, its derivative by the rate D, and the rate ω of space axes that turn. All that multiplies
-!> sensitivities is one series of matrices, the same for all of them: it is made once from the derivatives by γ that
-!> the effects know (`series_derivative`), ∂τ/∂θ = (∂τ/∂γ)[γ]×. What parameters change is added sensitivity by
-!> sensitivity.
+!> with the torque τ, its derivative by the rate D, and the rate ω of rotating space axes. The factors of the
+!> sensitivities are one series of matrices, the same for all of them: it is computed once from the derivatives by γ
+!> that the effects supply (`series_derivative`), ∂τ/∂θ = (∂τ/∂γ)[γ]×. The contributions of parameters are added
+!> sensitivity by sensitivity.
 !>
 !> Sensitivities of the start without wheels are linear in θ and δL of the start, so that no more than a basis of these
 !> is expanded: six sensitivities, and three of δL for a free body, whose θ1 is that of the start, rotated, and what δL
 !> adds.
 !>
-!> It is the derivative of the flow, to the accuracy of the series. Its poles are of one order more than those of the
-!> motion, so that sensitivities err by ten times as much at the same order: theirs is higher.
+!> The result is the derivative of the flow, to the accuracy of the series. The poles of sensitivities are of one order
+!> more than those of the motion, so that sensitivities err by ten times as much at the same order: their order is
+!> higher.
 module nutate_series_tangent
    use nutate_variation, only: OF_POTENTIAL, OF_TORQUE, OF_WHEEL
    use nutate_sensitivity_series, only: add_lacking, add_rest, add_row, add_rotated, by_angle, by_momentum, &
@@ -42,9 +43,9 @@ module nutate_series_tangent
    type :: series_tangent_t
       private
       logical :: prepared = .false.
-      !> Of the series; rows of which a torque or a parameter depends.
+      !> Order of the series; number of rows on which a torque or a parameter depends.
       integer :: order = 0, n_rows = 0
-      !> There are torques that depend on the attitude, of these but the moment of one row; the axes of space turn; the
+      !> There are torques that depend on the attitude; these are but the moment of one row; the space axes rotate; the
       !> matrices of δL have no diagonal.
       logical :: rotated = .false., of_row = .false., frame_turns = .false., hollow = .false.
       !> Sensitivities of the basis of the start; 0 where each sensitivity is expanded.
@@ -59,8 +60,8 @@ module nutate_series_tangent
       real(wp) :: relative(3, 0:highest_order) = 0.0_wp, row(3, 3, 0:highest_order) = 0.0_wp
       !> The factors, the same in each lane; shape (lanes, n_factors, 0:highest_order).
       real(wp) :: factors(lanes, n_factors, 0:highest_order) = 0.0_wp
-      !> The sensitivities that are expanded; shape (lanes, numbers, 0:highest_order, blocks). Which blocks have a u;
-      !> shape (blocks).
+      !> The sensitivities that are expanded, shape (lanes, numbers, 0:highest_order, blocks); true for blocks that have
+      !> a u, shape (blocks).
       real(wp), allocatable :: sensitivities(:, :, :, :)
       logical, allocatable :: lacking(:)
       !> Sums of the sensitivities that are expanded, and their last terms; shape (12, lanes*blocks).
@@ -79,12 +80,12 @@ contains
    subroutine propagate(self, system, before, after, dt, start, order, acts, driven, tangent, status)
       class(series_tangent_t), intent(inout) :: self
       type(system_t), intent(in) :: system
-      !> The ends of the step.
+      !> States at the start and at the end of the step.
       type(state_t), intent(in) :: before, after
       !> s; time for torques, in the piece of each; order of the series of the motion.
       real(wp), intent(in) :: dt, start
       integer, intent(in) :: order
-      !> Which torques and motors act; shapes (number of torques), (most_wheels).
+      !> True for torques and motors that act; shapes (number of torques), (most_wheels).
       logical, intent(in) :: acts(:), driven(most_wheels)
       type(tangent_t), intent(inout) :: tangent
       type(status_t), intent(inout) :: status
@@ -203,7 +204,8 @@ contains
       end do
    end function changes_in
 
-   !> Where a parametric sensitivity is among those that are expanded. If there is a basis it begins as zero there.
+   !> Returns the index of a parametric sensitivity among those that are expanded. If there is a basis it begins as zero
+   !> there.
    pure integer function place_of(self, tangent, m)
       class(series_tangent_t), intent(in) :: self
       type(tangent_t), intent(in) :: tangent
@@ -462,9 +464,9 @@ contains
       real(wp), intent(in) :: dt
       logical, intent(in) :: acts(:)
       type(tangent_t), intent(in) :: tangent
-      !> Which of the parametric sensitivities.
+      !> Index among the parametric sensitivities.
       integer, intent(in) :: m
-      !> Changes of effects of the sensitivities before it, and with it.
+      !> Number of changes of effects of the sensitivities before this one on entry, including it on exit.
       integer, intent(inout) :: place
       character(len=*), intent(inout) :: unknown
       real(wp) :: tau(3), one(3), rotating(3)

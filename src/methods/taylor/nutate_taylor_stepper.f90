@@ -32,7 +32,8 @@ module nutate_taylor_stepper
    !> Order for a tolerance, per binary digit (one per decimal digit) and beside: up to there the cost of a step grows
    !> more slowly than its length. `make bench BENCH=bench_series` shows the time of a run by order.
    real(wp), parameter :: order_per_digit = 0.3_wp, extra_order = 8.0_wp
-   !> The same for tops in the axial frame, 20 to 24, where coefficients cost less than all else in a step.
+   !> Order for a tolerance, per binary digit and beside, for tops in the axial frame, 20 to 24: coefficients there cost
+   !> less than all else in a step.
    real(wp), parameter :: axial_order_per_digit = 0.15_wp, axial_extra_order = 18.0_wp
    !> Fixed steps to a projection, which takes a tenth to a fifth of a step. With 4 energy and momentum are as
    !> good. Chosen steps are projected one by one: on the unstable axis of a box the others err by more than they may.
@@ -43,11 +44,11 @@ module nutate_taylor_stepper
    integer, parameter :: most_units = 60
    real(wp), parameter :: shorter = 0.0625_wp
 
-   !> One step of the method. `step` allocates nothing. Between steps it keeps what the projection remembers; all else
-   !> is computed anew from the state.
+   !> Stepper of the method. `step` allocates nothing. Between steps it keeps the data of the projection; all else is
+   !> computed anew from the state.
    type, extends(dense_stepper_t) :: taylor_t
       private
-      !> Of the settings: order (0: by the tolerance), projection, attitude.
+      !> Settings: order (0: by the tolerance), projection, attitude.
       integer :: order = 0
       logical :: conserve = .true.
       logical :: attitude = .true.
@@ -199,11 +200,12 @@ contains
       call state%copy_from(self%next, self%rates%n_wheels > 0, self%conserve)
    end subroutine advance
 
-   !> True if the last two terms of the series, differentiated twice, are no larger than the first: of a vibration that
-   !> takes the step for 1.2 rad at order 4, 2.7 at order 8, 5.7 at order 16, and errs by 2 % of it in each. Beyond, a
-   !> vibration grows, however small it is, and where works are done no conserved energy keeps it small.
+   !> Returns true if the last two terms of the series, differentiated twice, are no larger than the first. The limit is
+   !> a vibration that advances in the step by 1.2 rad at order 4, 2.7 at order 8, 5.7 at order 16, and errs by 2 % of
+   !> it in each. Beyond, a vibration grows, however small it is, and if works are done no conserved energy keeps it
+   !> small.
    pure logical function is_followed(series)
-      !> Of L and three rows, with the step as the unit of time.
+      !> Series of L and three rows, with the step as the unit of time.
       type(motion_series_t), intent(in) :: series
       real(wp) :: scale
       integer :: n
@@ -214,7 +216,7 @@ contains
 
    contains
 
-      !> Of coefficient k, rad.
+      !> Returns the size of coefficient k, rad.
       pure real(wp) function size_of(k)
          integer, intent(in) :: k
          size_of = max(scale*maxval(abs(series%lanes_1(1, :, k))), maxval(abs(series%lanes_1(2, :, k))), &
@@ -241,7 +243,7 @@ contains
       if (self%conserve) call self%projection%find_origin(start)
       call begin_step(self%rates, system, start, goal%end_time - state%t, 0.5_wp*(state%t + goal%end_time), y)
       self%expanded = .false.
-      ! What is wrong with the state, the step will say.
+      ! The step will report an error of the state.
       if (self%rates%failure /= 0) return
       time_unit = sign(2.0_wp**exponent(step), goal%end_time - state%t)
       do i = 1, most_units
@@ -360,7 +362,7 @@ contains
       if (converges) call self%series%fit_tail()
       self%expanded = converges
       if (self%conserve) then
-         ! Its balance is not known before the step.
+         ! The balance of the state is not known before the step.
          call self%first%copy_from(state, self%rates%n_wheels > 0, .false.)
       else
          self%first = state
@@ -431,8 +433,8 @@ contains
       end associate
    end subroutine book_time_dependent_work
 
-   !> Work of a torque from the start of the series to a time after it, J; of a wheel and of
-   !> time-dependent potentials to the state last put together. What it may err by is added to the error of the step.
+   !> Computes the work of a torque from the start of the series to a time after it, J; of a wheel and of time-dependent
+   !> potentials to the state last put together. The possible error of the work is added to the error of the step.
    pure subroutine get_work(self, i, time, work)
       class(taylor_t), intent(inout) :: self
       integer, intent(in) :: i
@@ -529,7 +531,7 @@ contains
          call project_sensitivities(system, after, .false., tangent)
    end subroutine propagate_step
 
-   !> What the projection remembers; the series is computed anew from the state.
+   !> Writes or reads the data that the projection keeps between steps; the series is computed anew from the state.
    subroutine transfer(self, archive)
       class(taylor_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive
@@ -537,11 +539,11 @@ contains
       self%expanded = .false.
    end subroutine transfer
 
-   !> Work of a torque from the start of a series to a time, or, one more, of the potentials that move; its error is
-   !> added to that of the works.
+   !> Computes the work of a torque from the start of a series to a time, or, for the index after the last torque, that
+   !> of the potentials that move; adds its error to that of the works.
    pure subroutine add_work_of(series, i, s, work, error)
       type(motion_series_t), intent(in) :: series
-      !> Of the torque.
+      !> Index of the torque.
       integer, intent(in) :: i
       !> Time in units.
       real(wp), intent(in) :: s
@@ -553,11 +555,11 @@ contains
       error%work = error%work + off
    end subroutine add_work_of
 
-   !> By how much attitude and momentum may err at a time.
+   !> Estimates the errors of attitude and momentum at a time.
    pure subroutine estimate_error(series, s, error)
-      !> With its tail.
+      !> Series with its tail.
       type(motion_series_t), intent(in) :: series
-      !> In units.
+      !> Time in units of time.
       real(wp), intent(in) :: s
       type(step_error_t), intent(inout) :: error
       error%angle = series%tail%error_of_all(series%order, s)

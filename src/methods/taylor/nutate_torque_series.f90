@@ -46,8 +46,8 @@ module nutate_torque_series
       !> Series along the basis vectors of torques in space axes; the rows R(q)ᵀeᵢ; shapes (3, 0:highest_order, number
       !> of torques) and (3,3, 0:highest_order), without coefficients where there is no such torque.
       real(wp), allocatable, private :: along(:, :, :), rows(:, :, :)
-      !> Which directions move, by slot, 0 for one that does not; series of their n in the basis, shape
-      !> (3, 0:highest_order, any); the fastest pace of them, 1/s; there are some.
+      !> Index of each slot among the directions that move, 0 for one that does not; series of their n in the basis,
+      !> shape (3, 0:highest_order, any); the fastest pace of them, 1/s; there are some.
       integer, allocatable, private :: mover(:)
       real(wp), allocatable, private :: moving(:, :, :)
       real(wp) :: pace = 0.0_wp
@@ -59,8 +59,8 @@ module nutate_torque_series
       real(wp), allocatable, private :: omega(:, :), torque(:, :, :)
       !> ∂τ/∂γ of all slots, for derivatives; shape (3,3, 0:highest_order, slots).
       real(wp), allocatable, private :: derivative(:, :, :, :)
-      !> Series of δn that parameters make, in the basis, and of R(q)ᵀδn, shape (3, 0:highest_order, any); which are not
-      !> zero, and which are known.
+      !> Series of δn that parameters make, in the basis, and of R(q)ᵀδn, shape (3, 0:highest_order, any); true for
+      !> those that are not zero, and for those that are known.
       real(wp), allocatable, private :: shift(:, :, :), shifted(:, :, :)
       logical, allocatable, private :: shifts(:), shift_known(:)
    contains
@@ -185,7 +185,7 @@ contains
       else
          across = self%basis(:, 3)
       end if
-      ! Of two vectors that are nearly parallel, rounding leaves it a part along them.
+      ! If the two vectors are nearly parallel, rounding leaves `across` a part along them.
       across = across - dot_product(across, along)*along
       across = across/norm2(across)
       self%basis(:, 1) = along
@@ -471,7 +471,7 @@ contains
       !> Position in the list.
       integer, intent(in) :: i
       real(wp), intent(in) :: change(:)
-      !> Which of the changes that are expected; coefficient, and that of the last call.
+      !> Index among the expected changes; coefficient, and the highest one.
       integer, intent(in) :: place, k, order
       real(wp), intent(in) :: time_unit
       !> Coefficients 0..k of the rows R(q)ᵀeᵢ as columns; shape (3, 3, 0:k).
@@ -539,7 +539,7 @@ contains
       !> Position in the list.
       integer, intent(in) :: i
       real(wp), intent(in) :: change(:)
-      !> Which of the changes that are expected; coefficient, and that of the last call.
+      !> Index among the expected changes; coefficient, and the highest one.
       integer, intent(in) :: place, k, order
       real(wp), intent(in) :: time_unit
       !> Coefficients 0..k of the rows R(q)ᵀeᵢ as columns; shape (3, 3, 0:k).
@@ -655,9 +655,9 @@ contains
       integer, intent(in) :: order
       !> Unit of time, s, and time in it.
       real(wp), intent(in) :: time_unit, s
-      !> Of the motion.
+      !> Tail of the series of the motion.
       type(series_tail_t), intent(in) :: tail
-      !> J, and by how much its truncation may have it err, J.
+      !> Work, J, and its possible truncation error, J.
       real(wp), intent(out) :: work, error
       real(wp) :: power(0:highest_order), last(6), w(4)
       integer :: k, j

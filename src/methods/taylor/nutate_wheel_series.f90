@@ -44,11 +44,11 @@ module nutate_wheel_series
       procedure :: term
       !> Adds what follows from a coefficient of Ω.
       procedure :: add_term
-      !> A coefficient of h, of ω, and of what a change of its parameters makes of a motor.
+      !> A coefficient of h, of ω, and of the change of a motor by a change of its parameters.
       procedure :: momentum_term
       procedure :: speed_term
       procedure :: drive_change
-      !> What the wheels gain up to a time.
+      !> Computes the gains of the wheels up to a time.
       procedure :: evaluate
    end type wheel_series_t
 
@@ -184,7 +184,7 @@ contains
       type(effect_list_t), intent(in) :: effects
       !> The wheel.
       integer, intent(in) :: i
-      !> Of its `parameters`.
+      !> Change of the wheel's `parameters`.
       real(wp), intent(in) :: change(:)
       integer, intent(in) :: k
       !> N m.
@@ -204,19 +204,19 @@ contains
       drive = tau(1)
    end subroutine drive_change
 
-   !> What the wheels gain from the start of the series to a time, and the work of motors and friction: term by term,
-   !> and the tail.
+   !> Computes the gains of the wheels from the start of the series to a time, and the work of motors and friction: term
+   !> by term, and the tail.
    pure subroutine evaluate(self, order, s, tail, gain, work, error, of_works)
       class(wheel_series_t), intent(in) :: self
       !> Highest coefficient.
       integer, intent(in) :: order
       !> Time, in units.
       real(wp), intent(in) :: s
-      !> Of the motion.
+      !> Tail of the series of the motion.
       type(series_tail_t), intent(in) :: tail
-      !> N m s, shape (most_wheels), and J, shape (2, most_wheels).
+      !> Gains, N m s, shape (most_wheels), and works, J, shape (2, most_wheels).
       real(wp), intent(inout) :: gain(most_wheels), work(2, most_wheels)
-      !> By how much their truncation may have each gain err, N m s, shape (most_wheels), and all works together, J.
+      !> Possible truncation errors of each gain, N m s, shape (most_wheels), and of all works together, J.
       real(wp), intent(inout) :: error(most_wheels)
       real(wp), intent(out) :: of_works
       real(wp) :: power(0:highest_order), of_momentum(4), of_energy(4)
@@ -259,7 +259,7 @@ contains
       !> Σ xₖsᵏ from k = 1 on, and the tail.
       pure real(wp) function total(x, weights)
          real(wp), intent(in) :: x(0:highest_order)
-         !> Of the last four coefficients, the last one first.
+         !> Weights of the last four coefficients, the last one first.
          real(wp), intent(in) :: weights(4)
          integer :: m
          total = 0.0_wp
