@@ -171,7 +171,7 @@ contains
       end do
    end subroutine propagate_step
 
-   !> What the steppers of all stages remember.
+   !> Writes or reads the data that the steppers of all stages keep between steps.
    recursive subroutine transfer(self, archive)
       class(composition_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive

@@ -1,5 +1,5 @@
-!> What a form of the implicit equations gives to the step that solves them (`nutate_implicit_step`): start, increment,
-!> Jacobian and update of its unknowns, and the vector of the Cayley map that they stand for.
+!> Interface of a form of the implicit equations to the step that solves them (`nutate_implicit_step`): start,
+!> increment, Jacobian and update of its unknowns, and the vector of the Cayley map that they stand for.
 module nutate_implicit_equations
    use nutate_archive, only: archive_t
    use nutate_continuation, only: root_acceptance_t
@@ -51,7 +51,7 @@ module nutate_implicit_equations
       procedure(find_cayley_vector), deferred :: get_cayley_vector
       !> Moves the state to the end of the step.
       procedure(move_state), deferred :: finish
-      !> Shows to an archive what the form remembers beside unknowns.
+      !> Writes or reads the data that the form keeps beside unknowns.
       procedure(transfer_more), deferred :: transfer_form
       !> Writes the same as numbers, and reads it.
       procedure :: put_form

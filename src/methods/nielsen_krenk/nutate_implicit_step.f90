@@ -225,11 +225,11 @@ contains
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
       real(wp), intent(in) :: dt, window_time
-      !> Determinant of the last step of the same length; 0 where there is none. b of the root found.
+      !> Determinant of the last step of the same length, 0 if there is none; b of the root found.
       real(wp), intent(in) :: last, b(3)
       !> The root found on entry.
       real(wp), intent(inout) :: z(most_unknowns)
-      !> Of the search for it.
+      !> Status of the search for this root.
       type(status_t), intent(inout) :: status
       type(root_t) :: root
       if (status%code == 0) then
@@ -295,7 +295,7 @@ contains
             call self%get_cayley_vector(z, b)
             root = root_t(vector_length(b), self%determinant, maxval(abs(z - predicted)))
          else
-            ! What failed need not be finite.
+            ! The result of a failed search need not be finite.
             b = last_b
          end if
          if (found .and. path%reached > 0.0_wp) then
@@ -359,7 +359,7 @@ contains
       call self%predictor%forget(0)
    end subroutine forget_steps
 
-   !> What it remembers of its steps.
+   !> Writes or reads the data that the stepper keeps of its steps.
    subroutine transfer(self, archive)
       class(implicit_stepper_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive

@@ -1,4 +1,4 @@
-!> When an iteration has reached its root, or all that round-off lets it see of it.
+!> Tests if an iteration has reached its root, or all of it that round-off leaves.
 module nutate_newton_increment
    use nutate_kinds, only: wp, eps
    implicit none
@@ -11,11 +11,11 @@ module nutate_newton_increment
    !> Relative increment below which an iteration that no longer falls has reached round-off, of sums whose terms may be
    !> so many times the result.
    real(wp), parameter :: usual_cancellation = 1e4_wp
-   !> Where they are larger than this, the root of a needle has lost so many digits of the turn about it that its energy
-   !> is no longer kept to round-off.
+   !> Factor between terms and result above which the root of a needle has lost so many digits of the rotation about it
+   !> that its energy is no longer kept to round-off.
    real(wp), parameter :: most_cancellation = 1e6_wp
 
-   !> What a Newton increment came to.
+   !> Size of a Newton increment, and reasons to end the iteration.
    type :: increment_t
       !> Largest entry of the increment, and of the unknowns.
       real(wp) :: size = huge(1.0_wp), length = 0.0_wp

@@ -26,7 +26,7 @@ module nutate_nielsen_krenk
    !> and leaves half of so many.
    integer, parameter :: slow = 7
    !> |q| between the inverse of this and this; an attitude that changes by more in an iteration is on no way to a root.
-   !> Where a stiff force acts, momentum may be far off on the way, but not beyond what can be computed with.
+   !> Under a stiff force the momentum may be far off during the iteration, but not beyond what can be computed with.
    real(wp), parameter :: farthest = 1e3_wp
    !> Units of momentum above which |p| has outgrown its unit: what it loses is still below the last six bits.
    real(wp), parameter :: outgrown = 64.0_wp
@@ -44,7 +44,7 @@ module nutate_nielsen_krenk
    !> Bound of the exponent of the determinant, within the range of numbers and of a product of two.
    integer, parameter :: largest_power = 500
 
-   !> The 8×8 stepper. Its unknowns are the increments (Δx, Δy) of `nutate_eight_equations`.
+   !> The 8×8 stepper, with the increments (Δx, Δy) of `nutate_eight_equations` as its unknowns.
    type, extends(implicit_stepper_t) :: nielsen_krenk_t
       private
       type(eight_equations_t) :: equations
@@ -324,7 +324,7 @@ contains
          status)
    end subroutine propagate_step
 
-   !> Unit of momentum and inverse of the Jacobian.
+   !> Writes or reads the unit of momentum and the inverse of the Jacobian.
    subroutine transfer_form(self, archive)
       class(nielsen_krenk_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive
@@ -332,7 +332,7 @@ contains
       call archive%transfer(self%inverse)
    end subroutine transfer_form
 
-   !> Writes the same as numbers.
+   !> Writes the unit of momentum and the inverse of the Jacobian as numbers.
    subroutine put_form(self, room, numbers, used)
       class(nielsen_krenk_t), intent(inout) :: self
       integer, intent(in) :: room
@@ -346,7 +346,7 @@ contains
       used = used + 65
    end subroutine put_form
 
-   !> Reads the same from numbers. What is measured in the unit of momentum is to be set again.
+   !> Reads the unit of momentum and the inverse of the Jacobian from numbers. Values in this unit are to be set again.
    subroutine take_form(self, room, numbers, used)
       class(nielsen_krenk_t), intent(inout) :: self
       integer, intent(in) :: room

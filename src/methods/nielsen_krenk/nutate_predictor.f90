@@ -42,9 +42,9 @@ module nutate_predictor
       procedure :: forget
       !> Changes the unit of some unknowns.
       procedure :: change_unit
-      !> Shows its values to an archive.
+      !> Writes or reads the values of the last steps.
       procedure :: transfer
-      !> Writes the same values as numbers, and reads them.
+      !> Write the values of the last steps as numbers, and read them.
       procedure :: put
       procedure :: take
    end type predictor_t
@@ -62,8 +62,8 @@ contains
       self%past = 0.0_wp
    end subroutine set_up
 
-   !> Predicts a step; at least one must be known. Of a step of another length than the last ones only the last
-   !> increment says something: in proportion.
+   !> Predicts a step; at least one must be known. If its length differs from that of the last steps, only the last
+   !> increment is used: in proportion.
    pure subroutine predict(self, dt)
       class(predictor_t), intent(inout) :: self
       !> s.
@@ -88,7 +88,7 @@ contains
    !> Stores the unknowns of a step that was done.
    pure subroutine remember(self, dt, z)
       class(predictor_t), intent(inout) :: self
-      !> Of the step last predicted, s.
+      !> Length of the step last predicted, s.
       real(wp), intent(in) :: dt
       real(wp), intent(in) :: z(most_unknowns)
       integer :: i
@@ -120,7 +120,7 @@ contains
       end do
    end subroutine change_unit
 
-   !> Shows its values to an archive.
+   !> Writes or reads the values of the last steps.
    subroutine transfer(self, archive)
       class(predictor_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive
@@ -129,7 +129,7 @@ contains
       call archive%transfer(self%past(:, 1:self%unknowns))
    end subroutine transfer
 
-   !> Writes its values as numbers.
+   !> Writes the values of the last steps as numbers.
    pure subroutine put(self, room, numbers, used)
       class(predictor_t), intent(in) :: self
       integer, intent(in) :: room
@@ -146,7 +146,7 @@ contains
       end do
    end subroutine put
 
-   !> Reads its values from numbers.
+   !> Reads the values of the last steps from numbers.
    pure subroutine take(self, room, numbers, used)
       class(predictor_t), intent(inout) :: self
       integer, intent(in) :: room

@@ -1,9 +1,10 @@
 !> The step of Nielsen & Krenk (2012) in reduced form: three equations in the step's turn, closed-form Newton, no
 !> LAPACK.
 !>
-!> The same discrete (9a) and (11) of the paper on the constraints (2) and (5), in `nutate_reduced_equations`; the
-!> projection is built in, since a torque is all that enters. The same trajectory as the 8×8 system to round-off. Where
-!> nothing depends on the attitude it can be left out: then only the body momentum is integrated.
+!> The equations are the discrete (9a) and (11) of the paper on the constraints (2) and (5), in
+!> `nutate_reduced_equations`; the projection is built in, since a torque is all that enters. The trajectory is that of
+!> the 8×8 system to round-off. If nothing depends on the attitude it can be left out: then only the body momentum is
+!> integrated.
 module nutate_reduced
    use nutate_archive, only: archive_t
    use nutate_implicit_step, only: implicit_stepper_t, increment_t, most_unknowns
@@ -38,7 +39,7 @@ module nutate_reduced
    !> Determinants below are those of singular systems: their inverse would leave the range of numbers.
    real(wp), parameter :: least_determinant = 1e-150_wp
 
-   !> The 3×3 stepper. Its unknowns are b.
+   !> The 3×3 stepper, with b as its unknowns.
    type, extends(implicit_stepper_t) :: reduced_t
       private
       type(reduced_equations_t) :: equations
@@ -262,7 +263,7 @@ contains
          status)
    end subroutine propagate_step
 
-   !> The derivatives of the effects; what belongs to the length of the step is computed anew.
+   !> Writes or reads the derivatives of the effects; what belongs to the length of the step is computed anew.
    subroutine transfer_form(self, archive)
       class(reduced_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive
@@ -270,7 +271,8 @@ contains
       if (archive%is_reading()) self%equations%dt = 0.0_wp
    end subroutine transfer_form
 
-   !> Writes the same as numbers, where there are forces: the derivatives are zero otherwise, and stay.
+   !> Writes the derivatives of the effects as numbers, if there are forces: the derivatives are zero otherwise, and
+   !> stay.
    subroutine put_form(self, room, numbers, used)
       class(reduced_t), intent(inout) :: self
       integer, intent(in) :: room
@@ -280,7 +282,8 @@ contains
       used = used + 9
    end subroutine put_form
 
-   !> Reads the same from numbers. What belongs to the length of the step stays: it is that of the same system.
+   !> Reads the derivatives of the effects from numbers. Values for the length of the step stay: it is that of the same
+   !> system.
    subroutine take_form(self, room, numbers, used)
       class(reduced_t), intent(inout) :: self
       integer, intent(in) :: room
