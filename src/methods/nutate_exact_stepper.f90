@@ -210,7 +210,8 @@ contains
       end do
    end subroutine propagate_step
 
-   !> Where the solution started and where the last step ended; the solution is found again from its start.
+   !> Writes or reads the start of the solution and the end of the last step; the solution is found again from its
+   !> start.
    subroutine transfer(self, archive)
       class(exact_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive

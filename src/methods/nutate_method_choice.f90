@@ -1,4 +1,4 @@
-!> What a run chooses where its settings leave it open: method and order, and why. Every interface chooses here.
+!> Chooses what the settings of a run leave open, method and order, and why. Every interface chooses here.
 !>
 !> The rules rest on the tables of docs/results/accuracy-costs.md, which `bench_choice` measures.
 module nutate_method_choice
@@ -22,7 +22,7 @@ module nutate_method_choice
 
    public :: choose_settings, choose_with_tangent, choose_method, effect_without_series, AUTOMATIC_METHOD
 
-   !> What asks for the choice by name.
+   !> Name of a method that requests the choice.
    character(len=*), parameter :: AUTOMATIC_METHOD = 'auto'
 
    !> Accuracy from which on the series is the cheapest, rad: in general; where torques alone act, whose series cost
@@ -55,10 +55,10 @@ contains
       type(state_t), intent(in) :: state
       !> Time from start to end, s, of either sign.
       real(wp), intent(in) :: duration
-      !> Of the attitude at the end, and of each step, rad; 0 where none is asked for.
+      !> Required accuracy of the attitude at the end, and of each step, rad; 0 if none is required.
       real(wp), intent(in) :: accuracy, local_tolerance
       type(integrator_settings_t), intent(inout) :: settings
-      !> Why this method, in a few words; blank where it was not chosen.
+      !> Reason for the method, in a few words; blank if it was not chosen.
       character(len=*), intent(out) :: choice
       type(status_t), intent(out) :: status
       character(len=:), allocatable :: reason

@@ -14,31 +14,32 @@ module nutate_methods
    !> One method: how scene files and messages speak of it, and what it can do.
    type :: method_t
       character(len=24) :: name
-      !> Blank for a method without one, of which there is a single row.
+      !> Formulation; blank for a method without one, of which there is a single row.
       character(len=24) :: formulation
-      !> 0 for a method without an error.
+      !> Order of the method; 0 for a method without an error.
       integer :: order
       !> Solutions of the equations in a step, or evaluations of them.
       integer :: stages
-      !> What is solved or evaluated.
+      !> Equations that are solved or evaluated.
       character(len=40) :: equations
       !> The state is projected onto the invariants.
       logical :: projected = .false.
       !> The estimate of its error that a step gives falls as this power of the step; 0: there is none.
       integer :: estimate_power = 0
-      !> It knows the length of a step before it takes it, and the states inside (`dense_stepper_t`).
+      !> The method computes the length of a step before the step, and the states inside (`dense_stepper_t`).
       logical :: dense = .false.
-      !> It keeps energy and conserved momentum to round-off at any step.
+      !> The method keeps energy and conserved momentum to round-off at any step.
       logical :: conserving = .true.
-      !> It conserves by itself, to the round-off of its steps, which adds up: it can be projected as well, without
-      !> another row for that.
+      !> The method conserves by itself, to the round-off of its steps, which adds up: it can be projected as well,
+      !> without another row for that.
       logical :: can_project = .false.
-      !> Fixed steps to a projection, without torques and while errors are small. It takes 0.06 to 0.15 µs,
+      !> Fixed steps to a projection, without torques and while errors are small. A projection takes 0.06 to 0.15 µs,
       !> half of a specialised step. With 8 energy and momentum are as good as with 1; at long steps on the unstable
-      !> axis of a box the attitude error is up to six times as large, with 4 hardly larger. Where there is nothing but
-      !> round-off to take away, 32 do as well.
+      !> axis of a box the attitude error is up to six times as large, with 4 hardly larger. If there is nothing but
+      !> round-off to remove, 32 do as well.
       integer :: spacing = 4
-      !> It takes free bodies and tops in variables of their own (`nutate_specialised_motion`): long steps do there.
+      !> The method integrates free bodies and tops in variables of their own (`nutate_specialised_motion`): long steps
+      !> do there.
       logical :: specialised = .false.
    end type method_t
 
@@ -102,8 +103,8 @@ module nutate_methods
 
 contains
 
-   !> What rows that differ in order and formulation only have in common: the name, and `+conserve` after it for a
-   !> method with the projection onto the invariants.
+   !> Returns what rows that differ only in order and formulation have in common: the name, and `+conserve` after it for
+   !> a method with the projection onto the invariants.
    elemental function family_of(method) result(name)
       type(method_t), intent(in) :: method
       character(len=32) :: name
@@ -164,7 +165,7 @@ contains
       if (settings%method == 'taylor' .and. settings%series_order > 0) method%order = settings%series_order
    end function method_of
 
-   !> What a step of these settings solves, in words.
+   !> Returns in words what a step with these settings solves.
    pure function equations_of(settings) result(text)
       type(integrator_settings_t), intent(in) :: settings
       character(len=:), allocatable :: text

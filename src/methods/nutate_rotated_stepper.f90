@@ -1,7 +1,7 @@
 !> A stepper around another one, for a motion that does not depend on the rotation of the space axes
 !> (`follows_rotating_axes`): torque-free bodies, and potentials that are symmetric about the rate ω. The stepper inside
-!> takes its step in axes that stand still, as cheap and as long as there; then the state is rotated back by ωΔt,
-!> exactly. What the step keeps in these axes, T + V, l·ω and |l|, stays, and with it H - ω·l.
+!> performs its step in fixed axes, as cheap and as long as there; then the state is rotated back by ωΔt, exactly. The
+!> step conserves T + V, l·ω and |l| in these axes; all of these stay, and with them H - ω·l.
 !>
 !> All other motions are integrated by equations that contain ω. Power series rotate their sums themselves.
 module nutate_rotated_stepper
@@ -24,7 +24,7 @@ module nutate_rotated_stepper
    !> A stepper and the rotation of its states. `step` allocates nothing.
    type, extends(stepper_wrapper_t) :: rotated_stepper_t
       private
-      !> The system of the last `prepare` may be stepped so; the same in axes that stand still.
+      !> The system of the last `prepare` is stepped in fixed axes; that system in fixed axes.
       logical :: there = .false.
       type(system_t) :: standing
       !> |ω|, rad/s, and -ω over it; shape (3).
@@ -45,8 +45,8 @@ module nutate_rotated_stepper
 
 contains
 
-   !> A system that knows of the rotating is left to the stepper. Errors: those of the stepper's `prepare`;
-   !> `NUTATE_BAD_ARGUMENT` where there is none.
+   !> Prepares the stepper inside for the system in fixed axes, or for the system itself if its motion depends on the
+   !> rotation. Errors: those of the stepper's `prepare`; `NUTATE_BAD_ARGUMENT` if there is none.
    subroutine set_up(self, system, settings, status)
       class(rotated_stepper_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -70,8 +70,8 @@ contains
       call self%base%prepare(self%standing, settings, status)
    end subroutine set_up
 
-   !> One step and the turn. Errors, with the state as it was: those of the stepper; `NUTATE_OFF_BRANCH` where the axes
-   !> turn so far in it that the digits of the turn are lost.
+   !> Performs one step and the rotation. Errors, with the state as it was: those of the stepper; `NUTATE_OFF_BRANCH` if
+   !> the axes rotate so far in it that the digits of the rotation are lost.
    subroutine advance(self, system, state, dt, window_time, status)
       class(rotated_stepper_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -172,9 +172,9 @@ contains
       state = inside
    end subroutine state_at
 
-   !> By the stepper inside, in axes that stand still; sensitivities are in body axes, which the turn leaves as they
-   !> are. Errors: those of the stepper; `NUTATE_BAD_ARGUMENT` for a change of the axes' rate across a potential's
-   !> direction, of which the motion would know.
+   !> Moves sensitivities by the stepper inside, in fixed axes; sensitivities are in body axes, which the rotation
+   !> leaves as they are. Errors: those of the stepper; `NUTATE_BAD_ARGUMENT` for a change of the axes' rate across a
+   !> potential's direction, on which the motion would depend.
    recursive subroutine propagate_step(self, system, before, after, dt, window_time, tangent, status)
       class(rotated_stepper_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -191,7 +191,7 @@ contains
       end if
    end subroutine propagate_step
 
-   !> The same to a state inside of the last step.
+   !> Moves sensitivities to a state inside of the last step.
    recursive subroutine propagate_inside(self, system, state, tangent, status)
       class(rotated_stepper_t), intent(inout) :: self
       type(system_t), intent(in) :: system

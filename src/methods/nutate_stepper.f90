@@ -1,4 +1,4 @@
-!> What an integration method is to the layers above it: something that moves a state by one step.
+!> Interface of integration methods for the layers above: a stepper moves a state by one step.
 module nutate_stepper
    use nutate_archive, only: archive_t
    use nutate_sensitivity_projection, only: kept_steps, project_sensitivities
@@ -50,21 +50,21 @@ module nutate_stepper
       logical :: in_space_axes = .false.
    end type integrator_settings_t
 
-   !> What a method that chooses its steps must keep to; one of the first two is set.
+   !> Goal of a method that chooses its steps; one of the first two components is set.
    type :: step_goal_t
       !> Error of the step, rad; error over its length, rad/s.
       real(wp) :: tolerance = 0.0_wp, rate = 0.0_wp
-      !> Where a step must end at the latest, s: no torque starts or stops before.
+      !> Latest end of a step, s: no torque starts or stops before.
       real(wp) :: end_time = 0.0_wp
-      !> The ends of steps are seen: a method without an error, which could go to the end in one step, makes them as
-      !> long as suits that.
+      !> The ends of steps are observed: a method without an error, which could go to the end in one step, then chooses
+      !> a suitable length.
       logical :: seen = .false.
-      !> Its longest step otherwise, s.
+      !> Longest step of a method without an error if the ends of steps are not observed, s.
       real(wp) :: longest = huge(1.0_wp)
    end type step_goal_t
 
-   !> A method with its work space. One stepper serves one run at a time; several threads each use their own. What a
-   !> method can do (order, stages, estimate, dense output) stands in the table of `nutate_methods`.
+   !> A method with its work space. One stepper serves one run at a time; several threads each use their own. The table
+   !> of `nutate_methods` lists the properties of a method (order, stages, estimate, dense output).
    type, abstract :: stepper_t
       !> Newton iterations of the last step.
       integer :: iterations = 0
@@ -89,11 +89,11 @@ module nutate_stepper
       logical :: conserves = .false.
       !> Starts of steps are stored, for `state_at`.
       logical :: keeps_steps = .false.
-      !> Where the last step started, allocated where starts are kept, its length and the time that decided which
-      !> torques act, s.
+      !> State at the start of the last step, allocated if starts are stored; length of the step, and the time that
+      !> decided which torques act, s.
       type(state_t), allocatable :: last_start
       real(wp) :: last_length = 0.0_wp, last_window = 0.0_wp
-      !> What takes parts of the last step again, a `stepper_t`, so that the steps themselves stay what they are
+      !> Stepper that repeats parts of the last step, a `stepper_t`, so that the steps themselves stay unchanged
       !> (gfortran 12 has no recursive class); it has been used since the last step.
       class(*), allocatable, private :: again
       logical, private :: used = .false.
@@ -143,7 +143,7 @@ module nutate_stepper
       !> Moves sensitivities over the step that `advance` took last (`nutate_tangent`), and removes from them the
       !> round-off of what the method conserves.
       procedure, non_overridable :: propagate
-      !> Moves them by the derivative of the step; refused unless overridden.
+      !> Moves sensitivities by the derivative of the step; reports an error unless overridden.
       procedure :: propagate_step => refuse_tangent
       !> Moves sensitivities from the start of the step that is kept to the state that `state_at` computed last.
       procedure :: propagate_inside
@@ -234,10 +234,10 @@ contains
       if (status%code == 0) call self%project_for_output(system, state)
    end subroutine take_step
 
-   !> Makes a stepper that goes on as this one would. What takes steps again is copied by itself, as a stepper: gfortran
-   !> 12 does not copy a `class(*)` inside of another object, and loses the length that goes with it.
+   !> Makes a stepper that continues with identical results. The stepper that repeats steps is copied separately, as a
+   !> stepper: gfortran 12 does not copy a `class(*)` inside of another object, and loses the length that goes with it.
    recursive subroutine copy(self, twin)
-      !> As it was.
+      !> Stepper to copy; unchanged on return.
       class(stepper_t), intent(inout) :: self
       class(stepper_t), allocatable, intent(out) :: twin
       class(*), allocatable :: again, its_own
@@ -252,7 +252,7 @@ contains
       call move_alloc(again, self%again)
    end subroutine copy
 
-   !> Keeps the starts of steps from now on, for `state_at`. What takes parts of them again is a copy of this stepper.
+   !> Stores the starts of steps from now on, for `state_at`. A copy of this stepper repeats parts of them.
    subroutine keep_steps(self)
       !> Prepared.
       class(stepper_t), intent(inout) :: self
@@ -294,16 +294,16 @@ contains
    !> Errors: `NUTATE_BAD_ARGUMENT` where no step was kept, or the time is outside of it; those of the step.
    recursive subroutine state_taken_again(self, system, t, state, work, status, works)
       class(stepper_t), intent(inout) :: self
-      !> The one of the step.
+      !> System of the step.
       type(system_t), intent(in) :: system
       !> s.
       real(wp), intent(in) :: t
-      !> As it was on failure.
+      !> State at the time; unchanged on failure.
       type(state_t), intent(inout) :: state
       !> Work of all torques from the start of the step to `t`, J.
       real(wp), intent(out) :: work
       type(status_t), intent(out) :: status
-      !> Work of each until then, J; shape (n_works).
+      !> Work of each torque from the start of the step to `t`, J; shape (n_works).
       real(wp), intent(inout), optional :: works(:)
       type(state_t) :: inside
       work = 0.0_wp
@@ -376,7 +376,7 @@ contains
       class(stepper_t), intent(inout) :: self
    end subroutine forget_nothing
 
-   !> What was predicted depends on the values before.
+   !> Discards the history of steps: predictions depend on the values before.
    recursive subroutine forget_for_commands(self)
       class(stepper_t), intent(inout) :: self
       call self%forget_steps()
@@ -427,16 +427,16 @@ contains
       type(state_t), intent(inout) :: state
    end subroutine leave_state
 
-   !> Errors: `NUTATE_BAD_ARGUMENT`.
+   !> Reports that the method has no sensitivities. Errors: `NUTATE_BAD_ARGUMENT`.
    recursive subroutine refuse_tangent(self, system, before, after, dt, window_time, tangent, status)
       class(stepper_t), intent(inout) :: self
-      !> That of `advance`.
+      !> System, as passed to `advance`.
       type(system_t), intent(in) :: system
-      !> The ends of the step.
+      !> States at the start and at the end of the step.
       type(state_t), intent(in) :: before, after
-      !> As they were given to `advance`, s.
+      !> Length of the step and time that decides which torques act, as passed to `advance`, s.
       real(wp), intent(in) :: dt, window_time
-      !> At the start; as it was on failure.
+      !> Sensitivities at the start of the step; unchanged on failure.
       type(tangent_t), intent(inout) :: tangent
       !> Success on entry.
       type(status_t), intent(inout) :: status
@@ -448,11 +448,11 @@ contains
    !> method; `NUTATE_BAD_ARGUMENT` for one without sensitivities, and for sensitivities that it does not have.
    recursive subroutine propagate(self, system, before, after, dt, window_time, tangent, status)
       class(stepper_t), intent(inout) :: self
-      !> That of `advance`.
+      !> System, as passed to `advance`.
       type(system_t), intent(in) :: system
-      !> The ends of the step.
+      !> States at the start and at the end of the step.
       type(state_t), intent(in) :: before, after
-      !> As they were given to `advance`, s.
+      !> Length of the step and time that decides which torques act, as passed to `advance`, s.
       real(wp), intent(in) :: dt, window_time
       type(tangent_t), intent(inout) :: tangent
       !> Success on entry.

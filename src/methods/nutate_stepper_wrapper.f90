@@ -1,4 +1,4 @@
-!> A stepper around another one, which takes the steps: what does something to the states of any method.
+!> A stepper around another one, which performs the steps: base of steppers that change the states of any method.
 module nutate_stepper_wrapper
    use nutate_archive, only: archive_t
    use nutate_kinds, only: wp
@@ -13,14 +13,14 @@ module nutate_stepper_wrapper
 
    public :: stepper_wrapper_t
 
-   !> What all such steppers have in common.
+   !> Base of all steppers around another one.
    type, abstract, extends(stepper_t) :: stepper_wrapper_t
       !> The stepper inside.
       class(stepper_t), allocatable :: base
    contains
       !> Sets the stepper inside; must come before `prepare`.
       procedure, non_overridable :: wrap
-      !> Says where there is no stepper inside.
+      !> Reports an error if there is no stepper inside.
       procedure, non_overridable :: check_base
       !> Copies what the inner stepper reports of its last step, whether it succeeded or not; work and estimate apart.
       procedure, non_overridable :: copy_counts
@@ -62,10 +62,10 @@ contains
       call self%base%disturb(noise)
    end subroutine disturb
 
-   !> Errors: `NUTATE_BAD_ARGUMENT` where there is no stepper inside.
+   !> Checks that there is a stepper inside. Errors: `NUTATE_BAD_ARGUMENT` if there is none.
    subroutine check_base(self, name, status)
       class(stepper_wrapper_t), intent(in) :: self
-      !> What needs one.
+      !> Name of what needs a stepper, for the message.
       character(len=*), intent(in) :: name
       type(status_t), intent(inout) :: status
       if (.not. allocated(self%base)) status = fail(NUTATE_BAD_ARGUMENT, name//' needs a stepper')
@@ -95,7 +95,7 @@ contains
       class(stepper_wrapper_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(inout) :: state
-      !> As in `advance`, s.
+      !> Length of the step and time that decides which torques act, as in `advance`, s.
       real(wp), intent(in) :: dt, window_time
       type(status_t), intent(inout) :: status
       call self%base%advance(system, state, dt, window_time, status)
@@ -126,19 +126,20 @@ contains
       call keep_starts(self)
    end subroutine keep_steps
 
-   !> So does the stepper inside.
+   !> Discards the history of the stepper inside.
    recursive subroutine forget_steps(self)
       class(stepper_wrapper_t), intent(inout) :: self
       call self%base%forget_steps()
    end subroutine forget_steps
 
-   !> So does it then. What a wrapper knows of the invariants stays: the other values do work as the ones before.
+   !> Notifies the stepper inside. The invariants that a wrapper stores remain valid: the other values do work as the
+   !> ones before.
    recursive subroutine update_commands(self)
       class(stepper_wrapper_t), intent(inout) :: self
       call self%base%update_commands()
    end subroutine update_commands
 
-   !> So does the stepper inside.
+   !> Moves sensitivities by the stepper inside.
    recursive subroutine propagate_step(self, system, before, after, dt, window_time, tangent, status)
       class(stepper_wrapper_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -149,7 +150,7 @@ contains
       call self%base%propagate_step(system, before, after, dt, window_time, tangent, status)
    end subroutine propagate_step
 
-   !> So does the stepper inside.
+   !> Moves sensitivities by the stepper inside to a state inside the last step.
    recursive subroutine propagate_inside(self, system, state, tangent, status)
       class(stepper_wrapper_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -159,7 +160,7 @@ contains
       call self%base%propagate_inside(system, state, tangent, status)
    end subroutine propagate_inside
 
-   !> What the stepper inside remembers.
+   !> Writes or reads the data that the stepper inside keeps between steps.
    subroutine transfer(self, archive)
       class(stepper_wrapper_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive
