@@ -1,16 +1,15 @@
-!> From the attitude error that is asked for at the end of a run to the error that its steps may make.
+!> Finds the error allowed in the steps of a run from the attitude error requested at its end.
 !>
-!> What steps and round-off do on the way grows by a factor that belongs to the motion: trial runs measure it. Trial
+!> Errors of steps and round-off grow on the way by a factor that depends on the motion: trial runs measure it. Trial
 !> run A has a larger tolerance than the run B and *noise* η in its data and in every step, some twentieth of that
-!> tolerance, so that it is off by errors of every kind, each in a direction of its own. How far it ends from B tells
-!> what errors of B's size come to, and, with round-off ε in the place of η, what is left of it however short the steps
-!> are: the
-!> *floor*. Two ends can be near each other by accident, so that in doubt there are two such trial runs, and every
-!> earlier run is used.
+!> tolerance, so that it is off by errors of every kind, each in a direction of its own. The distance of its end from
+!> that of B shows the effect of errors of B's size, and, with round-off ε in place of η, the part that remains however
+!> short the steps are: the *floor*. Two ends can be near each other by accident: in doubt there are two such trial
+!> runs, and every earlier run is used.
 !>
 !> The constants are measured: `make accuracy` runs random scenes against an oracle of higher precision and writes the
-!> tables in docs/results/accuracy-costs.md. They belong to the error behaviour of the methods, and are to be measured
-!> anew where that changes.
+!> tables in docs/results/accuracy-costs.md. They describe the error behaviour of the methods: measure them again if it
+!> changes.
 module nutate_accuracy
    use nutate_effect_base, only: NO_SERIES
    use nutate_disturbance, only: disturb_problem
@@ -36,9 +35,9 @@ module nutate_accuracy
 
    public :: find_tolerance
 
-   !> How the error of a method follows the tolerance of its steps.
+   !> Dependence of the error of a method on the tolerance of its steps.
    type :: behaviour_t
-      !> The first B has the accuracy over this as its tolerance.
+      !> Accuracy over the tolerance of the first B.
       real(wp) :: caution
       !> Tolerance of the first A over that of B.
       real(wp) :: ratio
@@ -53,8 +52,8 @@ module nutate_accuracy
       real(wp) :: only_just
    end type behaviour_t
 
-   !> Of the series; of explicit steps of order 8, and of lower ones, which pay more for a smaller tolerance; of
-   !> implicit ones, whose errors go as their order p: `power` is p/(p + 1) of it; of fixed steps, whose
+   !> Behaviour of the series; of explicit steps of order 8, and of lower order, which pay more for a smaller tolerance;
+   !> of implicit steps, whose errors go as their order p: `power` is multiplied by p/(p + 1); of fixed steps, whose
    !> tolerance is a measure of their number alone: A has two in five of those of B.
    type(behaviour_t), parameter :: &
       of_series = behaviour_t(caution=1e4_wp, ratio=1e3_wp, coarsest_a=1e-5_wp, coarsest_b=1e-8_wp, &
@@ -73,27 +72,27 @@ module nutate_accuracy
    !> Noise over the tolerance of its run.
    real(wp), parameter :: noise_part = 0.05_wp
    !> A and B farther apart than this measure nothing, rad: their tolerances are then divided by `much_finer`, unless
-   !> that leads below `hopeless`. Where a trial run with noise fails, by `finer`.
+   !> that leads below `hopeless`. If a trial run with noise fails, they are divided by `finer`.
    real(wp), parameter :: too_far = 0.1_wp, much_finer = 1e3_wp, hopeless = 1e-15_wp, finer = 1e2_wp
    !> The difference of A and B times this over the gain from A to B bounds the error of B.
    real(wp), parameter :: margin = 1.5_wp
-   !> The gain that is believed at most, as its inverse, from runs of fewer than `few_steps`; and where the steps grew
-   !> by less than `hardly_more`.
+   !> Inverse of the largest gain that is trusted: from runs of fewer than `few_steps` steps; if the number of steps
+   !> grew by a factor below `hardly_more`.
    integer(long), parameter :: few_steps = 6
    real(wp), parameter :: gain_of_few = 0.03_wp, gain_of_equals = 0.1_wp, hardly_more = 1.15_wp
-   !> The tolerance of the second trial run over that of the first, and at most.
+   !> Tolerance of the second trial run over that of the first; largest tolerance of the second.
    real(wp), parameter :: other_ratio = 10.0_wp, coarsest_other = 1e-2_wp
-   !> The same ratio for the series, whose second trial run is asked for the response to noise alone: a coarse one costs
-   !> half.
+   !> Tolerance of the second trial run over that of the first for the series: that run only measures the response to
+   !> noise, and a coarse one costs half.
    real(wp), parameter :: other_ratio_of_series = 1e4_wp
    !> A response that a draw of noise gave by accident may be smaller by this factor than that of another.
    real(wp), parameter :: by_accident = 50.0_wp
-   !> A floor above this part of the accuracy is measured twice, and the larger counts.
+   !> Part of the accuracy above which a floor is measured twice, and the larger value is used.
    real(wp), parameter :: doubtful_floor = 1.0_wp/30.0_wp
    !> Under torques momentum grows by like increments, which round alike: errors no longer cancel from step to step.
    !> Beyond so many steps they are taken to add up.
    real(wp), parameter :: cancelling_steps = 1000.0_wp
-   !> Nothing is known of the attitude, rad.
+   !> Error of an attitude that is unknown, rad.
    real(wp), parameter :: unknown = pi
    !> Bounds that the floor alone keeps from being met are below this times the floor.
    real(wp), parameter :: about_floor = 1.5_wp
@@ -107,22 +106,22 @@ module nutate_accuracy
    !> Pairs of runs at most; runs, with two trial runs for each.
    integer, parameter :: most_rounds = 9, most_runs = 3*most_rounds
 
-   !> What is kept of a run.
+   !> Data kept of a run.
    type :: trial_t
-      !> rad a step.
+      !> Error allowed in a step, rad.
       real(wp) :: tolerance = 0.0_wp
-      !> η.
+      !> Noise η.
       real(wp) :: noise = 0.0_wp
       !> Attitude at the end; shape (4).
       real(wp) :: q(4) = 0.0_wp
       integer(long) :: steps = 1
    end type trial_t
 
-   !> What the runs so far tell.
+   !> State of the search: its settings, and the results of the runs so far.
    type :: search_t
       type(behaviour_t) :: behaviour
       type(method_t) :: method
-      !> rad.
+      !> Attitude error allowed at the end, rad.
       real(wp) :: accuracy = 0.0_wp
       !> There are torques.
       logical :: drifts = .false.
@@ -133,7 +132,7 @@ module nutate_accuracy
       integer :: n = 0
       !> Trial runs with noise in the last pair.
       integer :: n_noisy = 0
-      !> B is the first one after them.
+      !> B is the first run after those with noise.
       logical :: first_pair = .true.
       !> Bound on the error of the last run, and the part of round-off in it, rad.
       real(wp) :: truncation = huge(1.0_wp), floor = 0.0_wp
@@ -141,27 +140,28 @@ module nutate_accuracy
 
 contains
 
-   !> The tolerance of steps that makes the attitude error at the end time at most the accuracy of the goal, and an
-   !> estimate of that error. Where round-off or instability keep the accuracy out of reach, the estimate and the part
-   !> of round-off in it stay above the accuracy. A method without an error needs no trial runs: it has
-   !> that of round-off alone.
+   !> Finds the tolerance of steps with which the attitude error at the end time is at most the accuracy of the goal,
+   !> and estimates that error. If round-off or instability keep the accuracy out of reach, the estimate and the part of
+   !> round-off in it stay above the accuracy. A method without a truncation error needs no trial runs: its only error
+   !> is that of round-off.
    !>
    !> Errors: those of the runs, and what the observers returned.
    subroutine find_tolerance(system, settings, progress, control, status, observer, last, trial_observer)
       type(system_t), intent(in) :: system
       type(integrator_settings_t), intent(in) :: settings
-      !> At its start, not its end. The `local_tolerance` of its goal, `estimate` and `round_off` of its summary
+      !> Run at its start, not at its end. The `local_tolerance` of its goal, `estimate` and `round_off` of its summary
       !> and `expected_steps` are set.
       type(progress_t), intent(inout) :: progress
-      !> Begun for the run; its steppers take the trial runs. To be begun again for the run itself.
+      !> Step policy begun for the run; its steppers perform the trial runs. Begin it again for the run itself.
       type(error_control_t), intent(inout) :: control
       !> Success on entry.
       type(status_t), intent(inout) :: status
-      !> Shown the first and the last state of each run; its `poll` can end the search.
+      !> Receives the first and the last state of each run; its `poll` can end the search.
       class(observer_t), intent(inout), optional :: observer
-      !> The end of a run with the tolerance that was found, rows apart.
+      !> Run with the tolerance that was found, at its end; without its output points.
       type(progress_t), intent(inout), optional :: last
-      !> Shown the rows at steps of each run without noise, from its first state on, at last those of `last`.
+      !> Receives the output points at steps of each run without noise, from its first state on; finally those of
+      !> `last`.
       class(observer_t), intent(inout), optional :: trial_observer
       type(search_t) :: search
       type(progress_t) :: own
@@ -206,9 +206,9 @@ contains
       call add_table_error(search, system, settings, progress, control, status, observer)
    end subroutine find_tolerance
 
-   !> Adds the error of tables of orbits to the estimate, by runs with every second and every fourth line of them. Where
-   !> both differ as the order p of the interpolation says, half the lines make the error 2ᵖ times as large, so that the
-   !> difference over 2ᵖ - 1 is the error; else the difference bounds it.
+   !> Adds the error of tables of orbits to the estimate, by runs with every second and every fourth line of them. If
+   !> both differ as the order p of the interpolation predicts, half the lines make the error 2ᵖ times as large, so that
+   !> the difference over 2ᵖ - 1 is the error; else the difference bounds it.
    subroutine add_table_error(search, system, settings, progress, control, status, observer)
       type(search_t), intent(inout) :: search
       type(system_t), intent(in) :: system
@@ -242,10 +242,10 @@ contains
       progress%summary%estimate = progress%summary%estimate + progress%summary%table_error
    end subroutine add_table_error
 
-   !> The tolerances of the first pair of runs.
+   !> Sets the tolerances of the first pair of runs.
    pure subroutine set_first_pair(search, equal)
       type(search_t), intent(inout) :: search
-      !> Fixed steps, where they suit.
+      !> Fixed steps, if they suit.
       type(equal_steps_t), intent(in) :: equal
       if (equal%suit) search%behaviour = of_equal_steps
       associate (behaviour => search%behaviour)
@@ -255,7 +255,7 @@ contains
       end associate
    end subroutine set_first_pair
 
-   !> How the error of a method follows the tolerance.
+   !> Returns the dependence of the error of a method on the tolerance.
    pure type(behaviour_t) function behaviour_of(method) result(behaviour)
       type(method_t), intent(in) :: method
       if (method%dense) then
@@ -269,8 +269,8 @@ contains
       end if
    end function behaviour_of
 
-   !> Runs both trial runs with noise; where the first fails, again with smaller tolerances. Errors: those of a run that
-   !> shorter steps do not help.
+   !> Performs the first trial run with noise; if it fails, again with smaller tolerances. Errors: those of a run for
+   !> which shorter steps do not help.
    subroutine run_noisy(search, system, settings, progress, own, control, status, observer)
       type(search_t), intent(inout) :: search
       type(system_t), intent(in) :: system
@@ -294,12 +294,12 @@ contains
       search%first_pair = .true.
    end subroutine run_noisy
 
-   !> Runs B. Where round-off keeps the error of a step above its tolerance, a larger one is all that can be had, at
-   !> most what an earlier run had. Errors: those of the run.
+   !> Runs B. If round-off keeps the error of a step above its tolerance, repeats it with larger tolerances, at most
+   !> that of an earlier run. Errors: those of the run.
    subroutine run_fine(search, first, fresh, system, settings, progress, own, control, at_limit, status, observer, &
                        trial_observer)
       type(search_t), intent(inout) :: search
-      !> There is no earlier run without noise; this one belongs to a new pair.
+      !> There is no earlier run without noise; this run belongs to a new pair.
       logical, intent(in) :: first, fresh
       type(system_t), intent(in) :: system
       type(integrator_settings_t), intent(in) :: settings
@@ -324,7 +324,7 @@ contains
       end do
    end subroutine run_fine
 
-   !> Runs the second trial run with noise; that it fails does no harm. Its place is before the last run.
+   !> Performs the second trial run with noise, and stores it before the last run. A failure of it does no harm.
    subroutine run_other(search, system, settings, progress, control, status, observer)
       type(search_t), intent(inout) :: search
       type(system_t), intent(in) :: system
@@ -350,7 +350,7 @@ contains
       end if
    end subroutine run_other
 
-   !> Tolerance of the second trial run with noise over that of the first: one that was followed by a trial run too far
+   !> Returns the tolerance of the second trial run with noise over that of the first; a trial run that ends too far
    !> apart would be no second opinion.
    pure real(wp) function other_ratio_here(search) result(ratio)
       type(search_t), intent(in) :: search
@@ -361,7 +361,7 @@ contains
       if (distance*ratio*by_accident > too_far) ratio = max(1.0_wp, too_far/(by_accident*distance))
    end function other_ratio_here
 
-   !> True for what shorter steps may help against.
+   !> Returns true for failures that shorter steps may avoid.
    pure logical function went_astray(status)
       type(status_t), intent(in) :: status
       went_astray = any(status%code == [NUTATE_NOT_CONVERGED, NUTATE_NOT_FINITE, NUTATE_OFF_BRANCH])
@@ -375,7 +375,7 @@ contains
       search%coarse = search%coarse/factor
    end subroutine refine_both
 
-   !> The next, smaller tolerance of B.
+   !> Sets the next, smaller tolerance of B.
    pure subroutine refine(search)
       type(search_t), intent(inout) :: search
       real(wp) :: factor, power
@@ -388,10 +388,10 @@ contains
       search%fine = max(finest, search%fine*min(least_change, max(most_change, factor)))
    end subroutine refine
 
-   !> What the earlier runs tell of the error of the last one.
+   !> Estimates the error of the last run from the earlier ones.
    pure subroutine measure_errors(search, astray)
       type(search_t), intent(inout) :: search
-      !> They tell nothing: those of the pair are too far apart.
+      !> The estimate failed: the runs of the pair are too far apart.
       logical, intent(out) :: astray
       real(wp) :: distance, response, more
       integer :: i
@@ -416,7 +416,7 @@ contains
       if (astray) search%truncation = unknown
    end subroutine measure_errors
 
-   !> Bound on the error of a run over its distance from a coarser one.
+   !> Returns a bound on the error of a run over its distance from a coarser one.
    pure real(wp) function gain_of(search, coarse, fine) result(gain)
       type(search_t), intent(in) :: search
       type(trial_t), intent(in) :: coarse, fine
@@ -424,15 +424,15 @@ contains
       gain = min(1.0_wp, margin*(fine%tolerance/coarse%tolerance)**search%behaviour%power)
       if (min(coarse%steps, fine%steps) < few_steps) gain = max(gain, gain_of_few)
       if (search%method%dense .or. real(fine%steps, wp) >= hardly_more*real(coarse%steps, wp)) return
-      ! Their errors are much alike, and cancel: what is left is the response to noise, and the errors of steps are
+      ! The errors of both runs are much alike, and cancel: the response to noise is left, and the errors of steps are
       ! below their tolerance.
       equals = gain_of_equals
       if (coarse%noise > 0.0_wp) equals = min(equals, fine%tolerance/coarse%noise)
       gain = max(gain, equals)
    end function gain_of
 
-   !> True where another trial run with noise is to be heard: for a floor that counts, and before a bound that is only
-   !> just met by the first pair is believed, where there are such accidents.
+   !> Returns true if another trial run with noise is needed: for a floor that matters, and before a bound that the
+   !> first pair only just meets is trusted, if the method has such accidents.
    pure logical function is_doubtful(search)
       type(search_t), intent(in) :: search
       is_doubtful = search%floor > doubtful_floor*search%accuracy
@@ -441,7 +441,7 @@ contains
       is_doubtful = is_doubtful .and. search%n_noisy == 1
    end function is_doubtful
 
-   !> True where the accuracy is met, or where the floor is all that is left to keep it from being.
+   !> Returns true if the accuracy is met, if only the floor prevents that, or at the smallest tolerance.
    pure logical function is_done(search)
       type(search_t), intent(in) :: search
       is_done = max(search%truncation, search%floor) <= search%accuracy .or. &
@@ -449,22 +449,22 @@ contains
                 search%fine <= finest
    end function is_done
 
-   !> A run of a tolerance, without rows. Errors: why it failed.
+   !> Performs a run with a tolerance, without output points. Errors: those of the run.
    subroutine run_trial(search, tolerance, noise, system, settings, progress, own, control, status, observer, &
       trial_observer)
       type(search_t), intent(inout) :: search
-      !> rad, and η.
+      !> Tolerance, rad, and noise η.
       real(wp), intent(in) :: tolerance, noise
       type(system_t), intent(in) :: system
       type(integrator_settings_t), intent(in) :: settings
-      !> The run to come, at its start.
+      !> Run to come, at its start.
       type(progress_t), intent(in) :: progress
-      !> That of this run, at its end.
+      !> Progress of the trial run, at its end on exit.
       type(progress_t), intent(inout) :: own
       type(error_control_t), intent(inout) :: control
       type(status_t), intent(inout) :: status
       class(observer_t), intent(inout), optional :: observer
-      !> In its place, and with rows at steps.
+      !> Observer in place of `observer`, for runs without noise, with output points at steps.
       class(observer_t), intent(inout), optional :: trial_observer
       type(run_plan_t) :: plan
       plan = progress%plan
@@ -492,17 +492,17 @@ contains
       search%runs(search%n) = trial_t(tolerance, noise, own%state%q, max(own%summary%steps, 1_long))
    end subroutine run_trial
 
-   !> What is reported about a trial run that its steps end.
+   !> Returns the message for a trial run that ends at the limit of steps.
    pure function needs_more(limit) result(message)
       integer(long), intent(in) :: limit
       character(len=80) :: message
       write (message, '("the accuracy needs more than ",i0," steps of this method")') limit
    end function needs_more
 
-   !> Noise with numbers of its own for each run.
+   !> Returns noise with different random numbers for each run.
    pure type(noise_t) function noise_of(amplitude, draw) result(noise)
       real(wp), intent(in) :: amplitude
-      !> How many there were before.
+      !> Number of runs before.
       integer, intent(in) :: draw
       real(wp) :: x
       integer :: i
@@ -513,7 +513,7 @@ contains
       noise%amplitude = amplitude
    end function noise_of
 
-   !> A run with noise in its data, its start, its clock and its steps.
+   !> Performs a run with noise in its data, its initial state, its clock and its steps.
    subroutine drive_noisy(source, system, settings, start, nominal, own, control, status, observer)
       type(noise_t), intent(in) :: source
       type(system_t), intent(in) :: system
@@ -534,7 +534,7 @@ contains
       state = start
       plan = nominal
       call disturb_problem(noise, noisy, state)
-      ! What acts at given times acts a little earlier or later; the duration is the same.
+      ! Effects with given times act a little earlier or later; the duration is the same.
       call noise%next(shift)
       shift = shift*max(abs(state%t), abs(plan%end_time))
       if (has_user_torques(noisy%effects)) shift = 0.0_wp

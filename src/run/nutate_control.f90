@@ -1,5 +1,5 @@
-!> What a run watches over beside events: controllers take their samples at the ends of steps; wheels have limits of
-!> speed, and controllers of what they give.
+!> Limits and samples, which a run watches besides events: controllers take their samples at the ends of steps; the
+!> speed of wheels and the output of controllers have limits.
 module nutate_control
    use nutate_effect_list, only: effect_list_t
    use nutate_hamiltonian, only: angular_velocity
@@ -24,20 +24,20 @@ module nutate_control
 
 contains
 
-   !> True where only a run knows what acts: wheels with limits of their speed, controllers that take samples or have
-   !> limits.
+   !> Returns true if only a run can determine what acts: wheels with limits of their speed, controllers that take
+   !> samples or have limits.
    pure logical function needs_control(effects)
       type(effect_list_t), intent(in) :: effects
       needs_control = has_speed_limits(effects) .or. can_saturate(effects) .or. has_samples(effects)
    end function needs_control
 
-   !> True where runs watch over something: also over the zeros of e₀, where laws at all times jump.
+   !> Returns true if runs watch limits, samples, or zeros of e₀, at which control laws that act at all times jump.
    pure logical function is_watched(effects)
       type(effect_list_t), intent(in) :: effects
       is_watched = needs_control(effects) .or. can_jump(effects)
    end function is_watched
 
-   !> Why no accuracy can be promised, in words; empty where it can.
+   !> Returns the reason why no accuracy can be promised, in words; empty if it can.
    pure function beyond_accuracy(effects, switches) result(words)
       type(effect_list_t), intent(in) :: effects
       !> Events switch something.
@@ -49,7 +49,7 @@ contains
                                           'controller has a sample or limits'
    end function beyond_accuracy
 
-   !> The events of all limits.
+   !> Returns the events of all limits.
    function limit_events(effects) result(events)
       type(effect_list_t), intent(in) :: effects
       type(limit_slot_t), allocatable :: events(:)
@@ -58,7 +58,7 @@ contains
       call add_saturations(effects, events)
    end function limit_events
 
-   !> Finds out what is at, or beyond, its limit.
+   !> Finds out which wheels and controllers are at, or beyond, their limits.
    pure subroutine find_limits(system, state)
       type(system_t), intent(inout) :: system
       type(state_t), intent(in) :: state
@@ -72,10 +72,10 @@ contains
       has_samples = any([(effects%torques(i)%item%sample > 0.0_wp, i=1, effects%n_torques)])
    end function has_samples
 
-   !> The next time at which a controller takes a sample, starts or stops, s; huge where none does.
+   !> Returns the next time at which a controller takes a sample, starts or stops, s; huge if none does.
    pure real(wp) function next_sample(effects, t, sense) result(next)
       type(effect_list_t), intent(in) :: effects
-      !> s, and which way time goes: 1 or -1.
+      !> Present time, s, and direction of time: 1 or -1.
       real(wp), intent(in) :: t, sense
       real(wp) :: one
       integer :: i
@@ -95,7 +95,7 @@ contains
       real(wp), intent(in) :: sense
       !> Times nearer to each other than this are one, s.
       real(wp), intent(in) :: margin
-      !> Something is held that was not.
+      !> A controller has taken a sample.
       logical, intent(out) :: changed
       type(motion_t) :: motion
       integer :: i
@@ -130,10 +130,10 @@ contains
       end do
    end subroutine check_sampling
 
-   !> Gives the motors what all controllers hold, cut off at their limits.
+   !> Passes the commands that all controllers hold to the motors, cut off at their limits.
    pure subroutine command_wheels(effects, t)
       type(effect_list_t), intent(inout) :: effects
-      !> s.
+      !> Time, s.
       real(wp), intent(in) :: t
       real(wp) :: command
       integer :: k

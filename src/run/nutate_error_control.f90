@@ -1,12 +1,12 @@
-!> Adaptive steps: by the method itself before the step, where it can; else by its own estimate after it,
-!> where it has one; else by Richardson's from a whole step against two halves.
+!> Adaptive steps: by the method itself before the step, if it can; else by its own estimate after the step, if it has
+!> one; else by Richardson's estimate from a whole step against two halves.
 !>
-!> With sensitivities explicit methods and series keep these to the same tolerance too, each relative to its own size;
-!> implicit steps have the sensitivities of the steps that they take anyway.
+!> If a run propagates sensitivities, explicit methods and series hold them to the same tolerance, each relative to its
+!> own size; implicit steps have the sensitivities of the steps that they take anyway.
 !>
-!> The halves are what is kept, so every invariant of the method is kept too. States between the ends of steps are
-!> computed by the method, where it has dense output, else by a branch: two shorter steps of the same method from the
-!> start of the step, which keep the invariants and leave the run as it is.
+!> The halves are kept, so every invariant of the method is kept too. States between the ends of steps are computed by
+!> the method, if it has dense output, else by a branch: two shorter steps of the same method from the start of the
+!> step, which keep the invariants and leave the run as it is.
 module nutate_error_control
    use nutate_archive, only: archive_t
    use nutate_disturbance, only: disturb_state
@@ -31,8 +31,8 @@ module nutate_error_control
 
    public :: error_control_t
 
-   !> Events that end steps whose mean distance limits the next steps, and the factor by which a step may be longer:
-   !> what lies behind the next of them is computed, and searched for events, in vain.
+   !> Number of events that end steps whose mean distance limits the next steps, and the factor by which a step may be
+   !> longer: motion beyond the next of them is computed, and searched for events, in vain.
    integer, parameter :: cuts_kept = 8
    real(wp), parameter :: reach_over_cuts = 2.0_wp
 
@@ -44,9 +44,10 @@ module nutate_error_control
       type(step_length_t) :: length
       !> Fixed steps, which suit some runs to an accuracy.
       type(equal_steps_t), public :: equal
-      !> The whole step, its halves (or the only one), and branches for rows; each with its own memory, where needed.
+      !> The whole step, its halves (or the only one), and branches for output points; each with its own memory, if
+      !> needed.
       class(stepper_t), allocatable :: whole, half, branch
-      !> A branch for events, which rows do not notice; it has been used since the last step.
+      !> Branch for events, which does not affect output points; true if it has been used since the last step.
       class(stepper_t), allocatable :: probe
       logical :: probed = .false.
       !> Work of each torque in the step tried, J; shape (number of torques).
@@ -87,9 +88,9 @@ module nutate_error_control
       procedure :: transfer => transfer_control
    end type error_control_t
 
-   !> Turn in the first step, rad, and part of the run for a body that is all but at rest.
+   !> Rotation in the first step, rad, and part of the run for a body that is nearly at rest.
    real(wp), parameter :: first_turn = 0.1_wp, first_part = 0.1_wp
-   !> Rows inside of a step of a method without an error: polls come between steps, and are to be heard soon.
+   !> Rows inside of a step of a method without an error: polls come between steps, and must not be delayed.
    integer, parameter :: rows_in_a_step = 64
    !> States nearer to the start of the step than this are the start, s: equations cannot divide by less.
    real(wp), parameter :: least_time = 1e-290_wp
@@ -103,7 +104,7 @@ contains
       class(error_control_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(integrator_settings_t), intent(in) :: settings
-      !> Started.
+      !> Run that was started.
       type(progress_t), intent(in) :: progress
       type(status_t), intent(inout) :: status
       type(integrator_settings_t) :: own
@@ -149,7 +150,7 @@ contains
    !> Adds noise to the end of every step, before it is projected, if it is. Implicit steps have none: what their
    !> compensated sums lose is far below what iteration leaves, and noise would break their invariants.
    subroutine disturb(self, noise)
-      !> Begun.
+      !> Step policy that has begun.
       class(error_control_t), intent(inout) :: self
       type(noise_t), intent(in) :: noise
       if (self%method%projected) then
@@ -160,7 +161,7 @@ contains
       end if
    end subroutine disturb
 
-   !> One step; it is kept if the estimate of its error allows.
+   !> Takes one step, and keeps it if the estimate of its error allows.
    subroutine advance(self, system, progress, status, observer)
       class(error_control_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -181,7 +182,7 @@ contains
          self%length%next = min(self%length%next, self%longest)
       end if
       if (self%equal%suit) call self%equal%divide(progress%plan%goal%local_tolerance, self%length%next)
-      ! What is left is not left over for a tiny step: less than two steps are halved.
+      ! No tiny step is left for the end: a rest of less than two steps is halved.
       rest = abs((t_end - progress%state%t) - self%t_compensation)
       step = min(self%length%next, reach_of(self, progress%state%t), self%max_step)
       is_last = rest <= merge(1.5_wp, 1.0_wp, self%equal%suit)*step
@@ -204,14 +205,14 @@ contains
    !> Returns the longest step that is worth while at a time, s: it grows from step to step without such events.
    pure real(wp) function reach_of(self, t) result(reach)
       class(error_control_t), intent(in) :: self
-      !> s.
+      !> Time, s.
       real(wp), intent(in) :: t
       reach = huge(reach)
       if (self%has_cuts .and. .not. self%equal%suit) &
          reach = reach_over_cuts*max(sum(self%between_cuts)/cuts_kept, abs(t - self%last_cut))
    end function reach_of
 
-   !> Makes the state that the last step left fit to be seen.
+   !> Projects the state at the end of the last step for output.
    subroutine project_for_output(self, system, state)
       class(error_control_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -219,10 +220,10 @@ contains
       call self%half%project_for_output(system, state)
    end subroutine project_for_output
 
-   !> The goal of the next step.
+   !> Returns the goal of the next step.
    type(step_goal_t) function goal_of(progress, t_end, observer) result(goal)
       type(progress_t), intent(in) :: progress
-      !> Where the step must end at the latest, s.
+      !> Time at which the step must end at the latest, s.
       real(wp), intent(in) :: t_end
       class(observer_t), intent(in), optional :: observer
       associate (plan => progress%plan)
@@ -240,7 +241,7 @@ contains
       end associate
    end function goal_of
 
-   !> One step of a length.
+   !> Tries one step of a length.
    subroutine try(self, system, progress, step, accepted, status)
       class(error_control_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -266,7 +267,7 @@ contains
       end if
       if (.not. status%ok()) then
          accepted = .false.
-         ! What the method cannot do at all no shorter step mends.
+         ! No shorter step helps if the method does not support the system.
          if (status%code == NUTATE_BAD_ARGUMENT .and. status%subject == 'method') return
          if (.not. self%equal%suit) call reject(self, progress, 0.5_wp*step, status)
       else if (self%equal%suit .or. self%method%dense .and. .not. error > 0.0_wp) then
@@ -282,9 +283,9 @@ contains
       class(error_control_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(progress_t), intent(inout) :: progress
-      !> State at its end, but for the time.
+      !> State at the end of the step, except for the time.
       type(state_t), intent(in) :: next
-      !> s, positive; rad.
+      !> Length of the step, s, positive; its error, rad.
       real(wp), intent(in) :: step, error
       logical, intent(out) :: accepted
       type(status_t), intent(inout) :: status
@@ -314,9 +315,9 @@ contains
    subroutine accept(self, progress, next, step)
       class(error_control_t), intent(inout) :: self
       type(progress_t), intent(inout) :: progress
-      !> State at its end, but for the time.
+      !> State at the end of the step, except for the time.
       type(state_t), intent(in) :: next
-      !> s, positive.
+      !> Length of the step, s, positive.
       real(wp), intent(in) :: step
       real(wp) :: t
       t = progress%state%t
@@ -329,15 +330,15 @@ contains
       call count_step(progress)
    end subroutine accept
 
-   !> One step by two halves, and as a whole for the estimate of their error.
+   !> Takes one step by two halves, and as a whole for the estimate of their error.
    subroutine go_halves(self, system, record, state, step, error, status)
       class(error_control_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(run_record_t), intent(inout) :: record
       type(state_t), intent(inout) :: state
-      !> s, positive.
+      !> Length of the step, s, positive.
       real(wp), intent(in) :: step
-      !> rad.
+      !> Error of the halves, rad.
       real(wp), intent(out) :: error
       type(status_t), intent(inout) :: status
       type(state_t) :: once
@@ -361,7 +362,7 @@ contains
                                self%trial%momentum, self%momentum_scale)/(2.0_wp**self%method%order - 1))
    end subroutine go_halves
 
-   !> A step of one of the steppers, as a part of a step with the given middle, with sensitivities where there are
+   !> Takes a step of one of the steppers, as a part of a step with the given middle, with sensitivities if there are
    !> any.
    subroutine perform_part(stepper, system, state, dt, middle, record, status, tangent)
       class(stepper_t), intent(inout) :: stepper
@@ -378,23 +379,23 @@ contains
          call stepper%propagate(system, before, state, dt, middle, tangent, status)
       record%continued = record%continued + stepper%continued
       record%iterations = record%iterations + stepper%iterations
-      ! A whole step says how good the halves are: its root counts like theirs.
+      ! A whole step shows how good the halves are: its root is treated like theirs.
       record%uncertified = record%uncertified + stepper%uncertified
       record%residual = stepper%residual
    end subroutine perform_part
 
-   !> |v|, the same digits in whatever unit; `norm2` rounds differently above and below 1.
+   !> Returns |v|, the same digits in whatever unit; `norm2` rounds differently above and below 1.
    pure real(wp) function length_of(v)
       real(wp), intent(in) :: v(3)
       length_of = quat_norm([0.0_wp, v])
    end function length_of
 
-   !> Error of the halves, rad: of the attitude, and of the momentum relative to its largest size. What round-off of the
-   !> energy moved is none that shorter steps would make smaller.
+   !> Returns the error of the halves, rad: of the attitude, and of the momentum relative to its largest size. Changes
+   !> by round-off of the energy are no part of it, since shorter steps would not make them smaller.
    real(wp) function estimate(self, once, twice, moved)
       class(error_control_t), intent(inout) :: self
       type(state_t), intent(in) :: once, twice
-      !> By their projections, rad.
+      !> Change of the states by their projections, rad.
       real(wp), intent(in) :: moved
       real(wp) :: change(3)
       self%momentum_scale = max(self%momentum_scale, length_of(body_momentum(twice)))
@@ -404,13 +405,13 @@ contains
       estimate = max(0.0_wp, estimate - moved)/(2.0_wp**self%method%order - 1)
    end function estimate
 
-   !> Shortens the step to try again. Errors: `NUTATE_NOT_CONVERGED` where it cannot be shortened.
+   !> Shortens the step to try again. Errors: `NUTATE_NOT_CONVERGED` if it cannot be shortened.
    subroutine reject(self, progress, step, status)
       class(error_control_t), intent(inout) :: self
       type(progress_t), intent(inout) :: progress
       !> The next length to try, s.
       real(wp), intent(in) :: step
-      !> Success where there is a next try.
+      !> Success if there is a next try.
       type(status_t), intent(inout) :: status
       progress%summary%subdivided_steps = progress%summary%subdivided_steps + 1
       self%length%next = step
@@ -425,7 +426,7 @@ contains
       class(error_control_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(progress_t), intent(in) :: progress
-      !> s.
+      !> Time inside the step, s.
       real(wp), intent(in) :: t
       type(state_t), intent(inout) :: state
       type(status_t), intent(inout) :: status
@@ -462,7 +463,7 @@ contains
       class(error_control_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(progress_t), intent(in) :: progress
-      !> s.
+      !> Time inside the step, s.
       real(wp), intent(in) :: t
       type(state_t), intent(inout) :: state
       !> Work since the start of the step, J: of all torques, and of each; shape (n_works).
@@ -480,7 +481,7 @@ contains
       end if
    end subroutine evaluate_dense
 
-   !> Makes what looks inside, where the method does not know.
+   !> Prepares the stepper that evaluates states inside steps, if the method has no dense output.
    subroutine expect_events(self, system, progress, status)
       class(error_control_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -527,7 +528,7 @@ contains
       self%has_cuts = .true.
    end subroutine retake
 
-   !> The sensitivities were moved along with the step.
+   !> Sets the sensitivities, which were moved along with the step.
    subroutine propagate(self, system, before, progress, status)
       class(error_control_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -556,7 +557,7 @@ contains
       if (allocated(self%branch)) call self%branch%update_commands()
    end subroutine update_commands
 
-   !> Shows what the next steps depend on, under the name of this policy.
+   !> Writes or reads the data on which the next steps depend in checkpoint data, under the name of this policy.
    subroutine transfer_control(self, archive)
       class(error_control_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive

@@ -1,5 +1,5 @@
-!> Events in the steps of a run: each step of the method is searched as it is done; what happens in it is shown in the
-!> order of time, and a step in which an event stops the run or switches something ends there.
+!> Events in the steps of a run: each step of the method is searched once it is taken. The observer receives its events
+!> in the order of time; a step in which an event stops the run or switches an effect ends at that event.
 module nutate_event_following
    use nutate_event, only: CROSSING, event_t, time_scale, SWITCH_OFF, SWITCH_ON
    use nutate_root_search, only: root_search_t
@@ -23,17 +23,17 @@ module nutate_event_following
 
    public :: follow_events, make_switches
 
-   !> Switches in a nominal step, beyond which they follow each other without end.
+   !> Largest number of switches in a nominal step; more are treated as endless.
    integer, parameter :: most_switches = 1000
 
-   !> Phase of a torque in a step, rad, that counts like a turn of the body: what varies faster is searched as finely
-   !> as this, eight parts of a step.
+   !> Largest phase of a torque in a step, rad, that is treated like a rotation of the body: faster torques are searched
+   !> as finely as this, in eight parts of a step.
    real(wp), parameter :: most_phase = 8.0_wp
 
 contains
 
-   !> Finds the events in the step just taken and shows them. Where one of them stops the run or switches an effect, the
-   !> run is taken back to there.
+   !> Finds the events in the step just taken and passes them to the observer. If one of them stops the run or switches
+   !> an effect, the run is taken back to that event.
    !>
    !> Errors: those of the method and of the observer; `NUTATE_STEP_LIMIT` for switches without end, and for an event
    !> that happens more often than the plan allows steps.
@@ -43,13 +43,13 @@ contains
       type(progress_t), intent(inout), target :: progress
       !> The run before the step.
       type(run_point_t), intent(in), target :: mark
-      !> Made in the first call, and kept for the next.
+      !> Searches of all events, created in the first call and kept for the next.
       type(root_search_t), allocatable, intent(inout) :: searches(:)
       class(observer_t), intent(inout), optional :: observer
       type(status_t), intent(inout) :: status
-      !> As it is shown.
+      !> State at the start of the step, as the observer receives it.
       type(state_t) :: start
-      !> Sensitivities at the event that is shown, of a run that propagates any.
+      !> Sensitivities at the present event, if the run propagates any.
       type(tangent_t), allocatable :: sensitivities
       real(wp) :: length
       integer :: i
@@ -63,14 +63,14 @@ contains
          end do
          if (status%code == 0) call process_in_order()
          if (status%code == 0) call keep_ends()
-         ! Where the length of the next step is known, before it.
+         ! If the length of the next step is known, steps without events can be excluded from the search.
          if (status%code == 0 .and. .not. policy%longest_step < huge(length)) &
             call events%fall_asleep(progress%state%t, length)
       end associate
 
    contains
 
-      !> Makes functions and slopes known at both ends.
+      !> Evaluates functions and slopes at both ends of the step.
       subroutine close_step()
          type(motion_t) :: motion
          type(state_t) :: seen
@@ -82,7 +82,7 @@ contains
             call events%open_step(system, mark%state, window_time)
             start = events%motion%state
             call events%open_places()
-            ! As it is shown: states inside of the step lead there.
+            ! The end of the step is projected for output: states inside the step lead there.
             seen = progress%state
             call policy%project_for_output(system, seen)
             call find_motion(system, seen, motion)
@@ -97,12 +97,12 @@ contains
          end associate
       end subroutine close_step
 
-      !> Makes function and slope of one event known at both ends.
+      !> Evaluates function and slope of one event at both ends of the step.
       subroutine open_search(k, motion, window_time, turn)
          integer, intent(in) :: k
-         !> At the end.
+         !> Motion at the end of the step.
          type(motion_t), intent(in) :: motion
-         !> s; rad.
+         !> Time that decides which torques act, s; rotation of the body in the step, rad.
          real(wp), intent(in) :: window_time, turn
          associate (search => searches(k), curve => searches(k)%curve, watched => progress%events%watched(k))
             curve%policy => policy
@@ -133,7 +133,7 @@ contains
          end associate
       end subroutine open_search
 
-      !> Looks for the next root of an event behind a place.
+      !> Looks for the next root of an event after a position.
       subroutine find_next(k, from)
          integer, intent(in) :: k
          type(node_t), intent(in) :: from
@@ -168,7 +168,7 @@ contains
          end do
       end subroutine process_in_order
 
-      !> Shows an event inside the step.
+      !> Passes an event inside the step to the observer.
       subroutine observe_inside(k)
          integer, intent(in) :: k
          type(state_t) :: state
@@ -186,7 +186,7 @@ contains
          call happen(k, state, record)
       end subroutine observe_inside
 
-      !> Ends the step at an event, and shows all that happen there.
+      !> Ends the step at an event, and processes all events that happen there.
       subroutine end_step_at(s)
          real(wp), intent(in) :: s
          type(state_t) :: last
@@ -227,7 +227,8 @@ contains
          searches%found = .true.
       end subroutine end_step_at
 
-      !> The sensitivities at the end of the step; those of the run stay where they are until the step is accepted.
+      !> Computes the sensitivities at the end of the step; those of the run stay at its start until the step is
+      !> accepted.
       subroutine propagate_to_end(moved)
          !> The end of the step is not its start.
          logical, intent(in) :: moved
@@ -237,8 +238,8 @@ contains
          call swap(sensitivities, progress%tangent)
       end subroutine propagate_to_end
 
-      !> The derivative of the time of an event: where its function jumped, that of the switch which made it jump; 0
-      !> where a torque began or stopped.
+      !> Computes the derivative of the time of an event; if its function jumped, that of the switch which made it jump,
+      !> or 0 if a torque began or stopped.
       subroutine differentiate_time(k, state)
          integer, intent(in) :: k
          type(state_t), intent(in) :: state
@@ -258,7 +259,7 @@ contains
          end associate
       end subroutine differentiate_time
 
-      !> One event: counted, shown, and what it asks for put down.
+      !> Processes one event: counts it, passes it to the observer, and notes the action that it requires.
       subroutine happen(k, state, record)
          integer, intent(in) :: k
          type(state_t), intent(in) :: state
@@ -288,7 +289,7 @@ contains
          end associate
       end subroutine happen
 
-      !> Keeps what is known at the end for the next step, unless the step was cut.
+      !> Keeps functions and slopes at the end for the next step, unless the step was cut.
       subroutine keep_ends()
          integer :: k
          associate (events => progress%events)
@@ -311,7 +312,7 @@ contains
       call move_alloc(c, b)
    end subroutine swap
 
-   !> What an event is in a message.
+   !> Returns the description of an event for messages.
    pure function words_of(event) result(words)
       class(event_t), intent(in) :: event
       character(len=:), allocatable :: words
@@ -322,7 +323,7 @@ contains
       end select
    end function words_of
 
-   !> True if an event ends the run when it happens for the n-th time.
+   !> Returns true if an event ends the run when it happens for the n-th time.
    pure logical function ends_run(event, n)
       class(event_t), intent(in) :: event
       integer(long), intent(in) :: n
@@ -389,7 +390,7 @@ contains
       end if
    end subroutine make_switches
 
-   !> Something has come to its limit, or left it.
+   !> Settles an event of a limit that was reached or left.
    subroutine settle(event, system, state)
       class(event_t), intent(in) :: event
       type(system_t), intent(inout) :: system

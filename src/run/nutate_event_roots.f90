@@ -1,13 +1,14 @@
 !> Roots of a function along a step: isolated, then found by Newton's iteration in a bracket.
 !>
 !> A step is known at its ends, by the function and its derivative. Between them it is evaluated only where a root can
-!> be: the function can move away from its ends by about `|f'| + scale·turn²`, the turn of the body in the step in
-!> radians. What cannot be excluded so is evaluated at its quarters. Where the polynomial of fifth degree through both
-!> ends and the middle agrees with the quarters to 1e-6, that of ninth degree through all five places is the function to
-!> 1e-12, and all of its roots are isolated by Bernstein's bounds (`nutate_bernstein`). Where it does not, the part is
-!> halved: down to an eighth of the step and to a radian, or as far as a sixty-fourth where evaluation is cheap. There a
-!> change of sign is one root, and an extremum towards zero is looked at for a pair of them: a pair nearer to each other
-!> than that, off the extremum that the ends point to, can be missed.
+!> be: the function can move away from its ends by about `|f'| + scale·turn²`, with the rotation of the body in the
+!> step, `turn`, in radians. A part in which a root cannot be excluded is evaluated at its quarters. If the polynomial
+!> of fifth degree through both ends and the middle agrees with the quarters to 1e-6, that of ninth degree through all
+!> five positions is the function to 1e-12, and all of its roots are isolated by Bernstein's bounds
+!> (`nutate_bernstein`). If it does not agree, the part is halved: down to an eighth of the step and to a radian, or as
+!> far as a sixty-fourth if evaluation is cheap. There a change of sign is one root, and an extremum towards zero is
+!> tested for a pair of them: a pair nearer to each other than that, off the extremum that the ends point to, can be
+!> missed.
 module nutate_event_roots
    use nutate_bernstein, only: bernstein_t, degree, through_five, value_at
    use nutate_kinds, only: wp, eps
@@ -17,19 +18,19 @@ module nutate_event_roots
 
    public :: curve_t, node_t, find_first_root
 
-   !> Halvings: parts of a quarter of the step, which are evaluated at their quarters in turn; parts of a
-   !> sixty-fourth where evaluation is cheap; more, to that or to about a thousandth where it is cheap, while a part
-   !> turns the body by over a radian.
+   !> Halvings: parts of a quarter of the step, which are evaluated at their quarters in turn; parts of a sixty-fourth
+   !> if evaluation is cheap; more, to that or to about a thousandth if it is cheap, while the body rotates by over a
+   !> radian in a part.
    integer, parameter :: enough = 2, enough_cheap = 6, deepest = 6, deepest_cheap = 10
    real(wp), parameter :: great_turn = 1.0_wp
-   !> How far beyond the estimate a function may go.
+   !> Factor by which the reach of a function may exceed its estimate.
    real(wp), parameter :: safety = 2.0_wp
    !> Agreement of the quintic with the quarters, over the variation: the error of the polynomial of ninth degree is
    !> then some 1e-12; and what is below round-off of the function.
    real(wp), parameter :: agreement = 1e-6_wp, noise = 64*eps
    !> Two roots that leave less of the polynomial between them, over its variation, are looked for in the function.
    real(wp), parameter :: shallow = 1e-9_wp
-   !> Halvings of a polynomial: beyond, its roots are not told apart.
+   !> Largest number of halvings of a polynomial, beyond which its roots are not distinguished.
    integer, parameter :: most_halvings = 40
    !> Evaluations at most, of a root and of an extremum; both take two to five.
    integer, parameter :: most_tries = 60, most_evaluations = 24
@@ -41,30 +42,30 @@ module nutate_event_roots
       !> Evaluation costs much less than a step.
       logical :: is_cheap = .false.
    contains
-      !> The function and its derivative by s.
+      !> Evaluates the function and its derivative by s.
       procedure(evaluate_curve), deferred :: evaluate
    end type curve_t
 
-   !> A place on a curve.
+   !> Position on a curve.
    type :: node_t
       !> s; f; f'.
       real(wp) :: s = 0.0_wp, f = 0.0_wp, slope = 0.0_wp
-      !> 1 or -1: the side of zero on which the curve is; after a root that of f just behind it, whatever the sign of f
-      !> at the root itself.
+      !> 1 or -1: the side of zero on which the curve is; after a root, the side of f just after it, whatever the sign
+      !> of f at the root itself.
       integer :: side = 0
    end type node_t
 
-   !> What a search keeps to.
+   !> Settings of a search, and the root that it has found.
    type :: search_t
-      !> Turn of the body in the step, rad; size of the function's variation.
+      !> Rotation of the body in the step, rad; size of the function's variation.
       real(wp) :: turn = 0.0_wp, scale = 0.0_wp
-      !> Change of sign that counts, 1 or -1; 0: both.
+      !> Change of sign that is looked for, 1 or -1; 0: both.
       integer :: wanted = 0
       !> Round-off of s.
       real(wp) :: resolution = eps
       !> Halvings of a part that no polynomial follows.
       integer :: halvings = enough
-      !> The same where the body turns by many radians in the step.
+      !> Largest number of halvings, if the body rotates by many radians in the step.
       integer :: at_most = deepest
       logical :: found = .false.
       type(node_t) :: root = node_t()
@@ -83,19 +84,19 @@ module nutate_event_roots
 
 contains
 
-   !> The first root behind a node that changes the sign as wanted. Errors: those of the curve.
+   !> Finds the first root after a node that changes the sign as wanted. Errors: those of the curve.
    subroutine find_first_root(curve, first, last, turn, scale, wanted, resolution, found, root, status)
       class(curve_t), intent(inout) :: curve
-      !> Their sides set.
+      !> Ends of the search, with their sides set.
       type(node_t), intent(in) :: first, last
-      !> Turn of the body in a step, rad; size of the variation of f.
+      !> Rotation of the body in a step, rad; size of the variation of f.
       real(wp), intent(in) :: turn, scale
       !> 1: f grows through zero; -1: it falls; 0: either.
       integer, intent(in) :: wanted
       !> Round-off of s.
       real(wp), intent(in) :: resolution
       logical, intent(out) :: found
-      !> Its side is that of f behind it.
+      !> First root; its side is that of f after it.
       type(node_t), intent(out) :: root
       !> Success on entry.
       type(status_t), intent(inout) :: status
@@ -120,7 +121,7 @@ contains
       root = search%root
    end subroutine find_first_root
 
-   !> True if there can be no root between two places: both are farther from zero than the function can go.
+   !> Returns true if there can be no root between two positions: both are farther from zero than the function can go.
    pure logical function is_excluded(search, a, b)
       type(search_t), intent(in) :: search
       type(node_t), intent(in) :: a, b
@@ -129,7 +130,7 @@ contains
       if (a%side /= b%side) return
       width = b%s - a%s
       turn = width*search%turn
-      ! What the mean slope does not explain.
+      ! Part of the change of f that the mean slope does not explain.
       defect = (b%f - a%f) - 0.5_wp*width*(a%slope + b%slope)
       reach = max(abs(a%slope), abs(b%slope))*width + search%scale*turn*turn + 2*abs(defect)
       is_excluded = min(abs(a%f), abs(b%f)) > safety*reach
@@ -171,13 +172,13 @@ contains
       end if
    end subroutine search_part
 
-   !> The polynomial of ninth degree through five places at equal distances.
+   !> Computes the polynomial of ninth degree through five positions at equal distances.
    pure subroutine fit(nodes, polynomial, size)
-      !> Shape (5).
+      !> Positions at equal distances; shape (5).
       type(node_t), intent(in) :: nodes(5)
-      !> From 0 at the first to 1 at the last place.
+      !> Polynomial, from 0 at the first to 1 at the last position.
       type(bernstein_t), intent(out) :: polynomial
-      !> Size of its variation; 0 if it does not follow the function.
+      !> Size of the polynomial's variation; 0 if it does not follow the function.
       real(wp), intent(out) :: size
       type(bernstein_t) :: quintic
       real(wp) :: width, worst, f, slope, greatest
@@ -209,9 +210,9 @@ contains
       class(curve_t), intent(inout) :: curve
       type(search_t), intent(inout) :: search
       type(bernstein_t), intent(in) :: polynomial
-      !> Of its variation.
+      !> Size of the polynomial's variation.
       real(wp), intent(in) :: size
-      !> Its ends; only place and side count.
+      !> Ends of the polynomial; only position and side are used.
       type(node_t), intent(in) :: a, b
       integer, intent(in) :: depth
       type(status_t), intent(inout) :: status
@@ -254,7 +255,7 @@ contains
       if (status%code == 0) call search_piece(curve, search, left, right, status)
    end subroutine search_closely
 
-   !> Searches a part that is not halved any more: one root where the sign changes, else none or two.
+   !> Searches a part that is not halved any more: one root if the sign changes, else none or two.
    subroutine search_piece(curve, search, a, b, status)
       class(curve_t), intent(inout) :: curve
       type(search_t), intent(inout) :: search
@@ -276,9 +277,9 @@ contains
       end if
    end subroutine search_piece
 
-   !> Looks for a place on the other side of zero, around the extremum between two places of one side: by false position
-   !> of the derivative, each time between the neighbours of the extremum (Illinois), until f is there, or as near to
-   !> the extremum as f resolves.
+   !> Looks for a position on the other side of zero, around the extremum between two positions on one side: by false
+   !> position of the derivative, each time between the neighbours of the extremum (Illinois), until f is there, or as
+   !> near to the extremum as f resolves.
    subroutine evaluate_beyond(curve, search, a, b, beyond, crosses, status)
       class(curve_t), intent(inout) :: curve
       type(search_t), intent(in) :: search
@@ -302,7 +303,7 @@ contains
          if (status%code /= 0) return
          crosses = beyond%side /= a%side
          if (crosses) return
-         ! What the tangents at both neighbours leave room for.
+         ! Largest change of f for which the tangents at both neighbours leave room.
          gain = min(abs(beyond%slope)*max(right%s - beyond%s, beyond%s - left%s), abs(left%f), abs(right%f))
          if (abs(beyond%f) > gain .or. right%s - left%s <= search%resolution) return
          if (a%side*beyond%slope < 0.0_wp) then
@@ -317,13 +318,13 @@ contains
       end do
    end subroutine evaluate_beyond
 
-   !> The root between two places on different sides: Newton's iteration, halving the bracket where it leaves it or is
-   !> slow.
+   !> Finds the root between two positions on different sides: by Newton's iteration, halving the bracket if the
+   !> iteration leaves it or is slow.
    subroutine refine(curve, search, a, b, start, status)
       class(curve_t), intent(inout) :: curve
       type(search_t), intent(inout) :: search
       type(node_t), intent(in) :: a, b
-      !> Where the root is likely to be.
+      !> Position at which the root is likely to be.
       real(wp), intent(in) :: start
       type(status_t), intent(inout) :: status
       type(node_t) :: left, right, trial
@@ -353,16 +354,16 @@ contains
             next = min(max(next, left%s), right%s)
             exit
          end if
-         ! Slower than halving, or nowhere.
+         ! Newton's iteration is slower than halving, or leads nowhere.
          if (.not. (next > left%s .and. next < right%s) .or. (i > 3 .and. right%s - left%s > 0.5_wp*width)) &
             next = 0.5_wp*(left%s + right%s)
       end do
       search%found = .true.
-      ! At a root that is nearly double the slope may be noise: it leads to the side behind.
+      ! At a root that is nearly double the slope may be noise: it leads to the side after the root.
       search%root = node_t(s=min(max(next, a%s), b%s), slope=b%side*abs(trial%slope), side=b%side)
    end subroutine refine
 
-   !> The function at a place, and the side on which it is; where it is zero, that on which it is going to be.
+   !> Evaluates the function at a position, and the side on which it is; at zero, the side on which it is going to be.
    subroutine evaluate(curve, node, side, status)
       class(curve_t), intent(inout) :: curve
       type(node_t), intent(inout) :: node
@@ -380,7 +381,7 @@ contains
       end if
    end subroutine evaluate
 
-   !> A root of Hermite's cubic through two places of different sides, found by halving.
+   !> Returns a root of Hermite's cubic through two positions on different sides, found by halving.
    pure real(wp) function cubic_root(a, b) result(s)
       type(node_t), intent(in) :: a, b
       real(wp) :: low, high, x, f
@@ -399,7 +400,7 @@ contains
       s = a%s + x*(b%s - a%s)
    end function cubic_root
 
-   !> Hermite's cubic at x, 0 at a and 1 at b.
+   !> Returns Hermite's cubic at x, 0 at a and 1 at b.
    pure real(wp) function cubic(a, b, x) result(f)
       type(node_t), intent(in) :: a, b
       real(wp), intent(in) :: x

@@ -1,5 +1,5 @@
-!> What the times of events do to sensitivities. With g the quantity that crosses its level (of an extremum its rate
-!> along the motion), X a sensitivity and f⁻, f⁺ the rates of the motion before and behind a switch,
+!> Effect of the times of events on sensitivities. With g the quantity that crosses its level (for an extremum, the rate
+!> of the quantity along the motion), X a sensitivity and f⁻, f⁺ the rates of the motion before and after a switch,
 !>
 !>     dt/dp = -(g·X + ∂g/∂p)/ġ,   X⁺ = X⁻ - (f⁺ - f⁻) dt/dp
 !>
@@ -29,38 +29,38 @@ module nutate_event_times
    !> where its extremum is as near as round-off, the slope of a root is √ε; of a slope of this size three digits hold.
    real(wp), parameter :: tangency = 32*sqrt(eps)
 
-   !> Sensitivities on their way over switches at one time.
+   !> Sensitivities that are moved over switches at one time.
    type :: crossing_t
       private
-      !> The motion behind the last switch.
+      !> Motion after the last switch.
       type(motion_t) :: motion = motion_t()
-      !> The sensitivities' rows of energy before all of them, J; shape (n).
+      !> Energy rows of the sensitivities before the first switch, J; shape (n).
       real(wp), allocatable :: energy(:)
    contains
-      !> Before the first switch.
+      !> Notes the motion and the sensitivities before the first switch.
       procedure :: begin
       !> Moves the sensitivities over a switch.
       procedure :: pass
-      !> Behind the last switch.
+      !> Counts the change of the sensitivities' energy as work, after the last switch.
       procedure :: finish
    end type crossing_t
 
 contains
 
-   !> Computes the derivative of the time of an event by each sensitivity; not allocated where the quantity only
-   !> touches its level: the time has none there.
+   !> Computes the derivative of the time of an event by each sensitivity; not allocated if the quantity only touches
+   !> its level: the time then has no derivative.
    subroutine find_time_change(event, system, window_time, state, scale, tangent, change)
       class(event_t), intent(in) :: event
       type(system_t), intent(in) :: system
       !> Time that decides which torques act, s.
       real(wp), intent(in) :: window_time
-      !> At the event.
+      !> State at the event.
       type(state_t), intent(in) :: state
       !> Variation of g, or of its rate for an extremum.
       real(wp), intent(in) :: scale
-      !> There.
+      !> Sensitivities at the event.
       type(tangent_t), intent(in) :: tangent
-      !> s a unit of the sensitivity's parameter; shape (n).
+      !> Derivative of the time, s a unit of the sensitivity's parameter; shape (n).
       real(wp), allocatable, intent(out) :: change(:)
       type(motion_t) :: motion
       type(part_t) :: parts(most_parts)
@@ -82,15 +82,15 @@ contains
       end do
    end subroutine find_time_change
 
-   !> Derivative of g, or of its rate for an extremum, along a sensitivity.
+   !> Computes the derivative of g, or of its rate for an extremum, along a sensitivity.
    real(wp) function change_along(event, system, window_time, motion, tangent, k, m) result(change)
       class(event_t), intent(in) :: event
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: window_time
-      !> With its rates.
+      !> Motion with its rates.
       type(motion_t), intent(in) :: motion
       type(tangent_t), intent(in) :: tangent
-      !> The sensitivity; which of the parametric ones it is, or 0.
+      !> Index of the sensitivity; its index among the parametric ones, or 0.
       integer, intent(in) :: k, m
       type(part_t) :: ahead(most_parts), behind(most_parts)
       real(wp) :: difference(most_parts), size_of, h
@@ -112,8 +112,8 @@ contains
       change = change/h
    end function change_along
 
-   !> How far a unit of a sensitivity is: in radians, or in parts of the momentum, the inertia or a wheel, whatever is
-   !> most.
+   !> Returns the size of a unit of a sensitivity: in radians, or in parts of the momentum, the inertia or a wheel,
+   !> whichever is largest.
    pure real(wp) function size_of_variation(system, motion, tangent, k, m) result(size_of)
       type(system_t), intent(in) :: system
       type(motion_t), intent(in) :: motion
@@ -145,7 +145,7 @@ contains
       end do
    end function size_of_variation
 
-   !> How far a unit of a sensitivity moves an orbit, in radians and parts of the distance.
+   !> Returns by how much a unit of a sensitivity changes an orbit, in radians and parts of the distance.
    pure real(wp) function turn_of_orbit(path, change, t) result(turn)
       type(kepler_orbit_t), intent(in) :: path
       real(wp), intent(in) :: change(:), t
@@ -153,7 +153,7 @@ contains
                  abs(change(7))/path%mu)
    end function turn_of_orbit
 
-   !> g by its parts, or its rate for an extremum, at a place along a sensitivity.
+   !> Evaluates g by its parts, or its rate for an extremum, at a position along a sensitivity.
    subroutine evaluate_along(event, system, window_time, motion, tangent, k, m, part, parts)
       class(event_t), intent(in) :: event
       type(system_t), intent(in) :: system
@@ -161,7 +161,7 @@ contains
       type(motion_t), intent(in) :: motion
       type(tangent_t), intent(in) :: tangent
       integer, intent(in) :: k, m
-      !> In units of the sensitivity's parameter.
+      !> Position, in units of the sensitivity's parameter.
       real(wp), intent(in) :: part
       type(part_t), intent(out) :: parts(most_parts)
       type(system_t) :: moved
@@ -206,16 +206,16 @@ contains
       call find_rates(system, state%t, self%motion)
    end subroutine begin
 
-   !> Moves the sensitivities over a switch. Errors: `NUTATE_BAD_ARGUMENT` where the rates of the motion jump and the
-   !> time of the event has no derivative.
+   !> Moves the sensitivities over a switch. Errors: `NUTATE_BAD_ARGUMENT` if the rates of the motion jump and the time
+   !> of the event has no derivative.
    subroutine pass(self, system, state, words, change, tangent, status)
       class(crossing_t), intent(inout) :: self
-      !> Behind the switch.
+      !> System after the switch.
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
-      !> What the event is in a message.
+      !> Description of the event for messages.
       character(len=*), intent(in) :: words
-      !> Derivative of its time; not allocated: there is none.
+      !> Derivative of the event's time; not allocated: there is none.
       real(wp), allocatable, intent(in) :: change(:)
       type(tangent_t), intent(inout) :: tangent
       type(status_t), intent(inout) :: status
@@ -243,10 +243,10 @@ contains
       self%motion = motion
    end subroutine pass
 
-   !> Counts what the sensitivities' energy has changed by as work, and sets what is conserved from here on.
+   !> Counts the change of the sensitivities' energy as work, and sets the momentum that is conserved from here on.
    subroutine finish(self, system, state, renewed, tangent)
       class(crossing_t), intent(in) :: self
-      !> Behind the last switch.
+      !> System after the last switch.
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
       !> Other components of l may be conserved than before.

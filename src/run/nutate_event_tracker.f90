@@ -1,5 +1,5 @@
-!> The events of a run and what is remembered of each from step to step: on which side of zero its function is, how
-!> often it happened, and when.
+!> The events of a run and the data kept of each from step to step: on which side of zero its function is, how often it
+!> has happened, and when.
 module nutate_event_tracker
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_archive, only: archive_t
@@ -22,16 +22,16 @@ module nutate_event_tracker
    !> Steps in which the variation of a function is not known yet.
    integer, parameter :: young = 32
 
-   !> Steps for which it is decided at a time that nothing can happen: so few that what a motion that does not keep its
-   !> energy exactly gains in them is within the margins.
+   !> Largest number of steps for which one test excludes events: so few that the energy gained in them by a motion that
+   !> does not conserve it exactly is within the margins.
    integer, parameter :: most_asleep = 1024
 
    !> Places in a step, and values of families, that are remembered: the search for each event evaluates the same few.
    integer, parameter :: most_places = 64, most_recalled = 64
 
-   !> Motion at a place of the step that is searched.
+   !> Motion at a position in the step that is searched.
    type :: place_t
-      !> In steps.
+      !> Position, in steps.
       real(wp) :: s = 0.0_wp
       type(motion_t) :: motion = motion_t()
    end type place_t
@@ -61,12 +61,12 @@ module nutate_event_tracker
    !> One event under way.
    type :: watched_t
       class(event_t), allocatable :: event
-      !> How often it has happened.
+      !> Number of times the event has happened.
       integer(long) :: number = 0
-      !> First and last time, s.
+      !> First and last time of the event, s.
       real(wp) :: first_time = 0.0_wp, last_time = 0.0_wp
       !> Derivative of the last time by each sensitivity, s a unit of the sensitivity's parameter; shape (n). Not
-      !> allocated: it has none, or there are no sensitivities.
+      !> allocated: the time has no derivative, or there are no sensitivities.
       real(wp), allocatable :: time_change(:)
       !> Largest last increment of an iteration for a time, s.
       real(wp) :: worst = 0.0_wp
@@ -75,24 +75,26 @@ module nutate_event_tracker
       integer :: side = 0
       real(wp) :: cell = 0.0_wp, at = 0.0_wp
       !> The last step ended on the event: the function is zero there, but for so much of its unit, unless a switch has
-      !> moved it. 0: it did not.
+      !> moved it. 0: the step ended elsewhere.
       real(wp) :: near = 0.0_wp
-      !> The function there, and its derivative by time; and the parts of it, angles followed from the first step on.
+      !> Function at the end of the last step, and its derivative by time; parts of the function, angles followed from
+      !> the first step on.
       real(wp) :: f = 0.0_wp, slope = 0.0_wp
       type(part_t) :: parts(most_parts) = part_t()
       logical :: followed = .false.
-      !> Failure for a quantity that was not finite between two steps, where zero takes its place.
+      !> Failure for a quantity that was not finite between two steps; zero takes its place there.
       type(status_t) :: start_status
-      !> The function has jumped since, as torques act that did not, or did and do not, or potentials are switched.
+      !> The function has jumped since the last step, because torques have begun or ceased to act, or potentials were
+      !> switched.
       logical :: jumped = .false.
-      !> Its range over the ends of steps that were looked at so far, and their number.
+      !> Range of the function over the ends of steps evaluated so far, and their number.
       real(wp) :: lowest = huge(1.0_wp), highest = -huge(1.0_wp)
       integer :: seen = 0
    end type watched_t
 
    !> All events of a run.
    type :: event_tracker_t
-      !> Those that were asked for, and behind them those of limits.
+      !> Events that the program has set, followed by those of limits; number of the former.
       type(watched_t), allocatable :: watched(:)
       integer :: n_asked = 0
       !> The run is over.
@@ -102,60 +104,61 @@ module nutate_event_tracker
       integer :: n_due = 0
       !> Switches since the last whole step.
       integer :: switches = 0
-      !> Time of the last switch, s, and its derivative by each sensitivity where there are any; shape (n).
+      !> Time of the last switch, s, and its derivative by each sensitivity if there are any; shape (n).
       real(wp) :: switch_time = -huge(1.0_wp)
       real(wp), allocatable :: switch_change(:)
-      !> The motion at the end of the last step, and the torques that acted in it; with functions and slopes of the
-      !> events there, if it is known.
+      !> Motion at the end of the last step, and the torques that acted in it; with functions and slopes of the events
+      !> there, if `known`.
       type(motion_t) :: motion = motion_t()
       logical, allocatable :: acts(:)
-      !> When the pieces of the torques begin that acted, s.
+      !> Start times of the pieces of the torques that acted, s.
       real(wp), allocatable :: pieces(:)
       logical :: known = .false.
       !> A motion has been noted.
       logical :: placed = .false.
-      !> What belongs to the system as it is now: with switches made.
+      !> System as it is now, with switches made.
       type(system_t) :: system
-      !> When a controller takes its next sample, s; beyond all times where none does, or before the run has begun.
+      !> Time at which a controller takes its next sample, s; beyond all times if none does, or before the run has
+      !> begun.
       real(wp) :: next_sample = huge(1.0_wp)
-      !> Nothing can happen up to a time, s; which bounds of the motion say.
+      !> No event can happen up to the time `wakes`, by bounds of the motion.
       logical :: asleep = .false.
-      !> Steps for which that was found last.
+      !> Number of steps without events found last, end of that time, s, and bounds of the motion.
       integer :: steps_asleep = 0
       real(wp) :: wakes = 0.0_wp
       type(motion_bounds_t) :: bounds = motion_bounds_t()
-      !> The last places of the step that is searched, and how many have been evaluated.
+      !> The last positions in the step that is searched, and how many have been evaluated.
       type(place_t), private :: places(most_places) = place_t()
       integer, private :: n_places = 0
       !> Values that may be needed again, and the slot that was filled last.
       type(recalled_t), private :: recalled(most_recalled) = recalled_t()
       integer, private :: last_recalled = 0
    contains
-      !> Forgets the places of the last step; returns, or stores, the motion at a place of a step.
+      !> Forgets the positions in the last step; returns, or stores, the motion at a position in a step.
       procedure :: open_places
       procedure :: recall_place
       procedure :: store_place
       procedure :: begin
       !> Sets how often events have happened in an earlier run.
       procedure :: remember
-      !> True if nothing can happen up to a time.
+      !> Returns true if no event can happen up to a time.
       procedure :: sleeps_until
-      !> Finds out for how long nothing can happen.
+      !> Finds out for how long no event can happen.
       procedure :: fall_asleep
       !> Sets a system with other effects on.
       procedure :: set_system
-      !> Stores the sides on which the quantities of limits are, as the system has it.
+      !> Stores the sides on which the quantities of limits are, as recorded in the system.
       procedure :: hold_sides
-      !> The parts of an event's function.
+      !> Evaluates the parts of an event's function.
       procedure :: evaluate
-      !> Makes functions and slopes known at the start of a step.
+      !> Evaluates functions and slopes at the start of a step.
       procedure :: open_step
-      !> Notes functions and slopes where a step was ended.
+      !> Notes functions and slopes at the position where a step was ended.
       procedure :: place
-      !> Size of the variation of a function.
+      !> Returns the size of the variation of a function.
       procedure :: variation
       procedure :: transfer
-      !> The same of the derivatives of times.
+      !> Writes or reads the derivatives of times in checkpoint data.
       procedure :: transfer_changes
       !> Forgets the derivatives of times, for other sensitivities.
       procedure :: forget_changes
@@ -217,9 +220,9 @@ contains
 
    !> Sets how often the first events have happened in an earlier run, and on which side they are.
    pure subroutine remember(self, before)
-      !> Begun.
+      !> Tracker that has begun.
       class(event_tracker_t), intent(inout) :: self
-      !> That of the earlier run, with fewer events or more.
+      !> Tracker of the earlier run, with fewer events or more.
       type(event_tracker_t), intent(in) :: before
       integer :: i
       do i = 1, min(self%n_asked, before%n_asked)
@@ -247,16 +250,16 @@ contains
       self%recalled%family = 0
    end subroutine set_system
 
-   !> Forgets the places of the last step.
+   !> Forgets the positions in the last step.
    pure subroutine open_places(self)
       class(event_tracker_t), intent(inout) :: self
       self%n_places = 0
    end subroutine open_places
 
-   !> Returns the motion at a place of the step, if it has been stored.
+   !> Returns the motion at a position in the step, if it has been stored.
    pure subroutine recall_place(self, s, motion, found)
       class(event_tracker_t), intent(in) :: self
-      !> In steps.
+      !> Position, in steps.
       real(wp), intent(in) :: s
       type(motion_t), intent(inout) :: motion
       logical, intent(out) :: found
@@ -270,19 +273,19 @@ contains
       end do
    end subroutine recall_place
 
-   !> Stores the motion at a place of the step, instead of the oldest.
+   !> Stores the motion at a position in the step, instead of the oldest.
    pure subroutine store_place(self, s, motion)
       class(event_tracker_t), intent(inout) :: self
-      !> In steps.
+      !> Position, in steps.
       real(wp), intent(in) :: s
-      !> With its rates.
+      !> Motion with its rates.
       type(motion_t), intent(in) :: motion
       self%places(1 + mod(self%n_places, most_places)) = place_t(s, motion)
       self%n_places = self%n_places + 1
    end subroutine store_place
 
-   !> Stores the sides on which the quantities of limits are, as the system has it. At its level the round-off of a
-   !> quantity does not tell: what then is at its limit, and is not seen to leave it, would stay there.
+   !> Stores the sides on which the quantities of limits are, as recorded in the system. At its level, the round-off of
+   !> a quantity does not determine the side: a command at its limit that is not found to leave it would stay there.
    pure subroutine hold_sides(self)
       class(event_tracker_t), intent(inout) :: self
       integer :: i
@@ -298,10 +301,10 @@ contains
       end do
    end subroutine hold_sides
 
-   !> True if nothing can happen up to a time.
+   !> Returns true if no event can happen up to a time.
    pure logical function sleeps_until(self, t, sense)
       class(event_tracker_t), intent(in) :: self
-      !> s.
+      !> Time, s.
       real(wp), intent(in) :: t
       !> 1: forward in time; -1: backward.
       real(wp), intent(in) :: sense
@@ -309,11 +312,11 @@ contains
       if (self%asleep) sleeps_until = sense*(self%wakes - t) >= 0.0_wp
    end function sleeps_until
 
-   !> Finds out, between two steps, for how long nothing can happen.
+   !> Finds out, between two steps, for how long no event can happen.
    subroutine fall_asleep(self, t, step)
-      !> Functions and slopes known.
+      !> Tracker whose functions and slopes are known.
       class(event_tracker_t), intent(inout) :: self
-      !> s.
+      !> Time, s.
       real(wp), intent(in) :: t
       !> Length of the steps, s.
       real(wp), intent(in) :: step
@@ -343,18 +346,18 @@ contains
       self%wakes = t + steps*step
       self%asleep = .true.
       self%known = .false.
-      ! What stays away keeps its side; but nobody follows the turns of an angle.
+      ! A function that stays away keeps its side; but the revolutions of an angle are not followed.
       do i = 1, size(self%watched)
          if (any(self%watched(i)%parts%wrap > 0.0_wp)) self%watched(i)%side = 0
       end do
    end subroutine fall_asleep
 
-   !> True if no event can happen for a time.
+   !> Returns true if no event can happen for a time.
    pure logical function all_stay_away(self, room, time)
       class(event_tracker_t), intent(in) :: self
-      !> What potentials can give to the motion, J.
+      !> Energy that potentials can give to the motion, J.
       real(wp), intent(in) :: room
-      !> s.
+      !> Duration, s.
       real(wp), intent(in) :: time
       real(wp) :: distance
       integer :: i
@@ -373,15 +376,15 @@ contains
       all_stay_away = .true.
    end function all_stay_away
 
-   !> The parts of an event's function at a motion, and their derivatives by time; angles as they come.
+   !> Evaluates the parts of an event's function at a motion, and their derivatives by time; angles are not followed.
    pure subroutine evaluate(self, i, system, window_time, motion, parts)
       class(event_tracker_t), intent(inout) :: self
-      !> Which event.
+      !> Index of the event.
       integer, intent(in) :: i
       type(system_t), intent(in) :: system
       !> Time that decides which torques act, s.
       real(wp), intent(in) :: window_time
-      !> With its rates.
+      !> Motion with its rates.
       type(motion_t), intent(in) :: motion
       type(part_t), intent(out) :: parts(most_parts)
       associate (event => self%watched(i)%event)
@@ -401,7 +404,7 @@ contains
       class(event_tracker_t), intent(inout) :: self
       class(event_t), intent(in) :: event
       type(system_t), intent(in) :: system
-      !> With its rates.
+      !> Motion with its rates.
       type(motion_t), intent(in) :: motion
       type(part_t), intent(out) :: part
       integer :: i, place
@@ -424,7 +427,7 @@ contains
       end associate
    end subroutine evaluate_family
 
-   !> True for the same state with the same rates.
+   !> Returns true for the same state with the same rates.
    pure logical function is_same(a, b)
       type(motion_t), intent(in) :: a, b
       is_same = .false.
@@ -434,8 +437,8 @@ contains
                 maxval(abs(a%state%wheel_momentum - b%state%wheel_momentum)) <= 0.0_wp
    end function is_same
 
-   !> Makes functions and slopes known at the start of a step, as they are in it: where other torques act than in the
-   !> last one they are others.
+   !> Evaluates functions and slopes at the start of a step, as they are in it: they change if other torques act than in
+   !> the last step.
    subroutine open_step(self, system, state, window_time)
       class(event_tracker_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -450,7 +453,7 @@ contains
       if (self%known) return
       start = state
       placed = self%placed
-      ! As it was shown at the end of the last step: what is continuous is the same to the last digit.
+      ! The state is that observed at the end of the last step: continuous functions are the same to the last digit.
       if (placed .and. .not. abs(self%motion%state%t - state%t) > 0.0_wp) start = self%motion%state
       call find_motion(system, start, self%motion)
       call find_rates(system, window_time, self%motion)
@@ -466,11 +469,11 @@ contains
       self%placed = .true.
    end subroutine open_step
 
-   !> Notes functions and slopes where a step was ended, as they are in it.
+   !> Notes functions and slopes at the position where a step was ended, as they are in the step.
    subroutine place(self, system, state, window_time)
       class(event_tracker_t), intent(inout) :: self
       type(system_t), intent(in) :: system
-      !> As it is shown.
+      !> State as the observer receives it.
       type(state_t), intent(in) :: state
       !> Time that decides which torques act, s.
       real(wp), intent(in) :: window_time
@@ -493,7 +496,7 @@ contains
       status = fail(NUTATE_NOT_FINITE, "the quantity of the event '"//trim(event%name)//"', or its rate, is not finite")
    end subroutine check_parts
 
-   !> Evaluates function and slope of an event at the motion, angles as near as may be to where they were.
+   !> Evaluates function and slope of an event at the motion, angles as near as possible to their last values.
    subroutine evaluate_functions(self, i, system, window_time)
       class(event_tracker_t), intent(inout) :: self
       integer, intent(in) :: i
@@ -513,7 +516,7 @@ contains
       end associate
    end subroutine evaluate_functions
 
-   !> Sees if other torques act than in the last step, or other pieces of them.
+   !> Detects if other torques act than in the last step, or other pieces of them.
    subroutine see_torques(self, system, window_time)
       class(event_tracker_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -535,7 +538,7 @@ contains
       end do
    end subroutine see_torques
 
-   !> Brings parts that are known but for their wraps as near as may be to other values.
+   !> Brings parts that are known except for their wraps as near as possible to other values.
    pure subroutine bring_near(parts, values)
       type(part_t), intent(inout) :: parts(most_parts)
       real(wp), intent(in) :: values(most_parts)
@@ -547,27 +550,28 @@ contains
       end do
    end subroutine bring_near
 
-   !> Size of the variation of a function: its range so far, and that of an oscillation with the slopes of the step.
+   !> Returns the size of the variation of a function: its range so far, and that of an oscillation with the slopes of
+   !> the step.
    pure real(wp) function variation(self, i, last, turn)
       class(event_tracker_t), intent(in) :: self
       integer, intent(in) :: i
       !> The end of the step; slope by the time in steps.
       type(node_t), intent(in) :: last
-      !> Turn of the body in the step, rad.
+      !> Rotation of the body in the step, rad.
       real(wp), intent(in) :: turn
       associate (watched => self%watched(i))
          variation = 0.0_wp
          if (watched%highest > watched%lowest) variation = watched%highest - watched%lowest
          if (watched%seen < young) variation = max(variation, abs(last%f))
-         ! An angle may turn for ever.
+         ! An angle may grow without end.
          if (any(watched%parts%wrap > 0.0_wp)) variation = min(variation, sum(watched%parts%wrap))
          if (turn > eps) variation = max(variation, abs(last%slope)/turn)
       end associate
    end function variation
 
-   !> Shows to an archive what the next steps depend on.
+   !> Writes or reads the data on which the next steps depend in checkpoint data.
    subroutine transfer(self, archive)
-      !> Begun with the same events and system.
+      !> Tracker that has begun with the same events and system.
       class(event_tracker_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive
       integer :: i
@@ -628,9 +632,9 @@ contains
       if (allocated(self%switch_change)) deallocate (self%switch_change)
    end subroutine forget_changes
 
-   !> Shows the derivatives of times to an archive.
+   !> Writes or reads the derivatives of times in checkpoint data.
    subroutine transfer_changes(self, n, archive)
-      !> Begun with the same events and system.
+      !> Tracker that has begun with the same events and system.
       class(event_tracker_t), intent(inout) :: self
       !> Number of sensitivities.
       integer, intent(in) :: n

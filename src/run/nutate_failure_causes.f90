@@ -1,4 +1,4 @@
-!> What may have made a step fail that no shorter one can take the place of, in words.
+!> Likely causes, in words, of the failure of a step that no shorter one can replace.
 module nutate_failure_causes
    use nutate_method_choice, only: effect_without_series
    use nutate_projected_stepper, only: projected_stepper_t
@@ -12,8 +12,8 @@ module nutate_failure_causes
 
 contains
 
-   !> Adds to a failure that an effect may jump, where there is one that could: those with a power series in time do
-   !> not, and all but a program's own have one.
+   !> Adds to a failure that an effect may jump, if there is one that could: effects with a power series in time do not,
+   !> and all except user-defined ones have one.
    pure subroutine add_jump(system, status)
       type(system_t), intent(in) :: system
       type(status_t), intent(inout) :: status
@@ -24,9 +24,9 @@ contains
                        'fixed time_step, without conserve, steps over jumps'
    end subroutine add_jump
 
-   !> Adds to the failure of a step, and of all its parts, what is likely to be the cause.
+   !> Adds the likely cause to the failure of a step, and of all its parts.
    pure subroutine add_cause(stepper, system, status)
-      !> That took the step.
+      !> Stepper that took the step.
       class(stepper_t), intent(in) :: stepper
       type(system_t), intent(in) :: system
       type(status_t), intent(inout) :: status

@@ -1,5 +1,5 @@
-!> Steps of one nominal length. The k-th ends at t0 + kΔt, computed as such; the last one, shortened if need be, ends
-!> exactly at the end time. A step that fails is subdivided as short as need be.
+!> Steps of one nominal length. The k-th ends at t0 + kΔt, computed as such; the last one, shortened if necessary, ends
+!> exactly at the end time. A step that fails is subdivided as far as necessary.
 module nutate_fixed_steps
    use nutate_archive, only: archive_t
    use nutate_kinds, only: wp, eps, long
@@ -21,13 +21,13 @@ module nutate_fixed_steps
    public :: fixed_steps_t, count_steps, step_margin
 
    !> Steps between two polls: a poll of the program takes about as long as the cheapest step (0.2 µs), so that they
-   !> cost a thousandth of the time; and if each step took 1 ms, a request to stop would be heard within a second.
+   !> cost a thousandth of the time; and if each step took 1 ms, a request to stop would take effect within a second.
    integer(long), parameter :: poll_every = 1024
 
    !> Fixed steps.
    type, extends(step_policy_t) :: fixed_steps_t
-      !> Prepared for the system of the run. Whoever has it points this to it in each call: a copy of a run is not to
-      !> step by the stepper of the original.
+      !> Stepper prepared for the system of the run. The owner of the stepper sets this pointer in each call: a copy of
+      !> a run must not use the stepper of the original.
       class(stepper_t), pointer :: stepper => null()
    contains
       !> Counts the steps to the end of the plan.
@@ -48,7 +48,7 @@ contains
    !> Counts the steps of a run. Errors: `NUTATE_BAD_ARGUMENT` for a step that leads away from the end.
    subroutine begin(self, progress, status)
       class(fixed_steps_t), intent(inout) :: self
-      !> Started.
+      !> Run that was started.
       type(progress_t), intent(inout) :: progress
       type(status_t), intent(inout) :: status
       self%steps_per_poll = poll_every
@@ -61,7 +61,7 @@ contains
             status = fail(NUTATE_BAD_ARGUMENT, 'the time step does not lead to the end time')
             return
          end if
-         ! A step may be told from this length by the rounding of times.
+         ! A step may differ from this length by the rounding of times.
          self%longest_step = 1.01_wp*abs(plan%time_step)
          if (plan%steps >= 0) then
             progress%n_steps = progress%summary%steps + plan%steps
@@ -72,10 +72,10 @@ contains
       end associate
    end subroutine begin
 
-   !> Number of nominal steps from a time to the plan's end, the shortened last one included; for more than can be
-   !> counted, the largest count there is.
+   !> Returns the number of nominal steps from a time to the plan's end, the shortened last one included; for more than
+   !> can be counted, the largest count there is.
    pure integer(long) function count_steps(t, plan) result(n)
-      !> s.
+      !> Time to count from, s.
       real(wp), intent(in) :: t
       type(run_plan_t), intent(in) :: plan
       real(wp) :: ratio
@@ -89,22 +89,23 @@ contains
       end if
    end function count_steps
 
-   !> What rounding makes of a time of the run, s: far from zero more than `same_time` of a step, and no step's length.
+   !> Returns the rounding error of a time of the run, s: far from zero more than `same_time` of a step, but less than a
+   !> step.
    pure real(wp) function time_noise(t, end_time, time_step)
-      !> s
+      !> Time, end of the run, and nominal length, s.
       real(wp), intent(in) :: t, end_time, time_step
       time_noise = min(4*eps*max(abs(t), abs(end_time)), 0.25_wp*abs(time_step))
    end function time_noise
 
-   !> A length that differs from that of a nominal step by no more, s, is that of a nominal step.
+   !> Returns the largest difference, s, from the nominal length at which a length is still treated as nominal.
    pure real(wp) function step_margin(t, end_time, time_step)
-      !> Where the step starts, where the run ends, and the nominal length, s.
+      !> Start of the step, end of the run, and nominal length, s.
       real(wp), intent(in) :: t, end_time, time_step
       step_margin = same_time*abs(time_step) + time_noise(t, end_time, time_step)
    end function step_margin
 
-   !> One step of the method towards the end of a nominal step, which is counted there, or to a time inside it on which
-   !> steps must end; where that fails, the first part of it that does not.
+   !> Takes one step of the method towards the end of a nominal step, which is counted there, or to a time inside it at
+   !> which steps must end; if that fails, the first part of it that does not.
    subroutine advance(self, system, progress, status, observer)
       class(fixed_steps_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -147,11 +148,11 @@ contains
       progress%record%uncertified = 0
    end subroutine begin_way
 
-   !> The next time on which a step must end: that of a break inside the nominal step, or its end.
+   !> Returns the next time at which a step must end: that of a break inside the nominal step, or the end of that step.
    real(wp) function next_end(system, progress, t_end, margin) result(t)
       type(system_t), intent(in) :: system
       type(progress_t), intent(inout) :: progress
-      !> s.
+      !> End of the nominal step, and margin within which times coincide, s.
       real(wp), intent(in) :: t_end, margin
       real(wp) :: sense
       sense = sign(1.0_wp, progress%plan%time_step)
@@ -165,11 +166,11 @@ contains
       end do
    end function next_end
 
-   !> Looks for the next time on which steps must end, farther away than can be told from the present one.
+   !> Looks for the next time at which steps must end, which can be distinguished from the present one.
    subroutine pass_break(system, progress, margin)
       type(system_t), intent(in) :: system
       type(progress_t), intent(inout) :: progress
-      !> s.
+      !> Margin within which times coincide, s.
       real(wp), intent(in) :: margin
       real(wp) :: sense, passed
       sense = sign(1.0_wp, progress%plan%time_step)
@@ -189,7 +190,7 @@ contains
       self%evaluates_cheaply = self%stepper%chooses_steps()
    end subroutine expect_events
 
-   !> Repeats a part of the last step of the method; what is left of the nominal step then is a piece of its own.
+   !> Repeats a part of the last step of the method; the rest of the nominal step is then a separate piece.
    subroutine retake(self, system, progress, t_end, status)
       class(fixed_steps_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -240,7 +241,7 @@ contains
       class(fixed_steps_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(progress_t), intent(in) :: progress
-      !> s.
+      !> Time inside the last step, s.
       real(wp), intent(in) :: t
       type(state_t), intent(inout) :: state
       type(status_t), intent(inout) :: status
@@ -263,7 +264,7 @@ contains
       end if
    end subroutine state_inside
 
-   !> Makes the state that the last step left fit to be seen.
+   !> Projects the state at the end of the last step for output.
    subroutine project_for_output(self, system, state)
       class(fixed_steps_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -271,7 +272,7 @@ contains
       call self%stepper%project_for_output(system, state)
    end subroutine project_for_output
 
-   !> Shows the memory of the stepper, under the name of this policy.
+   !> Writes or reads the memory of the stepper in checkpoint data, under the name of this policy.
    subroutine transfer_stepper(self, archive)
       class(fixed_steps_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive

@@ -1,4 +1,4 @@
-!> What a run shows to the program that wants to see it.
+!> Interface through which a program receives the output points and events of a run.
 module nutate_observer
    use nutate_archive, only: archive_t
    use nutate_byte_archive, only: byte_archive_t
@@ -14,7 +14,7 @@ module nutate_observer
 
    public :: observer_t, run_record_t
 
-   !> What an output point holds besides the state.
+   !> Data of an output point besides the state.
    type :: run_record_t
       !> Steps done: fixed ones, or adaptive ones.
       integer(long) :: step = 0
@@ -45,17 +45,17 @@ module nutate_observer
       logical :: wants_works = .false.
       !> Request calls of `check_step`.
       logical :: checks_steps = .false.
-      !> Request a call of `save_checkpoint` where a run ends at `max_steps`.
+      !> Request a call of `save_checkpoint` if a run ends at `max_steps`.
       logical :: saves_at_step_limit = .false.
       !> Request a call of `save_checkpoint` after the first output point, or after the `poll` that sets this.
       logical :: wants_checkpoint = .false.
-      !> `tangent` is to be set for each row and event, the sensitivities of the run, where it propagates any; and
-      !> `chaos` for each row, the indicators up to the last sample before it, where the run follows any.
+      !> Request `tangent`, the sensitivities, for each output point and event of a run that propagates any; and
+      !> `chaos`, the indicators up to the last sample, for each output point of a run that follows any.
       logical :: wants_tangent = .false.
       type(tangent_t), allocatable :: tangent
       type(chaos_t), allocatable :: chaos
-      !> Set before `observe_event`, where the run propagates sensitivities: the derivative of the event's time by each
-      !> of them, s a unit of the sensitivity's parameter; shape (n). Not allocated where the quantity only touches its
+      !> Derivative of the event's time by each sensitivity, s a unit of the sensitivity's parameter; shape (n). Set
+      !> before `observe_event` if the run propagates sensitivities; not allocated if the quantity only touches its
       !> level.
       real(wp), allocatable :: time_change(:)
    contains
@@ -66,7 +66,7 @@ module nutate_observer
       !> Called after every step of the method, before it is used, if `checks_steps`: a failure takes the step back and
       !> ends the run. For callbacks that can fail.
       procedure :: check_step => accept_all
-      !> Called after every step, and after every part of one that is subdivided or turns the body far, before
+      !> Called after every step, and after every part of one that is subdivided or rotates the body far, before
       !> `observe`, if `observes_every_step`: for what must be followed from step to step.
       procedure :: observe_step => ignore_watch
       !> Called with each event, in the order of time, before `observe` is called at the end of its step.
@@ -126,9 +126,9 @@ contains
       !> The system before the event switches effects.
       type(system_t), intent(in) :: system
       class(event_t), intent(in) :: event
-      !> Its place among the events of the run.
+      !> Index of the event among those of the run.
       integer, intent(in) :: which
-      !> How often it has happened, this time included.
+      !> Number of times the event has happened, this one included.
       integer(long), intent(in) :: number
       type(state_t), intent(in) :: state
       type(run_record_t), intent(in) :: record

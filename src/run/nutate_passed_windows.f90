@@ -1,5 +1,5 @@
-!> The sensitivities of a run on their way over the times at which torques and motors start and stop. Steps end there,
-!> and one that ends so near that no step was made for it counts as ending there.
+!> Moves the sensitivities of a run over the times at which torques and motors start and stop. Steps end there; a step
+!> that ends so near to such a time that no further step was made for it is treated as ending there.
 module nutate_passed_windows
    use nutate_fixed_steps, only: step_margin
    use nutate_kinds, only: wp
@@ -15,9 +15,9 @@ module nutate_passed_windows
 
 contains
 
-   !> Moves the sensitivities of a run over what starts or stops just where they begin: it counts as behind.
+   !> Moves the sensitivities of a run over torques and motors that start or stop just where the sensitivities begin.
    subroutine begin_windows(progress, system)
-      !> Its sensitivities begun.
+      !> Run whose sensitivities have begun.
       type(progress_t), intent(inout) :: progress
       type(system_t), intent(in) :: system
       real(wp) :: sense, t, margin
@@ -31,9 +31,9 @@ contains
       call note_change(progress, change)
    end subroutine begin_windows
 
-   !> Moves the sensitivities of a run over what has started or stopped in the last step.
+   !> Moves the sensitivities of a run over torques and motors that started or stopped in the last step.
    subroutine pass_windows(progress, system, since)
-      !> At the end of the step, and its sensitivities.
+      !> Run at the end of the step, with its sensitivities.
       type(progress_t), intent(inout) :: progress
       type(system_t), intent(in) :: system
       !> Start of the step, s.
@@ -46,13 +46,13 @@ contains
       call note_change(progress, change)
    end subroutine pass_windows
 
-   !> Moves sensitivities at a time inside the last step over what has started or stopped since its start: at its end
-   !> alone.
+   !> Moves sensitivities at a time inside the last step over torques and motors that started or stopped since the start
+   !> of the step: only at the end of the step.
    subroutine pass_windows_inside(progress, system, state, tangent)
-      !> At the end of the step.
+      !> Run at the end of the step.
       type(progress_t), intent(in) :: progress
       type(system_t), intent(in) :: system
-      !> At the time.
+      !> State at the time inside the step.
       type(state_t), intent(in) :: state
       type(tangent_t), intent(inout) :: tangent
       real(wp), allocatable :: change(:)
@@ -61,17 +61,17 @@ contains
                               sense_of(progress), tangent, change)
    end subroutine pass_windows_inside
 
-   !> What jumps at the start or stop of a torque has the derivative of its time.
+   !> Stores the derivative of the time at which a torque starts or stops: it is that of every jump there.
    subroutine note_change(progress, change)
       type(progress_t), intent(inout) :: progress
-      !> Not allocated: nothing has started or stopped.
+      !> Derivative of the time of the last start or stop by each sensitivity; not allocated: there was none.
       real(wp), allocatable, intent(inout) :: change(:)
       if (.not. (allocated(change) .and. allocated(progress%events))) return
       progress%events%switch_time = progress%state%t
       call move_alloc(change, progress%events%switch_change)
    end subroutine note_change
 
-   !> The times up to which starts and stops are passed, s; shape (2).
+   !> Returns the times up to which starts and stops are passed, s; shape (2).
    pure function behind(progress, times) result(passed)
       type(progress_t), intent(in) :: progress
       real(wp), intent(in) :: times(2)
@@ -80,10 +80,10 @@ contains
       passed = times + sense_of(progress)*[(margin_at(progress, times(i)), i=1, 2)]
    end function behind
 
-   !> How near to the end of a step a start or stop is passed with it, s.
+   !> Returns the distance from the end of a step, s, within which a start or stop is passed with the step.
    pure real(wp) function margin_at(progress, t) result(margin)
       type(progress_t), intent(in) :: progress
-      !> s.
+      !> Time, s.
       real(wp), intent(in) :: t
       margin = 0.0_wp
       if (progress%n_steps >= 0) margin = step_margin(t, progress%plan%end_time, progress%plan%time_step)

@@ -1,4 +1,4 @@
-!> How far a run has come: its state, what it took, and all else that changes on the way but for the steppers.
+!> Progress of a run: its state, its costs, and everything else that changes on the way except the steppers.
 module nutate_progress
    use nutate_archive, only: archive_t
    use nutate_chaos, only: chaos_t
@@ -43,14 +43,14 @@ module nutate_progress
       !> Change of energy by switching potentials on and off, J.
       real(wp) :: switch_work = 0.0_wp
       !> Estimated attitude error at the end time of a run with an accuracy, rad, from its trial runs; above the
-      !> accuracy where that is not attainable. And the part of it due to round-off, whatever the steps.
+      !> accuracy if that is not attainable; part of it due to round-off, whatever the steps.
       real(wp) :: estimate = 0.0_wp, round_off = 0.0_wp
       !> The part of the estimate due to the distance of the lines in tables of orbits, rad.
       real(wp) :: table_error = 0.0_wp
-      !> Settings of the run, given or chosen. And the reason for the method, in a few words, where it was chosen.
+      !> Settings of the run, given or chosen; reason for the method, in a few words, if it was chosen.
       type(integrator_settings_t) :: settings = integrator_settings_t()
       character(len=112) :: choice = ''
-      !> Indicators of chaos, where the run follows any, by the last of its sensitivities.
+      !> Indicators of chaos, if the run follows any, by the last of its sensitivities.
       type(chaos_t), allocatable :: chaos
    contains
       !> Writes or reads its values in checkpoint data.
@@ -59,13 +59,14 @@ module nutate_progress
 
    !> Progress within a fixed step that is performed in parts.
    type :: way_t
-      !> It has begun.
+      !> The step has begun.
       logical :: begun = .false.
-      !> Parts of the method at its end, if none has to be subdivided.
+      !> Number of parts at the end of the step, if none has to be subdivided.
       integer(long) :: parts = 0
-      !> A piece that failed is subdivided into 2**level parts, of which some are done; 0: it has not been.
+      !> Level of a piece that failed and is subdivided into 2**level parts, 0: not subdivided; number of its parts
+      !> done.
       integer :: level = 0, done = 0
-      !> Where that piece starts, and its length, s.
+      !> Start and length of the subdivided piece, s.
       real(wp) :: start = 0.0_wp, length = 0.0_wp
    end type way_t
 
@@ -77,7 +78,7 @@ module nutate_progress
       type(run_summary_t) :: summary
       type(way_t) :: way
       !> The next time at which a step must end, since a torque starts or stops there or changes its law, s; beyond all
-      !> times where there is none.
+      !> times if there is none.
       real(wp) :: next_break = huge(1.0_wp)
       !> Compensation of the rounding of `summary%work`, J.
       real(wp), allocatable :: work_compensation(:)
@@ -89,7 +90,7 @@ module nutate_progress
       type(run_plan_t) :: plan
       !> First time of the run, s: fixed steps end at whole numbers of steps after it.
       real(wp) :: t_first = 0.0_wp
-      !> Steps done at the end of the plan; negative where steps are adaptive. And before its first row.
+      !> Steps done at the end of the plan, negative if steps are adaptive; steps done before its first output point.
       integer(long) :: n_steps = -1, first_step = 0
       !> Number of steps of the whole run, if trial runs have found it; else 0.
       integer(long) :: expected_steps = 0
@@ -103,19 +104,19 @@ module nutate_progress
       logical :: keeps_starts = .true., keeps_dense_output = .false.
       !> Compensation of the rounding of `switch_work`, J.
       real(wp) :: switch_compensation = 0.0_wp
-      !> Sensitivities, where the run propagates any, and those at the start of the last step.
+      !> Sensitivities, if the run propagates any, and those at the start of the last step.
       type(tangent_t), allocatable :: tangent, last_tangent
-      !> Indicators of chaos, where the run follows any, at the start of the last step.
+      !> Indicators of chaos, if the run follows any, at the start of the last step.
       type(chaos_t), allocatable :: last_chaos
       !> Start of the last step in which sensitivities may have passed the start or stop of a torque, s.
       real(wp) :: windows_since = 0.0_wp
-      !> Length of the last step of a stepper, as that was told, s.
+      !> Length of the last step of a stepper, as requested from it, s.
       real(wp) :: last_length = 0.0_wp
    end type progress_t
 
 contains
 
-   !> Starts a run: takes plan and first state. Errors: `NUTATE_BAD_ARGUMENT`; those of `check_attitude`.
+   !> Starts a run from a plan and a first state. Errors: `NUTATE_BAD_ARGUMENT`; those of `check_attitude`.
    subroutine start_run(self, effects, state, plan, status)
       type(progress_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
@@ -150,10 +151,10 @@ contains
       self%next_break = effects%next_break(state%t, sign(1.0_wp, plan%end_time - state%t))
    end subroutine start_run
 
-   !> Lets a run look for what limits, samples and laws that jump bring with them, and for no other events. Errors:
-   !> those of the tracker.
+   !> Lets a run look for the events of limits, samples and control laws that jump, and for no others. Errors: those of
+   !> the tracker.
    subroutine watch_limits(self, system, status)
-      !> Started.
+      !> Run that was started.
       type(progress_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(status_t), intent(inout) :: status
@@ -172,7 +173,7 @@ contains
       self%summary%most_iterations = most_iterations
    end subroutine take_back
 
-   !> True at the end of the run.
+   !> Returns true at the end of the run.
    pure logical function is_over(self)
       type(progress_t), intent(in) :: self
       if (self%n_steps >= 0) then
@@ -182,15 +183,15 @@ contains
       end if
    end function is_over
 
-   !> Direction of time in the run: 1 or -1.
+   !> Returns the direction of time in the run: 1 or -1.
    pure real(wp) function sense_of(self) result(sense)
       type(progress_t), intent(in) :: self
       sense = sign(1.0_wp, self%plan%end_time - self%t_first)
    end function sense_of
 
-   !> How much of the run is done, 0 to 1.
+   !> Returns the fraction of the run that is done, 0 to 1.
    pure real(wp) function fraction_done(self)
-      !> Not over at its start.
+      !> Run that is not over at its start.
       type(progress_t), intent(in) :: self
       if (self%n_steps >= 0) then
          fraction_done = real(self%summary%steps - self%first_step, wp)/real(self%n_steps - self%first_step, wp)
@@ -199,10 +200,10 @@ contains
       end if
    end function fraction_done
 
-   !> When a nominal step ends, s, unless it is the last one and shorter.
+   !> Returns the time at which a nominal step ends, s, unless it is the last one and shorter.
    pure real(wp) function end_of_step(self, step) result(t)
       type(progress_t), intent(in) :: self
-      !> How many are done then.
+      !> Number of steps done then.
       integer(long), intent(in) :: step
       t = self%t_first + real(self%plan%steps_before + step, wp)*self%plan%time_step
    end function end_of_step
@@ -238,7 +239,7 @@ contains
       self%record%step = self%summary%steps
    end subroutine count_step
 
-   !> Work of all torques, and of switched potentials, J.
+   !> Returns the work of all torques, and of switched potentials, J.
    pure real(wp) function total_work(self)
       type(run_summary_t), intent(in) :: self
       total_work = sum(self%work) + self%switch_work
@@ -252,7 +253,7 @@ contains
       if (allocated(record%works)) record%works(:) = [self%work, self%switch_work]
    end subroutine put_works
 
-   !> Adds works to those of a record, where it has them; not to their sum.
+   !> Adds works to those of a record, if it has them; not to their sum.
    pure subroutine add_works(record, works)
       type(run_record_t), intent(inout) :: record
       !> J; shape (n_works).
@@ -260,10 +261,10 @@ contains
       if (allocated(record%works)) record%works(:size(works)) = record%works(:size(works)) + works
    end subroutine add_works
 
-   !> Gives state and summary away, at the end of a run.
+   !> Returns state and summary at the end of a run.
    subroutine conclude_run(self, state, summary)
       type(progress_t), intent(inout) :: self
-      !> As it was where the run has not been started.
+      !> State of the run; unchanged if the run has not been started.
       type(state_t), intent(inout) :: state
       type(run_summary_t), intent(out), optional :: summary
       real(wp), allocatable :: work(:)
@@ -276,9 +277,9 @@ contains
       call move_alloc(work, summary%work)
    end subroutine conclude_run
 
-   !> Shows to an archive what changes on the way.
+   !> Writes or reads everything that changes on the way in checkpoint data.
    subroutine transfer_progress(self, archive)
-      !> Started with the same plan and first state.
+      !> Run that was started with the same plan and first state.
       type(progress_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive
       call self%state%transfer(archive)
@@ -307,7 +308,7 @@ contains
 
    !> Writes or reads its values in checkpoint data.
    subroutine transfer_summary(self, archive)
-      !> Its `work` allocated.
+      !> Summary whose `work` is allocated.
       class(run_summary_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive
       call archive%transfer(self%steps)

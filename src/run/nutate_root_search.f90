@@ -17,22 +17,22 @@ module nutate_root_search
    !> size of the quantity in the time of a radian.
    real(wp), parameter :: noise = 16*eps, noise_of_rate = 64*eps, noise_of_second_rate = 1e-9_wp
 
-   !> A function nearer to a level, over its variation or its period, where a step was cut, is on the side where it was:
-   !> the shorter step may have led to the other one.
+   !> Distance from a level, over the variation or the period of the function, below which the function keeps its side
+   !> if a step is cut: the shorter step may have led to the other side.
    real(wp), parameter :: at_level = 1e-6_wp
 
    !> The search for the next root of one event.
    type :: root_search_t
       type(step_curve_t) :: curve
-      !> Both ends; with a period f counts from the level of the event, and the sides are without meaning.
+      !> Both ends of the step; with a period, f is relative to the level of the event, and the sides have no meaning.
       type(node_t) :: first = node_t(), last = node_t()
       type(part_t) :: last_parts(most_parts) = part_t()
       real(wp) :: turn = 0.0_wp, scale = 0.0_wp, period = 0.0_wp
       !> For an extremum: the size of the quantity over the length of the step.
       real(wp) :: pace = 0.0_wp
-      !> The change of f along the step that counts: 1, -1 or 0, either.
+      !> Direction of change of f along the step that is looked for: 1, -1 or 0, either.
       integer :: wanted = 0
-      !> What the event's `near` was at the start of the step.
+      !> Value of the event's `near` at the start of the step.
       real(wp) :: near = 0.0_wp
       !> The function is zero all through the step but for round-off, or its levels are no farther from each other:
       !> there is nothing to find.
@@ -44,12 +44,12 @@ module nutate_root_search
       !> The event has happened in the step, and the slope of the function there.
       logical :: has_passed = .false.
       real(wp) :: passed_slope = 0.0_wp
-      !> Cells at the last event, behind the root, and at the end; the level of the root, in periods.
+      !> Cells at the last event, after the root, and at the end; the level of the root, in periods.
       real(wp) :: cell = 0.0_wp, next_cell = 0.0_wp, last_cell = 0.0_wp, at = 0.0_wp
    contains
-      !> Finds the sides at both ends; where the function has jumped over a level, that is a root.
+      !> Finds the sides at both ends; a jump of the function over a level is a root.
       procedure :: set_sides
-      !> Looks for the next root behind a place.
+      !> Looks for the next root after a position.
       procedure :: find_next
       !> Notes that the root has happened.
       procedure :: pass_root
@@ -61,7 +61,7 @@ module nutate_root_search
 
 contains
 
-   !> Finds the sides at both ends; where the function has jumped over a level, that is a root.
+   !> Finds the sides at both ends; a jump of the function over a level is a root.
    pure subroutine set_sides(self, watched, is_end)
       class(root_search_t), intent(inout) :: self
       type(watched_t), intent(inout) :: watched
@@ -101,11 +101,11 @@ contains
       watched%jumped = .false.
    end subroutine set_sides
 
-   !> The same with a period.
+   !> Finds the cells at both ends, for a function with a period; a jump of the function over a level is a root.
    pure subroutine set_cells(self, watched, sense)
       class(root_search_t), intent(inout) :: self
       type(watched_t), intent(inout) :: watched
-      !> The cell of a level at the end: 1, behind; -1, before.
+      !> Cell of a level at the end of the step: 1, the one just after; -1, the one just before.
       real(wp), intent(in) :: sense
       real(wp) :: cell
       logical :: jumps
@@ -124,7 +124,7 @@ contains
       self%last_cell = cell_of(self%last%f, self%last%slope, self%period, sense, watched%cell)
    end subroutine set_cells
 
-   !> The function has jumped over a level at the start of the step.
+   !> Notes that the function has jumped over a level at the start of the step.
    pure subroutine note_jump(self, side)
       class(root_search_t), intent(inout) :: self
       integer, intent(in) :: side
@@ -134,12 +134,12 @@ contains
       self%root%side = side
    end subroutine note_jump
 
-   !> Where a step ended on an event, a switch may have rotated its function back, or moved it: its side is then that
-   !> to which it goes now, so that what only touches its level does not happen twice. But where the event
-   !> toggles, to turn back is to switch again: without a dead band that has no end.
+   !> Finds the side of a function whose event ended the last step. A switch may have reversed the function, or moved
+   !> it: the side is that to which it goes now, so that a function that only touches its level has no second event. If
+   !> the event toggles, the side stays: a function that reverses switches again, endlessly without a dead band.
    pure subroutine leave_level(watched, f, slope)
       type(watched_t), intent(inout) :: watched
-      !> From the level of the last event, at the start of the next step.
+      !> Distance of the function from the level of the last event, and its slope, at the start of the next step.
       real(wp), intent(in) :: f, slope
       if (.not. watched%near > 0.0_wp) return
       if (watched%event%action == SWITCH_TOGGLE) then
@@ -153,10 +153,10 @@ contains
       watched%near = 0.0_wp
    end subroutine leave_level
 
-   !> The side of zero on which a curve is; at zero that on which it is just behind, or before.
+   !> Returns the side of zero on which a curve is; at zero, the side on which it is just after, or just before.
    pure integer function side_of(node, sense) result(side)
       type(node_t), intent(in) :: node
-      !> 1: behind; -1: before.
+      !> 1: just after the position; -1: just before it.
       real(wp), intent(in) :: sense
       side = 0
       if (node%f > 0.0_wp .or. node%f < 0.0_wp) then
@@ -166,12 +166,12 @@ contains
       end if
    end function side_of
 
-   !> The cell of a value; of a level that of the two in which the curve is just behind, or before.
+   !> Returns the cell of a value; at a level, the cell in which the curve is just after, or just before.
    pure real(wp) function cell_of(f, slope, period, sense, otherwise) result(cell)
       real(wp), intent(in) :: f, slope, period
-      !> 1: behind; -1: before.
+      !> 1: just after the position; -1: just before it.
       real(wp), intent(in) :: sense
-      !> Where neither f nor its slope says.
+      !> Cell to return if neither f nor its slope determines it.
       real(wp), intent(in) :: otherwise
       cell = aint(f/period)
       if (f - cell*period < 0.0_wp) then
@@ -187,10 +187,10 @@ contains
       end if
    end function cell_of
 
-   !> Looks for the next root behind a place. Errors: those of the curve.
+   !> Looks for the next root after a position. Errors: those of the curve.
    subroutine find_next(self, from, resolution, status)
       class(root_search_t), intent(inout) :: self
-      !> By value: it may be the root found last.
+      !> Start of the search; passed by value, since it may be the root found last.
       type(node_t), value :: from
       !> Round-off of a time, in steps.
       real(wp), intent(in) :: resolution
@@ -207,7 +207,7 @@ contains
       end if
    end subroutine find_next
 
-   !> The same with a period: cell by cell, to a root with the direction that is wanted.
+   !> Finds the next root of a function with a period: cell by cell, up to a root with the wanted direction.
    subroutine find_next_level(self, from, resolution, status)
       class(root_search_t), intent(inout) :: self
       type(node_t), value :: from
@@ -235,7 +235,7 @@ contains
       end do
    end subroutine find_next_level
 
-   !> One of two nodes.
+   !> Returns node a if `first`, else node b.
    pure type(node_t) function merge_nodes(a, b, first) result(node)
       type(node_t), intent(in) :: a, b
       logical, intent(in) :: first
@@ -243,18 +243,18 @@ contains
       if (first) node = a
    end function merge_nodes
 
-   !> The first root at one level.
+   !> Finds the first root at one level.
    subroutine find_at(self, level, from, side, to, resolution, found, root, status)
       class(root_search_t), intent(inout) :: self
-      !> In periods.
+      !> Level, in periods.
       real(wp), intent(in) :: level
-      !> f from the level of the event.
+      !> Ends of the search; f from the level of the event.
       type(node_t), intent(in) :: from, to
-      !> Of the level on which the function is at first.
+      !> Side of the level on which the function is at first.
       integer, intent(in) :: side
       real(wp), intent(in) :: resolution
       logical, intent(out) :: found
-      !> f from the level of the event.
+      !> Root; f from the level of the event.
       type(node_t), intent(out) :: root
       type(status_t), intent(inout) :: status
       type(node_t) :: a, b
@@ -283,7 +283,7 @@ contains
    pure subroutine leave_step(self, watched, length)
       class(root_search_t), intent(in) :: self
       type(watched_t), intent(inout) :: watched
-      !> s.
+      !> Length of the step, s.
       real(wp), intent(in) :: length
       watched%f = self%last%f
       watched%slope = self%last%slope/length
@@ -295,7 +295,7 @@ contains
       call subtract_periods(self, watched)
    end subroutine leave_step
 
-   !> Subtracts whole periods, that are whole turns, so that an angle keeps its digits however long it turns.
+   !> Subtracts whole periods that are whole revolutions, so that an angle keeps its digits however long it grows.
    pure subroutine subtract_periods(self, watched)
       class(root_search_t), intent(in) :: self
       type(watched_t), intent(inout) :: watched
@@ -316,9 +316,9 @@ contains
    pure subroutine leave_cut(self, watched, happened, slope_error, moved)
       class(root_search_t), intent(in) :: self
       type(watched_t), intent(inout) :: watched
-      !> The event happened there; the state there is not that at the start of the step.
+      !> The event happened at the cut; the state at the cut is not that at the start of the step.
       logical, intent(in) :: happened, moved
-      !> What the time may be off by, in steps.
+      !> Error of the time of the event, in steps.
       real(wp), intent(in) :: slope_error
       real(wp) :: cell, near
       logical :: is_here

@@ -44,7 +44,7 @@ module nutate_run
       !> The requested settings and goal; method and steps that they leave open are chosen for each end time.
       type(integrator_settings_t) :: requested
       type(run_goal_t), private :: goal
-      !> The sensitivities as they were given, where there are any: those of a tangent follow the body.
+      !> Sensitivities as they were given, if there are any: those of a tangent follow the body.
       type(variation_t), allocatable, private :: variations(:)
       class(step_policy_t), allocatable :: policy
    contains
@@ -56,7 +56,7 @@ module nutate_run
       procedure :: set_events
       !> Sets sensitivities to propagate; between `begin` and all else.
       procedure :: differentiate
-      !> Sets indicators of chaos to follow; at the same place.
+      !> Sets indicators of chaos to follow; between `differentiate`, if it is called, and all else.
       procedure :: follow_chaos
       !> Sets the plan for the next part of the run, from the current state.
       procedure :: set_plan
@@ -90,7 +90,7 @@ contains
    !> Integrates from `state` to the end time of a plan: by its time step, or by steps that keep to its goal.
    !>
    !> Errors: `NUTATE_BAD_ARGUMENT` for a step that leads away from the end, and for settings that a method cannot
-   !> honour; `NUTATE_STEP_LIMIT`; `NUTATE_NOT_CONVERGED` and others where no step is short enough; what the observer
+   !> honour; `NUTATE_STEP_LIMIT`; `NUTATE_NOT_CONVERGED` and others if no step is short enough; what the observer
    !> returned. `state` is then the last state reached.
    subroutine integrate_by_settings(system, settings, state, plan, status, observer, summary, events, chaos)
       type(system_t), intent(in) :: system
@@ -118,10 +118,10 @@ contains
    !> continues its previous steps. Errors as for `integrate_by_settings`.
    subroutine integrate_by_stepper(system, stepper, state, plan, status, observer, summary, events)
       type(system_t), intent(in) :: system
-      !> Prepared for `system`.
+      !> Stepper prepared for `system`.
       class(stepper_t), intent(inout), target :: stepper
       type(state_t), intent(inout) :: state
-      !> Without a goal.
+      !> Plan without a goal.
       type(run_plan_t), intent(in) :: plan
       type(status_t), intent(out) :: status
       class(observer_t), intent(inout), optional :: observer
@@ -157,15 +157,15 @@ contains
       if (plan%end_time < huge(plan%end_time)) call prepare_steps(self, system, status)
    end subroutine begin_by_settings
 
-   !> The same by fixed steps, with a copy of a stepper that is prepared already, perhaps of a method of one's
-   !> own.
+   !> Sets a plan and the first state, for fixed steps with a copy of a stepper that is already prepared, which may be a
+   !> user-defined method.
    subroutine begin_by_stepper(self, system, stepper, state, plan, status)
       class(run_t), intent(inout), target :: self
       type(system_t), intent(in) :: system
-      !> Prepared for `system`; it stays as it is.
+      !> Stepper prepared for `system`; it is not changed.
       class(stepper_t), intent(inout) :: stepper
       type(state_t), intent(in) :: state
-      !> Without a goal.
+      !> Plan without a goal.
       type(run_plan_t), intent(in) :: plan
       type(status_t), intent(out) :: status
       if (plan%goal%active()) then
@@ -182,10 +182,10 @@ contains
    !> Sets the plan for the next part of the run, from the current state; fixed steps continue the previous ones.
    !> Errors: those of `begin`.
    subroutine set_plan(self, system, plan, status)
-      !> Begun.
+      !> Run that has begun.
       class(run_t), intent(inout), target :: self
       type(system_t), intent(in) :: system
-      !> `first_time` and `steps_before` are those of the run.
+      !> Plan; `first_time` and `steps_before` are those of the run.
       type(run_plan_t), intent(in) :: plan
       type(status_t), intent(out) :: status
       type(run_plan_t) :: own
@@ -210,17 +210,17 @@ contains
       call prepare_steps(self, system, status)
    end subroutine set_plan
 
-   !> True where the next nominal step goes on from those before.
+   !> Returns true if the next nominal step continues the previous ones.
    pure logical function is_on_grid(self, time_step)
       class(run_t), intent(in) :: self
-      !> s.
+      !> Nominal length of a step, s.
       real(wp), intent(in) :: time_step
       is_on_grid = .not. (self%way%begun .or. self%plan%goal%active() .or. &
                           abs(self%plan%time_step - time_step) > 0.0_wp)
       if (is_on_grid) is_on_grid = .not. abs(end_of_step(self%progress_t, self%summary%steps) - self%state%t) > 0.0_wp
    end function is_on_grid
 
-   !> Prepares what takes the steps of the plan. Errors: those of `begin`.
+   !> Prepares the policy that takes the steps of the plan. Errors: those of `begin`.
    subroutine prepare_steps(self, system, status)
       class(run_t), intent(inout), target :: self
       type(system_t), intent(in) :: system
@@ -273,7 +273,7 @@ contains
       end associate
    end subroutine choose
 
-   !> Points the way to step to the stepper where that is now: the run may be a copy.
+   !> Points the policy to the present address of the stepper: the run may be a copy.
    subroutine point_to_stepper(self)
       class(run_t), intent(inout), target :: self
       select type (policy => self%policy)
@@ -285,7 +285,7 @@ contains
    !> Sets the events that the run locates. Errors: `NUTATE_BAD_ARGUMENT` for a switch of an effect that does not exist,
    !> and for switches in a run to an accuracy, whose trial runs do not locate events.
    subroutine set_events(self, events, system, status)
-      !> Begun.
+      !> Run that has begun.
       class(run_t), intent(inout), target :: self
       type(event_list_t), intent(in) :: events
       type(system_t), intent(in) :: system
@@ -294,12 +294,12 @@ contains
       call expect_events(self%progress_t, self%policy, events, system, status)
    end subroutine set_events
 
-   !> Sets sensitivities to propagate from here (`nutate_tangent`): `tangent` holds them. Errors, with no
-   !> sensitivities set: `NUTATE_BAD_ARGUMENT` for what has no derivative.
+   !> Sets sensitivities to propagate from here (`nutate_tangent`): `tangent` holds them. Errors, with no sensitivities
+   !> set: `NUTATE_BAD_ARGUMENT` for effects without a derivative.
    subroutine differentiate(self, variations, system, status)
-      !> Begun.
+      !> Run that has begun.
       class(run_t), intent(inout), target :: self
-      !> Shape (n).
+      !> Sensitivities to propagate; shape (n).
       type(variation_t), intent(in) :: variations(:)
       type(system_t), intent(in) :: system
       type(status_t), intent(out) :: status
@@ -330,7 +330,7 @@ contains
    !> Begins the sensitivities at the present state. Errors: those of `differentiate`.
    subroutine begin_sensitivities(self, variations, system, status)
       class(run_t), intent(inout), target :: self
-      !> Shape (n).
+      !> Sensitivities to propagate; shape (n).
       type(variation_t), intent(in) :: variations(:)
       type(system_t), intent(in) :: system
       type(status_t), intent(out) :: status
@@ -346,11 +346,11 @@ contains
       end if
    end subroutine begin_sensitivities
 
-   !> Follows indicators of chaos from here (`nutate_chaos`), by sensitivities of their own behind those that the run
-   !> carries: `summary%chaos` holds them. Does nothing for settings without exponents. Errors: `NUTATE_BAD_ARGUMENT`
-   !> for what has no derivative, and for a body at rest without a scale of momentum.
+   !> Follows indicators of chaos from here (`nutate_chaos`), by additional sensitivities after those that the run
+   !> propagates: `summary%chaos` holds them. Does nothing for settings without exponents. Errors: `NUTATE_BAD_ARGUMENT`
+   !> for effects without a derivative, and for a body at rest without a scale of momentum.
    subroutine follow_chaos(self, settings, system, status)
-      !> Begun, and differentiated where it is to be.
+      !> Run that has begun, and whose sensitivities are set, if it has any.
       class(run_t), intent(inout), target :: self
       type(chaos_settings_t), intent(in) :: settings
       type(system_t), intent(in) :: system
@@ -371,7 +371,7 @@ contains
       if (status%ok()) self%last_tangent = self%tangent
    end subroutine follow_chaos
 
-   !> Sets events, and what the wheels of a system bring with them.
+   !> Sets events, and those of the limits and samples of a system.
    subroutine expect_events(progress, policy, events, system, status)
       type(progress_t), intent(inout) :: progress
       class(step_policy_t), intent(inout) :: policy
@@ -412,14 +412,15 @@ contains
    !>
    !> Errors: those of the trial runs, and what the observer returned.
    recursive subroutine find_steps(self, system, status, observer, trial_observer)
-      !> Begun.
+      !> Run that has begun.
       class(run_t), intent(inout), target :: self
       type(system_t), intent(in) :: system
       type(status_t), intent(out) :: status
-      !> Its `poll` can end the search; the output points that it receives are the ends of trial runs.
+      !> Observer whose `poll` can end the search; the output points that it receives are the ends of trial runs.
       class(observer_t), intent(inout), optional :: observer
-      !> Of a run without events, wants the rows at steps alone, of several runs from their start to their end: where
-      !> trial runs were taken, the last that it was shown is the run, which is then at its end.
+      !> Observer for a run without events, which receives only the output points at steps, of several runs from their
+      !> start to their end. If trial runs were performed, the last one that it received is the run, which is then at
+      !> its end.
       class(observer_t), intent(inout), optional :: trial_observer
       type(progress_t) :: last
       if (.not. lacks_steps(self)) return
@@ -440,7 +441,7 @@ contains
       end select
    end subroutine find_steps
 
-   !> True where trial runs have to find the steps, and have not.
+   !> Returns true if trial runs have to find the steps, and have not yet.
    pure logical function lacks_steps(self)
       class(run_t), intent(in) :: self
       associate (goal => self%plan%goal)
@@ -452,9 +453,9 @@ contains
    !> Restores the checkpoint data that `save_checkpoint` of an observer received: the run continues from there. Errors:
    !> `NUTATE_BAD_ARGUMENT` for data of another run.
    subroutine resume(self, archive, status)
-      !> Begun in the same way as the run that was saved.
+      !> Run that has begun in the same way as the run that was saved.
       class(run_t), intent(inout), target :: self
-      !> Being read.
+      !> Checkpoint data, being read.
       class(archive_t), intent(inout) :: archive
       type(status_t), intent(out) :: status
       call point_to_stepper(self)
@@ -467,7 +468,7 @@ contains
    !> Runs to the end time; the observer receives output points, polls and checkpoint data. Errors: those of the steps
    !> and of trial runs; `NUTATE_STEP_LIMIT`; what the observer returned. The state is then the last one reached.
    subroutine run_to_end(self, system, status, observer)
-      !> Begun, with an end time.
+      !> Run that has begun, with an end time.
       class(run_t), intent(inout), target :: self
       type(system_t), intent(in) :: system
       type(status_t), intent(out) :: status
@@ -504,7 +505,7 @@ contains
    !> Uses the last run of a search as the run itself.
    subroutine use_last_run(self, last)
       class(run_t), intent(inout) :: self
-      !> At its end.
+      !> Last run, at its end.
       type(progress_t), intent(inout) :: last
       last%plan = self%plan
       last%summary%estimate = self%summary%estimate
@@ -517,10 +518,10 @@ contains
 
    !> Runs to a time from the current state. Errors: those of `begin` and `run_to_end`.
    subroutine run_to(self, system, t, status, observer)
-      !> Begun.
+      !> Run that has begun.
       class(run_t), intent(inout), target :: self
       type(system_t), intent(in) :: system
-      !> s.
+      !> End time, s.
       real(wp), intent(in) :: t
       type(status_t), intent(out) :: status
       class(observer_t), intent(inout), optional :: observer
@@ -535,7 +536,7 @@ contains
 
    !> Performs fixed steps from the current state. Errors: those of `begin` and `run_to_end`.
    subroutine run_steps(self, system, n, status, observer)
-      !> Begun, without a goal.
+      !> Run that has begun, without a goal.
       class(run_t), intent(inout), target :: self
       type(system_t), intent(in) :: system
       integer(long), intent(in) :: n
@@ -553,7 +554,7 @@ contains
    pure real(wp) function end_of_steps(self, n, time_step) result(t)
       class(run_t), intent(in) :: self
       integer(long), intent(in) :: n
-      !> s.
+      !> Nominal length of a step, s.
       real(wp), intent(in) :: time_step
       t = self%state%t + real(n, wp)*time_step
       if (is_on_grid(self, time_step)) t = end_of_step(self%progress_t, self%summary%steps + n)
@@ -562,7 +563,7 @@ contains
    !> Returns the number of fixed steps from here to a time, the last one shortened if necessary.
    pure integer(long) function steps_to(self, t, time_step) result(n)
       class(run_t), intent(in) :: self
-      !> s.
+      !> End time, and nominal length of a step, s.
       real(wp), intent(in) :: t, time_step
       type(run_plan_t) :: plan
       plan = run_plan_t(time_step=time_step, end_time=t)
@@ -576,11 +577,11 @@ contains
 
    !> Returns the state at a time inside the last step (dense output), to the accuracy of the method; later steps are
    !> unaffected. Errors: `NUTATE_BAD_ARGUMENT` for a time outside of the step, or one that has not been kept
-   !> (`keeps_dense_output`), and for sensitivities that the run does not carry.
+   !> (`keeps_dense_output`), and for sensitivities that the run does not propagate.
    subroutine state_at(self, system, t, state, status, tangent)
       class(run_t), intent(inout), target :: self
       type(system_t), intent(in) :: system
-      !> s.
+      !> Time inside the last step, s.
       real(wp), intent(in) :: t
       type(state_t), intent(out) :: state
       type(status_t), intent(out) :: status

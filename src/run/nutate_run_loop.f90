@@ -1,4 +1,4 @@
-!> What every run does around its steps, however they are chosen: limits, events, rows, polls and archives.
+!> Work of every run around its steps, however they are chosen: limits, events, output points, polls, checkpoint data.
 module nutate_run_loop
    use nutate_archive, only: archive_t
    use nutate_byte_archive, only: byte_archive_t
@@ -23,13 +23,13 @@ module nutate_run_loop
    public :: drive, transfer_run
 
    !> Rotation angle between two states, rad, that can be followed; longer rotations are watched in parts of half this
-   !> angle. And the greatest number of parts, some tenths of a millisecond: enough for every step that a method
+   !> angle. Greatest number of parts, which take some tenths of a millisecond: enough for every step that a method
    !> chooses.
    real(wp), parameter :: followed_angle = 3.0_wp, most_parts = 2e3_wp
 
 contains
 
-   !> Continues a run from where it is to its end, and leaves it with a state to be seen.
+   !> Continues a run from where it is to its end, and leaves it with a state projected for output.
    !>
    !> Errors: those of the steps, `NUTATE_STEP_LIMIT`, and what the observer returned. The state is then the last one
    !> reached.
@@ -74,7 +74,7 @@ contains
       end do
    end subroutine drive_switched
 
-   !> Lets controllers take the samples that are due, and those that were switched.
+   !> Lets controllers take their samples, if these are due or the controllers were switched.
    subroutine sample_state(policy, system, progress)
       class(step_policy_t), intent(inout) :: policy
       type(system_t), intent(inout) :: system
@@ -215,7 +215,7 @@ contains
       if (observer%saves_at_step_limit) call offer(progress, policy, observer, status)
    end subroutine end_at_limit
 
-   !> Takes a step back and ends the run where the observer rejects what the step has computed.
+   !> Takes a step back and ends the run if the observer rejects the step.
    subroutine vet_step(progress, policy, system, mark, observer, status)
       type(progress_t), intent(inout) :: progress
       class(step_policy_t), intent(inout) :: policy
@@ -300,7 +300,7 @@ contains
       progress%keeps_starts = waits .or. allocated(progress%plan%times) .or. progress%keeps_dense_output
    end subroutine see_ahead
 
-   !> Shows the output points in the step of the method that was accepted, and lets the observer watch the step.
+   !> Passes the output points in the accepted step of the method to the observer, and lets it watch the step.
    subroutine observe_step(progress, policy, system, watched, ends, over, observer, status)
       type(progress_t), intent(inout) :: progress
       class(step_policy_t), intent(inout) :: policy
@@ -325,7 +325,7 @@ contains
       end associate
    end subroutine observe_step
 
-   !> Shows the present state as an output point.
+   !> Passes the present state to the observer as an output point.
    subroutine observe_end(progress, policy, system, watched, observer, status)
       type(progress_t), intent(inout) :: progress
       class(step_policy_t), intent(inout) :: policy
@@ -344,7 +344,7 @@ contains
       call observer%observe(system, seen, progress%record, status)
    end subroutine observe_end
 
-   !> Shows the first output point, unless the run was resumed behind it, or the plan has other times.
+   !> Passes the first output point to the observer, unless the run was resumed after it, or the plan has other times.
    subroutine observe_first(progress, policy, system, observer, status)
       type(progress_t), intent(inout) :: progress
       class(step_policy_t), intent(inout) :: policy
@@ -386,8 +386,9 @@ contains
       end associate
    end subroutine find_row
 
-   !> Shows the output points at intervals, or at times of the plan, inside the last step. Errors: `NUTATE_STEP_LIMIT`
-   !> if there are more of them at intervals than the plan allows steps; those of the method, and of the observer.
+   !> Passes the output points at intervals, or at times of the plan, inside the last step to the observer. Errors:
+   !> `NUTATE_STEP_LIMIT` if there are more of them at intervals than the plan allows steps; those of the method, and of
+   !> the observer.
    subroutine observe_inside(progress, policy, system, watched, observer, status)
       type(progress_t), intent(inout) :: progress
       class(step_policy_t), intent(inout) :: policy

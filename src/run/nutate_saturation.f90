@@ -1,7 +1,8 @@
-!> Limits of what controllers ask for at all times, as events of a run: of the torque, of the moment of magnetorquers,
-!> of the torque of motors. At its limit a component stays there until the law asks for less. A motor whose wheel is at
-!> the limit of its speed is watched too: it gives nothing as long as the law asks to push the wheel further. And where
-!> e₀ passes zero a law jumps, with limits or without: between its zeros its sign is held.
+!> Limits of the commands of controllers that act at all times, as events of a run: of the torque, of the moment of
+!> magnetorquers, of the torque of motors. A component at its limit stays there until the control law requires less. A
+!> motor whose wheel is at the limit of its speed is watched too: it gives no torque as long as the control law would
+!> push the wheel further. With limits or without, a control law jumps when e₀ passes zero: between its zeros the sign
+!> of e₀ is held.
 module nutate_saturation
    use nutate_effect_list, only: effect_list_t
    use nutate_kinds, only: wp, eps
@@ -17,17 +18,17 @@ module nutate_saturation
 
    public :: add_saturations, can_jump, can_saturate, count_saturations, free_senses, note_saturations
 
-   !> What is farther from its limit than this part of it was not found there: it has jumped.
+   !> Distance of a command from its limit, over the limit, beyond which the command has jumped.
    real(wp), parameter :: near = 1e-3_wp
 
    !> Round-off of e₀, of unit quaternions.
    real(wp), parameter :: zero_scalar = 8*eps
 
-   !> What a law asks for comes to a limit or leaves it, or changes its sign.
+   !> Event: the command of a control law reaches a limit or leaves it, or changes its sign.
    type, extends(limit_event_t) :: saturation_event_t
-      !> Which torque of the system, and which component; or 0, and which wheel.
+      !> Index of the torque in the system, and of its component; or 0, and the index of the wheel.
       integer :: torque = 0, place = 0
-      !> 1: to the limit or from it; -1: to that below zero or from it; 0: through zero.
+      !> 1: to the positive limit or from it; -1: to the negative limit or from it; 0: through zero.
       integer :: side = 0
    contains
       procedure :: value => asked_amount
@@ -38,9 +39,9 @@ module nutate_saturation
       procedure :: side_held => side_of_cut
    end type saturation_event_t
 
-   !> e₀ of a controller passes zero.
+   !> Event: e₀ of a controller passes zero.
    type, extends(limit_event_t) :: turnover_event_t
-      !> Which torque of the system.
+      !> Index of the torque in the system.
       integer :: torque = 0
    contains
       procedure :: value => error_scalar
@@ -50,7 +51,7 @@ module nutate_saturation
 
 contains
 
-   !> True if a controller that acts at all times has a limit.
+   !> Returns true if a controller that acts at all times has a limit.
    pure logical function can_saturate(effects)
       type(effect_list_t), intent(in) :: effects
       integer :: i
@@ -60,14 +61,14 @@ contains
       end do
    end function can_saturate
 
-   !> True for a torque that a law gives at all times up to a limit.
+   !> Returns true for a torque that a control law gives at all times, up to a limit.
    pure logical function is_limited(torque)
       class(torque_t), intent(in) :: torque
       is_limited = torque%n_limited() > 0 .and. torque%limit < huge(torque%limit)
    end function is_limited
 
-   !> Adds the events of all such limits to a list: both limits come to, both left; of a wheel with a limit of its
-   !> speed what the law asks for passes zero.
+   !> Adds to a list the events of all limits of commands: each of both limits is reached, or left; e₀ passes zero; for
+   !> a wheel with a limit of its speed, the command of the control law passes zero.
    subroutine add_saturations(effects, events)
       type(effect_list_t), intent(in) :: effects
       type(limit_slot_t), allocatable, intent(inout) :: events(:)
@@ -98,14 +99,14 @@ contains
       end do
    end subroutine add_saturations
 
-   !> True where the law of a controller, at all times, jumps with the sign of e₀.
+   !> Returns true if a control law that acts at all times jumps with the sign of e₀.
    pure logical function can_jump(effects)
       type(effect_list_t), intent(in) :: effects
       integer :: i
       can_jump = any([(effects%torques(i)%item%can_jump(), i=1, effects%n_torques)])
    end function can_jump
 
-   !> Lets the laws follow the sign of e₀, for steps that no run watches over.
+   !> Lets the control laws follow the sign of e₀, for steps that no run watches.
    pure subroutine free_senses(effects)
       type(effect_list_t), intent(inout) :: effects
       integer :: i
@@ -114,7 +115,7 @@ contains
       end do
    end subroutine free_senses
 
-   !> What the limit of a controller is one of.
+   !> Returns the name of the limit of a controller: that of a torque, or of a moment.
    pure function name_of(effects, i) result(name)
       type(effect_list_t), intent(in) :: effects
       integer, intent(in) :: i
@@ -123,10 +124,10 @@ contains
       if (effects%torques(i)%item%limits_moment()) name = 'limit of moment'
    end function name_of
 
-   !> A controller in messages: by its name, or as the n-th one.
+   !> Returns the description of a controller for messages: its name, or its number.
    pure function controller_words(effects, i) result(words)
       type(effect_list_t), intent(in) :: effects
-      !> Which torque it is.
+      !> Index of its torque.
       integer, intent(in) :: i
       character(len=40) :: words
       integer :: k
@@ -134,7 +135,7 @@ contains
       if (effects%torques(i)%item%label /= '') words = "controller '"//trim(effects%torques(i)%item%label)//"'"
    end function controller_words
 
-   !> The controller that drives the motors at all times; there is one at most.
+   !> Returns the description of the controller that drives the motors at all times; there is at most one.
    pure function driver(effects) result(words)
       type(effect_list_t), intent(in) :: effects
       character(len=40) :: words
@@ -145,7 +146,7 @@ contains
       end do
    end function driver
 
-   !> Adds the events of a limit and of that below zero: what is asked for comes to it, with a name, or leaves it.
+   !> Adds the events of a limit and of the negative limit: the command reaches it (an event with a name), or leaves it.
    subroutine add_sides(form, limit, events)
       type(saturation_event_t), intent(in) :: form
       real(wp), intent(in) :: limit
@@ -179,7 +180,7 @@ contains
       call move_alloc(grown, events)
    end subroutine add_one
 
-   !> Returns what the law asks for.
+   !> Returns the command of the control law.
    pure real(wp) function asked_amount(self, system, motion) result(amount)
       class(saturation_event_t), intent(in) :: self
       type(system_t), intent(in) :: system
@@ -189,7 +190,7 @@ contains
       amount = amounts(self%component())
    end function asked_amount
 
-   !> Returns the index of the torque, or that of the wheel below zero.
+   !> Returns the index of the torque, or minus the index of the wheel.
    pure integer function driven_torque(self)
       class(saturation_event_t), intent(in) :: self
       driven_torque = merge(self%torque, -self%place, self%torque > 0)
@@ -201,7 +202,7 @@ contains
       axis_of_amount = merge(self%place, 1, self%torque > 0)
    end function axis_of_amount
 
-   !> Returns all components of what the law asks for, or the one of a motor; shape (3).
+   !> Returns all components of the command of the control law, or the one of a motor; shape (3).
    pure function asked_amounts(self, system, motion) result(amounts)
       class(saturation_event_t), intent(in) :: self
       type(system_t), intent(in) :: system
@@ -223,8 +224,8 @@ contains
       scalar = system%effects%torques(self%torque)%item%error_scalar(motion%state%t, quat_normalized(motion%state%q))
    end function error_scalar
 
-   !> The side of an amount on which a component at its limit, or within it, leaves it; that of zero where a motor whose
-   !> wheel is at the limit of its speed gives nothing, or brakes.
+   !> Returns the side of its level on which a command is: of a limit, by whether the component is at it or within it;
+   !> of zero, by whether a motor whose wheel is at the limit of its speed gives no torque or brakes.
    pure integer function side_of_cut(self, system) result(side)
       class(saturation_event_t), intent(in) :: self
       type(system_t), intent(in) :: system
@@ -252,7 +253,7 @@ contains
       side = system%effects%torques(self%torque)%item%sense
    end function side_of_sense
 
-   !> The law has jumped: what is at a limit is found anew.
+   !> Holds the new sign of e₀, at which the control law jumps, and finds anew which commands are at a limit.
    pure subroutine settle_turnover(self, system, state)
       class(turnover_event_t), intent(in) :: self
       type(system_t), intent(inout) :: system
@@ -261,12 +262,12 @@ contains
       call find_saturations(system, state)
    end subroutine settle_turnover
 
-   !> Gives a controller, and the motors that it drives, the sign of e₀.
+   !> Sets the sign of e₀ of a controller, and of the motors that it drives.
    pure subroutine hold_sense(effects, torque, sense)
       type(effect_list_t), intent(inout) :: effects
-      !> Which one.
+      !> Index of the torque of the controller.
       integer, intent(in) :: torque
-      !> 1 or -1; 0: it follows e₀.
+      !> Sign of e₀, 1 or -1; 0: the control law follows e₀.
       integer, intent(in) :: sense
       integer :: i
       call effects%torques(torque)%item%hold_sense(sense)
@@ -276,7 +277,7 @@ contains
       end do
    end subroutine hold_sense
 
-   !> Finds out what is at its limit, whichever side of it round-off has put the event on.
+   !> Sets whether the command is at its limit, on whichever side of the limit round-off has put the event.
    pure subroutine settle_saturation(self, system, state)
       class(saturation_event_t), intent(in) :: self
       type(system_t), intent(inout) :: system
@@ -302,10 +303,11 @@ contains
       call count_saturations(system%effects, state%t)
    end subroutine settle_saturation
 
-   !> Counts what laws at all times have at their limits: to be called before and behind changes of limits and switches.
+   !> Counts the commands at their limits, of control laws that act at all times; called before and after changes of
+   !> limits and switches.
    pure subroutine count_saturations(effects, t)
       type(effect_list_t), intent(inout) :: effects
-      !> s.
+      !> Time, s.
       real(wp), intent(in) :: t
       integer :: i
       do i = 1, effects%n_torques
@@ -316,7 +318,7 @@ contains
       end do
    end subroutine count_saturations
 
-   !> The side on which an amount is cut off behind an event.
+   !> Returns the side on which a command is cut off after an event.
    pure integer function cut_behind(event, amount, limit) result(cut)
       class(saturation_event_t), intent(in) :: event
       real(wp), intent(in) :: amount, limit
@@ -327,7 +329,8 @@ contains
       end if
    end function cut_behind
 
-   !> Finds out on which side of zero each e₀ is, and what is at, or beyond, its limit. The limits of wheels are known.
+   !> Finds out on which side of zero each e₀ is, and which commands are at, or beyond, their limits. The limits of
+   !> wheels have to be known.
    pure subroutine note_saturations(system, state)
       type(system_t), intent(inout) :: system
       type(state_t), intent(in) :: state
@@ -338,10 +341,11 @@ contains
       call find_saturations(system, state)
    end subroutine note_saturations
 
-   !> sgn(e₀) of a controller; where e₀ is zero but for round-off, half a turn from the target, that to which it goes.
+   !> Returns sgn(e₀) of a controller; if e₀ is zero but for round-off, half a revolution from the target, the sign of
+   !> its rate.
    pure integer function sense_at(system, torque, state) result(sense)
       type(system_t), intent(in) :: system
-      !> Which one.
+      !> Index of the torque of the controller.
       integer, intent(in) :: torque
       type(state_t), intent(in) :: state
       type(turnover_event_t) :: turnover
@@ -354,7 +358,7 @@ contains
       sense = merge(-1, 1, scalar < 0.0_wp)
    end function sense_at
 
-   !> Finds out what is at, or beyond, its limit.
+   !> Finds out which commands are at, or beyond, their limits.
    pure subroutine find_saturations(system, state)
       type(system_t), intent(inout) :: system
       type(state_t), intent(in) :: state

@@ -1,5 +1,5 @@
-!> Limits of the speed of wheels, as events of a run: where a wheel comes to its limit its motor stops pushing, and
-!> where it has fallen by a hundredth of it the motor may push again.
+!> Limits of the speed of wheels, as events of a run: the motor of a wheel that reaches its limit stops pushing; once
+!> the speed has fallen by a hundredth of the limit, the motor may push again.
 module nutate_speed_limits
    use nutate_effect_list, only: effect_list_t
    use nutate_kinds, only: wp
@@ -15,9 +15,9 @@ module nutate_speed_limits
 
    public :: add_speed_limits, has_speed_limits, find_speed_limits
 
-   !> The speed of a wheel comes to a limit, or leaves it.
+   !> Event: the speed of a wheel reaches a limit, or leaves it.
    type, extends(limit_event_t) :: speed_event_t
-      !> Which wheel, and what becomes of its `at_limit`.
+      !> Index of the wheel, and the new value of its `at_limit`.
       integer :: wheel = 0, becomes = 0
    contains
       procedure :: value => speed
@@ -28,7 +28,7 @@ module nutate_speed_limits
 
 contains
 
-   !> True if a wheel has a limit of its speed.
+   !> Returns true if a wheel has a limit of its speed.
    pure logical function has_speed_limits(effects)
       type(effect_list_t), intent(in) :: effects
       integer :: i
@@ -43,7 +43,7 @@ contains
       is_limited = wheel%speed_limit < huge(wheel%speed_limit)
    end function is_limited
 
-   !> Adds the events of all wheels that have a limit to a list: both limits come to, both left.
+   !> Adds to a list the events of all wheels that have a limit: each of both limits is reached, or left.
    subroutine add_speed_limits(effects, events)
       type(effect_list_t), intent(in) :: effects
       type(limit_slot_t), allocatable, intent(inout) :: events(:)
@@ -94,7 +94,7 @@ contains
       end do
    end subroutine find_speed_limits
 
-   !> A motor that a law drives at all times minds the limit itself.
+   !> Sets the `at_limit` of the wheel; blocks its motor if a control law would push the wheel beyond the limit.
    pure subroutine settle_speed(self, system, state)
       class(speed_event_t), intent(in) :: self
       type(system_t), intent(inout) :: system
@@ -103,10 +103,10 @@ contains
       call block_motor(system, self%wheel, state)
    end subroutine settle_speed
 
-   !> Finds out whether a law asks to push a wheel beyond its limit.
+   !> Blocks the motor of a wheel if its control law would push the wheel beyond its limit.
    pure subroutine block_motor(system, i, state)
       type(system_t), intent(inout) :: system
-      !> Which wheel.
+      !> Index of the wheel.
       integer, intent(in) :: i
       type(state_t), intent(in) :: state
       type(motion_t) :: motion
@@ -134,8 +134,8 @@ contains
       speed_rate = system%effects%wheels(self%wheel)%speed_of(motion%wheel_rate(self%wheel), motion%acceleration)
    end function speed_rate
 
-   !> As far as motors and the body's own acceleration can change it, with a quarter more for the errors of a computed
-   !> motion.
+   !> Returns true if motors and the body's own acceleration cannot bring the speed to its level in the time, with a
+   !> quarter more for the errors of a computed motion.
    pure logical function speed_is_out_of_reach(self, speeds, f, time) result(stays)
       class(speed_event_t), intent(in) :: self
       type(speed_bounds_t), intent(in) :: speeds

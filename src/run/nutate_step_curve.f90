@@ -1,9 +1,9 @@
 !> The function of an event along a step of the method, its angles followed continuously.
 !>
-!> An angle is known but for whole turns. Its derivative at two places says by how much it changes between them, and
-!> that chooses the turn, if the cubic through both is right at the place in the middle as well, in value and
-!> derivative; where it is not, both halves are followed in turn. So each place with its turns known is an anchor for
-!> those beside it.
+!> An angle is known except for whole revolutions. The derivatives at two positions give the change between them, and
+!> that determines the revolution, if the cubic through both is right at the position in the middle as well, in value
+!> and derivative; if it is not, both halves are followed one after the other. Each position with known revolutions is
+!> thus an anchor for those beside it.
 module nutate_step_curve
    use nutate_event, only: CROSSING, most_parts, part_t
    use nutate_event_roots, only: curve_t
@@ -20,22 +20,22 @@ module nutate_step_curve
 
    public :: step_curve_t
 
-   !> Halvings of a step, by evaluations that cost much less than it and by others; the turn of the body in a part, rad,
-   !> that the first do not leave as it is.
+   !> Largest number of halvings of a step, with evaluations that cost much less than the step and with others; rotation
+   !> of the body in a part, rad, above which cheap evaluations halve the part.
    integer, parameter :: deepest_cheap = 10, deepest = 6
    real(wp), parameter :: great_turn = 1.5_wp
 
-   !> What the cubic may be off by in the middle, over the wrap.
+   !> Largest error of the cubic in the middle, over the wrap.
    real(wp), parameter :: near = 0.01_wp
-   !> Parts in which an angle and the body turn by less, over the wrap and in rad, and the angle as its derivatives at
-   !> both ends say, need no look at the middle.
+   !> Largest deviation of an angle from the change by its derivatives at both ends, and largest change, over the wrap,
+   !> and largest rotation of the body, rad, in parts that need no evaluation in the middle.
    real(wp), parameter :: calm = 0.05_wp, small_change = 0.25_wp, small_turn = 1.0_wp
 
-   !> A place of the step.
+   !> Position in the step.
    type :: anchor_t
-      !> In steps.
+      !> Position, in steps.
       real(wp) :: s = 0.0_wp
-      !> Rates by s.
+      !> Parts of the function, with rates by s.
       type(part_t) :: parts(most_parts) = part_t()
    end type anchor_t
 
@@ -45,11 +45,11 @@ module nutate_step_curve
       type(system_t), pointer :: system => null()
       type(progress_t), pointer :: progress => null()
       type(run_point_t), pointer :: mark => null()
-      !> Which event.
+      !> Index of the event.
       integer :: event = 0
-      !> The level that is looked for, from that of the event: whole periods.
+      !> Level that is looked for, relative to that of the event: whole periods.
       real(wp) :: shift = 0.0_wp
-      !> Parts have wraps: then the places where their turns are known.
+      !> Parts have wraps; if so, number of anchors, and the positions where the revolutions of the parts are known.
       logical :: follows = .false.
       integer :: n = 0
       type(anchor_t), allocatable :: anchors(:)
@@ -57,7 +57,7 @@ module nutate_step_curve
       !> Stores both ends of the step, and follows the angles from one to the other.
       procedure :: join
       procedure :: evaluate
-      !> The parts at a place, as near as the anchors say.
+      !> Returns the parts at a position, interpolated between the anchors.
       procedure :: expect
    end type step_curve_t
 
@@ -66,11 +66,12 @@ contains
    !> Stores both ends of the step, and follows the angles from one to the other. Errors: those of the method.
    subroutine join(self, first, last, turn, status)
       class(step_curve_t), intent(inout) :: self
-      !> Rates by the time.
+      !> Parts at the start of the step, with rates by the time.
       type(part_t), intent(in) :: first(most_parts)
-      !> The same; on return with the turns that follow from the first.
+      !> Parts at the end of the step, with rates by the time; on return with the revolutions that follow from the
+      !> first.
       type(part_t), intent(inout) :: last(most_parts)
-      !> Of the body in the step, rad.
+      !> Rotation of the body in the step, rad.
       real(wp), intent(in) :: turn
       type(status_t), intent(inout) :: status
       type(anchor_t) :: b
@@ -89,14 +90,14 @@ contains
       end associate
    end subroutine join
 
-   !> Follows the angles from the last anchor to a place, which becomes the last.
+   !> Follows the angles from the last anchor to a position, which becomes the last anchor.
    recursive subroutine follow(self, b, turn, halvings, status)
       class(step_curve_t), intent(inout) :: self
-      !> Its turns not known.
+      !> Position whose revolutions are not known.
       type(anchor_t), value :: b
-      !> Of the body in the step, rad.
+      !> Rotation of the body in the step, rad.
       real(wp), intent(in) :: turn
-      !> At most.
+      !> Largest number of halvings.
       integer, intent(in) :: halvings
       type(status_t), intent(inout) :: status
       type(anchor_t) :: a, middle
@@ -121,10 +122,10 @@ contains
       self%anchors(self%n) = b
    end subroutine follow
 
-   !> True if angles change by so little, and so steadily, that there is no doubt of their turns.
+   !> Returns true if angles change by so little, and so steadily, that their revolutions are certain.
    pure logical function is_calm(a, b, turn)
       type(anchor_t), intent(in) :: a, b
-      !> Of the body in the step, rad.
+      !> Rotation of the body in the step, rad.
       real(wp), intent(in) :: turn
       real(wp) :: width
       integer :: i
@@ -139,9 +140,9 @@ contains
       end do
    end function is_calm
 
-   !> True if the cubic through two places is right in the middle of them.
+   !> Returns true if the cubic through two positions is right in the middle of them.
    pure logical function leads_through(a, middle, b)
-      !> The middle with its turns not known.
+      !> Both ends, and the middle, whose revolutions are not known.
       type(anchor_t), intent(in) :: a, middle, b
       real(wp) :: expected(most_parts), width, slope, off
       integer :: i
@@ -159,7 +160,7 @@ contains
       end do
    end function leads_through
 
-   !> Hermite's cubic between two places; shape (most_parts).
+   !> Returns Hermite's cubic between two positions; shape (most_parts).
    pure function between(a, b, s) result(values)
       type(anchor_t), intent(in) :: a, b
       real(wp), intent(in) :: s
@@ -172,7 +173,7 @@ contains
                x*x*((1 + 2*y)*b%parts%value - (y*width)*b%parts%rate)
    end function between
 
-   !> The parts at a place, as near as the anchors say; shape (most_parts).
+   !> Returns the parts at a position, interpolated between the anchors; shape (most_parts).
    pure function expect(self, s) result(values)
       class(step_curve_t), intent(in) :: self
       real(wp), intent(in) :: s
@@ -191,7 +192,7 @@ contains
       values = between(self%anchors(low), self%anchors(high), s)
    end function expect
 
-   !> The function of an event at a place inside the step, from the level that is looked for.
+   !> Evaluates the function of an event at a position inside the step, relative to the level that is looked for.
    subroutine evaluate(self, s, f, slope, status)
       class(step_curve_t), intent(inout) :: self
       real(wp), intent(in) :: s
@@ -211,7 +212,8 @@ contains
       slope = sum(parts%rate)
    end subroutine evaluate
 
-   !> The parts of the function at a place inside the step, angles as they come, and their derivatives by s.
+   !> Evaluates the parts of the function at a position inside the step, and their derivatives by s; angles are not
+   !> followed.
    subroutine evaluate_at(self, s, parts, status)
       class(step_curve_t), intent(inout) :: self
       real(wp), intent(in) :: s

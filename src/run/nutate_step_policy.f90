@@ -1,4 +1,4 @@
-!> What a run asks of a policy, that chooses and takes the steps: by a fixed length (`nutate_fixed_steps`), by their
+!> Interface of the policies that choose and take the steps of a run: by a fixed length (`nutate_fixed_steps`), by their
 !> error (`nutate_error_control`).
 module nutate_step_policy
    use nutate_archive, only: archive_t
@@ -18,22 +18,22 @@ module nutate_step_policy
    type, abstract :: step_policy_t
       !> Steps, or parts of steps that are subdivided, between two calls of the observer's `poll`.
       integer(long) :: steps_per_poll = 1
-      !> `state_inside` can be asked at all times of a step: by dense output.
+      !> `state_inside` is available at all times of a step, by dense output.
       logical :: is_dense = .false.
       !> `state_inside` costs much less than a step.
       logical :: evaluates_cheaply = .false.
-      !> No step is longer, s.
+      !> Upper bound on the length of steps, s.
       real(wp) :: longest_step = huge(1.0_wp)
    contains
       !> Moves a run by one step.
       procedure(move_on), deferred :: advance
       !> Evaluates the state at a time inside the last step of the method, for an output point or for events.
       procedure(evaluate), deferred :: state_inside
-      !> Makes the state that the last step left fit to be seen.
+      !> Projects the state at the end of the last step for output.
       procedure :: project_for_output => leave_state
-      !> Gets ready for events: each call of `advance` then ends at the first end of a step of the method.
+      !> Prepares for events: each call of `advance` then ends at the first end of a step of the method.
       procedure(get_ready), deferred :: expect_events
-      !> Repeats that step, shorter.
+      !> Repeats the last step of the method, shorter.
       procedure(repeat_part), deferred :: retake
       !> Moves the sensitivities of a run over the step of the method that was accepted last.
       procedure(propagate_sensitivities), deferred :: propagate
@@ -41,7 +41,7 @@ module nutate_step_policy
       procedure(set_system), deferred :: renew
       !> Notes that torques and motors hold other values.
       procedure(update_values), deferred :: update_commands
-      !> Shows to an archive what the next steps depend on.
+      !> Writes or reads the data on which the next steps depend in checkpoint data.
       procedure(transfer_memory), deferred :: transfer
    end type step_policy_t
 
@@ -52,9 +52,9 @@ module nutate_step_policy
          import :: step_policy_t, system_t, progress_t, status_t, observer_t
          class(step_policy_t), intent(inout) :: self
          type(system_t), intent(in) :: system
-         !> Not at its end.
+         !> Run that is not at its end.
          type(progress_t), intent(inout) :: progress
-         !> Success on entry: what is passed down is not set to success again in every call.
+         !> Success on entry: a status that is passed down is not set to success again in every call.
          type(status_t), intent(inout) :: status
          !> Watches parts of steps.
          class(observer_t), intent(inout), optional :: observer
@@ -65,9 +65,9 @@ module nutate_step_policy
          import :: step_policy_t, system_t, state_t, progress_t, status_t
          class(step_policy_t), intent(inout) :: self
          type(system_t), intent(in) :: system
-         !> The start of the step.
+         !> State at the start of the step.
          type(state_t), intent(in) :: before
-         !> At its end; sensitivities at its start on entry.
+         !> Run at the end of the step; its sensitivities are those at the start of the step on entry.
          type(progress_t), intent(inout) :: progress
          !> Success on entry.
          type(status_t), intent(inout) :: status
@@ -77,7 +77,7 @@ module nutate_step_policy
          import :: step_policy_t, system_t, progress_t, status_t
          class(step_policy_t), intent(inout) :: self
          type(system_t), intent(in) :: system
-         !> Started.
+         !> Run that was started.
          type(progress_t), intent(inout) :: progress
          !> Success on entry.
          type(status_t), intent(inout) :: status
@@ -88,9 +88,9 @@ module nutate_step_policy
          import :: step_policy_t, system_t, progress_t, run_point_t, run_record_t, state_t, status_t, tangent_t, wp
          class(step_policy_t), intent(inout) :: self
          type(system_t), intent(in) :: system
-         !> At the end of the step.
+         !> Run at the end of the step.
          type(progress_t), intent(in) :: progress
-         !> s.
+         !> Time inside the step, s.
          real(wp), intent(in) :: t
          type(state_t), intent(inout) :: state
          !> Success on entry.
@@ -109,9 +109,9 @@ module nutate_step_policy
          import :: step_policy_t, system_t, progress_t, status_t, wp
          class(step_policy_t), intent(inout) :: self
          type(system_t), intent(in) :: system
-         !> As it was before that step.
+         !> Run as it was before that step.
          type(progress_t), intent(inout) :: progress
-         !> s.
+         !> Time at which the repeated part ends, s.
          real(wp), intent(in) :: t_end
          !> Success on entry.
          type(status_t), intent(inout) :: status
@@ -140,7 +140,7 @@ module nutate_step_policy
 
 contains
 
-   !> For policies whose steps leave the state as it is to be seen.
+   !> Leaves the state as it is, for policies whose steps need no projection for output.
    subroutine leave_state(self, system, state)
       class(step_policy_t), intent(inout) :: self
       type(system_t), intent(in) :: system

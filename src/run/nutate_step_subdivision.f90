@@ -1,4 +1,4 @@
-!> Moves a state by a length: in one step of a method, or, where that fails, in parts as short as need be.
+!> Moves a state by a length: in one step of a method, or, if that fails, in parts as short as necessary.
 module nutate_step_subdivision
    use nutate_failure_causes, only: add_cause
    use nutate_kinds, only: wp, long
@@ -13,9 +13,9 @@ module nutate_step_subdivision
 
    public :: go_inside, spare_tries, perform_next_part, try, try_piece
 
-   !> A step that fails is subdivided into up to 2**deepest_level parts. A part can be followed where it turns the
-   !> body by less than about 2 rad: what fails in a 1024th of a step fails for another reason, or was meant to be
-   !> another step.
+   !> A step that fails is subdivided into up to 2**deepest_level parts. A part can be followed if it rotates the body
+   !> by less than about 2 rad: a step that fails in 1024 parts fails for another reason, or was meant to be another
+   !> step.
    integer, parameter :: deepest_level = 10
    !> Lengths that continuation may try whatever the limit of steps: a step in 1024 parts needs about so many, and is
    !> not to fail for a small limit. Beyond, and beyond ten times the steps allowed, a step is not subdivided further:
@@ -24,7 +24,7 @@ module nutate_step_subdivision
 
 contains
 
-   !> Moves the state by `length` in one step, or, where that fails, by the first part of it that does not.
+   !> Moves the state by `length` in one step, or, if that fails, by the first part of it that does not.
    subroutine try_piece(stepper, system, progress, length, status)
       class(stepper_t), intent(inout) :: stepper
       type(system_t), intent(in) :: system
@@ -49,7 +49,7 @@ contains
       end if
    end subroutine try_piece
 
-   !> A step of the method, with the lengths that it tried by continuation.
+   !> Takes a step of the method, and counts the lengths that it tried by continuation.
    subroutine try(stepper, system, progress, length, status)
       class(stepper_t), intent(inout) :: stepper
       type(system_t), intent(in) :: system
@@ -68,9 +68,9 @@ contains
    subroutine perform_next_part(stepper, system, progress, status)
       class(stepper_t), intent(inout) :: stepper
       type(system_t), intent(in) :: system
-      !> The level of its way is 0 again at the end of the piece.
+      !> Run; the level of its way is 0 again at the end of the piece.
       type(progress_t), intent(inout) :: progress
-      !> On entry: why the last try failed, if it did.
+      !> Failure of the last try, if it failed, on entry.
       type(status_t), intent(inout) :: status
       type(status_t), parameter :: success = status_t()
       character(len=12) :: parts
@@ -106,19 +106,19 @@ contains
 
    !> Moves the start of the last step to a time inside of it, by one step or more. Errors: those of the stepper.
    subroutine go_inside(stepper, system, parts, t, end_time, state, work, status, works, tangent)
-      !> Used for nothing else.
+      !> Stepper that is used for nothing else.
       class(stepper_t), intent(inout) :: stepper
       type(system_t), intent(in) :: system
       !> Number of steps.
       integer, intent(in) :: parts
-      !> s, and that of the end of the step.
+      !> Time inside the step, and of its end, s.
       real(wp), intent(in) :: t, end_time
       type(state_t), intent(inout) :: state
-      !> To which theirs is added, J.
+      !> Work, J, to which that of these steps is added.
       real(wp), intent(inout) :: work
       type(status_t), intent(inout) :: status
       real(wp), intent(inout), optional :: works(:)
-      !> Moved along.
+      !> Sensitivities, moved along with the state.
       type(tangent_t), intent(inout), optional :: tangent
       type(state_t) :: before
       real(wp) :: length, middle

@@ -1,11 +1,11 @@
-!> All attitudes in which a body with rotors and wheels rests in the space axes, which may turn: on a circular orbit its
-!> relative equilibria. They are the critical points, over the rotations, of the effective potential
+!> All attitudes in which a body with rotors and wheels rests in the space axes, which may rotate: on a circular orbit,
+!> its relative equilibria. They are the critical points, over the rotations, of the effective potential
 !>
 !>     W = V - ½Ω·JΩ - h·Ω,   Ω = Rᵀω,
 !>
-!> with ω the rate of the space axes and h the momentum of rotors and wheels against the body. Newton's method solves
-!> L̇ = 0 from many attitudes; the derivatives are those of the linearised motion. By Morse's theory the critical points
-!> with an even and an odd number of negative directions are as many. Where a direction is flat, W along its valley
+!> with ω the rate of the space axes and h the momentum of rotors and wheels against the body. Newton's method solves L̇
+!> = 0 from many attitudes; the derivatives are those of the linearised motion. By Morse's theory there are as many
+!> critical points with an even as with an odd number of negative directions. If a direction is flat, W along its valley
 !> decides; a constant W means a curve of equilibria.
 module nutate_equilibria
    use nutate_attitude, only: quat_from_rotation_vector
@@ -30,7 +30,7 @@ module nutate_equilibria
       real(wp) :: energy = 0.0_wp
       !> Negative directions of W: 0 at a minimum, which is stable.
       integer :: index = 0
-      !> A direction of W is flat to second order: equilibria part or vanish here. Its attitude is good to 1e-5 rad.
+      !> A direction of W is flat to second order: equilibria part or vanish here. The attitude is good to 1e-5 rad.
       logical :: degenerate = .false.
       !> The largest real part of the eigenvalues of the linearised motion, 1/s; 0: stable to first order.
       real(wp) :: growth = 0.0_wp
@@ -41,14 +41,14 @@ module nutate_equilibria
       type(equilibrium_t), allocatable :: items(:)
       !> Attitudes are relative to the LVLH frame of the orbit; if not, to the space axes.
       logical :: in_lvlh = .false.
-      !> There are as many of an even index as of an odd one: none was missed alone.
+      !> There are as many equilibria of even as of odd index: none was missed alone.
       logical :: balanced = .false.
    contains
-      !> The number of those of an index.
+      !> Returns the number of equilibria of an index.
       procedure :: number_of
    end type equilibria_t
 
-   !> Attitudes from which Newton's method starts, and their number where those did not suffice.
+   !> Number of attitudes from which Newton's method starts; the second one is used if the first did not suffice.
    integer, parameter :: starts(2) = [1500, 12000]
    !> Limits of the iteration, and of the rotation in a step, rad.
    integer, parameter :: most_iterations = 60
@@ -66,11 +66,11 @@ module nutate_equilibria
 contains
 
    !> Finds all equilibria relative to the space axes or, if potentials depend on the time, to the LVLH frame of a
-   !> circular orbit. Errors: `NUTATE_BAD_ARGUMENT` for effects that are no constant potentials, rotors or free
-   !> wheels there, and where equilibria are not isolated.
+   !> circular orbit. Errors: `NUTATE_BAD_ARGUMENT` for effects that are no constant potentials, rotors or free wheels
+   !> there, and if equilibria are not isolated.
    subroutine find_equilibria(system, speeds, found, status)
       type(system_t), intent(in) :: system
-      !> Of the wheels against the body, rad/s; shape (wheels).
+      !> Speeds of the wheels relative to the body, rad/s; shape (wheels).
       real(wp), intent(in) :: speeds(:)
       type(equilibria_t), intent(out) :: found
       type(status_t), intent(out) :: status
@@ -94,7 +94,7 @@ contains
    !> Finds all equilibria relative to the space axes. Errors: those of `find_equilibria`.
    subroutine find_at_rest(system, speeds, found, status)
       type(system_t), intent(in) :: system
-      !> As in `find_equilibria`.
+      !> Speeds of the wheels, as in `find_equilibria`.
       real(wp), intent(in) :: speeds(:)
       type(equilibria_t), intent(inout) :: found
       type(status_t), intent(out) :: status
@@ -132,7 +132,7 @@ contains
       number_of = count(self%items%index == index)
    end function number_of
 
-   !> Errors: `NUTATE_BAD_ARGUMENT` for effects whose rest is no matter of a potential.
+   !> Errors: `NUTATE_BAD_ARGUMENT` for effects whose equilibria do not follow from a potential.
    subroutine check_statics(system, status)
       type(system_t), intent(in) :: system
       type(status_t), intent(out) :: status
@@ -175,7 +175,7 @@ contains
       real(wp), intent(in) :: speeds(:)
       !> Attitude; shape (4).
       real(wp), intent(in) :: start(4)
-      !> What was found; its index is -1 where the iteration did not converge.
+      !> Equilibrium that was found; its index is -1 if the iteration did not converge.
       type(equilibrium_t), intent(out) :: one
       type(status_t), intent(out) :: status
       real(wp), dimension(6 + system%effects%n_wheels, 6 + system%effects%n_wheels) :: a
@@ -208,8 +208,8 @@ contains
                     '(expected three different moments of inertia, and several directions or a rotating frame)')
    end function not_isolated
 
-   !> L̇ of a body that rests in the space axes, its derivative by a rotation at the end of which it rests too, and the
-   !> linearised motion.
+   !> Computes L̇ of a body that rests in the space axes, its derivative by a rotation at the end of which the body
+   !> rests too, and the linearised motion.
    subroutine rest_torque(system, speeds, q, torque, by_turn, a, status)
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: speeds(:), q(4)
@@ -228,7 +228,7 @@ contains
       end do
    end subroutine rest_torque
 
-   !> Energy, index and growth. Errors: `NUTATE_BAD_ARGUMENT` where W is constant in some direction.
+   !> Computes energy, index and growth. Errors: `NUTATE_BAD_ARGUMENT` if W is constant in some direction.
    subroutine describe(system, speeds, one, status)
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: speeds(:)
@@ -257,7 +257,7 @@ contains
          one%growth = 0.0_wp
    end subroutine describe
 
-   !> Adds to the index whether W falls along the valley of a flat direction, where the torque across it vanishes.
+   !> Adds 1 to the index if W falls along the valley of a flat direction, on which the torque across it vanishes.
    subroutine descend(system, speeds, one, k, values, vectors, status)
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: speeds(:)
@@ -287,7 +287,7 @@ contains
       if (all(change < 0.0_wp)) one%index = one%index + 1
    end subroutine descend
 
-   !> W, J.
+   !> Returns W, J.
    pure real(wp) function effective_potential(system, speeds, q) result(w)
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: speeds(:), q(4)
@@ -313,7 +313,7 @@ contains
       end do
    end subroutine sort
 
-   !> True for an equilibrium that comes before another: by energy, and where that is the same by its attitude.
+   !> Returns true if an equilibrium comes before another: by energy, or by attitude if the energies are equal.
    pure logical function precedes(one, other)
       type(equilibrium_t), intent(in) :: one, other
       integer :: k

@@ -19,12 +19,12 @@ module nutate_linear_rates
 
 contains
 
-   !> Computes ẋ and ∂ẋ/∂x. Errors: `NUTATE_NOT_FINITE` where they cannot be represented.
+   !> Computes ẋ and ∂ẋ/∂x. Errors: `NUTATE_NOT_FINITE` if they cannot be represented.
    subroutine linearize_rates(system, state, rates, matrix, status)
       type(system_t), intent(in) :: system
-      !> The effects act as they do at its time.
+      !> State about which to linearise; the effects act as they do at its time.
       type(state_t), intent(in) :: state
-      !> ẋ, whose θ̇ is 0: θ counts from the motion; shape (6 + wheels).
+      !> ẋ, whose θ̇ is 0, since θ is relative to the motion; shape (6 + wheels).
       real(wp), intent(out) :: rates(:)
       !> ∂ẋ/∂x; shape (6 + wheels, 6 + wheels).
       real(wp), intent(out) :: matrix(:, :)
@@ -34,7 +34,7 @@ contains
       real(wp) :: y(most_numbers), dt
       integer :: n_wheels
       n_wheels = system%effects%n_wheels
-      ! Of a size at which a step of this length turns nothing far.
+      ! The space axes rotate by less than 1 rad in a step of this length.
       dt = 1/(1 + norm2(system%effects%frame_rate))
       call prepare_rates(rigid, system, .true., .false.)
       call begin_step(rigid, system, state, dt, state%t, y(1:n_rates))
@@ -52,12 +52,12 @@ contains
       status = fail(NUTATE_NOT_FINITE, 'the linearised motion cannot be represented by numbers')
    end subroutine linearize_rates
 
-   !> ∂ẋ/∂x from the derivatives of L̇ and ḣ by q, L and h, and θ̇ = θ×Ω + δΩ.
+   !> Computes ∂ẋ/∂x from the derivatives of L̇ and ḣ by q, L and h, and θ̇ = θ×Ω + δΩ.
    subroutine read_columns(system, stage, q, omega, dt, matrix)
       type(system_t), intent(in) :: system
-      !> Evaluated.
+      !> Stage rates, evaluated.
       type(stage_rates_t), intent(in) :: stage
-      !> Attitude, shape (4); Ω, body axes, rad/s, shape (3); s.
+      !> Attitude, shape (4); Ω, body axes, rad/s, shape (3); length of the step, s.
       real(wp), intent(in) :: q(4), omega(3), dt
       real(wp), intent(out) :: matrix(:, :)
       real(wp) :: unit(3), change(most_numbers)
@@ -112,7 +112,7 @@ contains
    !> Computes ∂ẋ/∂u: torques about the body axes, then the motors of some wheels.
    pure subroutine input_matrix(system, motors, matrix)
       type(system_t), intent(in) :: system
-      !> Their wheels; shape (motors).
+      !> Indices of the wheels of the motors; shape (motors).
       integer, intent(in) :: motors(:)
       !> Shape (6 + wheels, 3 + motors).
       real(wp), intent(out) :: matrix(:, :)

@@ -5,8 +5,8 @@
 !> velocity, body axes, and of the speeds of the wheels relative to the body. u: torques about the body axes, and of
 !> the motors.
 !>
-!> An equilibrium is a motion with constant Ω and ω that sees the same forces at all times: a body at rest in space or
-!> in rotating axes, a steady rotation, a sleeping top.
+!> An equilibrium is a motion with constant Ω and ω with the same forces at all times: a body at rest in space or in
+!> rotating axes, a steady rotation, a sleeping top.
 module nutate_linearization
    use nutate_applied_torque, only: applied_torque_t
    use nutate_variation, only: attitude_variation, variation_t, effect_change_t, rate_variation, OF_TORQUE, OF_WHEEL
@@ -31,19 +31,19 @@ module nutate_linearization
 
    !> A linearised motion.
    type :: linearization_t
-      !> s; 0: an equilibrium.
+      !> Period, s; 0: an equilibrium.
       real(wp) :: period = 0.0_wp
-      !> Shapes (states, states), (states, inputs).
+      !> A and B; shapes (states, states), (states, inputs).
       real(wp), allocatable :: a(:, :), b(:, :)
-      !> Of A; 1/s about an equilibrium; shape (states).
+      !> Eigenvalues of A, 1/s about an equilibrium; shape (states).
       complex(wp), allocatable :: eigenvalues(:)
       character(len=12), allocatable :: states(:), inputs(:)
       character(len=5), allocatable :: state_units(:), input_units(:)
       !> Attitude, angular velocity, body axes, rad/s, and speeds of the wheels, rad/s, at the start.
       real(wp) :: q(4) = 0.0_wp, omega(3) = 0.0_wp
       real(wp), allocatable :: speeds(:)
-      !> What the motion lacks to be an equilibrium, rad/s², or to be periodic, rad/s: the largest rate of change, or
-      !> change, of angular velocity and speeds of wheels.
+      !> Deviation of the motion from an equilibrium, rad/s², or from a periodic motion, rad/s: the largest rate of
+      !> change, or change, of angular velocity and speeds of wheels.
       real(wp) :: residual = 0.0_wp
       !> A period leads back to the start, and to the same forces.
       logical :: closes = .true.
@@ -56,20 +56,20 @@ module nutate_linearization
       procedure :: controller_gains
    end type linearization_t
 
-   !> Share of the fastest rate of the motion, or of its square, up to which a residual counts as 0: starts are given
-   !> with so many digits.
+   !> Share of the fastest rate of the motion, or of its square, up to which a residual is treated as 0: initial states
+   !> are given with so many digits.
    real(wp), parameter :: tolerance = 1e-6_wp
    !> Parts of the time over which an equilibrium is followed, incommensurable with whatever is periodic in it.
    real(wp), parameter :: places(5) = [0.1459_wp, 0.3820_wp, 0.5279_wp, 0.7639_wp, 0.9098_wp]
 
 contains
 
-   !> Linearises about an equilibrium, on a circular orbit as seen from the LVLH frame. Errors: `NUTATE_BAD_ARGUMENT`
-   !> where the start is none, with the residual, and for effects without a derivative.
+   !> Linearises about an equilibrium, on a circular orbit as seen from the LVLH frame. Errors: `NUTATE_BAD_ARGUMENT` if
+   !> the start is no equilibrium, with the residual, and for effects without a derivative.
    subroutine linearize_equilibrium(system, start, end_time, result, status)
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: start
-      !> The forces have to stay the same until then, s; of a body that turns in space for a turn.
+      !> Time up to which the forces have to stay the same, s; for a body that rotates in space, for one revolution.
       real(wp), intent(in) :: end_time
       type(linearization_t), intent(out) :: result
       type(status_t), intent(out) :: status
@@ -89,7 +89,7 @@ contains
    subroutine linearize_here(system, start, end_time, result, status)
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: start
-      !> As in `linearize_equilibrium`, s.
+      !> Time up to which the forces have to stay the same, s, as in `linearize_equilibrium`.
       real(wp), intent(in) :: end_time
       type(linearization_t), intent(out) :: result
       type(status_t), intent(out) :: status
@@ -107,7 +107,7 @@ contains
       if (.not. status%ok()) return
       result%residual = maxval(abs(rates))
       pace = pace_of(result)
-      ! Where nothing has a rate, a later residual may say more than rounding at the start.
+      ! If nothing has a rate, a later residual may be more than the rounding at the start.
       if (result%residual > tolerance*pace**2 .and. pace > 0.0_wp) then
          status = refusal(result%residual)
          return
@@ -133,11 +133,11 @@ contains
       end if
    end subroutine linearize_here
 
-   !> Why a start is no equilibrium.
+   !> Returns the error for a start that is no equilibrium.
    function refusal(residual, t) result(status)
       !> Angular acceleration, rad/s².
       real(wp), intent(in) :: residual
-      !> Its time, s; default: that of the start.
+      !> Time of the residual, s; default: that of the start.
       real(wp), intent(in), optional :: t
       type(status_t) :: status
       character(len=10) :: size
@@ -150,7 +150,7 @@ contains
    end function refusal
 
    !> Changes the rates among the states to those relative to axes that rotate with the equilibrium, such as the LVLH
-   !> frame: δΩ + A₁₁θ = θ̇ in place of δΩ. Does nothing where they are relative. Errors: `NUTATE_BAD_ARGUMENT` for a
+   !> frame: δΩ + A₁₁θ = θ̇ in place of δΩ. Does nothing if they are relative. Errors: `NUTATE_BAD_ARGUMENT` for a
    !> period.
    subroutine use_relative_rates(self, status)
       class(linearization_t), intent(inout) :: self
@@ -196,17 +196,17 @@ contains
       end if
       if (.not. status%ok()) return
       rate_gain = feedback(:3, 4:6)
-      ! Of relative rates A₁₁ is zero.
+      ! A₁₁ is zero for relative rates.
       attitude_gain = 2*(feedback(:3, :3) - matmul(rate_gain, self%a(:3, :3)))
    end subroutine controller_gains
 
-   !> The fastest rate of the motion and of what is linear beside it, rad/s.
+   !> Returns the fastest rate of the motion and of its linearisation, rad/s.
    pure real(wp) function pace_of(linear) result(pace)
       type(linearization_t), intent(in) :: linear
       pace = max(norm2(linear%omega), maxval(abs(linear%eigenvalues)))
    end function pace_of
 
-   !> The time of a turn of the body in the space axes, s; 0 where it is at rest there.
+   !> Returns the time of a revolution of the body in the space axes, s; 0 if it is at rest there.
    pure real(wp) function turn_time(system, start, omega, pace)
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: start
@@ -217,11 +217,11 @@ contains
       if (rate > tolerance*pace) turn_time = 2*pi/rate
    end function turn_time
 
-   !> The state after a time at which Ω and the speeds of the wheels were constant.
+   !> Returns the state after a time in which Ω and the speeds of the wheels are constant.
    pure type(state_t) function moved(system, linear, start, time) result(state)
       type(system_t), intent(in) :: system
       type(linearization_t), intent(in) :: linear
-      !> s
+      !> Time of the start, and time since then, s.
       real(wp), intent(in) :: start, time
       real(wp) :: q(4)
       q = quat_product(linear%q, quat_exp((0.5_wp*time)*linear%omega))
@@ -229,7 +229,7 @@ contains
       state = make_state(system, q, linear%omega, start + time, linear%speeds)
    end function moved
 
-   !> True where two linear motions differ: their torques by a rotation, and by the velocities.
+   !> Returns true if two linear motions differ: in their torques by a rotation, or by the velocities.
    pure logical function differs(a, other, pace)
       real(wp), intent(in) :: a(:, :), other(:, :), pace
       differs = any(abs(a(4:, :3) - other(4:, :3)) > tolerance*pace**2) .or. &
@@ -237,16 +237,17 @@ contains
    end function differs
 
    !> Linearises a period of the motion, as the method of the run moves it, on a circular orbit as seen from the LVLH
-   !> frame. Where it does not close, A is the derivative of the end by the start all the same. Errors: those of the
-   !> run; `NUTATE_BAD_ARGUMENT` for effects without a derivative.
+   !> frame. If the period does not close, A is still the derivative of the end by the start. Errors: those of the run;
+   !> `NUTATE_BAD_ARGUMENT` for effects without a derivative.
    subroutine linearize_period(system, settings, start, plan, period, result, status)
       type(system_t), intent(in) :: system
-      !> Where they leave the method open, or name the closed solution, the conserving scheme of order 8 is used.
+      !> Settings of the run; if they leave the method open, or name the closed solution, the conserving scheme of order
+      !> 8 is used.
       type(integrator_settings_t), intent(in) :: settings
       type(state_t), intent(in) :: start
-      !> Its steps are used.
+      !> Plan whose steps are used.
       type(run_plan_t), intent(in) :: plan
-      !> s, positive.
+      !> Period, s, positive.
       real(wp), intent(in) :: period
       type(linearization_t), intent(out) :: result
       type(status_t), intent(out) :: status
@@ -265,11 +266,11 @@ contains
    !> Linearises a period of the motion in the axes of a system. Errors: those of `linearize_period`.
    subroutine linearize_period_here(system, settings, start, plan, period, result, status)
       type(system_t), intent(in) :: system
-      !> As in `linearize_period`.
+      !> Settings of the run, as in `linearize_period`.
       type(integrator_settings_t), intent(in) :: settings
       type(state_t), intent(in) :: start
       type(run_plan_t), intent(in) :: plan
-      !> s, positive.
+      !> Period, s, positive.
       real(wp), intent(in) :: period
       type(linearization_t), intent(out) :: result
       type(status_t), intent(out) :: status
@@ -297,7 +298,7 @@ contains
       if (status%ok()) call close_period(system, start, run%state, result, status)
    end subroutine linearize_period_here
 
-   !> Settings with a method that has sensitivities and admits torques.
+   !> Returns settings with a method that has sensitivities and admits torques.
    pure type(integrator_settings_t) function settings_for(settings) result(chosen)
       type(integrator_settings_t), intent(in) :: settings
       chosen = settings
@@ -308,7 +309,7 @@ contains
       if (chosen%formulation == '') chosen%formulation = 'reduced'
    end function settings_for
 
-   !> A system with torques that are zero, so that there are derivatives by them.
+   !> Returns a system with torques that are zero, so that there are derivatives by them.
    function with_inputs(system) result(driven)
       type(system_t), intent(in) :: system
       type(system_t) :: driven
@@ -325,9 +326,9 @@ contains
       end do
    end function with_inputs
 
-   !> A sensitivity for each state, and for each input.
+   !> Returns a sensitivity for each state, and for each input.
    function variations_of(driven, motors) result(variations)
-      !> With inputs.
+      !> System with inputs.
       type(system_t), intent(in) :: driven
       integer, intent(in) :: motors(:)
       type(variation_t), allocatable :: variations(:)
@@ -350,7 +351,7 @@ contains
    !> Makes a sensitivity of one number of an effect.
    subroutine change_effect(variation, kind, place, numbers, number)
       type(variation_t), intent(inout) :: variation
-      !> Of the effect; how many numbers it has, and which one changes.
+      !> Kind and index of the effect; how many numbers it has, and which one changes.
       integer, intent(in) :: kind, place, numbers, number
       allocate (variation%effects(1))
       variation%effects(1)%kind = kind
@@ -359,7 +360,7 @@ contains
       variation%effects(1)%change(number) = 1.0_wp
    end subroutine change_effect
 
-   !> A and B at the end of a period.
+   !> Computes A and B at the end of a period.
    subroutine read_tangent(system, state, tangent, result)
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
@@ -380,8 +381,8 @@ contains
       result%b = x(:, n + 1:)
    end subroutine read_tangent
 
-   !> Whether a period leads back to the start: to its velocities, and to the same forces. Where these do not know of a
-   !> turn of the space axes, the body may have rotated with them.
+   !> Finds out whether a period leads back to the start: to its velocities, and to the same forces. If the forces do
+   !> not depend on a rotation of the space axes, the body may have rotated with them.
    subroutine close_period(system, start, end, result, status)
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: start, end
@@ -407,7 +408,7 @@ contains
                       all(abs(last - first) <= tolerance*pace**2)
    end subroutine close_period
 
-   !> Names, units and the start. Errors: `NUTATE_BAD_ARGUMENT` for effects without a derivative.
+   !> Sets names, units and the start. Errors: `NUTATE_BAD_ARGUMENT` for effects without a derivative.
    subroutine describe(system, start, result, status)
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: start
@@ -448,7 +449,7 @@ contains
       write (digit, '(i1)') i
    end function digit
 
-   !> Speeds of the wheels relative to the body, rad/s; shape (wheels).
+   !> Returns the speeds of the wheels relative to the body, rad/s; shape (wheels).
    pure function speeds_of(system, state) result(speeds)
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
@@ -461,7 +462,7 @@ contains
       end do
    end function speeds_of
 
-   !> The wheels whose motor is an input: those without a motor, or with a constant torque.
+   !> Returns the wheels whose motor is an input: those without a motor, or with a constant torque.
    pure function motors_of(system) result(motors)
       type(system_t), intent(in) :: system
       integer, allocatable :: motors(:)
@@ -479,7 +480,7 @@ contains
       motors = pack([(i, i=1, size(is_input))], is_input)
    end function motors_of
 
-   !> The period of the orbit that the body moves on, s; 0 where there is none.
+   !> Returns the period of the orbit of the body, s; 0 if there is none.
    pure real(wp) function period_of_orbit(system) result(period)
       type(system_t), intent(in) :: system
       real(wp) :: rate

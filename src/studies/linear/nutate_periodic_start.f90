@@ -1,12 +1,12 @@
 !> Periodic motions of bodies in spin-orbit resonance, by shooting: the forced librations without the free ones.
 !>
-!> In the resonance p a body turns by 2πp about the normal of its orbit in a revolution, p a multiple of ½, since
-!> gravity gradients do not feel half a turn. With z the normal and P the period the start is a root of
+!> In the resonance p a body rotates by 2πp about the normal of its orbit in a revolution, p a multiple of ½, since half
+!> a rotation leaves gravity gradients unchanged. With z the normal and P the period, the initial state is a root of
 !>
 !>     log((Rz(2πp)∘q(0))*∘q(P)) = 0,   Ω(P) - Ω(0) = 0:
 !>
-!> six equations in the turn x of q(0)∘exp(½x) and the change of Ω(0). Newton's method has its Jacobian, M - 1, from
-!> the sensitivities of the run.
+!> six equations in the rotation x of q(0)∘exp(½x) and the change of Ω(0). The Jacobian of Newton's method, M - I,
+!> follows from the sensitivities of the run.
 module nutate_periodic_start
    use nutate_attitude, only: quat_from_euler, quat_from_matrix, quat_from_rotation_vector, rotation_vector_from_quat
    use nutate_variation, only: attitude_variation, variation_t, rate_variation
@@ -29,30 +29,30 @@ module nutate_periodic_start
    !> Error of a step, rad, and limit of steps in a revolution.
    real(wp), parameter :: step_error = 1e-15_wp
    integer(long), parameter :: most_steps = 5000
-   !> Limits of the iteration; the longest change, rad and mean motions, for which the map counts as linear.
+   !> Limits of the iteration; the longest change, rad and mean motions, for which the map is treated as linear.
    integer, parameter :: most_iterations = 30
    real(wp), parameter :: longest_change = 0.1_wp
    !> A defect below this that no longer falls is due to rounding.
    real(wp), parameter :: settled = 1e-11_wp
-   !> Singular values of M - 1 below this, beside the largest, belong to families of periodic motions: the smallest
+   !> Singular values of M - I below this, relative to the largest, belong to families of periodic motions: the smallest
    !> correction leaves these directions alone.
    real(wp), parameter :: negligible = 1e-12_wp
-   !> Rounding moves multipliers by less, its square root where two of them coincide: those nearer to the unit circle,
-   !> or to 1, count as there.
+   !> Rounding moves multipliers by less, by its square root if two of them coincide: multipliers nearer to the unit
+   !> circle, or to 1, are treated as being there.
    real(wp), parameter, public :: on_circle = 1e-6_wp
-   !> From this ratio of singular values on, a free libration that comes round in a revolution is named as the cause
-   !> where the iteration fails.
+   !> From this ratio of singular values on, a free libration that comes round in a revolution is named as the cause if
+   !> the iteration fails.
    real(wp), parameter :: ill_conditioned = 1e6_wp
 
    !> A periodic motion at t = 0.
    type :: periodic_start_t
       !> Unit quaternion, body→space; shape (4). Ω, body axes, rad/s; shape (3).
       real(wp) :: q(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], omega(3) = 0.0_wp
-      !> M, the derivative of turn and Ω/n after a revolution by those at the start, body axes; its eigenvalues are the
-      !> multipliers exp(2πi·frequency/n). Shape (6, 6).
+      !> M, the derivative of rotation and Ω/n after a revolution by those at the start, body axes; its eigenvalues are
+      !> the multipliers exp(2πi·frequency/n). Shape (6, 6).
       real(wp) :: monodromy(6, 6) = 0.0_wp
       complex(wp) :: multipliers(6) = (0.0_wp, 0.0_wp)
-      !> Ratio of the largest to the smallest singular value of M - 1 that counts; number of those that do not.
+      !> Ratio of the largest to the smallest singular value of M - I that is not negligible; number of negligible ones.
       real(wp) :: condition = 1.0_wp
       integer :: n_families = 0
       !> Largest number of the equations, rad and mean motions; revolutions computed.
@@ -70,11 +70,11 @@ contains
    !> Finds the periodic motion of a spin-orbit resonance, from the axis of the least moment along the periapsis, that
    !> of the largest along the normal, and Ω = pn.
    !>
-   !> Errors: `NUTATE_BAD_ARGUMENT` unless the body moves on one closed orbit in inertial axes, and has no wheels; where
-   !> the motion has no derivative; where the iteration finds no periodic motion.
+   !> Errors: `NUTATE_BAD_ARGUMENT` unless the body moves on one closed orbit in inertial axes, and has no wheels; if
+   !> the motion has no derivative; if the iteration finds no periodic motion.
    subroutine find_periodic_start(system, turns, start, status)
       type(system_t), intent(in) :: system
-      !> p, turns in a revolution, a multiple of ½.
+      !> p, rotations of the body in a revolution, a multiple of ½.
       real(wp), intent(in) :: turns
       type(periodic_start_t), intent(out) :: start
       type(status_t), intent(out) :: status
@@ -142,7 +142,8 @@ contains
       growth = maxval(abs(self%multipliers))
    end function growth
 
-   !> Errors: those of `find_periodic_start`.
+   !> Checks that the body moves on one closed orbit in inertial axes, and has no wheels. Errors: those of
+   !> `find_periodic_start`.
    subroutine check_orbit(effects, status)
       type(effect_list_t), intent(in) :: effects
       type(status_t), intent(out) :: status
@@ -162,7 +163,7 @@ contains
       if (fault /= '') status = fail(NUTATE_BAD_ARGUMENT, 'resonance: '//fault)
    end subroutine check_orbit
 
-   !> The start of the iteration: the rotation at the constant rate pn through periapsis.
+   !> Computes the initial guess: the rotation at the constant rate pn through periapsis.
    subroutine guess(system, turns, q, omega)
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: turns
@@ -182,12 +183,12 @@ contains
       end associate
    end subroutine guess
 
-   !> Computes a revolution with its derivative, and what is left of the equations after it.
+   !> Computes a revolution with its derivative, and the residual of the equations after it.
    subroutine revolve(system, turns, start, residual, status)
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: turns
       type(periodic_start_t), intent(inout) :: start
-      !> rad, and n; shape (6).
+      !> Residual, rad and n; shape (6).
       real(wp), intent(out) :: residual(6)
       type(status_t), intent(out) :: status
       type(run_t) :: run
@@ -223,11 +224,11 @@ contains
       start%monodromy(:, 4:6) = rate*start%monodromy(:, 4:6)
    end subroutine revolve
 
-   !> Computes the smallest correction that Newton's method asks for. Errors: those of dgesvd.
+   !> Computes the smallest correction by Newton's method. Errors: those of dgesvd.
    subroutine correct(start, residual, change, status)
       type(periodic_start_t), intent(inout) :: start
       real(wp), intent(in) :: residual(6)
-      !> rad, and n; shape (6).
+      !> Correction, rad and n; shape (6).
       real(wp), intent(out) :: change(6)
       type(status_t), intent(out) :: status
       real(wp) :: jacobian(6, 6), u(6, 6), vt(6, 6), values(6), work(60)
