@@ -1,8 +1,9 @@
-!> The vocabulary of a scene: which keys a group knows, what numbers they admit, and the values that a scene gives them.
+!> The vocabulary of a scene: the keys of each group, the numbers that they admit, and the values that a scene gives
+!> them.
 !>
-!> Every part of the library that a scene can ask for publishes its keys as a table of `key_t` and is built from a
-!> `group_t`, so that a new effect brings its own keys along and the scene reader stays as it is. Whoever takes the
-!> numbers of a key from elsewhere than a scene asks the same key.
+!> Every part of the library that a scene can use publishes its keys as a table of `key_t` and is built from a
+!> `group_t`, so that a new effect brings its own keys along and the scene reader stays as it is. Code that gets the
+!> numbers of a key from elsewhere than a scene checks them with the same key.
 module nutate_keys
    use nutate_admissible, only: fault_of, fault_together, kind_in_words, ANY_VALUE
    use nutate_kinds, only: wp, long
@@ -24,7 +25,7 @@ module nutate_keys
    !> Quoted text.
    integer, parameter :: KEY_TEXT = 4
 
-   !> One key that a group knows.
+   !> One key of a group.
    type :: key_t
       character(len=name_length) :: name = ''
       !> `KEY_REAL`, `KEY_INTEGER`, `KEY_LOGICAL` or `KEY_TEXT`.
@@ -35,21 +36,21 @@ module nutate_keys
       integer :: most = 1
       !> `ANY_VALUE`, ... of `nutate_admissible`: what the numbers may be.
       integer :: range = ANY_VALUE
-      !> The group is incomplete without it.
+      !> The group is incomplete without this key.
       logical :: required = .false.
       !> Admissible texts, comma separated, for a key that names a choice; blank: any text.
       character(len=1600) :: choices = ''
-      !> Keys that say the same thing, comma separated: set from the command line, this one takes their place.
+      !> Keys with the same meaning, comma separated: set from the command line, this key takes their place.
       character(len=48) :: instead_of = ''
-      !> What it is where it is absent, as a scene would have it, for those who want to be told; blank: nothing to tell.
+      !> Value of the key if it is absent, as a scene would write it, for reports on scenes; blank: not reported.
       character(len=16) :: default = ''
       !> The default holds beside one of these keys, comma separated; blank: always.
       character(len=48) :: beside = ''
    contains
-      !> What is wrong with one of its numbers, or with all together, in words; empty if nothing is.
+      !> Returns what is wrong with one of the key's numbers, or with all together, in words; empty if nothing is.
       procedure :: fault => fault_of_one
       procedure :: fault_of_all
-      !> What numbers it expects, in words: `3 numbers > 0`.
+      !> Returns which numbers the key expects, in words: `3 numbers > 0`.
       procedure :: expected_numbers
    end type key_t
 
@@ -85,42 +86,42 @@ module nutate_keys
       !> Line of the file where the group starts.
       integer :: line = 0
       type(setting_t), allocatable :: settings(:)
-      !> What its key `table` names; not allocated where there is none, or it has not been read.
+      !> Table that the key `table` of the group names; not allocated if there is none, or if it has not been read.
       type(table_t), allocatable :: table
    contains
-      !> True if the scene gives this key.
+      !> Returns true if the scene gives this key.
       procedure :: has
-      !> Line of a key, or of the group where the key is absent.
+      !> Returns the line of a key, or of the group if the key is absent.
       procedure :: line_of
-      !> The first number of a key, or the default.
+      !> Returns the first number of a key, or the default.
       procedure :: number
-      !> The first `size(default)` numbers of a key, or the default.
+      !> Returns the first `size(default)` numbers of a key, or the default.
       procedure :: vector
-      !> The whole number of a key, or the default.
+      !> Returns the integer of a key, or the default.
       procedure :: whole
-      !> The logical of a key, or the default.
+      !> Returns the boolean of a key, or the default.
       procedure :: flag
-      !> The first text of a key, or the default.
+      !> Returns the first string of a key, or the default.
       procedure :: text
-      !> One of the texts of a key that is there.
+      !> Returns one of the strings of a key that is present.
       procedure :: text_at
-      !> How many values a key has; 0 where it is absent.
+      !> Returns the number of values of a key; 0 if it is absent.
       procedure :: count_of
    end type group_t
 
-   !> What the scene reader must know of a kind of group.
+   !> Properties of a kind of group, for the scene reader.
    type :: group_kind_t
       character(len=name_length) :: name = ''
-      !> May stand several times.
+      !> The group may occur several times.
       logical :: repeatable = .false.
-      !> A scene without it is incomplete.
+      !> A scene without the group is incomplete.
       logical :: required = .false.
       type(key_t), allocatable :: keys(:)
    end type group_kind_t
 
 contains
 
-   !> What is wrong with a number: `is too large (expected 1e-100 to 1e100 for mass)`.
+   !> Returns what is wrong with a number: `is too large (expected 1e-100 to 1e100 for mass)`.
    pure function fault_of_one(self, number) result(words)
       class(key_t), intent(in) :: self
       real(wp), intent(in) :: number
@@ -129,7 +130,7 @@ contains
       if (words /= '') words = words//' for '//trim(self%name)//')'
    end function fault_of_one
 
-   !> What is wrong with numbers none of which is at fault: `is zero (expected 3 numbers, not zero)`.
+   !> Returns what is wrong with numbers none of which is at fault: `is zero (expected 3 numbers, not zero)`.
    pure function fault_of_all(self, numbers) result(words)
       class(key_t), intent(in) :: self
       real(wp), intent(in) :: numbers(:)
@@ -153,14 +154,14 @@ contains
       words = trim(count)//' '//words//'s'//kind_in_words(self%range)
    end function expected_numbers
 
-   !> Position of a key among the settings; 0 where it is absent.
+   !> Returns the position of a key among the settings; 0 if it is absent.
    pure integer function find(self, name)
       class(group_t), intent(in) :: self
       character(len=*), intent(in) :: name
       find = 0
       if (.not. allocated(self%settings) .or. len(name) == 0) return
       do find = size(self%settings), 1, -1
-         ! Most names differ in their first letter: members of ensembles ask for many.
+         ! Most names differ in their first letter: members of ensembles look up many.
          if (self%settings(find)%name(1:1) /= name(1:1)) cycle
          if (self%settings(find)%name == name) return
       end do
@@ -244,7 +245,7 @@ contains
    pure function text_at(self, name, at) result(text)
       class(group_t), intent(in) :: self
       character(len=*), intent(in) :: name
-      !> Which of its values: 1 to `count_of(name)`.
+      !> Index of the string among the values of the key: 1 to `count_of(name)`.
       integer, intent(in) :: at
       character(len=:), allocatable :: text
       text = self%settings(find(self, name))%values(at)%text
