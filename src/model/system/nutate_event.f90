@@ -1,7 +1,7 @@
-!> What an event is: a moment at which a quantity of the motion crosses a value, or has an extremum.
+!> Events: moments at which a quantity of the motion crosses a value, or has an extremum.
 !>
-!> A program extends `event_t` by the quantity; what is to happen then stands in its components. Columns of a history as
-!> quantities are `column_event_t`.
+!> A program extends `event_t` by the quantity; the components of `event_t` state the action on the event. Columns of a
+!> history as quantities are `column_event_t`.
 module nutate_event
    use nutate_kinds, only: wp, long, eps
    use nutate_motion, only: displaced, find_motion, find_rates, motion_t
@@ -14,20 +14,20 @@ module nutate_event
    public :: event_t, part_t, find_family, time_scale, second_rate
    public :: CROSSING, MAXIMUM, MINIMUM, EXTREMUM, SWITCH_ON, SWITCH_OFF, SWITCH_TOGGLE
 
-   !> What is looked for.
+   !> Kinds of an event: crossing of a value, or extremum of the quantity.
    integer, parameter :: CROSSING = 0, MAXIMUM = 1, MINIMUM = 2, EXTREMUM = 3
-   !> What happens to an effect.
+   !> Actions of an event on an effect.
    integer, parameter :: SWITCH_ON = 1, SWITCH_OFF = 2, SWITCH_TOGGLE = 3
 
    !> Part of the time of a radian over which differences of sixth order are taken: ε^(1/7), where their error and
    !> round-off are alike, 1e-13; and of central differences, ε^(1/3), 1e-10.
    real(wp), parameter :: wide = 5.8e-3_wp, narrow = 6.1e-6_wp
 
-   !> Parts of a quantity at most.
+   !> Largest number of parts of a quantity.
    integer, parameter, public :: most_parts = 4
 
-   !> One of the parts whose sum a quantity is: its value is known up to multiples of `wrap`, 2π for an angle; 0: it is
-   !> what it is.
+   !> One of the parts that sum to a quantity; its value is known up to multiples of `wrap`, 2π for an angle; 0: it is
+   !> unique.
    type :: part_t
       real(wp) :: value = 0.0_wp, wrap = 0.0_wp
       !> Derivative of the value by time.
@@ -46,7 +46,7 @@ module nutate_event
       real(wp) :: period = 0.0_wp
       !> 1: only where the quantity grows; -1: only where it falls; 0: both. For crossings.
       integer :: direction = 0
-      !> The run ends at the first occurrence, or at the `count`-th where `count` is positive.
+      !> The run ends at the first occurrence, or at the `count`-th if `count` is positive.
       logical :: stop = .false.
       integer(long) :: count = 0
       !> Label of an effect, and its action: `SWITCH_ON`, `SWITCH_OFF` or `SWITCH_TOGGLE`; 0: none.
@@ -104,9 +104,9 @@ contains
    pure subroutine one_part(self, system, motion, parts)
       class(event_t), intent(in) :: self
       type(system_t), intent(in) :: system
-      !> With its rates.
+      !> Motion with its rates.
       type(motion_t), intent(in) :: motion
-      !> Those that are not needed are zero.
+      !> Parts of the quantity; those that are not needed are zero.
       type(part_t), intent(out) :: parts(most_parts)
       parts(1) = part_t(self%value(system, motion), self%period, self%rate(system, motion))
    end subroutine one_part
@@ -144,7 +144,7 @@ contains
    pure real(wp) function rate_by_differences(self, system, motion) result(rate)
       class(event_t), intent(in) :: self
       type(system_t), intent(in) :: system
-      !> With its rates.
+      !> Motion with its rates.
       type(motion_t), intent(in) :: motion
       real(wp) :: rates(3)
       rates = family_rates(self, system, motion)
@@ -155,7 +155,7 @@ contains
    pure subroutine find_family(event, system, motion, values, rates)
       class(event_t), intent(in) :: event
       type(system_t), intent(in) :: system
-      !> With its rates.
+      !> Motion with its rates.
       type(motion_t), intent(in) :: motion
       real(wp), intent(out) :: values(3), rates(3)
       values = event%family_values(system, motion)
@@ -185,13 +185,13 @@ contains
       rates = rates/h
    end function family_rates
 
-   !> g̈ along the motion, by central differences of ġ.
+   !> Computes g̈ along the motion, by central differences of ġ.
    pure real(wp) function second_rate(event, system, window_time, motion) result(rate)
       class(event_t), intent(in) :: event
       type(system_t), intent(in) :: system
       !> Time that decides which torques act, s.
       real(wp), intent(in) :: window_time
-      !> With its rates.
+      !> Motion with its rates.
       type(motion_t), intent(in) :: motion
       type(motion_t) :: there
       real(wp) :: h, ahead
@@ -204,9 +204,9 @@ contains
       rate = (ahead - event%rate(system, there))/(2*h)
    end function second_rate
 
-   !> The time of about a radian of turn, or of change of the momentum, s; 1 where nothing moves.
+   !> Returns the time of about a radian of rotation, or of change of the momentum, s; 1 if nothing moves.
    pure real(wp) function time_scale(motion) result(scale)
-      !> With its rates.
+      !> Motion with its rates.
       type(motion_t), intent(in) :: motion
       real(wp) :: rate, size
       rate = vector_length(motion%omega)
