@@ -13,12 +13,12 @@ module nutate_sampling
 
 contains
 
-   !> The values of all targets of a member. Those of keys of whole numbers are rounded to the nearest.
+   !> Draws the values of all targets of a member. Values of integer keys are rounded to the nearest integer.
    pure subroutine draw_values(plan, member, values)
       type(ensemble_plan_t), intent(in) :: plan
-      !> 1 to `plan%members`.
+      !> Number of the member, 1 to `plan%members`.
       integer(long), intent(in) :: member
-      !> Shape (targets).
+      !> Values of the targets; shape (targets).
       real(wp), intent(out) :: values(:)
       integer(long) :: place
       integer :: i, last
@@ -38,12 +38,12 @@ contains
       end do
    end subroutine draw_values
 
-   !> The values of one distribution that is no grid. The number of a draw is the place of its target.
+   !> Draws the values of one distribution that is no grid. The number of a draw is the index of its target.
    pure subroutine draw(plan, variation, member, values)
       type(ensemble_plan_t), intent(in) :: plan
       type(varied_key_t), intent(in) :: variation
       integer(long), intent(in) :: member
-      !> Shape (numbers drawn together).
+      !> Values drawn together; shape (numbers drawn together).
       real(wp), intent(out) :: values(:)
       real(wp) :: u(size(values))
       integer :: i, k
@@ -72,10 +72,10 @@ contains
       end select
    end subroutine draw
 
-   !> The values of a place in a grid, the last target running fastest.
+   !> Sets the values at a position in a grid, the last target running fastest.
    pure subroutine set_grid_values(variation, place, values)
       type(varied_key_t), intent(in) :: variation
-      !> From 0 on; on exit what the grids before this one are to make of it.
+      !> Position in the grid, from 0 on; on exit, the position for the grids before this one.
       integer(long), intent(inout) :: place
       real(wp), intent(out) :: values(:)
       integer(long) :: at
