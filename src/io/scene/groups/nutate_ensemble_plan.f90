@@ -1,4 +1,4 @@
-!> What an ensemble is: how many members, what differs between them, and what is kept of each.
+!> Plan of an ensemble: its number of members, the differences between them, and the data kept of each.
 module nutate_ensemble_plan
    use nutate_keys, only: group_t, key_t
    use nutate_kinds, only: wp, long
@@ -8,17 +8,17 @@ module nutate_ensemble_plan
    public :: ensemble_plan_t, target_t, varied_key_t
    public :: UNIFORM, NORMAL, ROTATION, GRID, CASES
 
-   !> How values are found: between two bounds; by mean and covariance; a quaternion, uniform over all rotations; evenly
-   !> spaced, every combination; from a table.
+   !> Distributions of values: between two bounds; by mean and covariance; a quaternion, uniform over all rotations;
+   !> evenly spaced, every combination; from a table.
    integer, parameter :: UNIFORM = 1, NORMAL = 2, ROTATION = 3, GRID = 4, CASES = 5
 
    !> One number of a scene that differs from member to member.
    type :: target_t
       !> `GROUP[.N].KEY[.I]`; of a key with several numbers always with its I.
       character(len=80) :: name = ''
-      !> Where it stands: place of its group among those of the plan, of its key there, of the number in that.
+      !> Position of the number: index of its group in the plan, of its key in the group, of the number in the key.
       integer :: group = 0, setting = 0, value = 0
-      !> What its key admits.
+      !> Key of the number, with the values that it admits.
       type(key_t) :: key = key_t()
    end type target_t
 
@@ -26,13 +26,13 @@ module nutate_ensemble_plan
    type :: varied_key_t
       !> `UNIFORM`, ...
       integer :: distribution = UNIFORM
-      !> The first of its targets, and their number.
+      !> Index of the first target, and number of targets.
       integer :: first = 1, n = 0
       !> Bounds; the mean stands in `low`. Shape (n).
       real(wp), allocatable :: low(:), high(:)
       !> Lower triangle whose product with its transpose is the covariance; shape (n, n).
       real(wp), allocatable :: factor(:, :)
-      !> Places of a grid; shape (n).
+      !> Numbers of points of a grid; shape (n).
       integer, allocatable :: points(:)
       !> A line for each member; shape (n, lines).
       real(wp), allocatable :: cases(:, :)
@@ -40,7 +40,7 @@ module nutate_ensemble_plan
 
    !> An ensemble.
    type :: ensemble_plan_t
-      !> 0: the scene has none.
+      !> Number of members; 0: the scene has no ensemble.
       integer(long) :: members = 0
       !> Key of the random numbers.
       integer(long) :: seed = 0
@@ -48,7 +48,7 @@ module nutate_ensemble_plan
       logical :: latin = .false.
       !> A row is kept of every member; else only mean and counts.
       logical :: keeps_rows = .true.
-      !> Where they go, relative to the working directory.
+      !> File of the rows, relative to the working directory.
       character(len=:), allocatable :: file
       !> Members whose history is written.
       integer, allocatable :: histories(:)
@@ -59,7 +59,7 @@ module nutate_ensemble_plan
       !> The groups of the scene, with a place for each target.
       type(group_t), allocatable :: groups(:)
    contains
-      !> True if the scene has an ensemble.
+      !> Returns true if the scene has an ensemble.
       procedure :: active
    end type ensemble_plan_t
 
