@@ -133,7 +133,7 @@ contains
       real(wp), allocatable :: values(:)
       real(wp) :: kinetic
       call set_up(system, state)
-      ! All that do not go by the effects of a system, or by what its run carries along.
+      ! All columns that depend neither on the effects of a system nor on data that its run propagates.
       call columns%choose(pack(set_of(quantities), quantities%pattern == '' .and. quantities%propagated == 0), status)
       allocate (values(columns%width))
       call columns%start(system, state, inverse_j0)
@@ -142,7 +142,7 @@ contains
                             values)
       call check_close(error, values(2:5), [half, half, 0.0_wp, 0.0_wp], 1e-15_wp, 'quaternion')
       call check_close(error, values(6:9), state%p, 0.0_wp, 'conjugate momentum')
-      ! The increment of p adds to w = q*∘p what q* has: half its scalar part, and -half/2 to 2 L1.
+      ! The increment of p adds ½q* to w = q*∘p: half/2 to its scalar part, and -half/2 to 2 L1.
       call check_close(error, values(10:12), [1 - 0.25_wp*half, 2.0_wp, 3.0_wp], 1e-14_wp, 'angular velocity')
       call check_close(error, values(13:15), [1 - 0.25_wp*half, -3.0_wp, 2.0_wp], 1e-14_wp, 'angular velocity in space')
       call check_close(error, values(16), norm2(values(10:12)), 1e-14_wp, 'angular speed')
@@ -230,7 +230,7 @@ contains
       end do
    end subroutine every_sequence_of_angles_makes_the_attitude
 
-   !> The product of turns about the axes of a sequence.
+   !> Returns the product of rotations about the axes of a sequence.
    pure function made_by(sequence, angles) result(q)
       character(len=3), intent(in) :: sequence
       real(wp), intent(in) :: angles(3)
@@ -244,7 +244,7 @@ contains
       end do
    end function made_by
 
-   !> How far the second angle is from where the others are not unique, rad.
+   !> Returns the distance of the second angle from the values at which the others are not unique, rad.
    pure real(wp) function pole_distance(sequence, angles)
       character(len=3), intent(in) :: sequence
       real(wp), intent(in) :: angles(3)
@@ -352,7 +352,7 @@ contains
       call remove(name//'.partial')
    end subroutine a_number_that_is_not_finite_is_refused
 
-   !> There is either the partial file or the complete one.
+   !> Checks that there is either the partial file or the complete one.
    subroutine check_files(error, name, is_partial)
       type(error_type), allocatable, intent(inout) :: error
       character(len=*), intent(in) :: name
@@ -361,7 +361,7 @@ contains
       call check(error, there_is(name) .neqv. is_partial, 'complete file')
    end subroutine check_files
 
-   !> A path for a file that a test may write.
+   !> Returns a path for a file that a test may write.
    function scratch(name) result(path)
       character(len=*), intent(in) :: name
       character(len=:), allocatable :: path
