@@ -1,4 +1,4 @@
-!> A checksum that finds every change of up to 64 neighbouring bits, and others but for one in 2**64.
+!> A checksum that detects every change of up to 64 neighbouring bits, and all other changes but one in 2**64.
 module nutate_checksum
    use, intrinsic :: iso_fortran_env, only: int64
    implicit none
@@ -11,7 +11,7 @@ module nutate_checksum
 
 contains
 
-   !> CRC-64/XZ of some bytes. Only bits are moved, so that nothing can overflow.
+   !> Returns the CRC-64/XZ of some bytes. Only bits are moved, so that nothing can overflow.
    pure integer(int64) function checksum(bytes)
       character(len=*), intent(in) :: bytes
       integer(int64) :: of_byte(0:255), i
@@ -27,7 +27,7 @@ contains
       checksum = not(checksum)
    end function checksum
 
-   !> What a byte makes of eight bits that leave the sum.
+   !> Returns the entry of the CRC table for a byte.
    pure integer(int64) function remainder_of(byte) result(sum)
       integer, intent(in) :: byte
       integer :: k

@@ -12,20 +12,19 @@ module nutate_column_event
 
    public :: column_event_t
 
-   !> Most columns of an event.
+   !> Largest number of columns of an event.
    integer, parameter, public :: most_columns = most_parts
 
    !> A sum of columns with weights.
    type, extends(event_t) :: column_event_t
-      !> Their names; blank: no more.
+      !> Names of the columns; blank: no more.
       character(len=24) :: columns(most_columns) = ''
       real(wp) :: weights(most_columns) = 1.0_wp
-      !> How many of them there are, their positions in the table and which component each is, once `place` has been
-      !> called.
+      !> Number of columns, their positions in the table, and the component of each, once `place` has been called.
       integer, private :: n = 0
       integer, private :: places(most_columns) = 0, components(most_columns) = 0
    contains
-      !> Looks the names up, which is not to be done in every step.
+      !> Finds the columns by their names, once instead of in every step.
       procedure :: place
       procedure :: value => sum_of_columns
       procedure :: rate => rate_of_sum
@@ -36,7 +35,7 @@ module nutate_column_event
 
 contains
 
-   !> Finds the columns by their names. An unknown name counts as no column.
+   !> Finds the columns by their names. An unknown name is treated as no column.
    pure subroutine place(self)
       class(column_event_t), intent(inout) :: self
       integer :: i, at
@@ -75,7 +74,7 @@ contains
       end do
    end function rate_of_sum
 
-   !> Returns the rate of a column, by differences where the table says so.
+   !> Returns the rate of a column, by differences if the table says so.
    pure real(wp) function rate_of_column(self, i, system, motion) result(rate)
       class(column_event_t), intent(in) :: self
       integer, intent(in) :: i
@@ -137,7 +136,7 @@ contains
       fastest = 0.0_wp
       do i = 1, self%n
          rate = fastest_rate(quantities(self%places(i)), self%components(i), speeds)
-         ! An angle that jumps at the poles.
+         ! No bound is known, for example for an angle that jumps at the poles.
          if (rate < 0.0_wp) return
          fastest = fastest + abs(self%weights(i))*rate
       end do

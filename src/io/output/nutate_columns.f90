@@ -34,69 +34,69 @@ module nutate_columns
 
    public :: columns_t, need_attitude
 
-   !> A radian.
+   !> One radian in degrees.
    real(wp), parameter :: degree = 180.0_wp/pi
 
-   !> What several sets share, and what is remembered from earlier states.
+   !> Values that several sets share, and values kept from earlier states.
    type :: shared_t
-      !> Ω, body axes, rad/s; shape (3). Only where a set needs it.
+      !> Ω, body axes, rad/s; shape (3). Set only if a set of columns needs it.
       real(wp) :: omega(3) = 0.0_wp
-      !> H of the first state, J; the Jacobi integral where the space axes turn. Only where a set needs it.
+      !> H of the first state, J; the Jacobi integral if the space axes rotate. Set only if a set of columns needs it.
       real(wp) :: first_energy = 0.0_wp
       !> 1/J0, kg⁻¹ m⁻².
       real(wp) :: inverse_j0 = 0.0_wp
    end type shared_t
 
-   !> The sets of a history. What no set asks for is never evaluated.
+   !> The sets of columns of a history. Values that no set needs are never evaluated.
    type :: columns_t
-      !> Positions of the first quantity of each set asked for, in the table.
+      !> Position in the table of the first quantity of each requested set.
       integer, allocatable, private :: chosen(:)
-      !> Number of columns, that of t included, and of each chosen set; shape (that of `chosen`).
+      !> Number of all columns, including t, and of the columns of each chosen set; shape (that of `chosen`).
       integer :: width = 1
       integer, allocatable, private :: widths(:)
       !> Names of the columns for each effect, comma separated.
       character(len=:), allocatable, private :: energies, works
-      !> Records must have `works`.
+      !> True if records must have `works`.
       logical :: needs_works = .false.
-      !> They show what holds in the step that ends there: commands of controllers.
+      !> True if columns show values of the step that ends at a row: commands of controllers.
       logical :: shows_commands = .false.
-      !> The state must be shown to `follow` after every step.
+      !> True if `follow` must be called with the state after every step.
       logical :: follows_steps = .false.
-      !> They show what a run propagates: `evaluate` needs its sensitivities.
+      !> True if columns show quantities that a run propagates: `evaluate` needs its sensitivities.
       logical :: differentiates = .false.
-      !> Number of the chosen sets that need none, which come first, and of their columns, that of t included.
+      !> Number of the chosen sets without propagated quantities, which come first, and of their columns, including t.
       integer, private :: n_plain = 0
       integer :: plain_width = 1
       type(propagated_t), allocatable, private :: propagated
       integer, private :: n_wheels = 0
-      !> Angles in degrees, rates in degrees per second.
+      !> True for angles in degrees, rates in degrees per second.
       logical, private :: degrees = .false.
       logical, private :: needs_rate = .false.
       type(shared_t), private :: shared
-      !> Euler angles of each chosen set that has some; shape (that of `chosen`) where there is one.
+      !> Euler angles of each chosen set that has some; shape (that of `chosen`) if there is one.
       type(followed_angles_t), allocatable, private :: followed(:)
-      !> The chosen sets that follow angles, by number.
+      !> Numbers of the chosen sets that follow angles.
       integer, allocatable, private :: angle_sets(:)
    contains
       !> Selects the sets by name.
       procedure :: choose
-      !> The header row.
+      !> Returns the header row.
       procedure :: header
-      !> Fails for a row with a value that is not finite, with the name of its column.
+      !> Returns an error for a row with a value that is not finite, with the name of its column.
       procedure :: check_row
       !> Stores the first state.
       procedure :: start
-      !> Follows angles that must not lose turns between rows.
+      !> Follows angles that must not lose revolutions between rows.
       procedure :: follow
-      !> One row.
+      !> Evaluates one row.
       procedure :: evaluate
-      !> Shows to an archive what is remembered from earlier states.
+      !> Writes or reads the values kept from earlier states in checkpoint data.
       procedure :: transfer => transfer_columns
    end type columns_t
 
 contains
 
-   !> True if one of the named sets depends on the attitude.
+   !> Returns true if one of the named sets depends on the attitude.
    pure logical function need_attitude(names)
       character(len=*), intent(in) :: names(:)
       integer :: i
@@ -104,17 +104,17 @@ contains
    end function need_attitude
 
    !> Selects sets by name, in any order. Errors: `NUTATE_BAD_ARGUMENT` for a name that is not in the table, for
-   !> a wheel, an orbit or a sun that does not exist, for two sets with the same columns, and for those of what the run
-   !> does not propagate.
+   !> a wheel, an orbit or a sun that does not exist, for two sets with the same columns, and for sets of quantities
+   !> that the run does not propagate.
    subroutine choose(self, names, status, degrees, effects, propagated)
       class(columns_t), intent(inout) :: self
       character(len=*), intent(in) :: names(:)
       type(status_t), intent(out) :: status
       !> Angles in degrees, rates in degrees per second, which the names of their columns say; default `.false.`.
       logical, intent(in), optional :: degrees
-      !> Those of the system; default: there is all that columns ask for, and no effect that has columns of its own.
+      !> Effects of the system; default: everything that columns need exists, and no effect has separate columns.
       type(effect_list_t), intent(in), optional :: effects
-      !> What the run propagates; default: nothing.
+      !> Quantities that the run propagates; default: none.
       type(propagated_t), intent(in), optional :: propagated
       integer :: i, first
       logical :: is_chosen(size(quantities))
@@ -198,8 +198,8 @@ contains
       end select
    end function set_header
 
-   !> Errors: `NUTATE_BAD_ARGUMENT` for a set of derivatives where nothing is free, for one of standard deviations where
-   !> no free number has one, and for indicators of chaos that nothing follows.
+   !> Checks that a run propagates a quantity. Errors: `NUTATE_BAD_ARGUMENT` for derivatives without parameters, for
+   !> standard deviations if no parameter has one, and for indicators of chaos that the run does not follow.
    subroutine check_propagated(quantity, status, propagated)
       type(quantity_t), intent(in) :: quantity
       type(status_t), intent(inout) :: status
@@ -223,16 +223,17 @@ contains
                                     'columns')
    end subroutine check_propagated
 
-   !> What to write in the place of an unknown name.
+   !> Returns a hint what to write instead of an unknown name.
    pure function hint(nearest) result(text)
-      !> Blank if there is none.
+      !> Nearest name; blank if there is none.
       character(len=*), intent(in) :: nearest
       character(len=:), allocatable :: text
       text = 'nearest: '//nearest
       if (nearest == '') text = 'expected a set such as '//comma_list(quantities(1:3)%set)
    end function hint
 
-   !> Errors: `NUTATE_BAD_ARGUMENT` for a set of a wheel, a controller, a field, an orbit or a sun that does not exist.
+   !> Checks that a quantity is available. Errors: `NUTATE_BAD_ARGUMENT` for a set of a wheel, a controller, a field, an
+   !> orbit or a sun that does not exist.
    subroutine check_available(quantity, effects, status)
       type(quantity_t), intent(in) :: quantity
       type(effect_list_t), intent(in) :: effects
@@ -243,10 +244,10 @@ contains
                                        ' (expected '//expected//')', 'columns')
    end subroutine check_available
 
-   !> The header row: the names of all columns, comma separated.
+   !> Returns the header row: the names of all columns, comma separated.
    pure function header(self, plain) result(line)
       class(columns_t), intent(in) :: self
-      !> Leave out those of derivatives; default false.
+      !> True to leave out the columns of derivatives; default false.
       logical, intent(in), optional :: plain
       character(len=:), allocatable :: line
       integer :: i, k
@@ -265,7 +266,7 @@ contains
       end do
    end function header
 
-   !> Errors: `NUTATE_NOT_FINITE` for a row with a value that is not finite, with the name of its column.
+   !> Checks a row. Errors: `NUTATE_NOT_FINITE` for a value that is not finite, with the name of its column.
    subroutine check_row(self, values, status)
       class(columns_t), intent(in) :: self
       !> A row, t first.
@@ -289,7 +290,7 @@ contains
       type(state_t), intent(in) :: state
       !> 1/J0, kg⁻¹ m⁻².
       real(wp), intent(in) :: inverse_j0
-      !> The run goes back in time; default false.
+      !> True if the run goes backward in time; default false.
       logical, intent(in), optional :: backward
       real(wp) :: omega(3)
       integer :: i
@@ -308,7 +309,7 @@ contains
       end do
    end subroutine start
 
-   !> Follows angles that must not lose turns between rows: to be called after every step if `follows_steps`.
+   !> Follows angles that must not lose revolutions between rows. Call it after every step if `follows_steps`.
    pure subroutine follow(self, state)
       class(columns_t), intent(inout) :: self
       type(state_t), intent(in) :: state
@@ -318,17 +319,17 @@ contains
       end do
    end subroutine follow
 
-   !> One row: t, then the values of the sets.
+   !> Evaluates one row: t, then the values of the sets.
    pure subroutine evaluate(self, system, state, record, values, tangent, chaos)
       class(columns_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
       type(run_record_t), intent(in) :: record
-      !> Shape (width); shape (plain_width) without sensitivities.
+      !> Values of the row; shape (width), or shape (plain_width) without sensitivities.
       real(wp), intent(out) :: values(:)
-      !> A column for each free number, then others; needed only if `differentiates`.
+      !> Sensitivities: one for each parameter, then others; needed only if `differentiates`.
       type(tangent_t), intent(in), optional :: tangent
-      !> Needed only by columns of chaos.
+      !> Indicators of chaos; needed only by their columns.
       type(chaos_t), intent(in), optional :: chaos
       integer :: i, first, last
 
@@ -354,11 +355,11 @@ contains
       end do
    end subroutine evaluate
 
-   !> The angles and rates of a set in degrees.
+   !> Converts the angles and rates of a set to degrees.
    pure subroutine turn_to_degrees(first, values)
       !> Position of the first quantity of the set.
       integer, intent(in) :: first
-      !> Shape (width of the set).
+      !> Values of the set; shape (width of the set).
       real(wp), intent(inout) :: values(:)
       integer :: k, at, width
       at = 0
@@ -369,7 +370,7 @@ contains
       end do
    end subroutine turn_to_degrees
 
-   !> The values of one set.
+   !> Computes the values of one set.
    pure subroutine write_set(first, system, state, record, shared, values)
       !> Position of the first quantity of the set.
       integer, intent(in) :: first
@@ -377,7 +378,7 @@ contains
       type(state_t), intent(in) :: state
       type(run_record_t), intent(in) :: record
       type(shared_t), intent(in) :: shared
-      !> Shape (width of the set).
+      !> Values of the set; shape (width of the set).
       real(wp), intent(out) :: values(:)
       real(wp) :: q(4)
 
@@ -389,7 +390,7 @@ contains
       case (Q_RATE)
          values = shared%omega
       case (Q_RATE_SPACE)
-         ! Normalised, since a rotation keeps the length of Ω.
+         ! The quaternion is normalised, since a rotation keeps the length of Ω.
          values = rotate_to_space(quat_normalized(state%q), shared%omega)
       case (Q_MOMENTUM)
          values = body_momentum(state)
@@ -424,14 +425,14 @@ contains
       end select
    end subroutine write_set
 
-   !> The values of a set of a wheel, of a controller, of the field, of tumbling elements, of an orbit or of a
+   !> Computes the values of a set of a wheel, of a controller, of the field, of tumbling elements, of an orbit or of a
    !> frame, or of one quantity as events evaluate it.
    pure subroutine write_part(first, system, state, values)
       !> Position of the first quantity of the set.
       integer, intent(in) :: first
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
-      !> Shape (width of the set).
+      !> Values of the set; shape (width of the set).
       real(wp), intent(out) :: values(:)
       type(motion_t) :: motion
       integer :: k
@@ -463,17 +464,17 @@ contains
       end associate
    end subroutine write_part
 
-   !> Position, inertial axes, and distance, m, and true anomaly, rad; shape (5).
+   !> Returns the position on an orbit, inertial axes, m, the distance, m, and the true anomaly, rad; shape (5).
    pure function place_on_orbit(orbit, t) result(values)
       type(orbit_t), intent(in) :: orbit
-      !> s.
+      !> Time, s.
       real(wp), intent(in) :: t
       real(wp) :: values(5)
       values = [orbit%path%position(t), orbit%path%radius(t), orbit%path%true_anomaly(t)]
    end function place_on_orbit
 
-   !> Attitude relative to a frame, and its angle, rad; not finite where that of the frame is not known, which ends a
-   !> run. Shape (5).
+   !> Returns the attitude relative to a frame, and its angle, rad; not finite if the attitude of the frame is not
+   !> known, which ends a run. Shape (5).
    pure function seen_from_frame(i, system, state) result(values)
       integer, intent(in) :: i
       type(system_t), intent(in) :: system
@@ -487,8 +488,8 @@ contains
       end associate
    end function seen_from_frame
 
-   !> Speed relative to the body, rad/s, absolute momentum about the axis, N m s, work of the motor and of the friction
-   !> so far, J; zeros for a wheel that does not exist. Shape (4).
+   !> Returns the speed of a wheel relative to the body, rad/s, its absolute momentum about the axis, N m s, and the
+   !> work of motor and of friction so far, J; zeros if the wheel does not exist. Shape (4).
    pure function of_wheel(i, system, state) result(values)
       integer, intent(in) :: i
       type(system_t), intent(in) :: system
@@ -501,7 +502,7 @@ contains
       values(3:4) = state%wheel_work(:, i)
    end function of_wheel
 
-   !> Shows to an archive what is remembered from earlier states.
+   !> Writes or reads the values kept from earlier states in checkpoint data.
    subroutine transfer_columns(self, archive)
       class(columns_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive

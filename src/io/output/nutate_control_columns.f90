@@ -14,11 +14,11 @@ module nutate_control_columns
 
 contains
 
-   !> Commanded and applied torque, N m, or moment of magnetorquers, A m², body axes, and how often a component of it,
-   !> or the torque of a motor, has come to its limit; shape (7). Zeros for a controller that does not exist, and for
-   !> the commands of one that does not act.
+   !> Returns commanded and applied torque, N m, or moment of magnetorquers, A m², body axes, and how often a component
+   !> of it, or the torque of a motor, has reached its limit; shape (7). Zeros for a controller that does not exist, and
+   !> for the commands of one that does not act.
    pure function controller_values(n, system, state) result(values)
-      !> Which controller, in the order of the scene.
+      !> Number of the controller, in the order of the scene.
       integer, intent(in) :: n
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
@@ -36,12 +36,12 @@ contains
       end associate
    end function controller_values
 
-   !> Torque that the motors give the body for a controller, N m, body axes; shape (3). Of several controllers that a
-   !> motor cannot give all that they ask for together, each gets the same part of it.
+   !> Returns the torque of the motors on the body for a controller, N m, body axes; shape (3). If a motor cannot give
+   !> all that several controllers command together, each receives the same part of its command.
    pure function torque_by_wheels(controller, effects, t, q, rate) result(torque)
       class(torque_t), intent(in) :: controller
       type(effect_list_t), intent(in) :: effects
-      !> s.
+      !> Time, s.
       real(wp), intent(in) :: t
       !> Attitude, unit quaternion, body→space, and Ω against the space axes, body axes, rad/s; shapes (4), (3).
       real(wp), intent(in) :: q(4), rate(3)
@@ -54,7 +54,7 @@ contains
             u = wheel%drive(t, q, rate)
             if (controller%sample > 0.0_wp) then
                asked = effects%command_of_wheel(i)
-               ! Cut off, it is less; else it stays as it is, to the last digit.
+               ! The command is scaled only if the motor limits it; otherwise it is bitwise identical.
                if (abs(u) < abs(asked)) then
                   u = controller%wheel_command(i)*(u/asked)
                else
@@ -66,11 +66,11 @@ contains
       end do
    end function torque_by_wheels
 
-   !> How often a component, or the torque of a motor, has come to its limit.
+   !> Returns how often a component, or the torque of a motor, has reached its limit.
    pure integer function saturations_of(controller, effects, t) result(number)
       class(torque_t), intent(in) :: controller
       type(effect_list_t), intent(in) :: effects
-      !> s.
+      !> Time, s.
       real(wp), intent(in) :: t
       integer :: i
       number = controller%n_saturations(t)
@@ -86,9 +86,9 @@ contains
       end do
    end function saturations_of
 
-   !> Angle from the target of a controller, rad; 0 for one that does not exist.
+   !> Returns the angle from the target of a controller, rad; 0 if the controller does not exist.
    pure real(wp) function pointing_error(n, system, state) result(angle)
-      !> Which controller, in the order of the scene.
+      !> Number of the controller, in the order of the scene.
       integer, intent(in) :: n
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
@@ -99,8 +99,8 @@ contains
       angle = system%effects%torques(place)%item%error_angle(state%t, quat_normalized(state%q))
    end function pointing_error
 
-   !> The magnetic field, body axes, T; shape (3): that of the Earth, or of the first magnetorquers that have one of
-   !> their own, or of the first dipole.
+   !> Returns the magnetic field, body axes, T; shape (3): the field of the Earth, else that of the first magnetorquers
+   !> with a field in the scene, else that of the first dipole.
    pure function field_in_body(effects, state) result(b)
       type(effect_list_t), intent(in) :: effects
       type(state_t), intent(in) :: state
@@ -111,7 +111,7 @@ contains
       b = rotate_to_body(quat_normalized(state%q), b)
    end function field_in_body
 
-   !> The field that stands still in space axes, T; shape (3).
+   !> Finds the magnetic field that is constant in space axes, T; shape (3).
    pure subroutine find_still_field(effects, b, found)
       type(effect_list_t), intent(in) :: effects
       real(wp), intent(out) :: b(3)
@@ -127,7 +127,7 @@ contains
       end do
    end subroutine find_still_field
 
-   !> True if there is a magnetic field.
+   !> Returns true if there is a magnetic field.
    pure logical function has_field(effects)
       type(effect_list_t), intent(in) :: effects
       real(wp) :: b(3)
@@ -135,7 +135,7 @@ contains
       has_field = has_field .or. effects%in_earth_field
    end function has_field
 
-   !> True if there is a controller of a number, one that points where that is asked for.
+   !> Returns true if the n-th controller exists and, if `points`, has a target.
    pure logical function has_controller(n, points, effects) result(has)
       integer, intent(in) :: n
       logical, intent(in) :: points
@@ -146,7 +146,7 @@ contains
       if (has .and. points) has = effects%torques(place)%item%is_pointing()
    end function has_controller
 
-   !> Which torque the n-th controller is; 0 where there is none.
+   !> Returns the position of the n-th controller among the torques; 0 if there is none.
    pure integer function place_of(effects, n) result(place)
       type(effect_list_t), intent(in) :: effects
       integer, intent(in) :: n

@@ -2,7 +2,7 @@
 !>
 !> The 17 digits of x are those of the integer nearest to |x| 10^(16-k), 10^k <= |x| < 10^(k+1). The product is
 !> formed in twice the working precision (error below 1e-28 of it), so that the text lies within half a unit of the
-!> 17th digit, and 15 or 16 digits are taken where they stay within half the distance to the next double: the text
+!> 17th digit, and 15 or 16 digits are used if they stay within half the distance to the next double: the text
 !> reads back exactly by construction. This takes a fifth of the time of a formatted write.
 module nutate_decimal
    use nutate_kinds, only: wp, long
@@ -11,7 +11,7 @@ module nutate_decimal
 
    public :: decimal_t, decimal_length, append_rounded, exact_text, rounded_text
 
-   !> No number is longer.
+   !> Length of the longest number.
    integer, parameter :: decimal_length = 24
    !> Numbers of a larger or smaller power of ten are left to the runtime.
    integer, parameter :: largest_power = 120
@@ -20,7 +20,7 @@ module nutate_decimal
    !> Units of the last digit of numbers of 15 and 16 digits, in units of the 17th.
    integer(long), parameter :: units(2) = [100_long, 10_long]
 
-   !> Writes numbers. Made ready by `prepare`; constant afterwards.
+   !> Writer of numbers; constant after `prepare`.
    type :: decimal_t
       private
       !> 10^n as the unevaluated sum of two numbers.
@@ -43,7 +43,7 @@ contains
 
       if (allocated(self%power_high)) return
       allocate (self%power_high(-last:last), self%power_low(-last:last))
-      ! 0.1 and what is missing to a tenth: 10*0.1 exceeds 1 by ten times that.
+      ! Rounding error of 0.1: 10*0.1 exceeds 1 by ten times this error.
       call multiply(0.1_wp, 0.0_wp, 10.0_wp, 0.0_wp, tenth, tenth_low)
       tenth_low = -((tenth - 1.0_wp) + tenth_low)/10.0_wp
       tenth = 0.1_wp
@@ -67,7 +67,7 @@ contains
       integer(long) :: digits
       integer :: power
 
-      ! By its sign bit: -0 is written as -0.
+      ! The sign bit decides: -0 is written as -0.
       if (sign(1.0_wp, x) < 0.0_wp) call put('-', line, used)
       if (abs(x) > 0.0_wp) then
          call get_digits(self, abs(x), digits, power)
@@ -77,8 +77,8 @@ contains
       end if
    end subroutine append
 
-   !> 17 decimal digits of x > 0 (the last ones zero where they are not needed), as a whole number, and the power of
-   !> ten of the first.
+   !> Finds 17 decimal digits of x > 0 (the last ones zero if they are not needed), as an integer, and the power of ten
+   !> of the first.
    pure subroutine get_digits(self, x, digits, power)
       class(decimal_t), intent(in) :: self
       real(wp), intent(in) :: x
@@ -102,11 +102,11 @@ contains
          power = power + 1
          call multiply(x, 0.0_wp, self%power_high(16 - power), self%power_low(16 - power), high, low)
       end if
-      ! The high part is a whole number, since it exceeds 2**53.
+      ! The high part is an integer, since it exceeds 2**53.
       shorter = int(low + sign(0.5_wp, low), long)
       digits = int(high, long) + shorter
       rest = low - real(shorter, wp)
-      ! Half the distance 2**(binary_power - 52) to the next double; a quarter where the one below is nearer.
+      ! Half the distance 2**(binary_power - 52) to the next double; a quarter if the double below is nearer.
       reach = 0.49999_wp*transfer(ishft(int(binary_power - 52 + 1023, long), 52), reach)*self%power_high(16 - power)
       if (iand(bits, 2_long**52 - 1) == 0) reach = 0.5_wp*reach
       do i = 1, size(units)
@@ -122,7 +122,8 @@ contains
       end if
    end subroutine get_digits
 
-   !> The same, rounded to `n` digits, by a formatted write: for numbers of extreme size and for people.
+   !> Finds `n` decimal digits of x > 0, as an integer of 17 digits, and the power of ten of the first, by a formatted
+   !> write: for numbers of extreme size and for people.
    pure subroutine read_digits(x, n, digits, power)
       real(wp), intent(in) :: x
       integer, intent(in) :: n
@@ -170,7 +171,7 @@ contains
 
    !> Appends a power of ten: E-13.
    pure subroutine put_power(power, line, used)
-      !> At most three digits.
+      !> Exponent of at most three digits.
       integer, intent(in) :: power
       character(len=*), intent(inout) :: line
       integer, intent(inout) :: used
@@ -192,7 +193,7 @@ contains
       used = used + len(piece)
    end subroutine put
 
-   !> The 17 characters of a whole number and how many of them come before the zeros at the end; at least one.
+   !> Finds the 17 characters of an integer and the number of them before the zeros at the end, at least one.
    pure subroutine spell(digits, text, n)
       integer(long), intent(in) :: digits
       character(len=17), intent(out) :: text
@@ -209,8 +210,8 @@ contains
       end do
    end subroutine spell
 
-   !> (high + low) = (a + a_low)(b + b_low) in twice the working precision (Dekker 1971), the factors cut into
-   !> halves by bits so that fused operations do no harm.
+   !> Computes (high + low) = (a + a_low)(b + b_low) in twice the working precision (Dekker 1971). The factors are split
+   !> into halves by bits so that fused operations do no harm.
    pure subroutine multiply(a, a_low, b, b_low, high, low)
       real(wp), intent(in) :: a, a_low, b, b_low
       real(wp), intent(out) :: high, low
@@ -225,13 +226,13 @@ contains
       low = error - (high - product)
    end subroutine multiply
 
-   !> The leading 26 bits of a number.
+   !> Returns the leading 26 bits of a number.
    pure real(wp) function leading_half(x)
       real(wp), intent(in) :: x
       leading_half = transfer(iand(transfer(x, 1_long), not(2_long**27 - 1)), x)
    end function leading_half
 
-   !> A finite number, as short as reads back exactly.
+   !> Returns a finite number as text, as short as reads back exactly.
    pure function exact_text(x) result(text)
       real(wp), intent(in) :: x
       character(len=:), allocatable :: text
@@ -244,7 +245,7 @@ contains
       text = line(1:used)
    end function exact_text
 
-   !> A number rounded for people, without zeros at its end.
+   !> Returns a number as text, rounded for people, without zeros at the end.
    pure function rounded_text(x, n) result(text)
       real(wp), intent(in) :: x
       !> Significant digits, 1 to 17; default 6.

@@ -1,4 +1,4 @@
-!> The columns that a history has for each effect: the energy of each potential, the work of all that does work.
+!> The columns that a history has for each effect: the energy of each potential, the work of each effect that does work.
 module nutate_effect_columns
    use nutate_effect_list, only: effect_list_t
    use nutate_hamiltonian, only: body_direction
@@ -16,8 +16,8 @@ module nutate_effect_columns
 
 contains
 
-   !> `energy_gravity,energy_spring1,energy_spring2`: the potentials in the order in which they were added, on or off;
-   !> empty if there is none.
+   !> Returns the names of the energy columns, `energy_gravity,energy_spring1,energy_spring2`: the potentials in the
+   !> order in which they were added, on or off; empty if there is none.
    pure function energy_headers(effects) result(headers)
       type(effect_list_t), intent(in) :: effects
       character(len=:), allocatable :: headers
@@ -29,8 +29,8 @@ contains
       headers = joined('energy_'//numbered(names))
    end function energy_headers
 
-   !> `work_damping,work_motor1,work_friction1`: torques, motor and friction of each wheel, the potentials that move,
-   !> and, where there are potentials that can be switched, the switches; empty if there is nothing.
+   !> Returns the names of the work columns, `work_damping,work_motor1,work_friction1`: torques, motor and friction of
+   !> each wheel, the potentials that move, and the switches if potentials can be switched; empty if there is nothing.
    pure function work_headers(effects) result(headers)
       type(effect_list_t), intent(in) :: effects
       character(len=:), allocatable :: headers
@@ -57,7 +57,7 @@ contains
       headers = joined('work_'//names(:last))
    end function work_headers
 
-   !> U of each potential, J, 0 of one that is off; shape (n).
+   !> Returns U of each potential, J, 0 for one that is off; shape (n).
    pure function energies_of(effects, state, n) result(energies)
       type(effect_list_t), intent(in) :: effects
       type(state_t), intent(in) :: state
@@ -73,11 +73,11 @@ contains
       end do
    end function energies_of
 
-   !> The works of a record, J; zeros where it has none, before the run. Shape (n).
+   !> Returns the work values of a record, J; zeros before the run, when the record has none. Shape (n).
    pure function works_of(effects, record, n) result(works)
       type(effect_list_t), intent(in) :: effects
       type(run_record_t), intent(in) :: record
-      !> As many as there are headers.
+      !> Number of headers.
       integer, intent(in) :: n
       real(wp) :: works(n)
       integer :: fixed
@@ -85,12 +85,12 @@ contains
       if (.not. allocated(record%works)) return
       fixed = effects%n_torques + 2*effects%n_wheels
       works(:fixed) = record%works(:fixed)
-      ! Of a member of an ensemble potentials can stand still that move in the scene.
+      ! In a member of an ensemble, potentials that move in the scene can be constant.
       if (effects%moves .and. n > fixed) works(fixed + 1) = record%works(fixed + 1)
       if (can_switch(effects)) works(n) = record%works(size(record%works))
    end function works_of
 
-   !> Events can switch a potential, which changes the energy at once.
+   !> Returns true if events can switch a potential, which changes the energy at once.
    pure logical function can_switch(effects)
       type(effect_list_t), intent(in) :: effects
       integer :: i
@@ -100,8 +100,8 @@ contains
       end do
    end function can_switch
 
-   !> Names with numbers behind those that stand there several times, and without what the header of a table would have
-   !> to mark; shape (that of `names`).
+   !> Returns names with numbers after those that occur several times, and without characters that the header of a table
+   !> would have to mark; shape (that of `names`).
    pure function numbered(names) result(texts)
       character(len=*), intent(in) :: names(:)
       character(len=len(names)) :: texts(size(names)), plain(size(names))

@@ -1,7 +1,7 @@
-!> Instants of calendar time, to 1e-15 s: when t = 0 is, and what date any t has.
+!> Instants of calendar time, to 1e-15 s: the date of t = 0, and the date of any t.
 !>
-!> Seconds of t are counted in the time system of the epoch; those of UTC, TAI and TT have one length. Dates are those
-!> of CCSDS 301.0-B, format A (`2029-04-13T21:46:12.7`) and B (`2029-103T21:46:12.7`).
+!> Seconds of t are counted in the time system of the epoch; seconds of UTC, TAI and TT have one length. Dates follow
+!> CCSDS 301.0-B, format A (`2029-04-13T21:46:12.7`) and B (`2029-103T21:46:12.7`).
 module nutate_epoch
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_calendar, only: date_of, day_of, days_in_month, first_utc_day, first_year, is_leap_year, last_known_day, &
@@ -15,7 +15,7 @@ module nutate_epoch
 
    !> Time systems: barycentric dynamical, terrestrial, atomic, and coordinated universal time.
    character(len=*), parameter :: time_systems = 'TDB,TT,TAI,UTC'
-   !> Parts of a second, 1e-15 s, and digits behind its point.
+   !> Digits after the decimal point of a second, and its parts, 1e-15 s.
    integer, parameter :: digits = 15
    integer(long), parameter :: parts = 10_long**digits
    integer, parameter :: seconds_in_day = 86400
@@ -34,23 +34,23 @@ module nutate_epoch
       !> `TDB`, `TT`, `TAI` or `UTC`; blank: no instant.
       character(len=3) :: system = ''
    contains
-      !> True unless it is no instant.
+      !> Returns true if the epoch is an instant.
       procedure :: is_set
-      !> The instant after a time.
+      !> Returns the instant after a time.
       procedure :: after
-      !> Its date.
+      !> Returns the date as text.
       procedure :: text => date_text
-      !> The time since another instant.
+      !> Returns the time since another instant, s.
       procedure :: since
-      !> Barycentric dynamical time.
+      !> Returns barycentric dynamical time past J2000, s.
       procedure :: tdb
-      !> It lies where leap seconds are not known yet.
+      !> Returns true for an instant of UTC after the last day up to which leap seconds are known.
       procedure :: is_uncertain
    end type epoch_t
 
 contains
 
-   !> Returns true unless it is no instant.
+   !> Returns true if the epoch is an instant.
    pure logical function is_set(self)
       class(epoch_t), intent(in) :: self
       is_set = self%system /= ''
@@ -58,12 +58,12 @@ contains
 
    !> Reads a date.
    pure subroutine read_epoch(text, system, epoch, problem)
-      !> Format A or B, without time of day, or with it and up to 15 digits of a fraction; `Z` at its end says nothing.
+      !> Format A or B, without time of day, or with it and up to 15 digits of a fraction; a `Z` at the end is ignored.
       character(len=*), intent(in) :: text
       !> One of `time_systems`.
       character(len=*), intent(in) :: system
       type(epoch_t), intent(out) :: epoch
-      !> What is wrong with the text, to stand behind it, with what is expected; empty on success.
+      !> Message to follow the text: the fault, and what is expected; empty on success.
       character(len=:), allocatable, intent(out) :: problem
       character(len=:), allocatable :: date, time
       integer :: t
@@ -155,11 +155,11 @@ contains
       end do
    end function number
 
-   !> Returns the instant t seconds later; no instant where its year does not have four digits, or is before 1583, or
-   !> UTC is not defined.
+   !> Returns the instant t seconds later; no instant if its year does not have four digits, or is before 1583, or if
+   !> UTC is not defined then.
    pure type(epoch_t) function after(self, t) result(later)
       class(epoch_t), intent(in) :: self
-      !> s.
+      !> Time, s.
       real(wp), intent(in) :: t
       type(epoch_t) :: uniform
       integer(long) :: seconds, part
@@ -174,7 +174,7 @@ contains
           later%day > day_of(last_year, 12, 31)) later%system = ''
    end function after
 
-   !> The same instant in a system without leap seconds: UTC as TAI.
+   !> Returns an instant in a time system without leap seconds: UTC as TAI, others unchanged.
    pure type(epoch_t) function uniform_time(epoch) result(uniform)
       class(epoch_t), intent(in) :: epoch
       uniform%day = epoch%day
@@ -186,7 +186,7 @@ contains
       uniform%system = 'TAI'
    end function uniform_time
 
-   !> Turns an instant of TAI into UTC.
+   !> Converts an instant from TAI to UTC.
    pure subroutine turn_to_utc(epoch)
       type(epoch_t), intent(inout) :: epoch
       type(epoch_t) :: utc
@@ -201,11 +201,11 @@ contains
       epoch = utc
    end subroutine turn_to_utc
 
-   !> Brings seconds and their parts into a day.
+   !> Reduces seconds and their parts to the range of a day, and changes the day accordingly.
    pure subroutine normalize(day, second, part, epoch)
       integer, intent(in) :: day
       integer(long), intent(in) :: second, part
-      !> Its system stays.
+      !> Reduced instant; its time system is not changed.
       type(epoch_t), intent(inout) :: epoch
       integer(long) :: seconds
       seconds = second + (part - modulo(part, parts))/parts
@@ -214,9 +214,9 @@ contains
       epoch%day = day + int((seconds - epoch%second)/seconds_in_day)
    end subroutine normalize
 
-   !> Splits a time into whole seconds and parts, both of its sign, by the decimal number that it is written as.
+   !> Splits a time into integer seconds and parts, both of its sign, by the decimal number that it is written as.
    pure subroutine split_time(t, seconds, part)
-      !> s, less than `longest_time`.
+      !> Time, s, less than `longest_time`.
       real(wp), intent(in) :: t
       integer(long), intent(out) :: seconds, part
       character(len=:), allocatable :: text
@@ -241,11 +241,11 @@ contains
       end if
    end subroutine split_time
 
-   !> Returns the date in format A, `2029-04-13T21:46:12.700000`: as many digits as are needed, but not less than asked
-   !> for. Empty for no instant.
+   !> Returns the date in format A, `2029-04-13T21:46:12.700000`: with as many digits as are needed, but at least
+   !> `least`. Empty for no instant.
    pure function date_text(self, least) result(text)
       class(epoch_t), intent(in) :: self
-      !> Digits behind the point, 0 to 15; default 0.
+      !> Digits after the decimal point, 0 to 15; default 0.
       integer, intent(in), optional :: least
       character(len=:), allocatable :: text
       character(len=35) :: line
@@ -266,7 +266,7 @@ contains
    !> Returns the time since an instant, s.
    pure real(wp) function since(self, earlier) result(t)
       class(epoch_t), intent(in) :: self
-      !> Of the same system.
+      !> Instant in the same time system.
       class(epoch_t), intent(in) :: earlier
       type(epoch_t) :: a, b
       a = uniform_time(self)

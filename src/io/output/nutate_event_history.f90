@@ -1,5 +1,5 @@
 !> The events of a run as a CSV file: one row for each, with its time, name and number, and the columns of the history
-!> but for those of derivatives.
+!> without derivatives.
 module nutate_event_history
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_archive, only: archive_t
@@ -19,16 +19,16 @@ module nutate_event_history
 
    !> Events being written.
    type :: event_history_t
-      !> There is a file.
+      !> True if events are written to a file.
       logical :: wanted = .false.
       integer(long) :: rows = 0
       type(output_file_t) :: file
    contains
       !> Opens the file and writes the header.
       procedure :: open => open_events
-      !> Goes on with the file of an archive.
+      !> Continues the file recorded in checkpoint data.
       procedure :: reopen => reopen_events
-      !> Shows to an archive how far the file is.
+      !> Records in checkpoint data how far the file is.
       procedure :: transfer => transfer_events
       !> Writes a row.
       procedure :: write => write_event
@@ -36,8 +36,8 @@ module nutate_event_history
 
 contains
 
-   !> The file of events that belongs to a file of rows: `NAME.events.csv` for `NAME.csv`; blank where that is standard
-   !> output.
+   !> Returns the name of the file of events that belongs to a file of rows: `NAME.events.csv` for `NAME.csv`; blank if
+   !> the rows go to standard output.
    pure function events_name(rows) result(name)
       character(len=*), intent(in) :: rows
       character(len=:), allocatable :: name
@@ -47,12 +47,12 @@ contains
       if (rows(len(rows) - 3:) == '.csv') name = rows(:len(rows) - 4)//'.events.csv'
    end function events_name
 
-   !> Opens the file and writes the header. Errors: those of a history.
+   !> Opens the file and writes the header. Errors: as for opening a history.
    subroutine open_events(self, name, history, status)
       class(event_history_t), intent(inout) :: self
-      !> Path.
+      !> Path of the file of events.
       character(len=*), intent(in) :: name
-      !> Opened: the rows of events have its columns.
+      !> History that is open; the rows of events have its columns.
       class(history_t), intent(in) :: history
       type(status_t), intent(inout) :: status
       character(len=:), allocatable :: header
@@ -64,11 +64,11 @@ contains
       call self%file%put_line('t,event,number'//header(2:), status)
    end subroutine open_events
 
-   !> Goes on with a file of which an archive has been made. Errors: those of a history.
+   !> Continues the file recorded in checkpoint data. Errors: as for continuing a history.
    subroutine reopen_events(self, name, archive, status)
       class(event_history_t), intent(inout) :: self
       character(len=*), intent(in) :: name
-      !> Being read.
+      !> Checkpoint data being read.
       class(archive_t), intent(inout) :: archive
       type(status_t), intent(inout) :: status
       type(file_mark_t) :: mark
@@ -81,10 +81,10 @@ contains
       end if
    end subroutine reopen_events
 
-   !> Shows to an archive how far the file is; what it holds is on the disk then. Errors: `NUTATE_IO`.
+   !> Records in checkpoint data how far the file is, after all of it has been written to the disk. Errors: `NUTATE_IO`.
    subroutine transfer_events(self, archive, status)
       class(event_history_t), intent(inout) :: self
-      !> Being written.
+      !> Checkpoint data being written.
       class(archive_t), intent(inout) :: archive
       type(status_t), intent(inout) :: status
       type(file_mark_t) :: mark
@@ -104,12 +104,12 @@ contains
    !> Writes a row. Errors: `NUTATE_NOT_FINITE`, the row is not written then; `NUTATE_IO`.
    subroutine write_event(self, history, system, name, number, state, record, status)
       class(event_history_t), intent(inout) :: self
-      !> At the last state that it was shown; the numbers are written as in its rows.
+      !> History at the last state that it received; the numbers are written as in its rows.
       class(history_t), intent(inout) :: history
       type(system_t), intent(in) :: system
-      !> Of the event.
+      !> Name of the event.
       character(len=*), intent(in) :: name
-      !> How often it has happened.
+      !> Number of times that the event has happened.
       integer(long), intent(in) :: number
       type(state_t), intent(in) :: state
       type(run_record_t), intent(in) :: record
@@ -134,14 +134,14 @@ contains
       if (status%ok()) self%rows = self%rows + 1
    end subroutine write_event
 
-   !> The columns of a history at an event inside a step; those of its rows do not notice.
+   !> Evaluates the columns of a history at an event inside a step, without changing those of its rows.
    subroutine evaluate_event(followed, system, state, record, values)
-      !> As they are at the last state that the history was shown.
+      !> Columns at the last state that the history received.
       type(columns_t), intent(in) :: followed
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
       type(run_record_t), intent(in) :: record
-      !> Shape (plain_width).
+      !> Values of the columns; shape (plain_width).
       real(wp), intent(out) :: values(:)
       type(columns_t) :: columns
       columns = followed
@@ -149,7 +149,7 @@ contains
       call columns%evaluate(system, state, record, values)
    end subroutine evaluate_event
 
-   !> A text as a field of RFC 4180: in quotes where it has a comma or quotes, which are doubled.
+   !> Returns a string as a field of RFC 4180: in quotes if it has a comma or quotes, which are doubled.
    pure function field(text)
       character(len=*), intent(in) :: text
       character(len=:), allocatable :: field

@@ -1,5 +1,5 @@
-!> The calls of `nutate_files.c`, for `nutate_files`: what each does stands there. Functions that can fail return 0 or
-!> an error number of the system; paths end with a null.
+!> The calls of `nutate_files.c`, for `nutate_files`; the C file describes each. Functions that can fail return 0 or an
+!> error number of the system; paths end with a null.
 module nutate_file_calls
    use, intrinsic :: iso_c_binding, only: c_char, c_int, c_long_long, c_ptr
    implicit none

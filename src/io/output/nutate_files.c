@@ -1,4 +1,4 @@
-/* What Fortran cannot say about files: the reason of an error, locks, atomic renaming, terminals.
+/* Functions for files that Fortran does not have: the reason of an error, locks, atomic renaming, terminals.
  *
  * Called through nutate_file_calls only. Functions that can fail return 0 or an errno value. No state is kept. */
 #ifndef _DEFAULT_SOURCE
@@ -18,16 +18,16 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-/* What a name stands for; the same numbers stand in nutate_files.f90. */
+/* Kinds of file that a name can stand for; nutate_files.f90 has the same numbers. */
 enum { KIND_ABSENT = 0, KIND_REGULAR = 1, KIND_FOLDER = 2, KIND_OTHER = 3 };
 
-/* Not errno values: somebody else holds the lock; the file holds less than it should. */
+/* Results that are no errno values: another process holds the lock; the file is too short. */
 enum { LOCKED = -1, TOO_SHORT = -2 };
 
-/* How long a reader may keep us waiting once we have been asked to stop, ms; what a pipe that is ready takes at once. */
+/* Longest wait for a reader after a request to stop, ms; bytes that a pipe that is ready accepts at once. */
 enum { PATIENCE = 1000, PIPE_ROOM = 4096 };
 
-/* Longest path that a link leads to, and links in a row before they are taken for a circle: what Linux takes. */
+/* Longest path that a link leads to, and links in a row before they are treated as a circle: the limits of Linux. */
 enum { LONGEST_PATH = 4096, MOST_LINKS = 40 };
 
 int nutate_file_kind(const char *path);
@@ -53,7 +53,7 @@ int nutate_file_is_terminal(int descriptor);
 void nutate_file_error_text(int error, char *text, int size);
 void nutate_file_prepare_process(void);
 
-/* What a path stands for, links followed. */
+/* Returns the kind of file that a path stands for, links followed. */
 int nutate_file_kind(const char *path)
 {
     struct stat info;
@@ -63,7 +63,7 @@ int nutate_file_kind(const char *path)
     return KIND_OTHER;
 }
 
-/* Puts where a link leads in the place of its own path, which has room for `size` bytes. */
+/* Replaces the path of a link, which has room for `size` bytes, by the path that the link leads to. */
 static int follow_link(char *path, int size)
 {
     char text[LONGEST_PATH];
@@ -77,7 +77,7 @@ static int follow_link(char *path, int size)
     return 0;
 }
 
-/* The longest name that a file can have in the folder of a path, bytes. */
+/* Returns the length of the longest name that a file can have in the folder of a path, bytes. */
 static int longest_name(const char *path)
 {
     char *copy = strdup(path);
@@ -86,8 +86,8 @@ static int longest_name(const char *path)
     return longest > 0 && longest < LONGEST_PATH ? (int)longest : NAME_MAX;
 }
 
-/* The file that a path stands for: where links lead, though nothing may be there yet. Its name must be no longer than
- * its folder admits. */
+/* Finds the file that a path stands for: the end of its links, which need not exist yet. Its name must be no longer
+ * than its folder admits. */
 int nutate_file_target(const char *path, char *target, int size, int *longest)
 {
     struct stat info;
@@ -102,7 +102,7 @@ int nutate_file_target(const char *path, char *target, int size, int *longest)
     return strlen(slash ? slash + 1 : target) <= (size_t)*longest ? 0 : ENAMETOOLONG;
 }
 
-/* 1 if two paths lead to the same name in the same folder, where there need be no file yet. */
+/* Returns 1 if two paths lead to the same name in the same folder; the file need not exist yet. */
 static int same_place(const char *a, const char *b)
 {
     char first[LONGEST_PATH], second[LONGEST_PATH];
@@ -115,7 +115,7 @@ static int same_place(const char *a, const char *b)
     return one.st_dev == other.st_dev && one.st_ino == other.st_ino;
 }
 
-/* 1 if two paths stand for the same file, whether it is there or is to be written. */
+/* Returns 1 if two paths stand for the same file, existing or still to be written. */
 int nutate_file_same(const char *a, const char *b)
 {
     struct stat first, second;
@@ -124,19 +124,20 @@ int nutate_file_same(const char *a, const char *b)
     return there == 2 && first.st_dev == second.st_dev && first.st_ino == second.st_ino;
 }
 
-/* 0 if a file is there and may be read. To be asked before every OPEN: one that fails removes the file where flang 22 compiled it. */
+/* Returns 0 if a file exists and may be read. Call it before every OPEN: compiled by flang 22, an OPEN that fails
+ * removes the file. */
 int nutate_file_readable(const char *path)
 {
     return access(path, R_OK) == 0 ? 0 : errno;
 }
 
-/* A file marked read-only is not to be replaced, though rename() would. */
+/* Returns 0 if a file may be replaced: one marked read-only may not, though rename() would do it. */
 int nutate_file_replaceable(const char *path)
 {
     return access(path, W_OK) == 0 ? 0 : errno;
 }
 
-/* Opens a pipe or device for writing; waits for a reader until `stop`, if given, points to what has become nonzero. */
+/* Opens a pipe or device for writing; waits for a reader until the value at `stop`, if given, is nonzero. */
 int nutate_file_open(const char *path, const volatile sig_atomic_t *stop, int *descriptor)
 {
     do {
@@ -145,9 +146,9 @@ int nutate_file_open(const char *path, const volatile sig_atomic_t *stop, int *d
     return *descriptor < 0 ? errno : 0;
 }
 
-/* Opens a file that nobody else may write until it is closed; LOCKED if somebody does. Without bytes to keep it is
- * created, or emptied: after it is locked, and only if the name still means the file that was locked. With bytes to
- * keep it must be there, TOO_SHORT if it has fewer, and is left as it is. */
+/* Opens a file that no other process may write until it is closed; LOCKED if one does. Without bytes to keep, the file
+ * is created, or emptied: after it is locked, and only if the name still stands for the locked file. With bytes to
+ * keep, the file must exist, TOO_SHORT if it has fewer, and is left as it is. */
 int nutate_file_open_locked(const char *path, long long keep, int *descriptor)
 {
     struct stat held, named;
@@ -160,7 +161,7 @@ int nutate_file_open_locked(const char *path, long long keep, int *descriptor)
             error = LOCKED;
             break;
         }
-        /* Any other error: a file system without locks, on which one works without. */
+        /* Any other error means a file system without locks: the file is written without one. */
         error = fstat(*descriptor, &held) == 0 ? 0 : errno;
         if (error) break;
         if (stat(path, &named) == 0 && held.st_dev == named.st_dev && held.st_ino == named.st_ino) {
@@ -179,8 +180,8 @@ int nutate_file_open_locked(const char *path, long long keep, int *descriptor)
     return error;
 }
 
-/* Opens a file that another process holds locked, to write to parts of it that are agreed upon. One without its size is
- * not the one that the other process sees: ESTALE. */
+/* Opens a file that another process holds locked, to write to agreed parts of it. A file shorter than `size` is not the
+ * one that the other process has open: ESTALE. */
 int nutate_file_open_beside(const char *path, long long size, int *descriptor)
 {
     struct stat info;
@@ -195,15 +196,15 @@ int nutate_file_open_beside(const char *path, long long size, int *descriptor)
     return error;
 }
 
-/* 1 if a descriptor takes more within our patience; files on a disk always do. */
+/* Returns 1 if a descriptor accepts more bytes within PATIENCE; files on a disk always do. */
 static int takes_more(int descriptor)
 {
     struct pollfd wanted = {descriptor, POLLOUT, 0};
     return poll(&wanted, 1, PATIENCE) != 0;
 }
 
-/* Writes all bytes; on failure `written` tells how many were. Where `stop` points to what has become nonzero, a reader
- * who takes nothing is not waited for: EINTR. */
+/* Writes all bytes; on failure `written` is the number of bytes written. If the value at `stop` is nonzero, the call
+ * does not wait for a reader that accepts nothing: EINTR. */
 int nutate_file_write(int descriptor, const char *bytes, long long count, const volatile sig_atomic_t *stop,
                       long long *written)
 {
@@ -222,7 +223,7 @@ int nutate_file_write(int descriptor, const char *bytes, long long count, const 
     return 0;
 }
 
-/* Writes all bytes at a place; the place where others write stays. */
+/* Writes all bytes at a position; the position of other writes does not change. */
 int nutate_file_write_at(int descriptor, const char *bytes, long long count, long long offset)
 {
     for (long long written = 0; written < count;) {
@@ -234,20 +235,20 @@ int nutate_file_write_at(int descriptor, const char *bytes, long long count, lon
     return 0;
 }
 
-/* Cuts a file and goes on writing at its new end. */
+/* Truncates a file; writing continues at its new end. */
 int nutate_file_truncate(int descriptor, long long size)
 {
     if (ftruncate(descriptor, (off_t)size) != 0) return errno;
     return lseek(descriptor, (off_t)size, SEEK_SET) < 0 ? errno : 0;
 }
 
-/* Brings what was written to the disk. */
+/* Syncs a file to the disk. */
 int nutate_file_sync(int descriptor)
 {
     return fsync(descriptor) == 0 ? 0 : errno;
 }
 
-/* The last `count` <= `size` bytes before `end`. */
+/* Reads the last `count` <= `size` bytes before `end`. */
 int nutate_file_read_tail(const char *path, long long end, char *bytes, int size, int *count)
 {
     int error = 0, descriptor = open(path, O_RDONLY | O_CLOEXEC);
@@ -263,7 +264,7 @@ int nutate_file_read_tail(const char *path, long long end, char *bytes, int size
     return error;
 }
 
-/* Brings a new name in a folder to the disk. */
+/* Syncs the folder of a path, with a new name in it, to the disk. */
 static int sync_folder(const char *path)
 {
     char *copy = strdup(path);
@@ -271,7 +272,7 @@ static int sync_folder(const char *path)
     int descriptor = open(dirname(copy), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     free(copy);
     if (descriptor < 0) return errno;
-    /* A file system that cannot do this does it in its own way. */
+    /* EINVAL means a file system that cannot sync folders, which is no error. */
     int error = fsync(descriptor) == 0 || errno == EINVAL ? 0 : errno;
     close(descriptor);
     return error;
@@ -299,7 +300,7 @@ int nutate_file_remove(const char *path)
     return unlink(path) == 0 ? 0 : errno;
 }
 
-/* Asks for the errors that closing the file would report, without giving up its lock. */
+/* Returns the errors that closing the file would report, without giving up its lock. */
 int nutate_file_settle(int descriptor)
 {
     int copy = dup(descriptor);
@@ -336,7 +337,7 @@ int nutate_file_is_terminal(int descriptor)
     return isatty(descriptor);
 }
 
-/* The system's words for an error, cut to `size` with the terminating null. */
+/* Writes the system's message for an error, cut to `size` with the terminating null. */
 void nutate_file_error_text(int error, char *text, int size)
 {
     snprintf(text, (size_t)size, "%s", strerror(error));

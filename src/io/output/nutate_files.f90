@@ -1,10 +1,10 @@
-!> Output that is complete or recognisably is not: files written under another name until they are whole, and honest
-!> errors.
+!> Output that is either complete or recognisably incomplete: files have another name until they are whole, and errors
+!> are reported.
 !>
 !> The Fortran runtimes buffer what they write and lose errors of the disk, so bytes go through the system's own
 !> `write` (`nutate_files.c`). A regular file `NAME` is written as `NAME.partial`, locked against a second writer,
-!> and renamed by `finish`; standard output, pipes and devices are written directly. A link is followed to the file
-!> that it means, there or not, and stays.
+!> and renamed by `finish`; standard output, pipes and devices are written directly. A link is followed to its target,
+!> which need not exist, and stays.
 module nutate_files
    use, intrinsic :: iso_c_binding, only: c_char, c_int, c_loc, c_long_long, c_null_char, c_null_ptr, &
       c_ptr
@@ -28,7 +28,7 @@ module nutate_files
    integer, parameter :: buffer_size = 65536
    !> Longest path.
    integer, parameter :: path_size = 4096
-   !> What is appended to the name of a file that is not complete, and of one that replaces another.
+   !> Suffixes of the names of files that are not complete, and of files that are to replace another.
    character(len=*), parameter :: partial_suffix = '.partial', replacing_suffix = '.tmp'
    !> Names that mean a descriptor of this process, and the descriptors.
    character(len=11), parameter :: descriptor_names(5) = &
@@ -36,35 +36,35 @@ module nutate_files
    integer, parameter :: descriptors(5) = &
       [STANDARD_OUTPUT, STANDARD_OUTPUT, STANDARD_OUTPUT, STANDARD_ERROR, STANDARD_ERROR]
 
-   !> What a name stands for; the same numbers stand in `nutate_files.c`.
+   !> Kinds of file that a name can stand for; `nutate_files.c` has the same numbers.
    integer, parameter :: KIND_ABSENT = 0, KIND_REGULAR = 1, KIND_FOLDER = 2
-   !> What `nutate_file_open_locked` returns where somebody else holds the lock, and where the file is too short; the
-   !> same numbers stand there.
+   !> Results of `nutate_file_open_locked` if another process holds the lock, and if the file is too short;
+   !> `nutate_files.c` has the same numbers.
    integer, parameter :: LOCKED = -1, TOO_SHORT = -2
-   !> Bytes at the end of a file by which it is recognised.
+   !> Number of bytes at the end of a file by which it is recognised.
    integer, parameter :: tail_size = 4096
 
-   !> How far a file was written.
+   !> Position up to which a file was written.
    type :: file_mark_t
       integer(long) :: bytes = 0
-      !> Checksum of the last of them.
+      !> Checksum of the last `tail_size` bytes before this position.
       integer(long) :: tail = 0
    contains
-      !> Writes or reads its values in checkpoint data.
+      !> Writes or reads the mark in checkpoint data.
       procedure :: transfer => transfer_mark
    end type file_mark_t
 
    !> A file being written line by line.
    type :: output_file_t
-      !> As asked for; `-` is standard output.
+      !> Name as given; `-` is standard output.
       character(len=:), allocatable :: name
-      !> Where the bytes go until the file is complete; not allocated for what is written directly.
+      !> Path of the file until it is complete; not allocated if output is written directly.
       character(len=:), allocatable :: partial
       !> Bytes handed to the system.
       integer(long) :: bytes = 0
-      !> The address of a C `sig_atomic_t`, or null: once it is not zero, readers of a pipe are no longer waited for.
+      !> Address of a C `sig_atomic_t`, or null: once its value is nonzero, writing does not wait for readers of a pipe.
       type(c_ptr) :: stop_flag = c_null_ptr
-      !> Bytes of whole lines among these.
+      !> Bytes of whole lines among those handed to the system.
       integer(long), private :: whole_bytes = 0
       character(len=:), allocatable, private :: target
       character(len=:), allocatable, private :: buffer
@@ -73,31 +73,31 @@ module nutate_files
    contains
       !> Starts writing.
       procedure :: open => open_output
-      !> Goes on writing where another run stopped.
+      !> Continues a file where another run stopped.
       procedure :: reopen
-      !> Goes on writing to any part of a file of a known size.
+      !> Reopens a file of a known size for writing to any part of it.
       procedure :: reopen_whole
-      !> Writes to parts of a file that another process has open.
+      !> Opens a file that another process has open, for writing to parts of it.
       procedure :: open_beside
       !> Gives the file a size.
       procedure :: resize
-      !> Writes bytes at a place, past all buffers.
+      !> Writes bytes at a position, past all buffers.
       procedure :: put_at
-      !> Writes numbers at a place and brings them to the disk; for several threads at once too.
+      !> Writes numbers at a position and syncs them to the disk; several threads may call it at once.
       procedure :: put_safely
-      !> Brings what was written to the disk.
+      !> Syncs the bytes handed to the system to the disk.
       procedure :: sync
-      !> Brings everything to the disk, and says how far that is.
+      !> Writes everything to the disk, and returns how far the file is.
       procedure :: mark
       !> Appends one line.
       procedure :: put_line
       !> Hands everything to the system.
       procedure :: flush => flush_output
-      !> Writes what is left and gives the file its name.
+      !> Writes the rest and gives the file its name.
       procedure :: finish
-      !> Writes what is left and leaves the partial file as it is.
+      !> Writes the rest and leaves the partial file as it is.
       procedure :: abandon
-      !> Where the whole lines written so far can be read; blank where they cannot.
+      !> Returns the path at which the whole lines written so far can be read; blank if there is none.
       procedure :: kept_in
    end type output_file_t
 
@@ -128,7 +128,7 @@ contains
       end select
    end subroutine open_output
 
-   !> Forgets what was written before.
+   !> Resets the object for output to a name.
    subroutine begin(self, name)
       class(output_file_t), intent(inout) :: self
       character(len=*), intent(in) :: name
@@ -140,11 +140,11 @@ contains
       if (.not. allocated(self%buffer)) allocate (character(len=buffer_size) :: self%buffer)
    end subroutine begin
 
-   !> Goes on writing to the partial file that another run left, behind the bytes of its mark; what is there after them
-   !> is cut off. Errors: `NUTATE_IO` where that file is not there, or not as it was; nothing has been changed then.
+   !> Continues the partial file that another run left, after the bytes of its mark; later bytes are cut off. Errors:
+   !> `NUTATE_IO` if that file does not exist or has changed; nothing has been changed then.
    subroutine reopen(self, name, mark, status)
       class(output_file_t), intent(inout) :: self
-      !> What `open` was given.
+      !> Name that `open` received.
       character(len=*), intent(in) :: name
       type(file_mark_t), intent(in) :: mark
       type(status_t), intent(out) :: status
@@ -165,13 +165,13 @@ contains
       if (.not. status%ok()) call release(self, ignored)
    end subroutine reopen
 
-   !> Goes on writing to any part of the partial file that another run left. Errors: `NUTATE_IO` where it is not there,
-   !> or is shorter; nothing has been changed then.
+   !> Reopens the partial file that another run left, for writing to any part of it. Errors: `NUTATE_IO` if it does not
+   !> exist or is shorter; nothing has been changed then.
    subroutine reopen_whole(self, name, bytes, status)
       class(output_file_t), intent(inout) :: self
-      !> What `open` was given.
+      !> Name that `open` received.
       character(len=*), intent(in) :: name
-      !> Its size.
+      !> Size of the partial file, bytes.
       integer(long), intent(in) :: bytes
       type(status_t), intent(out) :: status
       call begin(self, name)
@@ -179,13 +179,13 @@ contains
       call open_partial(self, status)
    end subroutine reopen_whole
 
-   !> Writes by `put_safely` to parts of the partial file that another process has open, and is to finish; `abandon`
-   !> closes it. Errors: `NUTATE_IO` where it is not there, or is shorter.
+   !> Opens the partial file that another process has open and will finish, for writing to parts of it by `put_safely`;
+   !> `abandon` closes it. Errors: `NUTATE_IO` if it does not exist or is shorter.
    subroutine open_beside(self, name, bytes, status)
       class(output_file_t), intent(inout) :: self
-      !> What the other process has given to `open`.
+      !> Name that the other process gave to `open`.
       character(len=*), intent(in) :: name
-      !> Its size.
+      !> Size of the partial file, bytes.
       integer(long), intent(in) :: bytes
       type(status_t), intent(out) :: status
       integer :: error
@@ -206,10 +206,10 @@ contains
       self%whole_bytes = bytes
    end subroutine resize
 
-   !> Writes bytes at a place. Errors: `NUTATE_IO`.
+   !> Writes bytes at a position. Errors: `NUTATE_IO`.
    subroutine put_at(self, offset, bytes, status)
       class(output_file_t), intent(in) :: self
-      !> Bytes before the place.
+      !> Number of bytes before the position.
       integer(long), intent(in) :: offset
       character(len=*), intent(in), target :: bytes
       type(status_t), intent(out) :: status
@@ -218,19 +218,19 @@ contains
       if (error /= 0) status = fail(NUTATE_IO, error_text(error))
    end subroutine put_at
 
-   !> Writes numbers at a place and brings them to the disk.
+   !> Writes numbers at a position and syncs them to the disk.
    subroutine put_safely(self, offset, words, error)
       class(output_file_t), intent(in) :: self
       integer(long), intent(in) :: offset
-      !> Of 8 bytes.
+      !> Numbers of 8 bytes each.
       integer(long), intent(in), contiguous, target :: words(:, :)
-      !> Of the system, for `error_text`; 0: none.
+      !> Error number of the system, for `error_text`; 0: no error.
       integer, intent(out) :: error
       error = file_write_at(self%descriptor, c_loc(words), 8*size(words, kind=c_long_long), offset)
       if (error == 0) error = file_sync(self%descriptor)
    end subroutine put_safely
 
-   !> Brings what was written to the disk. Errors: `NUTATE_IO`.
+   !> Syncs the bytes handed to the system to the disk. Errors: `NUTATE_IO`.
    subroutine sync(self, status)
       class(output_file_t), intent(in) :: self
       type(status_t), intent(out) :: status
@@ -239,7 +239,7 @@ contains
       if (error /= 0) status = fail(NUTATE_IO, error_text(error))
    end subroutine sync
 
-   !> Brings everything to the disk, and says how far that is. Errors: `NUTATE_IO`.
+   !> Writes everything to the disk, and returns how far the file is. Errors: `NUTATE_IO`.
    subroutine mark(self, place, status)
       class(output_file_t), intent(inout) :: self
       type(file_mark_t), intent(out) :: place
@@ -253,7 +253,7 @@ contains
       if (error /= 0) status = fail(NUTATE_IO, error_text(error))
    end subroutine mark
 
-   !> Checksum of the last bytes of a file before a place.
+   !> Computes the checksum of the last bytes of a file before a position.
    subroutine get_tail(path, end, tail, error)
       character(len=*), intent(in) :: path
       integer(long), intent(in) :: end
@@ -267,7 +267,7 @@ contains
       if (error == 0) tail = checksum(bytes(1:count))
    end subroutine get_tail
 
-   !> Writes or reads its values in checkpoint data.
+   !> Writes or reads the mark in checkpoint data.
    subroutine transfer_mark(self, archive)
       class(file_mark_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive
@@ -275,9 +275,9 @@ contains
       call archive%transfer(self%tail)
    end subroutine transfer_mark
 
-   !> Starts writing a regular file under its partial name: behind what is to be kept of it, or anew.
+   !> Starts writing a regular file under its partial name: after the bytes to be kept, or from its beginning.
    subroutine open_partial(self, status)
-      !> Its `whole_bytes` are to be kept.
+      !> Output whose first `whole_bytes` bytes are to be kept.
       class(output_file_t), intent(inout) :: self
       type(status_t), intent(out) :: status
       character(len=:), allocatable :: partial
@@ -301,11 +301,11 @@ contains
       end if
    end subroutine open_partial
 
-   !> The file that a path stands for, and beside it the name of one that is to become it.
+   !> Finds the file that a path stands for, and the name of a file beside it that is to become it.
    subroutine find_target(path, suffix, target, unfinished, error)
       character(len=*), intent(in) :: path, suffix
       character(len=:), allocatable, intent(out) :: target, unfinished
-      !> Of the system; 0: none.
+      !> Error number of the system; 0: no error.
       integer, intent(out) :: error
       character(kind=c_char) :: found(path_size)
       integer(c_int) :: longest
@@ -315,11 +315,11 @@ contains
       unfinished = with_suffix(target, suffix, int(longest))
    end subroutine find_target
 
-   !> A path with a suffix. Where its name would become too long, the end of it gives way to a checksum of it, so that
-   !> names which begin alike stay apart.
+   !> Returns a path with a suffix. If the name would become too long, a checksum of it replaces its end, so that names
+   !> that begin alike stay different.
    pure function with_suffix(path, suffix, longest) result(longer)
       character(len=*), intent(in) :: path, suffix
-      !> Bytes that a name may have.
+      !> Largest number of bytes of a name.
       integer, intent(in) :: longest
       character(len=:), allocatable :: longer
       character(len=16) :: digits
@@ -340,7 +340,7 @@ contains
    !> Appends one line. Errors: `NUTATE_IO`, whole lines handed to the system before are kept.
    subroutine put_line(self, line, status)
       class(output_file_t), intent(inout) :: self
-      !> Without its line end.
+      !> Line without its line end.
       character(len=*), intent(in) :: line
       type(status_t), intent(out) :: status
       if (self%used + len(line) + 1 > buffer_size) then
@@ -366,7 +366,7 @@ contains
       if (used > 0) call write_block(self, self%buffer(1:used), status)
    end subroutine flush_output
 
-   !> Hands whole lines to the system. Where it takes only some of the bytes, a partial file is cut back to its last
+   !> Hands whole lines to the system. If it accepts only some of the bytes, a partial file is cut back to its last
    !> whole line.
    subroutine write_block(self, block, status)
       class(output_file_t), intent(inout) :: self
@@ -383,14 +383,14 @@ contains
       if (file_truncate(self%descriptor, self%whole_bytes) == 0) self%bytes = self%whole_bytes
    end subroutine write_block
 
-   !> Writes what is left and gives the file its name. Errors: `NUTATE_IO`; the partial file stays.
+   !> Writes the rest and gives the file its name. Errors: `NUTATE_IO`; the partial file stays.
    subroutine finish(self, status)
       class(output_file_t), intent(inout) :: self
       type(status_t), intent(out) :: status
       integer :: error
       call self%flush(status)
       if (status%ok() .and. allocated(self%partial)) then
-         ! Renamed while the lock is held: otherwise another run could empty it in between.
+         ! The file is renamed while the lock is held: otherwise another run could empty it in between.
          error = file_settle(self%descriptor)
          if (error == 0) error = file_rename(self%partial//c_null_char, self%target//c_null_char)
          if (error /= 0) status = fail(NUTATE_IO, error_text(error))
@@ -399,7 +399,7 @@ contains
       if (status%ok() .and. error /= 0) status = fail(NUTATE_IO, error_text(error))
    end subroutine finish
 
-   !> Writes what is left and leaves the partial file as it is. Errors: `NUTATE_IO`.
+   !> Writes the rest and leaves the partial file as it is. Errors: `NUTATE_IO`.
    subroutine abandon(self, status)
       class(output_file_t), intent(inout) :: self
       type(status_t), intent(out) :: status
@@ -410,7 +410,7 @@ contains
       if (status%ok() .and. error /= 0) status = fail(NUTATE_IO, error_text(error))
    end subroutine abandon
 
-   !> Closes what was opened here; standard output and standard error stay open.
+   !> Closes the file or device; standard output and standard error stay open.
    subroutine release(self, error)
       class(output_file_t), intent(inout) :: self
       integer, intent(out) :: error
@@ -419,7 +419,7 @@ contains
       self%descriptor = -1
    end subroutine release
 
-   !> Where the whole lines written so far can be read; blank where they cannot.
+   !> Returns the path at which the whole lines written so far can be read; blank if there is none.
    pure function kept_in(self) result(path)
       class(output_file_t), intent(in) :: self
       character(len=:), allocatable :: path
@@ -439,20 +439,20 @@ contains
       if (error /= 0) status = fail(NUTATE_IO, error_text(error))
    end subroutine write_text
 
-   !> True if a descriptor is a terminal.
+   !> Returns true if a descriptor is a terminal.
    logical function is_terminal(descriptor)
       !> `STANDARD_OUTPUT` or `STANDARD_ERROR`.
       integer, intent(in) :: descriptor
       is_terminal = file_is_terminal(int(descriptor, c_int)) /= 0
    end function is_terminal
 
-   !> True if two paths stand for the same file, whether it is there or is to be written.
+   !> Returns true if two paths stand for the same file, existing or still to be written.
    logical function same_file(a, b)
       character(len=*), intent(in) :: a, b
       same_file = file_same(a//c_null_char, b//c_null_char) /= 0
    end function same_file
 
-   !> The file beside a path that is written until the one of the path is whole. Blank where there is none.
+   !> Returns the name of the partial file of a path, which is written until the file is whole; blank if there is none.
    function partial_name(path) result(name)
       character(len=*), intent(in) :: path
       character(len=:), allocatable :: name, target
@@ -461,20 +461,21 @@ contains
       if (error /= 0 .or. .not. file_exists(name)) name = ''
    end function partial_name
 
-   !> True if a path stands for something.
+   !> Returns true if a path stands for anything that exists.
    logical function file_exists(path)
       character(len=*), intent(in) :: path
       file_exists = file_kind(path//c_null_char) /= KIND_ABSENT
    end function file_exists
 
-   !> True if output of a name is a regular file, which has a partial one while it is written.
+   !> Returns true if output to a name is a regular file, which has a partial file while it is written.
    logical function goes_to_file(name)
       character(len=*), intent(in) :: name
       goes_to_file = all(name /= descriptor_names) .and. &
                      any(file_kind(name//c_null_char) == [KIND_ABSENT, KIND_REGULAR])
    end function goes_to_file
 
-   !> Gives a file new content at once: a crash leaves the old or the new one. Errors: `NUTATE_IO`, the old one stays.
+   !> Replaces the content of a file at once; a crash leaves the old or the new content. Errors: `NUTATE_IO`; the old
+   !> content stays.
    subroutine replace_file(path, bytes, status)
       character(len=*), intent(in) :: path, bytes
       type(status_t), intent(out) :: status

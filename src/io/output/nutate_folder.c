@@ -1,4 +1,4 @@
-/* Names of the files in a folder, which Fortran cannot ask for.
+/* Names of the files in a folder, which Fortran cannot read.
  *
  * Called by the module nutate_folder only. No state is kept. */
 #ifndef _DEFAULT_SOURCE
@@ -11,8 +11,8 @@
 
 int nutate_folder_names(const char *folder, const char *prefix, const char *suffix, char *names, int size, int *used);
 
-/* Puts the names that begin and end so, each with a slash behind it, into `names` as far as there is room; `used` is the
- * room that all of them take. Returns 0 or an errno value. */
+/* Puts the names with this prefix and suffix, each followed by a slash, into `names` as far as there is room; `used` is
+ * the number of bytes that all of them need. Returns 0 or an errno value. */
 int nutate_folder_names(const char *folder, const char *prefix, const char *suffix, char *names, int size, int *used)
 {
     size_t head = strlen(prefix), tail = strlen(suffix);

@@ -20,9 +20,9 @@ module nutate_folder
 
 contains
 
-   !> What stands between a beginning and an ending in the names of files that have both; shape (files).
+   !> Returns the parts between a beginning and an ending in the names of files that have both; shape (files).
    function files_between(beginning, ending) result(middles)
-      !> A path: folder, and how the names begin.
+      !> Path: folder, and beginning of the names.
       character(len=*), intent(in) :: beginning
       character(len=*), intent(in) :: ending
       character(len=:), allocatable :: middles(:)
@@ -40,7 +40,7 @@ contains
       deallocate (names)
       allocate (character(len=used) :: names)
       if (folder_names(folder//c_null_char, prefix//c_null_char, ending//c_null_char, names, used, again) /= 0) return
-      ! Another program may have made or removed some in between.
+      ! Another program may have made or removed files in between.
       n = count([(names(i:i) == '/', i=1, min(used, again))])
       deallocate (middles)
       allocate (character(len=used) :: middles(n))

@@ -1,14 +1,11 @@
-!> Euler angles of any of the twelve sequences, followed from state to state so that no turn is lost.
+!> Euler angles of any of the twelve sequences, followed from state to state so that no revolution is lost.
 !>
-!> A sequence of the axes i, j, k means R = R_i(α) R_j(β) R_k(γ): turns about the axes of the body, the first one last.
-!> Every
-!> sequence is that of z-x-z in other axes, so that one set of formulas serves all. With l the axis that is neither i
-!> nor j, and
-!> e = 1 where i, j, l are in cyclic order, else -1, the axes j, e·l, i of both space and body are right-handed and
-!> take the
-!> place of 1, 2, 3. There i-j-i is z-x-z, and i-j-l, which ends in a turn by e·γ about axis 2, is z-x-z in a body
-!> rotated by π/2
-!> about axis 1 before, with the angles α, β + π/2, -e·γ: R₂(eγ) = R₁(π/2) R₃(-eγ) R₁(-π/2).
+!> A sequence of the axes i, j, k means R = R_i(α) R_j(β) R_k(γ): rotations about the axes of the body, the first one
+!> last. Every sequence is that of z-x-z in other axes, so that one set of formulas serves all. With l the axis that is
+!> neither i nor j, and e = 1 if i, j, l are in cyclic order, else -1, the axes j, e·l, i of both space and body are
+!> right-handed and replace 1, 2, 3. In these axes i-j-i is z-x-z, and i-j-l, which ends in a rotation by e·γ about
+!> axis 2, is z-x-z in a body rotated by π/2 about axis 1 before, with the angles α, β + π/2, -e·γ:
+!> R₂(eγ) = R₁(π/2) R₃(-eγ) R₁(-π/2).
 module nutate_followed_angles
    use nutate_archive, only: archive_t
    use nutate_attitude, only: euler_of_motion, follow_euler, quat_from_euler
@@ -19,32 +16,32 @@ module nutate_followed_angles
 
    public :: followed_angles_t
 
-   !> The angles of a sequence, and how far they have come.
+   !> The angles of a sequence, including complete revolutions.
    type :: followed_angles_t
       private
-      !> The axes j, l, i that take the place of 1, 2, 3, and the sign e of the second.
+      !> The axes j, l, i that replace 1, 2, 3, and the sign e of the second.
       integer :: axes(3) = [1, 2, 3], sense = 1
-      !> The last axis is the first again.
+      !> True if the last axis is the first again.
       logical :: proper = .true.
       !> Angles of z-x-z in those axes, rad.
       real(wp) :: phi = 0.0_wp, theta = 0.0_wp, psi = 0.0_wp
-      !> The quaternion of these angles is that of the body, 1, or its negative, -1.
+      !> Sign of the quaternion of these angles: 1 if it is that of the body, -1 if it is the negative.
       real(wp) :: side = 1.0_wp
    contains
       !> Starts with the first state.
       procedure :: start
       !> Follows the next state.
       procedure :: follow
-      !> The angles.
+      !> Returns the three angles.
       procedure :: angles
-      !> Shows to an archive what is remembered.
+      !> Writes or reads the angles in checkpoint data.
       procedure :: transfer
    end type followed_angles_t
 
 contains
 
-   !> Starts with the first state. At a pole, where the angles are not unique, they are those from which the motion
-   !> goes on.
+   !> Starts with the first state. At a pole, where the angles are not unique, the procedure chooses the angles from
+   !> which the motion continues.
    pure subroutine start(self, sequence, q, omega)
       class(followed_angles_t), intent(inout) :: self
       !> The axes as three digits, neighbours different, such as `313` or `321`.
@@ -66,9 +63,8 @@ contains
       self%side = sign(1.0_wp, dot_product(in_own_axes(self, q), quat_from_euler(self%phi, self%theta, self%psi)))
    end subroutine start
 
-   !> Follows the next state: turns about the first and the last axis are counted on where the state before was less
-   !> than a turn
-   !> away.
+   !> Follows the next state: revolutions about the first and the last axis are counted if the state before was less
+   !> than a revolution away.
    pure subroutine follow(self, q)
       class(followed_angles_t), intent(inout) :: self
       !> Attitude, body to space, of the sign that continues the one before; shape (4).
@@ -76,9 +72,8 @@ contains
       call follow_euler(self%side*in_own_axes(self, q), self%phi, self%theta, self%psi)
    end subroutine follow
 
-   !> The three angles, rad, in the order of the sequence; shape (3). The second is in [0, π] where the last axis is
-   !> the first,
-   !> else in [-π/2, π/2].
+   !> Returns the three angles, rad, in the order of the sequence; shape (3). The second is in [0, π] if the last axis
+   !> is the first, else in [-π/2, π/2].
    pure function angles(self)
       class(followed_angles_t), intent(in) :: self
       real(wp) :: angles(3)
@@ -86,7 +81,7 @@ contains
       if (.not. self%proper) angles = [self%phi, self%theta - 0.5_wp*pi, -self%sense*self%psi]
    end function angles
 
-   !> The attitude in the axes of z-x-z; shape (4).
+   !> Returns the attitude in the axes of z-x-z; shape (4).
    pure function in_own_axes(self, q) result(own)
       class(followed_angles_t), intent(in) :: self
       real(wp), intent(in) :: q(4)
@@ -95,7 +90,7 @@ contains
       if (.not. self%proper) own = quat_product(own, sqrt(0.5_wp)*[1.0_wp, 1.0_wp, 0.0_wp, 0.0_wp])
    end function in_own_axes
 
-   !> Shows to an archive what is remembered from earlier states; the rest comes by `start` again.
+   !> Writes or reads the angles in checkpoint data; `start` sets the other components.
    subroutine transfer(self, archive)
       class(followed_angles_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive

@@ -1,4 +1,4 @@
-!> Time histories: one CSV row for each state shown.
+!> Time histories: one CSV row for each state received.
 !>
 !> RFC 4180 fields, lines ended by LF. Each number is as short as reads back exactly; a number that is not finite is
 !> an error, never a field.
@@ -19,7 +19,7 @@ module nutate_history
 
    public :: history_t, append_date
 
-   !> A history being written: show it to `integrate`, or call `observe` for each row.
+   !> A history being written: pass it to `integrate`, or call `observe` for each row.
    type, extends(observer_t) :: history_t
       !> Rows so far, the header not counted.
       integer(long) :: rows = 0
@@ -28,7 +28,7 @@ module nutate_history
       type(decimal_t), private :: decimal
       !> Significant digits; 0: as many as read back exactly.
       integer :: digits = 0
-      !> When t = 0 is, for the column of dates; not set: there is none.
+      !> Date of t = 0, for the column of dates; not set: there is no such column.
       type(epoch_t) :: epoch
       !> One row; shape (number of columns).
       real(wp), allocatable, private :: values(:)
@@ -36,17 +36,17 @@ module nutate_history
    contains
       !> Opens the file and writes the header.
       procedure :: open => open_history
-      !> Goes on with the history of an archive.
+      !> Continues a history from checkpoint data.
       procedure :: reopen => reopen_history
-      !> Shows to an archive how far the history is.
+      !> Records in checkpoint data how far the history is.
       procedure :: transfer => transfer_history
       !> Writes a row.
       procedure :: observe => write_row
       !> Appends numbers to a line, as they stand in the rows.
       procedure :: append_values
-      !> The names of its columns, comma separated, that of the dates included.
+      !> Returns the names of the columns, comma separated, including that of the dates.
       procedure :: header
-      !> Follows what must be followed between rows.
+      !> Follows angles from step to step.
       procedure :: observe_step => follow_state
       !> Ends a complete history: the file gets its name.
       procedure :: finish
@@ -76,9 +76,9 @@ contains
       integer, intent(in), optional :: digits
       !> The run goes backward in time; default `.false.`.
       logical, intent(in), optional :: backward
-      !> When t = 0 is, for a column of dates.
+      !> Date of t = 0, for a column of dates.
       type(epoch_t), intent(in), optional :: epoch
-      !> What the run propagates, which columns may show.
+      !> Quantities that the run propagates, for columns that show them.
       type(propagated_t), intent(in), optional :: propagated
 
       call start(self, columns, system, state, inverse_j0, status, degrees, digits, backward, epoch, propagated)
@@ -87,17 +87,17 @@ contains
       if (status%ok()) call self%file%put_line(self%header(), status)
    end subroutine open_history
 
-   !> Continues a history from checkpoint data, instead of `open`. Errors: those of `open`, and `NUTATE_IO` where the
+   !> Continues a history from checkpoint data, instead of `open`. Errors: those of `open`, and `NUTATE_IO` if the
    !> partial file differs from what was recorded; then nothing has been changed.
    subroutine reopen_history(self, name, columns, system, state, inverse_j0, archive, status, degrees, digits, &
                              backward, epoch, propagated)
       class(history_t), intent(inout) :: self
-      !> As given to `open`.
+      !> Path and names of sets, as given to `open`.
       character(len=*), intent(in) :: name, columns(:)
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
       real(wp), intent(in) :: inverse_j0
-      !> Being read.
+      !> Checkpoint data being read.
       class(archive_t), intent(inout) :: archive
       type(status_t), intent(out) :: status
       logical, intent(in), optional :: degrees
@@ -120,7 +120,7 @@ contains
    !> `NUTATE_IO`.
    subroutine transfer_history(self, archive, status)
       class(history_t), intent(inout) :: self
-      !> Being written.
+      !> Checkpoint data being written.
       class(archive_t), intent(inout) :: archive
       type(status_t), intent(out) :: status
       type(file_mark_t) :: mark
@@ -137,7 +137,7 @@ contains
       call mark%transfer(archive)
    end subroutine transfer_values
 
-   !> Prepares for rows of the columns asked for.
+   !> Prepares the history for rows of the requested columns.
    subroutine start(self, columns, system, state, inverse_j0, status, degrees, digits, backward, epoch, propagated)
       class(history_t), intent(inout) :: self
       character(len=*), intent(in) :: columns(:)
@@ -166,10 +166,10 @@ contains
       call self%columns%start(system, state, inverse_j0, backward)
    end subroutine start
 
-   !> Returns the names of the columns, comma separated, that of the dates included.
+   !> Returns the names of the columns, comma separated, including that of the dates.
    pure function header(self, plain) result(line)
       class(history_t), intent(in) :: self
-      !> Leave out those of derivatives; default false.
+      !> True to leave out the columns of derivatives; default false.
       logical, intent(in), optional :: plain
       character(len=:), allocatable :: line
       line = self%columns%header(plain)
@@ -207,10 +207,10 @@ contains
       if (status%ok()) self%rows = self%rows + 1
    end subroutine write_row
 
-   !> Appends numbers to a line, with commas between them and behind what is there.
+   !> Appends numbers to a line, with commas between them and after the present content.
    subroutine append_values(self, values, line, used)
       class(history_t), intent(inout) :: self
-      !> Finite; shape (n).
+      !> Finite numbers; shape (n).
       real(wp), intent(in) :: values(:)
       character(len=*), intent(inout) :: line
       !> Characters of the line so far.
@@ -229,7 +229,7 @@ contains
       end do
    end subroutine append_values
 
-   !> Follows angles from step to step, so that no turn is lost between rows.
+   !> Follows angles from step to step, so that no revolution is lost between rows.
    subroutine follow_state(self, state)
       class(history_t), intent(inout) :: self
       type(state_t), intent(in) :: state

@@ -1,4 +1,4 @@
-!> A linearised motion, and equilibria, as JSON: matrices by rows, with the names and units of what they belong to.
+!> A linearised motion, and equilibria, as JSON: matrices by rows, with the names and units of states and inputs.
 module nutate_linearization_json
    use nutate_decimal, only: exact_text
    use nutate_equilibria, only: equilibria_t

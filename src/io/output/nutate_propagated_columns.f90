@@ -1,6 +1,6 @@
-!> The columns of a history by what a run propagates. By the free numbers of a scene: the derivatives of attitude,
-!> angular velocity and momenta of wheels by each of them, and what their standard deviations come to. By `&chaos`:
-!> the indicators of chaos.
+!> The columns of a history for the quantities that a run propagates. For the parameters in `&free`: the derivatives of
+!> attitude, angular velocity and momenta of wheels with respect to each, and the standard deviations that follow. For
+!> `&chaos`: the indicators of chaos.
 !>
 !> With J the derivatives of rotation vector and angular velocity and Σ the diagonal matrix of the squared standard
 !> deviations, JΣJᵀ is the covariance of attitude and angular velocity, to first order.
@@ -17,20 +17,20 @@ module nutate_propagated_columns
    public :: propagated_t, propagated_headers, propagated_values, propagated_width, is_by_free, lyapunov_names
    public :: SENSITIVITIES, DEVIATIONS, COVARIANCE, LYAPUNOV, MEGNO, FLI
 
-   !> The sets: those by free numbers, then those of chaos.
+   !> Sets of columns: first those of the parameters, then those of chaos.
    integer, parameter :: SENSITIVITIES = 1, DEVIATIONS = 2, COVARIANCE = 3, LYAPUNOV = 4, MEGNO = 5, FLI = 6
    !> Components of attitude, a rotation vector, and of angular velocity, in body axes.
    integer, parameter :: components = 6
-   !> Derivatives whose changes are beyond this have squares that are not finite.
+   !> Largest change, derivative times standard deviation, whose square is treated as finite.
    real(wp), parameter :: greatest_change = 1e150_wp
    character(len=*), parameter :: component_names(components) = [character(len=9) :: &
       'rotation1', 'rotation2', 'rotation3', 'omega1', 'omega2', 'omega3']
 
-   !> What a run propagates: sensitivities by free numbers, and indicators of chaos.
+   !> Quantities that a run propagates: sensitivities with respect to parameters, and indicators of chaos.
    type :: propagated_t
-      !> Free numbers, `GROUP[.N].KEY[.I]`; shape (free numbers).
+      !> Names of the parameters, `GROUP[.N].KEY[.I]`; shape (parameters).
       character(len=80), allocatable :: names(:)
-      !> Standard deviation of each, in its unit; 0: it is known. Shape (free numbers).
+      !> Standard deviation of each parameter, in its unit; 0: the parameter is known. Shape (parameters).
       real(wp), allocatable :: sigma(:)
       !> Number of Lyapunov exponents; 0: no indicators of chaos.
       integer :: exponents = 0
@@ -38,9 +38,9 @@ module nutate_propagated_columns
 
 contains
 
-   !> True for a set by free numbers.
+   !> Returns true if a set of columns belongs to the parameters.
    elemental logical function is_by_free(set)
-      !> `SENSITIVITIES`, ...; 0: another set.
+      !> Set of columns, `SENSITIVITIES`, ...; 0: another set.
       integer, intent(in) :: set
       is_by_free = set >= SENSITIVITIES .and. set <= COVARIANCE
    end function is_by_free
@@ -58,7 +58,7 @@ contains
 
    !> Returns the number of columns of a set.
    pure integer function propagated_width(set, propagated, n_wheels) result(width)
-      !> `SENSITIVITIES`, ...
+      !> Set of columns, `SENSITIVITIES`, ...
       integer, intent(in) :: set
       type(propagated_t), intent(in) :: propagated
       integer, intent(in) :: n_wheels
@@ -78,11 +78,11 @@ contains
 
    !> Returns the names of the columns of a set, comma separated.
    pure function propagated_headers(set, propagated, n_wheels, degrees) result(names)
-      !> `SENSITIVITIES`, ...
+      !> Set of columns, `SENSITIVITIES`, ...
       integer, intent(in) :: set
       type(propagated_t), intent(in) :: propagated
       integer, intent(in) :: n_wheels
-      !> Angles are in degrees.
+      !> True if angles are in degrees.
       logical, intent(in) :: degrees
       character(len=:), allocatable :: names
       character(len=4) :: unit
@@ -127,23 +127,23 @@ contains
       names = names(2:)
    end function propagated_headers
 
-   !> Computes the values of a set: of each free number the derivatives of the rotation vector, rad, of Ω, rad/s, both
-   !> in body axes, and of the momentum of each wheel, N m s; or standard deviations of rotation vector and Ω; or the
-   !> upper triangle of their covariance, by rows, which are infinite where squares would overflow; or Lyapunov
-   !> exponents, 1/s, MEGNO, FLI.
+   !> Computes the values of a set: for each parameter the derivatives of the rotation vector, rad, of Ω, rad/s, both in
+   !> body axes, and of the momentum of each wheel, N m s; or standard deviations of rotation vector and Ω, or the upper
+   !> triangle of their covariance, by rows, which are infinite if squares would overflow; or Lyapunov exponents, 1/s,
+   !> MEGNO, FLI.
    pure subroutine propagated_values(set, propagated, system, state, tangent, chaos, unit, values)
-      !> `SENSITIVITIES`, ...
+      !> Set of columns, `SENSITIVITIES`, ...
       integer, intent(in) :: set
       type(propagated_t), intent(in) :: propagated
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
-      !> A column for each free number, then others.
+      !> Sensitivities: one for each parameter, then others.
       type(tangent_t), intent(in) :: tangent
-      !> Needed only by the sets of chaos.
+      !> Indicators of chaos; needed only by their sets.
       type(chaos_t), intent(in), optional :: chaos
-      !> A radian in the unit of the angles.
+      !> One radian in the unit of the angles.
       real(wp), intent(in) :: unit
-      !> Shape (width of the set).
+      !> Values of the set; shape (width of the set).
       real(wp), intent(out) :: values(:)
       real(wp) :: derivatives(tangent%n, components), changes(size(propagated%names), components)
       integer :: i, k, n, n_free, width

@@ -28,7 +28,7 @@ module nutate_quantities
          Q_TUMBLING, Q_FRAME_ATTITUDE, Q_FRAME_ANGLE, Q_SPEED, Q_LVLH_RATE, Q_ORBIT_SPEED, Q_SUN_ANGLE, Q_PROPAGATED
    end enum
 
-   !> What a scene must have for a quantity.
+   !> Requirements of quantities on the scene.
    enum, bind(c)
       enumerator :: NEEDS_NOTHING = 0, NEEDS_WHEEL, NEEDS_CONTROLLER, NEEDS_TARGET, NEEDS_FIELD, NEEDS_ORBIT, &
          NEEDS_SUN, NEEDS_NO_ROTOR, NEEDS_FRAME, NEEDS_POTENTIAL, NEEDS_WORK
@@ -44,40 +44,40 @@ module nutate_quantities
       !> Set of columns; the quantities of a set stand next to each other. Here, in the names and in the symbol, `#` is
       !> the number or the sequence.
       character(len=24) :: set = ''
-      !> Names of the components, comma separated; a pattern in capitals where they depend on the scene.
+      !> Names of the components, comma separated; a pattern in capitals if they depend on the scene.
       character(len=72) :: names = ''
       integer :: kind = 0
-      !> Unit, and the title of its panel in pictures; quantities with the same title share a panel.
+      !> Unit, and title of the panel in pictures; quantities with the same title share a panel.
       character(len=16) :: unit = ''
       character(len=32) :: symbol = ''
-      !> Place of its panel among all.
+      !> Position of the panel among all panels.
       integer :: panel = 0
-      !> Colour of the curve; blank: that of the component.
+      !> Colour of the curve; blank: the colour of the component.
       character(len=7) :: colour = ''
       !> Axes of a vector: `body`, `space` or `inertial`; blank: none.
       character(len=8) :: axes = ''
-      !> Reasons why it can be no quantity of an event and no measurement; blank: it can.
+      !> Reasons why the quantity cannot be that of an event, and cannot be a measurement; blank: it can.
       character(len=56) :: no_event = '', no_measurement = ''
-      !> Period 2π; its value is continuous all the same, beyond a period.
+      !> True if the quantity has the period 2π; true if its value is nevertheless continuous, beyond a period.
       logical :: is_periodic = .false., is_continuous = .false.
-      !> An angle from 0 to π without a derivative at these ends.
+      !> True for an angle from 0 to π without a derivative at these ends.
       logical :: is_folded = .false.
-      !> Events differentiate it by differences; else `quantity_rate` has its rate in closed form.
+      !> True if events differentiate the quantity by differences; else `quantity_rate` has its rate in closed form.
       logical :: by_differences = .false.
-      !> Its value depends on the attitude; the potential energy does not count, since potentials need the attitude
+      !> True if the value depends on the attitude; false for the potential energy, since potentials need the attitude
       !> anyway.
       logical :: attitude = .true.
-      !> `NEEDS_WHEEL`, ...
+      !> Requirement on the scene: `NEEDS_WHEEL`, ...
       integer :: needs = NEEDS_NOTHING
       !> Number of the wheel, controller or frame, in the order of the scene.
       integer :: number = 1
       !> Position of the first component among those of its kind.
       integer :: first = 1
-      !> An angle or rate that is never written in degrees.
+      !> True for an angle or rate that is never written in degrees.
       logical :: in_radians = .false.
       !> Sequence of axes of Euler angles.
       character(len=3) :: sequence = ''
-      !> `SENSITIVITIES`, ... of `nutate_propagated_columns`; 0: no run propagates it. These sets stand last.
+      !> Set of propagated columns: `SENSITIVITIES`, ... of `nutate_propagated_columns`; 0: none. These sets stand last.
       integer :: propagated = 0
       !> Pattern of names that depend on the scene: `#` is a digit, `*` the rest; blank: the names.
       character(len=24) :: pattern = ''
@@ -89,7 +89,7 @@ module nutate_quantities
    character(len=7), parameter, public :: GREY = '#666666', &
       component_colours(6) = [VERMILION, GREEN, NAVY, ORANGE, SKY, PINK]
 
-   !> Reasons.
+   !> Reasons why a quantity cannot be that of an event, or cannot be a measurement.
    character(len=*), parameter :: &
       counts = 'is a counter', &
       adds_up = 'adds up over the run', &
@@ -108,7 +108,7 @@ module nutate_quantities
    !> Sequences of Euler angles beside 313.
    character(len=3), parameter :: sequences(11) = ['121', '123', '131', '132', '212', '213', '231', '232', '312', &
       '321', '323']
-   !> Counts in tables.
+   !> Index of the implied loops of the table.
    integer :: i
 
    !> All quantities, in the order in which they stand in a history.
@@ -374,7 +374,7 @@ contains
    !> Returns the names of the columns of a quantity, comma separated.
    pure function headers_of(quantity, degrees) result(headers)
       type(quantity_t), intent(in) :: quantity
-      !> Angles and rates are in degrees, which their names say.
+      !> True if angles and rates are in degrees; their names then end in `_deg`.
       logical, intent(in) :: degrees
       character(len=:), allocatable :: headers, mark
       character(len=len(quantity%names)) :: names
@@ -408,7 +408,7 @@ contains
       depends_on_orbit = quantity%needs == NEEDS_ORBIT .or. quantity%needs == NEEDS_SUN
    end function depends_on_orbit
 
-   !> Finds what a quantity needs and a system does not have.
+   !> Finds the requirement of a quantity that a system does not meet.
    subroutine find_missing(quantity, effects, missing, expected)
       type(quantity_t), intent(in) :: quantity
       type(effect_list_t), intent(in) :: effects

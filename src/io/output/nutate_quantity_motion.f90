@@ -26,8 +26,8 @@ module nutate_quantity_motion
 
 contains
 
-   !> Returns the value of a component of a quantity; energies without that of an auxiliary inertia, which is none of
-   !> the body's.
+   !> Returns the value of a component of a quantity; energies exclude that of an auxiliary inertia, which does not
+   !> belong to the body.
    pure real(wp) function quantity_value(quantity, component, system, motion) result(x)
       type(quantity_t), intent(in) :: quantity
       integer, intent(in) :: component
@@ -80,7 +80,7 @@ contains
       end associate
    end function quantity_value
 
-   !> Kinetic, potential or total energy, or the Jacobi integral, J.
+   !> Returns the kinetic, potential or total energy, or the Jacobi integral, J.
    pure real(wp) function energy_value(quantity, component, system, motion) result(x)
       type(quantity_t), intent(in) :: quantity
       integer, intent(in) :: component
@@ -96,7 +96,8 @@ contains
       end associate
    end function energy_value
 
-   !> Attitude or angular velocity against the LVLH frame, place on the orbit or shadow; 0 where there is no orbit.
+   !> Returns a component of attitude or angular velocity against the LVLH frame, or a quantity of orbit or shadow; 0 if
+   !> there is no orbit.
    pure real(wp) function orbit_value(kind, component, system, motion) result(x)
       integer, intent(in) :: kind, component
       type(system_t), intent(in) :: system
@@ -130,8 +131,9 @@ contains
       end associate
    end function orbit_value
 
-   !> Its rate along the motion. With w the body's rate against the LVLH frame: pitch' = w2 cos(roll) - w3 sin(roll),
-   !> yaw' = (w2 sin(roll) + w3 cos(roll))/cos(pitch), roll' = w1 + yaw' sin(pitch).
+   !> Returns the rate of `orbit_value` along the motion. With w the body's rate against the LVLH frame:
+   !> pitch' = w2 cos(roll) - w3 sin(roll), yaw' = (w2 sin(roll) + w3 cos(roll))/cos(pitch),
+   !> roll' = w1 + yaw' sin(pitch).
    pure real(wp) function orbit_rate(kind, component, system, motion) result(x)
       integer, intent(in) :: kind, component
       type(system_t), intent(in) :: system
@@ -171,7 +173,7 @@ contains
       end associate
    end function orbit_rate
 
-   !> Returns the attitude from the body to the LVLH frame, or to the space axes where there is no orbit; shape (4).
+   !> Returns the attitude from the body to the LVLH frame, or to the space axes if there is no orbit; shape (4).
    pure function attitude_in_lvlh(system, q, t) result(relative)
       type(system_t), intent(in) :: system
       !> Attitude, body→space, shape (4), and time, s.
@@ -181,7 +183,7 @@ contains
       if (system%effects%on_orbit) relative = quat_product(quat_conjugate(system%effects%orbit%axes(t)), q)
    end function attitude_in_lvlh
 
-   !> Returns the angular velocity against the LVLH frame, body axes, rad/s; Ω where there is no orbit. Shape (3).
+   !> Returns the angular velocity against the LVLH frame, body axes, rad/s; Ω if there is no orbit. Shape (3).
    pure function rate_in_lvlh(system, q, omega, t) result(rate)
       type(system_t), intent(in) :: system
       !> Attitude, unit quaternion, body→space, shape (4); Ω, body axes, rad/s, shape (3); time, s.
@@ -191,7 +193,7 @@ contains
       if (system%effects%on_orbit) rate = omega - rotate_to_body(q, system%effects%orbit%axes_rate(t))
    end function rate_in_lvlh
 
-   !> Returns the direction of the sun, body axes, unit vector; zero where there is none. Shape (3).
+   !> Returns the direction of the sun, body axes, unit vector; zero if there is no sun. Shape (3).
    pure function sun_in_body(system, q, t) result(sun)
       type(system_t), intent(in) :: system
       !> Attitude, body→space, shape (4), and time, s.
@@ -202,7 +204,7 @@ contains
          sun = rotate_to_body(unit(quat_product(system%effects%space_axes(t), q)), system%effects%orbit%sun)
    end function sun_in_body
 
-   !> Returns the angle between body axis 3 and the direction of the sun, rad, 0 to π; 0 where there is no sun.
+   !> Returns the angle between body axis 3 and the direction of the sun, rad, 0 to π; 0 if there is no sun.
    pure real(wp) function sun_angle(system, q, t)
       type(system_t), intent(in) :: system
       !> Attitude, body→space, shape (4), and time, s.
@@ -212,7 +214,7 @@ contains
       sun_angle = atan2(hypot(sun(1), sun(2)), sun(3))
    end function sun_angle
 
-   !> Its rate along the motion, rad/s: the sun stands still in inertial axes.
+   !> Returns the rate of the angle to the sun along the motion, rad/s: the sun is fixed in inertial axes.
    pure real(wp) function sun_angle_rate(system, motion) result(rate)
       type(system_t), intent(in) :: system
       type(motion_t), intent(in) :: motion
@@ -224,7 +226,7 @@ contains
       if (hypot(sun(1), sun(2)) > 0.0_wp) rate = (sun(2)*omega(1) - sun(1)*omega(2))/hypot(sun(1), sun(2))
    end function sun_angle_rate
 
-   !> Attitude relative to a frame, or its angle, rad; 0 for a frame that does not exist.
+   !> Returns a component of the attitude relative to a frame, or its angle, rad; 0 if the frame does not exist.
    pure real(wp) function frame_value(quantity, component, system, motion) result(x)
       type(quantity_t), intent(in) :: quantity
       integer, intent(in) :: component
@@ -240,7 +242,7 @@ contains
       x = merge(angle, q(component), quantity%kind == Q_FRAME_ANGLE)
    end function frame_value
 
-   !> Its rate along the motion.
+   !> Returns the rate of `frame_value` along the motion.
    pure real(wp) function frame_rate(quantity, component, system, motion) result(x)
       type(quantity_t), intent(in) :: quantity
       integer, intent(in) :: component
@@ -267,7 +269,7 @@ contains
       type(quantity_t), intent(in) :: quantity
       integer, intent(in) :: component
       type(system_t), intent(in) :: system
-      !> With its rates.
+      !> Motion with its rates.
       type(motion_t), intent(in) :: motion
       real(wp) :: v(3), w(4), torque(3), momentum_rate(3), frame_in_body(3)
       torque = motion%potential_torque + motion%torque
@@ -319,7 +321,7 @@ contains
       end associate
    end function quantity_rate
 
-   !> Rate of an energy or of the Jacobi integral, W.
+   !> Returns the rate of an energy or of the Jacobi integral, W.
    pure real(wp) function energy_rate(quantity, component, system, motion) result(x)
       type(quantity_t), intent(in) :: quantity
       integer, intent(in) :: component
@@ -367,7 +369,7 @@ contains
       end select
    end function quantity_size
 
-   !> Returns a bound of the rate of a component; negative where none is known.
+   !> Returns a bound of the rate of a component; negative if none is known.
    pure real(wp) function fastest_rate(quantity, component, speeds) result(rate)
       type(quantity_t), intent(in) :: quantity
       integer, intent(in) :: component
@@ -390,7 +392,7 @@ contains
       case (Q_MOMENTUM_SPACE)
          rate = speeds%space_torques(component) + speeds%momentum*speeds%frame_speed
       case (Q_EULER)
-         ! About the line of nodes, which lies across axis 3.
+         ! θ is the rotation about the line of nodes, which is perpendicular to axis 3.
          if (component == THETA) rate = speeds%tilting + speeds%frame_speed
       case (Q_ENERGY)
          select case (component)
@@ -412,8 +414,8 @@ contains
       end select
    end function fastest_rate
 
-   !> Returns a bound of a component, with a hundredth for the errors of a computed motion where they count; negative
-   !> where none is known.
+   !> Returns a bound of a component, with a margin of a hundredth if errors of a computed motion matter; negative if
+   !> none is known.
    pure real(wp) function greatest_value(quantity, component, speeds) result(value)
       type(quantity_t), intent(in) :: quantity
       integer, intent(in) :: component
@@ -448,7 +450,7 @@ contains
       unit = (1/quat_norm(q))*q
    end function unit
 
-   !> An Euler angle of an attitude, rad.
+   !> Returns an Euler angle of an attitude, rad.
    pure real(wp) function euler_angle(angle, q) result(x)
       !> `PHI`, `THETA` or `PSI`.
       integer, intent(in) :: angle
@@ -464,12 +466,13 @@ contains
       if (angle == PSI) x = psi_now
    end function euler_angle
 
-   !> Its rate, rad/s. With γ = Rᵀe₃ = (sin θ sin ψ, sin θ cos ψ, cos θ): φ' = (Ω1 sin ψ + Ω2 cos ψ)/sin θ,
-   !> θ' = Ω1 cos ψ - Ω2 sin ψ, ψ' = Ω3 - φ' cos θ; at a pole, where ψ = 0, φ takes all of Ω3.
+   !> Returns the rate of an Euler angle, rad/s. With γ = Rᵀe₃ = (sin θ sin ψ, sin θ cos ψ, cos θ):
+   !> φ' = (Ω1 sin ψ + Ω2 cos ψ)/sin θ, θ' = Ω1 cos ψ - Ω2 sin ψ, ψ' = Ω3 - φ' cos θ. At a pole, ψ = 0 and all of Ω3 is
+   !> assigned to φ.
    pure real(wp) function euler_rate(angle, q, omega) result(rate)
       !> `PHI`, `THETA` or `PSI`.
       integer, intent(in) :: angle
-      !> Body→space, of any length; against the space axes, body axes, rad/s.
+      !> Attitude, body→space, of any length, shape (4); Ω against the space axes, body axes, rad/s, shape (3).
       real(wp), intent(in) :: q(4), omega(3)
       real(wp) :: gamma(2), cosine, sine, precession, square
       square = q(1)*q(1) + q(2)*q(2) + q(3)*q(3) + q(4)*q(4)

@@ -1,5 +1,5 @@
-!> Files that are whole or refused: what they hold stands between a signature with its length and a checksum of it all,
-!> and replaces what was there at once.
+!> Files that are either whole or rejected: the content stands between a signature with its length and a checksum of it
+!> all, and a new file replaces an old one at once.
 module nutate_sealed_file
    use nutate_checksum, only: checksum
    use nutate_files, only: replace_file
@@ -11,15 +11,15 @@ module nutate_sealed_file
 
    public :: write_sealed, read_sealed
 
-   !> Bytes of a length and of a checksum.
+   !> Number of bytes of a length, and of a checksum.
    integer, parameter :: number_bytes = storage_size(1_long)/8
 
 contains
 
-   !> Writes a file. Errors: `NUTATE_IO`; what was there stays then.
+   !> Writes a file. Errors: `NUTATE_IO`; the file that was there stays then.
    subroutine write_sealed(path, signature, content, status)
       character(len=*), intent(in) :: path
-      !> What the file begins with: its kind, and after a blank the number of its format.
+      !> First bytes of the file: its kind and, after a blank, the number of its format.
       character(len=*), intent(in) :: signature
       character(len=*), intent(in) :: content
       type(status_t), intent(out) :: status
@@ -28,11 +28,11 @@ contains
       call replace_file(path, bytes//bytes_of(checksum(bytes)), status)
    end subroutine write_sealed
 
-   !> Reads what `write_sealed` wrote.
+   !> Reads a file that `write_sealed` wrote.
    subroutine read_sealed(path, signature, content, problem)
       character(len=*), intent(in) :: path, signature
       character(len=:), allocatable, intent(out) :: content
-      !> What is wrong with the file; empty if nothing is.
+      !> Message that says what is wrong with the file; empty on success.
       character(len=:), allocatable, intent(out) :: problem
       character(len=:), allocatable :: bytes
       integer(long) :: length, first
@@ -61,7 +61,7 @@ contains
       end if
    end subroutine read_sealed
 
-   !> A signature without its number.
+   !> Returns a signature without the number of the format.
    pure function kind_of(signature) result(kind)
       character(len=*), intent(in) :: signature
       character(len=:), allocatable :: kind

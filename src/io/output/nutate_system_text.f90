@@ -1,4 +1,4 @@
-!> What the system says, as text.
+!> Messages of the operating system as Fortran strings.
 module nutate_system_text
    use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char
    use nutate_file_calls, only: file_error_text
@@ -9,7 +9,7 @@ module nutate_system_text
 
 contains
 
-   !> The system's words for an error.
+   !> Returns the system's message for an error number.
    function error_text(error) result(text)
       integer, intent(in) :: error
       character(len=:), allocatable :: text
@@ -18,7 +18,7 @@ contains
       text = text_of(words)
    end function error_text
 
-   !> Text up to the terminating null.
+   !> Returns the text before the terminating null.
    pure function text_of(characters) result(text)
       character(kind=c_char), intent(in) :: characters(:)
       character(len=:), allocatable :: text

@@ -1,4 +1,4 @@
-!> A whole file as text.
+!> Reading of a whole file as text.
 module nutate_text_file
    use, intrinsic :: iso_c_binding, only: c_null_char
    use, intrinsic :: iso_fortran_env, only: int64
@@ -9,7 +9,7 @@ module nutate_text_file
 
    public :: read_text_file
 
-   !> Larger files are no scenes, and no tables.
+   !> Largest file that is read, bytes: no scene or table is larger.
    integer(int64), parameter :: size_limit = 1000000000_int64
    character(len=*), parameter :: too_large = 'it is larger than 1 GB'
 
@@ -20,7 +20,7 @@ contains
       character(len=*), intent(in) :: path
       !> The file's content.
       character(len=:), allocatable, intent(out) :: text
-      !> Why it cannot be read; empty on success.
+      !> Reason why the file cannot be read; empty on success.
       character(len=:), allocatable, intent(out) :: reason
       integer :: unit, status
       integer(int64) :: bytes
@@ -60,7 +60,7 @@ contains
       close (unit)
    end subroutine read_text_file
 
-   !> Reads what has no size in advance.
+   !> Reads a file without a size in advance, such as a pipe.
    subroutine read_to_end(unit, text, reason)
       integer, intent(in) :: unit
       character(len=:), allocatable, intent(inout) :: text, reason
@@ -95,7 +95,7 @@ contains
       call move_alloc(larger, text)
    end subroutine read_to_end
 
-   !> The reason in a compiler's message, which begins with where it happened.
+   !> Returns the reason in a compiler's message, which begins with the position of the error.
    pure function last_part(why) result(reason)
       character(len=*), intent(in) :: why
       character(len=:), allocatable :: reason

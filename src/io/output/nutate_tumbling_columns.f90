@@ -13,7 +13,7 @@ module nutate_tumbling_columns
 
    public :: tumbling_values, tumbling_rate
 
-   !> Number of columns, and the places of the pole's longitude and latitude and of the sense among them.
+   !> Number of columns, and positions of the pole's longitude and latitude and of the sense among them.
    integer, parameter, public :: tumbling_width = 8
    integer, parameter :: LONGITUDE = 6, LATITUDE = 7, SENSE = 8
 
@@ -35,10 +35,10 @@ contains
       values(SENSE) = merge(-1.0_wp, 1.0_wp, elements%is_negative)
    end function tumbling_values
 
-   !> The elements of a body momentum; shape (5).
+   !> Returns the columns before those of the pole for an angular momentum; shape (5).
    pure function elements_of(system, momentum) result(values)
       type(system_t), intent(in) :: system
-      !> Body axes, N m s; shape (3).
+      !> Angular momentum, body axes, N m s; shape (3).
       real(wp), intent(in) :: momentum(3)
       real(wp) :: values(LONGITUDE - 1)
       associate (body => system%body)
@@ -46,7 +46,7 @@ contains
       end associate
    end function elements_of
 
-   !> The columns before those of the pole; shape (5).
+   !> Returns the columns before those of the pole for tumbling elements; shape (5).
    pure function numbers_of(elements) result(values)
       type(tumbling_t), intent(in) :: elements
       real(wp) :: values(LONGITUDE - 1)
@@ -54,9 +54,9 @@ contains
                 elements%precession_long, elements%rotation]
    end function numbers_of
 
-   !> Returns the rate of one of the columns along the motion: of the pole in closed form, of the others by central
-   !> differences of sixth order along the change of the momentum that changes them: by the torque, and, where there are
-   !> rotors, by the rotation too.
+   !> Returns the rate of one of the columns along the motion: for the pole in closed form, for the others by central
+   !> differences of sixth order along the change of the momentum that changes them: by the torque and, if there are
+   !> rotors, also by the rotation.
    pure real(wp) function tumbling_rate(column, system, motion) result(rate)
       integer, intent(in) :: column
       type(system_t), intent(in) :: system
