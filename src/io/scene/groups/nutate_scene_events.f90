@@ -1,4 +1,4 @@
-!> `&event`: what to look for in a run, and what to do then.
+!> `&event`: conditions to find in a run, and the actions to take then.
 module nutate_scene_events
    use nutate_admissible, only: POSITIVE
    use nutate_column_event, only: column_event_t, most_columns
@@ -34,10 +34,10 @@ contains
               key_t(name='switch', kind=KEY_TEXT)]
    end function event_keys
 
-   !> The events that the groups name, in their order.
+   !> Builds the events of the groups, in their order.
    subroutine build_events(groups, effects, accuracy, events, error)
       type(group_t), intent(in) :: groups(:)
-      !> What can be switched.
+      !> Effects that events can switch.
       type(effect_list_t), intent(in) :: effects
       !> Attitude error that the run promises, rad; 0: none.
       real(wp), intent(in) :: accuracy
@@ -60,7 +60,7 @@ contains
       end do
    end subroutine build_events
 
-   !> Raises an error where the events of an ensemble would have the same columns.
+   !> Raises an error if two events of an ensemble would have the same columns.
    subroutine check_event_names(groups, error)
       type(group_t), intent(in) :: groups(:)
       type(scene_error_t), intent(inout) :: error
@@ -75,8 +75,8 @@ contains
       end do
    end subroutine check_event_names
 
-   !> The name of each group that is an event: that of its first column where none is given, with a number from the
-   !> second event of that name on. Shape (groups).
+   !> Returns the name of each group that is an event: the given name, or else that of its first column, with a number
+   !> from the second event of that name on. Shape (groups).
    pure function event_names(groups) result(names)
       type(group_t), intent(in) :: groups(:)
       character(len=name_length) :: names(size(groups))
@@ -101,7 +101,7 @@ contains
       end do
    end function event_names
 
-   !> A name with nothing in it that the header of a table would have to mark.
+   !> Returns a name without characters that the header of a table would have to mark.
    elemental function plain_name(name) result(text)
       character(len=*), intent(in) :: name
       character(len=len(name)) :: text
@@ -113,7 +113,7 @@ contains
       end do
    end function plain_name
 
-   !> True if a column that an event depends on depends on the attitude.
+   !> Returns true if a column of an event depends on the attitude.
    pure logical function events_need_attitude(groups)
       type(group_t), intent(in) :: groups(:)
       integer :: i, k, at
@@ -128,7 +128,7 @@ contains
       end do
    end function events_need_attitude
 
-   !> Columns, weights and period.
+   !> Reads columns, weights and period of an event.
    subroutine read_quantity(group, effects, event, error)
       type(group_t), intent(in) :: group
       type(effect_list_t), intent(in) :: effects
@@ -176,7 +176,7 @@ contains
       end if
    end subroutine check_quantity
 
-   !> Crossing or extremum, and its direction.
+   !> Reads the kind of an event, crossing or extremum, and its level and direction.
    subroutine read_kind(group, event, error)
       type(group_t), intent(in) :: group
       type(column_event_t), intent(inout) :: event
@@ -210,7 +210,7 @@ contains
       end if
    end subroutine read_kind
 
-   !> The name.
+   !> Sets the name of an event.
    subroutine read_name(group, name, event, error)
       type(group_t), intent(in) :: group
       character(len=*), intent(in) :: name
@@ -222,7 +222,7 @@ contains
       event%name = name
    end subroutine read_name
 
-   !> What is switched: `NAME on`, `NAME off` or `NAME toggle`.
+   !> Reads the switch of an event: `NAME on`, `NAME off` or `NAME toggle`.
    subroutine read_switch(group, effects, accuracy, event, error)
       type(group_t), intent(in) :: group
       type(effect_list_t), intent(in) :: effects

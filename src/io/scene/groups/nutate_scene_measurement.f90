@@ -23,11 +23,11 @@ module nutate_scene_measurement
 
    public :: measurement_keys, build_measurement
 
-   !> Columns of a group, and letters of a name.
+   !> Largest number of columns of a group, and of letters of a name.
    integer, parameter :: most_columns = 24, longest_name = 48
    character(len=*), parameter :: degree_mark = '_deg'
    character(len=*), parameter :: losses(4) = [character(len=8) :: 'linear', 'huber', 'soft_l1', 'cauchy']
-   !> How far from 1 the norm of a measured quaternion may be.
+   !> Largest deviation from 1 of the norm of a measured quaternion or direction.
    real(wp), parameter :: norm_tolerance = 1e-3_wp
    !> Sine of the least distance of a folded angle from its ends: several steps of the differences of a fit.
    real(wp), parameter :: least_sine = 1e-2_wp
@@ -45,16 +45,16 @@ contains
               key_t(name='direction', least=3, most=3, range=ANY_DIRECTION)]
    end function measurement_keys
 
-   !> Reads a group and its file. Raises an error, with file and line, for what cannot be a measurement.
+   !> Reads a group and its file. Raises an error, with file and line, for columns or rows that cannot be measurements.
    subroutine build_measurement(group, effects, end_time, scene, labels, measurement, error)
       type(group_t), intent(in) :: group
-      !> Those of the scene.
+      !> Effects of the scene.
       type(effect_list_t), intent(in) :: effects
-      !> Of the run, s.
+      !> End time of the run, s.
       real(wp), intent(in) :: end_time
       !> Path of the scene.
       character(len=*), intent(in) :: scene
-      !> Its epoch and frames.
+      !> Epoch and frames of the scene.
       type(labels_t), intent(in) :: labels
       type(measurement_t), intent(out) :: measurement
       type(scene_error_t), intent(inout) :: error
@@ -71,7 +71,7 @@ contains
       if (.not. error%raised) call read_file(group, end_time, scene, labels, effects, measurement, error)
    end subroutine build_measurement
 
-   !> What the columns are.
+   !> Finds the kind of the columns: values, directions or attitudes.
    subroutine find_kind(group, effects, measurement, error)
       type(group_t), intent(in) :: group
       type(effect_list_t), intent(in) :: effects
@@ -172,7 +172,7 @@ contains
       end if
    end function base_name
 
-   !> Standard deviations, bias and loss.
+   !> Reads standard deviations, bias and loss.
    subroutine read_statistics(group, measurement, error)
       type(group_t), intent(in) :: group
       type(measurement_t), intent(inout) :: measurement
@@ -201,7 +201,7 @@ contains
       measurement%loss = findloc(losses, group%text('loss', 'linear'), dim=1)
    end subroutine read_statistics
 
-   !> Reads the file.
+   !> Reads the file of measurements.
    subroutine read_file(group, end_time, scene, labels, effects, measurement, error)
       type(group_t), intent(in) :: group
       real(wp), intent(in) :: end_time
@@ -291,16 +291,16 @@ contains
       end do
    end subroutine take_message
 
-   !> Finds t and the columns in the header, with what their units are in those of the columns.
+   !> Finds t and the columns in the header, with the factors that convert their units.
    subroutine read_header(text, position, measurement, fields, factors, problem)
       character(len=*), intent(in) :: text
       integer, intent(inout) :: position
       type(measurement_t), intent(in) :: measurement
-      !> Which column of the fit stands in each field, t as -1; 0: none. Shape (fields).
+      !> Number of the column of the fit in each field, -1 for t; 0: none. Shape (fields).
       integer, allocatable, intent(out) :: fields(:)
-      !> Shape (fields).
+      !> Unit of each field in the unit of its column; shape (fields).
       real(wp), allocatable, intent(out) :: factors(:)
-      !> What is wrong with it; empty on success.
+      !> Message on a wrong header; empty on success.
       character(len=:), allocatable, intent(out) :: problem
       character(len=:), allocatable :: header, unit
       character(len=longest_name) :: name
@@ -330,10 +330,10 @@ contains
       end do
    end subroutine read_header
 
-   !> Returns what the unit of a field is in the unit of its column, 1 without a unit.
+   !> Returns the unit of a field in the unit of its column; 1 without a unit.
    function factor_of(measurement, i, name, unit, problem) result(factor)
       type(measurement_t), intent(in) :: measurement
-      !> Which column, t as -1; 0: none.
+      !> Number of the column, -1 for t; 0: none.
       integer, intent(in) :: i
       character(len=*), intent(in) :: name, unit
       !> Message on a wrong unit; unchanged on success.
@@ -363,14 +363,14 @@ contains
       if (measurement%degrees .and. turns_to_degrees(quantities(at))) unit = 'deg'//unit(4:)
    end function column_unit
 
-   !> Reads a line.
+   !> Reads a line of measurements.
    subroutine read_row(text, position, fields, factors, t, row, problem)
       character(len=*), intent(in) :: text
       integer, intent(inout) :: position
       integer, intent(in) :: fields(:)
       real(wp), intent(in) :: factors(:)
       real(wp), intent(out) :: t
-      !> Shape (columns).
+      !> Measured values; shape (columns).
       real(wp), intent(out) :: row(:)
       character(len=:), allocatable, intent(out) :: problem
       real(wp) :: number
@@ -392,10 +392,10 @@ contains
       end do
    end subroutine read_row
 
-   !> Says what is wrong with a row.
+   !> Checks a row, and normalises attitudes and directions.
    subroutine check_row(measurement, i, end_time, problem)
       type(measurement_t), intent(inout) :: measurement
-      !> Which row.
+      !> Number of the row.
       integer, intent(in) :: i
       real(wp), intent(in) :: end_time
       character(len=:), allocatable, intent(inout) :: problem

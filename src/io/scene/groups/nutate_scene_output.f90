@@ -1,4 +1,4 @@
-!> `&output`: where the rows go, how often, and which columns they have.
+!> `&output`: the file, the times and the columns of the rows.
 module nutate_scene_output
    use nutate_admissible, only: POSITIVE
    use nutate_epoch, only: epoch_t
@@ -16,30 +16,30 @@ module nutate_scene_output
 
    public :: output_settings_t, output_keys, build_output, format_fault
 
-   !> Ends of names that promise what a history is not.
+   !> Extensions of other formats, which the file of a history must not have.
    character(len=8), parameter :: other_formats(*) = [character(len=8) :: &
       '.npy', '.npz', '.h5', '.hdf5', '.nc', '.mat', '.parquet', '.feather', '.xlsx', '.ods', '.json', '.pkl', '.gz', &
       '.zip', '.svg', '.png', '.pdf']
 
-   !> Where the rows go and what they hold.
+   !> Files, columns and format of the rows.
    type :: output_settings_t
       !> Path of the CSV file, relative to the working directory.
       character(len=:), allocatable :: file
-      !> That of the events, where the scene names one; else blank: it follows that of the rows.
+      !> Path of the file of events if the scene names one; else blank: the path follows from that of the rows.
       character(len=:), allocatable :: events
-      !> Names of the sets of columns, as asked for; shape (number of sets).
+      !> Names of the sets of columns, as requested; shape (number of sets).
       character(len=name_length), allocatable :: columns(:)
-      !> The scene does not say when rows are due: at each step, or at equal intervals where steps are adaptive.
+      !> True if the scene does not say when rows are due: at each step, or at equal intervals if steps are adaptive.
       logical :: by_default = .false.
       !> Significant digits of the numbers; 0: as many as read back exactly.
       integer :: digits = 0
       !> Angles in degrees, rates in degrees per second.
       logical :: degrees = .false.
-      !> Files have a column of dates, counted from here; not set: they have none.
+      !> Date of t = 0, for a column of dates in the files; not set: there is no such column.
       type(epoch_t) :: epoch
    end type output_settings_t
 
-   !> Times of rows in a scene; more are for a file. Digits that decide every number.
+   !> Largest number of times of rows in a scene (more need a file), and of digits, which determine every number.
    integer, parameter :: most_times = 1000, most_digits = 17
    !> Intervals between the rows of a run with adaptive steps, unless the scene says otherwise: such steps are too few
    !> to draw a smooth curve through their ends.
@@ -62,14 +62,15 @@ contains
               key_t(name='calendar', kind=KEY_LOGICAL)]
    end function output_keys
 
-   !> Output settings, and when rows are due.
+   !> Reads the output settings and the times of rows.
    subroutine build_output(group, scene_name, path, plan, output, error)
       type(group_t), intent(in) :: group
-      !> Name of the scene: that of the file unless the group gives one.
+      !> Name of the scene, from which that of the file follows unless the group gives one.
       character(len=*), intent(in) :: scene_name
-      !> Path of the scene file, which must not be written over.
+      !> Path of the scene file, which must not be overwritten.
       character(len=*), intent(in) :: path
-      !> Its `time_step`, `end_time` and goal are used; `every`, `times`, and `interval` of an active goal are set.
+      !> Plan of the run: `time_step`, `end_time` and goal are used; `every`, `times`, and `interval` of an active goal
+      !> are set.
       type(run_plan_t), intent(inout) :: plan
       type(output_settings_t), intent(out) :: output
       type(scene_error_t), intent(inout) :: error
@@ -109,7 +110,7 @@ contains
       call build_columns(group, output, error)
    end subroutine build_output
 
-   !> What is wrong with a name that ends like those of files in another format; empty if nothing is.
+   !> Returns what is wrong with a name that has the extension of another format; empty if nothing is.
    pure function format_fault(name) result(words)
       character(len=*), intent(in) :: name
       character(len=:), allocatable :: words
@@ -120,12 +121,12 @@ contains
       if (any(other_formats == lower_case(name(dot:)))) words = 'has the wrong extension: histories are CSV'
    end function format_fault
 
-   !> The times of rows. Raises an error for the first that is not behind the one before, or not in the run.
+   !> Reads the times of rows. Raises an error for the first time that is not after the one before, or not in the run.
    subroutine build_times(group, plan, path, error)
-      !> With its table, where it names a file.
+      !> Group, with its table if it names a file.
       type(group_t), intent(in) :: group
       type(run_plan_t), intent(inout) :: plan
-      !> Of the scene.
+      !> Path of the scene.
       character(len=*), intent(in) :: path
       type(scene_error_t), intent(inout) :: error
       character(len=:), allocatable :: problem
@@ -158,7 +159,7 @@ contains
       end if
    end subroutine build_times
 
-   !> The interval between rows as a number of steps.
+   !> Converts the interval between rows to a number of steps.
    subroutine count_steps(group, plan, error)
       type(group_t), intent(in) :: group
       type(run_plan_t), intent(inout) :: plan
@@ -168,7 +169,7 @@ contains
 
       interval = group%number('interval', 1.0_wp)
       step = abs(plan%time_step)
-      ! Dividing only what cannot overflow; 2^53 steps are beyond any run.
+      ! The limits keep the division below from overflow; 2^53 steps are beyond any run.
       if (interval < 0.5_wp*step .or. exponent(interval) - exponent(step) > 52) then
          call error%raise(group%line_of('interval'), 'interval is not a whole number of steps', &
                           expected='a small multiple of time_step')
@@ -184,7 +185,7 @@ contains
       plan%every = nint(ratio, long)
    end subroutine count_steps
 
-   !> The sets asked for, each once.
+   !> Reads the requested sets of columns, each once.
    subroutine build_columns(group, output, error)
       type(group_t), intent(in) :: group
       type(output_settings_t), intent(inout) :: output

@@ -13,22 +13,22 @@ module nutate_scene_values
 
    public :: read_values, check_values, expectation
 
-   !> Longest text: longer than any path.
+   !> Length of the longest string: longer than any path.
    integer, parameter :: longest_text = 4096
-   !> Of the choices that a message lists.
+   !> Largest length of the list of choices in a message.
    integer, parameter :: longest_choices = 700
 
 contains
 
-   !> Reads what stands behind `key =`, up to the next key or the end of the group, as the values of a key.
+   !> Reads the values of a key: everything after `key =`, up to the next key or the end of the group.
    subroutine read_values(lexer, text, key, setting, token, error)
       type(lexer_t), intent(inout) :: lexer
-      !> The scene.
+      !> Text of the scene.
       character(len=*), intent(in) :: text
       type(key_t), intent(in) :: key
-      !> Its name and line are set already.
+      !> Setting of the key; its name and line are set already.
       type(setting_t), intent(inout) :: setting
-      !> The token behind the values.
+      !> Token after the values.
       type(token_t), intent(out) :: token
       type(scene_error_t), intent(inout) :: error
       type(value_t) :: values(key%most)
@@ -111,7 +111,7 @@ contains
       case default
          problem = 'a value of no kind'
       end select
-      ! Of a number that is one the key knows more to say: what sizes it admits.
+      ! For a number out of range, the message of the key states the sizes that it admits.
       if (any(key%kind == [KEY_INTEGER, KEY_REAL]) .and. (problem == '' .or. abs(value%number) > 0.0_wp)) then
          problem = key%fault(value%number)
          if (problem /= '') call error%raise(token%line, quoted(text(token%first:token%last))//' '//problem)
@@ -120,7 +120,7 @@ contains
       end if
    end subroutine read_value
 
-   !> A text of which a beginning is left that is still too long.
+   !> Returns the token of a string, shortened to a beginning that is still too long.
    pure type(token_t) function shortened(token)
       type(token_t), intent(in) :: token
       shortened = token
@@ -142,7 +142,7 @@ contains
    !> than a scene.
    subroutine check_values(group, keys, error)
       type(group_t), intent(in) :: group
-      !> All that the group knows.
+      !> All keys of the group.
       type(key_t), intent(in) :: keys(:)
       type(scene_error_t), intent(inout) :: error
       integer :: i, k
@@ -176,7 +176,7 @@ contains
       if (.not. error%raised) call check_together(key, setting, error)
    end subroutine check_setting
 
-   !> Raises an error for a text that is not one of the key's choices, with the reason for a quantity that is no event.
+   !> Raises an error for a string that is not one of the key's choices, with the reason if a quantity is no event.
    subroutine raise_unknown(key, text, line, error)
       type(key_t), intent(in) :: key
       character(len=*), intent(in) :: text
@@ -196,7 +196,7 @@ contains
       call error%raise(line, quoted(text)//' is not available for '//trim(key%name), choices, nearest)
    end subroutine raise_unknown
 
-   !> Raises an error for a text that is not one of the key's choices, is too long or has control characters.
+   !> Raises an error for a string that is not one of the key's choices, is too long or has control characters.
    subroutine check_text(key, text, line, error)
       type(key_t), intent(in) :: key
       character(len=*), intent(in) :: text
@@ -217,7 +217,7 @@ contains
       end do
    end subroutine check_text
 
-   !> What a key expects, in words: `3 numbers > 0`.
+   !> Returns what a key expects, in words: `3 numbers > 0`.
    pure function expectation(key) result(words)
       type(key_t), intent(in) :: key
       character(len=:), allocatable :: words
@@ -233,7 +233,7 @@ contains
       end select
    end function expectation
 
-   !> `'a', 'b'` for `a,b`; `'wheel1' to 'wheel6'` for names that differ by the number at their end.
+   !> Returns `'a', 'b'` for `a,b`, and `'wheel1' to 'wheel6'` for names that differ by the number at their end.
    pure function quoted_list(list) result(words)
       character(len=*), intent(in) :: list
       character(len=:), allocatable :: words
@@ -255,7 +255,7 @@ contains
       end associate
    end function quoted_list
 
-   !> A name without the number at its end.
+   !> Returns a name without the number at its end.
    pure function stem(name)
       character(len=*), intent(in) :: name
       character(len=:), allocatable :: stem
