@@ -2,7 +2,8 @@
 """Finds words of this project's own in user-facing text, and names the field's term for each (words.tsv beside this file).
 
 Read are README, CHANGELOG, docs, the C headers, docstrings of the Python package, and of Fortran sources the `!>` comments and
-the texts between quotes. Words that no identifier, and no comment, of the sources may have are listed below.
+the texts between quotes. Words that no identifier, and no comment, of the sources may have are listed below,
+and no comment may begin with a word that refers to another one.
     python3 tools/lint/words.py [FILE]...     all of them unless named; exit status 1 if a phrase is found
 """
 
@@ -56,6 +57,34 @@ def private_words():
     return found
 
 
+def openings(lines):
+    """Number and first word of each sentence of Fortran comments that stands at the beginning of a line."""
+    before = ""
+    for number, line in enumerate(lines, 1):
+        comment = re.match(r"\s*!>?\s?(.*)", line)
+        text = comment.group(1).rstrip() if comment else ""
+        if text and (not before or before[-1] in ".:"):
+            yield number, text
+        before = text
+
+
+def without_subject():
+    """Prints each comment of the sources that begins with a word which refers to another one; returns their number."""
+    pattern = re.compile(r"(Of|What|Who|Whom|Whose|Where|Those|That of|As it|Such)\b")
+    tracked = subprocess.run(["git", "ls-files", "--", "src", "app", "mpi"], cwd=ROOT, capture_output=True, text=True,
+                             check=True).stdout
+    found = 0
+    for name in tracked.split():
+        if not name.endswith((".f90", ".inc")):
+            continue
+        for number, text in openings((ROOT / name).read_text(encoding="utf-8").splitlines()):
+            begin = pattern.match(text)
+            if begin:
+                print(f"{name}:{number}: a comment begins with '{begin.group(1)}' (write: a phrase with a subject of its own)")
+                found += 1
+    return found
+
+
 def main():
     words = list(phrases())
     tracked = subprocess.run(["git", "ls-files", "--", *FILES], cwd=ROOT, capture_output=True, text=True, check=True).stdout
@@ -70,7 +99,7 @@ def main():
                     print(f"{name}:{number}: '{phrase}' (write: {better})")
                     found += 1
     if not sys.argv[1:]:
-        found += private_words()
+        found += private_words() + without_subject()
     return 1 if found else 0
 
 
