@@ -38,7 +38,7 @@ def known_groups():
     """The keys of every group that a scene can have, by its name."""
     groups = {group: keys_in(source(module)) for group, module in PARTS.items()}
     catalogue = source("nutate_effect_catalogue")
-    sources = [path.read_text(encoding="utf-8") for path in (ROOT / "src" / "effects").glob("*.f90")]
+    sources = [path.read_text(encoding="utf-8") for path in (ROOT / "src" / "model" / "effects").rglob("*.f90")]
     for group, table in re.findall(r"call add_kind\(kinds, '(\w+)', (\w+)", catalogue):
         found = next(re.search(rf":: {table}\(\d+\) = \[(.*?)\)\]", text, re.DOTALL) for text in sources
                      if re.search(rf":: {table}\(\d+\) =", text))

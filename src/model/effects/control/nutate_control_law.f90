@@ -53,16 +53,16 @@ module nutate_control_law
       !> Refers the target to the LVLH frame.
       procedure :: follow_orbit
       !> Return the commanded torque, and its change by a change of `parameters`.
-      procedure :: law_torque
-      procedure :: law_change
+      procedure, non_overridable :: law_torque
+      procedure, non_overridable :: law_change
       procedure :: command
       procedure :: error_scalar, error_angle
       !> Returns the magnetic field in body axes.
-      procedure :: field_at
+      procedure, non_overridable :: field_at
       !> Returns a command with the saturated components set to the limit.
-      procedure :: cut_off
+      procedure, non_overridable :: cut_off
       !> Computes the derivatives of the torque by one small rotation, and by one component of Ω.
-      procedure :: differentiate
+      procedure, non_overridable :: differentiate
       procedure :: torque_change => controlling_change
    end type control_law_t
 
