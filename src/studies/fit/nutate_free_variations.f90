@@ -69,7 +69,7 @@ contains
    subroutine free_variations(scene, variations, error, settings)
       !> Scene with free parameters.
       type(scene_t), intent(in) :: scene
-      !> Shape (free numbers).
+      !> Shape (free parameters).
       type(variation_t), allocatable, intent(out) :: variations(:)
       type(scene_error_t), intent(inout) :: error
       !> Settings of the run, complete; without them the run reports what its method does not propagate.

@@ -1,4 +1,4 @@
-!> Plan of a fit: free numbers of a scene, measurements, and initial guesses of the iteration.
+!> Plan of a fit: free parameters of a scene, measurements, and initial guesses of the iteration.
 module nutate_fit_plan
    use nutate_ensemble_plan, only: ensemble_plan_t
    use nutate_kinds, only: wp, long
@@ -12,7 +12,7 @@ module nutate_fit_plan
    !> Kinds of measurements: columns of a history; attitudes, as quaternions; body components of a direction in space.
    integer, parameter :: VALUES = 1, ATTITUDES = 2, DIRECTIONS = 3
 
-   !> Free number of a scene.
+   !> Free parameter of a scene.
    type :: free_number_t
       !> Name `initial.attitude.I` or `GROUP[.N].KEY[.I]`.
       character(len=80) :: name = ''
@@ -64,10 +64,10 @@ module nutate_fit_plan
 
    !> A fit.
    type :: fit_plan_t
-      !> Free numbers; shape (free numbers), empty if the scene has no group `&free`.
+      !> Free parameters; shape (free parameters), empty if the scene has no group `&free`.
       type(free_number_t), allocatable :: free(:)
       type(measurement_t), allocatable :: measurements(:)
-      !> Groups of the scene with a position for each free number; a free attitude is given as `quaternion`.
+      !> Groups of the scene with a position for each free parameter; a free attitude is given as `quaternion`.
       type(ensemble_plan_t) :: numbers
       !> The attitude is free; its quaternion as the scene gives it, in the axes of `attitude_from`.
       logical :: has_attitude = .false.

@@ -62,12 +62,12 @@ module nutate_scene
       type(chaos_settings_t) :: chaos
       !> Ensemble of the scene, if any.
       type(ensemble_plan_t) :: ensemble
-      !> Free numbers and measurements of a fit.
+      !> Free parameters and measurements of a fit.
       type(fit_plan_t) :: fit
       !> Groups as given, in the order of the file, overrides applied; shape (number of groups).
       type(group_t), allocatable :: groups(:)
    contains
-      !> Returns the free numbers and exponents that runs propagate.
+      !> Returns the free parameters and exponents that runs propagate.
       procedure :: propagated
    end type scene_t
 
@@ -131,7 +131,7 @@ module nutate_scene
 
 contains
 
-   !> Returns the free numbers and the number of exponents that runs propagate; none if the scene has none.
+   !> Returns the free parameters and the number of exponents that runs propagate; none if the scene has none.
    pure type(propagated_t) function propagated(self) result(list)
       class(scene_t), intent(in) :: self
       allocate (list%names(0), list%sigma(0))

@@ -356,7 +356,7 @@ contains
       type(output_settings_t), intent(out) :: output
    end subroutine forget_run
 
-   !> Raises an error for columns of a wheel, an orbit, a free number or an indicator of chaos that does not exist.
+   !> Raises an error for columns of a wheel, an orbit, a free parameter or an indicator of chaos that does not exist.
    subroutine check_columns(group, scene, error)
       !> The group `&output`.
       type(group_t), intent(in) :: group
@@ -366,7 +366,7 @@ contains
       type(propagated_t) :: propagated
       type(status_t) :: status
       integer :: i
-      ! The names of the free numbers are read later.
+      ! The names of the free parameters are read later.
       propagated%names = pack(scene%groups%name, scene%groups%name == 'free')
       propagated%sigma = pack([(merge(1.0_wp, 0.0_wp, scene%groups(i)%has('sigma')), i=1, size(scene%groups))], &
                            scene%groups%name == 'free')

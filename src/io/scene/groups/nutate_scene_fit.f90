@@ -1,4 +1,4 @@
-!> `&fit`: initial guesses of a fit; builds the fit of a scene from its free numbers and its measurements.
+!> `&fit`: initial guesses of a fit; builds the fit of a scene from its free parameters and its measurements.
 module nutate_scene_fit
    use nutate_admissible, only: NON_NEGATIVE
    use nutate_fit_plan, only: fit_plan_t, is_drawn
