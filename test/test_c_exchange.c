@@ -64,6 +64,7 @@ int test_c_exchange_axes(void)
         for (i = 0; i < 4 && k < 3; ++i) CHECK(fabs(axes[i] - (k == 0 ? expected[i] : i == 0)) < 1e-6);
         for (i = 0; i < 4 && k < 3; ++i) CHECK((fabs(axes[4 + i] - axes[i]) > 1e-3) == (k == 0));
         EXPECT(NUTATE_BAD_ARGUMENT, nutate_system_space_axes(system, 2, NULL, axes));
+        EXPECT(NUTATE_BAD_ARGUMENT, nutate_system_space_axes(system, (size_t)-1, times, axes));
         EXPECT(NUTATE_BAD_ARGUMENT, nutate_system_space_axes(system, 1, &never, axes));
         EXPECT(NUTATE_OK, nutate_system_destroy(&system));
     }

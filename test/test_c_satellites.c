@@ -248,6 +248,8 @@ int test_c_satellites_motor(void)
     EXPECT(NUTATE_OK, nutate_stepper_add_events(each[2], "&event when = 'wheel1_speed', crosses = 31 /"));
     line = start_stepper(system, &other);
     CHECK(line == 0);
+    EXPECT(NUTATE_BAD_ARGUMENT, nutate_system_add_motor_table(system, 1, (size_t)-1, t, u, NULL));
+    EXPECT(NUTATE_BAD_ARGUMENT, nutate_system_add_motor_table(system, 1, (size_t)1 << 40, t, u, NULL));
     EXPECT(NUTATE_OK, nutate_system_add_motor_table(system, 1, 6, t, u, NULL));
     line = start_stepper(system, &table);
     CHECK(line == 0);

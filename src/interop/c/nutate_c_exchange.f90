@@ -13,7 +13,7 @@ module nutate_c_exchange
    use nutate_export_facts, only: export_facts_t, parse_facts
    use nutate_gltf_writing, only: write_gltf
    use nutate_kinds, only: wp
-   use nutate_limits, only: attitude_tolerance, is_moderate
+   use nutate_limits, only: attitude_tolerance, is_moderate, most_rows
    use nutate_scene_labels, only: label_of
    use nutate_spelling, only: is_listed
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_SCENE, NUTATE_IO, NUTATE_NO_MEMORY, &
@@ -23,9 +23,6 @@ module nutate_c_exchange
 
    public :: nutate_scene_get, nutate_date, nutate_tdb, nutate_system_frame_rate, nutate_system_space_axes, &
       nutate_write_aem, nutate_write_gltf, nutate_read_aem
-
-   !> Largest number of rows; more are treated as an error.
-   integer, parameter :: most_rows = 2**28
 
 contains
 
@@ -99,7 +96,7 @@ contains
       integer(c_size_t) :: i
       if (.not. found(system, handle, code)) return
       code = NUTATE_BAD_ARGUMENT
-      if (.not. (present(t) .and. present(q) .and. handle%system%effects%knows_space_axes())) return
+      if (.not. (present(t) .and. present(q) .and. n >= 0 .and. handle%system%effects%knows_space_axes())) return
       do i = 1, n
          if (.not. is_moderate(t(i))) return
       end do

@@ -15,6 +15,7 @@ module nutate_c_run_history
    use nutate_run_plan, only: run_plan_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NO_MEMORY, NUTATE_OK
    use nutate_propagated_columns, only: propagated_t
+   use nutate_variation, only: variation_t
    implicit none
    private
 
@@ -48,10 +49,12 @@ contains
       type(stepper_handle_t), pointer :: handle
       type(scene_handle_t), pointer :: from
       type(propagated_t) :: before, propagated
+      type(variation_t), allocatable :: variations(:)
       type(status_t) :: status
       if (.not. found(stepper, handle, code)) return
       if (.not. found(scene, from, code)) return
       call get_propagated(handle, before)
+      if (allocated(handle%variations)) variations = handle%variations
       propagated = from%scene%propagated()
       if (size(propagated%names) == 0) then
          status = fail(NUTATE_BAD_ARGUMENT, 'the scene has no free numbers (expected &free)', 'scene')
@@ -63,7 +66,10 @@ contains
          call set_propagated(handle, propagated)
          ! Columns of sensitivities have other names now.
          if (handle%columns%differentiates) call choose_columns(handle, handle%sets, status)
-         if (.not. status%ok()) call set_propagated(handle, before)
+         if (.not. status%ok()) then
+            call set_propagated(handle, before)
+            call move_alloc(variations, handle%variations)
+         end if
       end if
       code = conclude(handle, status)
    end function nutate_stepper_differentiate

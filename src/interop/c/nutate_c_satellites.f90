@@ -9,6 +9,7 @@ module nutate_c_satellites
    use nutate_c_text, only: lock_texts, copy_text, unlock_texts
    use nutate_keys, only: group_t, table_t
    use nutate_kinds, only: wp
+   use nutate_limits, only: most_rows
    use nutate_orbit, only: earth_mu
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_OK
    implicit none
@@ -158,14 +159,20 @@ contains
       type(table_t) :: table
       type(status_t) :: status
       character(len=:), allocatable :: text
+      integer :: failed
       if (.not. found(system, handle, code)) return
       if (.not. (present(t) .and. present(torque))) then
          code = conclude(handle, null_argument('t or torque'))
          return
       end if
+      failed = 1
+      if (n >= 1 .and. n <= most_rows) allocate (table%numbers(2, n), stat=failed)
+      if (failed /= 0) then
+         code = conclude(handle, fail(NUTATE_BAD_ARGUMENT, 'the table has no line, or too many (expected 1 to 2^28)', 'n'))
+         return
+      end if
       text = ''
       if (c_associated(keys)) call copy_text(keys, text)
-      allocate (table%numbers(2, n))
       table%numbers(1, :) = t
       table%numbers(2, :) = torque
       call lock_texts()
