@@ -225,6 +225,8 @@ class Members(SweepTest):
         whole = self.sweep(output="whole.npy")
         for first, last in ((1, 60), (61, 61), (62, 200)):
             self.succeed("sweep", "tumble.nml", "--quiet", "--members", f"{first}:{last}")
+        # A name whose numbers are too long for members belongs to no part.
+        self.write("tumble.99999999999999999999-1.npy", "")
         self.succeed("sweep", "tumble.nml", "--quiet", "--merge")
         self.assertEqual(self.bytes_of("tumble.npy"), whole)
         self.assertEqual(self.read("tumble.npy.txt"), self.read("whole.npy.txt"))
