@@ -52,7 +52,7 @@ contains
    end function field
 
    !> Makes the potential -m·R(q)ᵀb(t) of a magnetic moment in the field of the Earth along an orbit.
-   pure function new_earth_field(moment, field) result(effect)
+   function new_earth_field(moment, field) result(effect)
       !> m, body axes, A m²; shape (3).
       real(wp), intent(in) :: moment(3)
       !> Field b, in the space axes of the scene.

@@ -44,7 +44,7 @@ contains
    end function new_force
 
    !> Makes the potential of a force with rotating direction at a point of the body.
-   pure function new_moving_force(body_point, force) result(effect)
+   function new_moving_force(body_point, force) result(effect)
       !> x, body axes, m; shape (3).
       real(wp), intent(in) :: body_point(3)
       !> F, in the space axes of the scene, N.
