@@ -168,7 +168,8 @@ contains
       failed = 1
       if (n >= 1 .and. n <= most_rows) allocate (table%numbers(2, n), stat=failed)
       if (failed /= 0) then
-         code = conclude(handle, fail(NUTATE_BAD_ARGUMENT, 'the table has no line, or too many (expected 1 to 2^28)', 'n'))
+         code = conclude(handle, fail(NUTATE_BAD_ARGUMENT, 'the table has no line, or too many '// &
+                                      '(expected 1 to 2^28)', 'n'))
          return
       end if
       text = ''

@@ -133,14 +133,14 @@ contains
    logical function is_range(text, part)
       character(len=*), intent(in) :: text
       type(part_t), intent(out) :: part
-      integer :: dash, error(2)
+      integer :: dash, error
       dash = index(text, '-')
       is_range = dash > 1 .and. dash < len(text) .and. len(text) < 24 .and. verify(text, '0123456789-') == 0 .and. &
                  index(text, '-', back=.true.) == dash
       if (.not. is_range) return
-      read (text(:dash - 1), *, iostat=error(1)) part%first
-      read (text(dash + 1:), *, iostat=error(2)) part%last
-      is_range = all(error == 0) .and. part%first >= 1 .and. part%last >= part%first
+      read (text(:dash - 1), *, iostat=error) part%first
+      if (error == 0) read (text(dash + 1:), *, iostat=error) part%last
+      is_range = error == 0 .and. part%first >= 1 .and. part%last >= part%first
    end function is_range
 
    !> Copies the rows of a file to their position. Errors: `NUTATE_IO`.
