@@ -1,5 +1,5 @@
-!> The specialised explicit steps: their order in each of their forms, what they keep, and that nobody who looks
-!> changes them.
+!> The specialised explicit steps: their order in each of their forms, what they keep, and that reading a state
+!> between steps does not change them.
 module test_rk8
    use nutate_body, only: diagonal, make_body
    use nutate_dipole, only: dipole_t

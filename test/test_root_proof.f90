@@ -1,5 +1,5 @@
 !> Parts of the proof that a root is the true one: the bounds of every effect, against the effect in steps drawn at
-!> random; the scenes that come along, whose steps are all certified at once; and cases beyond a proof.
+!> random; the bundled scenes, whose steps are all certified at once; and cases beyond a proof.
 module test_root_proof
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_applied_torque, only: applied_torque_t

@@ -177,7 +177,7 @@ class Stepper(SatelliteState):
         return history
 
     def differentiate(self, scene: Scene) -> None:
-        """Lets runs from now on propagate derivatives by the numbers of &free of a scene of the same body and effects, each from its
+        """Lets runs from now on propagate derivatives by the parameters of &free of a scene of the same body and effects, each from its
         start: the columns of the set "sensitivities" show them."""
         self._call("nutate_stepper_differentiate", scene._handle)
         self._propagate("differentiate", scene)

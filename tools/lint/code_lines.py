@@ -26,7 +26,7 @@ def text_of(name, revision):
 
 
 def code_lines(text, mark):
-    """Number of lines that are neither blank nor a comment; a block comment of C counts as comments."""
+    """Number of lines that are neither blank nor a comment; a block comment of C is treated as comments."""
     number, in_block = 0, False
     for line in map(str.strip, text.splitlines()):
         if mark == "//" and not in_block and line.startswith("/*"):

@@ -118,7 +118,7 @@ contains
       associate (summary => outcome%summary)
          point%steps = summary%steps
          if (point%tolerance > 0.0_wp) point%time_step = problem%duration()/max(real(summary%steps, wp), 1.0_wp)
-         ! The closed solution gives the end at once, without steps.
+         ! The closed solution gives the end without steps.
          if (methods(point%method)%order < 1) then
             point%steps = 1
             point%time_step = problem%duration()
