@@ -12,10 +12,10 @@ program main
    use nutate_linearize_command, only: linearize_command
    use nutate_plot_command, only: plot_command
    use nutate_run_command, only: run_command
-   use nutate_run_signals, only: end_by_signal
+   use nutate_run_watcher, only: end_by_signal
    use nutate_member_rows, only: has_threads
    use nutate_sweep_command, only: sweep_command
-   use nutate_sweep_workers, only: sweep_workers_t
+   use nutate_sweep_report, only: sweep_workers_t
    use nutate_version, only: version
    use nutate_view_command, only: view_command
    implicit none

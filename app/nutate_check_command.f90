@@ -1,39 +1,36 @@
 !> `nutate check SCENE`: reports what would be simulated and writes nothing.
 module nutate_check_command
    use nutate_attitude, only: axis_angle_from_quat
-   use nutate_axes_words, only: add_space_axes
+   use nutate_scene_loading, only: add_space_axes, add_free_numbers, propagate_free_parameters, load_scene
    use nutate_body, only: diagonal, whole_body
    use nutate_cli, only: command_t
    use nutate_column_event, only: column_event_t, most_columns
    use nutate_columns, only: columns_t
-   use nutate_console, only: count_text, page_t, plural, rate_text, say_error, show_page, vector_text, &
-      EXIT_INPUT, EXIT_SUCCESS
+   use nutate_console, only: count_text, page_t, plural, rate_text, say_error, show_page, vector_text, EXIT_INPUT, &
+      EXIT_SUCCESS
    use nutate_decimal, only: rounded_text
    use nutate_effect_catalogue, only: effect_kind_t, effect_kinds
    use nutate_effect_list, only: effect_list_t
-   use nutate_ensemble_words, only: add_ensemble
+   use nutate_sweep_report, only: add_ensemble
    use nutate_epoch, only: epoch_t
    use nutate_event, only: CROSSING, event_t, MAXIMUM, MINIMUM, SWITCH_OFF, SWITCH_ON
-   use nutate_expectation, only: history_bytes, known_steps, most_rows, rows_of, size_text, too_many_rows
+   use nutate_notes, only: history_bytes, known_steps, most_rows, rows_of, size_text, too_many_rows, note_t
    use nutate_files, only: STANDARD_OUTPUT
    use nutate_fixed_steps, only: count_steps
    use nutate_free_variations, only: usual_sets
-   use nutate_free_setup, only: add_free_numbers, propagate_free_parameters
    use nutate_hamiltonian, only: angular_velocity, body_momentum, kinetic_energy, potential_energy, space_momentum
    use nutate_invariants, only: invariants_t
    use nutate_keys, only: group_t, key_t, KEY_LOGICAL, KEY_TEXT
    use nutate_kinds, only: wp, long, pi
    use nutate_lvlh_view, only: lvlh_view_t
    use nutate_methods, only: equations_of
-   use nutate_notes, only: note_t
    use nutate_observer, only: observer_t
-   use nutate_periodic_words, only: add_periodic
+   use nutate_linearize_command, only: add_periodic
    use nutate_printable, only: printable_path
    use nutate_run, only: run_t
    use nutate_run_plan, only: run_plan_t
    use nutate_run_summary, only: kept_momentum
    use nutate_scene, only: scene_t
-   use nutate_scene_loading, only: load_scene
    use nutate_scene_warnings, only: collect_notes
    use nutate_spelling, only: split_list
    use nutate_state, only: state_t

@@ -1,16 +1,15 @@
 !> The command line: tables of commands and options, and the parser of the arguments.
 module nutate_cli
    use nutate_aem_writing, only: aem_versions
-   use nutate_file_hint, only: did_you_mean
    use nutate_gnuplot, only: is_picture
-   use nutate_kinds, only: wp, long
+   use nutate_kinds, only: long, wp
    use nutate_number_text, only: read_real
-   use nutate_printable, only: quoted
+   use nutate_printable, only: printable_path, quoted
    use nutate_spelling, only: comma_list, is_listed, nearest_name, split_list
    implicit none
    private
 
-   public :: argument_t, command_t, option_t, verb_t, options, verbs, get_arguments, parse_arguments
+   public :: did_you_mean, argument_t, command_t, option_t, verb_t, options, verbs, get_arguments, parse_arguments
 
    !> One word of the command line.
    type :: argument_t
@@ -151,6 +150,20 @@ module nutate_cli
    end type command_t
 
 contains
+
+   !> Returns `did you mean FILE.nml?` if a file does not exist but the one with the ending does; else empty.
+   function did_you_mean(path, ending) result(text)
+      character(len=*), intent(in) :: path
+      !> Ending of file names, with its dot.
+      character(len=*), intent(in) :: ending
+      character(len=:), allocatable :: text
+      logical :: exists
+      text = ''
+      inquire (file=path, exist=exists)
+      if (path == '' .or. exists) return
+      inquire (file=path//ending, exist=exists)
+      if (exists) text = 'did you mean '//printable_path(path//ending)//'?'
+   end function did_you_mean
 
    !> Returns the arguments of the program.
    subroutine get_arguments(arguments)

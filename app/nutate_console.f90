@@ -8,8 +8,8 @@ module nutate_console
    implicit none
    private
 
-   public :: page_t, say_error, show_page, count_text, rate_text, vector_text, plural
-   public :: EXIT_SUCCESS, EXIT_INPUT, EXIT_RUN, EXIT_OUTPUT, EXIT_SIGNAL
+   public :: page_t, say_error, show_page, count_text, rate_text, vector_text, plural, EXIT_SUCCESS, EXIT_INPUT, &
+             EXIT_RUN, EXIT_OUTPUT, EXIT_SIGNAL
 
    !> Exit codes: success; error in the command line or the scene; run that failed half-way; output that cannot be
    !> written.

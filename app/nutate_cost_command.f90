@@ -1,27 +1,21 @@
 !> `nutate cost SCENE`: work-precision study of a scene, run time against error.
 module nutate_cost_command
-   use nutate_axes_words, only: add_space_axes
+   use nutate_scene_loading, only: add_space_axes, propagated_fault, load_scene
    use nutate_cli, only: command_t
    use nutate_console, only: page_t, plural, say_error, show_page, EXIT_INPUT, EXIT_OUTPUT, EXIT_RUN, EXIT_SIGNAL, &
       EXIT_SUCCESS
    use nutate_control, only: needs_control
-   use nutate_cost_answer, only: add_answer
-   use nutate_cost_csv, only: cost_csv_t
-   use nutate_cost_names, only: method_label
+   use nutate_cost_report, only: add_answer, cost_csv_t, method_label, add_reference, add_table
    use nutate_cost_plot, only: draw_cost
-   use nutate_cost_table, only: add_reference, add_table
    use nutate_decimal, only: rounded_text
    use nutate_files, only: STANDARD_ERROR, STANDARD_OUTPUT
-   use nutate_free_setup, only: propagated_fault
    use nutate_gnuplot, only: picture_t
    use nutate_outputs, only: outputs_t, picture_kind, COSTS
-   use nutate_picture_opening, only: open_picture, report_file
+   use nutate_plot_command, only: open_picture, report_file
    use nutate_kinds, only: wp, long
    use nutate_printable, only: printable_path
-   use nutate_run_progress, only: progress_bar_t
+   use nutate_run_watcher, only: progress_bar_t, caught_signal, signal_name, stop_watcher_t, watch_signals
    use nutate_scene, only: scene_t
-   use nutate_scene_loading, only: load_scene
-   use nutate_run_signals, only: caught_signal, signal_name, stop_watcher_t, watch_signals
    use nutate_status, only: status_t
    use nutate_study_budget, only: study_budget_t
    use nutate_measured_run, only: problem_t

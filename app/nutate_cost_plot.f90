@@ -1,7 +1,7 @@
 !> A work-precision diagram, drawn by gnuplot: attitude error and energy residual against time.
 module nutate_cost_plot
    use nutate_console, only: count_text
-   use nutate_cost_names, only: hopeless, full_label
+   use nutate_cost_report, only: hopeless, full_label
    use nutate_decimal, only: rounded_text
    use nutate_gnuplot, only: picture_t, colours, gnuplot_quoted
    use nutate_kinds, only: wp, long

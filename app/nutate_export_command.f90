@@ -6,10 +6,10 @@ module nutate_export_command
    use nutate_console, only: say_error, count_text, EXIT_INPUT, EXIT_SUCCESS
    use nutate_export_facts, only: export_facts_t, facts_of_scene, parse_facts
    use nutate_gltf_writing, only: gltf_fault, write_gltf
-   use nutate_history_reading, only: name_length, read_history, read_names, recorded_t
+   use nutate_history_plot, only: name_length, read_history, read_names, recorded_t
    use nutate_kinds, only: wp, long, pi
    use nutate_outputs, only: outputs_t, AEM, GLTF
-   use nutate_picture_opening, only: report_file
+   use nutate_plot_command, only: report_file
    use nutate_printable, only: printable_path
    use nutate_quaternion, only: quat_normalized
    use nutate_resampling, only: resample

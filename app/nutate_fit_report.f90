@@ -1,6 +1,6 @@
 !> Report of a fit, for people.
 module nutate_fit_report
-   use nutate_axes_words, only: add_space_axes
+   use nutate_scene_loading, only: add_space_axes
    use nutate_attitude, only: rotation_vector_from_quat
    use nutate_console, only: count_text, page_t, plural, vector_text
    use nutate_decimal, only: rounded_text

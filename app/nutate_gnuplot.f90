@@ -1,7 +1,7 @@
 !> Pictures drawn by gnuplot: the file, the script that draws it, and quoted strings.
 module nutate_gnuplot
    use nutate_console, only: count_text
-   use nutate_discarding, only: discard_file
+   use nutate_outputs, only: discard_file
    use nutate_files, only: output_file_t
    use nutate_kinds, only: long
    use nutate_status, only: status_t, fail, NUTATE_IO

@@ -2,20 +2,20 @@
 !> file of the same kind, which is recognised by its first bytes.
 module nutate_outputs
    use nutate_console, only: say_error, EXIT_INPUT
-   use nutate_files, only: goes_to_file, partial_name, same_file
+   use nutate_files, only: goes_to_file, output_file_t, partial_name, same_file
    use nutate_kinds, only: long
    use nutate_printable, only: printable_path
    use nutate_scene, only: scene_t
    use nutate_scene_output, only: format_fault
    use nutate_scene_table, only: path_beside
    use nutate_spelling, only: lower_case
+   use nutate_status, only: status_t
    use nutate_sweep_file, only: read_bytes
    implicit none
    private
 
-   public :: outputs_t
-   public :: EVENTS, HISTORY, ROWS, ROWS_AS_CSV, MEANS, COSTS, PAGE, CHECKPOINT, LISTING, AEM, GLTF, &
-      RESIDUALS, FITTED, LINEARIZATION, picture_kind
+   public :: discard_file, outputs_t, EVENTS, HISTORY, ROWS, ROWS_AS_CSV, MEANS, COSTS, PAGE, CHECKPOINT, LISTING, &
+             AEM, GLTF, RESIDUALS, FITTED, LINEARIZATION, picture_kind
 
    !> Kinds of output files: positions in `kinds`.
    integer, parameter :: EVENTS = 1, HISTORY = 2, ROWS = 3, ROWS_AS_CSV = 4, MEANS = 5, COSTS = 6, PAGE = 7, SVG = 8, &
@@ -82,6 +82,19 @@ module nutate_outputs
    end type outputs_t
 
 contains
+
+   !> Closes an output file and removes its partial file.
+   subroutine discard_file(file)
+      type(output_file_t), intent(inout) :: file
+      type(status_t) :: status
+      integer :: unit, iostat
+      call file%abandon(status)
+      if (.not. allocated(file%partial)) return
+      open (newunit=unit, file=file%partial, status='old', iostat=iostat)
+      if (iostat /= 0) return
+      close (unit, status='delete', iostat=iostat)
+      if (iostat /= 0) file%partial = ''
+   end subroutine discard_file
 
    !> Adds a file that is read.
    subroutine read_file(self, name, words)

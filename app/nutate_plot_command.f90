@@ -1,14 +1,12 @@
-!> `nutate plot HISTORY.csv`: draws a history; so does `nutate run SCENE --plot PICTURE`.
+!> `nutate plot`: draws a history, or the energy residual of a run.
 module nutate_plot_command
    use nutate_cli, only: command_t
-   use nutate_console, only: say_error, EXIT_INPUT, EXIT_SUCCESS
+   use nutate_console, only: say_error, EXIT_INPUT, EXIT_OUTPUT, EXIT_SUCCESS
    use nutate_decimal, only: rounded_text
-   use nutate_gnuplot, only: picture_t, is_picture
-   use nutate_history_plot, only: draw_history
-   use nutate_history_reading, only: name_length, read_history, read_names, recorded_t
-   use nutate_kinds, only: wp, pi
+   use nutate_gnuplot, only: gnuplot_is_here, is_picture, picture_t
+   use nutate_history_plot, only: draw_history, name_length, read_history, read_names, recorded_t
+   use nutate_kinds, only: pi, wp
    use nutate_outputs, only: outputs_t, picture_kind
-   use nutate_picture_opening, only: open_picture, report_file
    use nutate_plot_panels, only: columns_named, known_columns
    use nutate_printable, only: printable_path, quoted
    use nutate_spelling, only: nearest_name, split_list
@@ -16,13 +14,41 @@ module nutate_plot_command
    implicit none
    private
 
-   public :: plot_command, draw_file
+   public :: open_picture, report_file, plot_command, draw_file
 
    !> Columns of the angular velocity in body axes.
    character(len=name_length), parameter :: rates(6) = [character(len=name_length) :: &
       'omega1', 'omega2', 'omega3', 'omega1_deg', 'omega2_deg', 'omega3_deg']
 
 contains
+
+   !> Claims the file of a picture, if there is a gnuplot to draw it.
+   subroutine open_picture(name, picture, exit_code)
+      !> Name of a picture, as `is_picture` requires.
+      character(len=*), intent(in) :: name
+      type(picture_t), intent(inout) :: picture
+      !> Exit code, changed on failure.
+      integer, intent(inout) :: exit_code
+      type(status_t) :: status
+      if (gnuplot_is_here()) then
+         call picture%open(name, status)
+         call report_file(name, status, exit_code)
+      else
+         call say_error('nutate: cannot draw '//printable_path(name)//': gnuplot is not installed, or not on PATH')
+         exit_code = EXIT_OUTPUT
+      end if
+   end subroutine open_picture
+
+   !> Reports a file that cannot be written; does nothing on success.
+   subroutine report_file(name, status, exit_code)
+      character(len=*), intent(in) :: name
+      type(status_t), intent(in) :: status
+      !> Exit code, changed on failure.
+      integer, intent(inout) :: exit_code
+      if (status%ok()) return
+      call say_error('nutate: cannot write '//printable_path(name)//': '//trim(status%message))
+      exit_code = EXIT_OUTPUT
+   end subroutine report_file
 
    !> Draws a history that was written before.
    subroutine plot_command(command, exit_code)

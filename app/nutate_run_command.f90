@@ -5,26 +5,23 @@ module nutate_run_command
    use nutate_console, only: say_error, show_page, EXIT_INPUT, EXIT_OUTPUT, EXIT_RUN, EXIT_SIGNAL, EXIT_SUCCESS, &
       count_text
    use nutate_event_history, only: events_name
-   use nutate_expectation, only: expectation_text, known_steps, most_rows, rows_of, too_many_rows
+   use nutate_notes, only: expectation_text, known_steps, most_rows, rows_of, too_many_rows
    use nutate_files, only: file_exists, goes_to_file, same_file, STANDARD_ERROR
    use nutate_free_variations, only: usual_sets
-   use nutate_free_setup, only: propagate_free_parameters
+   use nutate_scene_loading, only: propagate_free_parameters, load_scene
    use nutate_gnuplot, only: picture_t
    use nutate_kinds, only: wp, long
    use nutate_observer, only: run_record_t
    use nutate_outputs, only: outputs_t, picture_kind, CHECKPOINT, EVENTS, HISTORY
-   use nutate_picture_opening, only: open_picture
-   use nutate_plot_command, only: draw_file
+   use nutate_plot_command, only: open_picture, draw_file
    use nutate_printable, only: printable_path
    use nutate_run, only: run_t
    use nutate_run_checkpoint, only: read_checkpoint
-   use nutate_run_progress, only: progress_bar_t
-   use nutate_run_reports, only: report_checkpoint, report_failure, report_output, report_signal, kept_rows
-   use nutate_run_signals, only: caught_signal, signal_flag, watch_signals, check_signals, stop_watcher_t
-   use nutate_run_summary, only: summary_page
-   use nutate_run_watcher, only: run_watcher_t
+   use nutate_run_watcher, only: progress_bar_t, caught_signal, signal_flag, watch_signals, check_signals, &
+      stop_watcher_t, run_watcher_t
+   use nutate_run_summary, only: report_checkpoint, report_failure, report_output, report_signal, kept_rows, &
+      summary_page
    use nutate_scene, only: scene_t
-   use nutate_scene_loading, only: load_scene
    use nutate_state, only: state_t
    use nutate_status, only: status_t, NUTATE_BAD_ARGUMENT, NUTATE_IO, NUTATE_STOPPED
    use nutate_system, only: system_t

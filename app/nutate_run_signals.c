@@ -1,6 +1,6 @@
 /* Signals that ask the program to stop: the first one is noted, to be seen between two steps; another one kills.
  *
- * Called by the module nutate_run_signals only. */
+ * Called by the module nutate_run_watcher only. */
 #ifndef _DEFAULT_SOURCE
 #define _DEFAULT_SOURCE
 #endif

@@ -1,25 +1,78 @@
-!> Observer of the run of a scene: writes the history, measures the invariants for the summary, shows the progress bar,
-!> writes checkpoints, and ends the run on signals.
+!> Observer of a run: progress on the terminal, and signals that end the run.
 module nutate_run_watcher
+   use, intrinsic :: iso_c_binding, only: c_int, c_ptr
    use nutate_byte_archive, only: byte_archive_t
-   use nutate_run_checkpoint, only: checkpoint_t
+   use nutate_console, only: count_text
+   use nutate_decimal, only: rounded_text
    use nutate_event, only: event_t
    use nutate_event_history, only: event_history_t
+   use nutate_files, only: is_terminal, write_text, STANDARD_ERROR
    use nutate_history, only: history_t
    use nutate_invariants, only: invariants_t
-   use nutate_kinds, only: wp, long
-   use nutate_run_progress, only: progress_bar_t
-   use nutate_observer, only: run_record_t
+   use nutate_kinds, only: long, wp
+   use nutate_observer, only: observer_t, run_record_t
+   use nutate_run_checkpoint, only: checkpoint_t
    use nutate_run_plan, only: run_plan_t
-   use nutate_run_signals, only: check_signals
    use nutate_state, only: state_t
-   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
+   use nutate_status, only: fail, status_t, NUTATE_BAD_ARGUMENT, NUTATE_STOPPED
    use nutate_stepper, only: integrator_settings_t
    use nutate_system, only: system_t
    implicit none
    private
 
-   public :: run_watcher_t
+   public :: stop_watcher_t, watch_signals, caught_signal, signal_flag, signal_name, end_by_signal, check_signals, &
+             progress_bar_t, run_watcher_t
+
+   !> Observer that only ends runs on a signal.
+   type, extends(observer_t) :: stop_watcher_t
+   contains
+      procedure :: poll => poll_signals
+   end type stop_watcher_t
+
+   interface
+      !> Notes requests to stop from now on.
+      subroutine watch_signals() bind(c, name='nutate_signals_watch')
+      end subroutine watch_signals
+      !> Returns the number of the signal that requested the stop; 0 for none.
+      integer(c_int) function caught_signal() bind(c, name='nutate_signals_caught')
+         import :: c_int
+      end function caught_signal
+      !> Returns the address of the number of the caught signal.
+      type(c_ptr) function signal_flag() bind(c, name='nutate_signals_flag')
+         import :: c_ptr
+      end function signal_flag
+      !> Ends the program by a signal, so that a shell sees what ended it.
+      subroutine end_by_signal(number) bind(c, name='nutate_signals_end_by')
+         import :: c_int
+         integer(c_int), intent(in), value :: number
+      end subroutine end_by_signal
+   end interface
+
+   !> Runs that end sooner show no bar, s.
+   real(wp), parameter :: patience = 0.5_wp
+   !> Least time between two updates of the bar, s.
+   real(wp), parameter :: interval = 0.1_wp
+   integer, parameter :: bar_width = 40
+   !> Characters of the line with the bar.
+   integer, parameter :: line_width = 76
+
+   type :: progress_bar_t
+      private
+      logical :: enabled = .false.
+      logical :: visible = .false.
+      !> Label before the bar.
+      character(len=24) :: label = ''
+      integer(long) :: started = 0, next = 0, rate = 1
+   contains
+      !> Starts the clock.
+      procedure :: start => start_bar
+      !> Sets the label of the bar.
+      procedure :: name
+      !> Updates the bar, if an update is due.
+      procedure :: update
+      !> Removes the bar.
+      procedure :: erase
+   end type progress_bar_t
 
    !> History of a run, with its events, invariants, progress bar and checkpoints.
    type, extends(history_t) :: run_watcher_t
@@ -54,6 +107,97 @@ module nutate_run_watcher
    end type run_watcher_t
 
 contains
+
+   !> Returns `NUTATE_STOPPED` if a signal has requested the stop.
+   subroutine check_signals(status)
+      type(status_t), intent(inout) :: status
+      if (caught_signal() /= 0) status = fail(NUTATE_STOPPED, 'it was stopped by '//signal_name())
+   end subroutine check_signals
+
+   !> Returns the name of the signal that requested the stop.
+   function signal_name() result(name)
+      character(len=:), allocatable :: name
+      character(len=12) :: number
+      select case (caught_signal())
+      case (1)
+         name = 'SIGHUP'
+      case (2)
+         name = 'SIGINT'
+      case (15)
+         name = 'SIGTERM'
+      case default
+         write (number, '(i0)') caught_signal()
+         name = 'signal '//trim(number)
+      end select
+   end function signal_name
+
+   subroutine poll_signals(self, fraction, status)
+      class(stop_watcher_t), intent(inout) :: self
+      real(wp), intent(in) :: fraction
+      type(status_t), intent(out) :: status
+      call check_signals(status)
+   end subroutine poll_signals
+
+   !> Starts the clock.
+   subroutine start_bar(self, wanted)
+      class(progress_bar_t), intent(inout) :: self
+      logical, intent(in) :: wanted
+      self%enabled = wanted
+      if (wanted) self%enabled = is_terminal(STANDARD_ERROR)
+      call system_clock(self%started, self%rate)
+      self%next = self%started + int(patience*real(self%rate, wp), long)
+   end subroutine start_bar
+
+   !> Sets the label of the bar.
+   subroutine name(self, label)
+      class(progress_bar_t), intent(inout) :: self
+      character(len=*), intent(in) :: label
+      self%label = label
+   end subroutine name
+
+   !> Updates the bar, if an update is due.
+   subroutine update(self, fraction, now)
+      class(progress_bar_t), intent(inout) :: self
+      !> Fraction of the run that is done, 0 to 1.
+      real(wp), intent(in) :: fraction
+      !> Count of the system clock.
+      integer(long), intent(in) :: now
+      type(status_t) :: status
+      real(wp) :: elapsed
+
+      if (.not. self%enabled) return
+      if (now < self%next) return
+      self%next = now + int(interval*real(self%rate, wp), long)
+      self%visible = .true.
+      elapsed = real(now - self%started, wp)/real(self%rate, wp)
+      call write_text(STANDARD_ERROR, achar(13)//picture(trim(self%label), min(max(fraction, 0.0_wp), 1.0_wp), &
+                                                         elapsed), status)
+   end subroutine update
+
+   !> Returns the bar, the part done and, for a bar without label, the time left; shape: `line_width` characters.
+   pure function picture(label, fraction, elapsed) result(line)
+      character(len=*), intent(in) :: label
+      real(wp), intent(in) :: fraction
+      !> Time since the start, s.
+      real(wp), intent(in) :: elapsed
+      character(len=line_width) :: line
+      character(len=:), allocatable :: left
+      integer :: filled
+      filled = int(bar_width*fraction)
+      left = ''
+      if (fraction > 0.01_wp .and. label == '') left = ', '//rounded_text(elapsed*(1 - fraction)/fraction, 2)//' s left'
+      line = label//repeat(' ', min(len(label), 1))//'['//repeat('#', filled)//repeat('.', bar_width - filled)//'] '// &
+             count_text(int(100*fraction, long))//' %'//left
+   end function picture
+
+   !> Removes the bar.
+   subroutine erase(self)
+      class(progress_bar_t), intent(inout) :: self
+      type(status_t) :: status
+      if (self%visible) call write_text(STANDARD_ERROR, achar(13)//repeat(' ', line_width)//achar(13), status)
+      self%visible = .false.
+      self%enabled = .false.
+   end subroutine erase
 
    !> Stores the first state; the history must be open.
    subroutine start(self, system, state, plan, settings, quiet)

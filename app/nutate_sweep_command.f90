@@ -5,24 +5,21 @@ module nutate_sweep_command
    use nutate_decimal, only: decimal_t
    use nutate_event_history, only: events_name
    use nutate_files, only: file_exists, partial_name, write_text, STANDARD_OUTPUT
-   use nutate_free_setup, only: propagated_fault
+   use nutate_scene_loading, only: propagated_fault, read_scene_of
    use nutate_kinds, only: long
    use nutate_member_history, only: write_member
    use nutate_member_rows, only: has_threads
    use nutate_outputs, only: outputs_t, EVENTS, HISTORY, LISTING, MEANS, ROWS, ROWS_AS_CSV
    use nutate_printable, only: printable_path
    use nutate_row_layout, only: make_layout, row_layout_t
-   use nutate_run_signals, only: caught_signal, signal_name, watch_signals
+   use nutate_run_watcher, only: caught_signal, signal_name, watch_signals
    use nutate_scene, only: scene_t
-   use nutate_scene_loading, only: read_scene_of
    use nutate_status, only: status_t, NUTATE_IO, NUTATE_STOPPED
    use nutate_sweep, only: sweep_t
-   use nutate_sweep_workers, only: sweep_workers_t
+   use nutate_sweep_report, only: sweep_workers_t, sweep_progress_t, show_summary
    use nutate_sweep_csv, only: csv_line, header_line, write_csv
    use nutate_sweep_listing, only: listing_fits, listing_name, write_listing
    use nutate_sweep_merge, only: merge_parts, part_name, stem_of
-   use nutate_sweep_progress, only: sweep_progress_t
-   use nutate_sweep_summary, only: show_summary
    use nutate_sweep_sums, only: any_succeeded
    implicit none
    private

@@ -66,16 +66,17 @@ fpm_with_flags() (
 
 # build NAME ARGUMENT...: fpm build with $FFLAGS. fpm leaves a test module as it was whose own text is unchanged when a module
 # below it has changed; gfortran then cannot read the old .mod files, and only a fresh build helps. Its archive keeps the objects
-# of files that have moved.
+# of files that have moved or gone: it is made anew when the list of sources has changed.
 build() {
    local name=$1
    shift
    mkdir -p "$logs"
+   find src -type f | sort >"$logs/sources.new"
+   cmp -s "$logs/sources.new" "$logs/sources" || find build -path '*/nutate/libnutate.a' -delete
+   mv "$logs/sources.new" "$logs/sources"
    fpm_with_flags build "$@" >"$logs/$name.log" 2>&1 </dev/null && return
    if grep -q -e 'Reading module' -e 'Mismatch in components' "$logs/$name.log"; then
       find build -mindepth 1 -maxdepth 1 -type d -name '*_*' -exec rm -rf {} +
-   elif grep -q 'multiple definition of' "$logs/$name.log"; then
-      find build -path '*/nutate/libnutate.a' -delete
    fi
    quietly "$name" fpm_with_flags build "$@"
 }

@@ -6,7 +6,7 @@ program main
    use nutate_files, only: prepare_process, STANDARD_ERROR, STANDARD_OUTPUT
    use nutate_rank_workers, only: follow, rank_workers_t
    use nutate_ranks, only: ranks_t
-   use nutate_run_signals, only: caught_signal, end_by_signal
+   use nutate_run_watcher, only: caught_signal, end_by_signal
    use nutate_spelling, only: is_listed
    use nutate_sweep_command, only: sweep_command
    use nutate_version, only: version

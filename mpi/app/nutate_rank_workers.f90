@@ -5,12 +5,12 @@ module nutate_rank_workers
    use nutate_kinds, only: long
    use nutate_member_run, only: member_run_t
    use nutate_ranks, only: nap, ranks_t
-   use nutate_run_signals, only: caught_signal, watch_signals
+   use nutate_run_watcher, only: caught_signal, watch_signals
    use nutate_scene, only: scene_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_SCENE, NUTATE_STOPPED
    use nutate_sweep, only: sweep_t
    use nutate_sweep_command, only: choose_members, read_ensemble
-   use nutate_sweep_workers, only: sweep_workers_t
+   use nutate_sweep_report, only: sweep_workers_t
    use nutate_sweep_watcher, only: sweep_watcher_t
    implicit none
    private
