@@ -54,6 +54,8 @@ module nutate_kepler_orbit
       procedure :: position
       !> Returns the velocity at a time, inertial axes, m/s.
       procedure :: velocity
+      !> Computes position, distance and velocity together.
+      procedure :: find_place
       !> Returns the attitude of the LVLH frame at a time, LVLH→inertial, without jumps.
       procedure :: axes
       !> Computes the power series of the position about a time.
@@ -240,19 +242,8 @@ contains
       class(kepler_orbit_t), intent(in) :: self
       !> Time, s.
       real(wp), intent(in) :: t
-      real(wp) :: position(3), anomaly, velocity(2), radius
-      if (self%is_from_periapsis()) then
-         position(3) = 0.0_wp
-         call find_from_periapsis(self, t, position(1:2), velocity, radius, anomaly)
-         position = rotate_to_space(plane(self, 0.0_wp), position)
-         return
-      else if (allocated(self%track)) then
-         position = self%track%position(t)
-         return
-      end if
-      anomaly = anomaly_at(self, t)
-      position = self%semi_major_axis*[cos(anomaly) - self%eccentricity, flatness(self)*sin(anomaly), 0.0_wp]
-      position = rotate_to_space(plane(self, 0.0_wp), position)
+      real(wp) :: position(3), distance
+      call self%find_place(t, position, distance)
    end function position
 
    !> Returns the velocity at a time, inertial axes, m/s; shape (3).
@@ -260,21 +251,40 @@ contains
       class(kepler_orbit_t), intent(in) :: self
       !> Time, s.
       real(wp), intent(in) :: t
-      real(wp) :: velocity(3), anomaly, place(2), radius
-      if (self%is_from_periapsis()) then
-         velocity(3) = 0.0_wp
-         call find_from_periapsis(self, t, place, velocity(1:2), radius, anomaly)
-         velocity = rotate_to_space(plane(self, 0.0_wp), velocity)
-         return
-      else if (allocated(self%track)) then
-         velocity = self%track%velocity(t)
-         return
-      end if
-      anomaly = anomaly_at(self, t)
-      velocity = (self%semi_major_axis*self%mean_motion()/(1 - self%eccentricity*cos(anomaly)))* &
-                 [-sin(anomaly), flatness(self)*cos(anomaly), 0.0_wp]
-      velocity = rotate_to_space(plane(self, 0.0_wp), velocity)
+      real(wp) :: velocity(3), position(3), distance
+      call self%find_place(t, position, distance, velocity)
    end function velocity
+
+   !> Computes position, distance and velocity at a time by one solution of Kepler's equation.
+   pure subroutine find_place(self, t, position, distance, velocity)
+      class(kepler_orbit_t), intent(in) :: self
+      !> Time, s.
+      real(wp), intent(in) :: t
+      !> Position from the centre of attraction, inertial axes, m, shape (3); its length, m.
+      real(wp), intent(out) :: position(3), distance
+      !> Velocity, inertial axes, m/s; shape (3).
+      real(wp), intent(out), optional :: velocity(3)
+      real(wp) :: anomaly, c, s, place(2), speeds(2), q(4)
+      if (allocated(self%track)) then
+         position = self%track%position(t)
+         distance = norm2(position)
+         if (present(velocity)) velocity = self%track%velocity(t)
+         return
+      else if (self%is_from_periapsis()) then
+         call find_from_periapsis(self, t, place, speeds, distance, anomaly)
+      else
+         anomaly = anomaly_at(self, t)
+         c = cos(anomaly)
+         s = sin(anomaly)
+         distance = self%semi_major_axis*(1 - self%eccentricity*c)
+         place = self%semi_major_axis*[c - self%eccentricity, flatness(self)*s]
+         if (present(velocity)) speeds = (self%semi_major_axis*self%mean_motion()/(1 - self%eccentricity*c))* &
+                                         [-s, flatness(self)*c]
+      end if
+      q = plane(self, 0.0_wp)
+      position = rotate_to_space(q, [place, 0.0_wp])
+      if (present(velocity)) velocity = rotate_to_space(q, [speeds, 0.0_wp])
+   end subroutine find_place
 
    !> Returns the attitude of the LVLH frame at a time, unit quaternion, LVLH→inertial, without jumps; shape (4).
    pure function axes(self, t) result(q)

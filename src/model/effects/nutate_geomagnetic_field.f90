@@ -38,6 +38,8 @@ module nutate_geomagnetic_field
    contains
       procedure :: at => field_at
       procedure :: rate_at
+      !> Computes B and Ḃ together.
+      procedure :: find
       procedure :: parameters => parameters_of_field
       procedure :: change_at => change_of_field
       !> Return δB by a change of G and θ₀, and by one of the elements of the orbit, T.
@@ -74,17 +76,56 @@ contains
       !> Time, s.
       real(wp), intent(in) :: t
       real(wp) :: b(3)
-      real(wp) :: g(3), r(3), distance
-      g = axis_at(self, t)
-      distance = self%path%radius(t)
-      if (self%in_orbit) then
-         b = below(rotate_to_body(self%path%axes(t), g))
-      else
-         r = self%path%position(t)/distance
-         b = 3*dot_product(g, r)*r - g
-      end if
-      b = (reference_radius/distance)**3*b
+      call self%find(t, b)
    end function field_at
+
+   !> Returns Ḃ at a time, in the space axes of the scene, T/s; shape (3).
+   pure function rate_at(self, t) result(rate)
+      class(geomagnetic_field_t), intent(in) :: self
+      !> Time, s.
+      real(wp), intent(in) :: t
+      real(wp) :: rate(3), b(3)
+      call self%find(t, b, rate)
+   end function rate_at
+
+   !> Computes B, and Ḃ if present, at a time, in the space axes of the scene.
+   pure subroutine find(self, t, b, rate)
+      class(geomagnetic_field_t), intent(in) :: self
+      !> Time, s.
+      real(wp), intent(in) :: t
+      !> B, T; shape (3).
+      real(wp), intent(out) :: b(3)
+      !> Ḃ, T/s; shape (3).
+      real(wp), intent(out), optional :: rate(3)
+      real(wp) :: g(3), g_rate(3), r(3), r_rate(3), q(4), distance, climb, strength
+      g = axis_at(self, t)
+      g_rate = earth_rate*cross(north, g)
+      if (self%in_orbit) then
+         distance = self%path%radius(t)
+         q = self%path%axes(t)
+         g = rotate_to_body(q, g)
+         b = below(g)
+         if (present(rate)) rate = below(rotate_to_body(q, g_rate) - cross(turn_of(self), g))
+      else
+         if (present(rate)) then
+            call self%path%find_place(t, r, distance, r_rate)
+         else
+            call self%path%find_place(t, r, distance)
+         end if
+         r = r/distance
+         b = 3*dot_product(g, r)*r - g
+         if (present(rate)) then
+            r_rate = r_rate/distance
+            climb = dot_product(r, r_rate)
+            r_rate = r_rate - climb*r
+            rate = 3*(dot_product(g_rate, r) + dot_product(g, r_rate))*r + 3*dot_product(g, r)*r_rate - g_rate &
+                   - 3*climb*b
+         end if
+      end if
+      strength = (reference_radius/distance)**3
+      b = strength*b
+      if (present(rate)) rate = strength*rate
+   end subroutine find
 
    !> Returns 3 (G·r̂) r̂ - G with r̂ = (0, 0, -1), as in the LVLH frame; shape (3).
    pure function below(g) result(b)
@@ -92,31 +133,6 @@ contains
       real(wp) :: b(3)
       b = [-g(1), -g(2), 2*g(3)]
    end function below
-
-   !> Returns Ḃ at a time, in the space axes of the scene, T/s; shape (3).
-   pure function rate_at(self, t) result(rate)
-      class(geomagnetic_field_t), intent(in) :: self
-      !> Time, s.
-      real(wp), intent(in) :: t
-      real(wp) :: rate(3)
-      real(wp) :: g(3), g_rate(3), r(3), r_rate(3), distance, climb
-      g = axis_at(self, t)
-      g_rate = earth_rate*cross(north, g)
-      distance = self%path%radius(t)
-      if (self%in_orbit) then
-         g = rotate_to_body(self%path%axes(t), g)
-         g_rate = rotate_to_body(self%path%axes(t), g_rate) - cross(turn_of(self), g)
-         rate = below(g_rate)
-      else
-         r = self%path%position(t)/distance
-         r_rate = self%path%velocity(t)/distance
-         climb = dot_product(r, r_rate)
-         r_rate = r_rate - climb*r
-         rate = 3*(dot_product(g_rate, r) + dot_product(g, r_rate))*r + 3*dot_product(g, r)*r_rate - g_rate &
-                - 3*climb*(3*dot_product(g, r)*r - g)
-      end if
-      rate = (reference_radius/distance)**3*rate
-   end function rate_at
 
    !> Returns δB at a time, in the space axes of the scene, T; shape (3). B is linear in G, and θ₀ rotates G about the
    !> north.

@@ -98,15 +98,21 @@ contains
       b = rotate_to_body(q, b)
    end function field_at
 
-   !> Returns Ḃ in body axes, T/s: B×Ω + R(q)ᵀ∂b/∂t, both relative to the space axes; shape (3).
-   pure function field_rate(self, t, q, omega) result(rate)
+   !> Computes B in body axes, and the part of its rate by which it changes in the space axes: Ḃ = B×Ω + R(q)ᵀ∂b/∂t.
+   pure subroutine find_field(self, t, q, b, drift)
       class(control_law_t), intent(in) :: self
-      !> Time, attitude and Ω as in `law_torque`.
-      real(wp), intent(in) :: t, q(4), omega(3)
-      real(wp) :: rate(3)
-      rate = cross(self%field_at(t, q), omega)
-      if (self%follows_earth) rate = rate + rotate_to_body(q, self%earth%rate_at(t))
-   end function field_rate
+      !> Time and attitude as in `law_torque`.
+      real(wp), intent(in) :: t, q(4)
+      !> B, T, and R(q)ᵀ∂b/∂t, T/s, body axes; shapes (3).
+      real(wp), intent(out) :: b(3), drift(3)
+      b = self%field
+      drift = 0.0_wp
+      if (self%follows_earth) then
+         call self%earth%find(t, b, drift)
+         drift = rotate_to_body(q, drift)
+      end if
+      b = rotate_to_body(q, b)
+   end subroutine find_field
 
    !> Returns the torque that the control law commands, before the limit, body axes, N m; shape (3): -K sgn(e₀) e_v - D
    !> Ω, or m×B with m = -k Ḃ. Source: Wie, Weiss and Arapostathis (1989) for pointing; B-dot for detumbling.
@@ -116,9 +122,10 @@ contains
       real(wp), intent(in) :: t
       !> Attitude, unit quaternion, body→space, and Ω relative to the space axes, body axes, rad/s; shapes (4), (3).
       real(wp), intent(in) :: q(4), omega(3)
-      real(wp) :: tau(3)
+      real(wp) :: tau(3), b(3), drift(3)
       if (self%law == DETUMBLING) then
-         tau = -self%gain*cross(field_rate(self, t, q, omega), self%field_at(t, q))
+         call find_field(self, t, q, b, drift)
+         tau = -self%gain*cross(cross(b, omega) + drift, b)
       else
          tau = pointing_torque(self, t, q, omega)
          if (self%by == BY_MAGNETORQUERS) tau = across(self%field_at(t, q), tau)
@@ -131,11 +138,12 @@ contains
       class(control_law_t), intent(in) :: self
       !> Time, attitude and Ω as in `law_torque`.
       real(wp), intent(in) :: t, q(4), omega(3)
-      real(wp) :: command(3)
+      real(wp) :: command(3), b(3), drift(3)
       if (self%by /= BY_MAGNETORQUERS) then
          command = self%law_torque(t, q, omega)
       else if (self%law == DETUMBLING) then
-         command = -self%gain*field_rate(self, t, q, omega)
+         call find_field(self, t, q, b, drift)
+         command = -self%gain*(cross(b, omega) + drift)
       else
          command = moment_for(self%field_at(t, q), self%law_torque(t, q, omega))
       end if
@@ -240,11 +248,13 @@ contains
       real(wp), intent(in) :: b(3), theta(3)
       !> Derivatives by the rotation, N m, and by the rate, N m s; body axes; shape (3).
       real(wp), intent(out) :: by_rotation(3), by_rate(3)
+      real(wp) :: field(3), drift(3)
       if (any(self%saturated /= 0)) then
          call differentiate_cut(self, t, q, omega, b, theta, by_rotation, by_rate)
       else if (self%law == DETUMBLING) then
-         by_rotation = -self%gain*(cross(rate_by_rotation(self, t, q, omega, theta), b) + &
-                                   cross(field_rate(self, t, q, omega), cross(b, theta)))
+         call find_field(self, t, q, field, drift)
+         by_rotation = -self%gain*(cross(rate_by_rotation(field, drift, omega, theta), b) + &
+                                   cross(cross(field, omega) + drift, cross(b, theta)))
          by_rate = -self%gain*cross(cross(b, theta), b)
       else
          call differentiate_pointing(self, t, q, omega, b, theta, by_rotation, by_rate)
@@ -252,13 +262,11 @@ contains
    end subroutine differentiate
 
    !> Returns the change of Ḃ by a small rotation of the body; shape (3).
-   pure function rate_by_rotation(self, t, q, omega, theta) result(change)
-      class(control_law_t), intent(in) :: self
-      !> Time, attitude and Ω as in `law_torque`; unit vector along the rotation.
-      real(wp), intent(in) :: t, q(4), omega(3), theta(3)
+   pure function rate_by_rotation(b, drift, omega, theta) result(change)
+      !> B and R(q)ᵀ∂b/∂t as in `find_field`, Ω as in `law_torque`; unit vector along the rotation.
+      real(wp), intent(in) :: b(3), drift(3), omega(3), theta(3)
       real(wp) :: change(3)
-      change = cross(cross(self%field_at(t, q), theta), omega)
-      if (self%follows_earth) change = change + cross(rotate_to_body(q, self%earth%rate_at(t)), theta)
+      change = cross(cross(b, theta), omega) + cross(drift, theta)
    end function rate_by_rotation
 
    !> Computes the derivatives of the quaternion law by one small rotation, and by one component of Ω.
@@ -298,10 +306,11 @@ contains
       !> B, body axes, T, shape (3); unit vector along the rotation and along the component of Ω.
       real(wp), intent(in) :: t, q(4), omega(3), b(3), theta(3)
       real(wp), intent(out) :: by_rotation(3), by_rate(3)
-      real(wp) :: rotated(3)
+      real(wp) :: rotated(3), field(3), drift(3)
       rotated = cross(b, theta)
       if (self%law == DETUMBLING) then
-         by_rotation = -self%gain*rate_by_rotation(self, t, q, omega, theta)
+         call find_field(self, t, q, field, drift)
+         by_rotation = -self%gain*rate_by_rotation(field, drift, omega, theta)
          by_rate = -self%gain*rotated
       else
          by_rotation = change_by_rotation(self, t, q, theta)
@@ -373,9 +382,10 @@ contains
       class(control_law_t), intent(in) :: self
       !> B and its change, T; shape (3).
       real(wp), intent(in) :: change(:), t, q(4), omega(3), b(3), moved(3)
-      real(wp) :: moment(3), tau(3), size_of
+      real(wp) :: moment(3), tau(3), field(3), drift(3), size_of
       if (self%law == DETUMBLING) then
-         moment = -change(19)*field_rate(self, t, q, omega) - self%gain*rate_change(self, change, t, q, omega)
+         call find_field(self, t, q, field, drift)
+         moment = -change(19)*(cross(b, omega) + drift) - self%gain*rate_change(self, change, t, q, omega)
          return
       end if
       moment = 0.0_wp
