@@ -187,9 +187,9 @@ class SensitivityTest(unittest.TestCase):
         first, second = stepper.run_to(1.0), twin.run_to(1.0)
         self.assertEqual(list(first), list(second))
         self.assertAlmostEqual(first["q1"][-1], second["q1"][-1], delta=1e-12)
-        with self.assertRaisesRegex(nutate.NutateValueError, "the scene has no free numbers"):
+        with self.assertRaisesRegex(nutate.NutateValueError, "the scene has no free parameters"):
             stepper.differentiate(nutate.Scene(text=TOP))
-        with self.assertRaisesRegex(nutate.NutateValueError, "nutate_stepper_differentiate|need free numbers"):
+        with self.assertRaisesRegex(nutate.NutateValueError, "nutate_stepper_differentiate|need free parameters"):
             nutate.Stepper(nutate.Scene(text=TOP)).set_columns("sensitivities")
 
 

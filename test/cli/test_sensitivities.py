@@ -347,7 +347,7 @@ class Sensitivities(CommandLineTest):
         self.write("bad.nml", SYSTEM + spring + STEPS.replace("'nielsen_krenk', order = 4", "'taylor'"))
         self.fail_with(2, "run", "bad.nml", says=["bad.nml:7: method = 'taylor' has no sensitivities of spring (expected"])
         self.write("bad.nml", SYSTEM + STEPS + "&output columns = 'sensitivities' /\n")
-        self.fail_with(2, "run", "bad.nml", says=["bad.nml:6: ", "need free numbers (expected &free)"])
+        self.fail_with(2, "run", "bad.nml", says=["bad.nml:6: ", "need free parameters (expected &free)"])
         self.write("bad.nml", SYSTEM + STEPS + "&free key = 'body.mass' /\n&output columns = 'covariance' /\n")
         self.fail_with(2, "run", "bad.nml", says=["bad.nml:7: ", "need standard deviations (expected sigma in &free)"])
 

@@ -57,7 +57,7 @@ contains
       if (allocated(handle%variations)) variations = handle%variations
       propagated = from%scene%propagated()
       if (size(propagated%names) == 0) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'the scene has no free numbers (expected &free)', 'scene')
+         status = fail(NUTATE_BAD_ARGUMENT, 'the scene has no free parameters (expected &free)', 'scene')
       else
          call find_variations(from%scene, handle, status)
       end if

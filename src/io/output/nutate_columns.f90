@@ -215,7 +215,7 @@ contains
       if (.not. is_by_free(quantity%propagated)) then
          if (propagated%exponents == 0) need = 'indicators of chaos (expected &chaos)'
       else if (size(propagated%names) == 0) then
-         need = 'free numbers (expected &free)'
+         need = 'free parameters (expected &free)'
       else if (quantity%propagated /= SENSITIVITIES .and. .not. any(propagated%sigma > 0.0_wp)) then
          need = 'standard deviations (expected sigma in &free)'
       end if

@@ -66,7 +66,7 @@ contains
       if (.not. status%ok()) return
       fit%sigma_is_known = all(scene%fit%measurements%sigma_is_known)
       if (fit%problem%measured_in_arc() < size(fit%problem%names)) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'there are fewer measurements than free numbers')
+         status = fail(NUTATE_BAD_ARGUMENT, 'there are fewer measurements than free parameters')
          return
       end if
       call collect_starts(fit%problem, scene, starts)
@@ -165,7 +165,6 @@ contains
       type(status_t), intent(out) :: status
       type(least_squares_result_t) :: of_arc
       real(wp) :: length, whole, origin
-      logical :: moved
       origin = fit%problem%model%origin
       call fit%problem%set_arc(huge(1.0_wp))
       whole = abs(fit%problem%times(size(fit%problem%times)) - fit%problem%first_time)
@@ -178,8 +177,8 @@ contains
       if (abs(origin) > 0.0_wp) then
          call fit_arc(fit, start, huge(1.0_wp), .false., .false., of_arc, status)
          if (is_ended(status)) return
-         call move_start(fit%problem, scene, 0.0_wp, start, moved)
-         call fit%problem%model%set_origin(0.0_wp)
+         call move_start(fit%problem, scene, 0.0_wp, start, status)
+         if (.not. status%ok()) return
       end if
       call fit_arc(fit, start, huge(1.0_wp), .true., .false., result, status)
       call fit%problem%model%set_origin(origin)

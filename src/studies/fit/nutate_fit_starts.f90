@@ -51,13 +51,14 @@ contains
       type(start_t), allocatable, intent(out) :: starts(:)
       type(start_t) :: own, estimate, other
       real(wp) :: beside(3)
+      type(status_t) :: status
       integer :: i, base
       logical :: found
       own%x = [problem%model%values, spread(0.0_wp, 1, size(problem%names) - problem%n_free)]
       own%attitude = problem%model%plan%attitude
       call find_first_time(problem, scene)
       if (abs(problem%first_time) > 0.0_wp .and. can_move(problem, scene)) &
-         call move_start(problem, scene, problem%first_time, own, found)
+         call move_start(problem, scene, problem%first_time, own, status)
       allocate (starts(0))
       call append(starts, own)
       base = 1
@@ -120,22 +121,20 @@ contains
    end function can_move
 
    !> Moves an initial guess, a state at the initial time of runs, to another time, which becomes the initial time of
-   !> runs.
-   subroutine move_start(problem, scene, time, start, done)
+   !> runs; `can_move` holds. Errors: those of the run there; nothing has changed then.
+   subroutine move_start(problem, scene, time, start, status)
       type(fit_problem_t), intent(inout) :: problem
       type(scene_t), intent(in) :: scene
       !> New initial time, s.
       real(wp), intent(in) :: time
       type(start_t), intent(inout) :: start
-      !> False if the guess could not be moved.
-      logical, intent(out) :: done
+      type(status_t), intent(out) :: status
       type(motion_at_t) :: motion
-      type(status_t) :: status
+      logical :: done
       problem%model%plan%attitude = start%attitude
       call problem%model%set_values(start%x(:problem%n_free), status)
       if (status%ok()) call problem%model%states_at([time], motion, status)
-      done = status%ok()
-      if (.not. done) return
+      if (.not. status%ok()) return
       if (problem%model%plan%has_attitude) start%attitude = quat_normalized(motion%states(1)%q)
       where (problem%model%plan%free%component > 0) start%x(:problem%n_free) = 0.0_wp
       call put_rate(problem, scene, angular_velocity(problem%model%scene%system, motion%states(1)), start, done)
