@@ -43,7 +43,7 @@ program bench_explicit
    real(wp), parameter :: fewer = 1.06_wp, finer = 0.5_wp
 
    call study('box', 100.0_wp, 'A: free box, 100 s')
-   call study('heavy_top', 2.0_wp, 'B: heavy top of Bruels, 2 s')
+   call study('heavy_top', 2.0_wp, 'B: heavy top of Brüls, 2 s')
    call study('', 10.0_wp, 'C: asymmetric heavy top, 10 s')
    call study('all_effects', 20.0_wp, 'all effects, 20 s; the bare method is dop853 of the library, without projection')
 

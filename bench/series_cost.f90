@@ -34,7 +34,7 @@ program bench_series
    real(wp), parameter :: patience = 0.1_wp
 
    call study('box', 100.0_wp, 'free box, 100 s')
-   call study('heavy_top', 2.0_wp, 'heavy top of Bruels, 2 s')
+   call study('heavy_top', 2.0_wp, 'heavy top of Brüls, 2 s')
    call study('', 10.0_wp, 'asymmetric heavy top, 10 s')
    call study('all_effects', 20.0_wp, 'all effects, 20 s')
 

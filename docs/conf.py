@@ -13,6 +13,10 @@ author = "the nutate developers"
 copyright = re.search(r"Copyright \(c\) (.*)", (ROOT / "LICENSE").read_text(encoding="utf-8"))[1]
 version = release = re.search(r'^version *= *"(.*)"', (ROOT / "fpm.toml").read_text(encoding="utf-8"), re.MULTILINE)[1]
 
+# The addresses of repository and site stand in one place.
+ADDRESSES = dict(re.findall(r'^(repository-code|url): *"(.*?)"', (ROOT / "CITATION.cff").read_text(encoding="utf-8"), re.MULTILINE))
+html_baseurl = ADDRESSES["url"]
+
 extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.mathjax", "sphinx-mathjax-offline", "sphinx_design", "c_header",
               "plain_docstrings", "scene_lexer"]
 myst_enable_extensions = ["dollarmath", "colon_fence", "deflist", "attrs_inline"]
@@ -48,3 +52,14 @@ html_show_search_summary = False
 html_extra_path = [os.environ[name] for name in ("NUTATE_FORD",) if name in os.environ]
 pygments_style = "friendly"
 pygments_dark_style = "monokai"
+
+
+def fill_in_addresses(_app, _page, source):
+    """Replaces the names of addresses in pages, as `@repository-code@`."""
+    for name, address in ADDRESSES.items():
+        source[0] = source[0].replace(f"@{name}@", address)
+
+
+def setup(app):
+    """Registers what is done to the text of pages."""
+    app.connect("source-read", fill_in_addresses)

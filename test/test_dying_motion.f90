@@ -190,7 +190,7 @@ contains
       passed = .true.
       if (.not. has_oracle) return
       call run_cases(max(first, 1), merge(last, all_cases, first > 0), tally, loud=.true.)
-      write (output_unit, '(a)') verdict(tally)
+      call write_table(tally)
       passed = is_kept(tally)
    end subroutine report_dying_motion
 
@@ -210,6 +210,17 @@ contains
          ' out of reach; largest ', tally%worst, ' ', trim(tally%first)
       text = trim(line)
    end function verdict
+
+   !> Writes the part of docs/results/accuracy-costs.md.
+   subroutine write_table(tally)
+      type(tally_t), intent(in) :: tally
+      write (output_unit, '(a,/,a)') '| decaying motions | number |', '|---|---|'
+      write (output_unit, '("| ",a," | ",i0," |")') 'runs', tally%runs, '`taylor`, `auto`: h > 1', tally%misses, &
+         '`dop853`, `rk8`: h > 2', tally%above_2, 'h > 10', tally%above_10, 'failed', tally%failed, &
+         'estimate above the accuracy', tally%said_more
+      write (output_unit, '("| largest h | ",es7.1," |")') tally%worst
+      if (tally%first /= '') write (output_unit, '(/,3a)') 'First run with h > 1: ', trim(tally%first), '.'
+   end subroutine write_table
 
    !> Runs cases of consecutive numbers.
    subroutine run_cases(first, last, tally, loud)
@@ -272,8 +283,8 @@ contains
          if (summary%estimate > item%asked) tally%said_more = tally%said_more + 1
          tally%worst = max(tally%worst, miss)
          if (.not. wrong) cycle
-         write (line, '(3a,3(a,es8.1),4a)') label, ', ', trim(methods(i)), ': asked ', item%asked, ', said ', &
-            summary%estimate, ', true ', off, '; ', trim(item%text), ' ', trim(status%message)
+         write (line, '(3a,3(a,es8.1),4a)') label, ', ', trim(methods(i)), ': requested ', item%asked, &
+            ', estimated ', summary%estimate, ', actual ', off, '; ', trim(item%text), ' ', trim(status%message)
          again = ''
          if (index(label, 'case ') == 1) again = '; again: tools/docs/accuracy.sh dying '//label(6:)
          if (tally%first == '') tally%first = line

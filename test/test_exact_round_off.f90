@@ -142,7 +142,7 @@ contains
          '|---|---|---|---|---|'
       do k = 1, size(kinds)
          some = pack(outcomes, [(kind_of(i) == k, i=from, to)])
-         if (size(some) > 0) print '("| ",a,2(" | ",i0)," | ",f0.3," | ",f0.1," |")', trim(kinds(k)), size(some), &
+         if (size(some) > 0) print '("| ",a,2(" | ",i0)," | ",f5.3," | ",f5.1," |")', trim(kinds(k)), size(some), &
             count(.not. some%error <= some%estimate), maxval(some%error/some%estimate), excess_of(some)
       end do
    end subroutine report_round_off

@@ -41,22 +41,22 @@ contains
    end function columns_cases
 
    type(stability_case_t) function known_case() result(item)
-      item%name = 'columns of box, top and spring, 1e6 steps'
-      item%guards = 'a tangent that is not that of the step, by the start and by every parameter'
+      item%name = 'sensitivities of box, top and spring, 1e6 steps'
+      item%guards = 'sensitivities that are not the derivative of the step, with respect to initial state or parameters'
       item%selected = INFINITE_J0
       item%run => run_known
    end function known_case
 
    type(stability_case_t) function random_case() result(item)
-      item%name = 'columns of random scenes, 1e6 steps'
+      item%name = 'sensitivities of random scenes, 1e6 steps'
       item%guards = 'the same with all effects, wheels and rotating frames'
       item%selected = INFINITE_J0 .and. ORDER_TWO
       item%run => run_random
    end function random_case
 
    type(stability_case_t) function projected_case() result(item)
-      item%name = 'columns with conserve, all these, 1e6 steps'
-      item%guards = 'rounding of columns that accumulates in spite of the projection'
+      item%name = 'sensitivities with conserve, all these, 1e6 steps'
+      item%guards = 'round-off of sensitivities that accumulates in spite of the projection'
       item%selected = INFINITE_J0 .and. ORDER_TWO
       item%run => run_projected
    end function projected_case

@@ -47,7 +47,7 @@ contains
              group_t('scales', 'Scales', scales_cases), &
              group_t('starts', 'Starts off the manifold and from files', starts_cases), &
              group_t('time', 'Time', time_cases), &
-             group_t('columns', 'sensitivities over many steps', columns_cases) &
+             group_t('columns', 'Sensitivities over many steps', columns_cases) &
              ]
    end function groups
 

@@ -114,9 +114,9 @@ contains
       do i = merge(number, 1, alone), number
          call try_case(seed, i, tally, aloud=.true.)
       end do
-      write (output_unit, '("Seed ",i0,": ",i0," steps with ",i0," columns compared, ",i0," beyond their bounds.")') &
-         seed, sum(tally%cases), sum(tally%columns), sum(tally%failures)
-      write (output_unit, '(/,a,/,a)') '| method | steps | not assessed | columns | largest error |', &
+      write (output_unit, '(4(a,i0),a)') 'Seed ', seed, ': ', sum(tally%cases), ' steps with ', sum(tally%columns), &
+         ' sensitivities compared, ', sum(tally%failures), ' beyond their bounds.'
+      write (output_unit, '(/,a,/,a)') '| method | steps | not assessed | sensitivities | largest error |', &
          '|---|---|---|---|---|'
       do i = 1, size(ways)
          if (tally%cases(i) > 0) write (output_unit, '("| ",a,3(" | ",i0)," | ",es7.1," |")') trim(ways(i)%name), &

@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
-# Runs the stability cases at full length, all groups or those named, puts their rows into docs/results/hard-cases.csv and the
-# tables made of them into docs/results/hard-cases.md. Fails if a case misses its bound. All groups are followed by the tests
-# of `make test`, with all of their random cases, and by the tests that look at a clock, with nothing beside them.
+# Runs the stability cases at full length, all groups or those named, puts their rows into docs/results/hard-cases.csv, what
+# could go wrong in each into docs/results/hard-cases.txt, and the tables into docs/results/hard-cases.md. Fails if a case
+# misses its bound. All groups are followed by the tests of `make test`, with all of their random cases, and by the tests that
+# look at a clock, with nothing beside them.
 #    tools/tests/stress.sh [GROUP]...
 set -u
 . "$(dirname "$0")/../environment.sh"
@@ -13,6 +14,7 @@ quietly build-stress build build-stress --tests || exit 1
 path=$(fpm_path test unit)
 mkdir -p "$parts"
 "$path" --stress >"$parts/cases.txt" || exit 1
+cat "$parts/cases.txt" >docs/results/hard-cases.txt
 tests='unit cli'
 [ $# -eq 0 ] || tests=
 # shellcheck disable=SC2046
