@@ -1,13 +1,13 @@
 !> Continuation of the true root to a stage's length by Newton-Kantorovich tubes: each proves that the branch exists and
 !> is alone in a neighbourhood over a part of the stage, so that no other root can be treated as it.
 !>
-!> P(b,t) = 0 is the equation of `nutate_root_certificate`. From a root (b,t) the branch leaves along v = -B P_t, B =
-!> P_b⁻¹. In the ball of radius r about b + (t'-t)v the chord iteration with B contracts for each t' up to t+δ if
+!> Ψ(b,t) = 0 is the equation of `nutate_root_certificate`. From a root (b,t) the branch leaves along v = -B Ψ_t, B =
+!> Ψ_b⁻¹. In the ball of radius r about b + (t'-t)v the chord iteration with B contracts for each t' up to t+δ if
 !>
 !>     a(½Qδ²) + x r + aK r² ≤ r,   x = a(K|v| + K_t)δ,   a = ‖B‖,
 !>
 !> with K, K_t and Q bounds of the second derivatives by b, by b and t, and along v. The bounds of the effects are taken
-!> of B P itself, not of P, where that is less.
+!> of B Ψ itself, not of Ψ, where that is less.
 module nutate_branch_tubes
    use nutate_effect_bounds, only: effect_bounds_t, linear_map_t, map_of, spectral_norm
    use nutate_kinds, only: wp, eps
@@ -199,7 +199,7 @@ contains
       self%is_unbounded = .true.
    end subroutine begin_tube
 
-   !> v = -B P_t, with P_t = -(1-β)b0 + 2J⁻¹(b×sh/4) - (s²/8)J⁻¹(2tT + t²∂T/∂t) + (s/2)J⁻¹T_D. The equations hold the
+   !> v = -B Ψ_t, with Ψ_t = -(1-β)b0 + 2J⁻¹(b×sh/4) - (s²/8)J⁻¹(2tτ̂ + t²∂τ̂/∂t) + (s/2)J⁻¹τ̂_D. The equations hold the
    !> torque of the root.
    function branch_direction(self, equations, system, map) result(v)
       class(branch_t), intent(in) :: self

@@ -3,9 +3,9 @@
 !> A stage of length s, in the Cayley vector b = ¼s Ω̄, with β = |b|² and b0 = ¼s J⁻¹(L0 - h): t from 0 to 1 is the part
 !> of the stage that has passed, and
 !>
-!>     P(b,t) = (1-β)(b - t b0) + 2J⁻¹(b×(Jb + t s h/4)) - t²(s²/8) J⁻¹T + t(s/2) J⁻¹T_D = 0
+!>     Ψ(b,t) = (1-β)(b - t b0) + 2J⁻¹(b×(Jb + t s h/4)) - t²(s²/8) J⁻¹τ̂ + t(s/2) J⁻¹τ̂_D = 0
 !>
-!> is the equation of `nutate_reduced_equations` times J⁻¹: T of the torque at mid step, T_D of what resists the
+!> is the equation of `nutate_reduced_equations` times J⁻¹: τ̂ of the torque at mid step, τ̂_D of what resists the
 !> rotation. Written as b = Φ(b), it is a contraction of the ball |b| ≤ ρ into itself if
 !>
 !>     E(ρ) = (κρ² + gρ + F)/(1-ρ²),   |b0| + E(ρ) ≤ ρ,   θ(ρ) = (2κρ + g + P)/(1-ρ²) + 2ρE/(1-ρ²) < 1,
@@ -16,7 +16,7 @@
 !> root is the only one in the larger ball too.
 !>
 !> If the space axes rotate, by δ = ¼s|ω|, 1-β+t²d replaces 1-β (d = δ²), and the body rotates by r = b - tδ̄ against
-!> them: T = (1+|r|²)τ̄ - 2r(b·τ̄) at the attitude of r, |r| ≤ ρ + δ. In that larger ball the effects bound their part
+!> them: τ̂ = (1+|r|²)τ̄ - 2r(b·τ̄) at the attitude of r, |r| ≤ ρ + δ. In that larger ball the effects bound their part
 !> of it, (1+|r|²)τ̄ - 2r(r·τ̄), and by it τ̄ and its derivative, of which 2r(tδ̄·τ̄) is made; a change of b changes r
 !> by at most 1/(1-2δ) times as much.
 module nutate_root_certificate
@@ -53,7 +53,7 @@ module nutate_root_certificate
 
    !> Bounds of all effects in a ball that decide whether it can be certified.
    type :: ball_bounds_t
-      !> Bounds of J⁻¹T and its derivative by b, and separately those of the part that resists the rotation.
+      !> Bounds of J⁻¹τ̂ and its derivative by b, and separately those of the part that resists the rotation.
       real(wp) :: force = 0.0_wp, slope = 0.0_wp, drag = 0.0_wp, drag_slope = 0.0_wp
    end type ball_bounds_t
 
@@ -282,7 +282,7 @@ contains
       end do
    end subroutine bound_balls
 
-   !> Bounds of all effects that act, of their J⁻¹T in a stage of a length from the state last taken.
+   !> Bounds of all effects that act, of their J⁻¹τ̂ in a stage of a length from the state last taken.
    pure subroutine bound_stage(self, system, radius, slack, dt, bounds)
       class(root_certificate_t), intent(in) :: self
       type(system_t), intent(in) :: system
@@ -308,14 +308,14 @@ contains
       call widen(radius + delta, delta, self%inverse%norm, plain%drag, plain%drag_slope, bounds%drag, bounds%drag_slope)
    end subroutine bound_stage
 
-   !> Computes bounds of J⁻¹T and of its derivative by b from those by r without the term 2r(tδ̄·τ̄). The vector
+   !> Computes bounds of J⁻¹τ̂ and of its derivative by b from those by r without the term 2r(tδ̄·τ̄). The vector
    !> (1+|r|²)τ̄ - 2r(r·τ̄) is no shorter than (1-|r|²)|τ̄|, which bounds τ̄ and its derivative.
    elemental subroutine widen(radius, delta, inverse, plain_force, plain_slope, force, slope)
       !> Bound of |r|, δ, and ‖J⁻¹‖.
       real(wp), intent(in) :: radius, delta, inverse
       !> Bounds of (1+|r|²)τ̄ - 2r(r·τ̄) and of its derivative by r.
       real(wp), intent(in) :: plain_force, plain_slope
-      !> Bounds of J⁻¹((1+|r|²)τ̄ - 2r(r·τ̄)) and of its derivative by r on entry, of J⁻¹T and its derivative by b on
+      !> Bounds of J⁻¹((1+|r|²)τ̄ - 2r(r·τ̄)) and of its derivative by r on entry, of J⁻¹τ̂ and its derivative by b on
       !> exit.
       real(wp), intent(inout) :: force, slope
       real(wp) :: torque, change
