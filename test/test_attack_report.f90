@@ -24,44 +24,33 @@ contains
       call attack_cases(seed, 1, stages, tally)
       write (output_unit, '("Seed ",i0,": ",i0," cases, ",i0," stages, each in both formulations.")') &
          seed, tally%cases, tally%stages
-      write (output_unit, '(/,a,/,a)') '| Δt\|Ω\| of the stage | solved | accepted | certified | not certified |', &
-         '|---|---|---|---|---|'
+      write (output_unit, '(/,a,/,a)') '| Δt\|Ω\| of the stage | solved | accepted | of these certified '// &
+         '| falsely rejected |', '|---|---|---|---|---|'
       do i = 1, size(kinds)
-         call write_accepted(trim(kinds(i)), tally%counts(i, :))
+         call write_row(trim(kinds(i)), tally%counts(i, :))
       end do
-      call write_accepted('all', [tally%total()])
-      write (output_unit, '(/,a,/,a)') '| Δt\|Ω\| of the stage | wrong: certified | wrong: not certified '// &
-         '| falsely rejected | unclear |', '|---|---|---|---|---|'
-      do i = 1, size(kinds)
-         call write_faults(trim(kinds(i)), tally%counts(i, :))
-      end do
-      call write_faults('all', [tally%total()])
-      write (output_unit, '(/,"Stages on which the formulations differ: ",i0," certified, ",i0," not certified.")') &
+      associate (all => tally%total())
+         call write_row('all', [all])
+         write (output_unit, '(/,4(a,i0),a)') 'Wrong roots: ', all%wrong, ' of the certified ones, ', &
+            all%wrong_uncertified, ' of the ', all%uncertified, ' others. Unclear: ', all%unclear, '.'
+      end associate
+      write (output_unit, '("Stages on which the formulations differ: ",i0," certified, ",i0," not certified.")') &
          tally%disagreements, tally%uncertified_disagreements
       write (output_unit, '("Composed steps that differ from their stages: ",i0,".")') tally%composed
       passed = verdict_text(tally) == ''
       if (.not. passed) write (error_unit, '(a)') verdict_text(tally)
    end subroutine report_attack
 
-   !> A row of what was accepted, the formulations together.
-   subroutine write_accepted(kind, counts)
+   !> Writes a row of the table, the formulations together.
+   subroutine write_row(kind, counts)
       character(len=*), intent(in) :: kind
       !> Counts of each formulation.
       type(counts_t), intent(in) :: counts(:)
       integer :: accepted
       accepted = sum(counts%at_once + counts%continued)
       write (output_unit, '("| ",a,4(" | ",i0)," |")') kind, sum(counts%stages), accepted, &
-         accepted - sum(counts%uncertified), sum(counts%uncertified)
-   end subroutine write_accepted
-
-   !> A row of faults, the formulations together.
-   subroutine write_faults(kind, counts)
-      character(len=*), intent(in) :: kind
-      !> Counts of each formulation.
-      type(counts_t), intent(in) :: counts(:)
-      write (output_unit, '("| ",a,4(" | ",i0)," |")') kind, sum(counts%wrong), sum(counts%wrong_uncertified), &
-         sum(counts%too_careful), sum(counts%unclear)
-   end subroutine write_faults
+         accepted - sum(counts%uncertified), sum(counts%too_careful)
+   end subroutine write_row
 
    !> Runs one case again, with its scene and every stage of it on standard error.
    subroutine repeat_case(seed, number, passed)

@@ -98,7 +98,7 @@ FRAMES = (("box", "0.0, 0.0, 0.1"), ("heavy_top", "0.0, 0.0, 0.1"), ("heavy_top"
 def frames_part(program):
     """Returns what a rotating frame adds to the instructions of a step."""
     rows = []
-    for name in ("full, order 2", "reduced, order 2", "reduced, order 8", "rk4", "dop853", "rk8, projected", "taylor, projected"):
+    for name in ("reduced, order 2", "rk8, projected", "taylor, projected"):
         cells = []
         for scene, rate in FRAMES:
             plain = instructions(program, scene, SCENES[scene], METHODS[name])
@@ -115,7 +115,7 @@ def tangent_part(bench):
     rows = [re.split(r"\s{2,}", line.strip()) for line in bench("tangent").splitlines()[1:]]
     return table(["method, case", "plain, ns", "6", "12", "6 and 6 of the inertia"],
                  [[f"{names.get(row[0], row[0])}, {row[1]}", row[2].rstrip("."), *row[3:]] for row in rows
-                  if row[1] in ("top", "gradient", "damped")])
+                  if row[1] in ("top", "damped")])
 
 
 def counted(command):
@@ -130,7 +130,7 @@ def counted(command):
 def interfaces_part(folder):
     """Returns the instructions of a step by one call each of Fortran, FORTRAN 77 and C; in brackets, over Fortran."""
     rows = []
-    solvers = (("reduced", 2), ("full", 2), ("rk4", 0), ("rk8", 0), ("taylor", 0))
+    solvers = (("reduced", 2), ("rk8", 0), ("taylor", 0))
     for scene, methods in (("box", solvers), ("top", solvers), ("damped", solvers[:1])):
         for solver, order in methods:
             commands = [[f"{folder}/f77_stepping", "@", "-1", scene, solver, str(order)]]
@@ -155,12 +155,12 @@ def handles_part(bench_folder):
 
 
 def ranking_part(program, scene):
-    """Returns what `nutate cost` reports about a scene for two accuracies, cheapest first."""
+    """Returns what `nutate cost` reports about a scene for one accuracy, cheapest first."""
     text = output(f"cost_{scene}", [program, "cost", f"scenes/{scene}.nml"])
     lines, kept = [], True
     for line in text[text.index("\naccuracy ") + 1:].rstrip().splitlines():
         accuracy = re.match(r"\s*(1E-\d+) ", line)
-        kept = accuracy[1] in ("1E-4", "1E-8") if accuracy else kept
+        kept = accuracy[1] == "1E-8" if accuracy else kept
         lines += [line] if kept else []
     return "\n".join(["```text", *lines, "```"]) + "\n"
 

@@ -175,9 +175,9 @@ PAGE_TEXT = """# The paper reproduced
 
 Made by `make paper`, which runs the scenes of the paper and draws its figures.
 
-M. B. Nielsen and S. Krenk (2012) show a free box that rotates about its intermediate axis and a top under gravity. The paper does not print its
-data. The top is the one commonly used with its reference [3]; the box, and the start of the fast top, are derived so that every statement of the paper
-holds. The scenes are `scenes/box.nml`, `scenes/precessing_top.nml` and `scenes/fast_top.nml`. Where two errors are given for the box, the first is at
+M. B. Nielsen and S. Krenk ([2012](../about/cite.md)) show a free box that rotates about its intermediate axis and a top under gravity. The paper does not
+print its data. The top is the one commonly used with its reference [3]; the box, and the initial state of the fast top, are derived so that every
+statement holds (`scenes/box.nml`, `precessing_top.nml`, `fast_top.nml`). If two errors are given for the box, the first is at
 $\\Delta t = 0.1$ and the second at 0.01. The suite `paper` of `make test` tests the periods, the suites `conservation` and `discrete_states` the rest.
 
 ## Statements
@@ -197,8 +197,8 @@ The errors of the period are fitted for $\\Omega_3\\Delta t$ from 0.03 to 0.3 ra
 
 ![Components of the angular velocity of the box at two time steps](../figures/box_omega.svg)
 
-**Figure 3a**: the angles of the top. The paper shows a sketch of them; here are $\\theta$ and $\\varphi$ of the two tops, and what the mean spin leaves of
-$\\psi$. The precessing top keeps its tilt, the fast top nods.
+**Figure 3a**: the angles of the top, of which the paper shows a sketch: $\\theta$, $\\varphi$, and $\\psi$ minus its mean rate times $t$. The tilt of the
+precessing top stays constant; the fast top nutates.
 
 ![Euler angles of the precessing and the fast top](../figures/top_angles.svg)
 
