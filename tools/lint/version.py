@@ -20,6 +20,7 @@ FOLLOWERS = [
     ("pyproject.toml", '\nversion = "%s"\n', None),
     ("mpi/fpm.toml", '\nversion = "%s"\n', None),
     ("CITATION.cff", "\nversion: %s\n", None),
+    ("docs/about/cite.md", "\n  version = {%s},\n", None),
     ("tools/docs/ford.md", "\nversion: %s\n", None),
 ]
 
