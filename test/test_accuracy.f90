@@ -268,17 +268,17 @@ contains
    !> Writes the table of docs/results/accuracy-costs.md.
    subroutine write_tables(outcomes)
       type(outcome_t), intent(in) :: outcomes(:)
+      type(tally_t) :: all
       integer :: way
       write (output_unit, '(a,/,a)') '| method | runs | h: median | h: largest | estimate within the accuracy |', &
          '|---|---|---|---|---|'
       do way = 1, n_ways
          call write_row(trim(ways(way)), tally_of(outcomes, way))
       end do
-      associate (all => tally_of(outcomes, 0))
-         call write_row('all', all)
-         write (output_unit, '(/,2(a,i0),a,f3.1,a)') 'All runs: h > 2 in ', all%above_2, ', h > 10 in ', all%above_10, &
-            '; needless warnings in ', 100*real(all%needlessly, wp)/all%runs, ' %.'
-      end associate
+      all = tally_of(outcomes, 0)
+      call write_row('all', all)
+      write (output_unit, '(/,2(a,i0),a,f3.1,a)') 'All runs: h > 2 in ', all%above_2, ', h > 10 in ', all%above_10, &
+         '; needless warnings in ', 100*real(all%needlessly, wp)/all%runs, ' %.'
    end subroutine write_tables
 
    !> Writes a row of errors over the larger of the requested and the estimated one.
@@ -287,7 +287,7 @@ contains
       type(tally_t), intent(in) :: tally
       if (tally%runs == 0) return
       associate (n => tally%runs, misses => tally%misses)
-         write (output_unit, '("| ",a," | ",i0,2(" | ",es7.1e1)," | ",f5.1," % |")') name, n, misses((n + 1)/2), &
+         write (output_unit, '("| ",a," | ",i0,2(" | ",es7.1)," | ",f5.1," % |")') name, n, misses((n + 1)/2), &
             misses(n), 100*real(tally%in_reach, wp)/n
       end associate
    end subroutine write_row
