@@ -43,10 +43,10 @@ test: setup ## run the unit tests and the command-line tests
 stress: setup ## run the stability cases at full length, a quarter of an hour, and write docs/results/hard-cases.md (STRESS=long selects)
 	@bash tools/tests/stress.sh $(STRESS)
 
-attack: setup ## look for steps on a wrong root, missed events and wrong tangent columns among 100 000 and write docs/results/hard-cases.md (ATTACK='--seed 2 --case 7' repeats one)
+attack: setup ## look for steps on a wrong root, missed events and wrong sensitivities among 100 000 and write docs/results/hard-cases.md (ATTACK='--seed 2 --case 7' repeats one)
 	@bash tools/tests/attack.sh $(ATTACK)
 
-accuracy: setup ## run 2000 random scenes against an oracle and write docs/results/accuracy-costs.md (CASE=7 repeats one, CASE=2001:4000 takes others)
+accuracy: setup ## run 2000 random scenes against an oracle and write docs/results/accuracy-costs.md (CASE=7 repeats one, CASE=2001:4000 runs others)
 	@bash tools/docs/accuracy.sh $(CASE)
 
 fuzz: ## give 20 000 mutated scenes to the program (FUZZ='--seed 2 --case 7' repeats one)
@@ -82,8 +82,8 @@ paper: build ## reproduce the paper of Nielsen & Krenk: write docs/results/paper
 	@bash tools/setup/setup.sh figures
 	@python3 tools/docs/paper.py build/nutate
 
-cases: build ## run the published cases of small bodies and flybys and write their pages in docs/results/
-	@python3 tools/docs/cases.py build/nutate
+cases: build ## run the published cases and write docs/results/validation.md (CASE=apophis selects)
+	@python3 tools/docs/cases.py build/nutate $(CASE)
 
 lint: ## check the style of the sources
 	@bash tools/setup/setup.sh lint
