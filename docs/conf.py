@@ -15,7 +15,6 @@ version = release = re.search(r'^version *= *"(.*)"', (ROOT / "fpm.toml").read_t
 
 # The addresses of repository and site stand in one place.
 ADDRESSES = dict(re.findall(r'^(repository-code|url): *"(.*?)"', (ROOT / "CITATION.cff").read_text(encoding="utf-8"), re.MULTILINE))
-html_baseurl = ADDRESSES["url"]
 
 extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.mathjax", "sphinx-mathjax-offline", "sphinx_design", "c_header",
               "plain_docstrings", "scene_lexer"]
