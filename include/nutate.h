@@ -32,26 +32,26 @@
  *    are untouched unless stated otherwise. No argument may be NULL unless marked "or NULL"; a NULL is reported, never
  *    dereferenced.
  *    SI units; angles in radians. Space axes are inertial, unless the system has a rotating frame or an orbit with
- *    frame = 'lvlh': then they are the axes of that frame, or the LVLH frame. Body axes are fixed in the body. The origin of both is the
- *    reference point of the body, which stays at rest. Quaternions are unit quaternions, scalar first, and take body components
- *    to space components. Arrays are contiguous; [3][3] is row by row.
+ *    frame = 'lvlh': then they are the axes of that frame, or the LVLH frame. Body axes are fixed in the body. The origin of
+ *    both is the reference point of the body, which stays at rest. Quaternions are unit quaternions, scalar first, and
+ *    convert body components to space components. Arrays are contiguous; [3][3] is row by row.
  *    Numeric arguments obey the limits of the scene keys, and are rejected with the same messages:
  *    finite, zero or 1e-300 to 1e100 in size; positive ones at least 1e-100; steps 1e-50 to 1e50 s in size. Times and
- *    states, which a program may carry from call to call, may be as small as they have become.
- *    Truth values are int: 0 or another number. Strings end with NUL; UTF-8 passes through unchanged. Texts are handed
- *    back as (buffer, size): they are cut to size - 1 bytes and always end with NUL; a text that was cut gives
- *    NUTATE_TRUNCATED. Functions without a handle to ask for a message hand it back as (message, size): why they failed.
- *    A message may be NULL (with any size), and cutting it is no failure.
+ *    states, which a program may pass from call to call, may be smaller.
+ *    Booleans are int: 0 or another number. Strings end with NUL; UTF-8 passes through unchanged. Strings are returned
+ *    through (buffer, size): they are truncated to size - 1 bytes and always end with NUL; a truncated string gives
+ *    NUTATE_TRUNCATED. Functions that have no handle yet return the error message through (message, size). message may be
+ *    NULL (with any size); truncating it is not an error.
  *
  * Handles
- *    A create function sets *handle, to NULL where it fails; the destroy function frees it and sets *handle to NULL
+ *    A create function sets *handle, to NULL if it fails; the destroy function frees it and sets *handle to NULL
  *    (a NULL in *handle is fine). A handle that is NULL, of another kind or destroyed gives NUTATE_BAD_HANDLE, as far as
- *    that can be seen in the memory it points to. A stepper has a copy of its system: the system may be changed or
+ *    the memory it points to shows this. A stepper has a copy of its system: the system may be changed or
  *    destroyed afterwards without effect on it.
  *
  * Threads
- *    The library has no state of its own. Several threads may use a handle at once in functions that
- *    take it as const; otherwise one thread at a time. Different handles are independent.
+ *    The library has no global state. Several threads may use a handle simultaneously in functions that
+ *    receive it as const; otherwise one thread at a time. Different handles are independent.
  *
  * Nothing is printed, and the program is never stopped. */
 #ifndef NUTATE_H
@@ -82,9 +82,9 @@ enum nutate_status {
     NUTATE_STEP_LIMIT = 9,    /* the run needs more steps than allowed */
     NUTATE_BAD_HANDLE = 10,   /* not a handle of this kind: NULL, another kind, destroyed */
     NUTATE_CALLBACK = 11,     /* a callback reported a failure */
-    NUTATE_TRUNCATED = 12,    /* a text did not fit into its buffer and was cut */
+    NUTATE_TRUNCATED = 12,    /* a string did not fit into its buffer and was truncated */
     NUTATE_NO_MEMORY = 13,    /* memory ran out */
-    NUTATE_STOPPED = 14       /* the run was asked to stop */
+    NUTATE_STOPPED = 14       /* an observer or the poll callback ended the run */
 };
 
 /* A rigid body and the effects that act on it. */
@@ -98,7 +98,7 @@ typedef struct nutate_history nutate_history;
 /* Classes of many bodies that the program moves. */
 typedef struct nutate_bodies nutate_bodies;
 
-/* ---- General ---------------------------------------------------------------------------------------------------- */
+/* ---- General ----------------------------------------------------------------------------------------------------- */
 
 /* Returns the version of the library, such as "0.1.0". */
 int nutate_get_version(char *buffer, size_t size);
@@ -111,7 +111,7 @@ int nutate_status_text(int status, char *buffer, size_t size);
  *   ==>  handle   any handle */
 int nutate_last_message(const void *handle, char *buffer, size_t size);
 
-/* ---- Callbacks -------------------------------------------------------------------------------------------------- */
+/* ---- Callbacks --------------------------------------------------------------------------------------------------- */
 
 /* A callback returns 0, or another number to report a failure: the calling function then returns NUTATE_CALLBACK with
  * that number in its message. Results that are not finite or exceed 1e100 give NUTATE_NOT_FINITE. In both cases the

@@ -9,10 +9,10 @@
 extern "C" {
 #endif
 
-/* ---- Attitudes -------------------------------------------------------------------------------------------------- */
+/* ---- Conversions ------------------------------------------------------------------------------------------------- */
 
 /* Quaternions that are read need not have unit length, and their sign does not matter. All numbers must be finite:
- * NUTATE_BAD_ARGUMENT otherwise. Attitudes take body components to space components. */
+ * NUTATE_BAD_ARGUMENT otherwise. Attitudes convert body components to space components. */
 
 /* Returns the rotation matrix, body to space: v_space = r v_body.   ==>  q [4]   <==  r */
 int nutate_matrix_from_quat(const double q[4], double r[3][3]);
@@ -46,7 +46,7 @@ int nutate_rotate_to_body(const double q[4], const double v[3], double r[3]);
 /* Returns the angle of the rotation between two attitudes.   ==>  a [4], b [4]   <==  angle, rad, in [0, pi] */
 int nutate_attitude_distance(const double a[4], const double b[4], double *angle);
 
-/* ---- Exact solution --------------------------------------------------------------------------------------------- */
+/* ---- Exact solution ---------------------------------------------------------------------------------------------- */
 
 /* Computes the exact motion of a torque-free rigid body.
  *   ==>  system   without effects

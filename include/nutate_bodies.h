@@ -1,5 +1,5 @@
-/* nutate: many bodies in the hands of the program, which computes their torques. Included by nutate.h, which explains the
- * notation; docs/how-to/many-bodies.md describes the steps, and what comes first and last.
+/* nutate: many bodies whose torques the calling program computes. Included by nutate.h, which explains the notation;
+ * docs/how-to/many-bodies.md describes the steps, the first and the last half kick.
  *
  *    nutate_bodies_create((const nutate_system *const *)&rod, 1, NUTATE_SPACE_MOMENTUM, &bodies, NULL, 0);
  *    find_torques(q, torque);
@@ -10,10 +10,10 @@
  *    }
  *    nutate_bodies_kick(bodies, n, NULL, 0.5 * dt, q, l, torque);      l catches up with q
  *
- * The arrays are those of the program and are changed in place: q[n][4], l[n][3], torque[n][3]. A body whose numbers
- * cannot be computed with keeps its state; all others move, the function returns NUTATE_NOT_FINITE, and
- * nutate_bodies_failed lists the bodies. A body fails if a number of it is not finite or beyond 1e100, |q| differs from
- * 1 by more than 5e-10, it has no class, or it turns by more than 1e8 rad. */
+ * The arrays belong to the program and are changed in place: q[n][4], l[n][3], torque[n][3]. A body with invalid numbers
+ * keeps its state; all others move, the function returns NUTATE_NOT_FINITE, and nutate_bodies_failed lists the bodies that
+ * failed. A body fails if any of its numbers is not finite or exceeds 1e100, |q| differs from 1 by more than 5e-10, it has
+ * no class, or it rotates by more than 1e8 rad. */
 #ifndef NUTATE_BODIES_H
 #define NUTATE_BODIES_H
 
@@ -39,13 +39,13 @@ int nutate_bodies_create(const nutate_system *const *classes, size_t n_classes, 
                          char *message, size_t size);
 int nutate_bodies_destroy(nutate_bodies **bodies); /* <=> bodies; frees it */
 
-/* Sets the number of threads that share the bodies of a call; no bit depends on it.
+/* Sets the number of threads that share the bodies of a call. The results are bitwise identical for any number.
  *   ==>  threads   1 unless set; 0: as many as OpenMP gives (OMP_NUM_THREADS); libraries without OpenMP have one */
 int nutate_bodies_set_threads(nutate_bodies *bodies, int threads);
 
 /* Moves bodies by a step: l by dt torque, then q without torque.
  *   ==>  n          number of bodies; with 0 the arrays may be NULL
- *   ==>  class_of   [n], class of each body, counted from 0; or NULL: all are of the first
+ *   ==>  class_of   [n], class of each body, counted from 0; or NULL: all belong to the first
  *   ==>  dt         s, of either sign, not zero
  *   <=>  q          [n][4], attitudes, unit quaternions, body to space
  *   <=>  l          [n][3], momenta or angular velocities, half a step behind q
@@ -53,7 +53,7 @@ int nutate_bodies_set_threads(nutate_bodies *bodies, int threads);
  * Status: NUTATE_NOT_FINITE if bodies failed, see above. */
 int nutate_bodies_step(nutate_bodies *bodies, size_t n, const int *class_of, double dt, double *q, double *l,
                        const double *torque);
-/* Changes the momenta alone; q is only tested. Arguments and status are those of nutate_bodies_step. */
+/* Changes the momenta only; q is tested and unchanged. Arguments and status are those of nutate_bodies_step. */
 int nutate_bodies_kick(nutate_bodies *bodies, size_t n, const int *class_of, double dt, double *q, double *l,
                        const double *torque);
 /* Moves bodies without torques. Arguments and status are those of nutate_bodies_step. */

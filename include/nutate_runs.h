@@ -15,28 +15,29 @@ extern "C" {
  *   ==>  every     steps between rows, >= 1        ==>  interval  time between rows, s, or 0: see nutate_stepper_run_to
  *   ==>  times     [n_times], s, in the order of the run: rows at exactly these times, between steps to the accuracy of the
  *                  method; or NULL
- *   <==  history   the new handle, also where the run fails: it then has all rows so far */
+ *   <==  history   the new handle, also if the run fails: it then has all rows so far */
 int nutate_stepper_run_history(nutate_stepper *stepper, double end_time, int64_t every, double interval,
                                const double *times, size_t n_times, nutate_history **history);
 
-/* Lets runs propagate derivatives along, each from its start: the columns of the set "sensitivities" then show them, those of
- * "standard_deviations" and "covariance" if &free has sigma. A stepper that was made from a scene with &free has its numbers.
+/* Makes subsequent runs compute sensitivities to the parameters in &free of a scene, starting at the beginning of each run:
+ * the columns of the set "sensitivities" then show them, those of "standard_deviations" and "covariance" if &free has sigma.
+ * A stepper that was made from a scene with &free has the parameters of that scene.
  *   <=>  stepper   of the body and the effects of the scene
  *   ==>  scene     with &free
- * Status: NUTATE_BAD_SCENE where a number has no derivative, NUTATE_BAD_ARGUMENT where there is no &free. */
+ * Status: NUTATE_BAD_SCENE if the motion has no derivative with respect to a parameter, NUTATE_BAD_ARGUMENT without &free. */
 int nutate_stepper_differentiate(nutate_stepper *stepper, const nutate_scene *scene);
-/* Lets runs follow indicators of chaos, each from its start: nutate_history_chaos returns them, and the columns of the sets
- * "lyapunov", "megno" and "fli" show them. A stepper that was made from a scene follows those of its &chaos.
- *   <=>  stepper   ==>  scene, with &chaos; without: runs follow none */
+/* Makes subsequent runs compute indicators of chaos, starting at the beginning of each run:
+ * nutate_history_chaos returns them, and the columns of the sets "lyapunov", "megno" and "fli" show them. A stepper that was made from a scene with &chaos computes its indicators.
+ *   <=>  stepper   ==>  scene, with &chaos; without it, runs compute none */
 int nutate_stepper_follow_chaos(nutate_stepper *stepper, const nutate_scene *scene);
 
 /* Computes rows inside a step of an earlier run by repeating the step: with dense output if the method has it, else with
- * one step to each row. Torques that start or stop inside, and failures, shorten it; further steps follow its end. The
+ * one step to each row. Torques that start or stop inside, and failures, shorten it; further steps continue from its end. The
  * stepper and its runs are unaffected.
- *   ==>  t, s; q [4]; p [4]   the start of the step, as a row had them: work and energy_residual are counted from there
- *   ==>  derivatives          [numbers][6], as that row had them: d_rotation1 to d_omega3 of each number; or NULL, where the
- *                             columns show none
- *   ==>  dt     the step, s; where local_tolerance is set, taylor and exact choose shorter ones
+ *   ==>  t, s; q [4]; p [4]   at the start of the step, from a row: work and energy_residual are counted from there
+ *   ==>  derivatives          [parameters][6], from the same row: d_rotation1 to d_omega3 for each parameter; or NULL if the
+ *                             columns have none
+ *   ==>  dt     the step, s; if local_tolerance is set, taylor and exact choose shorter ones
  *   ==>  times  [n], s, in order from t on   <==  rows  [n][width] of the columns chosen
  * Status: NUTATE_BAD_ARGUMENT, also with n = 0, if q and p are not the whole state: with wheels, and controllers that
  * have a sample or limits. */
@@ -49,7 +50,7 @@ int nutate_stepper_dense_output(nutate_stepper *stepper, double t, const double 
  *   <==  accuracy  the requested accuracy, rad; or NULL */
 int nutate_history_accuracy(const nutate_history *history, double error[2], double *accuracy);
 
-/* Returns the indicators of chaos of a run that followed any (docs/explanation/chaos.md); n is 0 after any other.
+/* Returns the indicators of chaos of a run that computed them (docs/explanation/chaos.md); n is 0 for other runs.
  *   <==  n          number of exponents: 0, 1 or 6; or NULL
  *   <==  exponents  [6], Lyapunov exponents, 1/s, the first n; or NULL
  *   <==  megno      mean MEGNO; or NULL              <==  fli   fast Lyapunov indicator; or NULL
@@ -61,10 +62,10 @@ int nutate_history_chaos(const nutate_history *history, size_t *n, double expone
  *   ==>  key     method, choice (why the method was chosen; empty if it was given), formulation, order, series_order (0:
  *                chosen by the tolerance), conserve, time_step, accuracy, or local_tolerance (with an accuracy: the value
  *                found by the trial runs of the last run)
- *   <==  buffer  the value in the notation of scene files, text without quotes   ==>  size */
+ *   <==  buffer  the value in the notation of scene files, strings without quotes   ==>  size */
 int nutate_stepper_get(nutate_stepper *stepper, const char *key, char *buffer, size_t size);
 
-/* ---- Poll callbacks ----------------------------------------------------------------------------------------------- */
+/* ---- Poll callbacks ---------------------------------------------------------------------------------------------- */
 
 /* A poll callback, called about fifty times a second between two steps of a run, trial runs included. A value other than 0
  * ends the run with NUTATE_STOPPED, at the last state reached and with the rows so far. The thread of the run calls it; it
@@ -86,7 +87,7 @@ int nutate_stepper_copy(nutate_stepper *stepper, nutate_stepper **copy, char *me
 /* Saves the state of a stepper as bytes, which this version on this kind of machine can restore.
  *   ==>  stepper   is unchanged
  *   <==  bytes     [size]; or NULL, to query how many are needed
- *   <==  needed    bytes of the whole; or NULL
+ *   <==  needed    number of bytes needed; or NULL
  * Status: NUTATE_TRUNCATED if size is too small. */
 int nutate_stepper_save(nutate_stepper *stepper, char *bytes, size_t size, size_t *needed);
 

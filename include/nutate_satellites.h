@@ -22,9 +22,9 @@
 extern "C" {
 #endif
 
-/* ---- Systems ---------------------------------------------------------------------------------------------------- */
+/* ---- Adding to a system ------------------------------------------------------------------------------------------ */
 
-/* Lets the space axes rotate in inertial space: &rotating_frame. A system has at most one frame or orbit.
+/* Makes the space axes rotate in inertial space: &rotating_frame. A system has at most one frame or orbit.
  *   ==>  rate [3], angular velocity of the axes, in these axes, rad/s */
 int nutate_system_add_rotating_frame(nutate_system *system, const double rate[3]);
 /* Makes the space axes east, north and up at a place on the Earth.   ==>  latitude, rad, north positive */
@@ -91,7 +91,7 @@ int nutate_system_add_pointing(nutate_system *system, const char *by, const doub
  *   ==>  gain, A m2 s/T; field [3], space axes, T, or NULL: that of the Earth; sample, limit: as above */
 int nutate_system_add_detumbling(nutate_system *system, double gain, const double field[3], double sample, double limit);
 
-/* ---- Steppers --------------------------------------------------------------------------------------------------- */
+/* ---- Reading a stepper with wheels or an orbit ------------------------------------------------------------------- */
 
 /* Returns the number of wheels.   ==>  stepper   <==  n */
 int nutate_stepper_wheel_count(const nutate_stepper *stepper, size_t *n);

@@ -9,7 +9,7 @@
 extern "C" {
 #endif
 
-/* ---- Scenes ----------------------------------------------------------------------------------------------------- */
+/* ---- Reading and running a scene --------------------------------------------------------------------------------- */
 
 /* Reads and checks a scene file.
  *   ==>  path         of the file
@@ -33,7 +33,7 @@ int nutate_scene_destroy(nutate_scene **scene); /* Frees a scene.   <=>  scene *
 int nutate_scene_get_title(const nutate_scene *scene, char *buffer, size_t size);
 
 /* Returns the times of a scene.
- *   <==  time_step  s; 0 where steps are adaptive; or NULL
+ *   <==  time_step  s; 0 if steps are adaptive; or NULL
  *   <==  end_time   s; or NULL
  *   <==  every      steps between rows; or NULL */
 int nutate_scene_get_plan(const nutate_scene *scene, double *time_step, double *end_time, int64_t *every);
@@ -53,17 +53,18 @@ int nutate_scene_bound_torque(nutate_scene *scene, double torque, double by_rota
 int nutate_scene_system(const nutate_scene *scene, nutate_system **system, char *message, size_t size);
 
 /* Linearises the motion of a scene, as `nutate linearize` does: matrices, eigenvalues, names and units as JSON.
- *   ==>  period        s; 0: the start is an equilibrium; negative: the period of the orbit
- *   <==  json          text; 32768 bytes hold any
+ *   ==>  period        s; 0: about the initial state, an equilibrium; negative: the period of the orbit
+ *   <==  json          string; 32768 bytes suffice
  *   ==>  json_size     of json, bytes
- * Status: NUTATE_BAD_ARGUMENT where the start is no equilibrium, NUTATE_TRUNCATED, or that of a failed step. */
+ * Status: NUTATE_BAD_ARGUMENT if the initial state is not an equilibrium, NUTATE_TRUNCATED, or that of a failed step. */
 int nutate_scene_linearize(const nutate_scene *scene, double period, char *json, size_t json_size, char *message,
                            size_t size);
 
 /* Finds all equilibria of a scene, as `nutate linearize --equilibria` does: attitude, energy, index, growth as JSON.
- *   <==  json          text; 32768 bytes hold any
+ *   <==  json          string; 32768 bytes suffice
  *   ==>  json_size     of json, bytes
- * Status: NUTATE_BAD_ARGUMENT where equilibria are not isolated or not those of potentials, NUTATE_TRUNCATED. */
+ * Status: NUTATE_BAD_ARGUMENT if equilibria are not isolated or effects other than potentials, rotors
+ * and wheels act, NUTATE_TRUNCATED. */
 int nutate_scene_equilibria(const nutate_scene *scene, char *json, size_t json_size, char *message, size_t size);
 
 /* Runs a scene and keeps the columns of its &output in memory.
@@ -75,11 +76,11 @@ int nutate_scene_run(const nutate_scene *scene, nutate_history **history, char *
  * Status: NUTATE_IO, or that of a failed step; complete rows are then in PATH.partial. */
 int nutate_scene_write(const nutate_scene *scene, const char *path, char *message, size_t size);
 
-/* ---- Fits ------------------------------------------------------------------------------------------------------- */
+/* ---- Fits -------------------------------------------------------------------------------------------------------- */
 
-/* The functions below are for scenes with &free and &measurement. Parameters x are the free numbers in the order of the
+/* The functions below are for scenes with &free and &measurement. Parameters x are those of &free in the order of the
  * scene, then the biases. An attitude is a rotation vector from that of the scene, body axes, in its unit of angles.
- * NUTATE_BAD_ARGUMENT where there is nothing to fit. */
+ * NUTATE_BAD_ARGUMENT if the scene has nothing to fit. */
 
 /* Returns the size of a fit.   ==>  scene   <==  parameters; or NULL   <==  residuals; or NULL */
 int nutate_fit_size(nutate_scene *scene, size_t *parameters, size_t *residuals);
@@ -90,14 +91,14 @@ int nutate_fit_name(nutate_scene *scene, size_t parameter, char *buffer, size_t 
  *   <==  x, low, high  [parameters]; or NULL */
 int nutate_fit_start(nutate_scene *scene, double *x, double *low, double *high);
 
-/* Computes residuals, (model - measured)/sigma, and their derivatives; then those of numbers with a known sigma.
+/* Computes residuals, (model - measured)/sigma, and their derivatives; then those of parameters with a known sigma.
  *   ==>  x          [parameters]
  *   <==  residuals  [residuals]; or NULL
  *   <==  jacobian   [residuals][parameters]; or NULL
- * Status: NUTATE_BAD_SCENE for numbers that the scene rejects, or that of a failed step. */
+ * Status: NUTATE_BAD_SCENE for values that the scene rejects, or that of a failed step. */
 int nutate_fit_evaluate(nutate_scene *scene, const double *x, double *residuals, double *jacobian);
 
-/* Computes what a fit minimises: half the sum of the squares of the residuals, with the losses of the measurements.
+/* Computes the cost that a fit minimises: half the sum of the squares of the residuals, with the losses of the measurements.
  *   ==>  x     [parameters]
  *   <==  cost  or NULL
  * Status: as nutate_fit_evaluate. */
@@ -105,14 +106,14 @@ int nutate_fit_cost(nutate_scene *scene, const double *x, double *cost);
 
 /* Fits the parameters, as `nutate fit` does.
  *   <==  x           [parameters]; or NULL
- *   <==  covariance  [parameters][parameters]; zero for what the data do not determine; or NULL
+ *   <==  covariance  [parameters][parameters]; zero for parameters that the data do not determine; or NULL
  *   <==  converged   1; or 0 if the fit ended early or leaves residuals that noise of the given sigma does not explain;
  *                    or NULL
  *   <==  message     why it is 0, or what failed; or NULL */
 int nutate_fit_solve(const nutate_scene *scene, double *x, double *covariance, int *converged, char *message,
                      size_t size);
 
-/* ---- Histories -------------------------------------------------------------------------------------------------- */
+/* ---- Histories --------------------------------------------------------------------------------------------------- */
 
 /* Returns the size of a history.   ==>  history   <==  rows; or NULL   <==  columns, that of t included; or NULL */
 int nutate_history_size(const nutate_history *history, size_t *rows, size_t *columns);

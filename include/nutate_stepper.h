@@ -8,7 +8,7 @@
 extern "C" {
 #endif
 
-/* ---- Steppers --------------------------------------------------------------------------------------------------- */
+/* ---- Creating and running ---------------------------------------------------------------------------------------- */
 
 /* Creates a stepper for a system: method nielsen_krenk of order 2; state at t = 0, attitude 1, at rest.
  *   ==>  system        is copied */
@@ -66,7 +66,7 @@ int nutate_stepper_state_at(nutate_stepper *stepper, double t, double q[4], doub
 /* Performs fixed steps of length time_step, as `nutate run` does. The k-th ends at t0 + k time_step; steps end where
  * torques start and stop; a step that fails is subdivided. Consecutive calls, also of nutate_stepper_run_to,
  * continue the count of steps.
- *   <=>  stepper   on failure at the last state reached: where a callback failed, that before the step
+ *   <=>  stepper   on failure at the last state reached; if a callback failed, the state before the step
  *   ==>  n         number of steps, >= 0
  *   ==>  every     steps of this call between rows, >= 1
  *   <==  rows      [capacity][width] of the columns chosen, n/every of them; or NULL: none
@@ -75,12 +75,12 @@ int nutate_stepper_state_at(nutate_stepper *stepper, double t, double q[4], doub
 int nutate_stepper_run(nutate_stepper *stepper, int64_t n, int64_t every, double *rows, size_t capacity,
                        size_t *n_rows);
 
-/* Runs to a time: with fixed steps, the last one shortened to end there; or, where accuracy or local_tolerance is
+/* Runs to a time: with fixed steps, the last one shortened to end there; or, if accuracy or local_tolerance is
  * set, with adaptive steps.
  *   <=>  stepper   on failure at the last state reached
  *   ==>  end_time  s
  *   ==>  every     steps between rows, >= 1; ignored if steps are adaptive and interval > 0
- *   ==>  interval  time between rows, s, where steps are adaptive; else 0
+ *   ==>  interval  time between rows, s, if steps are adaptive; else 0
  *   <==  rows      [capacity][width] of the columns chosen: first state, output points, last state; or NULL
  *   ==>  capacity  rows that fit into rows; a run that has more stops with NUTATE_STEP_LIMIT. 0 with NULL
  *   <==  n_rows    rows written, also on failure; or NULL */
@@ -104,7 +104,7 @@ int nutate_stepper_column(const nutate_stepper *stepper, size_t column, char *bu
  *   ==>  size     numbers that fit into row, at least width */
 int nutate_stepper_row(nutate_stepper *stepper, double *row, size_t size);
 
-/* ---- Reading a stepper ------------------------------------------------------------------------------------------ */
+/* ---- Reading a stepper ------------------------------------------------------------------------------------------- */
 /* These functions return the current value of a quantity.   ==>  stepper */
 
 int nutate_stepper_time(const nutate_stepper *stepper, double *t);                      /* <== s */
@@ -119,7 +119,7 @@ int nutate_stepper_euler(const nutate_stepper *stepper, double angles[3]); /* <=
 
 /* Returns energies, J; calls user-defined potentials.
  *   <==  energy [5]: kinetic, potential, total, work of all torques since the state was set, and the change of total (of the
- *                    Jacobi integral where the space axes rotate) less that work and that of
+ *                    Jacobi integral if the space axes rotate) less that work and that of
  *                    time-dependent potentials
  * Status: NUTATE_CALLBACK, NUTATE_NOT_FINITE from callbacks. */
 int nutate_stepper_energy(nutate_stepper *stepper, double energy[5]);

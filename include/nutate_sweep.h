@@ -25,10 +25,10 @@ int nutate_sweep_size(const nutate_scene *scene, int64_t *members, size_t *field
 
 /* Returns name and type of a field of a row.
  *   ==>  scene, field   0 is "member"
- *   <==  is_whole       true: an int64_t, else a double; or NULL
- *   <==  name           such as "omega1"    ==>  size   of name, bytes; 96 do
+ *   <==  is_integer     true: an int64_t, else a double; or NULL
+ *   <==  name           such as "omega1"    ==>  size   of name, bytes; 96 suffice
  * Status: NUTATE_BAD_ARGUMENT if field is out of range. */
-int nutate_sweep_field(const nutate_scene *scene, size_t field, int *is_whole, char *name, size_t size);
+int nutate_sweep_field(const nutate_scene *scene, size_t field, int *is_integer, char *name, size_t size);
 
 /* Sets the table of cases of an ensemble, one line per member; a scene without an ensemble gets one with that many members.
  *   <=>  scene

@@ -9,7 +9,7 @@
 extern "C" {
 #endif
 
-/* ---- Systems ---------------------------------------------------------------------------------------------------- */
+/* ---- Bodies and effects ------------------------------------------------------------------------------------------ */
 
 /* Creates a body from principal moments along its body axes.
  *   ==>  moments         [3], about the reference point (or the centre of mass, see below), kg m2
@@ -98,8 +98,8 @@ int nutate_system_add_potential(nutate_system *system, const double direction[3]
 int nutate_system_add_user_torque(nutate_system *system, nutate_torque torque, void *user);
 
 /* Sets bounds of the callback that was added last: with them the root of a step can be certified to be that of the true
- * motion; without them every step counts as uncertified (nutate_stepper_uncertified). They are not verified; the wider
- * they are, the shorter the steps that can be certified.
+ * motion; without them every step is reported as uncertified (nutate_stepper_uncertified). They are not verified; the
+ * larger they are, the shorter the steps that can be certified.
  * Status: NUTATE_BAD_ARGUMENT without a callback, or unless each is 0 or 1e-300 to 1e100.
  * The bounds of a potential hold for all |gamma| <= |n|, in J over powers of the unit of gamma.
  *   ==>  gradient, hessian, third   of |dU/dgamma|, of the eigenvalues of d2U/dgamma2, of the third derivative along a
@@ -108,8 +108,8 @@ int nutate_system_bound_potential(nutate_system *system, double gradient, double
 
 /* Sets bounds of a torque that does not depend on omega, at all attitudes and times, N m.
  *   ==>  torque       of |tau|
- *   ==>  by_rotation, second   of |d tau/d theta|, |d2 tau/d theta2| as the body turns by theta, rad, about any axis
- *   ==>  rate         1/s: times this, once and twice, they bound the derivatives by time; 0: constant in time */
+ *   ==>  by_rotation, second   of |d tau/d theta|, |d2 tau/d theta2| as the body rotates by theta, rad, about any axis
+ *   ==>  rate         1/s: the bounds times rate, and times rate squared, bound the time derivatives; 0: constant in time */
 int nutate_system_bound_torque(nutate_system *system, double torque, double by_rotation, double second, double rate);
 
 #ifdef __cplusplus

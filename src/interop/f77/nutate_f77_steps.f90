@@ -304,7 +304,8 @@ subroutine nubtor(btor, bturn, bsec, brate, work, lwork, info)
    real(wp), intent(in) :: bturn
    !> (input) Bound of its second derivative by that angle, N m.
    real(wp), intent(in) :: bsec
-   !> (input) Rate, 1/s, that times these bounds their derivatives by time; 0: TAU is constant in time.
+   !> (input) Rate, 1/s: BRATE times each bound above bounds the time derivative of that quantity; 0 if TAU does not
+   !> depend on time.
    real(wp), intent(in) :: brate
    !> (input/output) From NUINIT, with TOR; dimension (LWORK).
    real(wp), intent(inout) :: work(*)

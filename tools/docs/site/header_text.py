@@ -104,4 +104,4 @@ def markdown(name):
                 comment = plain(part)
     flush()
     # What stands before the first heading would be lost.
-    return "\n".join(result if result[0].startswith("###") else ["### Types\n", *result])
+    return "\n".join(result if result[0].startswith("###") else ["### Declarations\n", *result])
