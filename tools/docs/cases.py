@@ -240,7 +240,7 @@ def apophis():
     middle = len(members)//2
     share = sum(row["short_axis_mode"] for row in members)/len(members)
     return ("Suite `flyby`. Two initial states two days before the passage of 13 April 2029, integrated for four days "
-            "(scene [apophis](../gallery/apophis.md)):\n\n"
+            "(scene [apophis](../gallery/moons-asteroids.md#apophis-passes-the-earth)):\n\n"
             + table(("state", "after periapsis", "$q_0$", "$\\Omega_3$, rad/s", "difference"), rows)
             + f"\nThe result depends on the phases of the rotation. `nutate sweep scenes/apophis_ensemble.nml` runs {len(members):,} members with "
             "the periods of\n[Lee et al. (2022)](https://doi.org/10.1051/0004-6361/202243442), their standard deviations, and uniform phases.\n\n"
@@ -281,7 +281,7 @@ def toutatis():
                     + [("rotation by the " + name, f"{value:.3f}°", text) for name, value, text in turned]
                     + [("$J_1/J_3$, by `nutate fit scenes/toutatis.nml`", fitted["1"], "3.0836"), ("$J_2/J_3$", fitted["2"], "3.235")])
             + "\nThe orbit about the Sun has rounded elements; eccentricity and perihelion passage are fitted to the closest approach to the "
-            "Earth. Another choice of\nfitted elements changes the rotations by the Sun by a few per cent. [The gallery](../gallery/toutatis.md) shows the fit.\n")
+            "Earth. Another choice of\nfitted elements changes the rotations by the Sun by a few per cent. [The gallery](../gallery/moons-asteroids.md#4179-toutatis-december-1992) shows the fit.\n")
 
 
 TOPS = (("Kovalevskaya", "2, 2, 1", "0.3, -0.5, 1.2", lambda w, g: (w[0]**2 - w[1]**2 + g[0])**2 + (2*w[0]*w[1] + g[1])**2, floats("""

@@ -1,5 +1,5 @@
-"""Writes the gallery, docs/gallery, from tools/docs/gallery.ini: a page for each scene of scenes/ with its pictures, and an index
-with thumbnails.
+"""Writes the gallery, docs/gallery, from tools/docs/gallery.ini: pages with a section for each scene of scenes/, and an index with
+thumbnails.
 
     tools/docs/gallery.py PROGRAM   pages and pictures; those of the bodies with a headless Chromium, where there is one
     tools/docs/gallery.py --check   exit status 1 where a scene has no entry here or no picture, or a page is not as written here
@@ -17,6 +17,9 @@ import textwrap
 TOP = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
 GALLERY = os.path.join(TOP, "docs", "gallery")
 SIZE = 480, 360
+# The pages in their order.
+PAGES = {"free-bodies": "Free bodies", "tops": "Tops, gyroscopes, pendulums", "satellites": "Satellites",
+         "moons-asteroids": "Moons and asteroids"}
 # Leaves the body alone on the page of nutate.view.
 ALONE = "<style>header, #nutate-polhode, #nutate-curves { display: none !important } body { display: block !important } " \
         "#nutate-body { height: 100vh; margin: 0 !important; background: #fff !important }</style></head>"
@@ -42,24 +45,34 @@ def has_group(name, group):
         return re.search(rf"^&{group}\b", file.read(), re.MULTILINE) is not None
 
 
-def page_of(name):
-    """The page of a scene."""
+def picture_of(name):
+    """The picture of the result of a scene, relative to the gallery."""
+    picture = SCENES[name]["picture"]
+    return f"../figures/{picture}" if picture.endswith(".svg") else f"{name}_plot.png"
+
+
+def anchor_of(name):
+    """The anchor of a scene on its page."""
+    return re.sub(r"[^\w -]", "", title_of(name).lower()).replace(" ", "-")
+
+
+def section_of(name):
+    """The section of a scene on its page."""
     scene = SCENES[name]
-    picture = scene["picture"]
-    drawn = f"../figures/{picture}" if picture.endswith(".svg") else f"{name}_plot.png"
     command = f"nutate run scenes/{name}.nml"
-    if not picture.endswith(".svg"):
-        command += f"\nnutate plot {name}.csv --columns {picture}"
+    if not scene["picture"].endswith(".svg"):
+        command += f"\nnutate plot {name}.csv --columns {scene['picture']}"
     if has_group(name, "ensemble"):
         command = f"nutate sweep scenes/{name}.nml"
     if has_group(name, "measurement"):
         command = f"nutate fit scenes/{name}.nml --plot {name}.svg"
-    text = textwrap.fill(f"**{scene['question']}** " + " ".join(scene["answer"].split()), 140, break_on_hyphens=False)
-    return f"""# {title_of(name)}
+    text = textwrap.fill(f"**{scene['question']}** " + " ".join(scene["answer"].split()), 140, break_on_hyphens=False,
+                         break_long_words=False)
+    return f"""## {title_of(name)}
 
 {text}
 
-![The body, and the path of its axis or centre of mass]({name}.png)
+![{scene['shows']}]({picture_of(name)})
 
 <!-- not run: from the folder of the project -->
 ```sh
@@ -67,29 +80,39 @@ def page_of(name):
 nutate view scenes/{name}.nml
 ```
 
-![What the run gives]({drawn})
+![{scene['caption']}: the body, and the path of its axis or centre of mass]({name}.png)
 
-Scene: [{name}.nml](../../scenes/{name}.nml).
+Scene: [{name}.nml](../../scenes/{name}.nml)
+
+```{{literalinclude}} ../../scenes/{name}.nml
+:language: nml
+```
 """
+
+
+def page(name):
+    """A page of the gallery."""
+    sections = [section_of(scene) for scene in SCENES.sections() if SCENES[scene]["page"] == name]
+    return f"# {PAGES[name]}\n\n" + "\n".join(sections)
 
 
 def index():
     """The page with the thumbnails."""
-    lines = ["# Gallery", "", "Every bundled scene, the question it answers and the command that runs it.", "",
-             "| | | |", "|:-:|:-:|:-:|"]
-    names = SCENES.sections()
-    for i in range(0, len(names), 3):
-        row = [(SCENES[name]["caption"], names.index(name) + 1) for name in names[i:i + 3]]
-        lines.append("| " + " | ".join(f"[![{caption}][p{k}]][{k}]" for caption, k in row) + " |")
-        lines.append("| " + " | ".join(f"[{caption}][{k}]" for caption, k in row) + " |")
-    lines += ["", *(f"[{k}]: {name}.md\n[p{k}]: {name}.png" for k, name in enumerate(names, 1))]
-    lines += ["", "```{toctree}", ":hidden:", "", *names, "```", ""]
-    return "\n".join(lines)
+    lines = ["# Gallery", "", "Every bundled scene, the question it answers and the command that runs it.", ""]
+    for page_name, title in PAGES.items():
+        lines += [f"## [{title}]({page_name}.md)", "", "| | | |", "|:-:|:-:|:-:|"]
+        names = [name for name in SCENES.sections() if SCENES[name]["page"] == page_name]
+        for i in range(0, len(names), 3):
+            row = [(name, SCENES[name]["caption"]) for name in names[i:i + 3]]
+            lines.append("| " + " | ".join(f"![{caption}][{name}.picture]" for name, caption in row) + " |")
+            lines.append("| " + " | ".join(f"[{caption}][{name}]" for name, caption in row) + " |")
+        lines += ["", *(f"[{name}]: {page_name}.md#{anchor_of(name)}\n[{name}.picture]: {picture_of(name)}" for name in names), ""]
+    return "\n".join([*lines, "```{toctree}", ":hidden:", "", *PAGES, "```", ""])
 
 
 def pages():
     """All pages by their paths."""
-    texts = {name: page_of(name) for name in SCENES.sections()} | {"index": index()}
+    texts = {name: page(name) for name in PAGES} | {"index": index()}
     return {os.path.join(GALLERY, f"{name}.md"): text for name, text in texts.items()}
 
 
@@ -130,7 +153,7 @@ def check():
         name = os.path.relpath(path, TOP)
         if not os.path.exists(path) or open(path, encoding="utf-8").read() != text:
             found.append(f"{name}: not as tools/docs/gallery.py writes it (expected make figures)")
-        for picture in re.findall(r"\]\(([^)]*\.(?:png|svg))\)", text):
+        for picture in re.findall(r"!\[[^]]*\]\(([^)]*\.(?:png|svg))\)", text):
             if not os.path.exists(os.path.join(GALLERY, picture)):
                 found.append(f"{name}: there is no {picture} (expected make figures)")
     return found
