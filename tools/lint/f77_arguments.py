@@ -32,8 +32,9 @@ def routines():
                 kind = next(wide for narrow, wide in TYPES.items() if declared.startswith(narrow))
                 argument = re.match(r"(\w+)(\([\d,:* ]+\))?", rest)
                 size = (argument[2] or "").replace(" ", "")
-                arguments[argument[1]] = (argument[1].upper() + size, kind, DIRECTIONS[meaning[1]],
-                                          meaning[2])
+                # The size is not repeated where the declaration has it.
+                sentences = meaning[2] if "*" in size else meaning[2].replace(f"; dimension {size}", "")
+                arguments[argument[1]] = (argument[1].upper() + size, kind, DIRECTIONS[meaning[1]], sentences)
             yield name.upper(), purpose, [arguments[argument] for argument in re.findall(r"\w+", names)]
 
 
