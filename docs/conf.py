@@ -17,7 +17,7 @@ version = release = re.search(r'^version *= *"(.*)"', (ROOT / "fpm.toml").read_t
 ADDRESSES = dict(re.findall(r'^(repository-code|url): *"(.*?)"', (ROOT / "CITATION.cff").read_text(encoding="utf-8"), re.MULTILINE))
 
 extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.mathjax", "sphinx-mathjax-offline", "sphinx_design", "c_header",
-              "plain_docstrings", "scene_lexer"]
+              "plain_docstrings", "scene_lexer", "unbroken"]
 myst_enable_extensions = ["dollarmath", "colon_fence", "deflist", "attrs_inline"]
 myst_heading_anchors = 4
 # The tutorial in Python runs while the pages are built.
