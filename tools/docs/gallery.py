@@ -77,7 +77,6 @@ def section_of(name):
 <!-- not run: from the folder of the project -->
 ```sh
 {command}
-nutate view scenes/{name}.nml
 ```
 
 ![{scene['caption']}: the body, and the path of its axis or centre of mass]({name}.png)
@@ -93,7 +92,7 @@ Scene: [{name}.nml](../../scenes/{name}.nml)
 def page(name):
     """A page of the gallery."""
     sections = [section_of(scene) for scene in SCENES.sections() if SCENES[scene]["page"] == name]
-    return f"# {PAGES[name]}\n\n" + "\n".join(sections)
+    return f"# {PAGES[name]}\n\n`nutate view scenes/NAME.nml` shows each body in motion.\n\n" + "\n".join(sections)
 
 
 def index():

@@ -8,7 +8,7 @@ from sphinx.transforms.post_transforms import SphinxPostTransform
 SPACE = "\N{NO-BREAK SPACE}"
 # Units as the pages write them, after a number.
 UNITS = "%|°/?s?|rad(?:/s²?)?|m?s|min|h|d|ns|µs|km?|mm?|kg|N|mN|A|T|nT|J|MB|GB|kB|KiB|MiB|bytes|steps|bodies|members"
-BETWEEN = re.compile(rf"(?<=\d)\s(?=(?:{UNITS})(?![\w-]))|(?<=±)\s(?=\d)|(?<=\d)\s(?=±)")
+BETWEEN = re.compile(rf"(?<=\d)\s(?=(?:{UNITS})(?![\w-]))|(?<=±)\s(?=\d)|(?<=\d)\s(?=±)|(?<=FORTRAN)\s(?=77)")
 
 
 class Unbroken(SphinxPostTransform):
