@@ -8,23 +8,22 @@ clock are in test/timing/ and python/timing/, which only `make stress` runs.
 
 import pathlib
 import re
-import subprocess
 import sys
 
+from tracked import names_of
+
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-TESTS = ("test", "python/tests", "mpi/test", "link", "example", "README.md", "docs/*.md", ":!test/timing")
+TESTS = ("test", "python/tests", "mpi/test", "link", "example", "README.md", "docs/*.md")
 SOURCES = (".f90", ".F90", ".f", ".c", ".cpp", ".h", ".py", ".sh")
 CLOCK = re.compile(r"\b(monotonic|perf_counter|process_time|processor_seconds|system_clock|cpu_time|clock_gettime|gettimeofday"
                    r"|date_and_time|getrusage|time\.time|timeit)\b|\bclock\(\)|os\.times|(?<![\w-])--seconds\b", re.IGNORECASE)
 
 
 def main():
-    tracked = subprocess.run(["git", "ls-files", "--cached", "--others", "--exclude-standard", "--", *TESTS], cwd=ROOT,
-                             capture_output=True, text=True, check=True).stdout
     found = 0
-    for name in tracked.splitlines():
+    for name in names_of(*TESTS):
         path = ROOT / name
-        if path.suffix not in (*SOURCES, ".md") or not path.exists():
+        if path.suffix not in (*SOURCES, ".md") or name.startswith("test/timing/"):
             continue
         for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
             # Only commands in the console blocks of a page run.

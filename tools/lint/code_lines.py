@@ -9,13 +9,17 @@ import ast
 import subprocess
 import sys
 
+import tracked
+
 MARKS = {".f90": "!", ".inc": "!", ".F90": "!", ".f": "!", ".py": "#", ".c": "//", ".h": "//"}
 
 
 def names_of(revision):
-    """Names of the files that git tracks in a revision, or in the working tree."""
-    command = (["git", "ls-tree", "-r", "--name-only", revision] if revision else ["git", "ls-files"])
-    return subprocess.run(command + ["src", "app", "python"], capture_output=True, text=True, check=True).stdout.split()
+    """Names of the files of a revision, or of the working tree."""
+    if not revision:
+        return tracked.names_of("src", "app", "python")
+    command = ["git", "ls-tree", "-r", "--name-only", revision, "src", "app", "python"]
+    return subprocess.run(command, capture_output=True, text=True, check=True).stdout.split()
 
 
 def text_of(name, revision):

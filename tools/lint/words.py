@@ -9,8 +9,9 @@ and no comment may begin with a word that refers to another one.
 
 import pathlib
 import re
-import subprocess
 import sys
+
+from tracked import names_of
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 FILES = ("README.md", "CHANGELOG.md", "docs/*.md", "include/*.h", "python/README.md", "python/nutate/*.py", "app/*.f90",
@@ -45,9 +46,8 @@ def user_text(path, line):
 def private_words():
     """Prints each word of the sources that has a private word as a part; returns their number."""
     pattern = re.compile(r"(?:(?<=_)|(?<![a-z0-9]))(" + "|".join(PRIVATE) + r")s?(?![a-z0-9])", re.IGNORECASE)
-    tracked = subprocess.run(["git", "ls-files", "--", *SOURCES], cwd=ROOT, capture_output=True, text=True, check=True).stdout
     found = 0
-    for name in tracked.split():
+    for name in names_of(*SOURCES):
         if not name.endswith((".f90", ".inc", ".f", ".c", ".h", ".py")):
             continue
         for number, line in enumerate((ROOT / name).read_text(encoding="utf-8").splitlines(), 1):
@@ -71,10 +71,8 @@ def openings(lines):
 def without_subject():
     """Prints each comment of the sources that begins with a word which refers to another one; returns their number."""
     pattern = re.compile(r"(Of|What|Who|Whom|Whose|Where|Those|That of|As it|Such)\b")
-    tracked = subprocess.run(["git", "ls-files", "--", "src", "app", "mpi"], cwd=ROOT, capture_output=True, text=True,
-                             check=True).stdout
     found = 0
-    for name in tracked.split():
+    for name in names_of("src", "app", "mpi"):
         if not name.endswith((".f90", ".inc")):
             continue
         for number, text in openings((ROOT / name).read_text(encoding="utf-8").splitlines()):
@@ -87,9 +85,8 @@ def without_subject():
 
 def main():
     words = list(phrases())
-    tracked = subprocess.run(["git", "ls-files", "--", *FILES], cwd=ROOT, capture_output=True, text=True, check=True).stdout
     found = 0
-    for name in sys.argv[1:] or tracked.split():
+    for name in sys.argv[1:] or names_of(*FILES):
         if name in EXEMPT:
             continue
         path = ROOT / name
