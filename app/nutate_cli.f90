@@ -80,8 +80,11 @@ module nutate_cli
                'budget in evaluations of the equations instead of seconds'), &
       option_t('--quiet', '', 'run,sweep,fit,linearize', 'no progress bar and no summary; errors are still printed'), &
       option_t('--max-steps', 'N', 'run', 'stop with exit status 3 after N steps or rows'), &
+      option_t('--max-steps', 'N', 'sweep', 'end a member that needs more than N steps; its row has status 9'), &
       option_t('--max-steps', 'N', 'fit', 'stop with exit status 3 after N steps of all runs together'), &
       option_t('--max-steps', 'N', 'linearize', 'stop with exit status 3 after N steps of the period'), &
+      option_t('--max-rows', 'N', 'run', 'stop with exit status 3 after N rows of the history or of the events'), &
+      option_t('--max-rows', 'N', 'sweep', 'reject a sweep of more than N members'), &
       option_t('--period', 'T|orbit', 'linearize', &
                'linearise over a period of T seconds, or of the orbit (default: an equilibrium)'), &
       option_t('--relative-rates', '', 'linearize', 'rates relative to axes that rotate with the equilibrium'), &
@@ -113,7 +116,8 @@ module nutate_cli
       !> Overrides `GROUP.KEY=VALUE` and `-GROUP.KEY`, in order; shape (number of overrides).
       character(len=:), allocatable :: overrides(:)
       logical :: quiet = .false.
-      integer(long) :: max_steps = huge(1_long)
+      !> Limits of steps, and of rows in a file.
+      integer(long) :: max_steps = huge(1_long), max_rows = huge(1_long)
       !> First and last member of a sweep (0: all), and the member to run alone (0: none).
       integer(long) :: first = 0, last = 0, member = 0
       integer :: threads = 1
@@ -302,7 +306,7 @@ contains
          call set_export(name, value, command)
       case ('--json', '--period', '--equilibria', '--relative-rates')
          call set_linear(name, value, command)
-      case ('--seconds', '--evaluations')
+      case ('--seconds', '--evaluations', '--max-steps', '--max-rows')
          call set_budget(name, value, command)
       case ('--checkpoint')
          command%checkpoint = value
@@ -329,24 +333,27 @@ contains
          command%draws_all = .true.
       case ('--quiet')
          command%quiet = .true.
-      case ('--max-steps')
-         call set_count(name, value, 'a number of steps', command%max_steps, command%error)
       case default
          ! The other options have no value to store.
          continue
       end select
    end subroutine set_value
 
-   !> Stores the budget of a work-precision study.
+   !> Stores the budget of a work-precision study, or a limit of steps or rows.
    subroutine set_budget(name, value, command)
       !> Option and its value.
       character(len=*), intent(in) :: name, value
       type(command_t), intent(inout) :: command
-      if (name == '--seconds') then
+      select case (name)
+      case ('--seconds')
          call set_seconds(name, value, 0.1_wp, '0.1', command%seconds, command%error)
-      else
+      case ('--evaluations')
          call set_count(name, value, 'a number of evaluations', command%evaluations, command%error)
-      end if
+      case ('--max-steps')
+         call set_count(name, value, 'a number of steps', command%max_steps, command%error)
+      case default
+         call set_count(name, value, 'a number of rows', command%max_rows, command%error)
+      end select
    end subroutine set_budget
 
    !> Stores an option of `nutate linearize`: the period, what is linearised, or the JSON file.

@@ -314,6 +314,7 @@ contains
       integer, intent(out) :: exit_code
       type(status_t) :: status
 
+      watcher%max_rows = command%max_rows
       call watcher%start(scene%system, scene%initial, scene%plan, scene%integrator, command%quiet)
       if (allocated(archive)) call resume(run, watcher, archive, status)
       if (status%ok()) call run%run_to_end(scene%system, status, watcher)

@@ -14,7 +14,7 @@ module nutate_run_watcher
    use nutate_run_checkpoint, only: checkpoint_t
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
-   use nutate_status, only: fail, status_t, NUTATE_BAD_ARGUMENT, NUTATE_STOPPED
+   use nutate_status, only: fail, status_t, NUTATE_BAD_ARGUMENT, NUTATE_STEP_LIMIT, NUTATE_STOPPED
    use nutate_stepper, only: integrator_settings_t
    use nutate_system, only: system_t
    implicit none
@@ -88,6 +88,8 @@ module nutate_run_watcher
       integer(long) :: row_counts = 0, rate = 1
       !> Wall time of this run before it was interrupted, s.
       real(wp) :: seconds_before = 0.0_wp
+      !> Limit of the rows of the history, and of those of the events.
+      integer(long) :: max_rows = huge(1_long)
       !> Time of the last row written, s.
       real(wp) :: last_row = 0.0_wp
       real(wp), private :: t_first = 0.0_wp, duration = 0.0_wp
@@ -251,7 +253,7 @@ contains
       seconds = self%seconds_before + real(now - self%started, wp)/real(self%rate, wp)
    end function seconds
 
-   !> Writes a row and measures the invariants. Errors: those of the history.
+   !> Writes a row and measures the invariants. Errors: those of the history; `NUTATE_STEP_LIMIT` beyond `max_rows`.
    subroutine write_row(self, system, state, record, status)
       class(run_watcher_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -260,6 +262,10 @@ contains
       type(status_t), intent(out) :: status
       integer(long) :: before, after
 
+      if (self%rows >= self%max_rows) then
+         status = fail(NUTATE_STEP_LIMIT, 'the history needs more rows than allowed')
+         return
+      end if
       call system_clock(before)
       call self%history_t%observe(system, state, record, status)
       if (status%ok()) self%last_row = state%t
@@ -281,7 +287,7 @@ contains
       self%wants_checkpoint = self%checkpoint%is_due(now) .or. (self%saves_at_step_limit .and. .not. status%ok())
    end subroutine poll
 
-   !> Writes an event. Errors: those of the file.
+   !> Writes an event. Errors: those of the file; `NUTATE_STEP_LIMIT` beyond `max_rows`.
    subroutine write_event(self, system, event, which, number, state, record, status)
       class(run_watcher_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -291,6 +297,10 @@ contains
       type(state_t), intent(in) :: state
       type(run_record_t), intent(in) :: record
       type(status_t), intent(inout) :: status
+      if (self%events%rows >= self%max_rows) then
+         status = fail(NUTATE_STEP_LIMIT, 'the file of the events needs more rows than allowed')
+         return
+      end if
       if (self%measures) call self%invariants%measure(system, state, record%work)
       call self%events%write(self%history_t, system, trim(event%name), number, state, record, status)
    end subroutine write_event

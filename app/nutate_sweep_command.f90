@@ -47,7 +47,7 @@ contains
       end if
       exit_code = EXIT_SUCCESS
       call choose_members(command, scene, first, last, name)
-      call check_wishes(command, scene, name, last, exit_code)
+      call check_wishes(command, scene, name, first, last, exit_code)
       if (exit_code == EXIT_SUCCESS) call check_names(command, scene, first, last, name, exit_code)
       if (exit_code /= EXIT_SUCCESS) return
       call watch_signals()
@@ -69,6 +69,7 @@ contains
       type(status_t) :: status
       call read_scene_of(command, scene, status, message)
       if (.not. status%ok()) return
+      scene%plan%max_steps = command%max_steps
       message = propagated_fault(scene)
       if (.not. scene%ensemble%active()) message = printable_path(scene%file)//': there is no group &ensemble '// &
                                                    '(expected it, with the number of members)'
@@ -94,17 +95,20 @@ contains
    end subroutine choose_members
 
    !> Rejects members that do not exist, and options that do not fit the scene or the program.
-   subroutine check_wishes(command, scene, name, last, exit_code)
+   subroutine check_wishes(command, scene, name, first, last, exit_code)
       type(command_t), intent(in) :: command
       type(scene_t), intent(in) :: scene
       character(len=*), intent(in) :: name
-      integer(long), intent(in) :: last
+      integer(long), intent(in) :: first, last
       integer, intent(inout) :: exit_code
       character(len=:), allocatable :: problem
       problem = ''
       if (max(last, command%member) > scene%ensemble%members) then
          problem = 'there is no member '//count_text(max(last, command%member))//' (expected 1 to '// &
                    count_text(scene%ensemble%members)//')'
+      else if (command%member == 0 .and. last - first >= command%max_rows) then
+         problem = count_text(last - first + 1)//' members are more than --max-rows allows (expected at most '// &
+                   count_text(command%max_rows)//')'
       else if (command%threads > 1 .and. .not. has_threads()) then
          problem = 'this program was built without threads (expected --threads 1, or a build by make or CMake)'
       else if (name == '-') then

@@ -55,6 +55,7 @@ class BadArguments(CommandLineTest):
     def test_bad_number_of_steps(self):
         for number in ("0", "-3", "ten", "1.5", "", "99999999999999999999"):
             self.fail_with(2, "run", "box.nml", f"--max-steps={number}", says=["--max-steps"])
+            self.fail_with(2, "run", "box.nml", f"--max-rows={number}", says=["--max-rows"])
 
     def test_bad_override(self):
         for override in ("nonsense", "integrator.end_tmie=1", "integrater.end_time=1", "integrator.end_time=abc"):
@@ -245,6 +246,31 @@ class FailedRuns(CommandLineTest):
 
     def test_enough_steps_are_enough(self):
         self.succeed("run", "box.nml", "--max-steps", "50")
+
+    def test_a_history_beyond_the_limit_of_rows_keeps_the_rows_allowed(self):
+        for settings in ((), ("--set", "output.times=0,0.1,0.2,0.3,0.4,0.5"), ("--set", "integrator.accuracy=1e-6")):
+            with self.subTest(settings=settings):
+                self.fail_with(3, "run", "box.nml", "--max-rows", "4", *settings,
+                               says=["box.nml", "more rows than allowed", "box.csv.partial", "4 rows"])
+                self.assertEqual(len(self.history("box.csv.partial")[1]), 4)
+        self.succeed("run", "box.nml", "--max-rows", "51")
+        self.assertEqual(len(self.history("box.csv")[1]), 51)
+
+    def test_events_beyond_the_limit_of_rows_end_the_run(self):
+        event = ("--set", "event.name=node", "--set", "event.when=q0", "--set", "event.crosses=0", "--set", "integrator.end_time=4")
+        self.succeed("run", "box.nml", *event)
+        times = [row[0] for row in self.history("box.csv")[1]]
+        found = len(self.read("box.events.csv").splitlines()) - 1
+        self.assertGreater(found, 3)
+        few = ("--set", "output.every=400", "--max-rows")
+        self.fail_with(3, "run", "box.nml", *event, *few, str(found - 1), says=["events", "more rows than allowed"])
+        self.assertEqual(len(self.read("box.events.csv.partial").splitlines()) - 1, found - 1)
+        self.succeed("run", "box.nml", *event, *few, str(found))
+        self.assertLess(found, len(times))
+
+    def test_a_resumed_run_counts_the_rows_before_it(self):
+        self.fail_with(3, "run", "box.nml", "--checkpoint", "ck", "--max-steps", "20")
+        self.fail_with(3, "run", "box.nml", "--resume", "ck", "--max-rows", "30", says=["30 rows"])
 
     def test_a_killed_run_leaves_no_file_that_looks_complete(self):
         command = [self.program, "run", "box.nml", "--quiet", "--set", "integrator.end_time=1e6", "--set", "output.every=1"]

@@ -155,6 +155,22 @@ class Rows(SweepTest):
         self.assertRegex(done.stderr, rf"the first +member {refused[0][0]}: .*")
         self.fail_with(3, "sweep", "tumble.nml", "--member", str(refused[0][0]), says=[f"member {refused[0][0]}: "])
 
+    def test_members_beyond_the_step_limit_are_rows(self):
+        self.write("tumble.nml", TUMBLE + "&vary key = 'integrator.end_time', distribution = 'uniform', low = 0.3, high = 0.7 /\n")
+        names, rows = read_npy(self.sweep("--max-steps", "50"))
+        ends = names.index("integrator.end_time")
+        self.assertEqual([row[1] for row in rows], [9 if row[ends] > 0.5 else 0 for row in rows])
+        self.assertEqual({row[1] for row in rows}, {0, 9})
+        done = self.nutate("sweep", "tumble.nml", "--max-steps", "29", "--output", "none.npy")
+        self.assertEqual(done.returncode, 3)
+        self.assertRegex(done.stderr, r"status 9 +200: ")
+
+    def test_more_members_than_rows_are_allowed_are_rejected(self):
+        self.fail_with(2, "sweep", "tumble.nml", "--max-rows", "199", says=["200 members", "--max-rows", "199"])
+        self.assertNotIn("tumble.npy", self.names())
+        self.sweep("--max-rows", "200")
+        self.sweep("--max-rows", "3", "--members", "7:9", output="part.npy")
+
     def test_an_ensemble_of_which_nothing_comes_fails(self):
         done = self.nutate("sweep", "tumble.nml", "--set", "ensemble.members=3", "--set", "body.check_triangle=.true.",
                            "--set", "integrator.time_step=-0.01")

@@ -350,10 +350,12 @@ contains
       type(system_t), intent(out) :: system
    end subroutine forget_all
 
+   !> Clears what is built of steps and rows; the limit of steps, which no number of a scene changes, stays.
    subroutine forget_run(events, plan, output)
       type(event_list_t), intent(out) :: events
-      type(run_plan_t), intent(out) :: plan
+      type(run_plan_t), intent(inout) :: plan
       type(output_settings_t), intent(out) :: output
+      plan = run_plan_t(max_steps=plan%max_steps)
    end subroutine forget_run
 
    !> Raises an error for columns of a wheel, an orbit, a free parameter or an indicator of chaos that does not exist.
