@@ -18,10 +18,10 @@ OPENMP ?=
 export FFLAGS OPENMP
 
 .DEFAULT_GOAL := build
-.PHONY: help setup build mpi run test stress attack accuracy fuzz memcheck sanitize flang bench figures paper cases costs lint api docs wheel install uninstall clean
+.PHONY: help setup build mpi run test stress attack accuracy fuzz memcheck sanitize flang bench figures paper cases costs lint api docs paper-pdf dist wheel deb install uninstall clean
 
 help: ## this list
-	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 11
+	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 11
 
 setup: ## install what is missing and let fpm fetch test-drive; afterwards plain fpm works, without a network too
 	@bash tools/setup/setup.sh test
@@ -95,6 +95,17 @@ api: ## write the list of all public names to docs/public-api.txt, which `make l
 docs: ## write the documentation to build/docs/index.html: guides, reference of scenes, Fortran, C, Python, and results
 	@bash tools/setup/setup.sh docs
 	@bash tools/docs/docs.sh
+
+paper-pdf: ## typeset paper/paper.md: build/paper/paper.pdf
+	@bash tools/setup/setup.sh paper
+	@bash tools/docs/paper-pdf.sh
+
+dist: ## write the source archive and its checksum, build/dist/nutate-VERSION.tar.gz
+	@bash tools/setup/dist.sh
+
+deb: ## build the Debian packages, in build/deb/
+	@bash tools/setup/setup.sh deb
+	@bash tools/setup/deb.sh
 
 wheel: ## build a wheel of the Python package that needs no other library, in build/wheel/
 	@bash tools/setup/setup.sh wheel

@@ -1,4 +1,4 @@
-# write_export_map(FILE): a version script for the linker that shows the functions of include/*.h and the FORTRAN 77
+# write_export_map(FILE): a version script for the linker, on macOS a list of symbols, that shows the functions of include/*.h and the FORTRAN 77
 # routines of src/interop/, and hides everything else.
 function(write_export_map map)
    set(names "")
@@ -21,7 +21,13 @@ function(write_export_map map)
    endforeach()
    list(REMOVE_DUPLICATES names)
    list(SORT names)
-   list(JOIN names ";\n      " shown)
-   file(CONFIGURE OUTPUT ${map} CONTENT "{\n   global:\n      ${shown};\n   local:\n      *;\n};\n" @ONLY)
+   if(APPLE)
+      list(TRANSFORM names PREPEND _)
+      list(JOIN names "\n" shown)
+      file(CONFIGURE OUTPUT ${map} CONTENT "${shown}\n" @ONLY)
+   else()
+      list(JOIN names ";\n      " shown)
+      file(CONFIGURE OUTPUT ${map} CONTENT "{\n   global:\n      ${shown};\n   local:\n      *;\n};\n" @ONLY)
+   endif()
    set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${headers} ${sources})
 endfunction()

@@ -18,6 +18,9 @@ if(NUTATE_OPENMP)
    # The runtime of gfortran calls these if there are threads, but does not ask for them: an archive would leave them out.
    set(openmp_static_flags "${openmp_flags} -Wl,-u,pthread_mutex_destroy -Wl,-u,pthread_cond_destroy")
 endif()
+# From the folder of the files of pkg-config up to the prefix: lib/ may have a folder of its own for the processor.
+file(RELATIVE_PATH pc_to_prefix "/prefix/${CMAKE_INSTALL_LIBDIR}/pkgconfig" "/prefix")
+string(REGEX REPLACE "/$" "" pc_to_prefix "${pc_to_prefix}")
 configure_file(cmake/nutate.pc.in nutate.pc @ONLY)
 configure_file(cmake/nutate-fortran.pc.in nutate-fortran.pc @ONLY)
 configure_file(cmake/nutate-static.pc.in nutate-static.pc @ONLY)

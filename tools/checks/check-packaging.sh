@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Tries the ways to get nutate into a project or an environment, as a new user would; the last line is the total.
-#    tools/checks/check-packaging.sh [cmake|fpm|mpi|pip|types|wheel]...      all of them unless named
+#    tools/checks/check-packaging.sh [cmake|deb|dist|fpm|mpi|pip|types|wheel]...      all of them unless named
 set -u
 . "$(dirname "$0")/../environment.sh"
 
@@ -66,6 +66,16 @@ as_pip_package() {
          test_nutate test_sweeps test_view)
 }
 
+# The archive without git: it is what it says it is, passes `make lint`, and builds and installs, with its examples.
+from_archive() {
+   local source=$scratch/source
+   make --no-print-directory dist && (cd build/dist && sha256sum --check ./*.sha256) && mkdir "$source" &&
+      tar -xf build/dist/*.tar.gz -C "$source" --strip-components=1 && [ ! -e "$source/.git" ] &&
+      make -C "$source" lint && make -C "$source" install PREFIX="$scratch/from_archive" &&
+      make -C "$source/link/c" run PREFIX="$scratch/from_archive" && make -C "$source/link/f77" run PREFIX="$scratch/from_archive" &&
+      bash "$source/tools/checks/check-install.sh" "$scratch/from_archive"
+}
+
 # What type checkers say of the package.
 types_of_python() {
    python3 -m venv "$scratch/types" &&
@@ -85,13 +95,15 @@ try_mpi() { expect "nutate-mpi as the fpm project that it is" mpi_by_fpm; }
 
 try_pip() { expect "pip install of a checkout" as_pip_package; }
 try_types() { expect "types of the Python package" types_of_python; }
+try_deb() { expect "make deb" make --no-print-directory deb; }
+try_dist() { expect "make dist" from_archive; }
 try_wheel() { expect "make wheel" make --no-print-directory wheel; }
 
-[ $# -gt 0 ] || set -- cmake fpm mpi pip types wheel
+[ $# -gt 0 ] || set -- cmake deb dist fpm mpi pip types wheel
 for part; do
    case $part in
-      cmake | fpm | mpi | pip | types | wheel) "try_$part" ;;
-      *) die "check-packaging: unknown part '$part' (cmake, fpm, mpi, pip, types, wheel)" ;;
+      cmake | deb | dist | fpm | mpi | pip | types | wheel) "try_$part" ;;
+      *) die "check-packaging: unknown part '$part' (cmake, deb, dist, fpm, mpi, pip, types, wheel)" ;;
    esac
 done
 say "$passed passed, $failed failed"

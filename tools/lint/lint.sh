@@ -20,6 +20,7 @@ python3 tools/lint/layers.py --check || status=1
 python3 tools/docs/gallery.py --check || status=1
 python3 tools/lint/version.py --check || status=1
 python3 tools/lint/public_api.py --check || status=1
+python3 tools/lint/abi.py --check || status=1
 python3 tools/lint/f77_arguments.py --check || status=1
 python3 tools/lint/quantities.py --check || status=1
 python3 tools/lint/words.py || status=1

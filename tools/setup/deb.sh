@@ -1,0 +1,18 @@
+#!/usr/bin/env bash
+# Builds the Debian packages from the source archive, in build/deb/, and checks them with lintian.
+# In an unpacked archive: dpkg-buildpackage -us -uc -b.
+set -u
+. "$(dirname "$0")/../environment.sh"
+
+bash tools/setup/dist.sh || exit 1
+version=$(sed -n 's/^version = "\(.*\)"/\1/p' fpm.toml)
+folder=$top/build/deb
+rm -rf "$folder" && mkdir -p "$folder" && cp "build/dist/nutate-$version.tar.gz" "$folder/nutate_$version.orig.tar.gz" &&
+   tar -xf "build/dist/nutate-$version.tar.gz" -C "$folder" && cd "$folder/nutate-$version" || exit 1
+export DEB_BUILD_OPTIONS="${DEB_BUILD_OPTIONS-} parallel=$jobs"
+# Its tools are those of Debian.
+PATH=$(printf '%s' "$PATH" | tr : '\n' | grep -v -e "^$venv/" | paste -sd :)
+quietly deb-build dpkg-buildpackage -us -uc || exit 1
+cd "$folder" || exit 1
+lintian --fail-on error,warning ./*.changes || exit 1
+say "Packages: $(ls ./*.deb | tr '\n' ' ')"
