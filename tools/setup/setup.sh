@@ -100,6 +100,7 @@ need_deb() {
 need_paper() {
    want pandoc pandoc
    want pdflatex texlive-latex-recommended
+   want rsvg-convert librsvg2-bin
    [ -e /usr/share/texmf/tex/latex/lm/lmodern.sty ] || packages+=(lmodern texlive-fonts-recommended)
 }
 need_flang() { has flang-new || want flang-22 flang-22; }
