@@ -1,6 +1,6 @@
 """The names that libnutate.so exports, and the numbers of the constants of its headers, each with the version that brought it.
 
-    tools/lint/abi.py --write    writes docs/exported-symbols.txt and debian/libnutate0.symbols
+    tools/lint/abi.py --write    writes cmake/exported_symbols.txt and debian/libnutate0.symbols
     tools/lint/abi.py --check    compares them with include/ and src/interop/f77/; exit status 1 where they differ
 
 A name or number of an earlier version stays as long as the soname does: --write rejects a list without it.
@@ -13,7 +13,7 @@ import re
 import sys
 
 TOP = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
-LIST = "docs/exported-symbols.txt"
+LIST = "cmake/exported_symbols.txt"
 DEBIAN = "debian/libnutate0.symbols"
 HEADING = """Names that the shared library exports, constants of its headers, and the version that brought each. Written by
 `python3 tools/lint/abi.py --write`, compared by `make lint`; what an earlier version has stays until the soname changes.
