@@ -13,8 +13,10 @@ rm -rf "$folder" && mkdir -p "$folder" || exit 1
 quietly wheel-sources "$venv/bin/python" -m build --sdist --outdir "$folder" . || exit 1
 # The flags of `make`, and a program that needs no library at all.
 export CMAKE_ARGS="-DCMAKE_Fortran_FLAGS='$FFLAGS' -DCMAKE_C_FLAGS=-O2 -DNUTATE_STATIC_PROGRAM=ON" CMAKE_BUILD_PARALLEL_LEVEL=$jobs
-quietly wheel-build "$venv/bin/python" -m pip wheel --disable-pip-version-check --no-deps --config-settings cmake.build-type=None \
-   --wheel-dir "$scratch/plain" "$folder"/*.tar.gz || exit 1
+rm -rf "$top/build/wheel-sources" && mkdir "$top/build/wheel-sources" &&
+   tar -xf "$folder"/*.tar.gz -C "$top/build/wheel-sources" --strip-components=1 || exit 1
+quietly wheel-build "$venv/bin/python" -m pip wheel --disable-pip-version-check --no-deps --wheel-dir "$scratch/plain" \
+   --config-settings cmake.build-type=None --config-settings build-dir="$top/build/cmake-wheel" "$top/build/wheel-sources" || exit 1
 quietly wheel-repair "$venv/bin/python" -m auditwheel repair --wheel-dir "$folder" "$scratch"/plain/*.whl || exit 1
 quietly wheel-venv python3 -m venv "$scratch/venv" && (cd "$scratch/venv" && find . | sort >"$scratch/before") &&
    quietly wheel-install "$scratch/venv/bin/pip" install --disable-pip-version-check "$folder"/*.whl || exit 1
