@@ -67,9 +67,13 @@ module nutate_cli
       option_t('--plot', 'FILE.svg|png|pdf', 'run', 'plot the history with gnuplot'), &
       option_t('--plot', 'FILE.svg|png|pdf', 'cost', 'plot error against run time with gnuplot'), &
       option_t('--plot', 'FILE.svg|png|pdf', 'fit', 'plot data, model and residuals with gnuplot'), &
-      option_t('--columns', 'NAME,...', 'plot', &
-               'columns or column sets to plot, such as energy,omega3 (default: all)'), &
-      option_t('--title', 'TEXT', 'plot', &
+      option_t('--columns', 'NAME,...', 'run,plot', &
+               'columns or sets to plot, such as energy,omega3 (default: all but residuals)'), &
+      option_t('--residuals', '', 'run,plot', 'plot the errors of energy, norm and orthogonality, too'), &
+      option_t('--xy', 'NAME:NAME', 'run,plot', 'plot one column against another, such as omega1:omega2'), &
+      option_t('--path', '1|2|3|-1|-2|-3', 'run,plot', &
+               'plot the path of a body axis on the unit sphere, from above'), &
+      option_t('--title', 'TEXT', 'run,plot', &
       'title of the plot (default: the title of the scene or the name of the history)'), &
       option_t('--all', '', 'cost', 'plot all methods with --plot (default: six)'), &
       option_t('--csv', 'FILE', 'cost', 'write one CSV row per run; - is standard output'), &
@@ -129,8 +133,12 @@ module nutate_cli
       real(wp) :: every_seconds = 60.0_wp
       !> Paths of the picture and of the CSV file; not allocated if not requested.
       character(len=:), allocatable :: plot, csv
-      !> Columns to draw, comma separated, and the title of the picture; not allocated if not given.
-      character(len=:), allocatable :: columns, title
+      !> Columns to draw, comma separated, the two columns of an x-y plot, `NAME:NAME`, and the title of the picture;
+      !> not allocated if not given.
+      character(len=:), allocatable :: columns, xy, title
+      !> True if the picture shows the errors of the integration; body axis whose path is drawn, 0: none.
+      logical :: residuals = .false.
+      integer :: path = 0
       !> True if the picture of a work-precision study shows every method.
       logical :: draws_all = .false.
       !> Budget of a work-precision study, s or evaluations of the equations; 0 evaluations: the time.
@@ -300,7 +308,7 @@ contains
       case ('--csv')
          command%csv = value
          if (value == '') command%error = '--csv needs the name of a file, or - for standard output'
-      case ('--plot', '--columns', '--title')
+      case ('--plot', '--columns', '--title', '--residuals', '--xy', '--path')
          call set_drawing(name, value, command)
       case ('--scene', '--aem', '--aem-version', '--gltf', '--speed', '--error')
          call set_export(name, value, command)
@@ -375,11 +383,13 @@ contains
       end if
    end subroutine set_linear
 
-   !> Stores an option of a picture: its file, columns or title.
+   !> Stores an option of a picture.
    subroutine set_drawing(name, value, command)
       !> Option and its value.
       character(len=*), intent(in) :: name, value
       type(command_t), intent(inout) :: command
+      !> Body axes by their number, and 4 added to it.
+      character(len=2), parameter :: axes(7) = ['-3', '-2', '-1', '  ', '1 ', '2 ', '3 ']
       select case (name)
       case ('--plot')
          command%plot = value
@@ -389,6 +399,16 @@ contains
       case ('--columns')
          command%columns = value
          if (value == '') command%error = '--columns needs names of columns (--columns energy,omega3)'
+      case ('--residuals')
+         command%residuals = .true.
+      case ('--xy')
+         command%xy = value
+         if (index(value, ':') <= 1 .or. index(value, ':') == len(value)) command%error = '--xy '//quoted(value)// &
+            ' is not a pair of columns (expected NAME:NAME, such as omega1:omega2)'
+      case ('--path')
+         command%path = findloc(axes, value, dim=1) - 4
+         if (all(axes /= value)) command%error = '--path '//quoted(value)// &
+            ' is not a body axis (expected 1, 2, 3, or -1, -2, -3)'
       case default
          command%title = value
       end select
@@ -563,6 +583,12 @@ contains
       end do
       if (given(option_number('--seconds')) .and. given(option_number('--evaluations'))) &
          command%error = '--seconds and --evaluations exclude each other (expected one of them)'
+      if (count([allocated(command%columns), allocated(command%xy), command%path /= 0]) > 1) &
+         command%error = '--columns, --xy and --path exclude each other (expected one of them)'
+      if (command%verb == 'run' .and. .not. allocated(command%plot) .and. &
+          (allocated(command%columns) .or. allocated(command%xy) .or. allocated(command%title) .or. command%path /= 0 &
+           .or. command%residuals)) &
+         command%error = '--columns, --residuals, --xy, --path and --title need --plot FILE'
       if (given(option_number('--every-seconds')) .and. .not. (allocated(command%checkpoint) .or. &
           allocated(command%resume))) command%error = '--every-seconds needs --checkpoint FILE'
       if (command%equilibria .and. abs(command%period) > 0.0_wp) &

@@ -8,7 +8,7 @@ module nutate_fit_plot
    use nutate_gnuplot, only: colours, gnuplot_quoted, picture_t
    use nutate_history_plot, only: tick
    use nutate_kinds, only: wp, long
-   use nutate_plot_panels, only: panel_t, panels_of
+   use nutate_plot_panels, only: panel_t, panels_of, symbol_of
    use nutate_printable, only: printable_path
    use nutate_scene, only: scene_t
    use nutate_status, only: status_t
@@ -46,7 +46,7 @@ contains
       height = real(top + bottom + (data_height + residual_height)*size(fit%problem%residuals), wp)
       call picture%begin(900, nint(height))
       call picture%put('set lmargin at screen 0.11; set rmargin at screen 0.77; set tics font '',12''')
-      call picture%put('set key at graph 1.02, 1 left top Left reverse samplen 1.5 font '',12'' noenhanced')
+      call picture%put('set key at graph 1.02, 1 left top Left reverse samplen 1.5 font '',14''')
       call picture%put('set format y ''%.6g''; set xrange ['//range_text(times(curve_points))//']')
       call picture%put('set multiplot title '//gnuplot_quoted(scene%title)//' noenhanced')
       upper = 1 - (top + 20)/height
@@ -117,7 +117,7 @@ contains
                plot = plot//'$d'//digit(c)//' using 1:2 with points pointtype 7 pointsize '//point_size(measurement)// &
                       ' linecolor rgb '''//paint(c)//''' notitle, $m'//digit(c)// &
                       ' using 1:2 with lines linewidth 1.2 linecolor rgb '''//paint(c)//''' title '// &
-                      gnuplot_quoted(trim(measurement%columns(c)))
+                      gnuplot_quoted(symbol_of(trim(measurement%columns(c))))
             end do
             call picture%put('plot '//plot)
          end associate
@@ -214,7 +214,7 @@ contains
       plot = ''
       do c = 1, min(width, most_columns)
          call add_block(picture, 'r', c, measurement%times, residuals(c:width*size(measurement%times):width), 0.0_wp)
-         name = trim(measurement%columns(c))
+         name = symbol_of(trim(measurement%columns(c)))
          if (measurement%kind == ATTITUDES) name = 'rotation '//digit(c)
          if (c > 1) plot = plot//', '
          plot = plot//'$r'//digit(c)//' using 1:2 with points pointtype 7 pointsize '//point_size(measurement)// &

@@ -8,7 +8,7 @@ module nutate_history_plot
    use nutate_gnuplot, only: gnuplot_quoted, picture_t
    use nutate_kinds, only: long, pi, wp
    use nutate_number_text, only: read_real
-   use nutate_plot_panels, only: is_wrapped, panel_t, panels_of
+   use nutate_plot_panels, only: is_wrapped, label_of_column, panel_t, panels_of, symbol_of
    use nutate_printable, only: printable_path, quoted
    use nutate_scene_table, only: next_field
    use nutate_status, only: status_t
@@ -16,7 +16,7 @@ module nutate_history_plot
    implicit none
    private
 
-   public :: recorded_t, read_history, read_names, name_length, draw_history, tick
+   public :: recorded_t, read_history, read_names, name_length, draw_history, draw_xy, tick
 
    !> Longest line of a history, and longest name of a column.
    integer, parameter :: line_length = 16384, name_length = 48
@@ -33,6 +33,12 @@ module nutate_history_plot
    integer, parameter :: most_points = 1200
    !> Heights of a panel, of the title and of the time axis.
    integer, parameter :: panel_height = 150, top = 50, bottom = 60
+   !> Longest title, bytes, that fits into a line with the titles of the panels.
+   integer, parameter :: longest_title = 105
+   !> Extent of a panel below which angles are not magnified, rad.
+   real(wp), parameter :: least_angle = 0.1_wp
+   !> Width of a line as a fraction of the height of a panel.
+   real(wp), parameter :: width_of_a_line = 0.012_wp
 
 contains
 
@@ -191,7 +197,7 @@ contains
       end if
    end subroutine read_row
 
-   !> Draws all columns of a history. Errors: `NUTATE_IO`; no file is left then.
+   !> Draws all columns of a history over the time. Errors: `NUTATE_IO`; no file is left then.
    subroutine draw_history(picture, title, history, status)
       !> Picture, open.
       type(picture_t), intent(inout) :: picture
@@ -204,10 +210,10 @@ contains
       panels = panels_of(history%names)
       height = real(top + bottom + panel_height*size(panels), wp)
       call picture%begin(900, nint(height))
-      call picture%put('set lmargin at screen 0.11; set rmargin at screen 0.77; set tics font '',12''')
-      call picture%put('set key at graph 1.02, 1 left top Left reverse samplen 1.5 font '',12'' noenhanced')
+      call picture%put('set lmargin at screen 0.11; set rmargin at screen 0.81; set tics font '',12''')
+      call picture%put('set key at graph 1.02, 1 left top Left reverse samplen 2 font '',14''')
       call picture%put('set format y ''%.6g''; set xrange ['//extent(history%values(:, 1))//']')
-      call picture%put('set multiplot title '//gnuplot_quoted(title)//' noenhanced')
+      call picture%put('set multiplot title '//gnuplot_quoted(title//contents_of(title, panels))//' noenhanced')
       do i = 1, size(panels)
          call add_data(picture, history, panels(i))
          upper = 1 - (top + 20 + panel_height*(i - 1))/height
@@ -215,15 +221,126 @@ contains
                           rounded_text(upper - (panel_height - 40)/height, 4))
          if (i == size(panels)) call picture%put('set xlabel ''t (s)''; set format x ''%g''')
          if (i < size(panels)) call picture%put('set format x ''''')
-         call picture%put('set ytics '//rounded_text(tick(history%values(:, panels(i)%columns)), 2))
+         call put_range(picture, panels(i)%label, history%values(:, panels(i)%columns))
          ! The label is above its panel, where the axis has no numbers.
          call picture%put('set label 1 '//gnuplot_quoted(trim(panels(i)%label))// &
                           ' at graph 0, 1 left offset 0, 0.7 noenhanced')
-         call picture%put('plot '//curves_text(panels(i), history%names))
+         call picture%put('plot '//curves_text(panels(i), history))
       end do
       call picture%put('unset multiplot')
       call picture%draw(status)
    end subroutine draw_history
+
+   !> Returns the titles of the panels, to be added to the title of the picture; empty if they do not fit into its line.
+   pure function contents_of(title, panels) result(text)
+      character(len=*), intent(in) :: title
+      type(panel_t), intent(in) :: panels(:)
+      character(len=:), allocatable :: text
+      integer :: i, unit
+      text = ''
+      do i = 1, size(panels)
+         unit = index(panels(i)%label, ' (')
+         if (unit == 0) unit = len_trim(panels(i)%label) + 1
+         text = text//merge(': ', ', ', i == 1)//panels(i)%label(:unit - 1)
+      end do
+      if (len(title) + len(text) > longest_title) text = ''
+   end function contents_of
+
+   !> Sets range and numbers of the vertical axis. Angles that hardly change are not magnified.
+   subroutine put_range(picture, label, values)
+      type(picture_t), intent(inout) :: picture
+      !> Title of the panel, with its unit.
+      character(len=*), intent(in) :: label
+      !> Values of the panel; shape (rows, curves).
+      real(wp), intent(in) :: values(:, :)
+      real(wp) :: least, middle, ends(2)
+      least = 0.0_wp
+      if (index(label, '(rad)') > 0) least = least_angle
+      if (index(label, '(°)') > 0) least = least_angle*180/pi
+      ends = [minval(values), maxval(values)]
+      if (ends(2) - ends(1) < least .and. ends(2) - ends(1) < 0.1_wp*maxval(abs(ends))) then
+         middle = sum(ends)/2
+         ends = middle + [-least/2, least/2]
+         call picture%put('set yrange ['//rounded_text(ends(1), 7)//':'//rounded_text(ends(2), 7)//']')
+      else
+         call picture%put('set yrange [*:*]')
+      end if
+      call picture%put('set ytics '//rounded_text(tick(reshape(ends, [2, 1])), 2))
+   end subroutine put_range
+
+   !> Draws one column against another. Errors: `NUTATE_IO`; no file is left then.
+   subroutine draw_xy(picture, title, history, is_path, status)
+      !> Picture, open.
+      type(picture_t), intent(inout) :: picture
+      character(len=*), intent(in) :: title
+      !> History with the columns t, x and y.
+      type(recorded_t), intent(in) :: history
+      !> True for the path of an axis on the unit sphere, from above: x and y are components along space axes.
+      logical, intent(in) :: is_path
+      type(status_t), intent(out) :: status
+      character(len=:), allocatable :: labels(:)
+      real(wp) :: jumps(2)
+      integer :: i
+      jumps = [jump(trim(history%names(2))), jump(trim(history%names(3)))]
+      labels = [character(len=96) :: axis_label(history%names(2)), axis_label(history%names(3))]
+      if (is_path) labels = [character(len=96) :: 'x (space axes)', 'y (space axes)']
+      call picture%begin(720, 720)
+      call picture%put('set title '//gnuplot_quoted(title)//' noenhanced offset 0, 1')
+      call picture%put('set format ''%.6g''; set tics font '',12''')
+      do i = 1, 2
+         call picture%put('set '//achar(iachar('x') + i - 1)//'label '//gnuplot_quoted(trim(labels(i))))
+      end do
+      ! Lengths in both directions compare if the unit is the same.
+      if (is_path .or. unit_of(labels(1)) == unit_of(labels(2))) call picture%put('set size ratio -1')
+      call picture%put('set offsets graph 0.03, graph 0.03, graph 0.03, graph 0.03; set autoscale noextend')
+      call picture%put('set key at graph 1, 1.01 right bottom horizontal font '',13''; set rmargin 4; set tmargin 5')
+      call picture%put('$c << EOD')
+      do i = 1, size(history%values, 1)
+         if (i > 1) then
+            if (any(abs(history%values(i, 2:) - history%values(i - 1, 2:)) > jumps)) call picture%put('')
+         end if
+         call picture%put(rounded_text(history%values(i, 2), 7)//' '//rounded_text(history%values(i, 3), 7))
+      end do
+      call picture%put('EOD')
+      call picture%put('$e << EOD')
+      do i = 1, size(history%values, 1), max(size(history%values, 1) - 1, 1)
+         call picture%put(rounded_text(history%values(i, 2), 7)//' '//rounded_text(history%values(i, 3), 7))
+      end do
+      call picture%put('EOD')
+      call picture%put('plot $c using 1:2 with lines linewidth 1.4 linecolor rgb ''#0b3c5d'' notitle, '// &
+                       end_text(1, '#009e73', history%values(1, 1))//', '// &
+                       end_text(2, '#d55e00', history%values(size(history%values, 1), 1)))
+      call picture%draw(status)
+   end subroutine draw_xy
+
+   !> Returns the point at an end of a path, for the command `plot` of gnuplot.
+   pure function end_text(which, colour, t) result(text)
+      !> 1: the start, 2: the end.
+      integer, intent(in) :: which
+      character(len=*), intent(in) :: colour
+      !> Time, s.
+      real(wp), intent(in) :: t
+      character(len=:), allocatable :: text, row
+      row = count_text(int(which - 1, long))
+      text = '$e every ::'//row//'::'//row//' using 1:2 with points pointtype 7 pointsize 1.2 linecolor rgb '''// &
+             colour//''' title ''t = '//rounded_text(t, 6)//' s'''
+   end function end_text
+
+   !> Returns the label of an axis: symbol and unit of a column.
+   pure function axis_label(name) result(label)
+      character(len=*), intent(in) :: name
+      character(len=:), allocatable :: label
+      label = symbol_of(trim(name))
+      if (unit_of(label_of_column(name)) /= '') label = label//' '//unit_of(label_of_column(name))
+   end function axis_label
+
+   !> Returns the unit at the end of a label, in parentheses; empty if there is none.
+   pure function unit_of(label) result(unit)
+      character(len=*), intent(in) :: label
+      character(len=:), allocatable :: unit
+      unit = ''
+      if (index(label, ' (') > 0) unit = trim(label(index(label, ' (', back=.true.) + 1:))
+   end function unit_of
 
    !> Returns the range of the time axis, from the least to the greatest time.
    pure function extent(t) result(text)
@@ -245,19 +362,32 @@ contains
       tick = power*merge(merge(2, 5, span/power <= 8), 10, span/power <= 20)
    end function tick
 
-   !> Returns the curves of a panel, for the command `plot` of gnuplot.
-   function curves_text(panel, names) result(text)
+   !> Returns the curves of a panel, for the command `plot` of gnuplot. A curve that coincides with others is dashed, so
+   !> that these are seen below it.
+   function curves_text(panel, history) result(text)
       type(panel_t), intent(in) :: panel
-      character(len=*), intent(in) :: names(:)
+      type(recorded_t), intent(in) :: history
       character(len=:), allocatable :: text
-      integer :: i
+      integer :: i, k, below
       text = ''
       do i = 1, size(panel%columns)
+         associate (curves => history%values(:, panel%columns))
+            below = count([(coincide(curves(:, k), curves(:, i), maxval(curves) - minval(curves)), k=1, i - 1)])
+         end associate
          if (i > 1) text = text//', '
-         text = text//'$c'//count_text(int(i, long))//' using 1:2 with lines linewidth 1.4 linecolor rgb '''// &
-                panel%colours(i)//''' title '//gnuplot_quoted(trim(names(panel%columns(i))))
+         text = text//'$c'//count_text(int(i, long))//' using 1:2 with lines linewidth 1.4 dashtype '// &
+                count_text(1_long + min(below, 3))//' linecolor rgb '''//panel%colours(i)//''' title '// &
+                gnuplot_quoted(symbol_of(trim(history%names(panel%columns(i)))))
       end do
    end function curves_text
+
+   !> Returns true for two curves that coincide in half of the rows or more.
+   pure logical function coincide(one, other, span)
+      real(wp), intent(in) :: one(:), other(:)
+      !> Extent of the panel.
+      real(wp), intent(in) :: span
+      coincide = count(abs(one - other) <= width_of_a_line*span) >= 0.5_wp*size(one)
+   end function coincide
 
    !> Adds the curves of a panel as blocks of data.
    subroutine add_data(picture, history, panel)

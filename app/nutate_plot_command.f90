@@ -1,24 +1,27 @@
-!> `nutate plot`: draws a history, or the energy residual of a run.
+!> `nutate plot`: draws a history; and the picture of `nutate run`.
 module nutate_plot_command
    use nutate_cli, only: command_t
    use nutate_console, only: say_error, EXIT_INPUT, EXIT_OUTPUT, EXIT_SUCCESS
    use nutate_decimal, only: rounded_text
    use nutate_gnuplot, only: gnuplot_is_here, is_picture, picture_t
-   use nutate_history_plot, only: draw_history, name_length, read_history, read_names, recorded_t
+   use nutate_history_plot, only: draw_history, draw_xy, name_length, read_history, read_names, recorded_t
    use nutate_kinds, only: pi, wp
    use nutate_outputs, only: outputs_t, picture_kind
-   use nutate_plot_panels, only: columns_named, known_columns
+   use nutate_plot_panels, only: columns_named, known_columns, usual_columns
    use nutate_printable, only: printable_path, quoted
+   use nutate_quaternion, only: quat_normalized, rotate_to_space
    use nutate_spelling, only: nearest_name, split_list
    use nutate_status, only: status_t
    implicit none
    private
 
-   public :: open_picture, report_file, plot_command, draw_file
+   public :: open_picture, report_file, plot_command, draw_file, find_turns, words_of
 
    !> Columns of the angular velocity in body axes.
    character(len=name_length), parameter :: rates(6) = [character(len=name_length) :: &
       'omega1', 'omega2', 'omega3', 'omega1_deg', 'omega2_deg', 'omega3_deg']
+   !> Rotation between rows from which the title names it, rad: straight lines between the points then show.
+   real(wp), parameter :: sparse = 1.0_wp
 
 contains
 
@@ -56,7 +59,7 @@ contains
       integer, intent(out) :: exit_code
       type(outputs_t) :: files
       type(picture_t) :: picture
-      character(len=:), allocatable :: name, title, columns
+      character(len=:), allocatable :: name
 
       name = without_csv(command%scene)//'.svg'
       if (allocated(command%output)) name = command%output
@@ -71,39 +74,61 @@ contains
       call files%add(name, picture_kind(name))
       call files%report(exit_code)
       if (exit_code == EXIT_SUCCESS) call open_picture(name, picture, exit_code)
-      title = ''
-      if (allocated(command%title)) title = command%title
-      columns = ''
-      if (allocated(command%columns)) columns = command%columns
-      if (exit_code == EXIT_SUCCESS) call draw_file(command%scene, name, title, columns, picture, exit_code)
+      if (exit_code == EXIT_SUCCESS) call draw_file(command, command%scene, name, printable_path(command%scene), &
+                                                    picture, exit_code)
       if (exit_code == EXIT_SUCCESS) call note_sparse_rows(command%scene)
    end subroutine plot_command
+
+   !> Finds the rotation of the body between the rows of a history that has the angular velocity.
+   subroutine find_turns(file, largest, row, history, found)
+      character(len=*), intent(in) :: file
+      !> Largest product of rate and time between two rows, rad, and the number of the first of these.
+      real(wp), intent(out) :: largest
+      integer, intent(out) :: row
+      !> Times and angular velocities.
+      type(recorded_t), intent(out) :: history
+      !> False if the history cannot be read or has no angular velocity.
+      logical, intent(out) :: found
+      character(len=name_length), allocatable :: names(:)
+      character(len=:), allocatable :: problem
+      real(wp) :: unit, turn
+      integer :: i
+      largest = 0.0_wp
+      row = 0
+      call read_names(file, names, problem)
+      found = problem == ''
+      if (.not. found) return
+      names = pack(names, [(any(names(i) == rates), i=1, size(names))])
+      found = size(names) == 3
+      if (.not. found) return
+      unit = merge(pi/180, 1.0_wp, index(names(1), '_deg') > 0)
+      call read_history(file, names, history, problem)
+      found = problem == ''
+      if (.not. found) return
+      history%values(:, 2:) = unit*history%values(:, 2:)
+      do i = 1, size(history%values, 1) - 1
+         turn = abs(history%values(i + 1, 1) - history%values(i, 1))* &
+                max(norm2(history%values(i, 2:)), norm2(history%values(i + 1, 2:)))
+         if (turn <= largest) cycle
+         largest = turn
+         row = i
+      end do
+   end subroutine find_turns
 
    !> Notes rows between which the body rotates by half a revolution or more, if the history has the angular velocity:
    !> curves through such rows show false oscillations.
    subroutine note_sparse_rows(file)
       character(len=*), intent(in) :: file
       type(recorded_t) :: history
-      character(len=name_length), allocatable :: names(:)
-      character(len=:), allocatable :: problem
-      real(wp) :: unit, h, turn
-      integer :: i
-      call read_names(file, names, problem)
-      if (problem /= '') return
-      names = pack(names, [(any(names(i) == rates), i=1, size(names))])
-      if (size(names) /= 3) return
-      unit = merge(pi/180, 1.0_wp, index(names(1), '_deg') > 0)
-      call read_history(file, names, history, problem)
-      if (problem /= '') return
-      do i = 1, size(history%values, 1) - 1
-         h = abs(history%values(i + 1, 1) - history%values(i, 1))
-         turn = unit*h*max(norm2(history%values(i, 2:)), norm2(history%values(i + 1, 2:)))
-         if (.not. turn >= pi) cycle
-         call say_error('nutate: note: '//printable_path(file)//': the body turns by half a revolution or more '// &
-                        'between rows, from t = '//rounded_text(history%values(i, 1))//' s on: curves show other '// &
-                        'oscillations (expected rows less than '//rounded_text(pi*h/turn, 3)//' s apart)')
-         return
-      end do
+      real(wp) :: largest, h
+      integer :: row
+      logical :: found
+      call find_turns(file, largest, row, history, found)
+      if (.not. found .or. .not. largest >= pi) return
+      h = abs(history%values(row + 1, 1) - history%values(row, 1))
+      call say_error('nutate: note: '//printable_path(file)//': the body turns by half a revolution or more '// &
+                     'between rows, such as those after t = '//rounded_text(history%values(row, 1))//' s: curves '// &
+                     'show other oscillations (expected rows less than '//rounded_text(pi*h/largest, 3)//' s apart)')
    end subroutine note_sparse_rows
 
    !> Returns a name without `.csv` at its end.
@@ -116,70 +141,205 @@ contains
    end function without_csv
 
    !> Reads a history and draws it.
-   subroutine draw_file(file, name, title, columns, picture, exit_code)
-      !> Paths of the history and of the picture, and the title; a blank title is the name of the history.
+   subroutine draw_file(command, file, name, title, picture, exit_code, sampled)
+      !> Command with the options of the picture.
+      type(command_t), intent(in) :: command
+      !> Paths of the history and of the picture, and the title unless the command has one.
       character(len=*), intent(in) :: file, name, title
-      !> Names of columns and of sets, comma separated; empty: all columns of nutate.
-      character(len=*), intent(in) :: columns
       !> Picture, open; complete or discarded on return.
       type(picture_t), intent(inout) :: picture
       !> Exit code, changed on failure.
       integer, intent(inout) :: exit_code
+      !> Rows near each other with all their columns, to be drawn instead of those of the file.
+      type(recorded_t), intent(in), optional :: sampled
       type(recorded_t) :: history
       type(status_t) :: status
-      character(len=name_length), allocatable :: names(:), wanted(:)
-      character(len=:), allocatable :: problem
-      call read_names(file, names, problem)
-      if (problem == '') call choose_columns(names, columns, wanted, problem)
-      if (problem == '') then
-         call read_history(file, wanted, history, problem)
-      else if (allocated(names)) then
-         problem = printable_path(file)//problem
-      end if
-      if (problem == '') then
-         if (size(history%values, 1) < 2) problem = printable_path(file)//': no rows to plot'
-      end if
+      character(len=:), allocatable :: problem, shown
+      logical :: is_plane
+      call read_drawn(command, file, history, problem, sampled)
       if (problem /= '') then
          call picture%discard()
          call say_error('nutate: '//problem)
          exit_code = EXIT_INPUT
          return
       end if
-      if (title == '') then
-         call draw_history(picture, printable_path(file), history, status)
+      shown = title
+      if (command%path /= 0) shown = title//': path of body axis '//axis_name(command%path)//', from above'
+      if (allocated(command%title)) shown = command%title
+      if (.not. present(sampled)) shown = shown//sparse_text(file)
+      is_plane = command%path /= 0 .or. allocated(command%xy)
+      if (is_plane) then
+         call draw_xy(picture, shown, history, command%path /= 0, status)
       else
-         call draw_history(picture, title, history, status)
+         call draw_history(picture, shown, history, status)
       end if
       call report_file(name, status, exit_code)
    end subroutine draw_file
 
-   !> Chooses the columns that are drawn.
-   pure subroutine choose_columns(names, columns, wanted, problem)
+   !> Returns a remark on rows so far apart that the curve between them shows straight lines; empty if they are near.
+   function sparse_text(file) result(text)
+      character(len=*), intent(in) :: file
+      character(len=:), allocatable :: text
+      type(recorded_t) :: history
+      real(wp) :: largest
+      integer :: row
+      logical :: found
+      text = ''
+      call find_turns(file, largest, row, history, found)
+      if (found .and. largest >= sparse) text = ' (the body rotates by up to '//rounded_text(largest, 2)// &
+                                                ' rad between rows)'
+   end function sparse_text
+
+   !> Returns a body axis as the option names it.
+   pure function axis_name(axis) result(name)
+      integer, intent(in) :: axis
+      character(len=:), allocatable :: name
+      name = achar(iachar('0') + abs(axis))
+      if (axis < 0) name = '−'//name
+   end function axis_name
+
+   !> Reads the columns that are drawn, in the order of the picture.
+   subroutine read_drawn(command, file, history, problem, sampled)
+      type(command_t), intent(in) :: command
+      character(len=*), intent(in) :: file
+      type(recorded_t), intent(out) :: history
+      !> Error message, one printable line; empty on success.
+      character(len=:), allocatable, intent(out) :: problem
+      type(recorded_t), intent(in), optional :: sampled
+      character(len=name_length), allocatable :: names(:), wanted(:)
+      problem = ''
+      if (present(sampled)) then
+         history = sampled
+         names = sampled%names
+      else
+         call read_names(file, names, problem)
+      end if
+      if (problem == '') then
+         call choose_columns(names, command, wanted, problem)
+         if (problem /= '') problem = printable_path(file)//problem
+      end if
+      if (problem == '' .and. .not. present(sampled)) call read_history(file, wanted, history, problem)
+      if (problem /= '') return
+      if (size(history%values, 1) < 2) then
+         problem = printable_path(file)//': no rows to plot'
+         return
+      end if
+      call take(history, [character(len=name_length) :: 't', wanted])
+      if (command%path /= 0) then
+         call find_path(history, command%path)
+      else if (.not. allocated(command%xy)) then
+         if (.not. allocated(command%columns) .or. any(words_of(command) == 'energy')) &
+            call drop_constant_energies(history)
+      end if
+   end subroutine read_drawn
+
+   !> Takes columns of a history, in this order.
+   subroutine take(history, names)
+      type(recorded_t), intent(inout) :: history
+      character(len=*), intent(in) :: names(:)
+      integer :: i
+      history%values = history%values(:, [(findloc(history%names, names(i), dim=1), i=1, size(names))])
+      history%names = names
+   end subroutine take
+
+   !> Replaces the quaternion of a history by the components x and y of a body axis along space axes.
+   pure subroutine find_path(history, axis)
+      !> Columns t, q0, q1, q2, q3; on return t, x, y.
+      type(recorded_t), intent(inout) :: history
+      !> 1, 2 or 3; negative for the opposite direction.
+      integer, intent(in) :: axis
+      real(wp) :: direction(3), at(3)
+      integer :: i
+      direction = 0.0_wp
+      direction(abs(axis)) = sign(1, axis)
+      do i = 1, size(history%values, 1)
+         at = rotate_to_space(quat_normalized(history%values(i, 2:5)), direction)
+         history%values(i, 2:3) = at(1:2)
+      end do
+      history%values = history%values(:, :3)
+      history%names = [character(len=name_length) :: 't', 'x', 'y']
+   end subroutine find_path
+
+   !> Drops work and potential energy that are zero throughout; without potential also the total energy, which is the
+   !> kinetic one, and that if it is constant. Nothing is dropped from a history of nothing else.
+   subroutine drop_constant_energies(history)
+      type(recorded_t), intent(inout) :: history
+      logical :: keeps(size(history%names)), is_free
+      real(wp) :: values(size(history%values, 1))
+      integer :: i
+      is_free = .true.
+      keeps = .true.
+      do i = 2, size(keeps)
+         values = history%values(:, i)
+         select case (history%names(i))
+         case ('work')
+            keeps(i) = maxval(abs(values)) > 0.0_wp
+         case ('potential')
+            is_free = maxval(abs(values)) <= 0.0_wp
+            keeps(i) = .not. is_free
+         case default
+            continue
+         end select
+      end do
+      if (any(history%names == 'potential') .and. is_free) then
+         do i = 2, size(keeps)
+            values = history%values(:, i)
+            if (history%names(i) == 'total') keeps(i) = .false.
+            if (history%names(i) == 'kinetic') keeps(i) = maxval(values) - minval(values) > 1e-9_wp*maxval(values)
+         end do
+      end if
+      if (count(keeps) > 1) call take(history, pack(history%names, keeps))
+   end subroutine drop_constant_energies
+
+   !> Returns the names that the options of a picture request, of columns or sets; shape (number of names).
+   pure function words_of(command) result(words)
+      type(command_t), intent(in) :: command
+      character(len=name_length), allocatable :: words(:)
+      allocate (words(0))
+      if (allocated(command%columns)) words = adjustl([character(len=name_length) :: split_list(command%columns)])
+      if (allocated(command%xy)) words = [character(len=name_length) :: command%xy(:index(command%xy, ':') - 1), &
+                                          command%xy(index(command%xy, ':') + 1:)]
+      if (command%path /= 0) words = [character(len=name_length) :: 'q0', 'q1', 'q2', 'q3']
+   end function words_of
+
+   !> Chooses the columns that are drawn, in the order of the history, or x before y.
+   pure subroutine choose_columns(names, command, wanted, problem)
       !> Names of all columns of the history, `t` first.
       character(len=*), intent(in) :: names(:)
-      !> Names of columns and of sets, comma separated; empty: all columns of nutate.
-      character(len=*), intent(in) :: columns
+      type(command_t), intent(in) :: command
       character(len=name_length), allocatable, intent(out) :: wanted(:)
       !> Error message, to be written after the name of the file; empty on success.
       character(len=:), allocatable, intent(inout) :: problem
+      character(len=name_length), allocatable :: words(:)
       logical :: chosen(size(names)), found(size(names))
       integer :: i
+      words = words_of(command)
       chosen = .false.
-      if (columns == '') then
-         chosen = known_columns(names)
+      allocate (wanted(0))
+      if (size(words) == 0) then
+         chosen = usual_columns(names, command%residuals)
+         if (.not. any(chosen)) chosen = known_columns(names)
          if (.not. any(chosen)) problem = ': none of its columns is a column of nutate (expected --columns NAME,...)'
-      else
-         associate (words => split_list(columns))
-            do i = 1, size(words)
-               found = columns_named(trim(adjustl(words(i))), names)
-               if (.not. any(found)) problem = ': there is no column '//quoted(trim(adjustl(words(i))))// &
-                                               hint(names(2:), nearest_name(trim(adjustl(words(i))), names))
-               if (problem /= '') exit
-               chosen = chosen .or. found
-            end do
-         end associate
       end if
-      wanted = pack(names, chosen)
+      do i = 1, size(words)
+         found = columns_named(trim(words(i)), names)
+         if (.not. any(found)) then
+            problem = ': there is no column '//quoted(trim(words(i)))// &
+                      hint(names(2:), nearest_name(trim(words(i)), names))
+         else if (allocated(command%xy) .and. count(found) > 1) then
+            problem = ': '//quoted(trim(words(i)))//' is a set of columns (expected one column'//': '// &
+                      trim(names(findloc(found, .true., dim=1)))//', ...)'
+         end if
+         if (problem /= '') return
+         ! A set shows its residuals only if it has nothing else.
+         if (count(found) > 1 .and. any(found .and. usual_columns(names, .false.))) &
+            found = found .and. (usual_columns(names, .false.) .or. .not. usual_columns(names, .true.))
+         chosen = chosen .or. found
+         if (allocated(command%xy)) wanted = [wanted, pack(names, found)]
+      end do
+      if (command%residuals .and. size(words) > 0) chosen = chosen .or. (usual_columns(names, .true.) .and. &
+                                                                         .not. usual_columns(names, .false.))
+      if (.not. allocated(command%xy)) wanted = pack(names, chosen)
    end subroutine choose_columns
 
    !> Returns what to write in the place of an unknown name: the columns of the history, and the nearest one.

@@ -1,10 +1,13 @@
 !> The panels of the picture of a history: which columns share one, and the colour of each curve.
 module nutate_plot_panels
-   use nutate_quantities, only: component_colours, component_of, numbered, quantities, quantity_t, set_of, GREY, Q_EULER
+   use nutate_quantities, only: component_colours, component_of, find_set, last_of_set, numbered, quantities, &
+      quantity_t, set_of, GREY, Q_CONJUGATE_MOMENTUM, Q_EULER, Q_QUATERNION
+   use nutate_spelling, only: split_list
    implicit none
    private
 
-   public :: panel_t, panels_of, columns_named, known_columns, is_wrapped
+   public :: panel_t, panels_of, columns_named, known_columns, usual_columns, is_wrapped, label_of_column, set_with, &
+      symbol_of
 
    type :: panel_t
       !> The quantity with its unit.
@@ -113,6 +116,76 @@ contains
       known = [(position_of(names(i)) > 0, i=1, size(names))]
    end function known_columns
 
+   !> Returns which columns a picture has unless some are requested: those in the table, without conjugate momenta, and
+   !> without quaternions beside Euler angles; shape (that of `names`).
+   pure function usual_columns(names, residuals) result(usual)
+      character(len=*), intent(in) :: names(:)
+      !> True to include the errors of the integration.
+      logical, intent(in) :: residuals
+      logical :: usual(size(names)), has_angles
+      integer :: i, at
+      usual = .false.
+      has_angles = .false.
+      do i = 1, size(names)
+         at = position_of(names(i))
+         if (at == 0) cycle
+         usual(i) = quantities(at)%kind /= Q_CONJUGATE_MOMENTUM .and. (residuals .or. .not. quantities(at)%is_residual)
+         has_angles = has_angles .or. quantities(at)%kind == Q_EULER
+      end do
+      if (.not. has_angles) return
+      do i = 1, size(names)
+         at = position_of(names(i))
+         if (at > 0) usual(i) = usual(i) .and. quantities(max(at, 1))%kind /= Q_QUATERNION
+      end do
+   end function usual_columns
+
+   !> Returns the name of the set that a word stands for or belongs to; blank for an unknown word.
+   pure function set_with(word) result(set)
+      !> Name of a set or of a column.
+      character(len=*), intent(in) :: word
+      character(len=24) :: set
+      integer :: at
+      set = ''
+      at = find_set(word)
+      if (at == 0) at = position_of(word)
+      if (at > 0) set = set_of(quantities(at))
+   end function set_with
+
+   !> Returns the symbol of a column, as gnuplot typesets it: the character after `_` is a subscript. A column without a
+   !> symbol has its name.
+   pure function symbol_of(name) result(symbol)
+      character(len=*), intent(in) :: name
+      character(len=:), allocatable :: symbol
+      character(len=len(quantities%symbols)) :: symbols
+      integer :: at, i
+      at = position_of(name)
+      symbols = ''
+      if (at > 0) symbols = numbered(quantities(max(at, 1))%symbols, quantities(max(at, 1)))
+      if (symbols == '') then
+         symbol = ''
+         do i = 1, len_trim(name)
+            if (scan(name(i:i), '_^{}@&~\') > 0) symbol = symbol//'\'
+            symbol = symbol//name(i:i)
+         end do
+         return
+      end if
+      i = 1
+      if (quantities(at)%pattern == '') i = component_of(quantities(at), base_name(name)) - quantities(at)%first + 1
+      associate (words => split_list(symbols))
+         symbol = trim(words(i))
+      end associate
+   end function symbol_of
+
+   !> Returns the title of the panel of a column, with its unit.
+   pure function label_of_column(name) result(label)
+      character(len=*), intent(in) :: name
+      character(len=:), allocatable :: label
+      integer :: at
+      at = position_of(name)
+      label = trim(name)
+      if (at > 0) label = label_of(quantities(at), name)
+   end function label_of_column
+
    !> Returns true for an angle that jumps by 2π.
    pure logical function is_wrapped(name)
       character(len=*), intent(in) :: name
@@ -172,7 +245,7 @@ contains
       character(len=*), intent(in) :: name
       character(len=:), allocatable :: label, unit
       integer :: star
-      label = trim(numbered(quantity%symbol, quantity))
+      label = trim(numbered(quantity%label, quantity))
       star = index(label, '*')
       if (star > 0) label = label(:star - 1)//trim(name(index(name, '/d_') + len('/d_'):))
       unit = trim(quantity%unit)

@@ -10,9 +10,11 @@ module nutate_run_command
    use nutate_free_variations, only: usual_sets
    use nutate_scene_loading, only: propagate_free_parameters, load_scene
    use nutate_gnuplot, only: picture_t
+   use nutate_history_plot, only: name_length, recorded_t
    use nutate_kinds, only: wp, long
    use nutate_observer, only: run_record_t
    use nutate_outputs, only: outputs_t, picture_kind, CHECKPOINT, EVENTS, HISTORY
+   use nutate_picture_rows, only: add_picture_sets, sample_rows
    use nutate_plot_command, only: open_picture, draw_file
    use nutate_printable, only: printable_path
    use nutate_run, only: run_t
@@ -65,11 +67,27 @@ contains
       call run_scene(command, scene, archive, exit_code)
       if (.not. allocated(command%plot)) return
       if (exit_code == EXIT_SUCCESS) then
-         call draw_file(scene%output%file, command%plot, scene%title, '', picture, exit_code)
+         call draw_run(command, scene, picture, exit_code)
       else
          call picture%discard()
       end if
    end subroutine run_command
+
+   !> Draws the rows of a run, or rows nearer to each other if those are too far apart.
+   subroutine draw_run(command, scene, picture, exit_code)
+      type(command_t), intent(in) :: command
+      type(scene_t), intent(in) :: scene
+      type(picture_t), intent(inout) :: picture
+      integer, intent(inout) :: exit_code
+      type(recorded_t) :: sampled
+      logical :: found
+      call sample_rows(command, scene, sampled, found)
+      if (found) then
+         call draw_file(command, scene%output%file, command%plot, scene%title, picture, exit_code, sampled)
+      else
+         call draw_file(command, scene%output%file, command%plot, scene%title, picture, exit_code)
+      end if
+   end subroutine draw_run
 
    !> Claims the file of the picture before any time is spent.
    subroutine claim_picture(command, scene, picture, exit_code)
@@ -77,7 +95,13 @@ contains
       type(scene_t), intent(in) :: scene
       type(picture_t), intent(inout) :: picture
       integer, intent(inout) :: exit_code
-      if (.not. goes_to_file(scene%output%file)) then
+      type(status_t) :: status
+      character(len=name_length), allocatable :: sets(:)
+      call add_picture_sets(command, scene, sets, status)
+      if (.not. status%ok()) then
+         call say_error('nutate: --plot '//printable_path(command%plot)//': '//trim(status%message))
+         exit_code = EXIT_INPUT
+      else if (.not. goes_to_file(scene%output%file)) then
          call say_error('nutate: --plot needs rows in a file (expected --output FILE)')
          exit_code = EXIT_INPUT
       else

@@ -1,4 +1,4 @@
-"""Units of columns: `#` is a number, `*` any rest. Written by tools/lint/quantities.py."""
+"""Units, symbols and colours of columns: `#` is a number, `*` any rest. Written by tools/lint/quantities.py."""
 
 UNITS = (
     ("1", "q# norm_error iterations step_residual lvlh_q# eclipse controller#_saturations energy_ratio "
@@ -21,3 +21,71 @@ UNITS = (
     ("N m s per unit", "d_wheel#_momentum/d_*"),
     ("1", "covariance_*"),
 )
+
+# Names, label and position of the panel, colour (empty: that of the component), symbols (`_` before a subscript; none:
+# the names), and whether the quantity shows errors of the integration.
+QUANTITIES = (
+    ("q0 q1 q2 q3", "attitude quaternion q", 3, "", "q_0,q_1,q_2,q_3", False),
+    ("p0 p1 p2 p3", "conjugate momentum p", 20, "", "p_0,p_1,p_2,p_3", False),
+    ("omega1 omega2 omega3", "angular velocity Ω", 1, "", "Ω_1,Ω_2,Ω_3", False),
+    ("omega_x omega_y omega_z", "angular velocity ω in space axes", 2, "", "ω_x,ω_y,ω_z", False),
+    ("angular_speed", "angular speed", 2, "#0b3c5d", "|Ω|", False),
+    ("L1 L2 L3", "angular momentum L", 18, "", "L_1,L_2,L_3", False),
+    ("l_x l_y l_z", "angular momentum l in space axes", 19, "", "l_x,l_y,l_z", False),
+    ("phi", "precession angle φ", 6, "#d55e00", "φ", False),
+    ("theta", "nutation angle θ", 7, "#009e73", "θ", False),
+    ("psi", "spin angle ψ", 8, "#0b3c5d", "ψ", False),
+    ("kinetic", "energy", 31, "#56b4e9", "T", False),
+    ("potential", "energy", 31, "#e69f00", "V", False),
+    ("total", "energy", 31, "#000000", "T + V", False),
+    ("work", "energy", 31, "#cc79a7", "W", False),
+    ("energy_residual", "energy residual", 32, "#666666", "residual", True),
+    ("norm_error", "error of the norm", 37, "#666666", "q·q − 1", True),
+    ("orthogonality", "orthogonality", 38, "#666666", "q·p", True),
+    ("iterations", "iterations", 39, "#666666", "", True),
+    ("step_residual", "residual of a step", 40, "#666666", "residual", True),
+    ("jacobi", "Jacobi integral", 33, "#000000", "H", False),
+    ("roll", "roll, pitch, yaw", 5, "#d55e00", "", False),
+    ("pitch", "roll, pitch, yaw", 5, "#009e73", "", False),
+    ("yaw", "roll, pitch, yaw", 5, "#0b3c5d", "", False),
+    ("lvlh_q0 lvlh_q1 lvlh_q2 lvlh_q3", "attitude from the LVLH frame", 4, "", "q_0,q_1,q_2,q_3", False),
+    ("lvlh_omega1 lvlh_omega2 lvlh_omega3", "angular velocity against the LVLH frame", 2, "", "Ω_1,Ω_2,Ω_3", False),
+    ("orbit_x orbit_y orbit_z", "position on the orbit", 21, "", "x,y,z", False),
+    ("orbit_radius", "radius of the orbit", 22, "#0b3c5d", "r", False),
+    ("true_anomaly", "true anomaly", 23, "#0b3c5d", "ν", False),
+    ("orbit_speed", "speed on the orbit", 22, "#0b3c5d", "v", False),
+    ("eclipse", "eclipse", 24, "#0b3c5d", "", False),
+    ("shadow_depth", "depth in the shadow", 25, "#0b3c5d", "depth", False),
+    ("sun_angle", "angle to the sun", 11, "#0b3c5d", "angle", False),
+    ("time_dependent_work", "works", 36, "", "W of potentials", False),
+    ("wheel#_speed", "wheel speed", 12, "", "wheel #", False),
+    ("wheel#_momentum", "wheel momentum", 13, "", "wheel #", False),
+    ("wheel#_motor_work", "works of wheel #", 36, "#e69f00", "motor", False),
+    ("wheel#_friction_work", "works of wheel #", 36, "#cc79a7", "friction", False),
+    ("roll", "roll, pitch, yaw", 5, "#d55e00", "", False),
+    ("pitch", "roll, pitch, yaw", 5, "#009e73", "", False),
+    ("yaw", "roll, pitch, yaw", 5, "#0b3c5d", "", False),
+    ("euler_#_1 euler_#_2 euler_#_3", "Euler angles #", 8, "", "α_1,α_2,α_3", False),
+    ("controller#_commanded1 controller#_commanded2 controller#_commanded3",
+     "controller #, commanded", 14, "", "axis 1,axis 2,axis 3", False),
+    ("controller#_applied1 controller#_applied2 controller#_applied3",
+     "controller #, applied", 15, "", "axis 1,axis 2,axis 3", False),
+    ("controller#_saturations", "saturations", 16, "", "controller #", False),
+    ("pointing_error#", "pointing error", 9, "", "controller #", False),
+    ("B1 B2 B3", "magnetic field B", 17, "", "B_1,B_2,B_3", False),
+    ("energy_ratio", "E/E₀", 26, "#0b3c5d", "E/E_0", False),
+    ("short_axis_mode", "short-axis mode", 27, "#0b3c5d", "mode", False),
+    ("precession_period_short", "periods", 29, "#d55e00", "precession of the short axis", False),
+    ("precession_period_long", "periods", 29, "#009e73", "precession of the long axis", False),
+    ("rotation_period", "periods", 29, "#0b3c5d", "rotation", False),
+    ("pole_longitude", "pole", 30, "#d55e00", "longitude", False),
+    ("pole_latitude", "pole", 30, "#0b3c5d", "latitude", False),
+    ("sense", "sense", 28, "#0b3c5d", "", False),
+    ("frame#_q0 frame#_q1 frame#_q2 frame#_q3", "attitude from frame #", 10, "", "q_0,q_1,q_2,q_3", False),
+    ("frame#_angle", "angle from frame #", 11, "#0b3c5d", "angle", False),
+    ("megno", "mean MEGNO", 49, "#0b3c5d", "", False),
+    ("fli", "FLI", 50, "#0b3c5d", "", False),
+)
+
+COMPONENTS = ("#d55e00", "#009e73", "#0b3c5d", "#e69f00", "#56b4e9", "#cc79a7")
+GREY = "#666666"

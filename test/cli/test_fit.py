@@ -279,7 +279,7 @@ class Fit(CommandLineTest):
         self.succeed("fit", "gyro.nml", "--quiet", "--plot", "fit.svg")
         with open(self.path("fit.svg"), encoding="utf-8") as file:
             picture = file.read()
-        for text in ("gyro.csv, and the model", "residuals (standard deviations)", "omega3"):
+        for text in ("gyro.csv, and the model", "residuals (standard deviations)", "Ω3"):
             self.assertIn(text, picture)
 
     def test_refusals(self):

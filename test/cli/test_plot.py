@@ -24,6 +24,10 @@ def colour(svg, curve):
     return re.search(r"<path stroke='rgb\(([ \d,]+)\)'", part)[1].replace(" ", "")
 
 
+RATES = ["Ω1", "Ω2", "Ω3"]
+ATTITUDE = ["q0", "q1", "q2", "q3"]
+
+
 class Pictures(CommandLineTest):
     def setUp(self):
         super().setUp()
@@ -35,58 +39,151 @@ class Pictures(CommandLineTest):
         self.assertEqual(self.succeed("plot", "box.csv").stdout, "")
         picture = self.read("box.svg")
         self.assertTrue(picture.rstrip().endswith("</svg>"))
-        self.assertEqual(legend(picture)[:8], ["omega1", "omega2", "omega3", "q0", "q1", "q2", "q3", "kinetic"])
-        self.assertIn("box.csv", labels(picture))
+        self.assertEqual(legend(picture), RATES + ATTITUDE)
+        self.assertIn("box.csv: angular velocity Ω, attitude quaternion q", labels(picture))
         self.assertEqual(self.names(), ["box.csv", "box.nml", "box.svg", "top.nml"])
 
     def test_every_column_can_be_drawn(self):
-        self.succeed("run", "top.nml", "--quiet", "--set", "output.columns=" + all_columns(), "--plot", "it's all.svg")
+        self.succeed("run", "top.nml", "--quiet", "--set", "output.columns=" + all_columns(), "--plot", "it's all.svg",
+                     "--columns", ",".join(sum(COLUMNS.values(), [])))
         picture = self.read("it's all.svg")
-        self.assertEqual(sorted(legend(picture)), sorted(sum(COLUMNS.values(), [])))
-        self.assertIn("energy (J)", labels(picture))
+        self.assertEqual(len(legend(picture)), len(sum(COLUMNS.values(), [])))
+        for symbol in (*RATES, *ATTITUDE, "p0", "ωx", "|Ω|", "L1", "lx", "φ", "θ", "ψ", "T", "V", "T + V", "W", "q·q − 1"):
+            self.assertIn(symbol, legend(picture))
+        for label in ("energy (J)", "precession angle φ (rad)", "nutation angle θ (rad)", "spin angle ψ (rad)"):
+            self.assertIn(label, labels(picture))
         self.succeed("run", "top.nml", "--quiet", "--set", "output.columns=angular_momentum_space", "--plot", "top.svg")
-        self.assertEqual(legend(self.read("top.svg")), ["l_x", "l_y", "l_z"])
+        self.assertEqual(legend(self.read("top.svg")), ["lx", "ly", "lz"])
         for name in ("x", "y", "z"):
-            self.assertEqual(colour(picture, f"l_{name}"), colour(self.read("top.svg"), f"l_{name}"))
-            self.assertEqual(colour(picture, f"l_{name}"), colour(picture, f"omega_{name}"))
-        self.assertNotEqual(colour(picture, "l_x"), colour(picture, "l_y"))
+            self.assertEqual(colour(picture, f"l{name}"), colour(self.read("top.svg"), f"l{name}"))
+            self.assertEqual(colour(picture, f"l{name}"), colour(picture, f"ω{name}"))
+        self.assertNotEqual(colour(picture, "lx"), colour(picture, "ly"))
 
     def test_degrees_are_drawn(self):
         self.succeed("run", "box.nml", "--quiet", "--set", "output.degrees=.true.", "--set",
                      "output.columns='angular_velocity','euler'", "--plot", "box.svg")
         picture = self.read("box.svg")
-        self.assertEqual(legend(picture), ["omega1_deg", "omega2_deg", "omega3_deg", "phi_deg", "psi_deg", "theta_deg"])
-        self.assertIn("Ω (°/s)", labels(picture))
+        self.assertEqual(legend(picture), [*RATES, "φ", "θ", "ψ"])
+        self.assertIn("angular velocity Ω (°/s)", labels(picture))
         self.assertFalse([label for label in labels(picture) if "rad" in label])
 
     def test_orbits_and_wheels_are_drawn(self):
         self.write("orbit.nml", "&body inertia = 90.0, 100.0, 40.0 /\n&orbit altitude = 500e3 /\n&wheel axis = 0, 1, 0, "
                    "inertia = 0.1, speed = 10 /\n&initial angular_velocity = 0, 0, 0, rate_from = 'lvlh' /\n"
                    "&integrator time_step = 20, end_time = 200 /\n")
-        for columns, curves in (("'lvlh_attitude'", ["lvlh_q0", "lvlh_q1", "lvlh_q2", "lvlh_q3", "roll", "pitch", "yaw"]),
-                                ("'wheel1'", ["wheel1_speed", "wheel1_momentum", "wheel1_motor_work", "wheel1_friction_work"]),
-                                ("'orbit'", ["orbit_x", "orbit_y", "orbit_z", "orbit_radius", "true_anomaly"])):
+        for columns, curves in (("'lvlh_attitude'", [*ATTITUDE, "roll", "pitch", "yaw"]),
+                                ("'wheel1'", ["wheel 1", "wheel 1", "motor", "friction"]),
+                                ("'orbit'", ["x", "y", "z", "r", "ν"])):
             self.succeed("run", "orbit.nml", "--quiet", "--set", f"output.columns={columns}", "--plot", "orbit.svg")
             self.assertEqual(legend(self.read("orbit.svg")), curves)
 
     def test_the_title_is_that_of_the_scene(self):
         self.succeed("run", "box.nml", "--quiet", "--plot", "box.svg")
-        self.assertIn("Free box", labels(self.read("box.svg")))
+        self.assertIn("Free box: angular velocity Ω, attitude quaternion q", labels(self.read("box.svg")))
         self.assertNotIn("box.csv", labels(self.read("box.svg")))
         self.succeed("plot", "box.csv", "--title", "Its 2nd_flip")
-        self.assertIn("Its 2nd_flip", labels(self.read("box.svg")))
+        self.assertIn("Its 2nd_flip: angular velocity Ω, attitude quaternion q", labels(self.read("box.svg")))
+        self.succeed("run", "box.nml", "--quiet", "--plot", "box.svg", "--title", "Mine", "--columns", "omega1")
+        self.assertIn("Mine: angular velocity Ω", labels(self.read("box.svg")))
 
     def test_columns_are_chosen(self):
         self.succeed("run", "box.nml", "--quiet")
         self.succeed("plot", "box.csv", "--columns", "total,omega3")
-        self.assertEqual(legend(self.read("box.svg")), ["omega3", "total"])
+        self.assertEqual(legend(self.read("box.svg")), ["Ω3", "T + V"])
         self.succeed("plot", "box.csv", "--columns=energy, omega1")
-        self.assertEqual(legend(self.read("box.svg")), ["omega1", "kinetic", "potential", "total", "work", "energy_residual"])
+        self.assertEqual(legend(self.read("box.svg")), ["Ω1"])
+        self.succeed("plot", "box.csv", "--columns=constraints, omega1")
+        self.assertEqual(legend(self.read("box.svg")), ["Ω1", "q·q − 1", "q·p"])
         self.fail_with(2, "plot", "box.csv", "--columns", "omega4", says=("box.csv: there is no column 'omega4' (expected q0, q1, q2, q3, omega1, ", "; nearest: omega"))
         self.fail_with(2, "plot", "box.csv", "--columns", "", says=("--columns",))
         self.write("other.csv", "t,omega1,depth of water\n0,1,2\n1,2,3\n")
         self.succeed("plot", "other.csv", "--columns", "depth of water")
         self.assertEqual(legend(self.read("other.svg")), ["depth of water"])
+
+    def test_energies_are_drawn_where_they_tell_something(self):
+        self.write("fall.csv", "t,kinetic,potential,total,work\n0,1,0,1,0\n1,1,0,1,0\n")
+        self.succeed("plot", "fall.csv")
+        self.assertEqual(legend(self.read("fall.svg")), ["T", "V", "T + V", "W"])
+        for rows, drawn in (("0,1,0,1,0,2\n1,1,0,1,0,3", ["ω"]), ("0,1,0,1,0,2\n1,0.5,0,0.5,-0.5,3", ["ω", "T", "W"]),
+                            ("0,1,1,2,0,2\n1,1,1,2,0,3", ["ω", "T", "V", "T + V"])):
+            self.write("fall.csv", f"t,kinetic,potential,total,work,angular_speed\n{rows}\n")
+            self.succeed("plot", "fall.csv")
+            self.assertEqual([name.replace("|Ω|", "ω") for name in legend(self.read("fall.svg"))], drawn)
+        self.write("fall.csv", "t,omega1,kinetic,potential,total,work\n0,1,1,0,1,0\n1,1,1,0,1,0\n")
+        self.succeed("plot", "fall.csv", "--columns", "total,omega1")
+        self.assertEqual(legend(self.read("fall.svg")), ["Ω1", "T + V"])
+
+    def test_residuals_are_drawn_on_request(self):
+        self.succeed("run", "box.nml", "--quiet", "--plot", "box.svg", "--residuals")
+        residuals = ["residual", "q·q − 1", "q·p"]
+        self.assertEqual(legend(self.read("box.svg")), RATES + ATTITUDE + residuals)
+        self.succeed("plot", "box.csv", "--residuals", "--columns", "omega1")
+        self.assertEqual(legend(self.read("box.svg")), ["Ω1"] + residuals)
+
+    def test_euler_angles_stand_for_the_quaternion(self):
+        self.write("both.csv", "t,q0,q1,q2,q3,phi,theta,psi,p0,p1,p2,p3\n0,1,0,0,0,0,0,0,1,1,1,1\n1,1,0,0,0,0,0,0,1,1,1,1\n")
+        self.succeed("plot", "both.csv")
+        self.assertEqual(legend(self.read("both.svg")), ["φ", "θ", "ψ"])
+
+    def test_angles_that_hardly_change_are_not_magnified(self):
+        self.write("steady.csv", "t,theta\n0,1.047\n1,1.051\n")
+        self.succeed("plot", "steady.csv")
+        self.assertIn("1.05", labels(self.read("steady.svg")))
+        self.assertNotIn("1.048", labels(self.read("steady.svg")))
+        self.write("steady.csv", "t,theta\n0,0.001\n1,0.0012\n")
+        self.succeed("plot", "steady.csv")
+        self.assertIn("0.00105", labels(self.read("steady.svg")))
+
+    def test_curves_that_coincide_are_dashed(self):
+        self.write("same.csv", "t,omega1,omega2,omega3\n0,1,1,2\n1,2,2,3\n2,3,3,0\n")
+        self.succeed("plot", "same.csv")
+        picture = self.read("same.svg")
+        curves = re.findall(r"<title>(Ω.)</title>(.*?)(?=<title>|</svg>)", picture, re.DOTALL)
+        self.assertEqual([(name, "stroke-dasharray" in text) for name, text in curves],
+                         [("Ω1", False), ("Ω2", True), ("Ω3", False)])
+
+    def test_pictures_of_runs_have_rows_near_enough(self):
+        self.succeed("run", "box.nml", "--quiet", "--set", "output.every=200", "--plot", "sparse.svg")
+        self.succeed("run", "box.nml", "--quiet", "--set", "output.every=1", "--output", "all.csv", "--plot", "all.svg")
+        points = [len(re.findall(r"[ML ]?-?[\d.]+,[\d.]+", self.read(name))) for name in ("sparse.svg", "all.svg")]
+        self.assertGreater(points[0], 0.3*points[1])
+        self.assertNotIn("between rows", self.read("sparse.svg"))
+        self.assertLess(len(self.read("box.csv").splitlines()), 20)
+        self.succeed("plot", "box.csv")
+        self.assertIn("rad between rows)", self.read("box.svg"))
+
+    def test_pictures_of_runs_may_have_other_columns_than_the_history(self):
+        self.succeed("run", "box.nml", "--quiet", "--plot", "box.svg", "--columns", "euler,l_z")
+        self.assertEqual(legend(self.read("box.svg")), ["φ", "θ", "ψ", "lz"])
+        self.assertNotIn("theta", self.read("box.csv"))
+        self.fail_with(2, "run", "box.nml", "--quiet", "--plot", "box.svg", "--columns", "omega4",
+                       says=("there is no column 'omega4'", "nearest: omega"))
+        self.fail_with(2, "run", "box.nml", "--quiet", "--plot", "box.svg", "--columns", "wheel1_speed", says=("wheel",))
+
+    def test_one_column_against_another(self):
+        self.succeed("run", "box.nml", "--quiet", "--plot", "box.svg", "--xy", "omega1:omega2")
+        shown = "".join(labels(self.read("box.svg")))
+        for text in ("Ω", "(rad/s)", "t = 0 s"):
+            self.assertIn(text, shown)
+        self.succeed("plot", "box.csv", "--xy", "omega3:total")
+        self.assertIn("(J)", "".join(labels(self.read("box.svg"))))
+        self.fail_with(2, "plot", "box.csv", "--xy", "omega1", says=("--xy 'omega1' is not a pair of columns",))
+        self.fail_with(2, "plot", "box.csv", "--xy", "energy:omega1", says=("'energy' is a set of columns", "kinetic"))
+        self.fail_with(2, "plot", "box.csv", "--xy", "omega1:omega2", "--columns", "q0", says=("exclude each other",))
+
+    def test_the_path_of_an_axis(self):
+        half = 0.5**0.5
+        self.write("turn.csv", f"t,q0,q1,q2,q3\n0,1,0,0,0\n1,{half},0,0,{half}\n")
+        for axis, least, greatest in (("1", "0", "1"), ("-1", "-1", "0")):
+            self.succeed("plot", "turn.csv", "--path", axis)
+            picture = self.read("turn.svg")
+            self.assertIn("from above", picture)
+            self.assertIn(least, labels(picture))
+            self.assertIn(greatest, labels(picture))
+            self.assertNotIn({"1": "-1", "-1": "1"}[axis], labels(picture))
+        self.succeed("run", "box.nml", "--quiet", "--set", "output.columns=energy", "--plot", "path.svg", "--path", "3")
+        self.fail_with(2, "plot", "turn.csv", "--path", "4", says=("--path '4' is not a body axis",))
+        self.fail_with(2, "run", "box.nml", "--path", "3", says=("need --plot FILE",))
 
     def test_pdf(self):
         self.succeed("run", "box.nml", "--quiet", "--plot", "box.pdf")
@@ -101,21 +198,20 @@ class Pictures(CommandLineTest):
                    "&output columns = 'controller1', 'pointing_error1', 'magnetic_field' /\n")
         self.succeed("run", "point.nml", "--quiet", "--plot", "point.svg")
         drawn = legend(self.read("point.svg"))
-        self.assertEqual(sorted(drawn), sorted([f"controller1_{kind}{k}" for kind in ("commanded", "applied") for k in (1, 2, 3)]
-                                               + ["controller1_saturations", "pointing_error1", "B1", "B2", "B3"]))
+        self.assertEqual(sorted(drawn), sorted([f"axis {k}" for k in (1, 2, 3)]*2 + ["controller 1"]*2 + ["B1", "B2", "B3"]))
 
     def test_attitudes_relative_to_frames_are_drawn(self):
         self.write("seen.csv", "t,frame1_q0,frame1_q1,frame1_q2,frame1_q3,frame1_angle_deg\n0,1,0,0,0,0\n1,0.8,0.6,0,0,73.7\n")
         self.assertEqual(self.succeed("plot", "seen.csv").stderr, "")
         picture = self.read("seen.svg")
-        self.assertEqual(legend(picture), ["frame1_q0", "frame1_q1", "frame1_q2", "frame1_q3", "frame1_angle_deg"])
+        self.assertEqual(legend(picture), [*ATTITUDE, "angle"])
         self.assertIn("angle from frame 1 (°)", picture)
-        self.assertIn("q from frame 1", picture)
+        self.assertIn("attitude from frame 1", picture)
 
     def test_names_in_quotes_may_hold_commas(self):
         self.write("sheet.csv", '"t","x, seen from above","omega1","omega2",omega3\r\n0,"1",2,3,4\r\n1,"1",3,"3",5\r\n')
         self.succeed("plot", "sheet.csv")
-        self.assertEqual(legend(self.read("sheet.svg")), ["omega1", "omega2", "omega3"])
+        self.assertEqual(legend(self.read("sheet.svg")), RATES)
 
     def test_rows_half_a_turn_apart_are_noted(self):
         for end, rate, noted in (("", 3.0, False), ("", 3.2, True), ("_deg", 170, False), ("_deg", 190, True)):
@@ -123,7 +219,7 @@ class Pictures(CommandLineTest):
                 names = ",".join(f"omega{k}{end}" for k in (1, 2, 3))
                 self.write("rows.csv", f"t,total,{names}\n0,1,0,0,{rate}\n1,1,0,0,{rate}\n2,1,0,0,{rate}\n")
                 said = self.succeed("plot", "rows.csv", "--columns", "total").stderr
-                self.assertEqual("rows.csv: the body turns by half a revolution or more between rows, from t = 0 s on" in said, noted)
+                self.assertEqual("rows.csv: the body turns by half a revolution or more between rows, such as those after t = 0 s" in said, noted)
                 self.assertEqual("expected rows less than" in said, noted)
 
     def test_each_wheel_and_controller_has_its_colour(self):
@@ -133,7 +229,7 @@ class Pictures(CommandLineTest):
         picture = self.read("wheels.svg")
         for colour in ("d55e00", "009e73", "0b3c5d", "e69f00", "56b4e9", "cc79a7"):
             red, green, blue = (int(colour[i:i + 2], 16) for i in (0, 2, 4))
-            self.assertEqual(len(re.findall(rf"<path stroke='rgb\({red:3d}, *{green}, *{blue}\)' *d=", picture)), 2, colour)
+            self.assertEqual(len(re.findall(rf"<path stroke='rgb\({red:3d}, *{green}, *{blue}\)'(?: stroke-dasharray='[^']*')? *d=", picture)), 2, colour)
 
     def test_png_under_another_name(self):
         self.succeed("run", "box.nml", "--quiet", "--output", "<box>.csv")

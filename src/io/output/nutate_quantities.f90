@@ -41,15 +41,15 @@ module nutate_quantities
 
    !> One quantity, or the components of one.
    type :: quantity_t
-      !> Set of columns; the quantities of a set stand next to each other. Here, in the names and in the symbol, `#` is
-      !> the number or the sequence.
+      !> Set of columns; the quantities of a set stand next to each other. Here, in the names, the label and the
+      !> symbols, `#` is the number or the sequence.
       character(len=24) :: set = ''
       !> Names of the components, comma separated; a pattern in capitals if they depend on the scene.
       character(len=72) :: names = ''
       integer :: kind = 0
       !> Unit, and title of the panel in pictures; quantities with the same title share a panel.
       character(len=16) :: unit = ''
-      character(len=32) :: symbol = ''
+      character(len=48) :: label = ''
       !> Position of the panel among all panels.
       integer :: panel = 0
       !> Colour of the curve; blank: the colour of the component.
@@ -81,6 +81,10 @@ module nutate_quantities
       integer :: propagated = 0
       !> Pattern of names that depend on the scene: `#` is a digit, `*` the rest; blank: the names.
       character(len=24) :: pattern = ''
+      !> Symbols of the components in legends, comma separated; the character after `_` is a subscript. Blank: names.
+      character(len=56) :: symbols = ''
+      !> True for what shows the errors of the integration: pictures have it only on request.
+      logical :: is_residual = .false.
    end type quantity_t
 
    !> Colours of the components 1, 2, 3, or x, y, z, of the wheels and controllers 1 to 6, and of others.
@@ -113,112 +117,122 @@ module nutate_quantities
 
    !> All quantities, in the order in which they stand in a history.
    type(quantity_t), parameter :: quantities(*) = [ &
-      quantity_t('quaternion', 'q0,q1,q2,q3', Q_QUATERNION, '', 'q', 3, no_measurement=other_angles), &
-      quantity_t('conjugate_momentum', 'p0,p1,p2,p3', Q_CONJUGATE_MOMENTUM, 'N m s', 'p', 20, &
-                 no_measurement=is_stored), &
-      quantity_t('angular_velocity', 'omega1,omega2,omega3', Q_RATE, 'rad/s', 'Ω', 1, axes='body', attitude=.false.), &
-      quantity_t('angular_velocity_space', 'omega_x,omega_y,omega_z', Q_RATE_SPACE, 'rad/s', 'ω in space', 2, &
-                 axes='space'), &
-      quantity_t('angular_speed', 'angular_speed', Q_SPEED, 'rad/s', '|Ω|', 2, NAVY, attitude=.false.), &
-      quantity_t('angular_momentum', 'L1,L2,L3', Q_MOMENTUM, 'N m s', 'L', 18, axes='body', attitude=.false.), &
-      quantity_t('angular_momentum_space', 'l_x,l_y,l_z', Q_MOMENTUM_SPACE, 'N m s', 'l in space', 19, axes='space'), &
-      quantity_t('euler', 'phi', Q_EULER, 'rad', 'φ, ψ', 6, VERMILION, is_periodic=.true., sequence='313'), &
-      quantity_t('euler', 'theta', Q_EULER, 'rad', 'θ', 7, GREEN, first=2, sequence='313'), &
-      quantity_t('euler', 'psi', Q_EULER, 'rad', 'φ, ψ', 6, NAVY, first=3, is_periodic=.true., sequence='313'), &
-      quantity_t('energy', 'kinetic', Q_ENERGY, 'J', 'energy', 31, SKY, attitude=.false.), &
-      quantity_t('energy', 'potential', Q_ENERGY, 'J', 'energy', 31, ORANGE, first=2, attitude=.false.), &
-      quantity_t('energy', 'total', Q_ENERGY, 'J', 'energy', 31, BLACK, first=3, attitude=.false.), &
-      quantity_t('energy', 'work', Q_BALANCE, 'J', 'energy', 31, PINK, '', adds_up, adds_up, attitude=.false.), &
+      quantity_t('quaternion', 'q0,q1,q2,q3', Q_QUATERNION, '', 'attitude quaternion q', 3, &
+                 no_measurement=other_angles, symbols='q_0,q_1,q_2,q_3'), &
+      quantity_t('conjugate_momentum', 'p0,p1,p2,p3', Q_CONJUGATE_MOMENTUM, 'N m s', 'conjugate momentum p', 20, &
+                 no_measurement=is_stored, symbols='p_0,p_1,p_2,p_3'), &
+      quantity_t('angular_velocity', 'omega1,omega2,omega3', Q_RATE, 'rad/s', 'angular velocity Ω', 1, axes='body', &
+                 attitude=.false., symbols='Ω_1,Ω_2,Ω_3'), &
+      quantity_t('angular_velocity_space', 'omega_x,omega_y,omega_z', Q_RATE_SPACE, 'rad/s', &
+                 'angular velocity ω in space axes', 2, axes='space', symbols='ω_x,ω_y,ω_z'), &
+      quantity_t('angular_speed', 'angular_speed', Q_SPEED, 'rad/s', 'angular speed', 2, NAVY, attitude=.false., &
+                 symbols='|Ω|'), &
+      quantity_t('angular_momentum', 'L1,L2,L3', Q_MOMENTUM, 'N m s', 'angular momentum L', 18, axes='body', &
+                 attitude=.false., symbols='L_1,L_2,L_3'), &
+      quantity_t('angular_momentum_space', 'l_x,l_y,l_z', Q_MOMENTUM_SPACE, 'N m s', &
+                 'angular momentum l in space axes', 19, axes='space', symbols='l_x,l_y,l_z'), &
+      quantity_t('euler', 'phi', Q_EULER, 'rad', 'precession angle φ', 6, VERMILION, is_periodic=.true., &
+                 sequence='313', symbols='φ'), &
+      quantity_t('euler', 'theta', Q_EULER, 'rad', 'nutation angle θ', 7, GREEN, first=2, sequence='313', &
+                 symbols='θ'), &
+      quantity_t('euler', 'psi', Q_EULER, 'rad', 'spin angle ψ', 8, NAVY, first=3, is_periodic=.true., &
+                 sequence='313', symbols='ψ'), &
+      quantity_t('energy', 'kinetic', Q_ENERGY, 'J', 'energy', 31, SKY, attitude=.false., symbols='T'), &
+      quantity_t('energy', 'potential', Q_ENERGY, 'J', 'energy', 31, ORANGE, first=2, attitude=.false., symbols='V'), &
+      quantity_t('energy', 'total', Q_ENERGY, 'J', 'energy', 31, BLACK, first=3, attitude=.false., symbols='T + V'), &
+      quantity_t('energy', 'work', Q_BALANCE, 'J', 'energy', 31, PINK, '', adds_up, adds_up, attitude=.false., &
+                 symbols='W'), &
       quantity_t('energy', 'energy_residual', Q_BALANCE, 'J', 'energy residual', 32, GREY, '', adds_up, adds_up, &
-                 attitude=.false.), &
-      quantity_t('constraints', 'norm_error', Q_CONSTRAINTS, '', 'q·q − 1', 37, GREY, '', is_round_off, is_round_off), &
-      quantity_t('constraints', 'orthogonality', Q_CONSTRAINTS, 'N m s', 'q·p', 38, GREY, '', is_round_off, &
-                 is_round_off), &
-      quantity_t('solver', 'iterations', Q_SOLVER, '', 'iterations', 39, GREY, '', counts, counts, attitude=.false.), &
+                 attitude=.false., is_residual=.true., symbols='residual'), &
+      quantity_t('constraints', 'norm_error', Q_CONSTRAINTS, '', 'error of the norm', 37, GREY, '', is_round_off, &
+                 is_round_off, is_residual=.true., symbols='q·q − 1'), &
+      quantity_t('constraints', 'orthogonality', Q_CONSTRAINTS, 'N m s', 'orthogonality', 38, GREY, '', is_round_off, &
+                 is_round_off, is_residual=.true., symbols='q·p'), &
+      quantity_t('solver', 'iterations', Q_SOLVER, '', 'iterations', 39, GREY, '', counts, counts, attitude=.false., &
+                 is_residual=.true.), &
       quantity_t('solver', 'step_residual', Q_SOLVER, '', 'residual of a step', 40, GREY, '', of_step, of_step, &
-                 attitude=.false.), &
-      quantity_t('jacobi', 'jacobi', Q_JACOBI, 'J', 'Jacobi integral', 33, BLACK), &
+                 attitude=.false., is_residual=.true., symbols='residual'), &
+      quantity_t('jacobi', 'jacobi', Q_JACOBI, 'J', 'Jacobi integral', 33, BLACK, symbols='H'), &
       quantity_t('lvlh_attitude', 'roll', Q_ROLL_PITCH_YAW, 'rad', 'roll, pitch, yaw', 5, VERMILION, &
                  is_periodic=.true., needs=NEEDS_ORBIT), &
       quantity_t('lvlh_attitude', 'pitch', Q_ROLL_PITCH_YAW, 'rad', 'roll, pitch, yaw', 5, GREEN, first=2, &
                  needs=NEEDS_ORBIT), &
       quantity_t('lvlh_attitude', 'yaw', Q_ROLL_PITCH_YAW, 'rad', 'roll, pitch, yaw', 5, NAVY, first=3, &
                  is_periodic=.true., needs=NEEDS_ORBIT), &
-      quantity_t('lvlh_attitude', 'lvlh_q0,lvlh_q1,lvlh_q2,lvlh_q3', Q_LVLH_ATTITUDE, '', 'q from the LVLH frame', 4, &
-                 no_measurement=other_angles, needs=NEEDS_ORBIT), &
+      quantity_t('lvlh_attitude', 'lvlh_q0,lvlh_q1,lvlh_q2,lvlh_q3', Q_LVLH_ATTITUDE, '', &
+                 'attitude from the LVLH frame', 4, no_measurement=other_angles, needs=NEEDS_ORBIT, &
+                 symbols='q_0,q_1,q_2,q_3'), &
       quantity_t('lvlh_angular_velocity', 'lvlh_omega1,lvlh_omega2,lvlh_omega3', Q_LVLH_RATE, 'rad/s', &
-                 'Ω against the LVLH frame', 2, '', 'body', needs=NEEDS_ORBIT, by_differences=.true.), &
-      quantity_t('orbit', 'orbit_x,orbit_y,orbit_z', Q_ORBIT_POSITION, 'm', 'position', 21, '', 'inertial', &
-                 no_measurement=still, attitude=.false., needs=NEEDS_ORBIT), &
+                 'angular velocity against the LVLH frame', 2, '', 'body', needs=NEEDS_ORBIT, by_differences=.true., &
+                 symbols='Ω_1,Ω_2,Ω_3'), &
+      quantity_t('orbit', 'orbit_x,orbit_y,orbit_z', Q_ORBIT_POSITION, 'm', 'position on the orbit', 21, '', &
+                 'inertial', no_measurement=still, attitude=.false., needs=NEEDS_ORBIT, symbols='x,y,z'), &
       quantity_t('orbit', 'orbit_radius', Q_ORBIT_RADIUS, 'm', 'radius of the orbit', 22, NAVY, no_measurement=still, &
-                 attitude=.false., needs=NEEDS_ORBIT), &
+                 attitude=.false., needs=NEEDS_ORBIT, symbols='r'), &
       quantity_t('orbit', 'true_anomaly', Q_TRUE_ANOMALY, 'rad', 'true anomaly', 23, NAVY, no_measurement=still, &
-                 is_periodic=.true., is_continuous=.true., attitude=.false., needs=NEEDS_ORBIT), &
+                 is_periodic=.true., is_continuous=.true., attitude=.false., needs=NEEDS_ORBIT, symbols='ν'), &
       quantity_t('orbit_speed', 'orbit_speed', Q_ORBIT_SPEED, 'm/s', 'speed on the orbit', 22, NAVY, &
-                 no_measurement=still, attitude=.false., needs=NEEDS_ORBIT), &
+                 no_measurement=still, attitude=.false., needs=NEEDS_ORBIT, symbols='v'), &
       quantity_t('eclipse', 'eclipse', Q_ECLIPSE, '', 'eclipse', 24, NAVY, '', two_values, two_values, &
                  attitude=.false., needs=NEEDS_SUN), &
       quantity_t('eclipse', 'shadow_depth', Q_SHADOW_DEPTH, 'm', 'depth in the shadow', 25, NAVY, &
-                 no_measurement=still, attitude=.false., needs=NEEDS_SUN), &
+                 no_measurement=still, attitude=.false., needs=NEEDS_SUN, symbols='depth'), &
       quantity_t('sun_angle', 'sun_angle', Q_SUN_ANGLE, 'rad', 'angle to the sun', 11, NAVY, needs=NEEDS_SUN, &
-                 is_folded=.true.), &
+                 is_folded=.true., symbols='angle'), &
       quantity_t('time_dependent_work', 'time_dependent_work', Q_TIME_DEPENDENT_WORK, 'J', 'works', 36, '', '', &
-                 adds_up, adds_up, attitude=.false.), &
-      [(quantity_t('wheel#', 'wheel#_speed', Q_WHEEL_SPEED, 'rad/s', 'wheel speed', 12, &
-                   in_radians=.true., attitude=.false., needs=NEEDS_WHEEL, number=i), &
-        quantity_t('wheel#', 'wheel#_momentum', Q_WHEEL_MOMENTUM, 'N m s', 'wheel momentum', 13, &
-                   attitude=.false., needs=NEEDS_WHEEL, number=i), &
-        quantity_t('wheel#', 'wheel#_motor_work', Q_WHEEL_WORK, 'J', &
-                   'works of wheel #', 36, ORANGE, '', adds_up, adds_up, attitude=.false., &
-                   needs=NEEDS_WHEEL, number=i), &
-        quantity_t('wheel#', 'wheel#_friction_work', Q_WHEEL_WORK, 'J', &
-                   'works of wheel #', 36, PINK, '', adds_up, adds_up, attitude=.false., &
-                   needs=NEEDS_WHEEL, number=i), i=1, 6)], &
+                 adds_up, adds_up, attitude=.false., symbols='W of potentials'), &
+      [(quantity_t('wheel#', 'wheel#_speed', Q_WHEEL_SPEED, 'rad/s', 'wheel speed', 12, in_radians=.true., &
+                   attitude=.false., needs=NEEDS_WHEEL, number=i, symbols='wheel #'), &
+        quantity_t('wheel#', 'wheel#_momentum', Q_WHEEL_MOMENTUM, 'N m s', 'wheel momentum', 13, attitude=.false., &
+                   needs=NEEDS_WHEEL, number=i, symbols='wheel #'), &
+        quantity_t('wheel#', 'wheel#_motor_work', Q_WHEEL_WORK, 'J', 'works of wheel #', 36, ORANGE, '', adds_up, &
+                   adds_up, attitude=.false., needs=NEEDS_WHEEL, number=i, symbols='motor'), &
+        quantity_t('wheel#', 'wheel#_friction_work', Q_WHEEL_WORK, 'J', 'works of wheel #', 36, PINK, '', adds_up, &
+                   adds_up, attitude=.false., needs=NEEDS_WHEEL, number=i, symbols='friction'), i=1, 6)], &
       quantity_t('roll_pitch_yaw', 'roll', Q_ROLL_PITCH_YAW, 'rad', 'roll, pitch, yaw', 5, VERMILION, &
                  is_periodic=.true.), &
       quantity_t('roll_pitch_yaw', 'pitch', Q_ROLL_PITCH_YAW, 'rad', 'roll, pitch, yaw', 5, GREEN, first=2), &
       quantity_t('roll_pitch_yaw', 'yaw', Q_ROLL_PITCH_YAW, 'rad', 'roll, pitch, yaw', 5, NAVY, first=3, &
                  is_periodic=.true.), &
-      [(quantity_t('euler_#', 'euler_#_1,euler_#_2,euler_#_3', Q_EULER, 'rad', 'Euler angles', 8, &
-                   no_event=is_followed, sequence=sequences(i)), &
-        i=1, size(sequences))], &
+      [(quantity_t('euler_#', 'euler_#_1,euler_#_2,euler_#_3', Q_EULER, 'rad', 'Euler angles #', 8, &
+                   no_event=is_followed, sequence=sequences(i), symbols='α_1,α_2,α_3'), i=1, size(sequences))], &
       quantity_t('energies', 'energy_EFFECT', Q_ENERGIES, 'J', 'potential energies', 34, '', '', of_effects, &
                  of_effects, attitude=.false., needs=NEEDS_POTENTIAL, pattern='energy_*'), &
       quantity_t('works', 'work_EFFECT', Q_WORKS, 'J', 'works', 35, '', '', adds_up, adds_up, attitude=.false., &
                  needs=NEEDS_WORK, pattern='work_*'), &
       [(quantity_t('controller#', 'controller#_commanded1,controller#_commanded2,controller#_commanded3', &
                    Q_CONTROLLER, 'N m or A m²', 'controller #, commanded', 14, '', 'body', is_sampled, is_sampled, &
-                   needs=NEEDS_CONTROLLER, number=i), &
-        quantity_t('controller#', 'controller#_applied1,controller#_applied2,controller#_applied3', &
-                   Q_CONTROLLER, 'N m or A m²', 'controller #, applied', 15, '', 'body', is_sampled, is_sampled, &
-                   needs=NEEDS_CONTROLLER, number=i, first=4), &
-        quantity_t('controller#', 'controller#_saturations', Q_CONTROLLER, '', 'saturations', &
-                   16, '', '', counts, counts, needs=NEEDS_CONTROLLER, number=i, first=7), i=1, 6)], &
-      [(quantity_t('pointing_error#', 'pointing_error#', Q_POINTING_ERROR, 'rad', 'pointing error', &
-                   9, needs=NEEDS_TARGET, number=i, by_differences=.true.), i=1, 6)], &
-      quantity_t('magnetic_field', 'B1,B2,B3', Q_FIELD, 'T', 'B', 17, '', 'body', needs=NEEDS_FIELD, &
-                 by_differences=.true.), &
+                   needs=NEEDS_CONTROLLER, number=i, symbols='axis 1,axis 2,axis 3'), &
+        quantity_t('controller#', 'controller#_applied1,controller#_applied2,controller#_applied3', Q_CONTROLLER, &
+                   'N m or A m²', 'controller #, applied', 15, '', 'body', is_sampled, is_sampled, &
+                   needs=NEEDS_CONTROLLER, number=i, first=4, symbols='axis 1,axis 2,axis 3'), &
+        quantity_t('controller#', 'controller#_saturations', Q_CONTROLLER, '', 'saturations', 16, '', '', counts, &
+                   counts, needs=NEEDS_CONTROLLER, number=i, first=7, symbols='controller #'), i=1, 6)], &
+      [(quantity_t('pointing_error#', 'pointing_error#', Q_POINTING_ERROR, 'rad', 'pointing error', 9, &
+                   needs=NEEDS_TARGET, number=i, by_differences=.true., symbols='controller #'), i=1, 6)], &
+      quantity_t('magnetic_field', 'B1,B2,B3', Q_FIELD, 'T', 'magnetic field B', 17, '', 'body', needs=NEEDS_FIELD, &
+                 by_differences=.true., symbols='B_1,B_2,B_3'), &
       quantity_t('tumbling', 'energy_ratio', Q_TUMBLING, '', 'E/E₀', 26, NAVY, no_measurement=has_edges, &
-                 needs=NEEDS_NO_ROTOR), &
+                 needs=NEEDS_NO_ROTOR, symbols='E/E_0'), &
       quantity_t('tumbling', 'short_axis_mode', Q_TUMBLING, '', 'short-axis mode', 27, NAVY, '', two_values, &
-                 two_values, needs=NEEDS_NO_ROTOR, first=2), &
+                 two_values, needs=NEEDS_NO_ROTOR, first=2, symbols='mode'), &
       quantity_t('tumbling', 'precession_period_short', Q_TUMBLING, 's', 'periods', 29, VERMILION, &
-                 no_measurement=has_edges, needs=NEEDS_NO_ROTOR, first=3), &
+                 no_measurement=has_edges, needs=NEEDS_NO_ROTOR, first=3, symbols='precession of the short axis'), &
       quantity_t('tumbling', 'precession_period_long', Q_TUMBLING, 's', 'periods', 29, GREEN, &
-                 no_measurement=has_edges, needs=NEEDS_NO_ROTOR, first=4), &
+                 no_measurement=has_edges, needs=NEEDS_NO_ROTOR, first=4, symbols='precession of the long axis'), &
       quantity_t('tumbling', 'rotation_period', Q_TUMBLING, 's', 'periods', 29, NAVY, no_measurement=has_edges, &
-                 needs=NEEDS_NO_ROTOR, first=5), &
+                 needs=NEEDS_NO_ROTOR, first=5, symbols='rotation'), &
       quantity_t('tumbling', 'pole_longitude', Q_TUMBLING, 'rad', 'pole', 30, VERMILION, no_measurement=has_edges, &
-                 needs=NEEDS_NO_ROTOR, is_periodic=.true., first=6), &
+                 needs=NEEDS_NO_ROTOR, is_periodic=.true., first=6, symbols='longitude'), &
       quantity_t('tumbling', 'pole_latitude', Q_TUMBLING, 'rad', 'pole', 30, NAVY, no_measurement=has_edges, &
-                 needs=NEEDS_NO_ROTOR, first=7), &
+                 needs=NEEDS_NO_ROTOR, first=7, symbols='latitude'), &
       quantity_t('tumbling', 'sense', Q_TUMBLING, '', 'sense', 28, NAVY, '', two_values, two_values, &
                  needs=NEEDS_NO_ROTOR, first=8), &
-      [(quantity_t('frame#', 'frame#_q0,frame#_q1,frame#_q2,frame#_q3', Q_FRAME_ATTITUDE, '', 'q from frame #', 10, &
-                   no_measurement=other_angles, needs=NEEDS_FRAME, number=i), &
-        quantity_t('frame#', 'frame#_angle', Q_FRAME_ANGLE, 'rad', &
-                   'angle from frame #', 11, NAVY, needs=NEEDS_FRAME, number=i, is_folded=.true.), &
-        i=1, 3)], &
+      [(quantity_t('frame#', 'frame#_q0,frame#_q1,frame#_q2,frame#_q3', Q_FRAME_ATTITUDE, '', &
+                   'attitude from frame #', 10, no_measurement=other_angles, needs=NEEDS_FRAME, number=i, &
+                   symbols='q_0,q_1,q_2,q_3'), &
+        quantity_t('frame#', 'frame#_angle', Q_FRAME_ANGLE, 'rad', 'angle from frame #', 11, NAVY, needs=NEEDS_FRAME, &
+                   number=i, is_folded=.true., symbols='angle'), i=1, 3)], &
       quantity_t('sensitivities', 'd_COMPONENT/d_KEY', Q_PROPAGATED, 'rad per unit', 'rotation by *', 41, '', '', &
                  is_propagated, is_propagated, propagated=SENSITIVITIES, pattern='d_rotation#/d_*'), &
       quantity_t('sensitivities', '', Q_PROPAGATED, 'rad/s per unit', 'Ω by *', 42, propagated=SENSITIVITIES, &
@@ -232,7 +246,7 @@ module nutate_quantities
       quantity_t('covariance', 'covariance_COMPONENT_COMPONENT', Q_PROPAGATED, '', 'covariances', 46, '', '', &
                  is_propagated, is_propagated, propagated=COVARIANCE, pattern='covariance_*'), &
       quantity_t('lyapunov', 'lyapunovN', Q_PROPAGATED, '1/s', 'Lyapunov exponent', 47, NAVY, '', is_propagated, &
-                 is_propagated, propagated=LYAPUNOV, pattern='lyapunov'), &
+                 is_propagated, propagated=LYAPUNOV, pattern='lyapunov', symbols='λ_1'), &
       quantity_t('lyapunov', '', Q_PROPAGATED, '1/s', 'Lyapunov exponents', 48, propagated=LYAPUNOV, &
                  pattern='lyapunov#'), &
       quantity_t('megno', 'megno', Q_PROPAGATED, '', 'mean MEGNO', 49, NAVY, '', is_propagated, is_propagated, &
