@@ -73,6 +73,7 @@ module nutate_cli
       option_t('--xy', 'NAME:NAME', 'run,plot', 'plot one column against another, such as omega1:omega2'), &
       option_t('--path', '1|2|3|-1|-2|-3', 'run,plot', &
                'plot the path of a body axis on the unit sphere, from above'), &
+      option_t('--from', 'T', 'view', 'first time that is animated, s (default: the start of the motion)'), &
       option_t('--title', 'TEXT', 'run,plot', &
       'title of the plot (default: the title of the scene or the name of the history)'), &
       option_t('--all', '', 'cost', 'plot all methods with --plot (default: six)'), &
@@ -139,6 +140,8 @@ module nutate_cli
       !> True if the picture shows the errors of the integration; body axis whose path is drawn, 0: none.
       logical :: residuals = .false.
       integer :: path = 0
+      !> First time of an animation, s, as given; not allocated for the start.
+      character(len=:), allocatable :: begin
       !> True if the picture of a work-precision study shows every method.
       logical :: draws_all = .false.
       !> Budget of a work-precision study, s or evaluations of the equations; 0 evaluations: the time.
@@ -308,7 +311,7 @@ contains
       case ('--csv')
          command%csv = value
          if (value == '') command%error = '--csv needs the name of a file, or - for standard output'
-      case ('--plot', '--columns', '--title', '--residuals', '--xy', '--path')
+      case ('--plot', '--columns', '--title', '--residuals', '--xy', '--path', '--from')
          call set_drawing(name, value, command)
       case ('--scene', '--aem', '--aem-version', '--gltf', '--speed', '--error')
          call set_export(name, value, command)
@@ -383,7 +386,7 @@ contains
       end if
    end subroutine set_linear
 
-   !> Stores an option of a picture.
+   !> Stores an option of a picture or of an animation.
    subroutine set_drawing(name, value, command)
       !> Option and its value.
       character(len=*), intent(in) :: name, value
@@ -399,6 +402,8 @@ contains
       case ('--columns')
          command%columns = value
          if (value == '') command%error = '--columns needs names of columns (--columns energy,omega3)'
+      case ('--from')
+         call set_begin(value, command)
       case ('--residuals')
          command%residuals = .true.
       case ('--xy')
@@ -413,6 +418,17 @@ contains
          command%title = value
       end select
    end subroutine set_drawing
+
+   !> Stores the first time of an animation.
+   subroutine set_begin(value, command)
+      character(len=*), intent(in) :: value
+      type(command_t), intent(inout) :: command
+      real(wp) :: time
+      character(len=:), allocatable :: problem
+      call read_real(value, time, problem)
+      command%begin = value
+      if (problem /= '') command%error = '--from '//quoted(value)//' is not a time (expected seconds)'
+   end subroutine set_begin
 
    !> Stores an option of `nutate export`: a file, the scene, or a setting of a format.
    subroutine set_export(name, value, command)

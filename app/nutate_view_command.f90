@@ -29,6 +29,7 @@ contains
       call check_names(command, exit_code)
       if (exit_code /= EXIT_SUCCESS) return
       line = python//' -m nutate.view --output='//shell_quoted(page_name(command))
+      if (allocated(command%begin)) line = line//' --from='//shell_quoted(command%begin)
       do i = 1, size(command%overrides)
          change = trim(command%overrides(i))
          if (index(change, '-') == 1) then

@@ -16,8 +16,8 @@ version = release = re.search(r'^version *= *"(.*)"', (ROOT / "fpm.toml").read_t
 # The addresses of repository and site stand in one place.
 ADDRESSES = dict(re.findall(r'^(repository-code|url): *"(.*?)"', (ROOT / "CITATION.cff").read_text(encoding="utf-8"), re.MULTILINE))
 
-extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.mathjax", "sphinx-mathjax-offline", "sphinx_design", "c_header",
-              "plain_docstrings", "scene_lexer", "unbroken"]
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.autosummary", "sphinx.ext.napoleon", "sphinx.ext.mathjax",
+              "sphinx-mathjax-offline", "sphinx_design", "c_header", "plain_docstrings", "scene_lexer", "unbroken"]
 myst_enable_extensions = ["dollarmath", "colon_fence", "deflist", "attrs_inline"]
 myst_heading_anchors = 4
 # The tutorial in Python runs while the pages are built.
@@ -27,6 +27,12 @@ nb_execution_timeout = 600
 # Links to files of the project that are not pages become downloads.
 exclude_patterns = ["public-api.txt"]
 
+# A page for each class of the Python package, written while the pages are built.
+templates_path = ["_templates"]
+napoleon_google_docstring = False
+napoleon_use_ivar = True
+napoleon_use_param = False
+napoleon_use_rtype = False
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
 autodoc_preserve_defaults = True
@@ -37,6 +43,7 @@ autodoc_type_aliases = {"npt.ArrayLike": "ArrayLike", "Array": "Array", "Textual
 nitpick_ignore_regex = [("py:.*", r"(np|npt|numpy|ctypes|collections|os|typing|plotly|pandas|xarray|pathlib|_ctypes)\..*"),
                         ("py:.*", r"(Any|Optional|Union|Sequence|Mapping|Iterable|Iterator|Callable|Array|Textual|ArrayLike|.*Callback)"),
                         ("py:class", r"(nutate\._.*|nutate\.\w+\._?[A-Z]\w*|_.*|optional|callable)"),
+                        ("py:exc", r"(ImportError|KeyboardInterrupt|Exception)"),
                         ("c:identifier", r"(size_t|u?int64_t)")]
 
 html_theme = "furo"

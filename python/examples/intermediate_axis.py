@@ -26,7 +26,7 @@ times = np.linspace(0, 20, 401)
 q, omega = solution.sol(times)
 exact_q, exact_omega = nutate.exact_free_body(box, q0, omega0, times)
 error = max(nutate.attitude_distance(a, b) for a, b in zip(q, exact_q))
-print(f"{solution.n_steps} steps; attitude off by {error:.1e} rad at most, energy by {solution.errors['energy']:.1e} J")
+print(f"{solution.n_steps} steps; attitude off by {error:.1e} rad at most, energy by {solution.errors['energy']:.1e} of itself")
 
 for t, rate in zip(times[:40:4], omega[:40:4, 2]):
     print(f"{t:5.2f} s  {'#' * int(round(2 * (rate + 10)))}")

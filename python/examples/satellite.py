@@ -44,5 +44,5 @@ print(f"period {period:.6f} s, exact {exact:.6f} s; small swings take {2 * np.pi
 calmed = nutate.solve(make(damping=0.005), start, (0, 0, 0), t_span=(0, 100000), accuracy=1e-7, t_eval=np.linspace(0, 1e5, 11))
 for t, q in zip(calmed.t, calmed.q):
     print(f"{t:9.0f} s  {np.degrees(np.arccos(nutate.matrix_from_quat(q)[2, 2])):8.3f} degrees from the vertical")
-print(f"work of the damping {calmed.energy['work'][-1]:.3e} J; the account is off by {calmed.errors['energy']:.1e} J")
+print(f"work of the damping {calmed.energy['work'][-1]:.3e} J; the balance is off by {calmed.errors['energy']:.1e} of the energy")
 sys.exit(int(abs(period - exact) > 1e-8 * exact))

@@ -43,16 +43,17 @@ raised in callbacks propagate unchanged. As usual in Python, an argument of a wr
 """
 
 from ._library import NutateAccuracyWarning, NutateError, NutateOSError, NutateValueError, version
-from .attitudes import (attitude_distance, axis_angle_from_quat, euler_from_quat, exact_free_body, follow_euler,
+from .attitudes import (attitude_distance, axis_angle_from_quat, euler_from_quat, exact_free_body, follow_euler, from_rotation,
                         matrix_from_quat, omega_from_euler_rates, quat_from_axis_angle, quat_from_euler, quat_from_matrix,
                         quat_from_rotation_vector, quat_normalized, quat_product, rotate_to_body, rotate_to_space,
-                        rotation_vector_from_quat)
+                        rotation_vector_from_quat, to_rotation)
 from ._page import Page, view
 from .bodies import Bodies
 from .events import Event, History
 from .exchange import AttitudeRows, date, read_aem, tdb
 from .fits import FitProblem, FitResult, fit
 from .linear import ControllerGains, Equilibrium, Linearization, equilibria, linearize
+from .pictures import colour, plot, symbol
 from .satellites import Wheel
 from .scenes import Scene, run
 from .sensitivities import Sensitivity
@@ -66,8 +67,8 @@ __version__ = version()
 
 __all__ = ["AttitudeRows", "Bodies", "ControllerGains", "Equilibrium", "Event", "FitProblem", "FitResult", "History", "Linearization",
            "Motion", "NutateAccuracyWarning", "NutateError", "NutateOSError", "NutateValueError", "Page", "Scene", "Sensitivity", "Solution",
-           "Stepper", "System", "Wheel", "attitude_distance", "axis_angle_from_quat", "date", "equilibria", "euler_from_quat",
-           "exact_free_body", "fit", "follow_euler", "linearize", "matrix_from_quat", "omega_from_euler_rates", "quat_from_axis_angle",
+           "Stepper", "System", "Wheel", "attitude_distance", "axis_angle_from_quat", "colour", "date", "equilibria", "euler_from_quat",
+           "exact_free_body", "fit", "follow_euler", "from_rotation", "linearize", "matrix_from_quat", "omega_from_euler_rates", "plot", "quat_from_axis_angle",
            "quat_from_euler", "quat_from_matrix", "quat_from_rotation_vector", "quat_normalized", "quat_product", "rotate_to_body",
-           "rotate_to_space", "read_aem", "rotation_vector_from_quat", "run", "solve", "sweep", "sweep_chunk", "tdb", "to_pandas",
-           "to_xarray", "version", "view", "__version__"]
+           "rotate_to_space", "read_aem", "rotation_vector_from_quat", "run", "solve", "sweep", "sweep_chunk", "symbol", "tdb", "to_pandas",
+           "to_rotation", "to_xarray", "version", "view", "__version__"]

@@ -10,12 +10,13 @@ import os
 import re
 import tempfile
 import webbrowser
-from typing import Any, Callable, Mapping, Optional, Sequence, Union
+from typing import Any, Callable, Iterable, Mapping, Optional, Sequence, Union
 
 import numpy as np
 
 from ._library import Array, NutateValueError, Textual, refusal
 from .events import History
+from .pictures import colour, symbol
 from .scenes import Scene
 from .shapes import Surface, surface_of, wheel_axes
 from .solutions import Solution, stacked
@@ -30,8 +31,7 @@ NEAR = 0.05
 SLOWEST, FASTEST, LONGEST, PLEASANT = 0.3, 12.0, 120.0, 4.0
 Rows = Mapping[str, Array]
 COLUMNS = ("quaternion", "angular_velocity", "angular_momentum_space", "energy")
-COMPONENTS = ("#d55e00", "#009e73", "#0b3c5d")
-ENERGIES = {"kinetic": "#3c9fd6", "potential": "#e69f00", "total": "#000000", "work": "#cc79a7"}
+ENERGIES = ("kinetic", "potential", "total", "work")
 
 PAGE = """<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">
@@ -101,18 +101,48 @@ class Page:
 
 
 def view(motion: Union[Solution, Scene, Rows, Textual], system: Optional[System] = None, *overrides: str,
-         title: Optional[str] = None, play: bool = False, begin: float = 0.0) -> Page:
-    """Makes a web page with an animation of the body in three dimensions (its shape, or the box of its inertia), the path of its
-    symmetry axis or of its centre of mass, angular velocity and momentum, the polhode on the inertia ellipsoid, curves with a
-    moving cursor, events, reaction wheels and the LVLH frame of an orbit.
+         title: Optional[str] = None, play: bool = False, begin: float = 0.0, start: Optional[float] = None) -> Page:
+    """Makes a web page with an animation of a motion.
 
-    motion    a Solution of nutate.solve; a Scene, or the path of one with `overrides`, which is run; or the columns of a run
-              with the sets quaternion and angular_velocity, together with the System that moved
-    play      True: the animation starts at once; begin: where it starts, 0 to 1
+    The page shows the body in three dimensions (its shape, or one with its moments of inertia, which a note then names), the
+    path of its symmetry axis or of its centre of mass, angular velocity and momentum, the polhode on the inertia ellipsoid,
+    curves with a moving cursor, events, reaction wheels and the LVLH frame of an orbit. Between two frames the body rotates by
+    less than 0.3 rad, however few rows the scene writes; 8000 frames are animated. Columns of a run are shown as they are.
 
-    Between two frames the body turns by less than 0.3 rad, however few rows the scene writes; only the first 8000 frames of a
-    longer motion are animated. Columns of a run are shown as they are. page.save(path) writes the page, page.show() opens it, and
-    the last line of a notebook cell shows it."""
+    Parameters
+    ----------
+    motion : Solution, Scene, str, path, or dict of arrays
+        Solution of `solve`; Scene, or the path of one, which is run; or the columns of a run with the sets quaternion and
+        angular_velocity.
+    system : System
+        Body that moved, needed with the columns of a run.
+    *overrides : str
+        Overrides "GROUP.KEY=VALUE" of a scene file.
+    title : str
+        Title of the page; default: that of the scene.
+    play : bool
+        True to start the animation at once.
+    begin : float
+        Position of the cursor in the animation, 0 to 1.
+    start : float
+        First time that is animated, s; default: the start of the motion.
+
+    Returns
+    -------
+    Page
+        page.save(path) writes the page, page.show() opens it, and the last line of a notebook cell shows it.
+
+    Raises
+    ------
+    NutateValueError
+        If columns, System or overrides are missing or invalid.
+
+    Examples
+    --------
+    >>> page = nutate.view("scenes/box.nml", None, "integrator.end_time=1")
+    >>> page
+    <Page of 0.1 MB>
+    """
     scene: Optional[Scene] = None
     events: Sequence[tuple[str, float]] = ()
     if isinstance(motion, (str, bytes, os.PathLike)):
@@ -122,23 +152,28 @@ def view(motion: Union[Solution, Scene, Rows, Textual], system: Optional[System]
         system = System(scene=motion)
         first = scene_rows(motion, None)
         events = [(event.name, event.t) for event in first.events]
-        rows, overview = frames_of(lambda times: scene_rows(scene, times), first)
+        rows, overview = frames_of(lambda times: scene_rows(scene, times), first, start)
     elif isinstance(motion, Solution):
         system = system or motion.system
         events = [(f"event {i}", float(t)) for i, found in enumerate(motion.t_events) for t in found]
         columns = motion.columns
-        if motion.sol is not None and len(motion.t) > 1:
-            rows, overview = frames_of(motion.sol.rows, motion.sol.rows(np.linspace(motion.t[0], motion.t[-1], OVERVIEW + 1)))
+        if motion._sol is not None and len(motion.t) > 1:
+            rows, overview = frames_of(motion.sol.rows, motion.sol.rows(np.linspace(motion.t[0], motion.t[-1], OVERVIEW + 1)), start)
         else:
             rows, overview = columns, columns
     else:
         rows, overview = motion, motion
+        if start is not None:
+            kept = (rows["t"] - start) * np.sign(rows["t"][-1] - rows["t"][0]) >= 0
+            rows = {name: values[kept] for name, values in rows.items()}
         events = [(event.name, event.t) for event in getattr(motion, "events", ())]
     if system is None:
         raise refusal("the columns do not name their System (expected view(columns, system))")
     if "q0" not in rows or "omega1" not in rows or len(rows["t"]) < 2:
         raise refusal("too few rows or columns to show (expected at least two rows of quaternion and angular_velocity)")
-    return Page(page_of(rows, overview, events, system, surface_of(system, scene), scene, title or "nutate", play, begin))
+    surface, assumed = surface_of(system, scene)
+    notes = [] if assumed is None else [f"The shape is assumed: a {assumed} with the moments of inertia of the body."]
+    return Page(page_of(rows, overview, events, system, surface, scene, title or "nutate", play, begin, notes))
 
 
 def scene_rows(scene: Scene, times: Optional[Array]) -> History:
@@ -175,13 +210,17 @@ def column_choices(scene: Scene) -> list[tuple[str, ...]]:
     return [COLUMNS + wheels + ("lvlh_attitude",), COLUMNS + wheels, COLUMNS]
 
 
-def frames_of(run: Callable[[Array], Rows], overview: Rows) -> tuple[Rows, Rows]:
-    """Rows so near each other that the eye follows the motion, and rows over all of it. `run` gives the rows at some times."""
+def frames_of(run: Callable[[Array], Rows], overview: Rows, start: Optional[float] = None) -> tuple[Rows, Rows]:
+    """Rows so near each other that the eye follows the motion, from a time on, and rows over all of it. `run` gives the rows at
+    some times."""
     if len(overview["t"]) < 2:
         return overview, overview
+    first, last = float(overview["t"][0]), float(overview["t"][-1])
+    if start is not None and not min(first, last) <= start <= max(first, last) or start == last:
+        raise refusal(f"the animation cannot start at {start:g} s (expected {first:g} to {last:g} s)")
     rows = overview
     for _ in range(4):
-        rows = run(times_by_turn(rows["t"], stacked(dict(rows), "omega", range(1, 4))))
+        rows = run(times_by_turn(rows["t"], stacked(dict(rows), "omega", range(1, 4)), first if start is None else start))
         if largest_turn(rows) < LARGEST_TURN:
             break
     return rows, overview
@@ -192,9 +231,9 @@ def rate_of(rows: Rows) -> Array:
     return np.asarray(np.linalg.norm(stacked(dict(rows), "omega", range(1, 4)), axis=1))
 
 
-def times_by_turn(t: Array, omega: Array) -> Array:
-    """Times of frames: one for each FRAME_TURN that the body turns, or its angular velocity in the body, and so many more that a
-    slow motion is smooth."""
+def times_by_turn(t: Array, omega: Array, start: float) -> Array:
+    """Times of frames from a time on: one for each FRAME_TURN that the body turns, or its angular velocity in the body, and so many
+    more that a slow motion is smooth."""
     steps = np.abs(np.diff(t))
     # The greater rate of two rows, as the motion between them may be either.
     rate = np.linalg.norm(omega, axis=1)
@@ -202,10 +241,12 @@ def times_by_turn(t: Array, omega: Array) -> Array:
     swing = np.linalg.norm(np.diff(omega, axis=0), axis=1) / np.maximum(rate, max(0.05 * rate.max(), 1e-300))
     frames = np.maximum(rate * steps, swing) / FRAME_TURN + LEAST_FRAMES * steps / abs(t[-1] - t[0])
     passed = np.concatenate([[0.0], np.cumsum(frames)])
-    count = int(np.ceil(passed[-1]))
+    sense = np.sign(t[-1] - t[0])
+    before = float(np.interp(sense * start, sense * t, passed))
+    count = int(np.ceil(passed[-1] - before))
     if count > MOST_FRAMES:
-        return np.asarray(np.interp(np.arange(MOST_FRAMES + 1.0), passed, t))
-    return np.asarray(np.interp(np.linspace(0.0, passed[-1], count + 1), passed, t))
+        return np.asarray(np.interp(before + np.arange(MOST_FRAMES + 1.0), passed, t))
+    return np.asarray(np.interp(np.linspace(before, passed[-1], max(count, 1) + 1), passed, t))
 
 
 def largest_turn(rows: Rows) -> float:
@@ -257,15 +298,14 @@ def rotated(q: Array, u: Array) -> Array:
 
 
 def page_of(rows: Rows, overview: Rows, events: Sequence[tuple[str, float]], system: System,
-            surface: Surface, scene: Optional[Scene], title: str, play: bool, begin: float) -> str:
+            surface: Surface, scene: Optional[Scene], title: str, play: bool, begin: float, notes: list[str]) -> str:
     """The text of the page."""
-    rows = with_momentum(rows, system)
+    rows, overview = with_angles(with_momentum(rows, system)), with_angles(overview)
     path = path_of(system, surface, rows)
     factor, factors = factors_of(rows)
-    notes = []
     whole, shown = (abs(float(each["t"][-1] - each["t"][0])) for each in (overview, rows))
     if shown < whole * (1 - 1e-9):
-        notes.append(f"The first {shown:.4g} s of {whole:.4g} s are animated.")
+        notes.append(f"Of {whole:.4g} s the animation shows {shown:.4g} s, from t = {float(rows['t'][0]):.4g} s on.")
     if largest_turn(rows) >= LARGEST_TURN:
         notes.append(f"The rows are up to {largest_turn(rows):.2g} rad apart: how the body turns between them is not known.")
     panels = panels_of(rows)
@@ -290,16 +330,31 @@ def with_momentum(rows: Rows, system: System) -> Rows:
     return {**rows, **dict(zip(("l_x", "l_y", "l_z"), rotated(q, omega @ system.inertia.T).T))}
 
 
+def with_angles(rows: Rows) -> Rows:
+    """The rows with the Euler angles φ, between -π and π, and θ, unless they have the angles of the LVLH frame."""
+    if "roll" in rows:
+        return rows
+    q = stacked(dict(rows), "q", range(4))
+    axis = rotated(q / np.linalg.norm(q, axis=1)[:, None], np.broadcast_to([0.0, 0.0, 1.0], (len(q), 3)))
+    return {**rows, "phi": np.arctan2(axis[:, 0], -axis[:, 1]), "theta": np.arccos(np.clip(axis[:, 2], -1, 1))}
+
+
+def looks(names: Iterable[str]) -> list[tuple[str, str, str]]:
+    """Columns with their colours and symbols."""
+    return [(name, colour(name), symbol(name, "unicode")) for name in names]
+
+
 def panels_of(rows: Rows) -> list[dict[str, Any]]:
     """Curves: what stands over a panel, and column, colour and name of each."""
     wheels = [name for name in rows if re.fullmatch(r"wheel\d_speed", name)]
     panels: list[dict[str, Any]] = [
-        {"label": "Ω (rad/s)", "curves": [(f"omega{i}", COMPONENTS[i - 1], f"Ω{'₁₂₃'[i - 1]}") for i in (1, 2, 3)]},
-        {"label": "energy (J)", "curves": [(name, colour, name) for name, colour in ENERGIES.items()]},
+        {"label": "Ω (rad/s)", "curves": looks(f"omega{i}" for i in (1, 2, 3))},
+        {"label": "Euler angles (rad)", "wraps": True, "curves": looks(("phi", "theta"))},
+        {"label": "energy (J)", "curves": looks(ENERGIES)},
         {"label": "LVLH angles (rad)", "wraps": True,
-         "curves": [(name, colour, name) for name, colour in zip(("roll", "pitch", "yaw"), COMPONENTS)]},
+         "curves": looks(("roll", "pitch", "yaw"))},
         {"label": "wheel speed (rad/s)",
-         "curves": [(name, COMPONENTS[i % 3], f"wheel {name[5]}") for i, name in enumerate(wheels)]}]
+         "curves": looks(wheels)}]
     return [panel for panel in panels if any(curve[0] in rows for curve in panel["curves"])]
 
 

@@ -1,11 +1,14 @@
 """Conversions between representations of attitude, and the exact motion of a torque-free body.
 
 Quaternions have their scalar first and take body components to space components; a Rotation of SciPy is accepted in
-their place. They need not have unit length, and their sign does not matter. Angles in radians.
+their place. They need not have unit length, and their sign does not matter. Each function accepts one attitude or an
+array of them: a quaternion has shape (4,) or (n, 4), and the result has a leading axis of length n then. Angles are in
+radians unless `degrees` is True.
 """
 
 from __future__ import annotations
 
+import importlib
 from typing import Any
 
 import numpy as np
@@ -15,101 +18,580 @@ from ._library import Array, check, library, pointer, quaternion, refusal, vecto
 from .systems import System
 
 
-def _converted(name: str, shape: tuple[int, ...], *arguments: Any) -> Array:
-    """The array that a function of the library writes."""
-    result = np.empty(shape)
-    check(getattr(library, name)(*[pointer(a) if isinstance(a, np.ndarray) else a for a in arguments], pointer(result)),
-          f"{name[len('nutate_'):]}: a number is not finite, or out of its range")
+def _rows(values: Any, shape: tuple[int, ...], name: str) -> Array:
+    """Numbers of the shape, or an array of these along a leading axis."""
+    try:
+        array = np.ascontiguousarray(values, dtype=np.float64)
+    except ValueError as error:
+        raise refusal(f"{name} is {values!r} (expected numbers)") from error
+    if array.shape[-len(shape):] != shape or array.ndim > len(shape) + 1:
+        wanted = " x ".join(str(n) for n in shape)
+        raise refusal(f"{name} has shape {array.shape} (expected {wanted} numbers, or n times these)")
+    return array
+
+
+def _quaternions(q: Any, name: str = "q") -> Array:
+    """Quaternions, scalar first, of such an array or of a Rotation of SciPy."""
+    return _rows(np.roll(q.as_quat(), 1, axis=-1) if hasattr(q, "as_quat") else q, (4,), name)
+
+
+def _converted(name: str, shape: tuple[int, ...], *arguments: tuple[Any, int]) -> Array:
+    """Results of a function of the library, which converts one attitude, for each row; arguments with their number of axes."""
+    given = [(np.asarray(value, dtype=np.float64), axes) for value, axes in arguments]
+    counts = {len(array) for array, axes in given if array.ndim > axes}
+    if len(counts) > 1:
+        raise refusal(f"the arguments have {' and '.join(str(n) for n in sorted(counts))} rows (expected as many in each)")
+    result = np.empty((*counts, *shape))
+    function = getattr(library, name)
+    each = result if counts else result[None]
+    for i in range(len(each)):
+        rows = [np.ascontiguousarray(array[i] if array.ndim > axes else array) for array, axes in given]
+        out = np.empty(shape or (1,))
+        check(function(*[pointer(row) if axes else float(row.item()) for row, (_, axes) in zip(rows, given)], pointer(out)),
+              f"{name[len('nutate_'):]}: a number is not finite, or out of its range")
+        each[i] = out if shape else out[0]
     return result
 
 
+def _angles(values: npt.ArrayLike, degrees: bool) -> Array:
+    """Angles in radians."""
+    array = np.asarray(values, dtype=np.float64)
+    return np.radians(array) if degrees else array
+
+
+def _given(values: Array, degrees: bool) -> Array:
+    """Angles in the requested unit."""
+    return np.degrees(values) if degrees else values
+
+
 def matrix_from_quat(q: Any) -> Array:
-    """Returns the rotation matrix, body to space; shape (3, 3)."""
-    return _converted("nutate_matrix_from_quat", (3, 3), quaternion(q))
+    """Converts quaternions to rotation matrices.
+
+    Parameters
+    ----------
+    q : array, shape (4,) or (n, 4), or Rotation
+        Attitude.
+
+    Returns
+    -------
+    array, shape (3, 3) or (n, 3, 3)
+        Matrix that takes body components to space components.
+
+    Raises
+    ------
+    NutateValueError
+        If a number is not finite, or all are zero.
+
+    Examples
+    --------
+    >>> import nutate
+    >>> nutate.matrix_from_quat([0, 0, 0, 1]).diagonal().tolist()
+    [-1.0, -1.0, 1.0]
+    """
+    return _converted("nutate_matrix_from_quat", (3, 3), (_quaternions(q), 1))
 
 
 def quat_from_matrix(matrix: npt.ArrayLike) -> Array:
-    """Returns the unit quaternion, q[0] >= 0, of a rotation matrix, body to space, orthogonal to 1e-6; shape (4,)."""
-    rows = np.ascontiguousarray(matrix, dtype=np.float64)
-    if rows.shape != (3, 3):
-        raise refusal(f"matrix has shape {rows.shape} (expected 3 x 3)")
-    return _converted("nutate_quat_from_matrix", (4,), rows)
+    """Converts rotation matrices to unit quaternions with q[0] >= 0.
+
+    Parameters
+    ----------
+    matrix : array, shape (3, 3) or (n, 3, 3)
+        Matrix that takes body components to space components, orthogonal to 1e-6.
+
+    Returns
+    -------
+    array, shape (4,) or (n, 4)
+        Attitude.
+
+    Raises
+    ------
+    NutateValueError
+        If a matrix is not a rotation.
+
+    Examples
+    --------
+    >>> nutate.quat_from_matrix(np.diag([1, -1, -1])).tolist()
+    [0.0, 1.0, 0.0, 0.0]
+    """
+    return _converted("nutate_quat_from_matrix", (4,), (_rows(matrix, (3, 3), "matrix"), 2))
 
 
-def euler_from_quat(q: Any) -> Array:
-    """Returns precession, nutation and spin (z-x-z), rad; shape (3,)."""
-    return _converted("nutate_euler_from_quat", (3,), quaternion(q))
+def euler_from_quat(q: Any, *, degrees: bool = False) -> Array:
+    """Converts quaternions to Euler angles z-x-z: precession, nutation and spin.
+
+    Parameters
+    ----------
+    q : array, shape (4,) or (n, 4), or Rotation
+        Attitude.
+    degrees : bool
+        True for degrees.
+
+    Returns
+    -------
+    array, shape (3,) or (n, 3)
+        Precession and spin in (-pi, pi], nutation in [0, pi].
+
+    Raises
+    ------
+    NutateValueError
+        If a number is not finite, or all are zero.
+
+    Examples
+    --------
+    >>> nutate.euler_from_quat([[1, 0, 0, 0], [0.8, 0.6, 0, 0]], degrees=True).round(2).tolist()
+    [[0.0, 0.0, 0.0], [0.0, 73.74, 0.0]]
+    """
+    return _given(_converted("nutate_euler_from_quat", (3,), (_quaternions(q), 1)), degrees)
 
 
-def follow_euler(q: Any, angles: npt.ArrayLike) -> Array:
-    """Returns Euler angles (z-x-z), rad, with precession and spin continued beyond +-pi from the earlier `angles`, if the body
-    turned by less than pi in between; shape (3,)."""
-    followed = vector(angles, 3, "angles").copy()
-    check(library.nutate_follow_euler(pointer(quaternion(q)), pointer(followed)), "follow_euler: a number is not finite")
-    return followed
+def follow_euler(q: Any, angles: npt.ArrayLike, *, degrees: bool = False) -> Array:
+    """Converts quaternions to Euler angles z-x-z, with precession and spin continued beyond half a revolution.
+
+    Parameters
+    ----------
+    q : array, shape (4,) or (n, 4), or Rotation
+        Attitudes one after the other.
+    angles : array, shape (3,)
+        Earlier angles. The body must have rotated by less than pi since, and between attitudes.
+    degrees : bool
+        True for degrees.
+
+    Returns
+    -------
+    array, shape (3,) or (n, 3)
+        Precession, nutation and spin.
+
+    Raises
+    ------
+    NutateValueError
+        If a number is not finite.
+
+    Examples
+    --------
+    >>> turns = nutate.quat_from_euler([[0, 90, angle] for angle in (90, 180, 270, 360)], degrees=True)
+    >>> nutate.follow_euler(turns, (0, 0, 0), degrees=True)[:, 2].round(6).tolist()
+    [90.0, 180.0, 270.0, 360.0]
+    """
+    attitudes = _quaternions(q)
+    followed = _angles(vector(angles, 3, "angles"), degrees).copy()
+    found = []
+    for attitude in np.atleast_2d(attitudes):
+        check(library.nutate_follow_euler(pointer(np.ascontiguousarray(attitude)), pointer(followed)),
+              "follow_euler: a number is not finite")
+        found.append(followed.copy())
+    return _given(np.array(found) if attitudes.ndim > 1 else found[0], degrees)
 
 
-def quat_from_euler(angles: npt.ArrayLike) -> Array:
-    """Returns the unit quaternion of precession, nutation, spin, rad; shape (4,)."""
-    return _converted("nutate_quat_from_euler", (4,), vector(angles, 3, "angles"))
+def quat_from_euler(angles: npt.ArrayLike, *, degrees: bool = False) -> Array:
+    """Converts Euler angles z-x-z to unit quaternions.
+
+    Parameters
+    ----------
+    angles : array, shape (3,) or (n, 3)
+        Precession, nutation and spin.
+    degrees : bool
+        True for degrees.
+
+    Returns
+    -------
+    array, shape (4,) or (n, 4)
+        Attitude.
+
+    Raises
+    ------
+    NutateValueError
+        If an angle is not finite.
+
+    Examples
+    --------
+    >>> nutate.quat_from_euler((0, 180, 0), degrees=True).round(12).tolist()
+    [0.0, 1.0, 0.0, 0.0]
+    """
+    return _converted("nutate_quat_from_euler", (4,), (_angles(_rows(angles, (3,), "angles"), degrees), 1))
 
 
-def omega_from_euler_rates(angles: npt.ArrayLike, rates: npt.ArrayLike) -> Array:
-    """Returns the angular velocity, body axes, rad/s, for Euler rates, rad/s; shape (3,)."""
-    return _converted("nutate_omega_from_euler_rates", (3,), vector(angles, 3, "angles"), vector(rates, 3, "rates"))
+def omega_from_euler_rates(angles: npt.ArrayLike, rates: npt.ArrayLike, *, degrees: bool = False) -> Array:
+    """Converts rates of Euler angles z-x-z to angular velocities.
+
+    Parameters
+    ----------
+    angles, rates : array, shape (3,) or (n, 3)
+        Precession, nutation and spin, rad, and their rates, rad/s.
+    degrees : bool
+        True for angles and rates in degrees and degrees per second, the result included.
+
+    Returns
+    -------
+    array, shape (3,) or (n, 3)
+        Angular velocity, body axes, rad/s.
+
+    Raises
+    ------
+    NutateValueError
+        If a number is not finite.
+
+    Examples
+    --------
+    >>> nutate.omega_from_euler_rates((0, 90, 0), (10, 0, 5), degrees=True).round(9).tolist()
+    [0.0, 10.0, 5.0]
+    """
+    return _given(_converted("nutate_omega_from_euler_rates", (3,), (_angles(_rows(angles, (3,), "angles"), degrees), 1),
+                             (_angles(_rows(rates, (3,), "rates"), degrees), 1)), degrees)
 
 
-def quat_from_axis_angle(axis: npt.ArrayLike, angle: float) -> Array:
-    """Returns the unit quaternion of a rotation by an angle, rad, about an axis of any length but zero; shape (4,)."""
-    return _converted("nutate_quat_from_axis_angle", (4,), vector(axis, 3, "axis"), float(angle))
+def quat_from_axis_angle(axis: npt.ArrayLike, angle: npt.ArrayLike, *, degrees: bool = False) -> Array:
+    """Converts axes and angles to unit quaternions.
+
+    Parameters
+    ----------
+    axis : array, shape (3,) or (n, 3)
+        Axis of any length but zero.
+    angle : float, or array, shape (n,)
+        Angle of the rotation about it.
+    degrees : bool
+        True for an angle in degrees.
+
+    Returns
+    -------
+    array, shape (4,) or (n, 4)
+        Attitude.
+
+    Raises
+    ------
+    NutateValueError
+        If an axis is zero, or a number is not finite.
+
+    Examples
+    --------
+    >>> nutate.quat_from_axis_angle((0, 0, 2), [0, 180], degrees=True).round(12).tolist()
+    [[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]]
+    """
+    return _converted("nutate_quat_from_axis_angle", (4,), (_rows(axis, (3,), "axis"), 1), (_angles(angle, degrees), 0))
 
 
-def axis_angle_from_quat(q: Any) -> tuple[Array, float]:
-    """Returns the unit vector along the axis, shape (3,), and the angle, rad, in [0, pi]."""
-    axis, angle = np.empty(3), np.empty(1)
-    check(library.nutate_axis_angle_from_quat(pointer(quaternion(q)), pointer(axis), pointer(angle)),
-          "axis_angle_from_quat: a number is not finite")
-    return axis, float(angle[0])
+def axis_angle_from_quat(q: Any, *, degrees: bool = False) -> tuple[Array, Any]:
+    """Converts quaternions to axes and angles.
+
+    Parameters
+    ----------
+    q : array, shape (4,) or (n, 4), or Rotation
+        Attitude.
+    degrees : bool
+        True for an angle in degrees.
+
+    Returns
+    -------
+    axis : array, shape (3,) or (n, 3)
+        Unit vector along the axis.
+    angle : float, or array, shape (n,)
+        Angle in [0, pi].
+
+    Raises
+    ------
+    NutateValueError
+        If a number is not finite, or all are zero.
+
+    Examples
+    --------
+    >>> axis, angle = nutate.axis_angle_from_quat([0, 1, 0, 0], degrees=True)
+    >>> axis.tolist(), angle
+    ([1.0, 0.0, 0.0], 180.0)
+    """
+    attitudes = _quaternions(q)
+    axes, angles = [], []
+    for attitude in np.atleast_2d(attitudes):
+        axis, angle = np.empty(3), np.empty(1)
+        check(library.nutate_axis_angle_from_quat(pointer(np.ascontiguousarray(attitude)), pointer(axis), pointer(angle)),
+              "axis_angle_from_quat: a number is not finite")
+        axes.append(axis)
+        angles.append(float(_given(angle, degrees)[0]))
+    if attitudes.ndim == 1:
+        return axes[0], angles[0]
+    return np.array(axes), np.array(angles)
 
 
-def quat_from_rotation_vector(v: npt.ArrayLike) -> Array:
-    """Returns the unit quaternion of a rotation vector, axis times angle, rad; shape (4,)."""
-    return _converted("nutate_quat_from_rotation_vector", (4,), vector(v, 3, "v"))
+def quat_from_rotation_vector(v: npt.ArrayLike, *, degrees: bool = False) -> Array:
+    """Converts rotation vectors, axis times angle, to unit quaternions.
+
+    Parameters
+    ----------
+    v : array, shape (3,) or (n, 3)
+        Rotation vector.
+    degrees : bool
+        True for degrees.
+
+    Returns
+    -------
+    array, shape (4,) or (n, 4)
+        Attitude.
+
+    Raises
+    ------
+    NutateValueError
+        If a number is not finite.
+
+    Examples
+    --------
+    >>> nutate.quat_from_rotation_vector((0, 0, 180), degrees=True).round(12).tolist()
+    [0.0, 0.0, 0.0, 1.0]
+    """
+    return _converted("nutate_quat_from_rotation_vector", (4,), (_angles(_rows(v, (3,), "v"), degrees), 1))
 
 
-def rotation_vector_from_quat(q: Any) -> Array:
-    """Returns the rotation vector, axis times angle, rad, at most pi long; shape (3,)."""
-    return _converted("nutate_rotation_vector_from_quat", (3,), quaternion(q))
+def rotation_vector_from_quat(q: Any, *, degrees: bool = False) -> Array:
+    """Converts quaternions to rotation vectors, axis times angle.
+
+    Parameters
+    ----------
+    q : array, shape (4,) or (n, 4), or Rotation
+        Attitude.
+    degrees : bool
+        True for degrees.
+
+    Returns
+    -------
+    array, shape (3,) or (n, 3)
+        Rotation vector, at most pi long.
+
+    Raises
+    ------
+    NutateValueError
+        If a number is not finite, or all are zero.
+
+    Examples
+    --------
+    >>> nutate.rotation_vector_from_quat([0, 0, 1, 0], degrees=True).round(9).tolist()
+    [0.0, 180.0, 0.0]
+    """
+    return _given(_converted("nutate_rotation_vector_from_quat", (3,), (_quaternions(q), 1)), degrees)
 
 
 def quat_product(a: Any, b: Any) -> Array:
-    """Returns the product a b: first the rotation b, then a; shape (4,)."""
-    return _converted("nutate_quat_product", (4,), quaternion(a, "a"), quaternion(b, "b"))
+    """Multiplies quaternions: first the rotation b, then a.
+
+    Parameters
+    ----------
+    a, b : array, shape (4,) or (n, 4), or Rotation
+        Quaternions. One of them may be single and the other an array.
+
+    Returns
+    -------
+    array, shape (4,) or (n, 4)
+        Product a b.
+
+    Raises
+    ------
+    NutateValueError
+        If a number is not finite, or the numbers of rows differ.
+
+    Examples
+    --------
+    >>> nutate.quat_product([0, 1, 0, 0], [0, 0, 1, 0]).tolist()
+    [0.0, 0.0, 0.0, 1.0]
+    """
+    return _converted("nutate_quat_product", (4,), (_quaternions(a, "a"), 1), (_quaternions(b, "b"), 1))
 
 
 def quat_normalized(q: Any) -> Array:
-    """Returns the quaternion with unit length; shape (4,)."""
-    return _converted("nutate_quat_normalized", (4,), quaternion(q))
+    """Gives quaternions unit length.
+
+    Parameters
+    ----------
+    q : array, shape (4,) or (n, 4), or Rotation
+        Quaternion of any length but zero.
+
+    Returns
+    -------
+    array, shape (4,) or (n, 4)
+        Quaternion of length 1.
+
+    Raises
+    ------
+    NutateValueError
+        If a number is not finite, or all are zero.
+
+    Examples
+    --------
+    >>> nutate.quat_normalized([3, 4, 0, 0]).tolist()
+    [0.6, 0.8, 0.0, 0.0]
+    """
+    return _converted("nutate_quat_normalized", (4,), (_quaternions(q), 1))
 
 
 def rotate_to_space(q: Any, v: npt.ArrayLike) -> Array:
-    """Converts body components to space components; shape (3,)."""
-    return _converted("nutate_rotate_to_space", (3,), quaternion(q), vector(v, 3, "v"))
+    """Converts body components of vectors to space components.
+
+    Parameters
+    ----------
+    q : array, shape (4,) or (n, 4), or Rotation
+        Attitude.
+    v : array, shape (3,) or (n, 3)
+        Body components.
+
+    Returns
+    -------
+    array, shape (3,) or (n, 3)
+        Space components.
+
+    Raises
+    ------
+    NutateValueError
+        If a number is not finite, or the numbers of rows differ.
+
+    Examples
+    --------
+    >>> nutate.rotate_to_space([0, 1, 0, 0], (1, 2, 3)).tolist()
+    [1.0, -2.0, -3.0]
+    """
+    return _converted("nutate_rotate_to_space", (3,), (_quaternions(q), 1), (_rows(v, (3,), "v"), 1))
 
 
 def rotate_to_body(q: Any, v: npt.ArrayLike) -> Array:
-    """Converts space components to body components; shape (3,)."""
-    return _converted("nutate_rotate_to_body", (3,), quaternion(q), vector(v, 3, "v"))
+    """Converts space components of vectors to body components.
+
+    Parameters
+    ----------
+    q : array, shape (4,) or (n, 4), or Rotation
+        Attitude.
+    v : array, shape (3,) or (n, 3)
+        Space components.
+
+    Returns
+    -------
+    array, shape (3,) or (n, 3)
+        Body components.
+
+    Raises
+    ------
+    NutateValueError
+        If a number is not finite, or the numbers of rows differ.
+
+    Examples
+    --------
+    >>> nutate.rotate_to_body([[1, 0, 0, 0], [0, 0, 0, 1]], (1, 2, 3)).tolist()
+    [[1.0, 2.0, 3.0], [-1.0, -2.0, 3.0]]
+    """
+    return _converted("nutate_rotate_to_body", (3,), (_quaternions(q), 1), (_rows(v, (3,), "v"), 1))
 
 
-def attitude_distance(a: Any, b: Any) -> float:
-    """Returns the angle of the rotation between two attitudes, rad, in [0, pi]."""
-    return float(_converted("nutate_attitude_distance", (1,), quaternion(a, "a"), quaternion(b, "b"))[0])
+def attitude_distance(a: Any, b: Any, *, degrees: bool = False) -> Any:
+    """Computes the angle of the rotation between two attitudes.
+
+    Parameters
+    ----------
+    a, b : array, shape (4,) or (n, 4), or Rotation
+        Attitudes. One of them may be single and the other an array.
+    degrees : bool
+        True for degrees.
+
+    Returns
+    -------
+    float, or array, shape (n,)
+        Angle in [0, pi].
+
+    Raises
+    ------
+    NutateValueError
+        If a number is not finite, or the numbers of rows differ.
+
+    Examples
+    --------
+    >>> nutate.attitude_distance([1, 0, 0, 0], [0, 0, 1, 0], degrees=True)
+    180.0
+    """
+    angle = _given(_converted("nutate_attitude_distance", (), (_quaternions(a, "a"), 1), (_quaternions(b, "b"), 1)), degrees)
+    return float(angle) if np.ndim(angle) == 0 else angle
+
+
+def to_rotation(q: Any) -> Any:
+    """Converts quaternions to a Rotation of SciPy.
+
+    Parameters
+    ----------
+    q : array, shape (4,) or (n, 4), or Rotation
+        Attitude, scalar first.
+
+    Returns
+    -------
+    scipy.spatial.transform.Rotation
+        Rotation that takes body components to space components.
+
+    Raises
+    ------
+    ImportError
+        If SciPy is not installed.
+
+    Examples
+    --------
+    >>> nutate.to_rotation([0, 1, 0, 0]).apply([1, 2, 3]).tolist()
+    [1.0, -2.0, -3.0]
+    """
+    rotations = importlib.import_module("scipy.spatial.transform")
+    return rotations.Rotation.from_quat(np.roll(_quaternions(q), -1, axis=-1))
+
+
+def from_rotation(rotation: Any) -> Array:
+    """Converts a Rotation of SciPy to unit quaternions with their scalar first.
+
+    Parameters
+    ----------
+    rotation : scipy.spatial.transform.Rotation
+        One rotation or n of them.
+
+    Returns
+    -------
+    array, shape (4,) or (n, 4)
+        Attitude.
+
+    Raises
+    ------
+    NutateValueError
+        If it is no Rotation.
+
+    Examples
+    --------
+    >>> nutate.from_rotation(nutate.to_rotation([0, 0, 1, 0])).tolist()
+    [0.0, 0.0, 1.0, 0.0]
+    """
+    if not hasattr(rotation, "as_quat"):
+        raise refusal(f"rotation is {rotation!r} (expected a Rotation of SciPy)")
+    return _quaternions(rotation)
 
 
 def exact_free_body(system: System, q0: Any, omega0: npt.ArrayLike, t: npt.ArrayLike) -> tuple[Array, Array]:
-    """Computes the exact motion of a torque-free body from q0 and omega0 (body axes, rad/s) at t = 0: attitudes, shape (n, 4), and
-    angular velocities, body axes, rad/s, shape (n, 3), at n times, s, of either sign."""
+    """Computes the exact motion of a torque-free rigid body.
+
+    Parameters
+    ----------
+    system : System
+        Body. Its effects are not considered.
+    q0 : array, shape (4,), or Rotation
+        Attitude at t = 0.
+    omega0 : array, shape (3,)
+        Angular velocity at t = 0, body axes, rad/s.
+    t : array, shape (n,)
+        Times, s, of either sign.
+
+    Returns
+    -------
+    q : array, shape (n, 4)
+        Attitudes.
+    omega : array, shape (n, 3)
+        Angular velocities, body axes, rad/s.
+
+    Raises
+    ------
+    NutateValueError
+        If a number is not finite, or an array has another shape.
+
+    Examples
+    --------
+    >>> box = nutate.System(shape="box", size=(4, 1, 2), mass=12)
+    >>> q, omega = nutate.exact_free_body(box, (1, 0, 0, 0), (0, 0, 1), [0, np.pi])
+    >>> q[1].round(12).tolist()
+    [0.0, 0.0, 0.0, 1.0]
+    """
     times = np.ascontiguousarray(np.atleast_1d(t), dtype=np.float64)
     if times.ndim != 1:
         raise refusal(f"t has shape {times.shape} (expected n times)")

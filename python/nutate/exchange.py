@@ -253,7 +253,7 @@ class Exchange(Columns):
     without `t_eval` has the ends of steps, and the error is 1e-5. 0 writes the rows as they are. Rows that are half a turn or more
     apart are rejected."""
 
-    sol: Any
+    _sol: Any
     system: System
     _labels: dict[str, str]
 
@@ -312,7 +312,7 @@ class Exchange(Columns):
         """The attitude error between rows: the one given, else the usual one if the rows are the ends of steps, or 0."""
         if error is not None:
             return error
-        return USUAL_ERROR if self.sol is not None and np.array_equal(self.t, self.sol._ends["t"]) else 0.0
+        return USUAL_ERROR if self._sol is not None and np.array_equal(self.t, self._sol._ends["t"]) else 0.0
 
     def _knows_axes(self) -> bool:
         """True unless the space axes are those of a rotating frame."""
@@ -337,10 +337,10 @@ class Exchange(Columns):
             return (product(self.system.space_axes(t), q) if np.any(rate) else q), omega
 
         if error:
-            if self.sol is None:
+            if self._sol is None:
                 raise refusal("error needs the dense output of the solution (expected dense_output=True, and a step or more)")
-            t = resampled(self.sol, error, lambda t: converted(t, *self.sol(t)))
-            q, omega = converted(t, *self.sol(t))
+            t = resampled(self._sol, error, lambda t: converted(t, *self._sol(t)))
+            q, omega = converted(t, *self._sol(t))
         else:
             t = self.t
             q = np.stack([self[f"q{i}"] for i in range(4)], axis=-1)

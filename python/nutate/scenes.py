@@ -21,6 +21,10 @@ from .systems import add_potential, add_user_torque
 LABELS = ("epoch", "time_system", "object", "object_id", "space_frame", "body_frame")
 
 
+# A comment, a text in quotes, or, as group 1, a group &event.
+EVENT_GROUP = r"""![^\n]*|'[^']*'|"[^"]*"|(&event\b(?:![^\n]*|'[^']*'|"[^"]*"|[^/!'"])*/)"""
+
+
 class Scene(Recipe):
     """A scene (input file), read and checked.
 
@@ -88,11 +92,12 @@ class Scene(Recipe):
         return members.value
 
     @property
-    def has_events(self) -> bool:
-        """True if the scene has groups &event."""
+    def event_groups(self) -> list[str]:
+        """Groups &event of the scene, as they were written."""
         text = self._given[1]["text"]
-        lines = (text if isinstance(text, str) else os.fsdecode(text)).lower()
-        return re.search(r"^[^!'\"]*&event\b", lines, re.MULTILINE) is not None
+        lines = text if isinstance(text, str) else os.fsdecode(text)
+        found = re.finditer(EVENT_GROUP, lines, re.IGNORECASE)
+        return [match[1] for match in found if match[1]]
 
     def add_user_torque(self, torque: Callable[..., npt.ArrayLike], bounds: Optional[npt.ArrayLike] = None) -> None:
         """Adds a user-defined torque, as System.add_user_torque."""
@@ -148,9 +153,34 @@ def take_history(handle: Any, names: Optional[list[str]] = None) -> tuple[Histor
 
 
 def run(path: Textual, *overrides: str) -> History:
-    """Runs a scene file. Returns a dictionary of arrays, one per column of its output, the first being "t"; its attribute
-    `events` lists the events that the run located.
+    """Runs a scene file.
 
-    `overrides` are strings "GROUP.KEY=VALUE", as after --set: run("box.nml", "integrator.time_step=0.005").
+    Parameters
+    ----------
+    path : str or path
+        Scene file.
+    *overrides : str
+        Overrides "GROUP.KEY=VALUE", as after --set, or "-GROUP.KEY", as after --unset.
+
+    Returns
+    -------
+    History
+        Dictionary of arrays, one per column of the output, the first being "t"; its attribute `events` lists the events that
+        the run located.
+
+    Raises
+    ------
+    NutateOSError
+        If the file cannot be read.
+    NutateValueError
+        If the scene is invalid.
+    NutateError
+        If the run fails; the attribute `history` has the rows so far.
+
+    Examples
+    --------
+    >>> history = nutate.run("scenes/box.nml", "integrator.end_time=1")
+    >>> len(history["t"]), list(history)[:3]
+    (101, ['t', 'q0', 'q1'])
     """
     return Scene(path, *overrides).run()

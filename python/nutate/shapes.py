@@ -1,4 +1,4 @@
-"""What bodies look like: surfaces and edges of shapes, and of the box that has the inertia of a body of any other form."""
+"""What bodies look like: surfaces and edges of shapes, and of a shape with the inertia of a body of any other form."""
 
 from __future__ import annotations
 
@@ -90,26 +90,37 @@ def of_shape(shape: str, size: Array) -> Surface:
     return ellipsoid(size if shape == "ellipsoid" else np.full(3, size[0]))
 
 
-def inertia_box(system: System) -> Surface:
-    """The homogeneous box with the inertia of the body about its centre of mass; 1 kg where its mass is not known, since forms do
-    not depend on it."""
+def assumed_shape(system: System) -> tuple[str, Surface]:
+    """A homogeneous body with the inertia of another about its centre of mass: a sphere or a cylinder if it is symmetric, else a
+    box. 1 kg if its mass is not known, since forms do not depend on it."""
     mass, center = system.mass, system.center_of_mass
     inertia = system.inertia - mass * (center @ center * np.eye(3) - np.outer(center, center))
     moments, axes = np.linalg.eigh(inertia)
+    equal = np.isclose(moments[:2], moments[1:], rtol=1e-9)
+    if equal.all():
+        return "sphere", ellipsoid(np.full(3, np.sqrt(2.5 * moments[0] / (mass or 1.0)))).moved(np.eye(3), center)
+    if equal.any():
+        along = 2 if equal[0] else 0
+        radius = np.sqrt(2 * moments[along] / (mass or 1.0))
+        height = np.sqrt(max(12 * moments[1] / (mass or 1.0) - 3 * radius ** 2, 4e-4 * radius ** 2))
+        around = np.roll(axes, 2 - along, axis=1)
+        around[:, 0] *= np.sign(np.linalg.det(around))
+        return "disc" if height < radius else "cylinder", of_shape("cylinder", np.array([radius, height])).moved(around, center)
     squares = (moments.sum() / 2 - moments) * 12 / (mass or 1.0)
     # A plate has an edge of zero; and moments that no body has would give less.
     edges = np.sqrt(np.maximum(squares, 1e-4 * squares.max()))
     if np.linalg.det(axes) < 0:
         axes[:, 0] *= -1
-    return box(edges).moved(axes, center)
+    return "box", box(edges).moved(axes, center)
 
 
-def surface_of(system: System, scene: Optional[Scene] = None) -> Surface:
-    """What a body looks like: the shape that it was given, else the box of its inertia."""
+def surface_of(system: System, scene: Optional[Scene] = None) -> tuple[Surface, Optional[str]]:
+    """What a body looks like: the shape that it was given, else one with its inertia, and the name of that."""
     found = shape_of(system, scene)
     if found is None:
-        return inertia_box(system)
-    return of_shape(*found).moved(np.eye(3), system.center_of_mass)
+        name, surface = assumed_shape(system)
+        return surface, name
+    return of_shape(*found).moved(np.eye(3), system.center_of_mass), None
 
 
 def shape_of(system: System, scene: Optional[Scene] = None) -> Optional[tuple[str, Array]]:

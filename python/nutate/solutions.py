@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import copy
+import re
 from functools import partial
 from typing import Any, Callable, Iterator, Optional, Sequence, Union
 
 import numpy as np
 import numpy.typing as npt
 
-from ._library import (Array, NOT_CONVERGED, NOT_FINITE, NutateError, NutateValueError, OFF_BRANCH, SINGULAR, STEP_LIMIT, quaternion,
-                       refusal, vector)
+from ._library import (Array, NOT_CONVERGED, NOT_FINITE, NutateError, NutateValueError, OFF_BRANCH, SINGULAR, STEP_LIMIT, encoded,
+                       quaternion, refusal, vector)
+from .events import Event as Happened
 from .events import History
 from .exchange import Exchange
 from .scenes import Scene
@@ -28,9 +30,36 @@ Event = Callable[[float, Array, Array], float]
 
 
 class Motion:
-    """Dense output of a motion: motion(t) returns attitude and angular velocity (body axes, rad/s) at a time, shapes (4,) and
-    (3,), or at n times, shapes (n, 4) and (n, 3). It repeats the step that contains the time and evaluates the dense output of
-    the method, which is as accurate as the steps themselves."""
+    """Dense output of a motion: attitude and angular velocity at any time.
+
+    A call repeats the step that contains the time and evaluates the dense output of the method, which is as accurate as
+    the steps themselves.
+
+    Parameters
+    ----------
+    t : float, or array, shape (n,)
+        Times, s, from `t_min` to `t_max`, in any order.
+
+    Returns
+    -------
+    q : array, shape (4,) or (n, 4)
+        Attitude.
+    omega : array, shape (3,) or (n, 3)
+        Angular velocity, body axes, rad/s.
+
+    Raises
+    ------
+    NutateValueError
+        If a time is outside the motion.
+
+    Examples
+    --------
+    >>> top = nutate.System(moments=(1, 1, 2))
+    >>> motion = nutate.solve(top, omega0=(0, 0, 3), t_span=(0, 2)).sol
+    >>> q, omega = motion([0.5, 1.0, 1.5])
+    >>> q.shape, omega[1].round(9).tolist()
+    ((3, 4), [0.0, 0.0, 3.0])
+    """
 
     def __init__(self, stepper: Stepper, branch: Stepper, ends: dict[str, Array]) -> None:
         """`branch` is as the stepper was before its run, which led to the ends of steps."""
@@ -112,38 +141,64 @@ class Motion:
 
 
 class Solution(Exchange):
-    """Result of `solve`.
+    """Result of `solve`: a mapping of column names to arrays, with attributes.
 
-    t           times of the rows, s, shape (n,)
-    q, omega    attitudes, shape (n, 4), and angular velocities, body axes, rad/s, shape (n, 3)
-    energy      energies by name, J, each of shape (n,): kinetic, potential, total, work, energy_residual
-    sol         dense output: sol(t) returns q and omega at any time in between; None without dense_output
-    status      0: the end was reached; 1: an event ended the motion; -1: a step failed
-    message     description of the status; success is status >= 0
-    errors      the largest errors of the invariants at the rows: "norm" (q.q - 1), "orthogonality" (q.p, kg m2/s), "energy"
-                (total - total at the start - work, J), "momentum" (conserved components, N m s), and "attitude", the
-                estimated attitude error at the end, rad, nan if no accuracy was requested
-    accuracy_reached    True if that estimate is at most the requested accuracy; None if none was requested, or a step failed.
-                False comes with a NutateAccuracyWarning; the motion is then as accurate as possible, and success is unaffected
-    t_events, q_events, omega_events    for each event the times of its occurrences, and the states at them
-    method      integration method
-    n_steps     number of steps; None without dense_output
-    uncertified_steps  number of steps whose root is not certified
-    free        names of the free numbers of solve(..., free=[...]); else empty
-    sensitivity with free: sensitivity(t) returns the derivatives of the rotation vector, body axes, rad, and of omega, rad/s, by
-                the free numbers, each of shape (3, len(free)), at n times (n, 3, len(free)); else None
+    Attributes
+    ----------
+    t : array, shape (n,)
+        Times of the rows, s.
+    q : array, shape (n, 4)
+        Attitudes.
+    omega : array, shape (n, 3)
+        Angular velocities, body axes, rad/s.
+    energy : dict of arrays, shape (n,)
+        Energies, J: kinetic, potential, total, work, energy_residual.
+    sol : Motion
+        Dense output: sol(t) returns q and omega at any time in between.
+    status : int
+        0: the end was reached; 1: an event ended the motion; -1: a step failed.
+    message : str
+        Description of the status.
+    errors : dict of float
+        Largest errors of the invariants at the rows: "energy" (total - total at the start - work, over the largest T + abs(V)),
+        "momentum" (conserved components, over the largest momentum), "norm" (q.q - 1), "orthogonality" (q.p, kg m2/s), and
+        "attitude", the estimated attitude error at the end, rad, nan if no accuracy was requested.
+    accuracy_reached : bool or None
+        True if that estimate is at most the requested accuracy; None if none was requested, or a step failed. False comes with
+        a NutateAccuracyWarning; the motion is then as accurate as possible, and success is unaffected.
+    t_events, q_events, omega_events : list of arrays
+        For each of `events` of `solve` the times of its occurrences, and the states at them.
+    events : list of Event
+        Occurrences of all events by their names, those of a Scene included, in the order of time.
+    method : str
+        Integration method.
+    n_steps : int or None
+        Number of steps; None without dense output.
+    uncertified_steps : int
+        Number of steps whose root is not certified.
+    free : tuple of str
+        Names of the parameters of solve(..., free=[...]); else empty.
+    sensitivity : Sensitivity or None
+        With `free`: sensitivity(t) returns the derivatives of the rotation vector, body axes, rad, and of omega, rad/s, by the
+        parameters, each of shape (3, len(free)), at n times (n, 3, len(free)).
+    exponents, megno, fli : array, float, float, or None
+        For a Scene with &chaos: Lyapunov exponents, 1/s, shape (1,) or (6,), mean MEGNO and fast Lyapunov indicator.
 
-    exponents, megno, fli   of a Scene with &chaos: Lyapunov exponents, 1/s, shape (1,) or (6,), mean MEGNO and fast Lyapunov
-                indicator; else None
-
-    solution["omega3"] is a column by its name, solution.columns all of them; to_pandas() and to_xarray() make tables.
+    Examples
+    --------
+    >>> box = nutate.System(shape="box", size=(4, 1, 2), mass=12)
+    >>> solution = nutate.solve(box, omega0=(0.1, 0, 10), t_span=(0, 5), events="omega3")
+    >>> solution.success, solution.t_events[0].round(5).tolist()
+    (True, [0.96641, 2.89923, 4.83205])
+    >>> solution["omega3"] is solution.columns["omega3"]
+    True
     """
 
-    sol: Optional[Motion]
+    _sol: Optional[Motion]
 
     def __init__(self, columns: dict[str, Array], sol: Optional[Motion], **facts: Any) -> None:
         super().__init__(columns)
-        self.sol = sol
+        self._sol = sol
         self.status: int = facts["status"]
         self.message: str = facts["message"]
         self.method: str = facts["method"]
@@ -160,10 +215,24 @@ class Solution(Exchange):
         self.exponents: Optional[Array] = facts["exponents"]
         self.megno: Optional[float] = facts["megno"]
         self.fli: Optional[float] = facts["fli"]
+        self.events: list[Happened] = facts["events"]
         self._labels = facts["labels"]
         self.q = stacked(columns, "q", range(4))
         self.omega = stacked(columns, "omega", range(1, 4))
         self.energy = {name: columns[name] for name in ("kinetic", "potential", "total", "work", "energy_residual")}
+
+    @property
+    def sol(self) -> Motion:
+        """Dense output.
+
+        Raises
+        ------
+        NutateValueError
+            If `solve` was called with dense_output=False, or the motion has no rows.
+        """
+        if self._sol is None:
+            raise refusal("the solution has no dense output (expected solve(..., dense_output=True))")
+        return self._sol
 
     @property
     def success(self) -> bool:
@@ -185,36 +254,79 @@ class Solution(Exchange):
 def solve(system: Union[System, Scene], q0: Any = None, omega0: Optional[npt.ArrayLike] = None,
           t_span: Optional[Sequence[float]] = None, t_eval: Optional[npt.ArrayLike] = None,
           accuracy: Optional[float] = 1e-8, method: Optional[str] = "auto",
-          events: Union[None, Event, Sequence[Event]] = None, *, frame: str = "body", dense_output: bool = True,
-          free: Union[None, str, Sequence[str]] = None, **settings: Any) -> Solution:
-    """Computes the motion of a System from t_span[0] to t_span[1], s, forward or backward, from attitude q0 (scalar first, or a
-    Rotation of SciPy; default: the identity) and the angular velocity omega0 (rad/s, in the axes of `frame`, "body" or "space").
-    A Scene supplies body and effects, and initial state and end time unless they are given.
+          events: Union[None, str, Event, Sequence[Union[str, Event]]] = None, *, frame: str = "body", dense_output: bool = True,
+          free: Union[None, str, Sequence[str]] = None, max_step: Optional[float] = None, **settings: Any) -> Solution:
+    """Computes the motion of a System, or of a Scene, from an initial state.
 
-    accuracy   largest attitude error at the end, rad; trial runs find the steps for it. Alternatives are
-               local_tolerance=, the error of each step, and time_step=; these and other `settings` are the keys of &integrator
-    method     "auto": chosen by the accuracy; see docs/reference/scenes/integrator.md
-    t_eval     times of the rows, s, in the order of the run; otherwise the ends of the steps
-    events     event(t, q, omega), or several: smooth functions of their arguments alone, whose zeros are located inside the
-               steps. As in SciPy they may have the attributes direction (1: only rising, -1: only falling) and terminal (True:
-               the first occurrence ends the motion; n: the n-th)
-    dense_output  False, with t_eval, saves the memory of `sol`
-    free       names of numbers, such as "body.inertia.1" or "initial.attitude", by which `sensitivity` of the solution
-               differentiates, as key in &free; those of a System are named as a scene would have them
+    Parameters
+    ----------
+    system : System or Scene
+        Body and effects. A Scene supplies initial state, end time and events, too; arguments replace the first two.
+    q0 : array, shape (4,), or Rotation
+        Attitude at the start, scalar first; default: the identity.
+    omega0 : array, shape (3,)
+        Angular velocity at the start, rad/s, in the axes of `frame`.
+    t_span : pair of float
+        First and last time, s; the motion may run backward.
+    t_eval : array, shape (n,)
+        Times of the rows, s, in the order of the run; default: the ends of the steps.
+    accuracy : float
+        Largest attitude error at the end, rad; trial runs find the steps for it. `local_tolerance`, the error of each step,
+        rad, or `time_step`, s, replace it.
+    method : str
+        "auto": chosen by the accuracy; else a method of &integrator.
+    events : str, function event(t, q, omega), or a list of these
+        A column such as "omega3" whose zeros are located inside the steps, or a smooth function of its arguments alone. As in
+        SciPy functions may have the attributes direction (1: only rising, -1: only falling) and terminal (True: the first
+        occurrence ends the motion; n: the n-th).
+    frame : str
+        Axes of omega0: "body" or "space".
+    dense_output : bool
+        False, with t_eval, saves the memory of `sol`.
+    free : str or list of str
+        Names of parameters, such as "body.inertia.1" or "initial.attitude", by which `sensitivity` of the solution
+        differentiates, as key in &free; those of a System are named as a scene would have them.
+    max_step : float
+        Longest adaptive step, s.
+    **settings
+        Other keys of &integrator: local_tolerance, time_step, order, conserve, ...
 
-    Exceptions raised by callbacks and events propagate unchanged, with the rows so far as attribute `history`, and so does the
-    KeyboardInterrupt of Ctrl-C. A step that fails ends the motion with the rows before it and status -1."""
+    Returns
+    -------
+    Solution
+        Rows, dense output, events and errors. A step that fails ends the motion with the rows before it and status -1.
+
+    Raises
+    ------
+    NutateValueError
+        If an argument is invalid.
+    Exception
+        Exceptions of callbacks and events, and the KeyboardInterrupt of Ctrl-C, with the rows so far as attribute `history`.
+
+    Examples
+    --------
+    >>> box = nutate.System(shape="box", size=(4, 1, 2), mass=12)
+    >>> solution = nutate.solve(box, omega0=(0.1, 0, 10), t_span=(0, 5), accuracy=1e-9)
+    >>> q, omega = solution.sol(2.5)
+    >>> omega.round(4).tolist()
+    [1.4923, -1.489, -9.8356]
+    >>> solution.errors["energy"] < 1e-14
+    True
+    """
     scene = system if isinstance(system, Scene) else None
     labels = scene.labels if scene is not None else {}
+    for foreign in ("rtol", "atol"):
+        if foreign in settings:
+            raise refusal(f"solve has no {foreign} (did you mean accuracy, the attitude error at the end in rad?)")
     body, q0, omega0, span = start_of(system, q0, omega0, t_span)
     if "time_step" in settings or "local_tolerance" in settings:
         accuracy = None
     if "time_step" in settings and method == "auto":
         method = None
-    given = {"accuracy": accuracy, "method": method, **settings}
+    given = {"accuracy": accuracy, "method": method, "max_step": max_step, **settings}
     if "time_step" in given:
         given["time_step"] = np.copysign(float(given["time_step"]), span[1] - span[0])
-    looked_for = [events] if callable(events) else list(events or ())
+    looked_for = [events] if callable(events) or isinstance(events, str) else list(events or ())
     times = None if t_eval is None else times_of(t_eval, span)
     rows_only = times is not None and not dense_output
     with Stepper(body, **{key: value for key, value in given.items() if value is not None}) as stepper:
@@ -228,6 +340,8 @@ def solve(system: Union[System, Scene], q0: Any = None, omega0: Optional[npt.Arr
             stepper.set_columns(*SETS, "sensitivities")
         branch = copy.copy(stepper)
         add_events(stepper, looked_for)
+        if scene is not None:
+            add_events_of(stepper, scene)
         ends, failed = run_of(stepper, span[1], times if rows_only else None)
         sol = Motion(stepper, branch, ends) if dense_output and len(ends["t"]) else None
         columns = ends if sol is None or times is None else sol.rows(times[(times >= sol.t_min) & (times <= sol.t_max)])
@@ -236,7 +350,7 @@ def solve(system: Union[System, Scene], q0: Any = None, omega0: Optional[npt.Arr
                         n_steps=None if rows_only else max(len(ends["t"]) - 1, 0), uncertified_steps=stepper.uncertified_steps,
                         sensitivity=sensitivity, exponents=ends.exponents, megno=ends.megno, fli=ends.fli,
                         errors=errors_of(stepper, columns, failed), accuracy_reached=ends.accuracy_reached,
-                        **outcome(stepper, looked_for, failed, ends.accuracy_reached))
+                        **outcome(stepper, looked_for, failed, ends.accuracy_reached, ended_early(ends["t"], span[1])))
 
 
 def start_of(system: Union[System, Scene], q0: Any, omega0: Optional[npt.ArrayLike],
@@ -244,8 +358,6 @@ def start_of(system: Union[System, Scene], q0: Any, omega0: Optional[npt.ArrayLi
     """The system, and the start and the times of its motion, those of a scene where they are not given."""
     span = None if t_span is None else vector(t_span, 2, "t_span")
     if isinstance(system, Scene):
-        if system.has_events:
-            raise refusal("the scene has groups &event, which solve does not support (expected events= instead)")
         attitude, rates = system.initial
         q0 = attitude if q0 is None else q0
         omega0 = rates if omega0 is None else omega0
@@ -284,7 +396,7 @@ def stacked(columns: dict[str, Array], name: str, numbers: Any) -> Array:
 
 
 def errors_of(stepper: Stepper, columns: dict[str, Array], failed: Optional[NutateError]) -> dict[str, float]:
-    """The largest errors of the invariants."""
+    """The largest errors of the invariants; those of energy and momentum are relative, as in the summary of `nutate run`."""
     asked_for = float(stepper.get("accuracy")) > 0 and failed is None
     errors = {"attitude": float(stepper.estimated_error[0]) if asked_for else float("nan")}
     if not len(columns["t"]):
@@ -293,35 +405,68 @@ def errors_of(stepper: Stepper, columns: dict[str, Array], failed: Optional[Nuta
     momentum = np.stack([columns[name] for name in ("l_x", "l_y", "l_z")], axis=-1)
     change = momentum - momentum[0]
     if conserved:
-        errors["momentum"] = float(np.max(np.linalg.norm(change, axis=1) if conserved == 3 else np.abs(change @ axis)))
-    for name, column in (("energy", "energy_residual"), ("norm", "norm_error"), ("orthogonality", "orthogonality")):
+        worst = np.max(np.linalg.norm(change, axis=1) if conserved == 3 else np.abs(change @ axis))
+        errors["momentum"] = over(worst, np.max(np.linalg.norm(momentum, axis=1)))
+    errors["energy"] = over(np.max(np.abs(columns["energy_residual"])), np.max(columns["kinetic"] + np.abs(columns["potential"])))
+    for name, column in (("norm", "norm_error"), ("orthogonality", "orthogonality")):
         errors[name] = float(np.max(np.abs(columns[column])))
     return errors
 
 
-def terminal_of(event: Event) -> int:
+def over(error: float, scale: float) -> float:
+    """An error relative to a scale; 0 if that is 0."""
+    return float(error / scale) if scale > 0 else 0.0
+
+
+def ended_early(t: Array, end: float) -> bool:
+    """True if the last row is before the end."""
+    return bool(len(t) and t[-1] != end)
+
+
+def terminal_of(event: Union[str, Event]) -> int:
     """How often an event has to happen to end the motion; 0: it does not end it."""
     return int(getattr(event, "terminal", None) or 0)
 
 
-def add_events(stepper: Stepper, events: Sequence[Event]) -> None:
+def add_events(stepper: Stepper, events: Sequence[Union[str, Event]]) -> None:
     """Lets a run look for events; each is called by its place."""
     for i, event in enumerate(events):
+        if not (callable(event) or isinstance(event, str)):
+            raise refusal(f"events has {event!r} (expected a column or a function)")
         stepper.add_event(event, str(i), crosses=0, direction=int(np.sign(getattr(event, "direction", 0))) or None,
                           count=terminal_of(event) or None)
 
 
-def outcome(stepper: Stepper, events: Sequence[Event], failed: Optional[NutateError], reached: Optional[bool]) -> dict[str, Any]:
+def add_events_of(stepper: Stepper, scene: Scene) -> None:
+    """Lets a run look for the events of a scene. Steps are evaluated again for dense output, with all effects as they were at the
+    start: events that switch them are rejected."""
+    groups = scene.event_groups
+    if not groups:
+        return
+    if any(str(override).lower().lstrip("-").startswith("event.") for override in scene._given[0][1:]):
+        raise refusal("solve does not support overrides of &event (expected them in the scene, or nutate.run)")
+    if any(re.search(r"\bswitch\s*=", group, re.IGNORECASE) for group in groups):
+        raise refusal("the scene has events that switch effects, which solve does not support (expected nutate.run)")
+    stepper._call("nutate_stepper_add_events", encoded("\n".join(groups) + "\n"))
+
+
+def outcome(stepper: Stepper, events: Sequence[Union[str, Event]], failed: Optional[NutateError], reached: Optional[bool],
+            early: bool) -> dict[str, Any]:
     """Status, message and events of a run."""
-    found = [[event for event in stepper.events if event.name == str(i)] for i in range(len(events))]
+    happenings = stepper.events
+    found = [[event for event in happenings if event.name == str(i)] for i in range(len(events))]
+    names = [event if isinstance(event, str) else getattr(event, "__name__", "") for event in events]
     facts: dict[str, Any] = {
+        "events": [event._replace(name=names[int(event.name)]) if event.name in map(str, range(len(events))) else event
+                   for event in happenings],
         "t_events": [np.array([event.t for event in happened]) for happened in found],
         "q_events": [np.reshape([event.q for event in happened], (-1, 4)) for happened in found],
         "omega_events": [np.reshape([event.omega for event in happened], (-1, 3)) for happened in found]}
     ended_by = next((i for i, event in enumerate(events) if 0 < terminal_of(event) == len(found[i])), None)
     if ended_by is not None:
-        name = getattr(events[ended_by], "__name__", "")
-        return {**facts, "status": 1, "message": f"event {ended_by} ({name}) ended the motion"}
+        return {**facts, "status": 1, "message": f"event {ended_by} ({names[ended_by]}) ended the motion"}
     if failed is not None:
         return {**facts, "status": -1, "message": str(failed)}
+    if early and happenings:
+        return {**facts, "status": 1, "message": f"event {happenings[-1].name!r} ended the motion"}
     return {**facts, "status": 0, "message": "the end was reached" + (", the accuracy was not" if reached is False else "")}

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import copy
 import ctypes
+import importlib
 import os
-from typing import Any, Optional, Union
+import sys
+from typing import Any, Callable, Iterator, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -16,25 +19,111 @@ from .scenes import Scene
 SceneOrPath = Union[Scene, str, bytes, "os.PathLike[str]"]
 Rows = npt.NDArray[np.void]
 MOST_THREADS = 4096
+# Parts of a sweep between which its progress is shown.
+PARTS = 100
 
 
-def sweep(scene: SceneOrPath, *overrides: str, table: Any = None, threads: int = 1) -> Rows:
-    """Runs all members of an ensemble. Returns a structured array, one row per member, with the fields and bytes of the file that
-    `nutate sweep` writes: rows["status"], rows["omega3"], rows["initial.angular_velocity.3"].
+def sweep(scene: SceneOrPath, *overrides: str, table: Any = None, threads: int = 1, progress: bool = False) -> Rows:
+    """Runs all members of an ensemble.
 
-    `scene` is the path of a scene file, with `overrides` as in `run`, or a Scene. `table` has one line per member: a
-    mapping of names such as "body.inertia.1" to columns, a DataFrame, or a structured array; a scene without `&ensemble`
-    gets one member per line. `threads` is the number of threads; more than 1 requires a library built with OpenMP.
-    The status of a member that fails is in its row, also where a callback of the scene raises an exception. Ctrl-C ends the
-    sweep."""
+    Parameters
+    ----------
+    scene : str, path or Scene
+        Scene, or the path of its file.
+    *overrides : str
+        Overrides "GROUP.KEY=VALUE" of a scene file, as in `run`.
+    table : mapping, DataFrame or structured array
+        Values with one line per member; names such as "body.inertia.1". A scene without &ensemble gets a member per line.
+    threads : int
+        Number of threads; more than 1 requires a library built with OpenMP.
+    progress : bool
+        True to show the progress: with a bar of tqdm if that is installed, else in a line of the standard error.
+
+    Returns
+    -------
+    structured array, shape (members,)
+        Fields and bytes of the file that `nutate sweep` writes: rows["status"], rows["omega3"],
+        rows["initial.angular_velocity.3"]. The status of a member that fails is in its row, also if a callback of the scene
+        raises an exception.
+
+    Raises
+    ------
+    NutateValueError
+        If the scene or an argument is invalid.
+    KeyboardInterrupt
+        Ctrl-C ends the sweep.
+
+    Examples
+    --------
+    >>> text = ("&body inertia = 5, 20, 17 /\\n &initial angular_velocity = 0.1, 0, 10 /\\n"
+    ...         " &integrator time_step = 0.01, end_time = 1 /")
+    >>> rows = nutate.sweep(nutate.Scene(text=text), table={"initial.angular_velocity.3": [8.0, 9.0, 10.0]})
+    >>> rows["status"].tolist(), rows["initial.angular_velocity.3"].tolist()
+    ([0, 0, 0], [8.0, 9.0, 10.0])
+    """
     made = with_table(scene, overrides, table)
-    return rows_of(made, 1, made.members, threads)
+    if not progress or made.members < 1:
+        return rows_of(made, 1, made.members, threads)
+    # Members do not depend on each other: parts of the sweep have the same rows.
+    size = max(threads, -(-made.members // PARTS))
+    parts = []
+    with bar(made.members) as advance:
+        for first in range(1, made.members + 1, size):
+            last = min(first + size - 1, made.members)
+            parts.append(rows_of(made, first, last, threads))
+            advance(last - first + 1)
+    return np.concatenate(parts)
+
+
+@contextlib.contextmanager
+def bar(members: int) -> Iterator[Callable[[int], Any]]:
+    """A function that advances a progress bar by some members."""
+    try:
+        tqdm = importlib.import_module("tqdm.auto").tqdm
+    except ImportError:
+        tqdm = None
+    if tqdm is not None:
+        with tqdm(total=members, unit="member") as shown:
+            yield shown.update
+        return
+    done = 0
+
+    def advance(more: int) -> None:
+        nonlocal done
+        done += more
+        print(f"\r{done} of {members} members", end="", file=sys.stderr, flush=True)
+
+    yield advance
+    print(file=sys.stderr)
 
 
 def sweep_chunk(scene: SceneOrPath, first: int, last: int, *overrides: str, table: Any = None) -> Rows:
-    """Returns the rows of members `first` to `last`, counted from 1, as `sweep` does. Runs in the calling thread only, also
-    in a forked process; function and arguments can be pickled. Dask, Ray, joblib and multiprocessing can therefore distribute
-    it over processes and machines; numpy.concatenate joins the parts."""
+    """Runs some members of an ensemble in the calling thread.
+
+    Function and arguments can be pickled, and a forked process may call it. Dask, Ray, joblib and multiprocessing can therefore
+    distribute a sweep over processes and machines; numpy.concatenate joins the parts.
+
+    Parameters
+    ----------
+    scene : str, path or Scene
+        Scene, or the path of its file.
+    first, last : int
+        First and last member, counted from 1.
+    *overrides : str
+        Overrides "GROUP.KEY=VALUE" of a scene file.
+    table : mapping, DataFrame or structured array
+        Values, as in `sweep`.
+
+    Returns
+    -------
+    structured array, shape (last - first + 1,)
+        Rows, as those of `sweep`.
+
+    Raises
+    ------
+    NutateValueError
+        If the scene or an argument is invalid.
+    """
     return rows_of(with_table(scene, overrides, table), first, last, 1)
 
 

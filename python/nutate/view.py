@@ -28,11 +28,12 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     parser.add_argument("--output", metavar="FILE", help="output page (default: NAME.html for NAME.nml)")
     parser.add_argument("--set", metavar="GROUP.KEY=VALUE", action=Change, help="override a value of the scene")
     parser.add_argument("--unset", metavar="GROUP.KEY", action=Change, help="remove a key from the scene")
+    parser.add_argument("--from", metavar="T", type=float, dest="start", help="first time that is animated, s (default: the start)")
     parser.set_defaults(changes=[])
     options = parser.parse_args(arguments)
     output = options.output or os.path.splitext(os.path.basename(options.scene))[0] + ".html"
     try:
-        page = view(options.scene, None, *options.changes)
+        page = view(options.scene, None, *options.changes, start=options.start)
     except NutateOSError as error:
         return complain(str(error), 2)
     except NutateError as error:

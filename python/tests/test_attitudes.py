@@ -34,6 +34,36 @@ class AttitudeTest(unittest.TestCase):
                       lambda: nutate.quat_from_axis_angle((0, 0, 0), 1), lambda: nutate.quat_normalized((np.nan, 0, 0, 0))):
             self.assertRaises(nutate.NutateValueError, wrong)
 
+    def test_arrays_are_converted_row_by_row(self):
+        generator = np.random.default_rng(1)
+        many, v = nutate.quat_normalized(generator.normal(size=(5, 4))), generator.normal(size=(5, 3))
+        one = many[0]
+        for name, arguments in (("matrix_from_quat", (many,)), ("euler_from_quat", (many,)), ("rotation_vector_from_quat", (many,)),
+                                ("quat_from_matrix", (nutate.matrix_from_quat(many),)), ("quat_from_euler", (v,)),
+                                ("quat_from_rotation_vector", (v,)), ("quat_from_axis_angle", (v, v[:, 0])), ("quat_product", (many, many)),
+                                ("rotate_to_space", (many, v)), ("rotate_to_body", (many, v)), ("attitude_distance", (many, many[::-1])),
+                                ("omega_from_euler_rates", (v, v))):
+            with self.subTest(function=name):
+                function = getattr(nutate, name)
+                np.testing.assert_array_equal(function(*arguments), [function(*row) for row in zip(*arguments)])
+        self.same(nutate.quat_product(one, many)[3], nutate.quat_product(one, many[3]))
+        self.same(nutate.rotate_to_space(many, (1, 2, 3))[2], nutate.rotate_to_space(many[2], (1, 2, 3)))
+        axes, angles = nutate.axis_angle_from_quat(many)
+        self.same(nutate.quat_from_axis_angle(axes, angles)*np.sign(many[:, :1]), many)
+        self.assertEqual(nutate.matrix_from_quat(np.empty((0, 4))).shape, (0, 3, 3))
+        for wrong in (lambda: nutate.quat_product(many, many[:3]), lambda: nutate.matrix_from_quat(many[None]),
+                      lambda: nutate.rotate_to_space(many, v[:2])):
+            self.assertRaises(nutate.NutateValueError, wrong)
+
+    def test_degrees(self):
+        q, angles = self.Q, (10.0, 20.0, 30.0)
+        self.same(nutate.euler_from_quat(nutate.quat_from_euler(angles, degrees=True), degrees=True), angles)
+        self.same(nutate.euler_from_quat(q, degrees=True), np.degrees(nutate.euler_from_quat(q)))
+        self.same(nutate.rotation_vector_from_quat(nutate.quat_from_rotation_vector(angles, degrees=True), degrees=True), angles)
+        self.same(nutate.quat_from_axis_angle((0, 0, 1), 90, degrees=True), (0.5**0.5, 0, 0, 0.5**0.5))
+        self.same(nutate.axis_angle_from_quat((0, 1, 0, 0), degrees=True)[1], 180)
+        self.same(nutate.attitude_distance((1, 0, 0, 0), (0, 0, 1, 0), degrees=True), 180)
+
     def test_rotations_of_scipy_go_in_and_out(self):
         try:
             from scipy.spatial.transform import Rotation
@@ -41,6 +71,9 @@ class AttitudeTest(unittest.TestCase):
             self.skipTest("SciPy is not here")
         rotation = Rotation.from_quat(np.roll(self.Q, -1))
         self.same(nutate.matrix_from_quat(rotation), rotation.as_matrix())
+        self.same(nutate.from_rotation(rotation), self.Q)
+        self.same(nutate.to_rotation([self.Q, (0, 1, 0, 0)]).as_matrix()[0], rotation.as_matrix())
+        self.assertRaises(nutate.NutateValueError, nutate.from_rotation, np.eye(3))
         stepper = make_box()
         stepper.set_state(rotation, (0.1, 0, 10))
         self.same(stepper.rotation.as_matrix(), rotation.as_matrix())

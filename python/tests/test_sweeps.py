@@ -1,13 +1,17 @@
 """nutate.sweep and nutate.sweep_chunk: the rows of `nutate sweep`, whoever runs them."""
 
+import contextlib
 import functools
+import io
 import multiprocessing
 import os
 import pickle
 import subprocess
+import sys
 import tempfile
 import threading
 import unittest
+import unittest.mock
 
 import numpy as np
 
@@ -48,6 +52,15 @@ class SweepTest(unittest.TestCase):
         self.scene = os.path.join(folder.name, "tumble.nml")
         with open(self.scene, "w", encoding="utf-8") as file:
             file.write(TUMBLE)
+
+    def test_progress_changes_no_row(self):
+        rows = nutate.sweep(self.scene)
+        for modules in ({"tqdm.auto": None, "tqdm": None}, {}):
+            with unittest.mock.patch.dict(sys.modules, modules), contextlib.redirect_stderr(io.StringIO()) as shown:
+                self.assertEqual(nutate.sweep(self.scene, progress=True).tobytes(), rows.tobytes())
+            self.assertIn("60", shown.getvalue())
+            if modules:
+                self.assertIn("60 of 60 members", shown.getvalue())
 
     def test_rows_are_those_of_the_program_to_the_byte(self):
         rows = nutate.sweep(self.scene)

@@ -151,8 +151,34 @@ class PageTest(unittest.TestCase):
         self.assertLess(np.max(turns(rows)), 0.3)
         self.assertLessEqual(len(rows["t"]), 8001)
         self.assertLess(rows["t"][-1], 399)
-        self.assertRegex(page.text, r"The first \d+(\.\d+)? s of 400 s are animated")
+        self.assertRegex(page.text, r"Of 400 s the animation shows \d+(\.\d+)? s, from t = 0 s on")
         self.assertAlmostEqual(np.frombuffer(base64.b64decode(motion["overview"]["t"]), dtype="<f4")[-1], 400, places=3)
+
+    def test_the_animation_begins_anywhere(self):
+        for source in (BOX, nutate.solve(nutate.Scene(BOX), t_span=(0, 400), accuracy=1e-6)):
+            overrides = ("integrator.end_time=400",) if source is BOX else ()
+            page = nutate.view(source, None, *overrides, start=150.0)
+            motion, rows = held(page)
+            self.assertAlmostEqual(rows["t"][0], 150, places=4)
+            self.assertLess(np.max(turns(rows)), 0.3)
+            self.assertIn("from t = 150 s on", page.text)
+            self.assertRaises(nutate.NutateValueError, nutate.view, source, None, *overrides, start=500.0)
+        history = nutate.run(BOX)
+        _, rows = held(nutate.view(history, nutate.System(scene=nutate.Scene(BOX)), start=15))
+        self.assertAlmostEqual(rows["t"][0], 15, places=5)
+
+    def test_the_angles_of_axis_3_are_drawn(self):
+        motion, rows = held(nutate.view(os.path.join(SCENES, "fast_top.nml"), None, "integrator.end_time=0.2"))
+        exact = nutate.euler_from_quat(np.stack([rows[f"q{i}"] for i in range(4)], axis=-1))
+        np.testing.assert_allclose(np.stack([rows["phi"], rows["theta"]], axis=-1), exact[:, :2], atol=1e-4)
+        self.assertEqual([panel["label"] for panel in motion["panels"]][1], "Euler angles (rad)")
+
+    def test_an_assumed_shape_is_named(self):
+        moved = {"omega0": (0.1, 0, 3), "t_span": (0, 1)}
+        for moments, name in (((2, 2, 2), "sphere"), ((1, 1, 1.9), "disc"), ((2, 0.3, 2), "cylinder"), ((5, 20, 17), "box")):
+            page = nutate.solve(nutate.System(moments=moments), **moved).view()
+            self.assertIn(f"The shape is assumed: a {name} with the moments of inertia", page.text)
+        self.assertNotIn("assumed", nutate.view(BOX).text.split("<script>")[0])
 
     def test_rows_that_are_far_apart_are_not_passed_off_as_a_motion(self):
         box = nutate.System(shape="box", size=(4, 1, 2), mass=12)
@@ -234,17 +260,29 @@ class ShapeTest(unittest.TestCase):
         expected = {"box": 4 * np.sqrt(21) / 8, "precessing_top": None, "gravity_gradient_satellite": None}
         for name, size in expected.items():
             scene = nutate.Scene(os.path.join(SCENES, f"{name}.nml"))
-            surface = shapes.surface_of(nutate.System(scene=scene), scene)
+            surface, assumed = shapes.surface_of(nutate.System(scene=scene), scene)
             self.assertTrue(np.all(surface.corners < len(surface.points)))
             self.assertEqual(len(surface.colours), len(surface.corners))
             if size:
                 self.assertAlmostEqual(surface.size, size)
         scene = nutate.Scene(BOX, "body.shape=cylinder", "body.size=1,3")
-        surface = shapes.surface_of(nutate.System(scene=scene), scene)
+        surface, assumed = shapes.surface_of(nutate.System(scene=scene), scene)
         self.assertAlmostEqual(np.ptp(surface.points[:, 2]), 3)
         self.assertAlmostEqual(np.linalg.norm(surface.points[:, :2], axis=1).max(), 1)
-        cone = shapes.surface_of(nutate.System(shape="cone", size=(1, 4), mass=1, center_of_mass=(0, 0, 3)))
+        cone, assumed = shapes.surface_of(nutate.System(shape="cone", size=(1, 4), mass=1, center_of_mass=(0, 0, 3)))
         self.assertAlmostEqual(cone.points[:, 2].min(), 0)
+
+    def test_symmetric_bodies_are_spheres_discs_and_cylinders(self):
+        for shape, size in (("cylinder", (1.0, 0.2)), ("cylinder", (0.3, 4.0))):
+            given = nutate.System(shape=shape, size=size, mass=3)
+            for axes in (np.eye(3), nutate.matrix_from_quat((0.5, 0.5, 0.5, 0.5))):
+                tensor = nutate.System(tensor=axes @ given.inertia @ axes.T, mass=3, center_of_mass=(0, 0, 0))
+                surface, _ = shapes.surface_of(tensor)
+                along = surface.points @ axes[:, 2]
+                self.assertAlmostEqual(np.ptp(along), size[1])
+                self.assertAlmostEqual(np.linalg.norm(surface.points - np.outer(along, axes[:, 2]), axis=1).max(), size[0])
+        ball, name = shapes.surface_of(nutate.System(moments=(0.4, 0.4, 0.4), mass=1))
+        self.assertEqual((name, round(ball.size, 9)), ("sphere", 1.0))
 
     def test_other_bodies_are_the_box_of_their_inertia(self):
         edges, q = np.array([4.0, 1.0, 2.0]), np.array([0.5, 0.5, 0.5, 0.5])
@@ -252,8 +290,8 @@ class ShapeTest(unittest.TestCase):
         rotation = nutate.matrix_from_quat(q)
         turned = nutate.System(tensor=rotation @ box.inertia @ rotation.T, mass=12, center_of_mass=(0, 0, 0))
         for system in (turned, nutate.System(moments=(5, 20, 17), mass=12)):
-            self.assertAlmostEqual(shapes.surface_of(system).size, np.linalg.norm(edges) / 2)
-        plate = shapes.surface_of(nutate.System(moments=(1, 1, 2)))
+            self.assertAlmostEqual(shapes.surface_of(system)[0].size, np.linalg.norm(edges) / 2)
+        plate, assumed = shapes.surface_of(nutate.System(moments=(1, 1, 2)))
         self.assertGreater(np.ptp(plate.points[:, 2]), 0)
 
 

@@ -27,6 +27,8 @@ class WithoutPython(CommandLineTest):
         command = (self.path("bin/nutate"), "view", "box.nml", "--set", "body.mass=3")
         subprocess.run(command, cwd=self.folder, env=environment, check=True)
         self.assertEqual(self.read("calls").splitlines()[-1], "bin -m nutate.view --output=box.html --set=body.mass=3 -- box.nml")
+        subprocess.run((*command[:3], "--from", "2.5"), cwd=self.folder, env=environment, check=True)
+        self.assertIn(" -m nutate.view --output=box.html --from=2.5 -- box.nml", self.read("calls").splitlines()[-1])
         # One that lacks the module is passed over.
         self.write("bin/python3", "#!/bin/sh\nexit 1\n")
         subprocess.run(command, cwd=self.folder, env=environment, check=True)
@@ -43,6 +45,7 @@ class WithoutPython(CommandLineTest):
         for word in ("--output", "--set", "--unset", "polhode", "python3"):
             self.assertIn(word, page)
         self.fail_with(2, "view", says=("there is no scene",))
+        self.fail_with(2, "view", "box.nml", "--from", "soon", says=("--from 'soon' is not a time",))
         self.fail_with(2, "view", "box.nml", "--quiet", says=("--quiet",))
 
 
