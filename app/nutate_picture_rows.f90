@@ -62,7 +62,7 @@ contains
       names = [character(len=name_length) :: split_list(columns%header())]
       do i = 1, size(words)
          if (any(columns_named(trim(words(i)), names))) cycle
-         set = set_with(trim(words(i)))
+         set = set_with(trim(words(i)), scene%system%effects)
          if (set == '') then
             nearest = nearest_name(trim(words(i)), names)
             if (nearest /= '') nearest = '; nearest: '//trim(nearest)

@@ -1,7 +1,8 @@
 !> The panels of the picture of a history: which columns share one, and the colour of each curve.
 module nutate_plot_panels
-   use nutate_quantities, only: component_colours, component_of, find_set, last_of_set, numbered, quantities, &
-      quantity_t, set_of, GREY, Q_CONJUGATE_MOMENTUM, Q_EULER, Q_QUATERNION
+   use nutate_effect_list, only: effect_list_t
+   use nutate_quantities, only: component_colours, component_of, find_missing, numbered, quantities, quantity_t, &
+      set_of, GREY, Q_CONJUGATE_MOMENTUM, Q_EULER, Q_QUATERNION
    use nutate_spelling, only: split_list
    implicit none
    private
@@ -139,16 +140,24 @@ contains
       end do
    end function usual_columns
 
-   !> Returns the name of the set that a word stands for or belongs to; blank for an unknown word.
-   pure function set_with(word) result(set)
+   !> Returns the name of the set that a word stands for or belongs to, of several one that the system can have; blank
+   !> for an unknown word.
+   function set_with(word, effects) result(set)
       !> Name of a set or of a column.
       character(len=*), intent(in) :: word
+      type(effect_list_t), intent(in) :: effects
       character(len=24) :: set
+      character(len=:), allocatable :: missing, expected
       integer :: at
       set = ''
-      at = find_set(word)
-      if (at == 0) at = position_of(word)
-      if (at > 0) set = set_of(quantities(at))
+      do at = 1, size(quantities)
+         if (.not. (set_of(quantities(at)) == word .or. shows(quantities(at), word))) cycle
+         if (set == '') set = set_of(quantities(at))
+         call find_missing(quantities(at), effects, missing, expected)
+         if (missing /= '') cycle
+         set = set_of(quantities(at))
+         return
+      end do
    end function set_with
 
    !> Returns the symbol of a column, as gnuplot typesets it: the character after `_` is a subscript. A column without a

@@ -156,6 +156,8 @@ class Pictures(CommandLineTest):
         self.succeed("run", "box.nml", "--quiet", "--plot", "box.svg", "--columns", "euler,l_z")
         self.assertEqual(legend(self.read("box.svg")), ["φ", "θ", "ψ", "lz"])
         self.assertNotIn("theta", self.read("box.csv"))
+        self.succeed("run", "box.nml", "--quiet", "--plot", "box.svg", "--columns", "roll")
+        self.assertEqual(legend(self.read("box.svg")), ["roll"])
         self.fail_with(2, "run", "box.nml", "--quiet", "--plot", "box.svg", "--columns", "omega4",
                        says=("there is no column 'omega4'", "nearest: omega"))
         self.fail_with(2, "run", "box.nml", "--quiet", "--plot", "box.svg", "--columns", "wheel1_speed", says=("wheel",))
