@@ -41,6 +41,22 @@ say "Drawn: docs/figures/tennis_racket.svg"
 # The figures of the paper: box_attitudes, box_omega, period_error, top_angles.
 python3 tools/docs/paper.py "$program" || exit 1
 
+# A gyrostat by the momentum of its rotor, and the heavy top by its time step, beside a reference.
+for momentum in 0 20 60; do
+   simulate "gyrostat_$momentum" scenes/gyrostat.nml "rotor.momentum=0,0,$momentum"
+done
+draw gyrostat
+simulate heavy_top_exact scenes/heavy_top.nml integrator.accuracy=1e-12 integrator.method=taylor output.interval=0.01 \
+   output.columns=quaternion
+for halves in 1 2; do
+   simulate "heavy_top_$halves" scenes/heavy_top.nml "integrator.time_step=$(awk -v n=$halves 'BEGIN {print 0.001/n}')" \
+      "output.every=$((10*halves))" "output.columns='quaternion','energy'"
+   # Time, quaternion and energy residual of the run, then time and quaternion of the reference.
+   awk -F, 'NR == FNR {line[FNR] = $1 "," $2 "," $3 "," $4 "," $5 "," $10; next} {print line[FNR] "," $0}' \
+      "$data/heavy_top_$halves.csv" "$data/heavy_top_exact.csv" >"$data/heavy_top_$halves.both" || exit 1
+done
+draw heavy_top
+
 # Events: the flips of the box, and bang-bang control.
 simulate intermediate_axis scenes/intermediate_axis.nml
 draw flips

@@ -8,6 +8,7 @@ thumbnails.
 import configparser
 import os
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -45,10 +46,22 @@ def has_group(name, group):
         return re.search(rf"^&{group}\b", file.read(), re.MULTILINE) is not None
 
 
+def options_of(name):
+    """Options of `nutate run` for the picture of a scene; none if docs/figures has it."""
+    picture = SCENES[name]["picture"]
+    return [] if picture.endswith(".svg") else shlex.split(picture)
+
+
 def picture_of(name):
     """The picture of the result of a scene, relative to the gallery."""
-    picture = SCENES[name]["picture"]
-    return f"../figures/{picture}" if picture.endswith(".svg") else f"{name}_plot.png"
+    return f"{name}_plot.png" if options_of(name) else f"../figures/{SCENES[name]['picture']}"
+
+
+def plain(text):
+    """A text for the description of a picture, without formulas."""
+    greek = {"Omega": "Ω", "theta": "θ", "varphi": "φ"}
+    text = re.sub(r"\\([A-Za-z]+)", lambda match: greek.get(match[1], match[1]), " ".join(text.split()))
+    return re.sub(r"[$_{}]", "", text)
 
 
 def anchor_of(name):
@@ -60,8 +73,8 @@ def section_of(name):
     """The section of a scene on its page."""
     scene = SCENES[name]
     command = f"nutate run scenes/{name}.nml"
-    if not scene["picture"].endswith(".svg"):
-        command += f"\nnutate plot {name}.csv --columns {scene['picture']}"
+    if options_of(name):
+        command += f" --plot {name}.svg {scene['picture']}"
     if has_group(name, "ensemble"):
         command = f"nutate sweep scenes/{name}.nml"
     if has_group(name, "measurement"):
@@ -72,7 +85,9 @@ def section_of(name):
 
 {text}
 
-![{scene['shows']}]({picture_of(name)})
+![{plain(scene["see"])}]({picture_of(name)})
+
+*{" ".join(scene["see"].split())}*
 
 <!-- not run: from the folder of the project -->
 ```sh
@@ -117,15 +132,12 @@ def pages():
 
 def draw(program, name, folder):
     """The curves of a scene, where no figure of docs/figures has them."""
-    picture = SCENES[name]["picture"]
-    if picture.endswith(".svg"):
+    if not options_of(name):
         return
     settings = [word for setting in settings_of(name) for word in ("--set", setting)]
     history = os.path.join(folder, f"{name}.csv")
-    run = [program, "run", os.path.join(TOP, "scenes", f"{name}.nml"), "--quiet", "--output", history, *settings]
-    subprocess.run([*run, "--set", "output.columns='angular_velocity','angular_momentum_space','euler','energy'"], check=True)
-    subprocess.run([program, "plot", history, "--columns", picture, "--title", title_of(name), "--output",
-                    os.path.join(GALLERY, f"{name}_plot.png")], check=True)
+    subprocess.run([program, "run", os.path.join(TOP, "scenes", f"{name}.nml"), "--quiet", "--output", history, *settings,
+                    "--plot", os.path.join(GALLERY, f"{name}_plot.png"), *options_of(name)], check=True)
 
 
 def photograph(browser, name, folder):

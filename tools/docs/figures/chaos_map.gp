@@ -18,7 +18,8 @@ set ylabel 'Ω_3 at the periapsis / mean motion' offset 1, 0
 set cblabel 'mean MEGNO: 2 regular, more chaotic' offset 1, 0
 set cbrange [0:20]
 set cbtics 0, 2, 20
-set palette defined (0 '#0b3c5d', 2 '#56b4e9', 4 '#f0e442', 10 '#e69f00', 20 '#d55e00')
+# Regular rotations are dark, chaotic ones bright; the lightness grows steadily, so that grey prints show it too.
+set palette defined (0 '#0d0887', 2 '#1b068d', 3 '#6a00a8', 6 '#b12a90', 10 '#e16462', 15 '#fca636', 20 '#f0f921')
 set colorbox user origin screen 0.86, 0.14 size screen 0.025, 0.82
 
-plot data.'/chaos_map.csv' using (180/pi*column('initial.roll_pitch_yaw.3')):'initial.angular_velocity.3':'megno' with image notitle
+plot data.'/chaos_map.csv' using (180/pi*column('initial.roll_pitch_yaw.3')):'initial.angular_velocity.3':'megno' with image pixels notitle
