@@ -138,7 +138,7 @@ class SatelliteState(Owner):
 
     @property
     def lvlh_attitude(self) -> tuple[Array, Array]:
-        """Attitude in the LVLH frame: quaternion, shape (4,), and roll, pitch, yaw, rad, shape (3,)."""
+        """Attitude in the LVLH frame, as a quaternion, shape (4,), and as roll, pitch, yaw, rad, shape (3,)."""
         q, angles = np.empty(4), np.empty(3)
         self._call("nutate_stepper_lvlh_attitude", pointer(q), pointer(angles))
         return q, angles

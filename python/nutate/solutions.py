@@ -166,8 +166,12 @@ class Solution(Exchange):
     accuracy_reached : bool or None
         True if that estimate is at most the requested accuracy; None if none was requested, or a step failed. False comes with
         a NutateAccuracyWarning; the motion is then as accurate as possible, and success is unaffected.
-    t_events, q_events, omega_events : list of arrays
-        For each of `events` of `solve` the times of its occurrences, and the states at them.
+    t_events : list of arrays, shape (k,)
+        For each of `events` of `solve` the times of its occurrences, s.
+    q_events : list of arrays, shape (k, 4)
+        Attitudes at these times.
+    omega_events : list of arrays, shape (k, 3)
+        Angular velocities at these times, body axes, rad/s.
     events : list of Event
         Occurrences of all events by their names, those of a Scene included, in the order of time.
     method : str
@@ -181,8 +185,12 @@ class Solution(Exchange):
     sensitivity : Sensitivity or None
         With `free`: sensitivity(t) returns the derivatives of the rotation vector, body axes, rad, and of omega, rad/s, by the
         parameters, each of shape (3, len(free)), at n times (n, 3, len(free)).
-    exponents, megno, fli : array, float, float, or None
-        For a Scene with &chaos: Lyapunov exponents, 1/s, shape (1,) or (6,), mean MEGNO and fast Lyapunov indicator.
+    exponents : array, shape (1,) or (6,), or None
+        Lyapunov exponents of a Scene with &chaos, 1/s.
+    megno : float or None
+        Mean MEGNO of such a Scene.
+    fli : float or None
+        Fast Lyapunov indicator of such a Scene.
 
     Examples
     --------

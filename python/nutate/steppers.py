@@ -258,7 +258,7 @@ class Stepper(SatelliteState):
 
     @property
     def row(self) -> dict[str, float]:
-        """The current state as a row: a dictionary of numbers, one per column."""
+        """The current state as a row, a dictionary of numbers, one per column."""
         names = self.column_names
         values = np.empty(len(names))
         self._call("nutate_stepper_row", pointer(values), values.size)
@@ -317,8 +317,8 @@ class Stepper(SatelliteState):
 
     @property
     def energy(self) -> Array:
-        """Energies, J, shape (5,): kinetic, potential, total, work of all torques, and energy residual (change of the total less
-        work)."""
+        """Kinetic, potential and total energy, work of all torques, and energy residual (change of the total less work), J; shape
+        (5,)."""
         return self._read("nutate_stepper_energy", 5)
 
     @property
@@ -330,13 +330,13 @@ class Stepper(SatelliteState):
 
     @property
     def estimated_error(self) -> Array:
-        """Error estimates of the last run with accuracy: the attitude error at its end, rad, which exceeds the accuracy where that
-        is not attained, and the part of it due to round-off, whatever the steps; shape (2,)."""
+        """Estimated attitude error at the end of the last run with accuracy, rad, which exceeds the accuracy if that is not
+        attained, and the part of it due to round-off, whatever the steps; shape (2,)."""
         return self._read("nutate_stepper_accuracy", 2)
 
     @property
     def constraints(self) -> Array:
-        """Errors of the constraints: q.q - 1 and q.p (kg m2/s); shape (2,)."""
+        """Errors of the constraints, q.q - 1 and q.p (kg m2/s); shape (2,)."""
         return self._read("nutate_stepper_constraints", 2)
 
     @property

@@ -1,5 +1,5 @@
 """Docstrings of the Python package as they read in a terminal: lists of arguments become lists, other indented lines stay as they
-are, all else is sentences."""
+are, all else is sentences. Those in numpydoc are left to napoleon."""
 
 import re
 
@@ -38,11 +38,13 @@ def plain(line):
 
 def process(_app, _what, _name, _object, _options, lines):
     """Replaces the lines of a docstring."""
-    lines[:] = as_blocks(lines)
+    if not any(re.fullmatch("-{4,}", line) for line in lines):
+        lines[:] = as_blocks(lines)
 
 
 def setup(app):
     """Registers the reading of docstrings, and shows aliases of types by their names."""
     TypeAliasForwardRef.__repr__ = lambda alias: alias.name
-    app.connect("autodoc-process-docstring", process)
+    # Before napoleon, whose priority is the usual one.
+    app.connect("autodoc-process-docstring", process, priority=400)
     return {"parallel_read_safe": True}
