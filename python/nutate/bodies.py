@@ -19,20 +19,36 @@ FRAMES = ("space", "body", "rate")
 class Bodies(Owner):
     """Classes of bodies, and the steps of any number of them.
 
-        bodies = nutate.Bodies(nutate.System(moments=(1, 1, 0.1)))
-        bodies.kick(-dt / 2, q, l, torques(q))       # once: l goes half a step behind q
-        for _ in range(1000):
-            bodies.step(dt, q, l, torques(q))
-        bodies.kick(dt / 2, q, l, torques(q))        # l catches up with q
+    Arrays `q` of shape (n, 4) and `l` of shape (n, 3) are changed in place; contiguous float64 arrays are never copied. `torque`
+    has the shape (n, 3), `class_of` has n integers, 0 for the first class. A body whose numbers cannot be computed with keeps its
+    state, all others move, and the call raises NutateError; `failed` then has the indices.
 
-    classes: a System without effects, or a sequence of them. frame: what `l` is: "space", the angular momentum in space axes, with
-    torques in space axes; "body", that in body axes, with torques in body axes; "rate", the angular velocity in body axes, with
-    torques in body axes. threads: how many share the bodies of a call, 0 for as many
-    as OpenMP gives; no bit depends on it.
+    Parameters
+    ----------
+    classes : System, or a sequence of them
+        Bodies without effects.
+    frame : str
+        Meaning of `l`: "space", the angular momentum in space axes, with torques in space axes; "body", that in body axes, with
+        torques in body axes; "rate", the angular velocity in body axes, with torques in body axes.
+    threads : int
+        Number of threads that share the bodies of a call; 0: as many as OpenMP gives. Results are bitwise identical.
 
-    Arrays `q` of shape (n, 4) and `l` of shape (n, 3) are changed in place; contiguous float64 arrays are never copied. `torque` has the
-    shape (n, 3), `class_of` has n whole numbers, 0 for the first class. A body whose numbers cannot be computed with keeps its state,
-    all others move, and the call raises NutateError; `failed` then has the indices.
+    Raises
+    ------
+    NutateValueError
+        If an argument is invalid.
+
+    Examples
+    --------
+    >>> bodies = nutate.Bodies(nutate.System(moments=(1, 1, 0.1)))
+    >>> q, l = np.tile([1.0, 0, 0, 0], (1000, 1)), np.tile([0.1, 0, 1.0], (1000, 1))
+    >>> torque, dt = np.zeros((1000, 3)), 0.01
+    >>> bodies.kick(-dt / 2, q, l, torque)       # once: l goes half a step behind q
+    >>> for _ in range(10):
+    ...     bodies.step(dt, q, l, torque)
+    >>> bodies.kick(dt / 2, q, l, torque)        # l catches up with q
+    >>> q.shape
+    (1000, 4)
     """
 
     _destroy = "nutate_bodies_destroy"

@@ -12,10 +12,27 @@ from .sweeps import SceneOrPath, with_table
 
 @dataclass(frozen=True)
 class FitResult:
-    """A fitted scene, with the names of SciPy: parameters `x`, residuals `fun`, their derivatives `jac`, shape (residuals,
-    parameters), `cost`, what was minimised: half the sum of the squares of `fun`, with the losses of the scene; `success`, False
-    also if noise of the given `sigma` does not explain the residuals; and `message`. `names` and the covariance `cov` belong to
-    x; a row and column of zeros in `cov` is a parameter that the data do not determine, or one at a bound."""
+    """A fitted scene, with the names of SciPy.
+
+    Attributes
+    ----------
+    x : array, shape (n,)
+        Parameters.
+    fun : array, shape (k,)
+        Residuals.
+    jac : array, shape (k, n)
+        Derivatives of the residuals by the parameters.
+    cost : float
+        Half the sum of the squares of `fun`, with the losses of the scene.
+    success : bool
+        False also if noise of the given `sigma` does not explain the residuals.
+    message : str
+        Description of the result.
+    names : list of str
+        Names of the parameters.
+    cov : array, shape (n, n)
+        Covariance of `x`; a row and column of zeros is a parameter that the data do not determine, or one at a bound.
+    """
 
     x: Array
     fun: Array
@@ -75,7 +92,31 @@ class FitProblem:
 
 
 def fit(scene: SceneOrPath, *overrides: str) -> FitResult:
-    """Fits a scene with &free and &measurement, a Scene or a path with `overrides`, as `nutate fit`."""
+    """Fits a scene to its measurements, as `nutate fit`.
+
+    Parameters
+    ----------
+    scene : str, path or Scene
+        Scene with &free and &measurement, or the path of its file.
+    *overrides : str
+        Overrides "GROUP.KEY=VALUE" of a scene file.
+
+    Returns
+    -------
+    FitResult
+        Parameters, residuals and covariance.
+
+    Raises
+    ------
+    NutateValueError
+        If the scene has nothing to fit.
+
+    Examples
+    --------
+    >>> result = nutate.fit("scenes/thrown_phone.nml")
+    >>> result.success, len(result.names) == len(result.x)
+    (True, True)
+    """
     problem = FitProblem(scene, *overrides)
     made, n = problem._scene, problem.x0.size
     x, cov, converged = np.empty(n), np.empty((n, n)), ctypes.c_int()

@@ -66,9 +66,36 @@ class ControllerGains(NamedTuple):
 
 
 def linearize(scene: SceneOrPath, *overrides: str, period: Union[float, str, None] = None, rates: str = "absolute") -> Linearization:
-    """Linearises the motion of a scene, a Scene or a path with `overrides`: about its start, which has to be an equilibrium, or
-    over a `period`, s, or "orbit" for that of the orbit. As `nutate linearize`. About an equilibrium `rates` may be "relative": the
-    angular velocities among the states are then relative to axes that rotate with it, such as the LVLH frame."""
+    """Linearises a motion about an equilibrium or over a period, as `nutate linearize`.
+
+    Parameters
+    ----------
+    scene : str, path or Scene
+        Scene, or the path of its file.
+    *overrides : str
+        Overrides "GROUP.KEY=VALUE" of a scene file.
+    period : float or "orbit"
+        Period, s, or that of the orbit; default: an equilibrium, at which the scene has to start.
+    rates : str
+        "absolute", or "relative" about an equilibrium: the angular velocities among the states are then relative to axes that
+        rotate with it, such as the LVLH frame.
+
+    Returns
+    -------
+    Linearization
+        Matrices A and B, eigenvalues, names and units.
+
+    Raises
+    ------
+    NutateValueError
+        If an argument or the scene is invalid.
+
+    Examples
+    --------
+    >>> found = nutate.linearize("scenes/earth_pointing.nml", "initial.roll_pitch_yaw=0,0,0", "initial.angular_velocity=0,0,0")
+    >>> found.A.shape, found.period
+    ((6, 6), 0.0)
+    """
     if rates not in ("absolute", "relative") or (rates == "relative" and period is not None):
         raise refusal(f"rates is {rates!r} (expected 'absolute', or 'relative' about an equilibrium)")
     if isinstance(period, str) and period != "orbit":
@@ -107,9 +134,33 @@ class Equilibrium:
 
 
 def equilibria(scene: SceneOrPath, *overrides: str) -> list[Equilibrium]:
-    """Finds all equilibria of a body with rotors and free wheels under potentials, by energy. On a circular orbit attitudes are relative to
-    the LVLH frame: `attitude_from = 'lvlh'` starts there. Of the start of the scene only the speeds of the wheels matter. As
-    `nutate linearize --equilibria`."""
+    """Finds all equilibria of a body with rotors and free wheels under potentials, as `nutate linearize --equilibria`.
+
+    On a circular orbit attitudes are relative to the LVLH frame: `attitude_from = 'lvlh'` starts there. Of the initial state of
+    the scene only the speeds of the wheels matter.
+
+    Parameters
+    ----------
+    scene : str, path or Scene
+        Scene, or the path of its file.
+    *overrides : str
+        Overrides "GROUP.KEY=VALUE" of a scene file.
+
+    Returns
+    -------
+    list of Equilibrium
+        Equilibria by their energy.
+
+    Raises
+    ------
+    NutateValueError
+        If the scene is invalid.
+
+    Examples
+    --------
+    >>> len(nutate.equilibria("scenes/earth_pointing.nml"))
+    24
+    """
     made = with_table(scene, overrides, None)
     text, message = ctypes.create_string_buffer(TEXT_SIZE), ctypes.create_string_buffer(MESSAGE_SIZE)
     status = interruptible(library.nutate_scene_equilibria, made._handle, text, TEXT_SIZE, message, MESSAGE_SIZE)

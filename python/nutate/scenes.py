@@ -28,9 +28,32 @@ EVENT_GROUP = r"""![^\n]*|'[^']*'|"[^"]*"|(&event\b(?:![^\n]*|'[^']*'|"[^"]*"|[^
 class Scene(Recipe):
     """A scene (input file), read and checked.
 
-    `path` is a file, or `text` the contents of one, with a `name` for messages. `overrides` are strings "GROUP.KEY=VALUE", as
-    after --set, or "-GROUP.KEY", as after --unset. `with Scene(...) as scene:` frees it at the end. copy.copy and pickle make
-    another scene from the text that was read."""
+    `with Scene(...) as scene:` frees it at the end. copy.copy and pickle make another scene from the text that was read.
+
+    Parameters
+    ----------
+    path : str or path
+        Scene file.
+    *overrides : str
+        Overrides "GROUP.KEY=VALUE", as after --set, or "-GROUP.KEY", as after --unset.
+    text : str
+        Contents of a scene, instead of a path.
+    name : str
+        Name of that for messages.
+
+    Raises
+    ------
+    NutateOSError
+        If the file cannot be read.
+    NutateValueError
+        If the scene is invalid.
+
+    Examples
+    --------
+    >>> scene = nutate.Scene("scenes/box.nml", "integrator.end_time=1")
+    >>> scene.title, scene.plan
+    ('Free box on its intermediate axis', (0.01, 1.0, 1))
+    """
 
     _destroy = "nutate_scene_destroy"
 

@@ -40,15 +40,31 @@ take_step = library.nutate_stepper_step
 
 
 class Stepper(SatelliteState):
-    """Integrates the motion of a System, or of a Scene from its initial state.
+    """Integrates the motion of a System, or of a Scene from its initial state, step by step.
 
-    Settings are the keys of the group &integrator: Stepper(system, method="nielsen_krenk", order=4,
-    formulation="reduced", time_step=0.01), or accuracy=1e-8, method="auto" for `run_to`. `with Stepper(...) as stepper:`
-    frees it at the end. copy.copy makes an independent stepper that continues with identical results; so does pickle,
-    if its callbacks can be pickled.
+    `with Stepper(...) as stepper:` frees it at the end. copy.copy makes an independent stepper that continues with identical
+    results; so does pickle, if its callbacks can be pickled. A run that fails in a step or a callback, or is ended by Ctrl-C,
+    raises an exception; its attribute `history` has the rows so far.
 
-    A run that fails in a step or a callback, or is ended by Ctrl-C, raises an exception; its attribute `history` has the rows
-    so far.
+    Parameters
+    ----------
+    source : System or Scene
+        Body and effects; a Scene supplies initial state and settings, too.
+    **settings
+        Keys of &integrator, such as method="nielsen_krenk", order=4, time_step=0.01, or accuracy=1e-8 for `run_to`.
+
+    Raises
+    ------
+    NutateValueError
+        If a setting is invalid.
+
+    Examples
+    --------
+    >>> stepper = nutate.Stepper(nutate.System(moments=(5, 20, 17)), time_step=0.01)
+    >>> stepper.set_state(q=(1, 0, 0, 0), omega=(0.1, 0, 10))
+    >>> rows = stepper.run(100, every=10)
+    >>> len(rows["t"]), round(stepper.time, 9)
+    (10, 1.0)
     """
 
     _destroy = "nutate_stepper_destroy"

@@ -39,19 +39,43 @@ def tensor_entries(tensor: npt.ArrayLike) -> Array:
 class System(WheelMounting):
     """A rigid body and the effects that act on it.
 
-    One of:
-        System(moments=(J1, J2, J3))                     principal moments about the reference point, kg m2
-        System(tensor=(Jxx, Jyy, Jzz, Jxy, Jxz, Jyz))    the symmetric tensor in body axes, kg m2,
-                                                         or all of it, 3 x 3
-        System(shape="box", size=(4, 1, 2))              with mass or density; also cylinder, cone, sphere, ellipsoid
-        System(text="&body inertia = 5, 20, 17 / &gravity /")   groups of a scene file
-        System(scene=Scene("box.nml"))                   body and effects of a scene
+    Give one of `moments`, `tensor`, `shape`, `text` and `scene`. `with System(...) as system:` frees it at the end. copy.copy
+    and pickle make another system with the same effects; pickle requires callbacks that can be pickled.
 
-    mass in kg, density in kg/m3; center_of_mass from the reference point, body axes, m; about_center: the moments or the
-    tensor refer to the centre of mass.
+    Parameters
+    ----------
+    moments : array, shape (3,)
+        Principal moments about the reference point, kg m2.
+    tensor : array, shape (6,) or (3, 3)
+        Jxx, Jyy, Jzz, Jxy, Jxz, Jyz in body axes, or the whole symmetric tensor, kg m2.
+    shape : str
+        "box", "cylinder", "cone", "sphere" or "ellipsoid", with `size` and `mass` or `density`.
+    size : array
+        Lengths of the shape, m, as key size in &body.
+    text : str
+        Groups of a scene file, such as "&body inertia = 5, 20, 17 / &gravity /".
+    scene : Scene
+        Scene that supplies body and effects.
+    mass : float
+        Mass, kg.
+    density : float
+        Density, kg/m3.
+    center_of_mass : array, shape (3,)
+        Centre of mass from the reference point, body axes, m.
+    about_center : bool
+        True if moments or tensor refer to the centre of mass.
 
-    `with System(...) as system:` frees it at the end. copy.copy and pickle make another system with the same effects; pickle
-    requires callbacks that can be pickled.
+    Raises
+    ------
+    NutateValueError
+        If no body has these values.
+
+    Examples
+    --------
+    >>> top = nutate.System(shape="cone", size=(0.05, 0.1), density=2700, center_of_mass=(0, 0, 0.075))
+    >>> top.add("gravity", acceleration=(0, 0, -9.81))
+    >>> round(top.mass, 4), top.center_of_mass.tolist()
+    (0.7069, [0.0, 0.0, 0.075])
     """
 
     _destroy = "nutate_system_destroy"
@@ -129,8 +153,25 @@ class System(WheelMounting):
         return q if np.ndim(t) else q[0]
 
     def add(self, name: str, **keys: Any) -> None:
-        """Adds a built-in effect with the keys of its group in a scene file:
-        system.add("spring", body_point=(0, 0, 1), anchor=(0, 0, 2), stiffness=3)."""
+        """Adds a built-in effect.
+
+        Parameters
+        ----------
+        name : str
+            Group of a scene file, such as "gravity" or "damping".
+        **keys
+            Keys of this group.
+
+        Raises
+        ------
+        NutateValueError
+            If the group or a key is unknown, or a value is out of its range.
+
+        Examples
+        --------
+        >>> body = nutate.System(moments=(1, 2, 2.5))
+        >>> body.add("spring", body_point=(0, 0, 1), anchor=(0, 0, 2), stiffness=3)
+        """
         self._add_group(name, group(name, **keys))
 
     def add_table(self, t: npt.ArrayLike, torque: npt.ArrayLike, *, interpolation: str = "linear", outside: str = "zero",
@@ -155,26 +196,57 @@ class System(WheelMounting):
         self._add("_add_group", name, text)
 
     def add_user_torque(self, torque: Callable[..., npt.ArrayLike], bounds: Optional[npt.ArrayLike] = None) -> None:
-        """Adds a user-defined torque: torque(t, q, omega) returns three numbers, N m, body axes; omega is absolute, relative
-        to the stars, in body axes, rad/s. Relative to the space axes it is omega - R.T @ frame_rate. The torque must depend on its
-        arguments alone.
+        """Adds a user-defined torque.
 
-        bounds = (torque, by_rotation, second, rate), only for a torque that does not depend on omega, hold at all attitudes
-        and times: of |tau|, of the norms of its first and second derivatives by the angle of a rotation of the body about any
-        axis, N m; `rate`, 1/s, times these bounds their time derivatives (0: constant in time). If all effects have bounds,
-        steps can be certified; otherwise they count as `uncertified_steps`. The bounds are not verified."""
+        Parameters
+        ----------
+        torque : function torque(t, q, omega)
+            Returns the torque, N m, body axes; shape (3,). It must depend on its arguments alone. omega is relative to the stars,
+            in body axes, rad/s; relative to the space axes it is omega - R.T @ frame_rate.
+        bounds : four floats
+            Bounds (torque, by_rotation, second, rate) at all attitudes and times, only for a torque that does not depend on
+            omega: of its norm, of the norms of its first and second derivatives by the angle of a rotation of the body about any
+            axis, N m; `rate`, 1/s, times these bounds their time derivatives (0: constant in time). If all effects have bounds,
+            steps can be certified; otherwise they count as `uncertified_steps`. The bounds are not verified.
+
+        Raises
+        ------
+        NutateValueError
+            If a bound is out of its range.
+
+        Examples
+        --------
+        >>> body = nutate.System(moments=(1, 2, 2.5))
+        >>> body.add_user_torque(lambda t, q, omega: -0.5 * omega)
+        >>> solution = nutate.solve(body, omega0=(0, 0, 1), t_span=(0, 5), accuracy=1e-8)
+        >>> solution.omega[-1].round(6).tolist()
+        [0.0, 0.0, 0.367879]
+        """
         add_user_torque(self, "system", torque, bounds)
         self._add("add_user_torque", torque, bounds)
 
     def add_potential(self, direction: npt.ArrayLike, potential: Callable[..., Any],
                       hessian: Optional[Callable[..., npt.ArrayLike]] = None,
                       bounds: Optional[npt.ArrayLike] = None) -> None:
-        """Adds a user-defined potential: potential(gamma) returns U (J) and its gradient by gamma, the body components of
-        the vector `direction` fixed in space; hessian(gamma), if given, its second derivatives.
+        """Adds a user-defined potential.
 
-        bounds = (gradient, hessian, third): of the norm of the gradient, of the norm of the second derivatives and of
-        the third derivative along any unit vector, for all gamma up to the length of `direction`. For their use see
-        add_user_torque."""
+        Parameters
+        ----------
+        direction : array, shape (3,)
+            Vector that is fixed in space.
+        potential : function potential(gamma)
+            Returns U, J, and its gradient, shape (3,), by gamma, the body components of `direction`.
+        hessian : function hessian(gamma)
+            Returns the second derivatives, shape (3, 3); default: differences.
+        bounds : three floats
+            Bounds (gradient, hessian, third) for all gamma up to the length of `direction`: of the norm of the gradient, of the
+            norm of the second derivatives and of the third derivative along any unit vector. For their use see `add_user_torque`.
+
+        Raises
+        ------
+        NutateValueError
+            If a bound is out of its range.
+        """
         add_potential(self, "system", direction, potential, hessian, bounds)
         self._add("add_potential", direction, potential, hessian, bounds)
 

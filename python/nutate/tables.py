@@ -52,8 +52,23 @@ class Columns(Mapping[str, Array]):
 
 
 def to_pandas(history: Union[Mapping[str, Array], Columns]) -> Any:
-    """Returns the columns of a run (nutate.run, a stepper or nutate.solve) as a DataFrame of pandas with the time, s, as its
-    index; attrs["units"] has their units."""
+    """Converts the columns of a run to a DataFrame of pandas.
+
+    Parameters
+    ----------
+    history : mapping of arrays
+        Columns of a run: of nutate.run, a Stepper or nutate.solve.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Columns by their names; the index is the time, s, and attrs["units"] has the units.
+
+    Raises
+    ------
+    ImportError
+        If pandas is not installed.
+    """
     pandas = importlib.import_module("pandas")
     frame = pandas.DataFrame({name: values for name, values in history.items() if name != "t"},
                              index=pandas.Index(np.asarray(history["t"]), name="t"))
@@ -62,8 +77,24 @@ def to_pandas(history: Union[Mapping[str, Array], Columns]) -> Any:
 
 
 def to_xarray(history: Union[Mapping[str, Array], Columns]) -> Any:
-    """Returns the columns of a run as a Dataset of xarray over the time, s: attitude q, angular velocity omega and momenta with an
-    axis of components, all else column by column; each has its unit in attrs["units"]."""
+    """Converts the columns of a run to a Dataset of xarray.
+
+    Parameters
+    ----------
+    history : mapping of arrays
+        Columns of a run: of nutate.run, a Stepper or nutate.solve.
+
+    Returns
+    -------
+    xarray.Dataset
+        Attitude q, angular velocity omega and momenta with an axis of components, all else column by column, over the time, s;
+        attrs["units"] of each has its unit.
+
+    Raises
+    ------
+    ImportError
+        If xarray is not installed.
+    """
     xarray = importlib.import_module("xarray")
     rest = {name: values for name, values in history.items() if name != "t"}
     variables: dict[str, Any] = {}
