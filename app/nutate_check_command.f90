@@ -35,7 +35,7 @@ module nutate_check_command
    use nutate_spelling, only: split_list
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_STOPPED
-   use nutate_stepper, only: integrator_settings_t
+   use nutate_integrator_settings, only: integrator_settings_t
    use nutate_system, only: system_t
    use nutate_tumbling, only: tumbling_elements, tumbling_start, tumbling_start_t, tumbling_t
    implicit none

@@ -10,7 +10,7 @@ module nutate_cost_report
    use nutate_methods, only: default_settings, family_of, methods
    use nutate_reference, only: reference_t, AGREED, EXACT_FREE_BODY, EXACT_TOP
    use nutate_status, only: status_t
-   use nutate_stepper, only: integrator_settings_t
+   use nutate_integrator_settings, only: integrator_settings_t
    use nutate_table, only: number_text, table_t
    use nutate_work_point, only: point_within, work_point_t
    use nutate_work_precision, only: work_precision_t, LAST_LEVEL, OUT_OF_BUDGET, REFUSED, ROUND_OFF

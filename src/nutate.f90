@@ -84,14 +84,15 @@ module nutate
    use nutate_applied_torque, only: applied_torque_t
    use nutate_bodies, only: bodies_t
    use nutate_body, only: body_t, make_body, make_shape_body
-   use nutate_chaos, only: chaos_settings_t, chaos_t
+   use nutate_chaos, only: chaos_t
+   use nutate_chaos_settings, only: chaos_settings_t
    use nutate_variation, only: attitude_variation, variation_t, inertia_variation, rate_variation
    use nutate_column_event, only: column_event_t
    use nutate_damping, only: damping_t
    use nutate_dipole, only: dipole_t
    use nutate_earth_field, only: earth_field_t
    use nutate_event, only: event_t
-   use nutate_event_tracker, only: event_list_t
+   use nutate_event_list, only: event_list_t
    use nutate_exact_free, only: free_body_t
    use nutate_exact_top, only: lagrange_top_t
    use nutate_force, only: force_t, moving_force_t
@@ -100,6 +101,7 @@ module nutate
    use nutate_hamiltonian, only: angular_velocity, body_momentum, conserved_energy, kinetic_energy, make_state, &
       potential_energy, space_momentum, total_energy
    use nutate_history, only: history_t
+   use nutate_integrator_settings, only: integrator_settings_t
    use nutate_kepler_orbit, only: kepler_orbit_t
    use nutate_kinds, only: long, wp
    use nutate_methods, only: make_stepper
@@ -108,7 +110,7 @@ module nutate
    use nutate_orbit, only: orbit_t
    use nutate_orbital_gradient, only: orbital_gradient_t
    use nutate_potential, only: potential_t
-   use nutate_progress, only: run_summary_t
+   use nutate_summary, only: run_summary_t
    use nutate_controller, only: controller_t
    use nutate_controller_mounting, only: add_controller
    use nutate_rotating_frame, only: frame_at_latitude, rotating_frame_t
@@ -118,11 +120,11 @@ module nutate
    use nutate_spring, only: spring_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_stepper, only: integrator_settings_t, stepper_t
+   use nutate_stepper, only: stepper_t
    use nutate_system, only: system_t
    use nutate_tabulated_torque, only: make_tabulated_torque, tabulated_torque_t
    use nutate_tangent, only: tangent_t
-   use nutate_propagated_columns, only: propagated_t
+   use nutate_propagated, only: propagated_t
    use nutate_third_degree, only: third_degree_t
    use nutate_timed_force, only: timed_force_t
    use nutate_torque, only: torque_t

@@ -7,12 +7,12 @@ module test_accuracy
    use nutate_kinds, only: wp
    use nutate_method_choice, only: choose_method, AUTOMATIC_METHOD
    use nutate_methods, only: default_settings
-   use nutate_progress, only: run_summary_t
+   use nutate_summary, only: run_summary_t
    use nutate_run, only: integrate
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, NUTATE_STEP_LIMIT
-   use nutate_stepper, only: integrator_settings_t
+   use nutate_integrator_settings, only: integrator_settings_t
    use test_oracle, only: find_true_attitude, has_oracle, qp, true_distance
    use test_problems, only: precessing_top, problem_t
    use test_random_scenes, only: make_random_scene, random_scene_t

@@ -16,7 +16,7 @@ module test_axial_frame
    use nutate_methods, only: default_settings, make_stepper
    use nutate_attitude, only: quat_from_euler
    use nutate_observer, only: observer_t, run_record_t
-   use nutate_progress, only: run_summary_t
+   use nutate_summary, only: run_summary_t
    use nutate_quaternion, only: attitude_distance
    use nutate_run, only: integrate
    use nutate_run_plan, only: run_goal_t, run_plan_t

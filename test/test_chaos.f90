@@ -1,12 +1,12 @@
 !> Indicators of chaos: against exact rates, the columns themselves, and the values of integrable and chaotic motions.
 module test_chaos
    use nutate_byte_archive, only: byte_archive_t
-   use nutate_chaos, only: chaos_settings_t
+   use nutate_chaos_settings, only: chaos_settings_t
    use nutate_variation, only: variation_t
    use nutate_hamiltonian, only: body_momentum
    use nutate_kinds, only: wp, pi
    use nutate_observer, only: run_record_t
-   use nutate_progress, only: run_summary_t
+   use nutate_summary, only: run_summary_t
    use nutate_run, only: integrate, run_t
    use nutate_scene, only: parse_scene, scene_t
    use nutate_state, only: state_t

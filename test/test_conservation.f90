@@ -9,7 +9,7 @@ module test_conservation
    use nutate_quaternion, only: rotate_to_space
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_stepper, only: integrator_settings_t
+   use nutate_integrator_settings, only: integrator_settings_t
    use test_problems, only: box, fast_top, march, precessing_top, problem_t, solve
    use test_support, only: check, check_below, check_close, error_type, new_unittest, unittest_type
    implicit none

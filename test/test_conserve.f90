@@ -8,7 +8,7 @@ module test_conserve
    use nutate_quaternion, only: attitude_distance
    use nutate_rotating_frame, only: rotating_frame_t
    use nutate_observer, only: run_record_t
-   use nutate_progress, only: run_summary_t
+   use nutate_summary, only: run_summary_t
    use nutate_run, only: integrate
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_scene, only: read_scene, scene_t

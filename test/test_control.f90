@@ -7,14 +7,14 @@ module test_control
    use nutate_kinds, only: wp, eps, long
    use nutate_methods, only: default_settings
    use nutate_quaternion, only: attitude_distance
-   use nutate_progress, only: run_summary_t
+   use nutate_summary, only: run_summary_t
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_spring, only: spring_t
    use nutate_observer, only: observer_t
    use nutate_run, only: integrate, run_t
    use nutate_state, only: state_t
    use nutate_status, only: NUTATE_BAD_ARGUMENT, NUTATE_STEP_LIMIT, NUTATE_STOPPED, fail, status_t
-   use nutate_stepper, only: integrator_settings_t
+   use nutate_integrator_settings, only: integrator_settings_t
    use test_controlled_run, only: recorder_t, run_to
    use test_problems, only: box, bruls_top, free_body, precessing_top, problem_t, simo_top
    use test_random_scenes, only: make_random_scene, random_scene_t

@@ -7,7 +7,7 @@ module test_controllers
    use nutate_kinds, only: wp, long, eps
    use nutate_methods, only: make_stepper, methods
    use nutate_orbit, only: orbit_t
-   use nutate_progress, only: run_summary_t
+   use nutate_summary, only: run_summary_t
    use nutate_quaternion, only: attitude_distance, quat_product
    use nutate_control_law, only: BY_MAGNETORQUERS, BY_TORQUE, BY_WHEELS, DETUMBLING
    use nutate_controller, only: controller_t

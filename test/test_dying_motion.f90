@@ -12,12 +12,12 @@ module test_dying_motion
    use nutate_kinds, only: eps, long, wp
    use nutate_method_choice, only: AUTOMATIC_METHOD, choose_method
    use nutate_methods, only: default_settings
-   use nutate_progress, only: run_summary_t
+   use nutate_summary, only: run_summary_t
    use nutate_run, only: integrate
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: NUTATE_STEP_LIMIT, status_t
-   use nutate_stepper, only: integrator_settings_t
+   use nutate_integrator_settings, only: integrator_settings_t
    use nutate_system, only: system_t
    use nutate_wheel, only: wheel_t
    use nutate_wheel_mounting, only: add_wheel

@@ -12,7 +12,7 @@ module test_earth_frames
    use nutate_invariants, only: follows_rotating_axes
    use nutate_kinds, only: wp, eps, pi
    use nutate_methods, only: make_stepper
-   use nutate_progress, only: run_summary_t
+   use nutate_summary, only: run_summary_t
    use nutate_quaternion, only: quat_exp, quat_product, rotate_to_space
    use nutate_reduced_equations, only: reduced_equations_t
    use nutate_rotating_frame, only: frame_at_latitude, rotating_frame_t

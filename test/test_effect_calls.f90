@@ -7,11 +7,11 @@ module test_effect_calls
    use nutate_nielsen_krenk, only: nielsen_krenk_t
    use nutate_quaternion, only: cross
    use nutate_run, only: integrate
-   use nutate_progress, only: run_summary_t
+   use nutate_summary, only: run_summary_t
    use nutate_scene, only: parse_scene, scene_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_stepper, only: integrator_settings_t
+   use nutate_integrator_settings, only: integrator_settings_t
    use nutate_system, only: system_t
    use test_effect_samples, only: sample_body
    use test_support, only: check, error_type, new_unittest, unittest_type

@@ -16,7 +16,7 @@ module test_effect_reference
    use nutate_spring, only: spring_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_stepper, only: integrator_settings_t
+   use nutate_integrator_settings, only: integrator_settings_t
    use nutate_system, only: system_t
    use test_effect_samples, only: sample_body
    use test_support, only: check, check_below, check_close, error_type, new_unittest, unittest_type

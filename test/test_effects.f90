@@ -13,7 +13,7 @@ module test_effects
    use nutate_spring, only: spring_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_stepper, only: integrator_settings_t
+   use nutate_integrator_settings, only: integrator_settings_t
    use nutate_system, only: system_t
    use test_effect_samples, only: effect_samples_t, quartic_t, sample_body
    use test_problems, only: problem_t, solve

@@ -8,7 +8,8 @@ module test_equal_steps
    use nutate_methods, only: default_settings, methods
    use nutate_noise, only: noise_t
    use nutate_observer, only: observer_t, run_record_t
-   use nutate_progress, only: progress_t, run_summary_t, start_run
+   use nutate_progress, only: progress_t, start_run
+   use nutate_summary, only: run_summary_t
    use nutate_quaternion, only: attitude_distance
    use nutate_rotating_frame, only: rotating_frame_t
    use nutate_run, only: integrate, run_t
@@ -16,7 +17,7 @@ module test_equal_steps
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_stepper, only: integrator_settings_t
+   use nutate_integrator_settings, only: integrator_settings_t
    use nutate_system, only: system_t
    use test_problems, only: box, bruls_top, forced_body, free_body, problem_t
    use test_support, only: check, check_below, check_close, error_type, new_unittest, unittest_type

@@ -5,7 +5,7 @@ module test_error_weighting
    use nutate_hamiltonian, only: total_energy
    use nutate_kinds, only: wp, eps
    use nutate_methods, only: default_settings, make_stepper
-   use nutate_progress, only: run_summary_t
+   use nutate_summary, only: run_summary_t
    use nutate_projection_point, only: evaluate, projection_plan_t, projection_point_t, read_point
    use nutate_quaternion, only: attitude_distance
    use nutate_run, only: integrate

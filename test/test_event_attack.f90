@@ -7,12 +7,12 @@ module test_event_attack
    use, intrinsic :: iso_fortran_env, only: int64, output_unit
    use nutate_column_event, only: column_event_t
    use nutate_event, only: CROSSING, EXTREMUM
-   use nutate_event_tracker, only: event_list_t
+   use nutate_event_list, only: event_list_t
    use nutate_hamiltonian, only: make_state
    use nutate_kinds, only: wp, eps
    use nutate_methods, only: default_settings, make_stepper
    use nutate_motion, only: find_motion, find_rates, motion_t
-   use nutate_progress, only: run_summary_t
+   use nutate_summary, only: run_summary_t
    use nutate_run, only: integrate
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t

@@ -4,16 +4,16 @@ module test_event_switches
    use nutate_body, only: diagonal, make_body
    use nutate_dipole, only: dipole_t
    use nutate_event, only: SWITCH_OFF, SWITCH_ON, SWITCH_TOGGLE
-   use nutate_event_tracker, only: event_list_t
+   use nutate_event_list, only: event_list_t
    use nutate_hamiltonian, only: make_state, total_energy
    use nutate_kinds, only: wp, eps, pi
    use nutate_methods, only: default_settings, methods
-   use nutate_progress, only: run_summary_t
+   use nutate_summary, only: run_summary_t
    use nutate_run, only: integrate
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, NUTATE_STEP_LIMIT
-   use nutate_stepper, only: integrator_settings_t
+   use nutate_integrator_settings, only: integrator_settings_t
    use test_event_support, only: angle_event_t, compass, keeper_t, no_effects, rate_event_t
    use test_problems, only: problem_t
    use test_support, only: check, check_below, check_close, error_type, new_unittest, unittest_type

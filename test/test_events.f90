@@ -3,13 +3,13 @@
 module test_events
    use nutate_column_event, only: column_event_t
    use nutate_event, only: EXTREMUM, MAXIMUM, MINIMUM
-   use nutate_event_tracker, only: event_list_t
+   use nutate_event_list, only: event_list_t
    use nutate_hamiltonian, only: make_state, total_energy
    use nutate_kinds, only: wp, eps, pi
    use nutate_methods, only: default_settings, methods
    use nutate_motion, only: displaced, find_motion, find_rates, motion_t
    use nutate_moving_frame, only: make_frame
-   use nutate_progress, only: run_summary_t
+   use nutate_summary, only: run_summary_t
    use nutate_gravity_gradient, only: gravity_gradient_t
    use nutate_kepler_orbit, only: kepler_orbit_t
    use nutate_orbit, only: orbit_t
@@ -22,7 +22,7 @@ module test_events
    use nutate_spelling, only: split_list
    use nutate_state, only: state_t
    use nutate_status, only: status_t, NUTATE_NOT_FINITE
-   use nutate_stepper, only: integrator_settings_t
+   use nutate_integrator_settings, only: integrator_settings_t
    use nutate_system, only: system_t
    use test_event_support, only: angle_event_t, compass, keeper_t, lost_event_t, no_effects, rate_event_t, tilt_event_t
    use test_problems, only: box, fast_top, forced_body, problem_t

@@ -8,13 +8,13 @@ module test_exact_round_off
    use nutate_exact_free, only: free_body_t
    use nutate_hamiltonian, only: body_momentum, kinetic_energy, make_state
    use nutate_kinds, only: wp, eps
-   use nutate_progress, only: run_summary_t
+   use nutate_summary, only: run_summary_t
    use nutate_quaternion, only: rotation_matrix
    use nutate_run, only: integrate
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_stepper, only: integrator_settings_t
+   use nutate_integrator_settings, only: integrator_settings_t
    use nutate_system, only: system_t
    use test_oracle, only: find_true_attitude, has_oracle, qp, true_distance
    use test_support, only: check, error_type, new_unittest, random_unit, random_unit_quaternion, random_vector, &

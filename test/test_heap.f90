@@ -10,7 +10,7 @@ module test_heap
    use nutate_kinds, only: wp
    use nutate_methods, only: methods
    use nutate_observer, only: observer_t, run_record_t
-   use nutate_progress, only: run_summary_t
+   use nutate_summary, only: run_summary_t
    use nutate_run, only: integrate
    use nutate_run_plan, only: run_plan_t
    use nutate_scene, only: read_scene, scene_t

@@ -8,7 +8,7 @@ module test_moon_states
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_stepper, only: integrator_settings_t
+   use nutate_integrator_settings, only: integrator_settings_t
    use test_time_dependent, only: make_moon
    use test_problems, only: problem_t
    use test_support, only: check, check_below, check_close, error_type, new_unittest, unittest_type

@@ -10,19 +10,19 @@ module test_motion_bounds
    use nutate_dipole, only: dipole_t
    use nutate_effect, only: rotor_t, torque_t
    use nutate_effect_bounds, only: bounds_of_drag, effect_bounds_t, linear_map_t
-   use nutate_event_tracker, only: event_list_t
+   use nutate_event_list, only: event_list_t
    use nutate_hamiltonian, only: make_state
    use nutate_kinds, only: wp
    use nutate_methods, only: default_settings
    use nutate_motion, only: find_motion, find_rates, motion_t
    use nutate_motion_bounds, only: bound_motion, motion_bounds_t, speed_bounds_t
-   use nutate_progress, only: run_summary_t
+   use nutate_summary, only: run_summary_t
    use nutate_rotating_frame, only: rotating_frame_t
    use nutate_run, only: integrate
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_stepper, only: integrator_settings_t
+   use nutate_integrator_settings, only: integrator_settings_t
    use nutate_system, only: system_t
    use nutate_wheel, only: wheel_t
    use nutate_wheel_mounting, only: add_wheel

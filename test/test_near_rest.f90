@@ -8,14 +8,14 @@ module test_near_rest
    use nutate_gravity, only: gravity_t
    use nutate_hamiltonian, only: kinetic_energy, make_state, total_energy
    use nutate_kinds, only: eps, long, wp
-   use nutate_progress, only: run_summary_t
+   use nutate_summary, only: run_summary_t
    use nutate_quaternion, only: attitude_distance
    use nutate_effect, only: rotor_t
    use nutate_run, only: integrate
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_stepper, only: integrator_settings_t
+   use nutate_integrator_settings, only: integrator_settings_t
    use test_problems, only: problem_t
    use test_support, only: check, error_type, new_unittest, random_unit_quaternion, random_vector, share_of, &
                            unittest_type

@@ -13,7 +13,7 @@ module test_orbit
    use nutate_scene, only: parse_scene, scene_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_stepper, only: integrator_settings_t
+   use nutate_integrator_settings, only: integrator_settings_t
    use test_orbit_reference, only: period, satellite, stable, unstable, wide
    use test_problems, only: problem_t
    use test_support, only: check, check_below, check_close, error_type, new_unittest, random_unit_quaternion, &

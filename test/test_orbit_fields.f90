@@ -14,7 +14,7 @@ module test_orbit_fields
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_stepper, only: integrator_settings_t
+   use nutate_integrator_settings, only: integrator_settings_t
    use test_problems, only: problem_t
    use test_satellites, only: field_along, magnet, path_of, point, push_along, satellite, MAGNETIC
    use test_support, only: check, check_close, error_type, in_turn, new_unittest, unittest_type

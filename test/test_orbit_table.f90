@@ -12,7 +12,7 @@ module test_orbit_table
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_stepper, only: integrator_settings_t
+   use nutate_integrator_settings, only: integrator_settings_t
    use nutate_system, only: system_t
    use nutate_track, only: make_track, track_t
    use test_support, only: check, check_below, check_close, error_type, new_unittest, unittest_type

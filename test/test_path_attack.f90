@@ -3,9 +3,9 @@
 module test_path_attack
    use, intrinsic :: iso_fortran_env, only: int64, output_unit
    use nutate_event, only: CROSSING, EXTREMUM, MAXIMUM, MINIMUM
-   use nutate_event_tracker, only: event_list_t
+   use nutate_event_list, only: event_list_t
    use nutate_kinds, only: wp, eps, pi
-   use nutate_progress, only: run_summary_t
+   use nutate_summary, only: run_summary_t
    use nutate_run, only: integrate
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t

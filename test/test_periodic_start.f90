@@ -11,7 +11,7 @@ module test_periodic_start
    use nutate_scene, only: parse_scene, scene_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_stepper, only: integrator_settings_t
+   use nutate_integrator_settings, only: integrator_settings_t
    use test_support, only: check, check_close, error_type, new_unittest, unittest_type
    implicit none
    private

@@ -10,7 +10,7 @@ module test_random_controllers
    use nutate_methods, only: default_settings
    use nutate_motion, only: find_motion, motion_t
    use nutate_observer, only: observer_t, run_record_t
-   use nutate_progress, only: run_summary_t
+   use nutate_summary, only: run_summary_t
    use nutate_quaternion, only: attitude_distance, quat_normalized
    use nutate_control_law, only: BY_MAGNETORQUERS, BY_TORQUE, BY_WHEELS, DETUMBLING
    use nutate_controller, only: controller_t
@@ -19,7 +19,7 @@ module test_random_controllers
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_stepper, only: integrator_settings_t
+   use nutate_integrator_settings, only: integrator_settings_t
    use nutate_system, only: system_t
    use nutate_wheel, only: wheel_t
    use nutate_wheel_mounting, only: add_wheel

@@ -13,7 +13,7 @@ module test_reduced
    use nutate_reduced_equations, only: reduced_equations_t
    use nutate_state, only: state_t
    use nutate_status, only: NUTATE_BAD_ARGUMENT, status_t
-   use nutate_stepper, only: integrator_settings_t
+   use nutate_integrator_settings, only: integrator_settings_t
    use nutate_system, only: system_t
    use test_problems, only: box, bruls_top, fast_top, forced_body, march, precessing_top, problem_t
    use test_support, only: check, check_below, check_close, error_type, new_unittest, random_unit_quaternion, &

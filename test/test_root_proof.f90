@@ -16,7 +16,7 @@ module test_root_proof
    use nutate_kinds, only: wp, eps
    use nutate_methods, only: make_stepper, methods
    use nutate_observer, only: observer_t, run_record_t
-   use nutate_progress, only: run_summary_t
+   use nutate_summary, only: run_summary_t
    use nutate_quaternion, only: rotate_to_body
    use nutate_run, only: integrate
    use nutate_run_plan, only: run_plan_t

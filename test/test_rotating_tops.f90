@@ -10,7 +10,7 @@ module test_rotating_tops
    use nutate_invariants, only: follows_rotating_axes
    use nutate_kinds, only: wp, eps
    use nutate_methods, only: default_settings, make_stepper
-   use nutate_progress, only: run_summary_t
+   use nutate_summary, only: run_summary_t
    use nutate_quaternion, only: attitude_distance, quat_exp, quat_product
    use nutate_rotating_frame, only: rotating_frame_t
    use nutate_run_plan, only: run_goal_t, run_plan_t

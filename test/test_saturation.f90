@@ -10,7 +10,7 @@ module test_saturation
    use nutate_motion, only: find_motion, motion_t
    use nutate_observer, only: observer_t, run_record_t
    use nutate_orbit, only: orbit_t
-   use nutate_progress, only: run_summary_t
+   use nutate_summary, only: run_summary_t
    use nutate_quaternion, only: attitude_distance, quat_exp, quat_product
    use nutate_control_law, only: BY_MAGNETORQUERS, BY_TORQUE, BY_WHEELS, DETUMBLING
    use nutate_controller, only: controller_t

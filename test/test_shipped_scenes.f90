@@ -8,7 +8,7 @@ module test_shipped_scenes
    use nutate_quaternion, only: attitude_distance
    use nutate_run, only: integrate
    use nutate_observer, only: observer_t, run_record_t
-   use nutate_progress, only: run_summary_t
+   use nutate_summary, only: run_summary_t
    use nutate_run_plan, only: run_plan_t
    use nutate_scene, only: read_scene, scene_t
    use nutate_state, only: state_t

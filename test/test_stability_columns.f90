@@ -7,7 +7,7 @@ module test_stability_columns
    use nutate_kinds, only: wp
    use nutate_spring, only: spring_t
    use nutate_status, only: status_t
-   use nutate_stepper, only: integrator_settings_t
+   use nutate_integrator_settings, only: integrator_settings_t
    use test_problems, only: box, precessing_top, problem_t
    use test_random_scenes, only: make_random_scene, random_scene_t
    use test_stability_case, only: check_case, INFINITE_J0, ORDER_TWO, record_t, stability_case_t, way_t

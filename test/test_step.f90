@@ -12,7 +12,7 @@ module test_step
    use nutate_quaternion, only: cross, quat_left_matrix, quat_right_matrix, rotate_to_body
    use nutate_state, only: state_t
    use nutate_status, only: NUTATE_BAD_ARGUMENT, NUTATE_NOT_CONVERGED, NUTATE_OFF_BRANCH, status_t
-   use nutate_stepper, only: integrator_settings_t
+   use nutate_integrator_settings, only: integrator_settings_t
    use nutate_system, only: system_t
    use test_jacobian, only: check_jacobian
    use test_problems, only: box, march, precessing_top, problem_t

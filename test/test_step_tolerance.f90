@@ -13,7 +13,7 @@ module test_step_tolerance
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_stepper, only: integrator_settings_t
+   use nutate_integrator_settings, only: integrator_settings_t
    use nutate_system, only: system_t
    use test_problems, only: box, forced_body, problem_t, simo_top, wheeled_body
    use test_support, only: check, error_type, new_unittest, random_unit_quaternion, random_vector, unittest_type

@@ -5,13 +5,13 @@ module test_table_torques
    use nutate_effect_bounds, only: effect_bounds_t, linear_map_t
    use nutate_hamiltonian, only: make_state, total_energy
    use nutate_kinds, only: wp, pi, eps
-   use nutate_progress, only: run_summary_t
+   use nutate_summary, only: run_summary_t
    use nutate_quaternion, only: attitude_distance
    use nutate_run, only: integrate
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_stepper, only: integrator_settings_t
+   use nutate_integrator_settings, only: integrator_settings_t
    use nutate_system, only: system_t
    use nutate_tabulated_torque, only: make_tabulated_torque, tabulated_torque_t
    use test_effect_samples, only: sample_body

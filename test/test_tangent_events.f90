@@ -11,7 +11,7 @@ module test_tangent_events
    use nutate_dipole, only: dipole_t
    use nutate_effect, only: rotor_t
    use nutate_event, only: event_t, EXTREMUM, MAXIMUM, MINIMUM, SWITCH_OFF, SWITCH_TOGGLE
-   use nutate_event_tracker, only: event_list_t
+   use nutate_event_list, only: event_list_t
    use nutate_hamiltonian, only: body_momentum, make_state
    use nutate_kinds, only: wp, long, pi
    use nutate_observer, only: run_record_t
@@ -22,7 +22,7 @@ module test_tangent_events
    use nutate_spring, only: spring_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, NUTATE_STOPPED
-   use nutate_stepper, only: integrator_settings_t
+   use nutate_integrator_settings, only: integrator_settings_t
    use nutate_system, only: system_t
    use nutate_wheel, only: wheel_t
    use nutate_wheel_mounting, only: add_wheel

@@ -10,7 +10,7 @@ module test_tangent_windows
    use nutate_controller, only: controller_t
    use nutate_controller_mounting, only: add_controller
    use nutate_event, only: event_t, MAXIMUM
-   use nutate_event_tracker, only: event_list_t
+   use nutate_event_list, only: event_list_t
    use nutate_hamiltonian, only: body_momentum, make_state
    use nutate_kinds, only: wp, long
    use nutate_observer, only: run_record_t
@@ -20,7 +20,7 @@ module test_tangent_windows
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, NUTATE_STOPPED
-   use nutate_stepper, only: integrator_settings_t
+   use nutate_integrator_settings, only: integrator_settings_t
    use nutate_system, only: system_t
    use nutate_tabulated_torque, only: make_tabulated_torque, tabulated_torque_t
    use nutate_timed_force, only: timed_force_t

@@ -10,12 +10,12 @@ module test_torque_physics
    use nutate_nielsen_krenk, only: nielsen_krenk_t
    use nutate_quaternion, only: attitude_distance, quat_exp, rotate_to_space
    use nutate_observer, only: observer_t, run_record_t
-   use nutate_progress, only: run_summary_t
+   use nutate_summary, only: run_summary_t
    use nutate_run, only: integrate
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_stepper, only: integrator_settings_t
+   use nutate_integrator_settings, only: integrator_settings_t
    use nutate_system, only: system_t
    use test_effect_samples, only: sample_body, spinner
    use test_problems, only: problem_t, solve

@@ -9,7 +9,7 @@ module test_uncertified
    use nutate_observer, only: observer_t
    use nutate_orbit, only: orbit_t
    use nutate_orbital_gradient, only: orbital_gradient_t
-   use nutate_progress, only: run_summary_t
+   use nutate_summary, only: run_summary_t
    use nutate_projected_stepper, only: projected_stepper_t
    use nutate_control_law, only: BY_MAGNETORQUERS, BY_WHEELS, DETUMBLING
    use nutate_controller, only: controller_t

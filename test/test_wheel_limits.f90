@@ -6,13 +6,13 @@ module test_wheel_limits
    use nutate_hamiltonian, only: angular_velocity, kinetic_energy, make_state, space_momentum, total_energy
    use nutate_kinds, only: wp, long, eps
    use nutate_methods, only: methods
-   use nutate_progress, only: run_summary_t
+   use nutate_summary, only: run_summary_t
    use nutate_quaternion, only: attitude_distance
    use nutate_run, only: integrate
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, NUTATE_BAD_ARGUMENT
-   use nutate_stepper, only: integrator_settings_t
+   use nutate_integrator_settings, only: integrator_settings_t
    use nutate_tabulated_torque, only: tabulated_torque_t
    use nutate_wheel, only: released_at, wheel_t
    use nutate_wheel_motor, only: make_motor_table

@@ -15,7 +15,7 @@ module nutate_method_choice
    use nutate_quaternion, only: quat_norm
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
-   use nutate_stepper, only: integrator_settings_t
+   use nutate_integrator_settings, only: integrator_settings_t
    use nutate_system, only: system_t
    implicit none
    private

@@ -1,54 +1,20 @@
 !> Interface of integration methods for the layers above: a stepper moves a state by one step.
 module nutate_stepper
    use nutate_archive, only: archive_t
-   use nutate_sensitivity_projection, only: kept_steps, project_sensitivities
+   use nutate_integrator_settings, only: integrator_settings_t
    use nutate_kinds, only: wp
    use nutate_noise, only: noise_t
-   use nutate_number_archive, only: number_archive_t
    use nutate_state, only: state_t
-   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
+   use nutate_status, only: status_t
    use nutate_system, only: system_t
    use nutate_tangent, only: tangent_t
-   use nutate_error_weighting, only: step_error_t
+   use nutate_step_error, only: step_error_t
    implicit none
    private
 
    public :: stepper_t, dense_stepper_t, integrator_settings_t, step_goal_t, is_inside, keep_starts, outside
 
    character(len=*), parameter :: outside = 'the time is not inside a step that was kept'
-
-   !> How to integrate, as a scene's `&integrator` says it.
-   type :: integrator_settings_t
-      !> Blank: none is named. A run to an accuracy or a `local_tolerance` then chooses one, unless order, formulation,
-      !> `series_order`, `conserve` or `projection` are set; else it is `nielsen_krenk`.
-      character(len=24) :: method = ''
-      !> 0: as the method has it, of `nielsen_krenk` 2, in a run to an accuracy as that asks for.
-      integer :: order = 0
-      !> Blank: as the method has it.
-      character(len=24) :: formulation = ''
-      !> 1/J0, kg⁻¹ m⁻²; 0 for an infinite auxiliary inertia.
-      real(wp) :: inverse_auxiliary_inertia = 0.0_wp
-      !> Project potential forces onto the tangent of |q| = 1 (equation (11) of Nielsen & Krenk 2012); `.false.` shows
-      !> what that is for.
-      logical :: projection = .true.
-      !> Integrate the attitude; `.false.` only where neither an effect nor the output depends on it.
-      logical :: attitude = .true.
-      !> Project the state onto the invariants: for methods that do not conserve them, or so that round-off does not add
-      !> up.
-      logical :: conserve = .false.
-      !> Project it after every step, not only as often as round-off asks for: where steps may be taken back.
-      logical :: project_each = .false.
-      !> Order of a Taylor series; 0: as the tolerance asks for, 16 at fixed steps.
-      integer :: series_order = 0
-      !> Newton: relative increment at which to stop; 0: iterate until the increment stops falling.
-      real(wp) :: tolerance = 0.0_wp
-      integer :: max_iterations = 20
-      !> Longest adaptive step, s: what acts for a shorter time between the evaluations of a step can be missed.
-      real(wp) :: max_step = huge(1.0_wp)
-      !> Step in the space axes of the system, although the LVLH frame of its circular orbit would do
-      !> (`nutate_lvlh_stepper`): for derivatives by the elements of the orbit.
-      logical :: in_space_axes = .false.
-   end type integrator_settings_t
 
    !> Goal of a method that chooses its steps; one of the first two components is set.
    type :: step_goal_t
@@ -181,315 +147,210 @@ module nutate_stepper
       end subroutine advance_state
    end interface
 
-contains
+   interface
 
-   !> Stores the settings and makes the work space. Errors: those of the method's `set_up`, mostly
-   !> `NUTATE_BAD_ARGUMENT` for settings that it cannot honour.
-   recursive subroutine prepare_stepper(self, system, settings, status)
-      class(stepper_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      type(integrator_settings_t), intent(in) :: settings
-      type(status_t), intent(out) :: status
-      if (allocated(self%work)) deallocate (self%work)
-      allocate (self%work(system%effects%n_works()), source=0.0_wp)
-      self%iterations = 0
-      self%residual = 0.0_wp
-      self%continued = 0
-      self%uncertified = 0
-      self%error_estimate = 0.0_wp
-      self%step_error = step_error_t()
-      self%prepared_with = settings
-      self%keeps_steps = .false.
-      self%last_length = 0.0_wp
-      if (allocated(self%again)) deallocate (self%again)
-      call self%set_up(system, settings, status)
-   end subroutine prepare_stepper
+      !> Stores the settings and makes the work space. Errors: those of the method's `set_up`, mostly
+      !> `NUTATE_BAD_ARGUMENT` for settings that it cannot honour.
+      recursive module subroutine prepare_stepper(self, system, settings, status)
+         class(stepper_t), intent(inout) :: self
+         type(system_t), intent(in) :: system
+         type(integrator_settings_t), intent(in) :: settings
+         type(status_t), intent(out) :: status
+      end subroutine prepare_stepper
 
-   !> Prepares again for a system that has changed; steps are kept as before. Errors: those of `prepare`.
-   subroutine renew(self, system, status)
-      !> Prepared.
-      class(stepper_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      type(status_t), intent(out) :: status
-      type(integrator_settings_t) :: settings
-      logical :: keeps
-      settings = self%prepared_with
-      keeps = self%keeps_steps
-      call self%prepare(system, settings, status)
-      if (keeps .and. status%ok()) call self%keep_steps()
-   end subroutine renew
+      !> Prepares again for a system that has changed; steps are kept as before. Errors: those of `prepare`.
+      module subroutine renew(self, system, status)
+         !> Prepared.
+         class(stepper_t), intent(inout) :: self
+         type(system_t), intent(in) :: system
+         type(status_t), intent(out) :: status
+      end subroutine renew
 
-   !> Moves a state by one step, the middle of which decides which torques act, and shows it. On failure the state is as
-   !> it was.
-   subroutine take_step(self, system, state, dt, status)
-      !> Prepared for `system`.
-      class(stepper_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      type(state_t), intent(inout) :: state
-      !> Step, s; negative steps go backwards in time.
-      real(wp), intent(in) :: dt
-      type(status_t), intent(out) :: status
-      if (self%keeps_steps) call self%mark_step(state, dt, state%t + 0.5_wp*dt)
-      call self%advance(system, state, dt, state%t + 0.5_wp*dt, status)
-      if (status%code == 0) call self%project_for_output(system, state)
-   end subroutine take_step
+      !> Moves a state by one step, the middle of which decides which torques act, and shows it. On failure the state is
+      !> as it was.
+      module subroutine take_step(self, system, state, dt, status)
+         !> Prepared for `system`.
+         class(stepper_t), intent(inout) :: self
+         type(system_t), intent(in) :: system
+         type(state_t), intent(inout) :: state
+         !> Step, s; negative steps go backwards in time.
+         real(wp), intent(in) :: dt
+         type(status_t), intent(out) :: status
+      end subroutine take_step
 
-   !> Makes a stepper that continues with identical results. The stepper that repeats steps is copied separately, as a
-   !> stepper: gfortran 12 does not copy a `class(*)` inside of another object, and loses the length that goes with it.
-   recursive subroutine copy(self, twin)
-      !> Stepper to copy; unchanged on return.
-      class(stepper_t), intent(inout) :: self
-      class(stepper_t), allocatable, intent(out) :: twin
-      class(*), allocatable :: again, its_own
-      if (allocated(self%again)) call move_alloc(self%again, again)
-      allocate (twin, source=self)
-      if (.not. allocated(again)) return
-      select type (again)
-      class is (stepper_t)
-         allocate (its_own, source=again)
-      end select
-      call move_alloc(its_own, twin%again)
-      call move_alloc(again, self%again)
-   end subroutine copy
+      !> Makes a stepper that continues with identical results. The stepper that repeats steps is copied separately, as
+      !> a stepper: gfortran 12 does not copy a `class(*)` inside of another object, and loses the length that goes with
+      !> it.
+      recursive module subroutine copy(self, twin)
+         !> Stepper to copy; unchanged on return.
+         class(stepper_t), intent(inout) :: self
+         class(stepper_t), allocatable, intent(out) :: twin
+      end subroutine copy
 
-   !> Stores the starts of steps from now on, for `state_at`. A copy of this stepper repeats parts of them.
-   subroutine keep_steps(self)
-      !> Prepared.
-      class(stepper_t), intent(inout) :: self
-      class(*), allocatable :: twin
-      if (self%keeps_steps) return
-      allocate (twin, source=self)
-      call move_alloc(twin, self%again)
-      call keep_starts(self)
-   end subroutine keep_steps
+      !> Stores the starts of steps from now on, for `state_at`. A copy of this stepper repeats parts of them.
+      module subroutine keep_steps(self)
+         !> Prepared.
+         class(stepper_t), intent(inout) :: self
+      end subroutine keep_steps
 
-   !> Keeps the starts of steps: the method knows the states inside.
-   subroutine keep_own(self)
-      class(dense_stepper_t), intent(inout) :: self
-      call keep_starts(self)
-   end subroutine keep_own
+      !> Keeps the starts of steps: the method knows the states inside.
+      module subroutine keep_own(self)
+         class(dense_stepper_t), intent(inout) :: self
+      end subroutine keep_own
 
-   !> Makes room for the start of a step, which `mark_step` sets from now on.
-   subroutine keep_starts(self)
-      class(stepper_t), intent(inout) :: self
-      if (.not. allocated(self%last_start)) allocate (self%last_start)
-      self%keeps_steps = .true.
-   end subroutine keep_starts
+      !> Makes room for the start of a step, which `mark_step` sets from now on.
+      module subroutine keep_starts(self)
+         class(stepper_t), intent(inout) :: self
+      end subroutine keep_starts
 
-   !> Sets the start of a step that `advance` is to take, if starts are kept.
-   subroutine mark_step(self, state, dt, window_time)
-      class(stepper_t), intent(inout) :: self
-      type(state_t), intent(in) :: state
-      !> s, and the time that decides which torques act, s.
-      real(wp), intent(in) :: dt, window_time
-      self%last_start = state
-      self%last_length = dt
-      self%last_window = window_time
-      self%used = .false.
-   end subroutine mark_step
+      !> Sets the start of a step that `advance` is to take, if starts are kept.
+      module subroutine mark_step(self, state, dt, window_time)
+         class(stepper_t), intent(inout) :: self
+         type(state_t), intent(in) :: state
+         !> s, and the time that decides which torques act, s.
+         real(wp), intent(in) :: dt, window_time
+      end subroutine mark_step
 
-   !> The state at a time inside the last step: that step taken again from its start, as long as the time is away from
-   !> it. Neither the steps that follow nor their memory notice.
-   !>
-   !> Errors: `NUTATE_BAD_ARGUMENT` where no step was kept, or the time is outside of it; those of the step.
-   recursive subroutine state_taken_again(self, system, t, state, work, status, works)
-      class(stepper_t), intent(inout) :: self
-      !> System of the step.
-      type(system_t), intent(in) :: system
-      !> s.
-      real(wp), intent(in) :: t
-      !> State at the time; unchanged on failure.
-      type(state_t), intent(inout) :: state
-      !> Work of all torques from the start of the step to `t`, J.
-      real(wp), intent(out) :: work
-      type(status_t), intent(out) :: status
-      !> Work of each torque from the start of the step to `t`, J; shape (n_works).
-      real(wp), intent(inout), optional :: works(:)
-      type(state_t) :: inside
-      work = 0.0_wp
-      if (present(works)) works = 0.0_wp
-      if (.not. (allocated(self%again) .and. is_inside(self, t))) then
-         status = fail(NUTATE_BAD_ARGUMENT, outside)
-         return
-      end if
-      inside = self%last_start
-      if (abs(t - self%last_start%t) > 0.0_wp) then
-         select type (again => self%again)
-         class is (stepper_t)
-            if (.not. self%used) call again%forget_steps()
-            self%used = .true.
-            call again%advance(system, inside, t - self%last_start%t, self%last_window, status)
-            if (status%code /= 0) then
-               ! A step that failed has forgotten the steps before it, and predicts afresh: that may do.
-               status = status_t()
-               call again%advance(system, inside, t - self%last_start%t, self%last_window, status)
-            end if
-            if (status%code /= 0) return
-            work = sum(again%work)
-            if (present(works)) works(:) = again%work
-            self%step_error = again%step_error
-         end select
-         inside%t = t
-      end if
-      state = inside
-   end subroutine state_taken_again
+      !> The state at a time inside the last step: that step taken again from its start, as long as the time is away
+      !> from it. Neither the steps that follow nor their memory notice.
+      !>
+      !> Errors: `NUTATE_BAD_ARGUMENT` where no step was kept, or the time is outside of it; those of the step.
+      recursive module subroutine state_taken_again(self, system, t, state, work, status, works)
+         class(stepper_t), intent(inout) :: self
+         !> System of the step.
+         type(system_t), intent(in) :: system
+         !> s.
+         real(wp), intent(in) :: t
+         !> State at the time; unchanged on failure.
+         type(state_t), intent(inout) :: state
+         !> Work of all torques from the start of the step to `t`, J.
+         real(wp), intent(out) :: work
+         type(status_t), intent(out) :: status
+         !> Work of each torque from the start of the step to `t`, J; shape (n_works).
+         real(wp), intent(inout), optional :: works(:)
+      end subroutine state_taken_again
 
-   !> True for a time inside the last step that was kept, its ends and their round-off included.
-   pure logical function is_inside(self, t)
-      class(stepper_t), intent(in) :: self
-      !> s.
-      real(wp), intent(in) :: t
-      real(wp) :: since, margin
-      is_inside = self%keeps_steps .and. abs(self%last_length) > 0.0_wp
-      if (.not. is_inside) return
-      since = sign(1.0_wp, self%last_length)*(t - self%last_start%t)
-      margin = 4*spacing(max(abs(self%last_start%t), abs(self%last_length)))
-      is_inside = since >= 0.0_wp .and. since <= abs(self%last_length) + margin
-   end function is_inside
+      !> True for a time inside the last step that was kept, its ends and their round-off included.
+      pure logical module function is_inside(self, t)
+         class(stepper_t), intent(in) :: self
+         !> s.
+         real(wp), intent(in) :: t
+      end function is_inside
 
-   !> Returns false.
-   pure logical function chooses_none(self)
-      class(stepper_t), intent(in) :: self
-      chooses_none = .false.
-   end function chooses_none
+      !> Returns false.
+      pure logical module function chooses_none(self)
+         class(stepper_t), intent(in) :: self
+      end function chooses_none
 
-   !> Returns true.
-   pure logical function chooses_all(self)
-      class(dense_stepper_t), intent(in) :: self
-      chooses_all = .true.
-   end function chooses_all
+      !> Returns true.
+      pure logical module function chooses_all(self)
+         class(dense_stepper_t), intent(in) :: self
+      end function chooses_all
 
-   !> Leaves the estimate of a step as it is.
-   recursive subroutine keep_estimate(self, system, state, goal, step, status)
-      class(stepper_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      !> The start of the step.
-      type(state_t), intent(in) :: state
-      type(step_goal_t), intent(in) :: goal
-      !> An estimate on entry, s, positive for steps backwards in time too.
-      real(wp), intent(inout) :: step
-      !> Success on entry.
-      type(status_t), intent(inout) :: status
-   end subroutine keep_estimate
+      !> Leaves the estimate of a step as it is.
+      recursive module subroutine keep_estimate(self, system, state, goal, step, status)
+         class(stepper_t), intent(inout) :: self
+         type(system_t), intent(in) :: system
+         !> The start of the step.
+         type(state_t), intent(in) :: state
+         type(step_goal_t), intent(in) :: goal
+         !> An estimate on entry, s, positive for steps backwards in time too.
+         real(wp), intent(inout) :: step
+         !> Success on entry.
+         type(status_t), intent(inout) :: status
+      end subroutine keep_estimate
 
-   subroutine forget_nothing(self)
-      class(stepper_t), intent(inout) :: self
-   end subroutine forget_nothing
+      module subroutine forget_nothing(self)
+         class(stepper_t), intent(inout) :: self
+      end subroutine forget_nothing
 
-   !> Discards the history of steps: predictions depend on the values before.
-   recursive subroutine forget_for_commands(self)
-      class(stepper_t), intent(inout) :: self
-      call self%forget_steps()
-   end subroutine forget_for_commands
+      !> Discards the history of steps: predictions depend on the values before.
+      recursive module subroutine forget_for_commands(self)
+         class(stepper_t), intent(inout) :: self
+      end subroutine forget_for_commands
 
-   !> Returns an error: state of a method that is not listed would be missing, and the resumed run would differ.
-   subroutine refuse_archive(self, archive)
-      !> Prepared for `system`.
-      class(stepper_t), intent(inout) :: self
-      class(archive_t), intent(inout) :: archive
-      call archive%refuse('this method cannot be interrupted and go on')
-   end subroutine refuse_archive
+      !> Returns an error: state of a method that is not listed would be missing, and the resumed run would differ.
+      module subroutine refuse_archive(self, archive)
+         !> Prepared for `system`.
+         class(stepper_t), intent(inout) :: self
+         class(archive_t), intent(inout) :: archive
+      end subroutine refuse_archive
 
-   !> Writes what `transfer` shows into an array of numbers.
-   recursive subroutine put_by_archive(self, room, numbers, used)
-      !> Prepared.
-      class(stepper_t), intent(inout) :: self
-      integer, intent(in) :: room
-      real(wp), intent(inout), target :: numbers(room)
-      !> Numbers in use before and after.
-      integer, intent(inout) :: used
-      type(number_archive_t) :: archive
-      call archive%begin_writing(numbers(used + 1:))
-      call self%transfer(archive)
-      used = used + archive%count()
-   end subroutine put_by_archive
+      !> Writes what `transfer` shows into an array of numbers.
+      recursive module subroutine put_by_archive(self, room, numbers, used)
+         !> Prepared.
+         class(stepper_t), intent(inout) :: self
+         integer, intent(in) :: room
+         real(wp), intent(inout), target :: numbers(room)
+         !> Numbers in use before and after.
+         integer, intent(inout) :: used
+      end subroutine put_by_archive
 
-   !> Reads what `transfer` shows from an array of numbers.
-   recursive subroutine take_by_archive(self, room, numbers, used)
-      !> Prepared, for the same system.
-      class(stepper_t), intent(inout) :: self
-      integer, intent(in) :: room
-      real(wp), intent(in), target :: numbers(room)
-      !> Numbers read before and after.
-      integer, intent(inout) :: used
-      type(number_archive_t) :: archive
-      call archive%begin_reading(numbers(used + 1:))
-      call self%transfer(archive)
-      used = used + archive%count()
-   end subroutine take_by_archive
+      !> Reads what `transfer` shows from an array of numbers.
+      recursive module subroutine take_by_archive(self, room, numbers, used)
+         !> Prepared, for the same system.
+         class(stepper_t), intent(inout) :: self
+         integer, intent(in) :: room
+         real(wp), intent(in), target :: numbers(room)
+         !> Numbers read before and after.
+         integer, intent(inout) :: used
+      end subroutine take_by_archive
 
-   !> For methods whose steps leave the state as it is to be seen.
-   subroutine leave_state(self, system, state)
-      !> Prepared for `system`.
-      class(stepper_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      !> The state that `advance` left last; another one stays as it is.
-      type(state_t), intent(inout) :: state
-   end subroutine leave_state
+      !> For methods whose steps leave the state as it is to be seen.
+      module subroutine leave_state(self, system, state)
+         !> Prepared for `system`.
+         class(stepper_t), intent(inout) :: self
+         type(system_t), intent(in) :: system
+         !> The state that `advance` left last; another one stays as it is.
+         type(state_t), intent(inout) :: state
+      end subroutine leave_state
 
-   !> Reports that the method has no sensitivities. Errors: `NUTATE_BAD_ARGUMENT`.
-   recursive subroutine refuse_tangent(self, system, before, after, dt, window_time, tangent, status)
-      class(stepper_t), intent(inout) :: self
-      !> System, as passed to `advance`.
-      type(system_t), intent(in) :: system
-      !> States at the start and at the end of the step.
-      type(state_t), intent(in) :: before, after
-      !> Length of the step and time that decides which torques act, as passed to `advance`, s.
-      real(wp), intent(in) :: dt, window_time
-      !> Sensitivities at the start of the step; unchanged on failure.
-      type(tangent_t), intent(inout) :: tangent
-      !> Success on entry.
-      type(status_t), intent(inout) :: status
-      status = fail(NUTATE_BAD_ARGUMENT, "method = '"//trim(self%prepared_with%method)//"' has no sensitivities", &
-                    'method')
-   end subroutine refuse_tangent
+      !> Reports that the method has no sensitivities. Errors: `NUTATE_BAD_ARGUMENT`.
+      recursive module subroutine refuse_tangent(self, system, before, after, dt, window_time, tangent, status)
+         class(stepper_t), intent(inout) :: self
+         !> System, as passed to `advance`.
+         type(system_t), intent(in) :: system
+         !> States at the start and at the end of the step.
+         type(state_t), intent(in) :: before, after
+         !> Length of the step and time that decides which torques act, as passed to `advance`, s.
+         real(wp), intent(in) :: dt, window_time
+         !> Sensitivities at the start of the step; unchanged on failure.
+         type(tangent_t), intent(inout) :: tangent
+         !> Success on entry.
+         type(status_t), intent(inout) :: status
+      end subroutine refuse_tangent
 
-   !> Moves sensitivities over the step that `advance` took last. Errors, the sensitivities as they were: those of the
-   !> method; `NUTATE_BAD_ARGUMENT` for one without sensitivities, and for sensitivities that it does not have.
-   recursive subroutine propagate(self, system, before, after, dt, window_time, tangent, status)
-      class(stepper_t), intent(inout) :: self
-      !> System, as passed to `advance`.
-      type(system_t), intent(in) :: system
-      !> States at the start and at the end of the step.
-      type(state_t), intent(in) :: before, after
-      !> Length of the step and time that decides which torques act, as passed to `advance`, s.
-      real(wp), intent(in) :: dt, window_time
-      type(tangent_t), intent(inout) :: tangent
-      !> Success on entry.
-      type(status_t), intent(inout) :: status
-      call self%propagate_step(system, before, after, dt, window_time, tangent, status)
-      if (status%code /= 0 .or. .not. self%conserves) return
-      tangent%steps = tangent%steps + 1
-      if (tangent%steps < kept_steps) return
-      tangent%steps = 0
-      call project_sensitivities(system, after, .true., tangent)
-   end subroutine propagate
+      !> Moves sensitivities over the step that `advance` took last. Errors, the sensitivities as they were: those of
+      !> the method; `NUTATE_BAD_ARGUMENT` for one without sensitivities, and for sensitivities that it does not have.
+      recursive module subroutine propagate(self, system, before, after, dt, window_time, tangent, status)
+         class(stepper_t), intent(inout) :: self
+         !> System, as passed to `advance`.
+         type(system_t), intent(in) :: system
+         !> States at the start and at the end of the step.
+         type(state_t), intent(in) :: before, after
+         !> Length of the step and time that decides which torques act, as passed to `advance`, s.
+         real(wp), intent(in) :: dt, window_time
+         type(tangent_t), intent(inout) :: tangent
+         !> Success on entry.
+         type(status_t), intent(inout) :: status
+      end subroutine propagate
 
-   !> Moves sensitivities to the state inside the last step that `state_at` computed last. Errors: those of
-   !> `propagate`.
-   recursive subroutine propagate_inside(self, system, state, tangent, status)
-      class(stepper_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      type(state_t), intent(in) :: state
-      !> At the start of the step that is kept.
-      type(tangent_t), intent(inout) :: tangent
-      type(status_t), intent(inout) :: status
-      real(wp) :: since
-      since = state%t - self%last_start%t
-      if (.not. abs(since) > 0.0_wp) return
-      if (.not. allocated(self%again)) then
-         call self%propagate(system, self%last_start, state, since, self%last_window, tangent, status)
-         return
-      end if
-      select type (again => self%again)
-      class is (stepper_t)
-         call again%propagate(system, self%last_start, state, since, self%last_window, tangent, status)
-      end select
-   end subroutine propagate_inside
+      !> Moves sensitivities to the state inside the last step that `state_at` computed last. Errors: those of
+      !> `propagate`.
+      recursive module subroutine propagate_inside(self, system, state, tangent, status)
+         class(stepper_t), intent(inout) :: self
+         type(system_t), intent(in) :: system
+         type(state_t), intent(in) :: state
+         !> At the start of the step that is kept.
+         type(tangent_t), intent(inout) :: tangent
+         type(status_t), intent(inout) :: status
+      end subroutine propagate_inside
 
-   subroutine leave_noise(self, noise)
-      class(stepper_t), intent(inout) :: self
-      type(noise_t), intent(in) :: noise
-   end subroutine leave_noise
+      module subroutine leave_noise(self, noise)
+         class(stepper_t), intent(inout) :: self
+         type(noise_t), intent(in) :: noise
+      end subroutine leave_noise
+
+   end interface
 
 end module nutate_stepper

@@ -9,21 +9,17 @@
 !> step, which keep the invariants and leave the run as it is.
 module nutate_error_control
    use nutate_archive, only: archive_t
-   use nutate_disturbance, only: disturb_state
    use nutate_equal_steps, only: equal_steps_t
-   use nutate_hamiltonian, only: angular_velocity, body_momentum
-   use nutate_kinds, only: wp, long
-   use nutate_methods, only: get_stepper, make_stepper, method_of, method_t
+   use nutate_kinds, only: wp
+   use nutate_methods, only: method_t
    use nutate_noise, only: noise_t
    use nutate_observer, only: observer_t, run_record_t
-   use nutate_progress, only: add_works, count_step, progress_t, put_works, run_point_t
-   use nutate_quaternion, only: attitude_distance, quat_norm
-   use nutate_step_subdivision, only: go_inside
-   use nutate_step_length, only: most_growth, step_length_t
+   use nutate_progress, only: progress_t, run_point_t
+   use nutate_step_length, only: step_length_t
    use nutate_step_policy, only: step_policy_t
-   use nutate_state, only: state_t, add_increment
-   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_CONVERGED
-   use nutate_stepper, only: integrator_settings_t, step_goal_t, stepper_t
+   use nutate_state, only: state_t
+   use nutate_status, only: status_t
+   use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_system, only: system_t
    use nutate_tangent, only: tangent_t
    implicit none
@@ -97,481 +93,101 @@ module nutate_error_control
    !> Shortest step over the length of the run: no run makes 1e13 steps, and 1e-16 would not tell their times apart.
    real(wp), parameter :: shortest = 1e-13_wp
 
-contains
+   interface
 
-   !> Prepares the steppers, those of an earlier run anew, and the first step. Errors: those of the method.
-   subroutine begin(self, system, settings, progress, status)
-      class(error_control_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      type(integrator_settings_t), intent(in) :: settings
-      !> Run that was started.
-      type(progress_t), intent(in) :: progress
-      type(status_t), intent(inout) :: status
-      type(integrator_settings_t) :: own
-      real(wp) :: rate, duration
-      logical :: rows_inside
-      duration = progress%plan%end_time - progress%state%t
-      if (.not. allocated(self%half)) then
-         self%method = method_of(settings)
-         self%is_dense = self%method%dense
-         if (.not. settings%max_step < huge(1.0_wp)) &
-            call self%equal%recognise(system, settings, progress%state, duration, progress%plan%goal%accuracy)
-      end if
-      own = settings
-      self%max_step = settings%max_step
-      own%project_each = .not. self%equal%suit
-      rows_inside = progress%plan%interval > 0.0_wp .or. allocated(progress%plan%times)
-      if (allocated(self%half) .and. self%equal%suit) rows_inside = rows_inside .or. self%half%keeps_steps
-      call get_stepper(system, own, self%half, status)
-      if (.not. status%ok()) return
-      if (self%method%estimate_power == 0 .and. .not. (self%method%dense .or. self%equal%suit)) &
-         call get_stepper(system, own, self%whole, status)
-      if (rows_inside .and. self%equal%suit) call self%half%keep_steps()
-      if (rows_inside .and. .not. (self%method%dense .or. self%equal%suit) .and. status%ok()) &
-         call get_stepper(system, own, self%branch, status)
-      if (allocated(self%probe) .and. status%ok()) call get_stepper(system, own, self%probe, status)
-      if (allocated(self%work)) deallocate (self%work)
-      allocate (self%work(system%effects%n_works()), source=0.0_wp)
-      self%longest = huge(self%longest)
-      self%last_cut = progress%state%t
-      self%has_cuts = .false.
-      self%between_cuts = 0.0_wp
-      self%t_compensation = 0.0_wp
-      self%noise = noise_t()
-      self%probed = .false.
-      self%sense = sign(1.0_wp, duration)
-      self%momentum_scale = length_of(body_momentum(progress%state))
-      rate = length_of(angular_velocity(system, progress%state))
-      call self%length%set_up(self%method%order, self%method%estimate_power)
-      self%length%next = first_part*abs(duration)
-      if (rate*self%length%next > first_turn) self%length%next = first_turn/rate
-   end subroutine begin
+      !> Prepares the steppers, those of an earlier run anew, and the first step. Errors: those of the method.
+      module subroutine begin(self, system, settings, progress, status)
+         class(error_control_t), intent(inout) :: self
+         type(system_t), intent(in) :: system
+         type(integrator_settings_t), intent(in) :: settings
+         !> Run that was started.
+         type(progress_t), intent(in) :: progress
+         type(status_t), intent(inout) :: status
+      end subroutine begin
 
-   !> Adds noise to the end of every step, before it is projected, if it is. Implicit steps have none: what their
-   !> compensated sums lose is far below what iteration leaves, and noise would break their invariants.
-   subroutine disturb(self, noise)
-      !> Step policy that has begun.
-      class(error_control_t), intent(inout) :: self
-      type(noise_t), intent(in) :: noise
-      if (self%method%projected) then
-         call self%half%disturb(noise)
-         if (allocated(self%whole)) call self%whole%disturb(noise)
-      else if (.not. self%method%conserving) then
-         self%noise = noise
-      end if
-   end subroutine disturb
+      !> Adds noise to the end of every step, before it is projected, if it is. Implicit steps have none: what their
+      !> compensated sums lose is far below what iteration leaves, and noise would break their invariants.
+      module subroutine disturb(self, noise)
+         !> Step policy that has begun.
+         class(error_control_t), intent(inout) :: self
+         type(noise_t), intent(in) :: noise
+      end subroutine disturb
 
-   !> Takes one step, and keeps it if the estimate of its error allows.
-   subroutine advance(self, system, progress, status, observer)
-      class(error_control_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      type(progress_t), intent(inout) :: progress
-      type(status_t), intent(inout) :: status
-      class(observer_t), intent(inout), optional :: observer
-      real(wp) :: t_end, rest, step
-      logical :: accepted, is_last
+      !> Takes one step, and keeps it if the estimate of its error allows.
+      module subroutine advance(self, system, progress, status, observer)
+         class(error_control_t), intent(inout) :: self
+         type(system_t), intent(in) :: system
+         type(progress_t), intent(inout) :: progress
+         type(status_t), intent(inout) :: status
+         class(observer_t), intent(inout), optional :: observer
+      end subroutine advance
 
-      if (.not. self%sense*(progress%next_break - progress%state%t) > 0.0_wp) &
-         progress%next_break = system%effects%next_break(progress%state%t, self%sense)
-      t_end = progress%plan%end_time
-      if (self%sense*(t_end - progress%next_break) > 0.0_wp) t_end = progress%next_break
-      if (self%half%chooses_steps()) then
-         call self%half%choose_step(system, progress%state, goal_of(progress, t_end, observer), self%length%next, &
-                                    status)
-         if (.not. status%ok()) return
-         self%length%next = min(self%length%next, self%longest)
-      end if
-      if (self%equal%suit) call self%equal%divide(progress%plan%goal%local_tolerance, self%length%next)
-      ! No tiny step is left for the end: a rest of less than two steps is halved.
-      rest = abs((t_end - progress%state%t) - self%t_compensation)
-      step = min(self%length%next, reach_of(self, progress%state%t), self%max_step)
-      is_last = rest <= merge(1.5_wp, 1.0_wp, self%equal%suit)*step
-      if (rest < 2*step .and. .not. self%equal%suit) step = 0.5_wp*rest
-      if (is_last) step = rest
-      self%start = progress%state
-      self%probed = .false.
-      if (allocated(progress%record%works)) self%before = progress%record
-      call put_works(progress%summary, self%before)
-      if (allocated(progress%tangent)) self%trial = progress%tangent
-      self%longest = huge(self%longest)
-      call try(self, system, progress, step, accepted, status)
-      if (.not. accepted) self%longest = self%length%next
-      if (status%ok() .and. accepted .and. step >= rest) then
-         progress%state%t = t_end
-         self%t_compensation = 0.0_wp
-      end if
-   end subroutine advance
+      !> Projects the state at the end of the last step for output.
+      module subroutine project_for_output(self, system, state)
+         class(error_control_t), intent(inout) :: self
+         type(system_t), intent(in) :: system
+         type(state_t), intent(inout) :: state
+      end subroutine project_for_output
 
-   !> Returns the longest step that is worth while at a time, s: it grows from step to step without such events.
-   pure real(wp) function reach_of(self, t) result(reach)
-      class(error_control_t), intent(in) :: self
-      !> Time, s.
-      real(wp), intent(in) :: t
-      reach = huge(reach)
-      if (self%has_cuts .and. .not. self%equal%suit) &
-         reach = reach_over_cuts*max(sum(self%between_cuts)/cuts_kept, abs(t - self%last_cut))
-   end function reach_of
+      !> Evaluates the state at a time inside the last step: by the method, or by steps of a branch; for events by a
+      !> branch of their own, as the step would be repeated: by one step, or by two halves.
+      module subroutine state_inside(self, system, progress, t, state, status, record, tangent, before)
+         class(error_control_t), intent(inout) :: self
+         type(system_t), intent(in) :: system
+         type(progress_t), intent(in) :: progress
+         !> Time inside the step, s.
+         real(wp), intent(in) :: t
+         type(state_t), intent(inout) :: state
+         type(status_t), intent(inout) :: status
+         type(run_record_t), intent(out), optional :: record
+         type(tangent_t), intent(inout), optional :: tangent
+         type(run_point_t), intent(in), optional :: before
+      end subroutine state_inside
 
-   !> Projects the state at the end of the last step for output.
-   subroutine project_for_output(self, system, state)
-      class(error_control_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      type(state_t), intent(inout) :: state
-      call self%half%project_for_output(system, state)
-   end subroutine project_for_output
+      !> Prepares the stepper that evaluates states inside steps, if the method has no dense output.
+      module subroutine expect_events(self, system, progress, status)
+         class(error_control_t), intent(inout) :: self
+         type(system_t), intent(in) :: system
+         type(progress_t), intent(inout) :: progress
+         type(status_t), intent(inout) :: status
+      end subroutine expect_events
 
-   !> Returns the goal of the next step.
-   type(step_goal_t) function goal_of(progress, t_end, observer) result(goal)
-      type(progress_t), intent(in) :: progress
-      !> Time at which the step must end at the latest, s.
-      real(wp), intent(in) :: t_end
-      class(observer_t), intent(in), optional :: observer
-      associate (plan => progress%plan)
-         goal%tolerance = plan%goal%local_tolerance
-         goal%rate = plan%goal%error_rate
-         goal%end_time = t_end
-         goal%seen = allocated(progress%events)
-         if (.not. present(observer)) return
-         goal%seen = goal%seen .or. observer%observes_every_step .or. &
-                     (plan%interval <= 0.0_wp .and. .not. allocated(plan%times) .and. plan%every < huge(plan%every))
-         if (plan%interval > 0.0_wp) goal%longest = rows_in_a_step*plan%interval
-         if (.not. allocated(plan%times)) return
-         if (progress%rows < size(plan%times)) goal%longest = &
-            abs(plan%times(min(progress%rows + rows_in_a_step, size(plan%times, kind=long))) - progress%state%t)
-      end associate
-   end function goal_of
+      !> Repeats the last step, shorter. The next step is tried with the length that it had.
+      module subroutine retake(self, system, progress, t_end, status)
+         class(error_control_t), intent(inout) :: self
+         type(system_t), intent(in) :: system
+         type(progress_t), intent(inout) :: progress
+         real(wp), intent(in) :: t_end
+         type(status_t), intent(inout) :: status
+      end subroutine retake
 
-   !> Tries one step of a length.
-   subroutine try(self, system, progress, step, accepted, status)
-      class(error_control_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      type(progress_t), intent(inout) :: progress
-      !> Length to try, s, positive.
-      real(wp), intent(in) :: step
-      logical, intent(out) :: accepted
-      type(status_t), intent(inout) :: status
-      type(state_t) :: next
-      real(wp) :: error
-      next = progress%state
-      progress%record%iterations = 0
-      progress%record%uncertified = 0
-      if (allocated(self%whole)) then
-         call go_halves(self, system, progress%record, next, step, error, status)
-      else
-         if (self%half%keeps_steps) call self%half%mark_step(next, self%sense*step, next%t + 0.5_wp*self%sense*step)
-         call perform_part(self%half, system, next, self%sense*step, next%t + 0.5_wp*self%sense*step, progress%record, &
-                           status, self%trial)
-         self%work(:) = self%half%work
-         error = self%half%error_estimate
-         if (allocated(self%trial)) error = max(error, self%trial%error)
-      end if
-      if (.not. status%ok()) then
-         accepted = .false.
-         ! No shorter step helps if the method does not support the system.
-         if (status%code == NUTATE_BAD_ARGUMENT .and. status%subject == 'method') return
-         if (.not. self%equal%suit) call reject(self, progress, 0.5_wp*step, status)
-      else if (self%equal%suit .or. self%method%dense .and. .not. error > 0.0_wp) then
-         accepted = .true.
-         call accept(self, progress, next, step)
-      else
-         call accept_or_reject(self, system, progress, next, step, error, accepted, status)
-      end if
-   end subroutine try
+      !> Sets the sensitivities, which were moved along with the step.
+      module subroutine propagate(self, system, before, progress, status)
+         class(error_control_t), intent(inout) :: self
+         type(system_t), intent(in) :: system
+         type(state_t), intent(in) :: before
+         type(progress_t), intent(inout) :: progress
+         type(status_t), intent(inout) :: status
+      end subroutine propagate
 
-   !> Keeps a step if the estimate of its error allows, and chooses the next one.
-   subroutine accept_or_reject(self, system, progress, next, step, error, accepted, status)
-      class(error_control_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      type(progress_t), intent(inout) :: progress
-      !> State at the end of the step, except for the time.
-      type(state_t), intent(in) :: next
-      !> Length of the step, s, positive; its error, rad.
-      real(wp), intent(in) :: step, error
-      logical, intent(out) :: accepted
-      type(status_t), intent(inout) :: status
-      real(wp) :: allowed, turn, growth
-      turn = 0.0_wp
-      if (.not. self%method%dense) turn = step*length_of(angular_velocity(system, next))
-      associate (goal => progress%plan%goal)
-         allowed = goal%local_tolerance
-         if (goal%error_rate > 0.0_wp) allowed = goal%error_rate*step
-         growth = self%length%growth(goal%error_rate > 0.0_wp, allowed, error)
-      end associate
-      accepted = self%length%keeps(allowed, error, turn)
-      if (accepted) then
-         call accept(self, progress, next, step)
-         if (self%method%dense) then
-            ! The motion chooses the next step, the sensitivities may shorten it.
-            if (growth < most_growth) self%longest = step*growth
-         else
-            call self%length%adapt(step, growth, turn)
-         end if
-      else
-         call reject(self, progress, step*self%length%shrinkage(growth), status)
-      end if
-   end subroutine accept_or_reject
+      !> Prepares again for a system that has changed.
+      module subroutine renew(self, system, status)
+         class(error_control_t), intent(inout) :: self
+         type(system_t), intent(in) :: system
+         type(status_t), intent(inout) :: status
+      end subroutine renew
 
-   !> Keeps a step.
-   subroutine accept(self, progress, next, step)
-      class(error_control_t), intent(inout) :: self
-      type(progress_t), intent(inout) :: progress
-      !> State at the end of the step, except for the time.
-      type(state_t), intent(in) :: next
-      !> Length of the step, s, positive.
-      real(wp), intent(in) :: step
-      real(wp) :: t
-      t = progress%state%t
-      progress%state = next
-      if (self%noise%amplitude > 0.0_wp) call disturb_state(self%noise, progress%state)
-      call add_increment(t, self%t_compensation, self%sense*step)
-      progress%state%t = t
-      progress%summary%parts = progress%summary%parts + 1
-      progress%summary%work(:) = progress%summary%work + self%work
-      call count_step(progress)
-   end subroutine accept
+      !> Notes that torques and motors hold other values.
+      module subroutine update_commands(self)
+         class(error_control_t), intent(inout) :: self
+      end subroutine update_commands
 
-   !> Takes one step by two halves, and as a whole for the estimate of their error.
-   subroutine go_halves(self, system, record, state, step, error, status)
-      class(error_control_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      type(run_record_t), intent(inout) :: record
-      type(state_t), intent(inout) :: state
-      !> Length of the step, s, positive.
-      real(wp), intent(in) :: step
-      !> Error of the halves, rad.
-      real(wp), intent(out) :: error
-      type(status_t), intent(inout) :: status
-      type(state_t) :: once
-      real(wp) :: middle, moved
-      middle = state%t + 0.5_wp*self%sense*step
-      once = state
-      error = 0.0_wp
-      if (allocated(self%trial) .and. (.not. self%method%can_project)) self%once = self%trial
-      call perform_part(self%whole, system, once, self%sense*step, middle, record, status, self%once)
-      if (status%ok()) &
-         call perform_part(self%half, system, state, 0.5_wp*self%sense*step, middle, record, status, self%trial)
-      self%work(:) = self%half%work
-      moved = self%whole%moved_by_round_off + self%half%moved_by_round_off
-      if (status%ok()) &
-         call perform_part(self%half, system, state, 0.5_wp*self%sense*step, middle, record, status, self%trial)
-      self%work(:) = self%work + self%half%work
-      moved = moved + self%half%moved_by_round_off
-      if (status%ok()) error = estimate(self, once, state, moved)
-      if (status%ok() .and. allocated(self%once)) &
-         error = max(error, self%trial%relative(self%once%theta - self%trial%theta, self%once%momentum - &
-                               self%trial%momentum, self%momentum_scale)/(2.0_wp**self%method%order - 1))
-   end subroutine go_halves
+      !> Writes or reads the data on which the next steps depend in checkpoint data, under the name of this policy.
+      module subroutine transfer_control(self, archive)
+         class(error_control_t), intent(inout) :: self
+         class(archive_t), intent(inout) :: archive
+      end subroutine transfer_control
 
-   !> Takes a step of one of the steppers, as a part of a step with the given middle, with sensitivities if there are
-   !> any.
-   subroutine perform_part(stepper, system, state, dt, middle, record, status, tangent)
-      class(stepper_t), intent(inout) :: stepper
-      type(system_t), intent(in) :: system
-      type(state_t), intent(inout) :: state
-      real(wp), intent(in) :: dt, middle
-      type(run_record_t), intent(inout) :: record
-      type(status_t), intent(inout) :: status
-      type(tangent_t), intent(inout), optional :: tangent
-      type(state_t) :: before
-      if (present(tangent)) before = state
-      call stepper%advance(system, state, dt, middle, status)
-      if (present(tangent) .and. status%code == 0) &
-         call stepper%propagate(system, before, state, dt, middle, tangent, status)
-      record%continued = record%continued + stepper%continued
-      record%iterations = record%iterations + stepper%iterations
-      ! A whole step shows how good the halves are: its root is treated like theirs.
-      record%uncertified = record%uncertified + stepper%uncertified
-      record%residual = stepper%residual
-   end subroutine perform_part
-
-   !> Returns |v|, the same digits in whatever unit; `norm2` rounds differently above and below 1.
-   pure real(wp) function length_of(v)
-      real(wp), intent(in) :: v(3)
-      length_of = quat_norm([0.0_wp, v])
-   end function length_of
-
-   !> Returns the error of the halves, rad: of the attitude, and of the momentum relative to its largest size. Changes
-   !> by round-off of the energy are no part of it, since shorter steps would not make them smaller.
-   real(wp) function estimate(self, once, twice, moved)
-      class(error_control_t), intent(inout) :: self
-      type(state_t), intent(in) :: once, twice
-      !> Change of the states by their projections, rad.
-      real(wp), intent(in) :: moved
-      real(wp) :: change(3)
-      self%momentum_scale = max(self%momentum_scale, length_of(body_momentum(twice)))
-      change = body_momentum(once) - body_momentum(twice)
-      estimate = attitude_distance(once%q, twice%q)
-      if (self%momentum_scale > 0.0_wp) estimate = max(estimate, length_of(change)/self%momentum_scale)
-      estimate = max(0.0_wp, estimate - moved)/(2.0_wp**self%method%order - 1)
-   end function estimate
-
-   !> Shortens the step to try again. Errors: `NUTATE_NOT_CONVERGED` if it cannot be shortened.
-   subroutine reject(self, progress, step, status)
-      class(error_control_t), intent(inout) :: self
-      type(progress_t), intent(inout) :: progress
-      !> The next length to try, s.
-      real(wp), intent(in) :: step
-      !> Success if there is a next try.
-      type(status_t), intent(inout) :: status
-      progress%summary%subdivided_steps = progress%summary%subdivided_steps + 1
-      self%length%next = step
-      status = status_t()
-      if (step < shortest*abs(progress%plan%end_time - progress%t_first)) &
-         status = fail(NUTATE_NOT_CONVERGED, 'no step is short enough for the requested accuracy')
-   end subroutine reject
-
-   !> Evaluates the state at a time inside the last step: by the method, or by steps of a branch; for events by a branch
-   !> of their own, as the step would be repeated: by one step, or by two halves.
-   subroutine state_inside(self, system, progress, t, state, status, record, tangent, before)
-      class(error_control_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      type(progress_t), intent(in) :: progress
-      !> Time inside the step, s.
-      real(wp), intent(in) :: t
-      type(state_t), intent(inout) :: state
-      type(status_t), intent(inout) :: status
-      type(run_record_t), intent(out), optional :: record
-      type(tangent_t), intent(inout), optional :: tangent
-      type(run_point_t), intent(in), optional :: before
-      real(wp) :: work, since, each(size(self%work))
-      work = self%before%work
-      since = 0.0_wp
-      each = 0.0_wp
-      state = self%start
-      if (self%method%dense .or. self%equal%suit) then
-         if (.not. present(before) .or. abs(t - state%t) >= least_time) &
-            call evaluate_dense(self, system, progress, t, state, since, each, status, present(before), tangent)
-      else if (abs(t - state%t) >= least_time .and. .not. present(before)) then
-         call go_inside(self%branch, system, 2, t, progress%state%t, state, work, status, each, tangent)
-      else if (abs(t - state%t) >= least_time) then
-         if (.not. self%probed) call self%probe%forget_steps()
-         self%probed = .true.
-         call go_inside(self%probe, system, merge(2, 1, allocated(self%whole)), t, progress%state%t, state, since, &
-                        status, each, tangent)
-      end if
-      if (.not. present(record)) return
-      record = progress%record
-      if (allocated(record%works)) record%works(:) = self%before%works
-      record%work = work
-      if (status%code /= 0) return
-      record%work = work + since
-      call add_works(record, each)
-   end subroutine state_inside
-
-   !> Evaluates the state at a time inside the last step by the method.
-   subroutine evaluate_dense(self, system, progress, t, state, since, each, status, for_event, tangent)
-      class(error_control_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      type(progress_t), intent(in) :: progress
-      !> Time inside the step, s.
-      real(wp), intent(in) :: t
-      type(state_t), intent(inout) :: state
-      !> Work since the start of the step, J: of all torques, and of each; shape (n_works).
-      real(wp), intent(out) :: since, each(:)
-      type(status_t), intent(inout) :: status
-      logical, intent(in) :: for_event
-      type(tangent_t), intent(inout), optional :: tangent
-      call self%half%state_at(system, t, state, since, status, each)
-      if (status%code /= 0 .or. .not. present(tangent)) return
-      if (self%half%keeps_steps .or. for_event) then
-         call self%half%propagate_inside(system, state, tangent, status)
-      else
-         call self%half%propagate(system, self%start, state, t - self%start%t, &
-                                  0.5_wp*(self%start%t + progress%state%t), tangent, status)
-      end if
-   end subroutine evaluate_dense
-
-   !> Prepares the stepper that evaluates states inside steps, if the method has no dense output.
-   subroutine expect_events(self, system, progress, status)
-      class(error_control_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      type(progress_t), intent(inout) :: progress
-      type(status_t), intent(inout) :: status
-      self%evaluates_cheaply = self%method%dense
-      if (self%equal%suit) then
-         call self%half%keep_steps()
-      else if (.not. self%method%dense) then
-         call make_stepper(system, self%half%prepared_with, self%probe, status)
-      end if
-   end subroutine expect_events
-
-   !> Repeats the last step, shorter. The next step is tried with the length that it had.
-   subroutine retake(self, system, progress, t_end, status)
-      class(error_control_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      type(progress_t), intent(inout) :: progress
-      real(wp), intent(in) :: t_end
-      type(status_t), intent(inout) :: status
-      type(state_t) :: next
-      real(wp) :: length, error
-      length = t_end - progress%state%t
-      next = progress%state
-      progress%record%iterations = 0
-      progress%record%uncertified = 0
-      call self%half%forget_steps()
-      if (allocated(progress%tangent)) self%trial = progress%tangent
-      if (allocated(self%whole)) then
-         call self%whole%forget_steps()
-         call go_halves(self, system, progress%record, next, abs(length), error, status)
-      else
-         call perform_part(self%half, system, next, length, next%t + 0.5_wp*length, progress%record, status, self%trial)
-         self%work(:) = self%half%work
-      end if
-      if (status%code /= 0) return
-      next%t = t_end
-      progress%state = next
-      progress%summary%parts = progress%summary%parts + 1
-      progress%summary%work(:) = progress%summary%work + self%work
-      self%t_compensation = 0.0_wp
-      self%between_cuts = eoshift(self%between_cuts, -1, abs(t_end - self%last_cut))
-      self%last_cut = t_end
-      self%has_cuts = .true.
-   end subroutine retake
-
-   !> Sets the sensitivities, which were moved along with the step.
-   subroutine propagate(self, system, before, progress, status)
-      class(error_control_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      type(state_t), intent(in) :: before
-      type(progress_t), intent(inout) :: progress
-      type(status_t), intent(inout) :: status
-      progress%tangent = self%trial
-   end subroutine propagate
-
-   !> Prepares again for a system that has changed.
-   subroutine renew(self, system, status)
-      class(error_control_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      type(status_t), intent(inout) :: status
-      call self%half%renew(system, status)
-      if (allocated(self%whole) .and. status%ok()) call self%whole%renew(system, status)
-      if (allocated(self%branch) .and. status%ok()) call self%branch%renew(system, status)
-      if (allocated(self%probe) .and. status%ok()) call self%probe%renew(system, status)
-   end subroutine renew
-
-   !> Notes that torques and motors hold other values.
-   subroutine update_commands(self)
-      class(error_control_t), intent(inout) :: self
-      call self%half%update_commands()
-      if (allocated(self%whole)) call self%whole%update_commands()
-      if (allocated(self%branch)) call self%branch%update_commands()
-   end subroutine update_commands
-
-   !> Writes or reads the data on which the next steps depend in checkpoint data, under the name of this policy.
-   subroutine transfer_control(self, archive)
-      class(error_control_t), intent(inout) :: self
-      class(archive_t), intent(inout) :: archive
-      call archive%expect('error control')
-      call self%half%transfer(archive)
-      if (allocated(self%whole)) call self%whole%transfer(archive)
-      if (allocated(self%branch)) call self%branch%transfer(archive)
-      call archive%transfer(self%momentum_scale)
-      call archive%transfer(self%length%next)
-      call archive%transfer(self%longest)
-      call archive%transfer(self%t_compensation)
-      call archive%transfer(self%last_cut)
-      call archive%transfer(self%between_cuts)
-      call archive%transfer(self%has_cuts)
-   end subroutine transfer_control
+   end interface
 
 end module nutate_error_control

@@ -2,6 +2,7 @@
 !> propagates. The sensitivities are orthonormalised at the end of steps, so that no motion is too long for them.
 module nutate_chaos
    use nutate_archive, only: archive_t
+   use nutate_chaos_settings, only: chaos_settings_t, most_exponents
    use nutate_hamiltonian, only: body_momentum
    use nutate_kinds, only: wp
    use nutate_state, only: state_t
@@ -11,29 +12,11 @@ module nutate_chaos
    implicit none
    private
 
-   public :: chaos_settings_t, chaos_t
-
-   !> Exponents at most: one for each number of a state.
-   integer, parameter, public :: most_exponents = 6
-   !> Longest interval between orthonormalisations, steps: sensitivities stay far from overflow.
-   integer, parameter, public :: longest_interval = 100
+   public :: chaos_t
 
    !> Components below this are set to 0, units of the sensitivity: blocks of the sensitivities that do not couple
    !> would end as denormal numbers, which are slow.
    real(wp), parameter :: negligible = 1e-150_wp
-
-   !> Settings of the indicators that a run follows.
-   type :: chaos_settings_t
-      !> Lyapunov exponents: 1, the largest, or 6; 0: nothing is followed.
-      integer :: exponents = 0
-      !> Direction of the first sensitivity at the start: a rotation vector in body axes, and a change of the momentum
-      !> in body axes in units of the scale of momentum; shape (6).
-      real(wp) :: vector(most_exponents) = 1.0_wp
-      !> Momentum that is equivalent to 1 rad, N m s; 0: |L| of the initial state.
-      real(wp) :: momentum_scale = 0.0_wp
-      !> Steps from one orthonormalisation to the next, and from one sample of the sums to the next.
-      integer :: every = 1
-   end type chaos_settings_t
 
    !> Indicators so far: their sensitivities are the last `n` of a tangent.
    type :: chaos_t

@@ -55,7 +55,7 @@ class Module:
 
     def __init__(self, path):
         # The interface of what a submodule holds reads as any other.
-        self.lines = [re.sub(r"^module (?=.*\b(?:subroutine|function) )", "", line) for line in statements(lines_of(path))]
+        self.lines = [re.sub(r"\bmodule (?=(?:subroutine|function) )", "", line) for line in statements(lines_of(path))]
         self.procedures = {}
         self.types = {}
         self.constants = {}

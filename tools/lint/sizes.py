@@ -19,7 +19,8 @@ COMMITS = 10
 BEGIN = re.compile(r"^\s*(?:(?:pure|elemental|recursive|impure|module)\s+"
                    r"|(?:integer|real|complex|logical|character|type|class)(?:\s*\([^!]*?\))?\s+)*"
                    r"(?:subroutine|function)\s+(\w+)", re.IGNORECASE)
-END = re.compile(r"^\s*end\s*(?:subroutine|function)\b", re.IGNORECASE)
+BODY = re.compile(r"^\s*module\s+procedure\s+(\w+)\s*$", re.IGNORECASE)
+END = re.compile(r"^\s*end\s*(?:subroutine|function|procedure)\b", re.IGNORECASE)
 
 
 def sources():
@@ -34,8 +35,9 @@ def sources():
 def procedures(lines):
     """Name, first line and length of each procedure of a Fortran file; one that contains others without them."""
     open_ones = []
+    in_submodule = any(line.startswith("submodule") for line in lines)
     for number, line in enumerate(lines, 1):
-        begin = BEGIN.match(line)
+        begin = BEGIN.match(line) or (in_submodule and BODY.match(line))
         if END.match(line) and open_ones:
             name, first, inner = open_ones.pop()
             length = number - first + 1

@@ -7,7 +7,8 @@ module nutate_c_events
    use nutate_c_quantity, only: c_event_t
    use nutate_c_text, only: lock_texts, copy_text, unlock_texts
    use nutate_event, only: event_t
-   use nutate_event_tracker, only: event_list_t, event_tracker_t
+   use nutate_event_tracker, only: event_tracker_t
+   use nutate_event_list, only: event_list_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_SCENE
    use nutate_tabulated_torque, only: tabulated_torque_t
    implicit none

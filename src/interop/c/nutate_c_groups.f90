@@ -3,7 +3,7 @@ module nutate_c_groups
    use, intrinsic :: iso_c_binding, only: c_size_t
    use nutate_effect_catalogue, only: effect_kind_t, effect_kinds
    use nutate_effect_list, only: effect_list_t
-   use nutate_event_tracker, only: event_list_t
+   use nutate_event_list, only: event_list_t
    use nutate_effect, only: effect_t
    use nutate_keys, only: group_kind_t, group_t, setting_t, table_t, KEY_REAL, KEY_TEXT
    use nutate_kinds, only: wp
@@ -17,7 +17,8 @@ module nutate_c_groups
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_SCENE
    use nutate_system, only: system_t
    use nutate_tabulated_torque, only: make_tabulated_torque, tabulated_torque_t
-   use nutate_wheel, only: build_wheel, wheel_keys, wheel_t
+   use nutate_wheel, only: wheel_t
+   use nutate_wheel_group, only: build_wheel, wheel_keys
    use nutate_wheel_mounting, only: mount_wheels
    implicit none
    private

@@ -3,18 +3,17 @@
 !> Every handle begins with a mark of its kind. The mark is cleared when the handle is destroyed, so that a destroyed
 !> handle, or one of another kind, is recognised.
 module nutate_c_handles
-   use, intrinsic :: iso_c_binding, only: c_associated, c_f_pointer, c_int, c_int64_t, c_null_ptr, c_ptr, c_size_t
+   use, intrinsic :: iso_c_binding, only: c_int, c_int64_t, c_ptr, c_size_t
    use nutate_bodies, only: movement_t
    use nutate_bodies_drift, only: body_class_t
-   use nutate_c_effects, only: report_failures_to
    use nutate_c_found, only: found_events_t
    use nutate_c_polls, only: poll_t
-   use nutate_c_text, only: message_to_c
-   use nutate_chaos, only: chaos_settings_t, chaos_t
+   use nutate_chaos, only: chaos_t
+   use nutate_chaos_settings, only: chaos_settings_t
    use nutate_variation, only: variation_t
    use nutate_columns, only: columns_t
    use nutate_effect_list, only: effect_list_t
-   use nutate_event_tracker, only: event_list_t
+   use nutate_event_list, only: event_list_t
    use nutate_fit_problem, only: fit_problem_t
    use nutate_keys, only: group_t, name_length
    use nutate_kinds, only: wp, long
@@ -23,10 +22,10 @@ module nutate_c_handles
    use nutate_run_plan, only: run_plan_t
    use nutate_scene, only: scene_t
    use nutate_state, only: state_t
-   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_NO_MEMORY, NUTATE_OK
+   use nutate_status, only: status_t
    use nutate_stepper, only: stepper_t
    use nutate_system, only: system_t
-   use nutate_propagated_columns, only: propagated_t
+   use nutate_propagated, only: propagated_t
    implicit none
    private
 
@@ -154,251 +153,135 @@ module nutate_c_handles
       module procedure found_system, found_scene, found_stepper, found_history, found_bodies, found_any
    end interface found
 
-contains
+   interface
 
-   !> Returns true if an address is that of a handle of one of the kinds.
-   logical function has_mark(address, marks, code)
-      type(c_ptr), intent(in) :: address
-      integer(c_int64_t), intent(in) :: marks(:)
-      integer(c_int), intent(out), optional :: code
-      type(handle_t), pointer :: handle
-      if (present(code)) code = NUTATE_BAD_HANDLE
-      has_mark = c_associated(address)
-      if (.not. has_mark) return
-      call c_f_pointer(address, handle)
-      has_mark = any(handle%mark == marks)
-   end function has_mark
+      logical module function found_system(address, handle, code) result(is_found)
+         type(c_ptr), intent(in) :: address
+         type(system_handle_t), pointer, intent(inout) :: handle
+         integer(c_int), intent(out), optional :: code
+      end function found_system
 
-   logical function found_system(address, handle, code) result(is_found)
-      type(c_ptr), intent(in) :: address
-      type(system_handle_t), pointer, intent(inout) :: handle
-      integer(c_int), intent(out), optional :: code
-      is_found = has_mark(address, [SYSTEM_MARK], code)
-      if (is_found) call c_f_pointer(address, handle)
-   end function found_system
+      logical module function found_scene(address, handle, code) result(is_found)
+         type(c_ptr), intent(in) :: address
+         type(scene_handle_t), pointer, intent(inout) :: handle
+         integer(c_int), intent(out), optional :: code
+      end function found_scene
 
-   logical function found_scene(address, handle, code) result(is_found)
-      type(c_ptr), intent(in) :: address
-      type(scene_handle_t), pointer, intent(inout) :: handle
-      integer(c_int), intent(out), optional :: code
-      is_found = has_mark(address, [SCENE_MARK], code)
-      if (is_found) call c_f_pointer(address, handle)
-   end function found_scene
+      logical module function found_stepper(address, handle, code) result(is_found)
+         type(c_ptr), intent(in) :: address
+         type(stepper_handle_t), pointer, intent(inout) :: handle
+         integer(c_int), intent(out), optional :: code
+      end function found_stepper
 
-   logical function found_stepper(address, handle, code) result(is_found)
-      type(c_ptr), intent(in) :: address
-      type(stepper_handle_t), pointer, intent(inout) :: handle
-      integer(c_int), intent(out), optional :: code
-      is_found = has_mark(address, [STEPPER_MARK], code)
-      if (is_found) call c_f_pointer(address, handle)
-   end function found_stepper
+      logical module function found_history(address, handle, code) result(is_found)
+         type(c_ptr), intent(in) :: address
+         type(history_handle_t), pointer, intent(inout) :: handle
+         integer(c_int), intent(out), optional :: code
+      end function found_history
 
-   logical function found_history(address, handle, code) result(is_found)
-      type(c_ptr), intent(in) :: address
-      type(history_handle_t), pointer, intent(inout) :: handle
-      integer(c_int), intent(out), optional :: code
-      is_found = has_mark(address, [HISTORY_MARK], code)
-      if (is_found) call c_f_pointer(address, handle)
-   end function found_history
+      logical module function found_bodies(address, handle, code) result(is_found)
+         type(c_ptr), intent(in) :: address
+         type(bodies_handle_t), pointer, intent(inout) :: handle
+         integer(c_int), intent(out), optional :: code
+      end function found_bodies
 
-   logical function found_bodies(address, handle, code) result(is_found)
-      type(c_ptr), intent(in) :: address
-      type(bodies_handle_t), pointer, intent(inout) :: handle
-      integer(c_int), intent(out), optional :: code
-      is_found = has_mark(address, [BODIES_MARK], code)
-      if (is_found) call c_f_pointer(address, handle)
-   end function found_bodies
+      !> Finds a handle of any kind; the pointer gives access to the common part of all handles.
+      logical module function found_any(address, handle, code) result(is_found)
+         type(c_ptr), intent(in) :: address
+         type(handle_t), pointer, intent(inout) :: handle
+         integer(c_int), intent(out), optional :: code
+      end function found_any
 
-   !> Finds a handle of any kind; the pointer gives access to the common part of all handles.
-   logical function found_any(address, handle, code) result(is_found)
-      type(c_ptr), intent(in) :: address
-      type(handle_t), pointer, intent(inout) :: handle
-      integer(c_int), intent(out), optional :: code
-      is_found = has_mark(address, [SYSTEM_MARK, SCENE_MARK, STEPPER_MARK, HISTORY_MARK, BODIES_MARK], code)
-      if (is_found) call c_f_pointer(address, handle)
-   end function found_any
+      !> Frees the handle in a variable of C, and sets the variable to null. Does nothing if it is null already. Errors:
+      !> `NUTATE_BAD_ARGUMENT` for no variable, `NUTATE_BAD_HANDLE` for a handle of another kind.
+      integer(c_int) module function destroy(address, mark) result(code)
+         type(c_ptr), intent(in) :: address
+         integer(c_int64_t), intent(in) :: mark
+      end function destroy
 
-   !> Frees the handle in a variable of C, and sets the variable to null. Does nothing if it is null already. Errors:
-   !> `NUTATE_BAD_ARGUMENT` for no variable, `NUTATE_BAD_HANDLE` for a handle of another kind.
-   integer(c_int) function destroy(address, mark) result(code)
-      type(c_ptr), intent(in) :: address
-      integer(c_int64_t), intent(in) :: mark
-      type(c_ptr), pointer :: slot
-      type(handle_t), pointer :: handle
-      type(system_handle_t), pointer :: system
-      type(scene_handle_t), pointer :: scene
-      type(stepper_handle_t), pointer :: stepper
-      type(history_handle_t), pointer :: history
-      type(bodies_handle_t), pointer :: bodies
-      code = NUTATE_BAD_ARGUMENT
-      if (.not. c_associated(address)) return
-      call c_f_pointer(address, slot)
-      code = NUTATE_OK
-      if (.not. c_associated(slot)) return
-      if (.not. has_mark(slot, [mark], code)) return
-      call c_f_pointer(slot, handle)
-      call erase_mark(handle%mark)
-      if (mark == SYSTEM_MARK) then
-         call c_f_pointer(slot, system)
-         deallocate (system)
-      else if (mark == SCENE_MARK) then
-         call c_f_pointer(slot, scene)
-         deallocate (scene)
-      else if (mark == STEPPER_MARK) then
-         call c_f_pointer(slot, stepper)
-         deallocate (stepper)
-      else if (mark == HISTORY_MARK) then
-         call c_f_pointer(slot, history)
-         deallocate (history)
-      else
-         call c_f_pointer(slot, bodies)
-         deallocate (bodies)
-      end if
-      slot = c_null_ptr
-      code = NUTATE_OK
-   end function destroy
+      !> Returns the variable in which C keeps a handle, set to null; null if there is no variable.
+      module function open_slot(address) result(slot)
+         !> Address of the variable, of type `nutate_...**`.
+         type(c_ptr), intent(in) :: address
+         type(c_ptr), pointer :: slot
+      end function open_slot
 
-   !> Returns the variable in which C keeps a handle, set to null; null if there is no variable.
-   function open_slot(address) result(slot)
-      !> Address of the variable, of type `nutate_...**`.
-      type(c_ptr), intent(in) :: address
-      type(c_ptr), pointer :: slot
-      slot => null()
-      if (.not. c_associated(address)) return
-      call c_f_pointer(address, slot)
-      slot = c_null_ptr
-   end function open_slot
+      !> Copies a system; the callbacks of the copy report their failures to a cell.
+      module subroutine copy_system(from, to, cell)
+         type(system_t), intent(in) :: from
+         type(system_t), intent(inout) :: to
+         !> Address of two `int`, or null.
+         type(c_ptr), intent(in) :: cell
+      end subroutine copy_system
 
-   !> Clears the mark of a handle that is about to be freed; volatile, so that the compiler does not omit the write.
-   subroutine erase_mark(mark)
-      integer(c_int64_t), intent(inout), volatile :: mark
-      mark = 0
-   end subroutine erase_mark
+      !> Stores a state.
+      pure module subroutine set_start(self, state)
+         class(start_t), intent(inout) :: self
+         type(state_t), intent(in) :: state
+      end subroutine set_start
 
-   !> Copies a system; the callbacks of the copy report their failures to a cell.
-   subroutine copy_system(from, to, cell)
-      type(system_t), intent(in) :: from
-      type(system_t), intent(inout) :: to
-      !> Address of two `int`, or null.
-      type(c_ptr), intent(in) :: cell
-      to%body = from%body
-      call to%effects%append(from%effects)
-      call report_failures_to(to%effects, cell)
-   end subroutine copy_system
+      !> Returns the state that was set.
+      pure type(state_t) module function state_of_start(self) result(state)
+         class(start_t), intent(in) :: self
+      end function state_of_start
 
-   !> Stores a state.
-   pure subroutine set_start(self, state)
-      class(start_t), intent(inout) :: self
-      type(state_t), intent(in) :: state
-      self%t = state%t
-      self%q = state%q
-      self%p = state%p
-      self%wheel_momentum = state%wheel_momentum
-   end subroutine set_start
+      !> Returns the quantities that the runs of a stepper propagate.
+      module subroutine get_propagated(handle, propagated)
+         type(stepper_handle_t), intent(in) :: handle
+         type(propagated_t), intent(out) :: propagated
+      end subroutine get_propagated
 
-   !> Returns the state that was set.
-   pure type(state_t) function state_of_start(self) result(state)
-      class(start_t), intent(in) :: self
-      state%t = self%t
-      state%q = self%q
-      state%p = self%p
-      state%wheel_momentum = self%wheel_momentum
-   end function state_of_start
+      !> Sets the quantities that the runs of a stepper propagate.
+      module subroutine set_propagated(handle, propagated)
+         type(stepper_handle_t), intent(inout) :: handle
+         type(propagated_t), intent(in) :: propagated
+      end subroutine set_propagated
 
-   !> Returns the quantities that the runs of a stepper propagate.
-   subroutine get_propagated(handle, propagated)
-      type(stepper_handle_t), intent(in) :: handle
-      type(propagated_t), intent(out) :: propagated
-      if (allocated(handle%propagated)) then
-         propagated = handle%propagated
-      else
-         allocate (propagated%names(0), propagated%sigma(0))
-      end if
-   end subroutine get_propagated
+      !> Sets the chaos indicators that the runs of a stepper compute.
+      module subroutine set_chaos(handle, chaos)
+         type(stepper_handle_t), intent(inout) :: handle
+         type(chaos_settings_t), intent(in) :: chaos
+      end subroutine set_chaos
 
-   !> Sets the quantities that the runs of a stepper propagate.
-   subroutine set_propagated(handle, propagated)
-      type(stepper_handle_t), intent(inout) :: handle
-      type(propagated_t), intent(in) :: propagated
-      if (allocated(handle%propagated)) deallocate (handle%propagated)
-      if (size(propagated%names) > 0 .or. propagated%exponents > 0) handle%propagated = propagated
-   end subroutine set_propagated
+      !> Deletes the method of a stepper: the next step or run prepares it from settings and state.
+      module subroutine unprepare(handle)
+         type(stepper_handle_t), intent(inout) :: handle
+      end subroutine unprepare
 
-   !> Sets the chaos indicators that the runs of a stepper compute.
-   subroutine set_chaos(handle, chaos)
-      type(stepper_handle_t), intent(inout) :: handle
-      type(chaos_settings_t), intent(in) :: chaos
-      if (allocated(handle%chaos)) deallocate (handle%chaos)
-      if (chaos%exponents > 0) handle%chaos = chaos
-   end subroutine set_chaos
+      !> Makes room for one more row in a history. Errors: `NUTATE_NO_MEMORY`.
+      module subroutine make_room(history, status)
+         type(history_handle_t), intent(inout) :: history
+         type(status_t), intent(inout) :: status
+      end subroutine make_room
 
-   !> Deletes the method of a stepper: the next step or run prepares it from settings and state.
-   subroutine unprepare(handle)
-      type(stepper_handle_t), intent(inout) :: handle
-      handle%plain = .false.
-      call handle%run%release()
-      if (allocated(handle%run%stepper)) deallocate (handle%run%stepper)
-      if (allocated(handle%inside)) deallocate (handle%inside)
-   end subroutine unprepare
+      !> Returns the status for an argument that is null and must not be.
+      pure module function null_argument(name) result(status)
+         character(len=*), intent(in) :: name
+         type(status_t) :: status
+      end function null_argument
 
-   !> Makes room for one more row in a history. Errors: `NUTATE_NO_MEMORY`.
-   subroutine make_room(history, status)
-      type(history_handle_t), intent(inout) :: history
-      type(status_t), intent(inout) :: status
-      real(wp), allocatable :: grown(:, :)
-      integer(c_size_t), parameter :: first_room = 1024
-      integer :: failed
-      if (.not. allocated(history%values)) allocate (history%values(history%width, 0))
-      if (history%rows < size(history%values, 2, c_size_t)) return
-      allocate (grown(history%width, max(first_room, 2*history%rows)), stat=failed)
-      if (failed /= 0) then
-         status = fail(NUTATE_NO_MEMORY, 'not enough memory for so many rows')
-         return
-      end if
-      grown(:, 1:history%rows) = history%values
-      call move_alloc(grown, history%values)
-   end subroutine make_room
+      !> Stores a status in a handle and returns its code.
+      integer(c_int) module function conclude(handle, status) result(code)
+         class(handle_t), intent(inout) :: handle
+         type(status_t), intent(in) :: status
+      end function conclude
 
-   !> Returns the status for an argument that is null and must not be.
-   pure function null_argument(name) result(status)
-      character(len=*), intent(in) :: name
-      type(status_t) :: status
-      status = fail(NUTATE_BAD_ARGUMENT, 'the argument '//name//' is NULL', name)
-   end function null_argument
+      !> Writes the message of a status into a buffer and returns its code.
+      integer(c_int) module function report(status, buffer, size, whole) result(code)
+         type(status_t), intent(in) :: status
+         type(c_ptr), intent(in) :: buffer
+         integer(c_size_t), intent(in) :: size
+         !> Complete message, which is used if the status has its shortened form.
+         character(len=:), allocatable, intent(in), optional :: whole
+      end function report
 
-   !> Stores a status in a handle and returns its code.
-   integer(c_int) function conclude(handle, status) result(code)
-      class(handle_t), intent(inout) :: handle
-      type(status_t), intent(in) :: status
-      handle%status = status
-      code = status%code
-   end function conclude
+      !> Returns the message of a status, or the complete message if the status has its shortened form.
+      pure module function whole_message(status, whole) result(message)
+         type(status_t), intent(in) :: status
+         character(len=:), allocatable, intent(in) :: whole
+         character(len=:), allocatable :: message
+      end function whole_message
 
-   !> Writes the message of a status into a buffer and returns its code.
-   integer(c_int) function report(status, buffer, size, whole) result(code)
-      type(status_t), intent(in) :: status
-      type(c_ptr), intent(in) :: buffer
-      integer(c_size_t), intent(in) :: size
-      !> Complete message, which is used if the status has its shortened form.
-      character(len=:), allocatable, intent(in), optional :: whole
-      if (present(whole)) then
-         call message_to_c(whole_message(status, whole), buffer, size)
-      else
-         call message_to_c(status%message, buffer, size)
-      end if
-      code = status%code
-   end function report
-
-   !> Returns the message of a status, or the complete message if the status has its shortened form.
-   pure function whole_message(status, whole) result(message)
-      type(status_t), intent(in) :: status
-      character(len=:), allocatable, intent(in) :: whole
-      character(len=:), allocatable :: message
-      type(status_t) :: short
-      message = trim(status%message)
-      if (status%ok() .or. .not. allocated(whole)) return
-      short = fail(status%code, whole)
-      if (short%message == status%message) message = whole
-   end function whole_message
+   end interface
 
 end module nutate_c_handles

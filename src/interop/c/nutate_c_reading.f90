@@ -15,7 +15,7 @@ module nutate_c_reading
    use nutate_progress, only: total_work
    use nutate_quaternion, only: quat_normalized, rotate_to_space, rotation_matrix
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_OK
-   use nutate_propagated_columns, only: propagated_t
+   use nutate_propagated, only: propagated_t
    implicit none
    private
 

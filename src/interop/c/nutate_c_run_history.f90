@@ -14,7 +14,7 @@ module nutate_c_run_history
    use nutate_limits, only: is_moderate
    use nutate_run_plan, only: run_plan_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NO_MEMORY, NUTATE_OK
-   use nutate_propagated_columns, only: propagated_t
+   use nutate_propagated, only: propagated_t
    use nutate_variation, only: variation_t
    implicit none
    private

@@ -23,9 +23,9 @@ module nutate_c_stepper
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_BAD_SCENE, &
       NUTATE_NO_MEMORY, NUTATE_OK
-   use nutate_stepper, only: integrator_settings_t
+   use nutate_integrator_settings, only: integrator_settings_t
    use nutate_system, only: system_t
-   use nutate_propagated_columns, only: propagated_t
+   use nutate_propagated, only: propagated_t
    implicit none
    private
 

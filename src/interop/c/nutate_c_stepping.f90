@@ -10,7 +10,8 @@ module nutate_c_stepping
    use nutate_failure_causes, only: add_jump
    use nutate_hamiltonian, only: angular_velocity
    use nutate_kinds, only: wp
-   use nutate_progress, only: count_works, run_summary_t
+   use nutate_progress, only: count_works
+   use nutate_summary, only: run_summary_t
    use nutate_range, only: check_step
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_NOT_CONVERGED, NUTATE_OK

@@ -12,7 +12,7 @@ module nutate_f77_stepping
    use nutate_limits, only: greatest_number, in_words
    use nutate_methods, only: make_stepper
    use nutate_observer, only: observer_t, run_record_t
-   use nutate_progress, only: run_summary_t
+   use nutate_summary, only: run_summary_t
    use nutate_quaternion, only: quat_norm
    use nutate_run, only: integrate
    use nutate_run_plan, only: run_plan_t

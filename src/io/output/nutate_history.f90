@@ -10,7 +10,7 @@ module nutate_history
    use nutate_files, only: file_mark_t, output_file_t
    use nutate_kinds, only: wp, long
    use nutate_observer, only: observer_t, run_record_t
-   use nutate_propagated_columns, only: propagated_t
+   use nutate_propagated, only: propagated_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    use nutate_system, only: system_t

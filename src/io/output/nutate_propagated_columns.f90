@@ -8,13 +8,14 @@ module nutate_propagated_columns
    use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_value
    use nutate_chaos, only: chaos_t
    use nutate_kinds, only: wp
+   use nutate_propagated, only: propagated_t
    use nutate_state, only: state_t
    use nutate_system, only: system_t
    use nutate_tangent, only: tangent_t
    implicit none
    private
 
-   public :: propagated_t, propagated_headers, propagated_values, propagated_width, is_by_free, lyapunov_names
+   public :: propagated_headers, propagated_values, propagated_width, is_by_free, lyapunov_names
    public :: SENSITIVITIES, DEVIATIONS, COVARIANCE, LYAPUNOV, MEGNO, FLI
 
    !> Sets of columns: first those of the parameters, then those of chaos.
@@ -25,16 +26,6 @@ module nutate_propagated_columns
    real(wp), parameter :: greatest_change = 1e150_wp
    character(len=*), parameter :: component_names(components) = [character(len=9) :: &
       'rotation1', 'rotation2', 'rotation3', 'omega1', 'omega2', 'omega3']
-
-   !> Quantities that a run propagates: sensitivities with respect to parameters, and indicators of chaos.
-   type :: propagated_t
-      !> Names of the parameters, `GROUP[.N].KEY[.I]`; shape (parameters).
-      character(len=80), allocatable :: names(:)
-      !> Standard deviation of each parameter, in its unit; 0: the parameter is known. Shape (parameters).
-      real(wp), allocatable :: sigma(:)
-      !> Number of Lyapunov exponents; 0: no indicators of chaos.
-      integer :: exponents = 0
-   end type propagated_t
 
 contains
 

@@ -14,7 +14,7 @@ module nutate_reduced
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_OFF_BRANCH, NUTATE_SINGULAR
    use nutate_step_tangent, only: conserving_step_t
-   use nutate_stepper, only: integrator_settings_t
+   use nutate_integrator_settings, only: integrator_settings_t
    use nutate_system, only: system_t
    use nutate_tangent, only: tangent_t
    implicit none

@@ -21,10 +21,11 @@ module nutate_error_weighting
    use nutate_projection_point, only: projection_plan_t, projection_point_t, slope_t
    use nutate_quaternion, only: cross
    use nutate_state, only: state_t
+   use nutate_step_error, only: step_error_t
    implicit none
    private
 
-   public :: step_error_t, balance_momentum, book_share, divide_excess, share_of_works
+   public :: balance_momentum, step_error_t, book_share, divide_excess, share_of_works
 
    !> ν: the method errs three orders later than its estimate, and there the works, which change twice as fast as the
    !> state, are worse off than the estimate says. Measured on 1500 random scenes: with 1 those scenes gain less whose
@@ -39,25 +40,6 @@ module nutate_error_weighting
    !> rotations below the third, rad², are none. The fourth is that of the longest move with an S² that is not the usual
    !> one, rad².
    real(wp), parameter :: freedom = 10.0_wp, farthest = 1e8_wp, least_rotation = 1e-40_wp, longest = 1e-4_wp
-
-   !> Estimated error of a step, from its method; zero if the method has no estimate.
-   type :: step_error_t
-      !> Rotation vector of the attitude, rad; momentum, N m s, both body axes; shape (3).
-      real(wp) :: rotation(3) = 0.0_wp, momentum(3) = 0.0_wp
-      !> Sizes of the errors of attitude, rad, and momentum, N m s, if no direction is known, as for a series.
-      real(wp) :: angle = 0.0_wp, of_momentum = 0.0_wp
-      !> Momentum of each wheel, N m s; shape (most_wheels).
-      real(wp) :: wheels(most_wheels) = 0.0_wp
-      !> All works together, J.
-      real(wp) :: work = 0.0_wp
-      !> There is a balance of l; its excess over the state at the end of the step, and the possible error of the
-      !> balance, body axes, N m s; shape (3).
-      logical :: balances = .false.
-      real(wp) :: balance(3) = 0.0_wp, of_balance(3) = 0.0_wp
-      !> Size of the momentum, N m s, and the square of its possible error in space over the square of that size;
-      !> negative if it is not known.
-      real(wp) :: size = 0.0_wp, square = -1.0_wp
-   end type step_error_t
 
 contains
 

@@ -12,7 +12,7 @@ module nutate_spaced_projection
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_system, only: system_t
-   use nutate_error_weighting, only: step_error_t
+   use nutate_step_error, only: step_error_t
    implicit none
    private
 

@@ -9,7 +9,7 @@ module nutate_equal_steps
    use nutate_kinds, only: wp
    use nutate_specialised_motion, only: specialised_motion_t
    use nutate_state, only: state_t
-   use nutate_stepper, only: integrator_settings_t
+   use nutate_integrator_settings, only: integrator_settings_t
    use nutate_system, only: system_t
    implicit none
    private

@@ -2,7 +2,7 @@
 module nutate_momentum_balance
    use nutate_kinds, only: wp
    use nutate_quaternion, only: rotate_to_body, rotate_to_space
-   use nutate_error_weighting, only: step_error_t
+   use nutate_step_error, only: step_error_t
    implicit none
    private
 

@@ -21,7 +21,7 @@ module nutate_rigid_rates
    use nutate_state, only: add_increment, state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_FINITE, NUTATE_OFF_BRANCH
    use nutate_system, only: system_t
-   use nutate_error_weighting, only: step_error_t
+   use nutate_step_error, only: step_error_t
    implicit none
    private
 

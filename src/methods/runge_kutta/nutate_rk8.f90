@@ -18,7 +18,7 @@ module nutate_rk8
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_system, only: system_t
    use nutate_tangent, only: tangent_t
-   use nutate_error_weighting, only: step_error_t
+   use nutate_step_error, only: step_error_t
    implicit none
    private
 

@@ -11,14 +11,14 @@ module nutate_effect_catalogue
    use nutate_gravity_gradient, only: build_gravity_gradient, gravity_gradient_keys
    use nutate_keys, only: group_kind_t, group_t, key_t, KEY_LOGICAL, KEY_TEXT
    use nutate_controller_group, only: build_controller, controller_keys
-   use nutate_orbit, only: build_orbit, orbit_keys
-   use nutate_rotating_frame, only: build_rotating_frame, rotating_frame_keys
+   use nutate_orbit_group, only: build_orbit, orbit_keys
+   use nutate_rotating_frame_group, only: build_rotating_frame, rotating_frame_keys
    use nutate_rotor, only: build_rotor, rotor_keys
    use nutate_spring, only: build_spring, spring_keys
    use nutate_status, only: status_t
    use nutate_tabulated_torque, only: build_tabulated_torque
    use nutate_third_degree, only: build_third_degree, third_degree_keys
-   use nutate_wheel, only: build_wheel, wheel_keys
+   use nutate_wheel_group, only: build_wheel, wheel_keys
    implicit none
    private
 

@@ -3,10 +3,9 @@
 !> A program extends `event_t` by the quantity; the components of `event_t` state the action on the event. Columns of a
 !> history as quantities are `column_event_t`.
 module nutate_event
-   use nutate_kinds, only: wp, long, eps
-   use nutate_motion, only: displaced, find_motion, find_rates, motion_t
+   use nutate_kinds, only: wp, long
+   use nutate_motion, only: motion_t
    use nutate_motion_bounds, only: speed_bounds_t
-   use nutate_small_products, only: vector_length
    use nutate_system, only: system_t
    implicit none
    private
@@ -86,149 +85,92 @@ module nutate_event
       end function event_value
    end interface
 
-contains
+   interface
 
-   !> Returns true if the quantity cannot reach its value for a time. Here: false, nothing is known.
-   pure logical function not_known(self, speeds, f, time)
-      class(event_t), intent(in) :: self
-      !> Bounds of the motion in that time.
-      type(speed_bounds_t), intent(in) :: speeds
-      !> Distance of the quantity from its value at the start, unit of the quantity.
-      real(wp), intent(in) :: f
-      !> s, positive.
-      real(wp), intent(in) :: time
-      not_known = .false.
-   end function not_known
+      !> Returns true if the quantity cannot reach its value for a time. Here: false, nothing is known.
+      pure logical module function not_known(self, speeds, f, time)
+         class(event_t), intent(in) :: self
+         !> Bounds of the motion in that time.
+         type(speed_bounds_t), intent(in) :: speeds
+         !> Distance of the quantity from its value at the start, unit of the quantity.
+         real(wp), intent(in) :: f
+         !> s, positive.
+         real(wp), intent(in) :: time
+      end function not_known
 
-   !> Returns g and ġ as the only part.
-   pure subroutine one_part(self, system, motion, parts)
-      class(event_t), intent(in) :: self
-      type(system_t), intent(in) :: system
-      !> Motion with its rates.
-      type(motion_t), intent(in) :: motion
-      !> Parts of the quantity; those that are not needed are zero.
-      type(part_t), intent(out) :: parts(most_parts)
-      parts(1) = part_t(self%value(system, motion), self%period, self%rate(system, motion))
-   end subroutine one_part
+      !> Returns g and ġ as the only part.
+      pure module subroutine one_part(self, system, motion, parts)
+         class(event_t), intent(in) :: self
+         type(system_t), intent(in) :: system
+         !> Motion with its rates.
+         type(motion_t), intent(in) :: motion
+         !> Parts of the quantity; those that are not needed are zero.
+         type(part_t), intent(out) :: parts(most_parts)
+      end subroutine one_part
 
-   !> Returns 0: the quantity is computed alone.
-   pure integer function no_family(self)
-      class(event_t), intent(in) :: self
-      no_family = 0
-   end function no_family
+      !> Returns 0: the quantity is computed alone.
+      pure integer module function no_family(self)
+         class(event_t), intent(in) :: self
+      end function no_family
 
-   !> Returns 1.
-   pure integer function first_component(self)
-      class(event_t), intent(in) :: self
-      first_component = 1
-   end function first_component
+      !> Returns 1.
+      pure integer module function first_component(self)
+         class(event_t), intent(in) :: self
+      end function first_component
 
-   !> Returns g as the only component; shape (3).
-   pure function own_value(self, system, motion) result(values)
-      class(event_t), intent(in) :: self
-      type(system_t), intent(in) :: system
-      type(motion_t), intent(in) :: motion
-      real(wp) :: values(3)
-      values = [self%value(system, motion), 0.0_wp, 0.0_wp]
-   end function own_value
+      !> Returns g as the only component; shape (3).
+      pure module function own_value(self, system, motion) result(values)
+         class(event_t), intent(in) :: self
+         type(system_t), intent(in) :: system
+         type(motion_t), intent(in) :: motion
+         real(wp) :: values(3)
+      end function own_value
 
-   !> Returns |g|.
-   pure real(wp) function own_size(self, system, motion) result(magnitude)
-      class(event_t), intent(in) :: self
-      type(system_t), intent(in) :: system
-      type(motion_t), intent(in) :: motion
-      magnitude = abs(self%value(system, motion))
-   end function own_size
+      !> Returns |g|.
+      pure real(wp) module function own_size(self, system, motion) result(magnitude)
+         class(event_t), intent(in) :: self
+         type(system_t), intent(in) :: system
+         type(motion_t), intent(in) :: motion
+      end function own_size
 
-   !> Computes ġ by `family_rates`.
-   pure real(wp) function rate_by_differences(self, system, motion) result(rate)
-      class(event_t), intent(in) :: self
-      type(system_t), intent(in) :: system
-      !> Motion with its rates.
-      type(motion_t), intent(in) :: motion
-      real(wp) :: rates(3)
-      rates = family_rates(self, system, motion)
-      rate = rates(self%component())
-   end function rate_by_differences
+      !> Computes ġ by `family_rates`.
+      pure real(wp) module function rate_by_differences(self, system, motion) result(rate)
+         class(event_t), intent(in) :: self
+         type(system_t), intent(in) :: system
+         !> Motion with its rates.
+         type(motion_t), intent(in) :: motion
+      end function rate_by_differences
 
-   !> Computes the components of a family, and their rates.
-   pure subroutine find_family(event, system, motion, values, rates)
-      class(event_t), intent(in) :: event
-      type(system_t), intent(in) :: system
-      !> Motion with its rates.
-      type(motion_t), intent(in) :: motion
-      real(wp), intent(out) :: values(3), rates(3)
-      values = event%family_values(system, motion)
-      rates = family_rates(event, system, motion)
-   end subroutine find_family
+      !> Computes the components of a family, and their rates.
+      pure module subroutine find_family(event, system, motion, values, rates)
+         class(event_t), intent(in) :: event
+         type(system_t), intent(in) :: system
+         !> Motion with its rates.
+         type(motion_t), intent(in) :: motion
+         real(wp), intent(out) :: values(3), rates(3)
+      end subroutine find_family
 
-   !> Computes the rates of a family by central differences of sixth order along the tangent of the motion: to 1e-13 of
-   !> the size of g over the time of a radian; shape (3).
-   pure function family_rates(event, system, motion) result(rates)
-      class(event_t), intent(in) :: event
-      type(system_t), intent(in) :: system
-      type(motion_t), intent(in) :: motion
-      real(wp), parameter :: weights(3) = [45.0_wp/60, -9.0_wp/60, 1.0_wp/60]
-      type(motion_t) :: there
-      real(wp) :: rates(3), h, ahead(3), change(3)
-      integer :: i
-      h = wide*time_scale(motion)
-      rates = 0.0_wp
-      do i = 1, 3
-         call find_motion(system, displaced(motion, i*h), there)
-         ahead = event%family_values(system, there)
-         call find_motion(system, displaced(motion, -i*h), there)
-         change = ahead - event%family_values(system, there)
-         if (event%period > 0.0_wp) change = change - event%period*anint(change/event%period)
-         rates = rates + weights(i)*change
-      end do
-      rates = rates/h
-   end function family_rates
+      !> Computes g̈ along the motion, by central differences of ġ.
+      pure real(wp) module function second_rate(event, system, window_time, motion) result(rate)
+         class(event_t), intent(in) :: event
+         type(system_t), intent(in) :: system
+         !> Time that decides which torques act, s.
+         real(wp), intent(in) :: window_time
+         !> Motion with its rates.
+         type(motion_t), intent(in) :: motion
+      end function second_rate
 
-   !> Computes g̈ along the motion, by central differences of ġ.
-   pure real(wp) function second_rate(event, system, window_time, motion) result(rate)
-      class(event_t), intent(in) :: event
-      type(system_t), intent(in) :: system
-      !> Time that decides which torques act, s.
-      real(wp), intent(in) :: window_time
-      !> Motion with its rates.
-      type(motion_t), intent(in) :: motion
-      type(motion_t) :: there
-      real(wp) :: h, ahead
-      h = narrow*time_scale(motion)
-      call find_motion(system, displaced(motion, h), there)
-      call find_rates(system, window_time, there)
-      ahead = event%rate(system, there)
-      call find_motion(system, displaced(motion, -h), there)
-      call find_rates(system, window_time, there)
-      rate = (ahead - event%rate(system, there))/(2*h)
-   end function second_rate
+      !> Returns the time of about a radian of rotation, or of change of the momentum, s; 1 if nothing moves.
+      pure real(wp) module function time_scale(motion) result(scale)
+         !> Motion with its rates.
+         type(motion_t), intent(in) :: motion
+      end function time_scale
 
-   !> Returns the time of about a radian of rotation, or of change of the momentum, s; 1 if nothing moves.
-   pure real(wp) function time_scale(motion) result(scale)
-      !> Motion with its rates.
-      type(motion_t), intent(in) :: motion
-      real(wp) :: rate, size
-      rate = vector_length(motion%omega)
-      size = vector_length(motion%acceleration)
-      if (size > rate*rate) rate = sqrt(size)
-      scale = 1.0_wp
-      if (rate > tiny(1.0_wp)/eps) scale = 1/rate
-   end function time_scale
+      !> Returns the direction of change that counts: of g for a crossing, of ġ for an extremum; 1, -1 or 0, either.
+      pure integer module function counted_direction(self)
+         class(event_t), intent(in) :: self
+      end function counted_direction
 
-   !> Returns the direction of change that counts: of g for a crossing, of ġ for an extremum; 1, -1 or 0, either.
-   pure integer function counted_direction(self)
-      class(event_t), intent(in) :: self
-      select case (self%kind)
-      case (MAXIMUM)
-         counted_direction = -1
-      case (MINIMUM)
-         counted_direction = 1
-      case (EXTREMUM)
-         counted_direction = 0
-      case default
-         counted_direction = self%direction
-      end select
-   end function counted_direction
+   end interface
 
 end module nutate_event

@@ -4,7 +4,7 @@ module nutate_fit_model
    use nutate_byte_archive, only: byte_archive_t
    use nutate_variation, only: variation_t
    use nutate_effect_list, only: effect_list_t
-   use nutate_event_tracker, only: event_list_t
+   use nutate_event_list, only: event_list_t
    use nutate_fit_variations, only: add_key, add_scene, places, weights
    use nutate_fit_plan, only: fit_plan_t
    use nutate_hamiltonian, only: body_momentum

@@ -21,7 +21,7 @@ module nutate_linearization
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
-   use nutate_stepper, only: integrator_settings_t
+   use nutate_integrator_settings, only: integrator_settings_t
    use nutate_system, only: system_t
    use nutate_tangent, only: check_effects, tangent_t
    implicit none

@@ -6,7 +6,7 @@ module nutate_measured_run
    use nutate_specialised_motion, only: specialised_motion_t
    use nutate_methods, only: methods
    use nutate_observer, only: observer_t, run_record_t
-   use nutate_progress, only: run_summary_t
+   use nutate_summary, only: run_summary_t
    use nutate_run, only: integrate
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t

@@ -6,10 +6,10 @@
 !> `nutate_scene_building` calls them in this order; the first error ends it.
 module nutate_scene
    use nutate_body, only: body_t
-   use nutate_chaos, only: chaos_settings_t
+   use nutate_chaos_settings, only: chaos_settings_t
    use nutate_effect_list, only: effect_list_t
    use nutate_ensemble_plan, only: ensemble_plan_t
-   use nutate_event_tracker, only: event_list_t
+   use nutate_event_list, only: event_list_t
    use nutate_fit_plan, only: fit_plan_t
    use nutate_keys, only: group_t, group_kind_t
    use nutate_periodic_start, only: periodic_start_t
@@ -17,10 +17,10 @@ module nutate_scene
    use nutate_scene_error, only: scene_error_t
    use nutate_scene_labels, only: labels_t
    use nutate_scene_output, only: output_settings_t
-   use nutate_propagated_columns, only: propagated_t
+   use nutate_propagated, only: propagated_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_stepper, only: integrator_settings_t
+   use nutate_integrator_settings, only: integrator_settings_t
    use nutate_system, only: system_t
    implicit none
    private

@@ -1,7 +1,7 @@
 !> `&chaos`: the indicators of chaos that a run computes.
 module nutate_scene_chaos
    use nutate_admissible, only: ANY_DIRECTION, POSITIVE
-   use nutate_chaos, only: chaos_settings_t, longest_interval, most_exponents
+   use nutate_chaos_settings, only: chaos_settings_t, longest_interval, most_exponents
    use nutate_variation, only: variation_t
    use nutate_keys, only: group_t, key_t, KEY_INTEGER
    use nutate_kinds, only: wp

@@ -5,7 +5,7 @@ module nutate_scene_events
    use nutate_control, only: beyond_accuracy
    use nutate_effect_list, only: effect_list_t
    use nutate_event, only: CROSSING, EXTREMUM, MAXIMUM, MINIMUM, SWITCH_OFF, SWITCH_ON, SWITCH_TOGGLE
-   use nutate_event_tracker, only: event_list_t
+   use nutate_event_list, only: event_list_t
    use nutate_keys, only: group_t, key_t, name_length, KEY_INTEGER, KEY_LOGICAL, KEY_TEXT
    use nutate_kinds, only: wp, long, pi
    use nutate_printable, only: quoted

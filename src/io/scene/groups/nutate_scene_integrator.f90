@@ -10,7 +10,7 @@ module nutate_scene_integrator
    use nutate_scene_error, only: allow_one_of, demand_one_of, scene_error_t
    use nutate_power_series, only: highest_order, least_order
    use nutate_spelling, only: comma_list, distinct, joined
-   use nutate_stepper, only: integrator_settings_t
+   use nutate_integrator_settings, only: integrator_settings_t
    implicit none
    private
 

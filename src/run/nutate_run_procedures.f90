@@ -1,0 +1,401 @@
+!> Bodies of the procedures whose interfaces are in `nutate_run`.
+submodule(nutate_run) nutate_run_procedures
+   use nutate_accuracy, only: find_tolerance
+   use nutate_control, only: beyond_accuracy, is_watched
+   use nutate_error_control, only: error_control_t
+   use nutate_fixed_steps, only: count_steps, fixed_steps_t
+   use nutate_method_choice, only: choose_settings
+   use nutate_methods, only: make_stepper
+   use nutate_passed_windows, only: begin_windows, pass_windows_inside
+   use nutate_progress, only: conclude_run, end_of_step, is_over, start_run, way_t
+   use nutate_run_loop, only: drive, transfer_run
+   use nutate_status, only: fail, NUTATE_BAD_ARGUMENT
+   use nutate_stepper, only: outside
+   implicit none
+
+contains
+
+   module procedure integrate_by_settings
+      type(run_t) :: run
+      call run%begin(system, settings, state, plan, status)
+      if (present(events) .and. status%ok()) call run%set_events(events, system, status)
+      if (present(chaos) .and. status%ok()) call run%follow_chaos(chaos, system, status)
+      if (status%ok()) call run%run_to_end(system, status, observer)
+      call conclude_run(run%progress_t, state, summary)
+   end procedure integrate_by_settings
+
+   module procedure integrate_by_stepper
+      type(progress_t) :: progress
+      type(fixed_steps_t) :: policy
+      call start_run(progress, system%effects, state, plan, status)
+      policy%stepper => stepper
+      if (status%ok()) call policy%begin(progress, status)
+      if (status%ok()) call expect_events(progress, policy, event_list_t(), system, status)
+      if (present(events) .and. status%ok()) call expect_events(progress, policy, events, system, status)
+      if (status%ok()) call drive(progress, policy, system, status, observer)
+      call conclude_run(progress, state, summary)
+   end procedure integrate_by_stepper
+
+   module procedure begin_by_settings
+      call start_run(self%progress_t, system%effects, state, plan, status)
+      if (.not. status%ok()) return
+      self%requested = settings
+      self%goal = plan%goal
+      if (allocated(self%stepper)) deallocate (self%stepper)
+      call self%release()
+      if (plan%end_time < huge(plan%end_time)) call prepare_steps(self, system, status)
+   end procedure begin_by_settings
+
+   module procedure begin_by_stepper
+      if (plan%goal%active()) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'adaptive steps are made from settings, not from a stepper')
+         return
+      end if
+      call start_run(self%progress_t, system%effects, state, plan, status)
+      if (.not. status%ok()) return
+      call stepper%copy(self%stepper)
+      call self%release()
+      if (plan%end_time < huge(plan%end_time)) call prepare_steps(self, system, status)
+   end procedure begin_by_stepper
+
+   module procedure set_plan
+      type(run_plan_t) :: own
+      own = plan
+      if (is_on_grid(self, plan%time_step) .and. .not. plan%goal%active()) then
+         own%steps_before = self%plan%steps_before
+      else
+         own%steps_before = -self%summary%steps
+         self%t_first = self%state%t
+         self%next_break = system%effects%next_break(self%state%t, sign(1.0_wp, plan%end_time - self%state%t))
+      end if
+      self%plan = own
+      self%way = way_t()
+      self%n_steps = -1
+      self%first_step = self%summary%steps
+      self%rows = 0
+      self%resumed = .false.
+      self%keeps_starts = .true.
+      self%summary%estimate = 0.0_wp
+      self%summary%round_off = 0.0_wp
+      self%summary%table_error = 0.0_wp
+      call prepare_steps(self, system, status)
+   end procedure set_plan
+
+   !> Returns true if the next nominal step continues the previous ones.
+   pure logical function is_on_grid(self, time_step)
+      class(run_t), intent(in) :: self
+      !> Nominal length of a step, s.
+      real(wp), intent(in) :: time_step
+      is_on_grid = .not. (self%way%begun .or. self%plan%goal%active() .or. &
+                          abs(self%plan%time_step - time_step) > 0.0_wp)
+      if (is_on_grid) is_on_grid = .not. abs(end_of_step(self%progress_t, self%summary%steps) - self%state%t) > 0.0_wp
+   end function is_on_grid
+
+   !> Prepares the policy that takes the steps of the plan. Errors: those of `begin`.
+   subroutine prepare_steps(self, system, status)
+      class(run_t), intent(inout), target :: self
+      type(system_t), intent(in) :: system
+      type(status_t), intent(inout) :: status
+      type(error_control_t), allocatable :: control
+      type(fixed_steps_t), allocatable :: fixed
+      integer :: i
+      if (self%plan%goal%active()) then
+         call choose(self, system, status)
+         if (.not. status%ok()) return
+         allocate (control)
+         call control%begin(system, self%summary%settings, self%progress_t, status)
+         call move_alloc(control, self%policy)
+      else
+         if (.not. allocated(self%stepper)) then
+            call choose(self, system, status)
+            if (status%ok()) call make_stepper(system, self%summary%settings, self%stepper, status)
+         end if
+         if (.not. status%ok()) return
+         allocate (fixed)
+         call move_alloc(fixed, self%policy)
+         call point_to_stepper(self)
+         select type (policy => self%policy)
+         class is (fixed_steps_t)
+            call policy%begin(self%progress_t, status)
+         end select
+      end if
+      if (.not. status%ok()) return
+      if (allocated(self%events)) then
+         self%events%stopped = .false.
+         self%events%n_due = 0
+         associate (watched => self%events%watched(:self%events%n_asked))
+            call check_promise(self%plan, system, any([(watched(i)%event%action /= 0, i=1, size(watched))]), status)
+         end associate
+         if (status%ok()) call self%policy%expect_events(system, self%progress_t, status)
+      else
+         call expect_events(self%progress_t, self%policy, event_list_t(), system, status)
+      end if
+   end subroutine prepare_steps
+
+   !> Chooses what the settings leave open. Errors: `NUTATE_BAD_ARGUMENT`.
+   subroutine choose(self, system, status)
+      class(run_t), intent(inout), target :: self
+      type(system_t), intent(in) :: system
+      type(status_t), intent(inout) :: status
+      self%summary%settings = self%requested
+      associate (plan => self%plan)
+         call choose_settings(system, self%state, plan%end_time - self%state%t, plan%goal%accuracy, &
+                              plan%goal%local_tolerance, self%summary%settings, self%summary%choice, status)
+      end associate
+   end subroutine choose
+
+   !> Points the policy to the present address of the stepper: the run may be a copy.
+   subroutine point_to_stepper(self)
+      class(run_t), intent(inout), target :: self
+      select type (policy => self%policy)
+      class is (fixed_steps_t)
+         policy%stepper => self%stepper
+      end select
+   end subroutine point_to_stepper
+
+   module procedure set_events
+      call point_to_stepper(self)
+      call expect_events(self%progress_t, self%policy, events, system, status)
+   end procedure set_events
+
+   module procedure differentiate
+      integer :: k
+      self%variations = variations
+      if (any([(variations(k)%changes_orbit(), k=1, size(variations))])) call step_in_space_axes(self, system, status)
+      if (status%ok()) call begin_sensitivities(self, variations, system, status)
+   end procedure differentiate
+
+   !> Has the steps taken in the space axes of the system: derivatives by the elements of an orbit require that. Errors:
+   !> those of `begin`.
+   subroutine step_in_space_axes(self, system, status)
+      class(run_t), intent(inout), target :: self
+      type(system_t), intent(in) :: system
+      type(status_t), intent(inout) :: status
+      type(integrator_settings_t) :: settings
+      if (self%summary%settings%in_space_axes) return
+      self%requested%in_space_axes = .true.
+      self%summary%settings%in_space_axes = .true.
+      if (allocated(self%stepper)) then
+         settings = self%stepper%prepared_with
+         settings%in_space_axes = .true.
+         call make_stepper(system, settings, self%stepper, status)
+      end if
+      if (allocated(self%policy) .and. status%ok()) call prepare_steps(self, system, status)
+   end subroutine step_in_space_axes
+
+   !> Begins the sensitivities at the present state. Errors: those of `differentiate`.
+   subroutine begin_sensitivities(self, variations, system, status)
+      class(run_t), intent(inout), target :: self
+      !> Sensitivities to propagate; shape (n).
+      type(variation_t), intent(in) :: variations(:)
+      type(system_t), intent(in) :: system
+      type(status_t), intent(out) :: status
+      if (allocated(self%tangent)) deallocate (self%tangent, self%last_tangent)
+      if (allocated(self%events)) call self%events%forget_changes()
+      allocate (self%tangent, self%last_tangent)
+      call self%tangent%begin(system, self%state, variations, status)
+      if (status%ok()) then
+         call begin_windows(self%progress_t, system)
+         self%last_tangent = self%tangent
+      else
+         deallocate (self%tangent, self%last_tangent)
+      end if
+   end subroutine begin_sensitivities
+
+   module procedure follow_chaos
+      type(variation_t), allocatable :: variations(:)
+      integer :: n
+      if (settings%exponents == 0) return
+      n = 0
+      if (allocated(self%tangent)) n = size(self%variations)
+      allocate (variations(n + settings%exponents))
+      if (n > 0) variations(:n) = self%variations
+      variations(n + 1:)%name = 'deviation'
+      call begin_sensitivities(self, variations, system, status)
+      if (.not. status%ok()) return
+      if (allocated(self%summary%chaos)) deallocate (self%summary%chaos)
+      allocate (self%summary%chaos)
+      call self%summary%chaos%begin(settings, system, self%state, self%tangent, status)
+      if (status%ok()) self%last_tangent = self%tangent
+   end procedure follow_chaos
+
+   !> Sets events, and those of the limits and samples of a system.
+   subroutine expect_events(progress, policy, events, system, status)
+      type(progress_t), intent(inout) :: progress
+      class(step_policy_t), intent(inout) :: policy
+      type(event_list_t), intent(in) :: events
+      type(system_t), intent(in) :: system
+      type(status_t), intent(inout) :: status
+      logical :: is_first, switches
+      integer :: i
+      if (events%count() == 0 .and. allocated(progress%events)) return
+      switches = .false.
+      do i = 1, events%count()
+         switches = switches .or. events%slots(i)%item%action /= 0
+      end do
+      call check_promise(progress%plan, system, switches, status)
+      if (.not. status%ok() .or. (events%count() == 0 .and. .not. is_watched(system%effects))) return
+      is_first = .not. allocated(progress%events)
+      if (.not. is_first) deallocate (progress%events)
+      allocate (progress%events)
+      call progress%events%begin(events, system, progress%state, status)
+      if (is_first .and. status%ok()) call policy%expect_events(system, progress, status)
+   end subroutine expect_events
+
+   !> Tests whether the accuracy of a plan can be promised. Errors: `NUTATE_BAD_ARGUMENT`.
+   subroutine check_promise(plan, system, switches, status)
+      type(run_plan_t), intent(in) :: plan
+      type(system_t), intent(in) :: system
+      !> Events switch something.
+      logical, intent(in) :: switches
+      type(status_t), intent(inout) :: status
+      character(len=:), allocatable :: words
+      if (.not. plan%goal%accuracy > 0.0_wp) return
+      words = beyond_accuracy(system%effects, switches)
+      if (words /= '') status = fail(NUTATE_BAD_ARGUMENT, words//' (expected time_step or local_tolerance)', 'accuracy')
+   end subroutine check_promise
+
+   module procedure find_steps
+      type(progress_t) :: last
+      if (.not. lacks_steps(self)) return
+      if (allocated(self%tangent) .and. present(trial_observer)) then
+         call self%find_steps(system, status, observer)
+         return
+      end if
+      select type (control => self%policy)
+      class is (error_control_t)
+         call find_tolerance(system, self%summary%settings, self%progress_t, control, status, observer, last, &
+            trial_observer)
+         if (.not. status%ok()) return
+         if (present(trial_observer) .and. allocated(last%summary%work)) then
+            call use_last_run(self, last)
+         else
+            call control%begin(system, self%summary%settings, self%progress_t, status)
+         end if
+      end select
+   end procedure find_steps
+
+   !> Returns true if trial runs have to find the steps, and have not yet.
+   pure logical function lacks_steps(self)
+      class(run_t), intent(in) :: self
+      associate (goal => self%plan%goal)
+         lacks_steps = goal%accuracy > 0.0_wp .and. max(goal%error_rate, goal%local_tolerance) <= 0.0_wp .and. &
+                       .not. is_over(self%progress_t)
+      end associate
+   end function lacks_steps
+
+   module procedure resume
+      call point_to_stepper(self)
+      call transfer_run(self%progress_t, self%policy, archive)
+      self%resumed = .true.
+      if (archive%problem() /= '') &
+         status = fail(NUTATE_BAD_ARGUMENT, 'the checkpoint data cannot be resumed: '//archive%problem())
+   end procedure resume
+
+   module procedure run_to_end
+      call point_to_stepper(self)
+      if (lacks_steps(self) .and. self%first_step == 0 .and. &
+          .not. (allocated(self%tangent) .or. present(observer) .or. allocated(self%events) .or. &
+                 self%keeps_dense_output)) then
+         call go_unseen(self, system, status)
+      else
+         call self%find_steps(system, status)
+         if (status%ok()) call drive(self%progress_t, self%policy, system, status, observer)
+      end if
+   end procedure run_to_end
+
+   !> Finds and performs the steps without an observer: the last run of the search is the run itself.
+   subroutine go_unseen(self, system, status)
+      class(run_t), intent(inout), target :: self
+      type(system_t), intent(in) :: system
+      type(status_t), intent(out) :: status
+      type(progress_t) :: last
+      select type (control => self%policy)
+      class is (error_control_t)
+         call find_tolerance(system, self%summary%settings, self%progress_t, control, status, last=last)
+      end select
+      if (.not. status%ok()) return
+      if (.not. allocated(last%summary%work)) then
+         call drive(self%progress_t, self%policy, system, status)
+      else
+         call use_last_run(self, last)
+      end if
+   end subroutine go_unseen
+
+   !> Uses the last run of a search as the run itself.
+   subroutine use_last_run(self, last)
+      class(run_t), intent(inout) :: self
+      !> Last run, at its end.
+      type(progress_t), intent(inout) :: last
+      last%plan = self%plan
+      last%summary%estimate = self%summary%estimate
+      last%summary%round_off = self%summary%round_off
+      last%summary%table_error = self%summary%table_error
+      last%summary%settings = self%summary%settings
+      last%summary%choice = self%summary%choice
+      self%progress_t = last
+   end subroutine use_last_run
+
+   module procedure run_to
+      type(run_plan_t) :: plan
+      plan = self%plan
+      plan%goal = self%goal
+      plan%end_time = t
+      plan%steps = -1
+      call self%set_plan(system, plan, status)
+      if (status%ok()) call self%run_to_end(system, status, observer)
+   end procedure run_to
+
+   module procedure run_steps
+      type(run_plan_t) :: plan
+      plan = self%plan
+      plan%steps = n
+      plan%end_time = self%end_of_steps(n, plan%time_step)
+      call self%set_plan(system, plan, status)
+      if (status%ok()) call self%run_to_end(system, status, observer)
+   end procedure run_steps
+
+   module procedure end_of_steps
+      t = self%state%t + real(n, wp)*time_step
+      if (is_on_grid(self, time_step)) t = end_of_step(self%progress_t, self%summary%steps + n)
+   end procedure end_of_steps
+
+   module procedure steps_to
+      type(run_plan_t) :: plan
+      plan = run_plan_t(time_step=time_step, end_time=t)
+      if (is_on_grid(self, time_step)) then
+         n = count_steps(self%t_first, plan) - (self%plan%steps_before + self%summary%steps)
+      else
+         n = count_steps(self%state%t, plan)
+      end if
+      n = max(n, 0_long)
+   end procedure steps_to
+
+   module procedure state_at
+      real(wp) :: work
+      if (present(tangent)) then
+         if (.not. (allocated(self%policy) .and. allocated(self%last_tangent))) then
+            status = fail(NUTATE_BAD_ARGUMENT, &
+               'the run propagates no sensitivities (expected a call of differentiate before)', &
+                          'tangent')
+            return
+         end if
+         tangent = self%last_tangent
+      end if
+      if (allocated(self%policy)) then
+         call point_to_stepper(self)
+         call self%policy%state_inside(system, self%progress_t, t, state, status, tangent=tangent)
+         if (present(tangent) .and. status%ok()) &
+            call pass_windows_inside(self%progress_t, system, state, tangent)
+      else if (allocated(self%stepper)) then
+         call self%stepper%state_at(system, t, state, work, status)
+      else
+         status = fail(NUTATE_BAD_ARGUMENT, outside, 't')
+      end if
+   end procedure state_at
+
+   module procedure release
+      if (allocated(self%policy)) deallocate (self%policy)
+   end procedure release
+
+end submodule nutate_run_procedures
