@@ -1,52 +1,135 @@
-!> Suites of orbits, time-dependent torques, wheels, controllers, and sensitivities.
+!> Suites of effects, orbits, time-dependent torques, wheels, controllers, and sensitivities.
 module suites_of_effects
-   use test_chaos, only: collect_chaos
-   use test_check_cases, only: collect_check_cases
-   use test_classical_tops, only: collect_classical_tops
-   use test_controllers, only: collect_controllers
-   use test_equilibria, only: collect_equilibria
-   use test_flyby, only: collect_flyby
-   use test_linearization, only: collect_linearization
-   use test_moon_states, only: collect_moon_states
-   use test_moving_fields, only: collect_moving_fields
-   use test_near_rest, only: collect_near_rest
-   use test_orbit, only: collect_orbit
-   use test_orbit_fields, only: collect_orbit_fields
-   use test_orbit_reference, only: collect_orbit_reference
-   use test_orbit_table, only: collect_orbit_table
-   use test_periodic_start, only: collect_periodic_start
-   use test_random_controllers, only: collect_random_controllers
-   use test_saturation, only: collect_saturation
-   use test_table_torques, only: collect_table_torques
-   use test_tables, only: collect_tables
-   use test_tangent, only: collect_tangent
-   use test_tangent_attack, only: collect_tangent_attack
-   use test_tangent_differences, only: collect_tangent_differences
-   use test_tangent_events, only: collect_tangent_events
-   use test_tangent_explicit, only: collect_tangent_explicit
-   use test_tangent_identities, only: collect_tangent_identities
-   use test_tangent_runs, only: collect_tangent_runs
-   use test_tangent_windows, only: collect_tangent_windows
-   use test_third_degree, only: collect_third_degree
-   use test_time_dependent, only: collect_time_dependent
-   use test_torque_physics, only: collect_torque_physics
-   use test_tumbling, only: collect_tumbling
-   use test_wheel_limits, only: collect_wheel_limits
-   use test_wheel_reference, only: collect_wheel_reference
-   use test_wheels, only: collect_wheels
-   use test_error_weighting, only: collect_error_weighting
-   use testdrive, only: new_testsuite, testsuite_type
+   use testdrive, only: new_testsuite, testsuite_type, unittest_type
    implicit none
    private
 
    public :: effect_suites
 
+   interface
+      module subroutine collect_effect_calls(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_effect_calls
+      module subroutine collect_effect_columns(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_effect_columns
+      module subroutine collect_effect_gradients(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_effect_gradients
+      module subroutine collect_effect_physics(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_effect_physics
+      module subroutine collect_effect_reference(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_effect_reference
+      module subroutine collect_effects(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_effects
+      module subroutine collect_chaos(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_chaos
+      module subroutine collect_check_cases(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_check_cases
+      module subroutine collect_classical_tops(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_classical_tops
+      module subroutine collect_controllers(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_controllers
+      module subroutine collect_equilibria(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_equilibria
+      module subroutine collect_flyby(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_flyby
+      module subroutine collect_linearization(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_linearization
+      module subroutine collect_moon_states(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_moon_states
+      module subroutine collect_moving_fields(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_moving_fields
+      module subroutine collect_near_rest(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_near_rest
+      module subroutine collect_orbit(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_orbit
+      module subroutine collect_orbit_fields(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_orbit_fields
+      module subroutine collect_orbit_table(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_orbit_table
+      module subroutine collect_periodic_start(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_periodic_start
+      module subroutine collect_saturation(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_saturation
+      module subroutine collect_table_torques(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_table_torques
+      module subroutine collect_tables(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_tables
+      module subroutine collect_tangent(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_tangent
+      module subroutine collect_tangent_differences(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_tangent_differences
+      module subroutine collect_tangent_events(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_tangent_events
+      module subroutine collect_tangent_explicit(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_tangent_explicit
+      module subroutine collect_tangent_windows(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_tangent_windows
+      module subroutine collect_third_degree(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_third_degree
+      module subroutine collect_torque_physics(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_torque_physics
+      module subroutine collect_tumbling(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_tumbling
+      module subroutine collect_wheel_limits(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_wheel_limits
+      module subroutine collect_wheels(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_wheels
+      module subroutine collect_error_weighting(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_error_weighting
+   end interface
+
 contains
 
    !> The suites, by name.
    function effect_suites() result(suites)
+      use test_orbit_reference, only: collect_orbit_reference
+      use test_random_controllers, only: collect_random_controllers
+      use test_tangent_attack, only: collect_tangent_attack
+      use test_tangent_identities, only: collect_tangent_identities
+      use test_tangent_runs, only: collect_tangent_runs
+      use test_time_dependent, only: collect_time_dependent
+      use test_wheel_reference, only: collect_wheel_reference
       type(testsuite_type), allocatable :: suites(:)
       suites = [ &
+         new_testsuite("effect_calls", collect_effect_calls), &
+         new_testsuite("effect_columns", collect_effect_columns), &
+         new_testsuite("effect_gradients", collect_effect_gradients), &
+         new_testsuite("effect_physics", collect_effect_physics), &
+         new_testsuite("effect_reference", collect_effect_reference), &
+         new_testsuite("effects", collect_effects), &
          new_testsuite("orbit_fields", collect_orbit_fields), &
          new_testsuite("moving_fields", collect_moving_fields), &
          new_testsuite("moon_states", collect_moon_states), &

@@ -1,31 +1,64 @@
 !> Suites of ensembles, of what C and FORTRAN 77 call, and of exchange with other programs.
 module suites_of_interfaces
-   use test_c_bodies, only: collect_c_bodies
-   use test_c_events, only: collect_c_events
-   use test_c_exchange, only: collect_c_exchange
-   use test_c_interface, only: collect_c_interface
-   use test_c_runs, only: collect_c_runs
-   use test_c_satellites, only: collect_c_satellites
-   use test_c_sweep, only: collect_c_sweep
-   use test_ensemble, only: collect_ensemble
-   use test_exchange, only: collect_exchange
-   use test_f77, only: collect_f77
-   use test_f77_arguments, only: collect_f77_arguments
-   use test_f77_bodies, only: collect_f77_bodies
-   use test_f77_helpers, only: collect_f77_helpers
-   use test_f77_prepared, only: collect_f77_prepared
-   use test_random, only: collect_random
-   use test_sweep, only: collect_sweep
-   use testdrive, only: new_testsuite, testsuite_type
+   use testdrive, only: new_testsuite, testsuite_type, unittest_type
    implicit none
    private
 
    public :: interface_suites
 
+   interface
+      module subroutine collect_c_bodies(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_c_bodies
+      module subroutine collect_c_events(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_c_events
+      module subroutine collect_c_exchange(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_c_exchange
+      module subroutine collect_c_interface(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_c_interface
+      module subroutine collect_c_runs(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_c_runs
+      module subroutine collect_c_satellites(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_c_satellites
+      module subroutine collect_c_sweep(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_c_sweep
+      module subroutine collect_ensemble(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_ensemble
+      module subroutine collect_exchange(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_exchange
+      module subroutine collect_f77(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_f77
+      module subroutine collect_f77_arguments(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_f77_arguments
+      module subroutine collect_f77_bodies(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_f77_bodies
+      module subroutine collect_f77_helpers(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_f77_helpers
+      module subroutine collect_f77_prepared(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_f77_prepared
+      module subroutine collect_random(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_random
+   end interface
+
 contains
 
    !> The suites, by name.
    function interface_suites() result(suites)
+      use test_sweep, only: collect_sweep
       type(testsuite_type), allocatable :: suites(:)
       suites = [ &
          new_testsuite("ensemble", collect_ensemble), &

@@ -1,43 +1,80 @@
 !> Suites of the methods: series, the true root of a step, dense output and events, fits, hard cases.
 module suites_of_methods
-   use test_attack, only: collect_attack
-   use test_axial_frame, only: collect_axial_frame
-   use test_bounds, only: collect_bounds
-   use test_dense_output, only: collect_dense_output
-   use test_equal_steps, only: collect_equal_steps
-   use test_event_attack, only: collect_event_attack
-   use test_event_switches, only: collect_event_switches
-   use test_events, only: collect_events
-   use test_fit, only: collect_fit
-   use test_least_squares, only: collect_least_squares
-   use test_motion_bounds, only: collect_motion_bounds
-   use test_path_attack, only: collect_path_attack
-   use test_root_proof, only: collect_root_proof
-   use test_series, only: collect_series
-   use test_series_tail, only: collect_series_tail
-   use test_stability_axes, only: collect_stability_axes
-   use test_stability_columns, only: collect_stability_columns
-   use test_stability_large_steps, only: collect_stability_large_steps
-   use test_stability_long, only: collect_stability_long
-   use test_stability_scales, only: collect_stability_scales
-   use test_stability_starts, only: collect_stability_starts
-   use test_stability_stiff, only: collect_stability_stiff
-   use test_stability_time, only: collect_stability_time
-   use test_stability_top, only: collect_stability_top
-   use test_step_tolerance, only: collect_step_tolerance
-   use test_taylor, only: collect_taylor
-   use test_taylor_steps, only: collect_taylor_steps
-   use test_uncertified, only: collect_uncertified
-   use testdrive, only: new_testsuite, testsuite_type
+   use testdrive, only: new_testsuite, testsuite_type, unittest_type
    implicit none
    private
 
    public :: method_suites
 
+   interface
+      module subroutine collect_attack(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_attack
+      module subroutine collect_axial_frame(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_axial_frame
+      module subroutine collect_bounds(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_bounds
+      module subroutine collect_dense_output(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_dense_output
+      module subroutine collect_equal_steps(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_equal_steps
+      module subroutine collect_event_switches(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_event_switches
+      module subroutine collect_events(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_events
+      module subroutine collect_fit(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_fit
+      module subroutine collect_least_squares(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_least_squares
+      module subroutine collect_motion_bounds(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_motion_bounds
+      module subroutine collect_root_proof(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_root_proof
+      module subroutine collect_series(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_series
+      module subroutine collect_series_tail(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_series_tail
+      module subroutine collect_step_tolerance(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_step_tolerance
+      module subroutine collect_taylor(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_taylor
+      module subroutine collect_taylor_steps(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_taylor_steps
+      module subroutine collect_uncertified(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_uncertified
+   end interface
+
 contains
 
    !> The suites, by name.
    function method_suites() result(suites)
+      use test_event_attack, only: collect_event_attack
+      use test_path_attack, only: collect_path_attack
+      use test_stability_axes, only: collect_stability_axes
+      use test_stability_columns, only: collect_stability_columns
+      use test_stability_large_steps, only: collect_stability_large_steps
+      use test_stability_long, only: collect_stability_long
+      use test_stability_scales, only: collect_stability_scales
+      use test_stability_starts, only: collect_stability_starts
+      use test_stability_stiff, only: collect_stability_stiff
+      use test_stability_time, only: collect_stability_time
+      use test_stability_top, only: collect_stability_top
       type(testsuite_type), allocatable :: suites(:)
       suites = [ &
          new_testsuite("axial_frame", collect_axial_frame), &

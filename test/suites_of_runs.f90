@@ -1,70 +1,153 @@
-!> Suites of bodies, attitudes, closed solutions, effects, scenes and runs.
+!> Suites of bodies, attitudes, closed solutions, scenes and runs.
 module suites_of_runs
-   use test_accuracy, only: collect_accuracy
-   use test_archive, only: collect_archive
-   use test_attitude, only: collect_attitude
-   use test_baselines, only: collect_baselines
-   use test_bodies, only: collect_bodies
-   use test_bodies_attack, only: collect_bodies_attack
-   use test_body, only: collect_body
-   use test_changed_states, only: collect_changed_states
-   use test_choice, only: collect_choice
-   use test_composition, only: collect_composition
-   use test_conservation, only: collect_conservation
-   use test_conserve, only: collect_conserve
-   use test_conserve_limits, only: collect_conserve_limits
-   use test_control, only: collect_control
-   use test_discrete_states, only: collect_discrete_states
-   use test_dying_motion, only: collect_dying_motion
-   use test_earth_frames, only: collect_earth_frames
-   use test_effect_calls, only: collect_effect_calls
-   use test_effect_columns, only: collect_effect_columns
-   use test_effect_gradients, only: collect_effect_gradients
-   use test_effect_physics, only: collect_effect_physics
-   use test_effect_reference, only: collect_effect_reference
-   use test_effects, only: collect_effects
-   use test_euler, only: collect_euler
-   use test_exact_elliptic, only: collect_exact_elliptic
-   use test_exact_free, only: collect_exact_free
-   use test_exact_round_off, only: collect_exact_round_off
-   use test_exact_steady, only: collect_exact_steady
-   use test_exact_top, only: collect_exact_top
-   use test_exact_top_limits, only: collect_exact_top_limits
-   use test_hamiltonian, only: collect_hamiltonian
-   use test_heap, only: collect_heap
-   use test_history, only: collect_history
-   use test_jumps, only: collect_jumps
-   use test_limits, only: collect_limits
-   use test_literature, only: collect_literature
-   use test_paper, only: collect_paper
-   use test_plan, only: collect_plan
-   use test_predictor, only: collect_predictor
-   use test_quaternion, only: collect_quaternion
-   use test_reduced, only: collect_reduced
-   use test_resume, only: collect_resume
-   use test_rk8, only: collect_rk8
-   use test_rotating_frame, only: collect_rotating_frame
-   use test_rotation, only: collect_rotation
-   use test_round_off, only: collect_round_off
-   use test_run, only: collect_run
-   use test_scene, only: collect_scene
-   use test_scene_errors, only: collect_scene_errors
-   use test_scene_notation, only: collect_scene_notation
-   use test_shipped_scenes, only: collect_shipped_scenes
-   use test_step, only: collect_step
-   use test_threads, only: collect_threads
-   use test_rotating_tops, only: collect_rotating_tops
-   use test_work_precision, only: collect_work_precision
-   use testdrive, only: new_testsuite, testsuite_type
+   use testdrive, only: new_testsuite, testsuite_type, unittest_type
    implicit none
    private
 
    public :: run_suites
 
+   interface
+      module subroutine collect_archive(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_archive
+      module subroutine collect_attitude(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_attitude
+      module subroutine collect_baselines(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_baselines
+      module subroutine collect_bodies(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_bodies
+      module subroutine collect_bodies_attack(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_bodies_attack
+      module subroutine collect_body(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_body
+      module subroutine collect_changed_states(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_changed_states
+      module subroutine collect_choice(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_choice
+      module subroutine collect_composition(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_composition
+      module subroutine collect_conservation(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_conservation
+      module subroutine collect_conserve(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_conserve
+      module subroutine collect_conserve_limits(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_conserve_limits
+      module subroutine collect_control(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_control
+      module subroutine collect_discrete_states(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_discrete_states
+      module subroutine collect_earth_frames(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_earth_frames
+      module subroutine collect_euler(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_euler
+      module subroutine collect_exact_elliptic(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_exact_elliptic
+      module subroutine collect_exact_free(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_exact_free
+      module subroutine collect_exact_steady(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_exact_steady
+      module subroutine collect_exact_top(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_exact_top
+      module subroutine collect_exact_top_limits(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_exact_top_limits
+      module subroutine collect_hamiltonian(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_hamiltonian
+      module subroutine collect_heap(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_heap
+      module subroutine collect_history(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_history
+      module subroutine collect_jumps(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_jumps
+      module subroutine collect_limits(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_limits
+      module subroutine collect_literature(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_literature
+      module subroutine collect_paper(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_paper
+      module subroutine collect_plan(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_plan
+      module subroutine collect_predictor(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_predictor
+      module subroutine collect_quaternion(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_quaternion
+      module subroutine collect_reduced(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_reduced
+      module subroutine collect_rk8(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_rk8
+      module subroutine collect_rotating_frame(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_rotating_frame
+      module subroutine collect_rotation(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_rotation
+      module subroutine collect_round_off(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_round_off
+      module subroutine collect_run(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_run
+      module subroutine collect_scene(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_scene
+      module subroutine collect_scene_errors(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_scene_errors
+      module subroutine collect_scene_notation(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_scene_notation
+      module subroutine collect_step(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_step
+      module subroutine collect_rotating_tops(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_rotating_tops
+      module subroutine collect_work_precision(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_work_precision
+   end interface
+
 contains
 
    !> The suites, by name.
    function run_suites() result(suites)
+      use test_accuracy, only: collect_accuracy
+      use test_dying_motion, only: collect_dying_motion
+      use test_exact_round_off, only: collect_exact_round_off
+      use test_resume, only: collect_resume
+      use test_shipped_scenes, only: collect_shipped_scenes
+      use test_threads, only: collect_threads
       type(testsuite_type), allocatable :: suites(:)
       suites = [ &
          new_testsuite("accuracy", collect_accuracy), &
@@ -83,12 +166,6 @@ contains
          new_testsuite("conserve_limits", collect_conserve_limits), &
          new_testsuite("control", collect_control), &
          new_testsuite("discrete_states", collect_discrete_states), &
-         new_testsuite("effect_calls", collect_effect_calls), &
-         new_testsuite("effect_columns", collect_effect_columns), &
-         new_testsuite("effect_gradients", collect_effect_gradients), &
-         new_testsuite("effect_physics", collect_effect_physics), &
-         new_testsuite("effect_reference", collect_effect_reference), &
-         new_testsuite("effects", collect_effects), &
          new_testsuite("euler", collect_euler), &
          new_testsuite("exact_elliptic", collect_exact_elliptic), &
          new_testsuite("exact_free", collect_exact_free), &

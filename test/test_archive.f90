@@ -1,16 +1,13 @@
 !> Archives give back every bit, and notice when they are asked for something else than they hold.
-module test_archive
+submodule(suites_of_runs) test_archive
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_archive, only: archive_t
    use nutate_byte_archive, only: byte_archive_t
    use nutate_checksum, only: checksum
    use nutate_kinds, only: wp, long
    use nutate_number_archive, only: number_archive_t
-   use test_support, only: check, error_type, new_unittest, unittest_type
+   use test_support, only: check, error_type, new_unittest
    implicit none
-   private
-
-   public :: collect_archive
 
    !> One value of each kind.
    type :: sample_t
@@ -23,8 +20,7 @@ module test_archive
 
 contains
 
-   subroutine collect_archive(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_archive
       testsuite = [ &
                   new_unittest("every kind of value comes back", every_kind_comes_back), &
                   new_unittest("every bit of a number comes back", every_bit_comes_back), &
@@ -35,7 +31,7 @@ contains
                   new_unittest("an array too short is noticed", short_arrays_are_noticed), &
                   new_unittest("the checksum is that of the standard", checksum_is_that_of_the_standard), &
                   new_unittest("the checksum sees every flipped bit", checksum_sees_every_flipped_bit)]
-   end subroutine collect_archive
+   end procedure collect_archive
 
    subroutine transfer_sample(archive, sample)
       class(archive_t), intent(inout) :: archive
@@ -222,4 +218,4 @@ contains
       end do
    end subroutine checksum_sees_every_flipped_bit
 
-end module test_archive
+end submodule test_archive

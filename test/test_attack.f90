@@ -1,24 +1,20 @@
 !> The attack on the true root, shortened, and the oracle that it follows.
-module test_attack
+submodule(suites_of_methods) test_attack
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_kinds, only: wp
    use test_attack_case, only: attack_case_t, attack_effect_t, draw_case, effect_kinds, BODY_TORQUE, &
       DAMPING, FEEDBACK, POLYNOMIAL, SPACE_TORQUE, SPRING
    use test_attack_oracle, only: branch_t, oracle_t, ENDED, REACHED
    use test_attack_run, only: attack_case, attack_cases, assess, outcome_t, tally_t, verdict_text
-   use test_support, only: check, check_close, error_type, new_unittest, random_vector, share_of, unittest_type
+   use test_support, only: check, check_close, error_type, new_unittest, random_vector, share_of
    implicit none
-   private
-
-   public :: collect_attack
 
    !> Seed of the shortened attack, its stages, and a third of them.
    integer, parameter :: seed = 1, short = 10000
 
 contains
 
-   subroutine collect_attack(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_attack
       testsuite = [ &
                   new_unittest("no stage drawn at random takes a wrong root", no_wrong_root), &
                   new_unittest("a long rod under two torques takes no wrong root", rod_keeps_its_branch), &
@@ -27,7 +23,7 @@ contains
                   new_unittest("the oracle ends a branch where theory says", oracle_ends_at_the_fold), &
                   new_unittest("the oracle follows damping to its fixed rate", oracle_follows_damping), &
                   new_unittest("a wrong root is seen", wrong_root_is_seen)]
-   end subroutine collect_attack
+   end procedure collect_attack
 
    !> The bounds are those of `verdict_text`: no wrong root, one trajectory of both solvers, few refusals in vain.
    subroutine no_wrong_root(error)
@@ -236,4 +232,4 @@ contains
                     + a(1, 3)*(a(2, 1)*a(3, 2) - a(2, 2)*a(3, 1))
    end function determinant
 
-end module test_attack
+end submodule test_attack

@@ -1,5 +1,5 @@
 !> Attitudes as rotation matrix, axis and angle, and rotation vector, to and from the quaternion.
-module test_attitude
+submodule(suites_of_runs) test_attitude
    use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_quiet_nan, ieee_value
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_attitude, only: axis_angle_from_quat, quat_from_axis_angle, quat_from_matrix, &
@@ -9,11 +9,8 @@ module test_attitude
                                 rotation_matrix
    use nutate_status, only: status_t, NUTATE_BAD_ARGUMENT
    use test_support, only: check, check_below, check_close, error_type, new_unittest, random_unit_quaternion, &
-                           random_vector, unittest_type
+                           random_vector
    implicit none
-   private
-
-   public :: collect_attitude
 
    !> Number of random samples where a test takes any.
    integer, parameter :: samples = 200
@@ -24,8 +21,7 @@ module test_attitude
 
 contains
 
-   subroutine collect_attitude(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_attitude
       testsuite = [ &
                   new_unittest("random matrices give back their quaternion", random_matrices_give_back_quaternion), &
                   new_unittest("matrices up to 180 degrees give back their quaternion", matrices_up_to_180_degrees), &
@@ -36,7 +32,7 @@ contains
                   new_unittest("axis and angle come back the shortest way", axis_and_angle_come_back), &
                   new_unittest("rotation vectors come back", rotation_vectors_come_back), &
                   new_unittest("rotation vectors come back the shortest way", rotation_vectors_come_back_shortest)]
-   end subroutine collect_attitude
+   end procedure collect_attitude
 
    subroutine random_matrices_give_back_quaternion(error)
       type(error_type), allocatable, intent(out) :: error
@@ -202,4 +198,4 @@ contains
       r(3, 3) = c
    end function diagonal
 
-end module test_attitude
+end submodule test_attitude

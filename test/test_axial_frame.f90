@@ -1,5 +1,5 @@
 !> The frame in which symmetric bodies do not spin: which systems have one, and that the series moves them as it should.
-module test_axial_frame
+submodule(suites_of_methods) test_axial_frame
    use nutate_applied_torque, only: applied_torque_t
    use nutate_axial_frame, only: axial_frame_t
    use nutate_body, only: diagonal, make_body
@@ -27,11 +27,8 @@ module test_axial_frame
    use nutate_system, only: system_t
    use test_controlled_run, only: recorder_t, run_to
    use test_problems, only: bruls_top, free_body, march, problem_t, simo_top
-   use test_support, only: check, check_below, check_close, error_type, new_unittest, unittest_type
+   use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
-   private
-
-   public :: collect_axial_frame
 
    real(wp), parameter :: identity(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
 
@@ -49,8 +46,7 @@ module test_axial_frame
 
 contains
 
-   subroutine collect_axial_frame(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_axial_frame
       testsuite = [ &
                   new_unittest("bodies of two equal moments have the frame, to the last bit", recognised_by_moments), &
                   new_unittest("every effect must be symmetric about the axis", recognised_by_effects), &
@@ -60,7 +56,7 @@ contains
                   new_unittest("a fast top takes few steps, a nearly symmetric one many", few_steps), &
                   new_unittest("invariants of tops hold at every length of step", invariants_hold), &
                   new_unittest("turns inside long steps are followed, rows show their own angles", turns_are_followed)]
-   end subroutine collect_axial_frame
+   end procedure collect_axial_frame
 
    !> The axis of a system; 0: none.
    integer function axis_of(system)
@@ -330,4 +326,4 @@ contains
       call check_below(error, follower%difference, 1e-13_wp, "angles of a row")
    end subroutine follow
 
-end module test_axial_frame
+end submodule test_axial_frame

@@ -1,5 +1,5 @@
 !> The baselines RK4 and DOP853: their coefficients, their orders, and that they keep a stepper's promises.
-module test_baselines
+submodule(suites_of_runs) test_baselines
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use nutate_applied_torque, only: applied_torque_t
    use nutate_body, only: make_body
@@ -16,11 +16,8 @@ module test_baselines
    use nutate_status, only: NUTATE_BAD_ARGUMENT, NUTATE_NOT_FINITE, NUTATE_OFF_BRANCH, status_t
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use test_problems, only: box, bruls_top, forced_body, free_body, march, problem_t
-   use test_support, only: check, check_below, check_close, error_type, new_unittest, unittest_type
+   use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
-   private
-
-   public :: collect_baselines
 
    !> A torque that answers nothing outside of its window or to an attitude that is not a unit quaternion.
    type, extends(applied_torque_t) :: watchful_torque_t
@@ -30,8 +27,7 @@ module test_baselines
 
 contains
 
-   subroutine collect_baselines(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_baselines
       testsuite = [ &
                   new_unittest("coefficients meet the order conditions", coefficients_meet_the_conditions), &
                   new_unittest("orders on free bodies", orders_on_free_bodies), &
@@ -48,7 +44,7 @@ contains
                   new_unittest("runaway steps leave the state untouched", runaway_steps_leave_the_state), &
                   new_unittest("numbers that are not finite are reported", not_finite_is_reported), &
                   new_unittest("states off the constraints are refused", states_off_the_constraints_are_refused)]
-   end subroutine collect_baselines
+   end procedure collect_baselines
 
    !> Σⱼaᵢⱼ = cᵢ; Σbᵢcᵢᵏ = 1/(k+1) to k = 7, for b - e5 to 4, for the weights of order 3 to 2; and
    !> Σbᵢcᵢ³aᵢⱼcⱼ³ = 1/32, of order 8, which knows a.
@@ -428,4 +424,4 @@ contains
       end do
    end subroutine check_failure
 
-end module test_baselines
+end submodule test_baselines

@@ -1,5 +1,5 @@
 !> Many bodies with torques of the caller: what a step conserves, its order, which bodies fail, and its bits.
-module test_bodies
+submodule(suites_of_runs) test_bodies
    use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_quiet_nan, ieee_value
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_bodies, only: bodies_t, BODY_MOMENTUM, BODY_RATE, SPACE_MOMENTUM
@@ -9,11 +9,8 @@ module test_bodies
    use nutate_quaternion, only: attitude_distance, cross, quat_norm, rotate_to_body, rotate_to_space, rotation_matrix
    use nutate_status, only: status_t, NUTATE_BAD_ARGUMENT, NUTATE_BAD_BODY, NUTATE_NOT_FINITE
    use test_support, only: check, check_below, check_close, draws_fewer, error_type, new_unittest, random_unit, &
-      random_unit_quaternion, random_vector, unittest_type
+      random_unit_quaternion, random_vector
    implicit none
-   private
-
-   public :: collect_bodies
 
    !> Two dipoles beside each other on the x axis: moments of inertia, and dipole moments, body axes.
    real(wp), parameter :: inertia(3, 2) = reshape([1.0_wp, 2.0_wp, 2.5_wp, 1.5_wp, 0.9_wp, 1.8_wp], [3, 2])
@@ -21,8 +18,7 @@ module test_bodies
 
 contains
 
-   subroutine collect_bodies(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_bodies
       testsuite = [ &
          new_unittest("a drift keeps energy and momentum", a_drift_keeps_energy_and_momentum), &
          new_unittest("a drift is of order 4", a_drift_is_of_order_4), &
@@ -39,7 +35,7 @@ contains
          new_unittest("bodies that fail are listed and keep their state", bodies_that_fail_are_listed), &
          new_unittest("bits depend on no neighbour and no thread", bits_depend_on_no_neighbour), &
          new_unittest("wrong calls change nothing", wrong_calls_change_nothing)]
-   end subroutine collect_bodies
+   end procedure collect_bodies
 
    !> Bodies of one class each.
    subroutine set_up(bodies, moments, frame)
@@ -656,4 +652,4 @@ contains
       call check(error, status%ok(), 'no bodies')
    end subroutine wrong_calls_change_nothing
 
-end module test_bodies
+end submodule test_bodies

@@ -1,5 +1,5 @@
 !> Randomised stress test of many bodies: any moments, units and steps, against the exact motion and backwards.
-module test_bodies_attack
+submodule(suites_of_runs) test_bodies_attack
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_bodies, only: bodies_t
    use nutate_body, only: body_t, diagonal, make_body
@@ -8,11 +8,8 @@ module test_bodies_attack
    use nutate_quaternion, only: attitude_distance, quat_norm, rotate_to_body, rotate_to_space
    use nutate_status, only: status_t
    use test_support, only: check, check_below, draws_fewer, error_type, new_unittest, random_unit, &
-      random_unit_quaternion, random_vector, unittest_type
+      random_unit_quaternion, random_vector
    implicit none
-   private
-
-   public :: collect_bodies_attack
 
    !> Bodies of one call.
    integer, parameter :: n = 1000
@@ -26,12 +23,11 @@ module test_bodies_attack
 
 contains
 
-   subroutine collect_bodies_attack(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_bodies_attack
       testsuite = [ &
          new_unittest("random drifts are those of the exact motion", random_drifts_are_exact), &
          new_unittest("random steps are reversed", random_steps_are_reversed)]
-   end subroutine collect_bodies_attack
+   end procedure collect_bodies_attack
 
    !> Calls to make, each with other bodies.
    integer function calls()
@@ -146,4 +142,4 @@ contains
       end do
    end subroutine random_steps_are_reversed
 
-end module test_bodies_attack
+end submodule test_bodies_attack

@@ -1,20 +1,16 @@
 !> Inertia: shapes, parallel axis, principal axes, and what is refused with which reason.
-module test_body
+submodule(suites_of_runs) test_body
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use nutate_body, only: body_t, diagonal, make_body, make_shape_body, parallel_axis
    use nutate_kinds, only: wp, eps, pi
    use nutate_quaternion, only: rotation_matrix
    use nutate_status, only: NUTATE_BAD_ARGUMENT, NUTATE_BAD_BODY, status_t
-   use test_support, only: check, check_close, error_type, new_unittest, unittest_type
+   use test_support, only: check, check_close, error_type, new_unittest
    implicit none
-   private
-
-   public :: collect_body
 
 contains
 
-   subroutine collect_body(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_body
       testsuite = [ &
                   new_unittest("shapes have the moments of mechanics books", shapes_have_the_moments_of_books), &
                   new_unittest("density times volume is mass", density_times_volume_is_mass), &
@@ -28,7 +24,7 @@ contains
                   new_unittest("triangle check is relative to the body", triangle_check_is_relative), &
                   new_unittest("idealised top is noticed", idealised_top_is_noticed), &
                   new_unittest("bad masses and sizes are refused", bad_masses_and_sizes_are_refused)]
-   end subroutine collect_body
+   end procedure collect_body
 
    subroutine shapes_have_the_moments_of_books(error)
       type(error_type), allocatable, intent(out) :: error
@@ -210,4 +206,4 @@ contains
       call check(error, trim(status%subject), 'mass')
    end subroutine bad_masses_and_sizes_are_refused
 
-end module test_body
+end submodule test_body

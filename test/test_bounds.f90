@@ -1,5 +1,5 @@
 !> Bounds of user-defined potentials and torques, by every way to give them: the list of effects, C, FORTRAN 77.
-module test_bounds
+submodule(suites_of_methods) test_bounds
    use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_quiet_nan, ieee_value
    use, intrinsic :: iso_c_binding, only: c_double, c_funloc, c_int, c_int64_t, c_loc, c_null_char, c_null_funptr, &
       c_null_ptr, c_ptr, c_size_t
@@ -25,11 +25,8 @@ module test_bounds
    use test_attack_case, only: custom_potential_t, custom_torque_t
    use test_f77_routines, only: nubpot, nubtor, nuncer, nustep, potspr, tormot
    use test_f77_twins, only: forced_twin, iuser, most, plain, row_keeper_t, run_library, start, top_twin, twin_t
-   use test_support, only: check, check_close, error_type, new_unittest, unittest_type
+   use test_support, only: check, check_close, error_type, new_unittest
    implicit none
-   private
-
-   public :: collect_bounds
 
    !> The motor of `plain` without friction: bounds are for torques that do not depend on Ω.
    real(wp), parameter :: smooth(7) = [plain(1:4), 0.0_wp, plain(6:7)]
@@ -41,8 +38,7 @@ module test_bounds
 
 contains
 
-   subroutine collect_bounds(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_bounds
       testsuite = [ &
                   new_unittest("bounds go to the effect of one's own added last", last_one_is_bound), &
                   new_unittest("effects of the library take no bounds", library_takes_none), &
@@ -52,7 +48,7 @@ contains
                   new_unittest("F77 NUBPOT and NUBTOR find the wrong argument", f77_finds_wrong), &
                   new_unittest("C bounds without a callback, or bad ones, are refused", c_refuses), &
                   new_unittest("C bounds of a scene prove its runs", scenes_are_bound)]
-   end subroutine collect_bounds
+   end procedure collect_bounds
 
    subroutine last_one_is_bound(error)
       type(error_type), allocatable, intent(out) :: error
@@ -388,4 +384,4 @@ contains
       code = nutate_history_destroy(c_loc(history))
    end function run_scene
 
-end module test_bounds
+end submodule test_bounds

@@ -1,11 +1,8 @@
 !> The C interface: events and tables of programs (`test_c_events.c`).
-module test_c_events
+submodule(suites_of_interfaces) test_c_events
    use test_c_support, only: c_test, check_line
-   use test_support, only: error_type, new_unittest, unittest_type
+   use test_support, only: error_type, new_unittest
    implicit none
-   private
-
-   public :: collect_c_events
 
    procedure(c_test), bind(C, name='test_c_events_found') :: test_c_events_found
    procedure(c_test), bind(C, name='test_c_events_stop') :: test_c_events_stop
@@ -16,8 +13,7 @@ module test_c_events
 
 contains
 
-   subroutine collect_c_events(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_c_events
       testsuite = [ &
                   new_unittest("events by columns and by functions of a program are found", events_found), &
                   new_unittest("a run ends at an event, and the next one goes on behind it", events_stop), &
@@ -25,7 +21,7 @@ contains
                   new_unittest("put into another stepper, runs with events go on to the same bits", events_restart), &
                   new_unittest("events that are none, and functions that fail, are refused", events_refused), &
                   new_unittest("a table in memory", table)]
-   end subroutine collect_c_events
+   end procedure collect_c_events
 
    subroutine events_found(error)
       type(error_type), allocatable, intent(out) :: error
@@ -57,4 +53,4 @@ contains
       call check_line(error, test_c_table(), 'test_c_events.c')
    end subroutine table
 
-end module test_c_events
+end submodule test_c_events

@@ -1,11 +1,8 @@
 !> The C interface: calendar time, and attitudes for other programs (`test_c_exchange.c`).
-module test_c_exchange
+submodule(suites_of_interfaces) test_c_exchange
    use test_c_support, only: c_test, check_line
-   use test_support, only: error_type, new_unittest, unittest_type
+   use test_support, only: error_type, new_unittest
    implicit none
-   private
-
-   public :: collect_c_exchange
 
    procedure(c_test), bind(C, name='test_c_exchange_calendar') :: test_c_exchange_calendar
    procedure(c_test), bind(C, name='test_c_exchange_axes') :: test_c_exchange_axes
@@ -14,14 +11,13 @@ module test_c_exchange
 
 contains
 
-   subroutine collect_c_exchange(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_c_exchange
       testsuite = [ &
                   new_unittest("dates, TDB and the names of a scene", calendar), &
                   new_unittest("space axes have an attitude in inertial axes", axes), &
                   new_unittest("what is written as AEM is read back", files), &
                   new_unittest("what cannot be is refused", refused)]
-   end subroutine collect_c_exchange
+   end procedure collect_c_exchange
 
    subroutine calendar(error)
       type(error_type), allocatable, intent(out) :: error
@@ -43,4 +39,4 @@ contains
       call check_line(error, test_c_exchange_refused(), 'test_c_exchange.c')
    end subroutine refused
 
-end module test_c_exchange
+end submodule test_c_exchange

@@ -1,7 +1,7 @@
 !> The C interface: bitwise identical to the library, and a status for every misuse. The functions are called as C calls
 !> them; misuses that only a C program can commit are in `test_c_null.c`, `test_c_misuse.c`, `test_c_callbacks.c` and
 !> `test_c_programs.c`.
-module test_c_interface
+submodule(suites_of_interfaces) test_c_interface
    use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int, c_int64_t, c_loc, c_null_char, c_null_ptr, c_ptr, &
       c_size_t
    use, intrinsic :: iso_fortran_env, only: compiler_options
@@ -25,11 +25,8 @@ module test_c_interface
    use nutate_stepper, only: stepper_t
    use nutate_system, only: system_t
    use test_shipped_scenes, only: shipped_scenes => scene_names
-   use test_support, only: check, check_below, error_type, new_unittest, skip_test, test_failed, unittest_type
+   use test_support, only: check, check_below, error_type, new_unittest, skip_test, test_failed
    implicit none
-   private
-
-   public :: collect_c_interface
 
    !> Keeps the rows of a run of the library.
    type, extends(observer_t) :: keeper_t
@@ -84,8 +81,7 @@ module test_c_interface
 
 contains
 
-   subroutine collect_c_interface(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_c_interface
       testsuite = [ &
                   new_unittest("every scene runs with the bits of the library", scenes_have_the_bits_of_the_library), &
                   new_unittest("every scene stepped in batches too", batches_have_the_bits_of_the_library), &
@@ -111,7 +107,7 @@ contains
                   new_unittest("the exact motion is that of short steps", exact_motion), &
                   new_unittest("eight threads have the bits of one", threads), &
                   new_unittest("handles made and freed", many_handles)]
-   end subroutine collect_c_interface
+   end procedure collect_c_interface
 
    !> Fails with the line of a C file.
    subroutine check_line(error, line, file)
@@ -466,4 +462,4 @@ contains
       call check(error, nutate_scene_destroy(c_loc(handle)), 0)
    end subroutine files_read_back
 
-end module test_c_interface
+end submodule test_c_interface

@@ -1,12 +1,9 @@
 !> The C interface: runs into histories, runs that are asked to stop, copies of steppers. The tests are in
 !> `test_c_runs.c`.
-module test_c_runs
+submodule(suites_of_interfaces) test_c_runs
    use test_c_support, only: c_test, check_line
-   use test_support, only: error_type, new_unittest, unittest_type
+   use test_support, only: error_type, new_unittest
    implicit none
-   private
-
-   public :: collect_c_runs
 
    procedure(c_test), bind(C, name='test_c_run_histories') :: test_c_run_histories
    procedure(c_test), bind(C, name='test_c_polls') :: test_c_polls
@@ -18,9 +15,8 @@ module test_c_runs
 
 contains
 
-   subroutine collect_c_runs(tests)
-      type(unittest_type), allocatable, intent(out) :: tests(:)
-      tests = [ &
+   module procedure collect_c_runs
+      testsuite = [ &
               new_unittest('histories have the rows of runs', histories_have_the_rows_of_runs), &
               new_unittest('runs end when they are asked to', runs_end_when_they_are_asked_to), &
               new_unittest('copies go on as the first', copies_go_on_as_the_first), &
@@ -28,7 +24,7 @@ contains
               new_unittest('runs have the derivatives of a scene', runs_have_the_derivatives_of_a_scene), &
               new_unittest('runs follow indicators of chaos', runs_follow_indicators_of_chaos), &
               new_unittest('misuse is refused', misuse_is_refused)]
-   end subroutine collect_c_runs
+   end procedure collect_c_runs
 
    subroutine histories_have_the_rows_of_runs(error)
       type(error_type), allocatable, intent(out) :: error
@@ -65,4 +61,4 @@ contains
       call check_line(error, test_c_misused_runs(), 'test_c_runs.c')
    end subroutine misuse_is_refused
 
-end module test_c_runs
+end submodule test_c_runs

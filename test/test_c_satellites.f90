@@ -1,11 +1,8 @@
 !> The C interface: frames, orbits, wheels and controllers (`test_c_satellites.c`).
-module test_c_satellites
+submodule(suites_of_interfaces) test_c_satellites
    use test_c_support, only: c_test, check_line
-   use test_support, only: error_type, new_unittest, unittest_type
+   use test_support, only: error_type, new_unittest
    implicit none
-   private
-
-   public :: collect_c_satellites
 
    !> On failure 10 000 times the number of scene and method, 11 for the first of both, is added to the line.
    procedure(c_test), bind(C, name='test_c_satellites_batches') :: test_c_satellites_batches
@@ -17,8 +14,7 @@ module test_c_satellites
 
 contains
 
-   subroutine collect_c_satellites(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_c_satellites
       testsuite = [ &
                   new_unittest("in batches, saved between them, runs have the bits of the whole", batches), &
                   new_unittest("what functions add is what groups add", by_functions), &
@@ -26,7 +22,7 @@ contains
                   new_unittest("wheels, orbit, Jacobi integral and the work of time-dependent potentials", reading), &
                   new_unittest("torques, events and steppers have the absolute rate", rates), &
                   new_unittest("what cannot be is refused", refused)]
-   end subroutine collect_c_satellites
+   end procedure collect_c_satellites
 
    subroutine batches(error)
       type(error_type), allocatable, intent(out) :: error
@@ -58,4 +54,4 @@ contains
       call check_line(error, test_c_satellites_refused(), 'test_c_satellites.c')
    end subroutine refused
 
-end module test_c_satellites
+end submodule test_c_satellites

@@ -1,11 +1,8 @@
 !> The C interface: members of ensembles (`test_c_sweep.c`).
-module test_c_sweep
+submodule(suites_of_interfaces) test_c_sweep
    use test_c_support, only: c_test, check_line
-   use test_support, only: error_type, new_unittest, unittest_type
+   use test_support, only: error_type, new_unittest
    implicit none
-   private
-
-   public :: collect_c_sweep
 
    procedure(c_test), bind(C, name='test_c_sweep_rows') :: test_c_sweep_rows
    procedure(c_test), bind(C, name='test_c_sweep_table') :: test_c_sweep_table
@@ -15,15 +12,14 @@ module test_c_sweep
 
 contains
 
-   subroutine collect_c_sweep(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_c_sweep
       testsuite = [ &
                   new_unittest("rows are those of scenes by hand, whoever runs them", rows), &
                   new_unittest("a table makes an ensemble of a scene", table), &
                   new_unittest("members, threads and tables that are none are refused", refused), &
                   new_unittest("callbacks act on every member, and fail in their rows", callbacks), &
                   new_unittest("the poll of a scene ends a sweep", stopped)]
-   end subroutine collect_c_sweep
+   end procedure collect_c_sweep
 
    subroutine rows(error)
       type(error_type), allocatable, intent(out) :: error
@@ -50,4 +46,4 @@ contains
       call check_line(error, test_c_sweep_stopped(), 'test_c_sweep.c')
    end subroutine stopped
 
-end module test_c_sweep
+end submodule test_c_sweep

@@ -1,6 +1,6 @@
 !> States that were changed between two steps of a stepper in use. Every method rejects an invalid state, changes
 !> nothing, and goes on with a valid one; a clock that was set is no other motion.
-module test_changed_states
+submodule(suites_of_runs) test_changed_states
    use, intrinsic :: ieee_arithmetic, only: ieee_get_halting_mode, ieee_positive_inf, ieee_quiet_nan, &
       ieee_set_halting_mode, ieee_usual, ieee_value
    use, intrinsic :: iso_fortran_env, only: int64
@@ -13,11 +13,8 @@ module test_changed_states
    use nutate_status, only: status_t
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use test_problems, only: box, fast_top, march, problem_t
-   use test_support, only: check, check_close, error_type, new_unittest, unittest_type
+   use test_support, only: check, check_close, error_type, new_unittest
    implicit none
-   private
-
-   public :: collect_changed_states
 
    !> The ways to break a state, each of which is no rotating body's.
    character(len=16), parameter :: breakages(10) = [character(len=16) :: 'q NaN', 'q infinite', 'q zero', 'q huge', &
@@ -26,13 +23,12 @@ module test_changed_states
 
 contains
 
-   subroutine collect_changed_states(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_changed_states
       testsuite = [ &
                   new_unittest("what is no state is refused in mid-run by every method", broken_states_are_refused), &
                   new_unittest("a start off the unit sphere is rejected by every method", long_quaternions), &
                   new_unittest("a clock set in mid-run changes no method's motion", set_clock_changes_nothing)]
-   end subroutine collect_changed_states
+   end procedure collect_changed_states
 
    subroutine broken_states_are_refused(error)
       type(error_type), allocatable, intent(out) :: error
@@ -197,4 +193,4 @@ contains
       bits = transfer([state%t, state%q, state%p, state%q_compensation, state%p_compensation], bits)
    end function bits_of
 
-end module test_changed_states
+end submodule test_changed_states

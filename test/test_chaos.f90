@@ -1,5 +1,5 @@
 !> Indicators of chaos: against exact rates, the columns themselves, and the values of integrable and chaotic motions.
-module test_chaos
+submodule(suites_of_effects) test_chaos
    use nutate_byte_archive, only: byte_archive_t
    use nutate_chaos_settings, only: chaos_settings_t
    use nutate_variation, only: variation_t
@@ -14,11 +14,8 @@ module test_chaos
    use nutate_system, only: system_t
    use test_tangent_runs, only: sensitivity_recorder_t
    use test_support, only: check, check_below, check_close, draws_fewer, error_type, new_unittest, one_in, &
-      test_failed, unittest_type
+      test_failed
    implicit none
-   private
-
-   public :: collect_chaos
 
    character, parameter :: lf = achar(10)
    character(len=*), parameter :: field = "&dipole field = 0, 0, -1, moment ="
@@ -43,8 +40,7 @@ module test_chaos
 
 contains
 
-   subroutine collect_chaos(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_chaos
       testsuite = [ &
                   new_unittest("the exponent of the unstable axis is the exact rate", test_unstable_axis), &
                   new_unittest("six exponents come in pairs and have the sum zero", test_spectrum), &
@@ -57,7 +53,7 @@ contains
                   new_unittest("the summary of a run in one call has them", test_integrate), &
                   new_unittest("checkpoints hold the indicators", test_resume), &
                   new_unittest("the sense of time does not matter to a sign", test_backward)]
-   end subroutine collect_chaos
+   end procedure collect_chaos
 
    !> Begins the run of a scene.
    subroutine begin(text, scene, run, error)
@@ -412,4 +408,4 @@ contains
       call check_close(error, run%summary%chaos%time, 20.0_wp, 1e-12_wp, 'time')
    end subroutine test_backward
 
-end module test_chaos
+end submodule test_chaos

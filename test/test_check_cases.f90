@@ -1,6 +1,6 @@
 !> Check cases 10A and 10B of the NASA Engineering and Safety Center (NASA/TM-2015-218675) as JEOD has them: the gravity
 !> gradient on a long cylinder on a circular orbit. Numbers of two methods in 128-bit arithmetic.
-module test_check_cases
+submodule(suites_of_effects) test_check_cases
    use nutate_hamiltonian, only: angular_velocity
    use nutate_kinds, only: wp, pi
    use nutate_periodic_start, only: find_periodic_start, periodic_start_t
@@ -8,11 +8,8 @@ module test_check_cases
    use nutate_scene, only: parse_scene, scene_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use test_support, only: check, check_close, error_type, new_unittest, unittest_type
+   use test_support, only: check, check_close, error_type, new_unittest
    implicit none
-   private
-
-   public :: collect_check_cases
 
    character, parameter :: nl = new_line('a')
    !> Mean motion, rad/s.
@@ -40,14 +37,13 @@ module test_check_cases
 
 contains
 
-   subroutine collect_check_cases(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_check_cases
       testsuite = [ &
                   new_unittest("case 10A, at rest in the LVLH frame", at_rest), &
                   new_unittest("case 10B, with a pitch rate", with_rate), &
                   new_unittest("swings in the plane have their elliptic periods", swings), &
                   new_unittest("small swings in the plane and across it", small_swings)]
-   end subroutine collect_check_cases
+   end procedure collect_check_cases
 
    !> Pitch of 85°, then a yaw of 1° about the new axis.
    subroutine at_rest(error)
@@ -158,4 +154,4 @@ contains
       end associate
    end subroutine small_swings
 
-end module test_check_cases
+end submodule test_check_cases

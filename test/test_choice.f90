@@ -1,5 +1,5 @@
 !> The automatic choice of the method: each of its rules, and the accuracy that comes of it.
-module test_choice
+submodule(suites_of_runs) test_choice
    use nutate_method_choice, only: choose_method, AUTOMATIC_METHOD
    use nutate_damping, only: damping_t
    use nutate_dipole, only: dipole_t
@@ -20,11 +20,8 @@ module test_choice
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_system, only: system_t
    use test_problems, only: box, bruls_top, forced_body, free_body, problem_t
-   use test_support, only: check, check_below, check_close, error_type, new_unittest, unittest_type
+   use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
-   private
-
-   public :: collect_choice
 
    !> A user's effect, without series: U = γ₃⁴.
    type, extends(potential_t) :: own_potential_t
@@ -45,8 +42,7 @@ module test_choice
 
 contains
 
-   subroutine collect_choice(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_choice
       testsuite = [ &
                   new_unittest("a free body is solved in closed form", free_body_is_solved), &
                   new_unittest("short smooth motions take fixed steps", smooth_motions_take_equal_steps), &
@@ -65,7 +61,7 @@ contains
                   new_unittest("no row a rounding of the time before the end", no_row_next_to_the_end), &
                   new_unittest("trial runs that nothing tells apart keep their difference", trial_runs_alike), &
                   new_unittest("a chaotic motion is not called solved", chaos_is_not_called_solved)]
-   end subroutine collect_choice
+   end procedure collect_choice
 
    !> Checks what is chosen for a problem.
    subroutine expect(error, problem, duration, accuracy, method, words, at_end)
@@ -468,4 +464,4 @@ contains
       gradient = [0.0_wp, 0.0_wp, 4*gamma(3)**3]
    end function fourth_power_gradient
 
-end module test_choice
+end submodule test_choice

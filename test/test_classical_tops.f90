@@ -1,6 +1,6 @@
 !> Integrable tops beyond Lagrange's: the fourth integral of Kovalevskaya and that of Goryachev and Chaplygin, which no
 !> method here knows of, and 16 digits of their motions.
-module test_classical_tops
+submodule(suites_of_effects) test_classical_tops
    use nutate_hamiltonian, only: angular_velocity
    use nutate_kinds, only: wp, eps
    use nutate_quaternion, only: rotate_to_body
@@ -8,11 +8,8 @@ module test_classical_tops
    use nutate_scene, only: parse_scene, scene_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use test_support, only: check, check_below, check_close, draws_fewer, error_type, new_unittest, unittest_type
+   use test_support, only: check, check_below, check_close, draws_fewer, error_type, new_unittest
    implicit none
-   private
-
-   public :: collect_classical_tops
 
    character, parameter :: nl = new_line('a')
    !> The moment of the dipole is (1, 0, 0), the field (0, 0, 1).
@@ -31,14 +28,13 @@ module test_classical_tops
 
 contains
 
-   subroutine collect_classical_tops(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_classical_tops
       testsuite = [ &
                   new_unittest("Kovalevskaya's top", motion_of_kovalevskaya), &
                   new_unittest("the top of Goryachev and Chaplygin", motion_of_goryachev), &
                   new_unittest("Kovalevskaya's integral drifts by round-off", integral_of_kovalevskaya), &
                   new_unittest("Chaplygin's integral drifts by round-off", integral_of_goryachev)]
-   end subroutine collect_classical_tops
+   end procedure collect_classical_tops
 
    pure real(wp) function kovalevskaya_integral(omega, gamma) result(k)
       real(wp), intent(in) :: omega(3), gamma(3)
@@ -150,4 +146,4 @@ contains
 
    end subroutine check_integral
 
-end module test_classical_tops
+end submodule test_classical_tops

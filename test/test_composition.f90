@@ -1,5 +1,5 @@
 !> Orders 4, 6 and 8 by composition: the coefficients meet their conditions, the orders are seen, the invariants stay.
-module test_composition
+submodule(suites_of_runs) test_composition
    use nutate_composition, only: compositions
    use nutate_damping, only: damping_t
    use nutate_invariants, only: invariants_t
@@ -10,16 +10,12 @@ module test_composition
    use nutate_status, only: NUTATE_BAD_ARGUMENT, status_t
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use test_problems, only: box, bruls_top, march, precessing_top, problem_t
-   use test_support, only: check, check_below, check_close, error_type, new_unittest, unittest_type
+   use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
-   private
-
-   public :: collect_composition
 
 contains
 
-   subroutine collect_composition(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_composition
       testsuite = [ &
                   new_unittest("coefficients meet the order conditions", coefficients_meet_the_conditions), &
                   new_unittest("orders on the box", orders_on_the_box), &
@@ -30,7 +26,7 @@ contains
                   new_unittest("a composed step can be undone", composed_step_can_be_undone), &
                   new_unittest("a failed stage leaves the state untouched", failed_stage_leaves_the_state), &
                   new_unittest("orders without a composition are refused", other_orders_are_refused)]
-   end subroutine collect_composition
+   end procedure collect_composition
 
    !> Σγ = 1; Σγ³ = 0 from order 4, Σγ⁵ = 0 from order 6, Σγ⁷ = 0 from order 8 (the conditions of one exponent).
    subroutine coefficients_meet_the_conditions(error)
@@ -190,4 +186,4 @@ contains
       call check(error, status%code, NUTATE_BAD_ARGUMENT)
    end subroutine other_orders_are_refused
 
-end module test_composition
+end submodule test_composition

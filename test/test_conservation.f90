@@ -1,6 +1,6 @@
 !> Properties that the scheme promises: invariants to round-off at any step, in any units, forward and back; and
 !> properties that are lost without the projection.
-module test_conservation
+submodule(suites_of_runs) test_conservation
    use nutate_body, only: diagonal, make_body
    use nutate_hamiltonian, only: angular_velocity, body_momentum, make_state
    use nutate_invariants, only: ALL_COMPONENTS, ALONG_AXIS, invariants_t
@@ -11,16 +11,12 @@ module test_conservation
    use nutate_status, only: status_t
    use nutate_integrator_settings, only: integrator_settings_t
    use test_problems, only: box, fast_top, march, precessing_top, problem_t, solve
-   use test_support, only: check, check_below, check_close, error_type, new_unittest, unittest_type
+   use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
-   private
-
-   public :: collect_conservation
 
 contains
 
-   subroutine collect_conservation(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_conservation
       testsuite = [ &
                   new_unittest("box keeps everything, step 0.1", box_keeps_everything_at_long_steps), &
                   new_unittest("box keeps everything, step 0.01", box_keeps_everything_at_short_steps), &
@@ -33,7 +29,7 @@ contains
                   new_unittest("top steps back to where it came from", top_is_reversible), &
                   new_unittest("water molecule and Earth in SI units", molecule_and_planet_in_si_units), &
                   new_unittest("units scaled by powers of two change no digit", scaled_units_change_no_digit)]
-   end subroutine collect_conservation
+   end procedure collect_conservation
 
    subroutine box_keeps_everything_at_long_steps(error)
       type(error_type), allocatable, intent(out) :: error
@@ -263,4 +259,4 @@ contains
       call check_close(error, b%p*(time/inertia), a%p, 0.0_wp, "p")
    end subroutine scaled_units_change_no_digit
 
-end module test_conservation
+end submodule test_conservation

@@ -1,5 +1,5 @@
 !> The projection onto the invariants: what it keeps, and that it costs no order.
-module test_conserve
+submodule(suites_of_runs) test_conserve
    use nutate_applied_torque, only: applied_torque_t
    use nutate_damping, only: damping_t
    use nutate_hamiltonian, only: body_momentum, make_state, total_energy
@@ -18,16 +18,12 @@ module test_conserve
    use test_conserving_runs, only: check_guard, check_run, get_stepper, go, guard_row, guard_t, methods, round_off
    use test_problems, only: box, bruls_top, forced_body, free_body, march, problem_t, simo_top
    use test_shipped_scenes, only: scene_names
-   use test_support, only: check, check_below, check_close, error_type, in_turn, new_unittest, unittest_type
+   use test_support, only: check, check_below, check_close, error_type, in_turn, new_unittest
    implicit none
-   private
-
-   public :: collect_conserve
 
 contains
 
-   subroutine collect_conserve(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_conserve
       testsuite = [ &
                   new_unittest("every scene keeps its invariants", every_scene_keeps_its_invariants), &
                   new_unittest("nothing adds up over a million steps", nothing_adds_up), &
@@ -45,7 +41,7 @@ contains
                   new_unittest("parts of a step are known to be such", parts_are_known), &
                   new_unittest("implicit steps move by round-off alone", implicit_steps_move_little), &
                   new_unittest("only methods with round-off to take away have it", only_where_it_has_a_use)]
-   end subroutine collect_conserve
+   end procedure collect_conserve
 
    subroutine every_scene_keeps_its_invariants(error)
       type(error_type), allocatable, intent(out) :: error
@@ -442,4 +438,4 @@ contains
       call check(error, status%ok() .and. stepper%error_estimate >= 0.0_wp, "no estimate")
    end subroutine only_where_it_has_a_use
 
-end module test_conserve
+end submodule test_conserve

@@ -1,6 +1,6 @@
 !> Limits of the projection onto the invariants: equilibria, saddles, the turning points of a pendulum, steps that are
 !> too long.
-module test_conserve_limits
+submodule(suites_of_runs) test_conserve_limits
    use nutate_invariant_projection, only: invariant_projection_t
    use nutate_body, only: diagonal, make_body
    use nutate_damping, only: damping_t
@@ -15,16 +15,12 @@ module test_conserve_limits
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use test_conserving_runs, only: check_run, get_stepper, go, methods
    use test_problems, only: forced_body, free_body, problem_t, simo_top
-   use test_support, only: check, check_below, check_close, error_type, new_unittest, unittest_type
+   use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
-   private
-
-   public :: collect_conserve_limits
 
 contains
 
-   subroutine collect_conserve_limits(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_conserve_limits
       testsuite = [ &
                   new_unittest("equilibria stay where they are", equilibria_stay), &
                   new_unittest("motions next to equilibria are no rougher", next_to_equilibria), &
@@ -37,7 +33,7 @@ contains
                   new_unittest("any length of q is put right", any_length_is_put_right), &
                   new_unittest("a wild state leaves no trace", wild_state_leaves_no_trace), &
                   new_unittest("damped motions come to rest", damped_motions_come_to_rest)]
-   end subroutine collect_conserve_limits
+   end procedure collect_conserve_limits
 
    !> Checks states of stationary energy: each principal axis, no momentum at all, a top that sleeps, hangs or stands.
    subroutine equilibria_stay(error)
@@ -320,4 +316,4 @@ contains
       end do
    end subroutine damped_motions_come_to_rest
 
-end module test_conserve_limits
+end submodule test_conserve_limits

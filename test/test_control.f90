@@ -1,5 +1,5 @@
 !> Adaptive steps: the accuracy asked for is the error that comes out, and nothing else suffers.
-module test_control
+submodule(suites_of_runs) test_control
    use nutate_applied_torque, only: applied_torque_t
    use nutate_damping, only: damping_t
    use nutate_exact_free, only: free_body_t
@@ -18,11 +18,8 @@ module test_control
    use test_controlled_run, only: recorder_t, run_to
    use test_problems, only: box, bruls_top, free_body, precessing_top, problem_t, simo_top
    use test_random_scenes, only: make_random_scene, random_scene_t
-   use test_support, only: check, check_below, check_close, error_type, new_unittest, unittest_type
+   use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
-   private
-
-   public :: collect_control
 
    !> Stops a run at its third poll.
    type, extends(observer_t) :: stopper_t
@@ -33,8 +30,7 @@ module test_control
 
 contains
 
-   subroutine collect_control(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_control
       testsuite = [ &
                   new_unittest("accuracy is met on the top of Brüls", accuracy_on_the_top_of_bruls), &
                   new_unittest("accuracy is met on the top of Simo", accuracy_on_the_top_of_simo), &
@@ -55,7 +51,7 @@ contains
                   new_unittest("a finer run that fails is not the end of a search", failing_finer_runs), &
                   new_unittest("trial runs can be stopped, and begun again", trial_runs_can_be_stopped), &
                   new_unittest("a run is the same without observer and in parts", runs_in_parts)]
-   end subroutine collect_control
+   end procedure collect_control
 
    pure type(integrator_settings_t) function of_order(order)
       integer, intent(in) :: order
@@ -440,4 +436,4 @@ contains
       if (self%polls == 3) status = fail(NUTATE_STOPPED, 'asked to')
    end subroutine stop_at_poll
 
-end module test_control
+end submodule test_control

@@ -1,6 +1,6 @@
 !> Controllers: samples that are held, in closed form with every method; laws that act at all times; what magnetorquers
 !> and wheels cannot do; account and momentum; runs that are interrupted.
-module test_controllers
+submodule(suites_of_effects) test_controllers
    use nutate_body, only: diagonal, make_body
    use nutate_hamiltonian, only: angular_velocity, kinetic_energy, make_state, space_momentum, total_energy
    use nutate_kepler_orbit, only: kepler_orbit_t
@@ -21,18 +21,14 @@ module test_controllers
    use nutate_wheel_mounting, only: add_wheel
    use test_problems, only: forced_body, problem_t
    use test_resume, only: check_run, label_of, settings_of
-   use test_support, only: check, check_below, check_close, error_type, new_unittest, unittest_type
+   use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
-   private
-
-   public :: collect_controllers
 
    real(wp), parameter :: identity(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], field(3) = [0.4_wp, -0.3_wp, 0.7_wp]
 
 contains
 
-   subroutine collect_controllers(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_controllers
       testsuite = [ &
                   new_unittest("samples are held to the next, in closed form", samples_have_the_closed_form), &
                   new_unittest("start, stop and limits of what is held", window_and_limit), &
@@ -44,7 +40,7 @@ contains
                   new_unittest("wheels leave the momentum, and the account closes", account_and_momentum), &
                   new_unittest("what is interrupted goes on bit for bit", runs_go_on), &
                   new_unittest("what cannot be is refused by name", bad_controllers_are_refused)]
-   end subroutine collect_controllers
+   end procedure collect_controllers
 
    !> The law -k J e_v - d J Ω.
    pure type(controller_t) function pointing(moments, by, sample) result(controller)
@@ -419,4 +415,4 @@ contains
 
    end subroutine bad_controllers_are_refused
 
-end module test_controllers
+end submodule test_controllers

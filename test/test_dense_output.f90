@@ -1,5 +1,5 @@
 !> States inside a step, for every method: as good as the method, and unnoticed by the steps.
-module test_dense_output
+submodule(suites_of_methods) test_dense_output
    use nutate_hamiltonian, only: total_energy
    use nutate_kinds, only: wp, eps
    use nutate_methods, only: default_settings, make_stepper, method_t, methods
@@ -8,16 +8,12 @@ module test_dense_output
    use nutate_status, only: status_t, NUTATE_BAD_ARGUMENT
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use test_problems, only: box, fast_top, forced_body, march, problem_t
-   use test_support, only: check, check_below, check_close, error_type, new_unittest, unittest_type
+   use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
-   private
-
-   public :: collect_dense_output
 
 contains
 
-   subroutine collect_dense_output(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_dense_output
       testsuite = [ &
                   new_unittest("states inside have the error of the method", errors_inside), &
                   new_unittest("states inside keep energy and momentum as steps do", invariants_inside), &
@@ -25,7 +21,7 @@ contains
                   new_unittest("steps do not notice who looks inside", unnoticed), &
                   new_unittest("the same time gives the same state, whatever came before", independent_of_memory), &
                   new_unittest("the ends of the step are inside, other times are not", outside_is_refused)]
-   end subroutine collect_dense_output
+   end procedure collect_dense_output
 
    !> The settings of a row of the table.
    type(integrator_settings_t) function settings_of(row) result(settings)
@@ -214,4 +210,4 @@ contains
       end do
    end subroutine outside_is_refused
 
-end module test_dense_output
+end submodule test_dense_output

@@ -1,14 +1,11 @@
 !> States of the discrete algorithm, from 45-digit arithmetic, reproduced to round-off.
-module test_discrete_states
+submodule(suites_of_runs) test_discrete_states
    use nutate_kinds, only: wp
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use test_problems, only: box, precessing_top, problem_t, solve
-   use test_support, only: check, check_close, error_type, new_unittest, unittest_type
+   use test_support, only: check, check_close, error_type, new_unittest
    implicit none
-   private
-
-   public :: collect_discrete_states
 
    !> The state after so many steps.
    type :: row_t
@@ -54,14 +51,13 @@ module test_discrete_states
 
 contains
 
-   subroutine collect_discrete_states(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_discrete_states
       testsuite = [ &
                   new_unittest("box, J0 = 10 max J", box_with_finite_j0), &
                   new_unittest("box, J0 infinite", box_with_infinite_j0), &
                   new_unittest("precessing top, J0 = 10 J1", top_with_finite_j0), &
                   new_unittest("precessing top, J0 infinite", top_with_infinite_j0)]
-   end subroutine collect_discrete_states
+   end procedure collect_discrete_states
 
    subroutine box_with_finite_j0(error)
       type(error_type), allocatable, intent(out) :: error
@@ -106,4 +102,4 @@ contains
       end do
    end subroutine compare
 
-end module test_discrete_states
+end submodule test_discrete_states

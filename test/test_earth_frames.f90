@@ -1,6 +1,6 @@
 !> Space axes that turn, on the Earth: Foucault's pendulum, a free gyroscope, a gyrocompass; and that roots of steps in
 !> such axes which count as certified are the true ones.
-module test_earth_frames
+submodule(suites_of_runs) test_earth_frames
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_body, only: diagonal, make_body, make_shape_body
    use nutate_damping, only: damping_t
@@ -24,11 +24,8 @@ module test_earth_frames
    use nutate_system, only: system_t
    use test_problems, only: problem_t
    use test_support, only: check, check_close, error_type, new_unittest, random_unit, random_unit_quaternion, &
-                           random_vector, unittest_type
+                           random_vector
    implicit none
-   private
-
-   public :: collect_earth_frames
 
    real(wp), parameter :: degree = pi/180, x(3) = [1.0_wp, 0.0_wp, 0.0_wp]
    character(len=*), parameter :: solvers(2) = ['full   ', 'reduced']
@@ -53,8 +50,7 @@ module test_earth_frames
 
 contains
 
-   subroutine collect_earth_frames(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_earth_frames
       testsuite = [ &
                   new_unittest("Foucault's pendulum by the series", pendulum_by_series), &
                   new_unittest("Foucault's pendulum by order 8", pendulum_by_order_8), &
@@ -63,7 +59,7 @@ contains
                   new_unittest("a gyrocompass swings about north with its period", gyrocompass_swings), &
                   new_unittest("roots that are certified are the true ones", certified_roots_are_true), &
                   new_unittest("mild steps are certified", mild_steps_is_certified)]
-   end subroutine collect_earth_frames
+   end procedure collect_earth_frames
 
    !> 28 kg on 67 m at 48.8462° north, rotated 3° about east, at rest on the Earth.
    type(problem_t) function pendulum() result(problem)
@@ -333,4 +329,4 @@ contains
       call check(error, stepper%uncertified, 1, "a fast frame")
    end subroutine mild_steps_is_certified
 
-end module test_earth_frames
+end submodule test_earth_frames

@@ -1,5 +1,5 @@
 !> Evaluations of effects: absent effects are not evaluated, and others just as often as the solver requires.
-module test_effect_calls
+submodule(suites_of_effects) test_effect_calls
    use, intrinsic :: iso_c_binding, only: c_double, c_int, c_long_long
    use nutate_effect, only: potential_t, rotor_t, torque_t
    use nutate_hamiltonian, only: body_momentum, make_state
@@ -14,11 +14,8 @@ module test_effect_calls
    use nutate_integrator_settings, only: integrator_settings_t
    use nutate_system, only: system_t
    use test_effect_samples, only: sample_body
-   use test_support, only: check, error_type, new_unittest, unittest_type
+   use test_support, only: check, error_type, new_unittest
    implicit none
-   private
-
-   public :: collect_effect_calls
 
    !> Quantities whose evaluations are counted.
    integer(c_int), parameter :: ENERGY = 1, GRADIENT = 2, HESSIAN = 3, DISCRETE_GRADIENT = 4, DISCRETE_HESSIAN = 5
@@ -85,8 +82,7 @@ module test_effect_calls
 
 contains
 
-   subroutine collect_effect_calls(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_effect_calls
       testsuite = [ &
                   new_unittest("an absent effect is never evaluated", absent_effect_is_never_evaluated), &
                   new_unittest("a potential is evaluated as the iteration says", potential_is_evaluated_as_needed), &
@@ -96,7 +92,7 @@ contains
                                limits_are_found_cheaply), &
                   new_unittest("max_step finds a pulse that adaptive steps miss", pulse_is_found), &
                   new_unittest("one effect does not call for another", effects_are_evaluated_alone)]
-   end subroutine collect_effect_calls
+   end procedure collect_effect_calls
 
    pure real(wp) function counted_energy(self, gamma)
       class(counting_potential_t), intent(in) :: self
@@ -404,4 +400,4 @@ contains
       momentum = l(1)
    end function momentum_behind
 
-end module test_effect_calls
+end submodule test_effect_calls

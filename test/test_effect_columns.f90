@@ -1,5 +1,5 @@
 !> Columns of each effect: works against the integral of their power, at rows between the ends of steps; their names.
-module test_effect_columns
+submodule(suites_of_effects) test_effect_columns
    use nutate_applied_torque, only: applied_torque_t
    use nutate_columns, only: columns_t
    use nutate_damping, only: damping_t
@@ -17,11 +17,8 @@ module test_effect_columns
    use nutate_wheel, only: wheel_t
    use nutate_wheel_mounting, only: add_wheel
    use test_problems, only: forced_body, problem_t
-   use test_support, only: check, check_below, error_type, new_unittest, unittest_type
+   use test_support, only: check, check_below, error_type, new_unittest
    implicit none
-   private
-
-   public :: collect_effect_columns
 
    !> Intervals of the quadrature in a run of one second.
    integer, parameter :: intervals = 1024
@@ -41,13 +38,12 @@ module test_effect_columns
 
 contains
 
-   subroutine collect_effect_columns(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_effect_columns
       testsuite = [ &
                   new_unittest("works are the integrals of their powers, inside steps too", works_are_integrals), &
                   new_unittest("effects of a kind are numbered, names are fit for a header", names_are_numbered), &
                   new_unittest("records have no works where nobody wants them", unwanted_works_are_absent)]
-   end subroutine collect_effect_columns
+   end procedure collect_effect_columns
 
    !> Damping, two torques of the same kind and two wheels, one driven and both with friction.
    type(problem_t) function driven_body() result(problem)
@@ -174,4 +170,4 @@ contains
       call check(error, .not. any(abs(values) > 0.0_wp), 'works before the run')
    end subroutine unwanted_works_are_absent
 
-end module test_effect_columns
+end submodule test_effect_columns

@@ -1,5 +1,5 @@
 !> The derivatives of each effect: discrete gradients that close the energy, and what Newton's method needs.
-module test_effect_gradients
+submodule(suites_of_effects) test_effect_gradients
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_dipole, only: dipole_t
    use nutate_effect, only: potential_t
@@ -12,16 +12,12 @@ module test_effect_gradients
    use test_effect_samples, only: effect_samples_t, quartic_t, sample_body
    use test_jacobian, only: check_jacobian
    use test_support, only: check, check_below, check_close, error_type, new_unittest, random_unit_quaternion, &
-                           random_vector, unittest_type
+                           random_vector
    implicit none
-   private
-
-   public :: collect_effect_gradients
 
 contains
 
-   subroutine collect_effect_gradients(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_effect_gradients
       testsuite = [ &
                   new_unittest("discrete gradients close the energy", discrete_gradients_close_the_energy), &
                   new_unittest("discrete gradients close where spring ends meet", gradient_closes_where_ends_meet), &
@@ -29,7 +25,7 @@ contains
                   new_unittest("a spring of no length has finite derivatives", spring_of_no_length_is_finite), &
                   new_unittest("Jacobian of each effect", jacobian_of_each_effect), &
                   new_unittest("Jacobian of all effects together", jacobian_of_all_effects)]
-   end subroutine collect_effect_gradients
+   end procedure collect_effect_gradients
 
    !> Checks ends from 1 to 1e-16 apart. The scale is the largest term of U, with γ up to 2.
    subroutine discrete_gradients_close_the_energy(error)
@@ -200,4 +196,4 @@ contains
       call check_jacobian(error, system, 0.3_wp, .true.)
    end subroutine jacobian_of_all_effects
 
-end module test_effect_gradients
+end submodule test_effect_gradients

@@ -1,5 +1,5 @@
 !> Potentials against results that are independent of this code: closed forms, and other bodies.
-module test_effect_physics
+submodule(suites_of_effects) test_effect_physics
    use nutate_body, only: diagonal, make_body
    use nutate_dipole, only: dipole_t
    use nutate_gravity, only: gravity_t
@@ -11,18 +11,14 @@ module test_effect_physics
    use nutate_status, only: status_t
    use test_effect_samples, only: sample_body, spinner
    use test_problems, only: problem_t, solve
-   use test_support, only: check, check_below, check_close, error_type, new_unittest, unittest_type
+   use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
-   private
-
-   public :: collect_effect_physics
 
    real(wp), parameter :: identity(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
 
 contains
 
-   subroutine collect_effect_physics(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_effect_physics
       testsuite = [ &
                   new_unittest("gravity swings a pendulum", gravity_swings_a_pendulum), &
                   new_unittest("a field swings a compass needle", field_swings_a_compass_needle), &
@@ -31,7 +27,7 @@ contains
                   new_unittest("a spring without rest length is uniform gravity", spring_is_gravity), &
                   new_unittest("a spring at the pivot does nothing", spring_at_the_pivot_does_nothing), &
                   new_unittest("a spring swings about its anchor", spring_swings_about_its_anchor)]
-   end subroutine collect_effect_physics
+   end procedure collect_effect_physics
 
    !> A quarter of the period of φ̈ = -ω² sin φ let go at rest at φ0 (Gauss): π/(2ω M(1, cos(φ0/2))).
    pure real(wp) function quarter_period(frequency, phi0) result(quarter)
@@ -180,4 +176,4 @@ contains
       end subroutine check_spring
    end subroutine spring_swings_about_its_anchor
 
-end module test_effect_physics
+end submodule test_effect_physics

@@ -1,6 +1,6 @@
 !> All effects at once against a classical integration of the textbook's equations, which shares nothing with the
 !> library: rotation matrix and Ω, Runge-Kutta of order 4, each torque written from its force.
-module test_effect_reference
+submodule(suites_of_effects) test_effect_reference
    use nutate_applied_torque, only: applied_torque_t
    use nutate_damping, only: damping_t
    use nutate_dipole, only: dipole_t
@@ -19,11 +19,8 @@ module test_effect_reference
    use nutate_integrator_settings, only: integrator_settings_t
    use nutate_system, only: system_t
    use test_effect_samples, only: sample_body
-   use test_support, only: check, check_below, check_close, error_type, new_unittest, unittest_type
+   use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
-   private
-
-   public :: collect_effect_reference
 
    real(wp), parameter :: acceleration(3) = [0.5_wp, 1.0_wp, -3.0_wp], kappa = 0.4_wp
    real(wp), parameter :: moment(3) = [0.5_wp, -1.0_wp, 2.0_wp], field(3) = [1.0_wp, 0.5_wp, -0.3_wp]
@@ -37,11 +34,10 @@ module test_effect_reference
 
 contains
 
-   subroutine collect_effect_reference(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_effect_reference
       testsuite = [ &
                   new_unittest("all effects converge to a classical integration", effects_converge_to_reference)]
-   end subroutine collect_effect_reference
+   end procedure collect_effect_reference
 
    type(system_t) function full_system() result(system)
       system = sample_body()
@@ -175,4 +171,4 @@ contains
            dot_product(a(:, 1), vector_product(a(:, 2), b))]/dot_product(a(:, 1), vector_product(a(:, 2), a(:, 3)))
    end function solve3
 
-end module test_effect_reference
+end submodule test_effect_reference

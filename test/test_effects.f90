@@ -1,5 +1,5 @@
 !> Quantities that every effect must conserve, to round-off: the energy balance, and the momentum about its direction.
-module test_effects
+submodule(suites_of_effects) test_effects
    use nutate_applied_torque, only: applied_torque_t
    use nutate_damping, only: damping_t
    use nutate_dipole, only: dipole_t
@@ -17,19 +17,15 @@ module test_effects
    use nutate_system, only: system_t
    use test_effect_samples, only: effect_samples_t, quartic_t, sample_body
    use test_problems, only: problem_t, solve
-   use test_support, only: check, check_below, check_close, error_type, new_unittest, share_of, unittest_type
+   use test_support, only: check, check_below, check_close, error_type, new_unittest, share_of
    implicit none
-   private
-
-   public :: collect_effects
 
    !> A start in the middle of everything.
    real(wp), parameter :: tilted(4) = [0.5_wp, -0.5_wp, 0.1_wp, 0.7_wp], rotating(3) = [0.7_wp, -1.1_wp, 0.9_wp]
 
 contains
 
-   subroutine collect_effects(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_effects
       testsuite = [ &
                   new_unittest("energy balance closes for every combination", account_closes_for_every_combination), &
                   new_unittest("energy balance closes with opposite signs", account_closes_with_opposite_signs), &
@@ -40,7 +36,7 @@ contains
                   new_unittest("a user's potential keeps energy and momentum", users_potential_keeps_invariants), &
                   new_unittest("effects of zero strength do nothing", zero_strengths_do_nothing), &
                   new_unittest("several effects of a kind add up", effects_of_a_kind_add_up)]
-   end subroutine collect_effects
+   end procedure collect_effects
 
    !> All combinations of the kinds, with J0 infinite and finite; of those with the kinds that only an orbit has, which
    !> are three out of four, fewer steps, and in `make test` fewer still.
@@ -295,4 +291,4 @@ contains
       call check_close(error, [b%q, b%p], [a%q, a%p], 1e-12_wp, "state")
    end subroutine effects_of_a_kind_add_up
 
-end module test_effects
+end submodule test_effects

@@ -1,6 +1,6 @@
 !> Ensembles: the statistics of what is drawn at fixed seeds, members against scenes written by hand, rows that depend
 !> on nothing but their member.
-module test_ensemble
+submodule(suites_of_interfaces) test_ensemble
    use nutate_damping, only: damping_t
    use nutate_dipole, only: dipole_t
    use nutate_kinds, only: wp, eps, long
@@ -12,11 +12,8 @@ module test_ensemble
    use nutate_scene, only: parse_scene, scene_t
    use nutate_status, only: status_t, NUTATE_BAD_BODY, NUTATE_BAD_SCENE
    use test_statistics, only: distance_to_uniform, normal_probability
-   use test_support, only: check, check_below, check_close, error_type, new_unittest, test_failed, unittest_type
+   use test_support, only: check, check_below, check_close, error_type, new_unittest, test_failed
    implicit none
-   private
-
-   public :: collect_ensemble
 
    character, parameter :: line_feed = achar(10)
    character(len=*), parameter :: box = "&body inertia = 5.0, 20.0, 17.0 /"//line_feed// &
@@ -27,8 +24,7 @@ module test_ensemble
 
 contains
 
-   subroutine collect_ensemble(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_ensemble
       testsuite = [ &
                   new_unittest("uniform and normal draws are distributed so", uniform_and_normal), &
                   new_unittest("draws together have their covariance", covariances), &
@@ -45,7 +41,7 @@ contains
                   new_unittest("a frame that only some members turn is theirs alone", rotated_frames), &
                   new_unittest("effects that a program adds act on every member", added_effects), &
                   new_unittest("every effect, method and event can stand in an ensemble", everything)]
-   end subroutine collect_ensemble
+   end procedure collect_ensemble
 
    !> A box with an ensemble.
    subroutine make(text, scene, error)
@@ -452,4 +448,4 @@ contains
       end do
    end subroutine everything
 
-end module test_ensemble
+end submodule test_ensemble

@@ -1,5 +1,5 @@
 !> Fixed steps for an accuracy: which motions they suit, and that the accuracy is kept.
-module test_equal_steps
+submodule(suites_of_methods) test_equal_steps
    use nutate_dipole, only: dipole_t
    use nutate_equal_steps, only: equal_steps_t
    use nutate_error_control, only: error_control_t
@@ -20,11 +20,8 @@ module test_equal_steps
    use nutate_integrator_settings, only: integrator_settings_t
    use nutate_system, only: system_t
    use test_problems, only: box, bruls_top, forced_body, free_body, problem_t
-   use test_support, only: check, check_below, check_close, error_type, new_unittest, unittest_type
+   use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
-   private
-
-   public :: collect_equal_steps
 
    !> Counts rows, and keeps the times between them.
    type, extends(observer_t) :: clock_t
@@ -38,8 +35,7 @@ module test_equal_steps
 
 contains
 
-   subroutine collect_equal_steps(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_equal_steps
       testsuite = [ &
                   new_unittest("they suit short motions in uniform fields", suited_motions), &
                   new_unittest("an accuracy is kept with few runs", accuracy_is_kept), &
@@ -47,7 +43,7 @@ contains
                   new_unittest("rows leave the motion as it is", rows_change_nothing), &
                   new_unittest("a plan with steps that were found is the same run", found_steps_are_kept), &
                   new_unittest("steppers that have made a noisy run are as new", steppers_are_as_new)]
-   end subroutine collect_equal_steps
+   end procedure collect_equal_steps
 
    !> A dipole for which the errors of orders 8 and 9 cancel at the steps of the first trial run: its end is seven times
    !> nearer to that of the next one than it ought to be.
@@ -254,4 +250,4 @@ contains
       self%rows = self%rows + 1
    end subroutine note_row
 
-end module test_equal_steps
+end submodule test_equal_steps

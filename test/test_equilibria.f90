@@ -1,6 +1,6 @@
 !> All equilibria of gyrostats on a circular orbit: numbers and indices against 1200 starts of an independent program,
 !> the attitudes against the equations of Gutnik and Sarychev.
-module test_equilibria
+submodule(suites_of_effects) test_equilibria
    use nutate_equilibria, only: equilibria_t, find_equilibria
    use nutate_kinds, only: wp
    use nutate_quaternion, only: cross, rotate_to_body
@@ -9,11 +9,8 @@ module test_equilibria
    use nutate_linearization, only: linearization_t
    use nutate_hamiltonian, only: frame_rate_of, make_state
    use nutate_status, only: status_t
-   use test_support, only: check, check_below, check_close, error_type, new_unittest, unittest_type
+   use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
-   private
-
-   public :: collect_equilibria
 
    character, parameter :: lf = new_line('a')
    character(len=*), parameter :: body = '&body inertia = 3.0, 4.0, 2.0 /'//lf, &
@@ -22,8 +19,7 @@ module test_equilibria
 
 contains
 
-   subroutine collect_equilibria(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_equilibria
       testsuite = [ &
                   new_unittest("gyrostats have 24 to 8 equilibria", test_numbers), &
                   new_unittest("they satisfy the equations of rest", test_equations), &
@@ -31,7 +27,7 @@ contains
                   new_unittest("units change nothing", test_units), &
                   new_unittest("wheels are rotors with an inertia", test_wheels), &
                   new_unittest("what has no isolated equilibria is refused", test_refusals)]
-   end subroutine collect_equilibria
+   end procedure collect_equilibria
 
    subroutine find(text, found, error, scene)
       character(len=*), intent(in) :: text
@@ -206,4 +202,4 @@ contains
 
    end subroutine test_refusals
 
-end module test_equilibria
+end submodule test_equilibria

@@ -1,5 +1,5 @@
 !> Works that err more than the state take their part of the difference between the two; the account stays what it is.
-module test_error_weighting
+submodule(suites_of_effects) test_error_weighting
    use nutate, only: read_scene, scene_t
    use nutate_damping, only: damping_t
    use nutate_hamiltonian, only: total_energy
@@ -15,11 +15,8 @@ module test_error_weighting
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_error_weighting, only: balance_momentum, share_of_works, step_error_t
    use test_problems, only: box, problem_t, forced_body, wheeled_body
-   use test_support, only: check, check_below, check_close, error_type, new_unittest, unittest_type
+   use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
-   private
-
-   public :: collect_error_weighting
 
    character(len=6), parameter :: methods(3) = ['dop853', 'rk8   ', 'rk4   ']
    !> Times in the second half of a run at which its error is taken: at one of them it may be small by accident.
@@ -27,8 +24,7 @@ module test_error_weighting
 
 contains
 
-   subroutine collect_error_weighting(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_error_weighting
       testsuite = [ &
                   new_unittest("works that err most do not spoil the state", works_do_not_spoil_the_state), &
                   new_unittest("a state that errs most is corrected in full", state_is_corrected), &
@@ -38,7 +34,7 @@ contains
                   new_unittest("what did no work is given none", idle_effects_are_given_none), &
                   new_unittest("a state inside a step has the works of that step", inside_agrees_with_the_end), &
                   new_unittest("the share in any unit of energy", share_has_no_unit)]
-   end subroutine collect_error_weighting
+   end procedure collect_error_weighting
 
    !> Geometric mean of the attitude errors of a run of n steps, over ten times of its second half.
    subroutine find_error(problem, method, conserve, end_time, n, error)
@@ -283,4 +279,4 @@ contains
       call check_close(error, share_of_works(plan, point, step, 0.0_wp, 1.0_wp, 0.0_wp), 0.0_wp, 0.0_wp, 'state')
    end subroutine share_has_no_unit
 
-end module test_error_weighting
+end submodule test_error_weighting

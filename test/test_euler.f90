@@ -1,5 +1,5 @@
 !> The z-x-z Euler angles: both ways, at and near the poles, followed over turns, and their rates.
-module test_euler
+submodule(suites_of_runs) test_euler
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_attitude, only: angular_velocity_from_euler_rates, euler_from_quat, euler_of_motion, follow_euler, &
       quat_from_euler, &
@@ -8,11 +8,8 @@ module test_euler
    use nutate_quaternion, only: attitude_distance, quat_conjugate, quat_exp, quat_product, rotate_to_body, &
                                 rotate_to_space
    use test_support, only: check, check_below, check_close, error_type, new_unittest, random_unit_quaternion, &
-                           random_vector, unittest_type
+                           random_vector
    implicit none
-   private
-
-   public :: collect_euler
 
    !> Number of random samples where a test takes any.
    integer, parameter :: samples = 200
@@ -22,8 +19,7 @@ module test_euler
 
 contains
 
-   subroutine collect_euler(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_euler
       testsuite = [ &
                   new_unittest("Euler angles are rotations about z, x and z", euler_angles_are_z_x_z), &
                   new_unittest("Euler angles place the axes", euler_angles_place_the_axes), &
@@ -39,7 +35,7 @@ contains
                   new_unittest("a spin of nearly a turn a step is followed", fast_spin_is_followed), &
                   new_unittest("Euler rates give the angular velocity", euler_rates_give_angular_velocity), &
                   new_unittest("Euler rates agree with differences", euler_rates_agree_with_differences)]
-   end subroutine collect_euler
+   end procedure collect_euler
 
    !> Checks that at θ = 0 and π the angles and their rates, given in any way, are found again from attitude and angular
    !> velocity.
@@ -295,4 +291,4 @@ contains
       end do
    end subroutine euler_rates_agree_with_differences
 
-end module test_euler
+end submodule test_euler

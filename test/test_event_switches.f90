@@ -1,5 +1,5 @@
 !> Switches by events: a bang-bang torque, a potential that comes and goes, switches without end.
-module test_event_switches
+submodule(suites_of_methods) test_event_switches
    use nutate_applied_torque, only: applied_torque_t
    use nutate_body, only: diagonal, make_body
    use nutate_dipole, only: dipole_t
@@ -16,22 +16,18 @@ module test_event_switches
    use nutate_integrator_settings, only: integrator_settings_t
    use test_event_support, only: angle_event_t, compass, keeper_t, no_effects, rate_event_t
    use test_problems, only: problem_t
-   use test_support, only: check, check_below, check_close, error_type, new_unittest, unittest_type
+   use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
-   private
-
-   public :: collect_event_switches
 
 contains
 
-   subroutine collect_event_switches(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_event_switches
       testsuite = [ &
                   new_unittest("a bang-bang torque keeps the order of the method", bang_bang), &
                   new_unittest("switch times have the order of the method", switch_times_have_the_order), &
                   new_unittest("a potential that is switched books its energy", switched_potential), &
                   new_unittest("switches without end end the run", endless_switches)]
-   end subroutine collect_event_switches
+   end procedure collect_event_switches
 
    !> A body with a thruster for each sense about axis 3; one of them is on.
    type(problem_t) function thrusters() result(problem)
@@ -219,4 +215,4 @@ contains
       call check(error, index(status%message, 'chatter') > 0, 'the event is named')
    end subroutine endless_switches
 
-end module test_event_switches
+end submodule test_event_switches

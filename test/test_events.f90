@@ -1,6 +1,6 @@
 !> Events against closed forms: when a box flips, when a top nutates, when a compass needle passes; what
 !> ends a run; what is not noticed.
-module test_events
+submodule(suites_of_methods) test_events
    use nutate_column_event, only: column_event_t
    use nutate_event, only: EXTREMUM, MAXIMUM, MINIMUM
    use nutate_event_list, only: event_list_t
@@ -26,19 +26,15 @@ module test_events
    use nutate_system, only: system_t
    use test_event_support, only: angle_event_t, compass, keeper_t, lost_event_t, no_effects, rate_event_t, tilt_event_t
    use test_problems, only: box, fast_top, forced_body, problem_t
-   use test_support, only: check, check_below, check_close, error_type, new_unittest, unittest_type
+   use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
-   private
-
-   public :: collect_events
 
    !> First zeros of Ω3 of the box, K/λ and odd multiples.
    real(wp), parameter :: quarter = 0.9664094834075236482704_wp
 
 contains
 
-   subroutine collect_events(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_events
       testsuite = [ &
                   new_unittest("the series finds the flips of the box to 1e-12", flips_of_series), &
                   new_unittest("times have the order of the method", orders_of_times), &
@@ -51,7 +47,7 @@ contains
                   new_unittest("rates of columns are those of their values", column_rates), &
                   new_unittest("directions count", directions), &
                   new_unittest("a quantity that is not a number ends the run", no_number)]
-   end subroutine collect_events
+   end procedure collect_events
 
    !> Zeros of Ω3 of the box by a method with fixed steps.
    subroutine flip(settings, dt, end_time, keeper, status)
@@ -418,4 +414,4 @@ contains
       call check_close(error, keeper%times(4), 7*quarter, 1e-10_wp, 'fourth')
    end subroutine directions
 
-end module test_events
+end submodule test_events

@@ -1,19 +1,15 @@
 !> Elliptic integrals and functions against 40-digit values, their identities and their limits.
-module test_exact_elliptic
+submodule(suites_of_runs) test_exact_elliptic
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_carlson, only: carlson_rc, carlson_rf, carlson_rj
    use nutate_elliptic, only: elliptic_k, jacobi
    use nutate_kinds, only: wp, pi, eps
-   use test_support, only: check_below, check_close, error_type, new_unittest, random_unit, unittest_type
+   use test_support, only: check_below, check_close, error_type, new_unittest, random_unit
    implicit none
-   private
-
-   public :: collect_exact_elliptic
 
 contains
 
-   subroutine collect_exact_elliptic(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_exact_elliptic
       testsuite = [ &
          new_unittest("symmetric integrals match 40-digit values", symmetric_integrals_match_40_digit_values), &
          new_unittest("complete integrals match 40-digit values", complete_integrals_match_40_digit_values), &
@@ -24,7 +20,7 @@ contains
          new_unittest("m1 = 0 gives hyperbolic functions", no_complement_gives_hyperbolic_functions), &
          new_unittest("m1 = 1 gives circular functions", full_complement_gives_circular_functions), &
          new_unittest("a million periods cost their rounding only", a_million_periods_cost_their_rounding_only)]
-   end subroutine collect_exact_elliptic
+   end procedure collect_exact_elliptic
 
    !> |actual/expected - 1| <= tolerance.
    subroutine check_relative(error, actual, expected, tolerance, label)
@@ -216,4 +212,4 @@ contains
       end do
    end subroutine a_million_periods_cost_their_rounding_only
 
-end module test_exact_elliptic
+end submodule test_exact_elliptic

@@ -1,5 +1,5 @@
 !> The exact free body: against 40-digit values, in every limit, over a million periods, and against its own equations.
-module test_exact_free
+submodule(suites_of_runs) test_exact_free
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_exact_free, only: free_body_t
    use nutate_kinds, only: wp, eps
@@ -7,18 +7,14 @@ module test_exact_free
    use nutate_status, only: status_t, NUTATE_BAD_ARGUMENT, NUTATE_BAD_BODY
    use test_exact_free_reference, only: long_rows, long_start, short_rows
    use test_support, only: check, check_close, error_type, new_unittest, random_unit, random_unit_quaternion, &
-                           random_vector, unittest_type
+                           random_vector
    implicit none
-   private
-
-   public :: collect_exact_free
 
    real(wp), parameter :: identity(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
 
 contains
 
-   subroutine collect_exact_free(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_exact_free
       testsuite = [ &
          new_unittest("literature values are met", literature_values_are_met), &
          new_unittest("the paper's box has its period", the_papers_box_has_its_period), &
@@ -35,7 +31,7 @@ contains
          new_unittest("units do not matter", units_do_not_matter), &
          new_unittest("absurd times and states do no harm", absurd_times_and_states_do_no_harm), &
          new_unittest("what is not a body or a state is refused", bad_input_is_refused)]
-   end subroutine collect_exact_free
+   end procedure collect_exact_free
 
    !> A body that must be accepted; a refused one stays at rest, which fails the checks of its motion.
    subroutine prepared(body, moments, q0, momentum0)
@@ -362,4 +358,4 @@ contains
       call check(error, status%code, NUTATE_BAD_ARGUMENT, "axes not orthonormal")
    end subroutine bad_input_is_refused
 
-end module test_exact_free
+end submodule test_exact_free

@@ -1,20 +1,16 @@
 !> Steady precession and the sleeping top in closed form.
-module test_exact_steady
+submodule(suites_of_runs) test_exact_steady
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_exact_top, only: lagrange_top_t
    use nutate_kinds, only: wp, pi, eps
    use nutate_status, only: status_t, NUTATE_BAD_ARGUMENT
    use nutate_steady_top, only: sleeping_spin, steady_precession
-   use test_support, only: check, check_close, error_type, new_unittest, random_unit, unittest_type
+   use test_support, only: check, check_close, error_type, new_unittest, random_unit
    implicit none
-   private
-
-   public :: collect_exact_steady
 
 contains
 
-   subroutine collect_exact_steady(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_exact_steady
       testsuite = [ &
          new_unittest("the paper's top precesses at 10 rad/s", the_papers_top_precesses), &
          new_unittest("both rates satisfy the condition", both_rates_satisfy_the_condition), &
@@ -22,7 +18,7 @@ contains
          new_unittest("special cases have their limits", special_cases_have_their_limits), &
          new_unittest("a spin too slow is refused", a_spin_too_slow_is_refused), &
          new_unittest("the sleeping spin is critical", the_sleeping_spin_is_critical)]
-   end subroutine collect_exact_steady
+   end procedure collect_exact_steady
 
    subroutine the_papers_top_precesses(error)
       type(error_type), allocatable, intent(out) :: error
@@ -110,4 +106,4 @@ contains
       call check_close(error, slow, fast, 1.0e-6_wp, "the rates meet")
    end subroutine the_sleeping_spin_is_critical
 
-end module test_exact_steady
+end submodule test_exact_steady

@@ -1,5 +1,5 @@
 !> The exact top of Lagrange: against 40-digit values, against its own equations and against the free body.
-module test_exact_top
+submodule(suites_of_runs) test_exact_top
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_exact_free, only: free_body_t
    use nutate_exact_top, only: lagrange_top_t
@@ -8,11 +8,8 @@ module test_exact_top
    use nutate_status, only: status_t
    use test_exact_top_reference, only: fastest, moments, prepared, random_sample, rows, sample_t
    use test_support, only: check, check_below, check_close, error_type, new_unittest, random_unit, &
-                           random_unit_quaternion, unittest_type
+                           random_unit_quaternion
    implicit none
-   private
-
-   public :: collect_exact_top
 
    real(wp), parameter :: identity(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
    real(wp), parameter :: vertical(3) = [0.0_wp, 0.0_wp, 1.0_wp]
@@ -22,8 +19,7 @@ module test_exact_top
 
 contains
 
-   subroutine collect_exact_top(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_exact_top
       testsuite = [ &
          new_unittest("steady precession of the literature", steady_precession_of_the_literature), &
          new_unittest("mean rates of the fast top", mean_rates_of_the_fast_top), &
@@ -36,7 +32,7 @@ contains
          new_unittest("the mean rates are those of the motion", mean_rates_are_those_of_the_motion), &
          new_unittest("without gravity it is the free body", without_gravity_it_is_the_free_body), &
          new_unittest("axes and vertical may point anywhere", axes_and_vertical_may_point_anywhere)]
-   end subroutine collect_exact_top
+   end procedure collect_exact_top
 
    !> Energy, momentum about the vertical and about the axis.
    pure function invariants(sample, q, momentum) result(values)
@@ -288,4 +284,4 @@ contains
       end do
    end subroutine axes_and_vertical_may_point_anywhere
 
-end module test_exact_top
+end submodule test_exact_top

@@ -1,28 +1,24 @@
 !> The exact top of Lagrange where it is delicate: next to the vertical, on the separatrix, at the ends of the range.
-module test_exact_top_limits
+submodule(suites_of_runs) test_exact_top_limits
    use nutate_exact_top, only: lagrange_top_t
    use nutate_kinds, only: wp, eps
    use nutate_status, only: status_t, NUTATE_BAD_ARGUMENT, NUTATE_BAD_BODY
    use test_exact_top_reference, only: prepared, sample_t
-   use test_support, only: check, check_below, check_close, error_type, new_unittest, unittest_type
+   use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
-   private
-
-   public :: collect_exact_top_limits
 
    real(wp), parameter :: identity(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
 
 contains
 
-   subroutine collect_exact_top_limits(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_exact_top_limits
       testsuite = [ &
          new_unittest("a start next to the vertical is exact", a_start_next_to_the_vertical_is_exact), &
          new_unittest("the separatrix of the pendulum is met", separatrix_of_the_pendulum_is_met), &
          new_unittest("a sleeping top sleeps, a slow one falls", a_sleeping_top_sleeps), &
          new_unittest("absurd times and states do no harm", absurd_times_and_states_do_no_harm), &
          new_unittest("what is not a top or a state is refused", bad_input_is_refused)]
-   end subroutine collect_exact_top_limits
+   end procedure collect_exact_top_limits
 
    !> Checks initial states next to the vertical, where precession and spin swing by half a revolution in a moment;
    !> their sum and difference must not change.
@@ -106,4 +102,4 @@ contains
       call check(error, status%code, NUTATE_BAD_ARGUMENT, "no vertical")
    end subroutine bad_input_is_refused
 
-end module test_exact_top_limits
+end submodule test_exact_top_limits

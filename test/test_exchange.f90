@@ -1,5 +1,5 @@
 !> Calendar time, and what lies between rows of attitudes.
-module test_exchange
+submodule(suites_of_interfaces) test_exchange
    use nutate_attitude_between, only: constant_rate
    use nutate_attitude_rows, only: attitude_rows_t, between_rows, put_in_order, turn_rates
    use nutate_calendar, only: date_of, day_of, seconds_of_day, tai_minus_utc
@@ -12,11 +12,8 @@ module test_exchange
    use nutate_status, only: status_t
    use nutate_surface, only: surface_of, surface_t
    use nutate_body, only: body_t, make_body
-   use test_support, only: check, error_type, new_unittest, unittest_type
+   use test_support, only: check, error_type, new_unittest
    implicit none
-   private
-
-   public :: collect_exchange
 
    !> Sampled motion: moments, kg m², initial angular velocity, rad/s.
    real(wp), parameter :: moments(3) = [0.64_wp, 0.97_wp, 1.0_wp], start(3) = [1.2_wp, 0.1_wp, 5.6_wp]
@@ -24,8 +21,7 @@ module test_exchange
 
 contains
 
-   subroutine collect_exchange(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_exchange
       testsuite = [ &
                   new_unittest("every day from 1583 to 9999 has its date", days), &
                   new_unittest("UTC is 37 s behind TAI from 2017; the last day of 2016 has 86401 s", leap_seconds), &
@@ -40,7 +36,7 @@ contains
                   new_unittest("a frame stands still 1e-6 s beyond its ends", ends_of_frames), &
                   new_unittest("a frame says where its rows are too far apart", far_rows), &
                   new_unittest("the box of inertia has the moments of the body", inertia_box)]
-   end subroutine collect_exchange
+   end procedure collect_exchange
 
    subroutine days(error)
       type(error_type), allocatable, intent(out) :: error
@@ -350,4 +346,4 @@ contains
       call check(error, maxval(abs(tensor)) < 100*eps, 'the box has another inertia')
    end subroutine inertia_box
 
-end module test_exchange
+end submodule test_exchange

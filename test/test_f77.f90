@@ -1,5 +1,5 @@
 !> The FORTRAN 77 routines that move a body, against the library.
-module test_f77
+submodule(suites_of_interfaces) test_f77
    use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_quiet_nan, ieee_value
    use nutate_hamiltonian, only: angular_velocity, body_momentum, kinetic_energy, make_state, space_momentum, &
       total_energy
@@ -12,16 +12,12 @@ module test_f77
    use test_f77_twins, only: forced_twin, iuser, most, plain, row_keeper_t, run_library, start, top_twin, twin_of, &
       twin_t
    use test_problems, only: box
-   use test_support, only: check, check_close, error_type, new_unittest, unittest_type
+   use test_support, only: check, check_close, error_type, new_unittest
    implicit none
-   private
-
-   public :: collect_f77
 
 contains
 
-   subroutine collect_f77(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_f77
       testsuite = [ &
                   new_unittest("F77 box has the digits of the library", box_has_the_digits), &
                   new_unittest("F77 heavy top has the digits of the library", top_has_the_digits), &
@@ -39,7 +35,7 @@ contains
                   new_unittest("F77 step that is too long changes nothing", long_step_changes_nothing), &
                   new_unittest("F77 callback without a number is told", callback_without_number_is_told), &
                   new_unittest("F77 states and invariants are the library's", states_are_the_librarys)]
-   end subroutine collect_f77
+   end procedure collect_f77
 
    !> A forced body, and one that is free but for a potential, in space axes that turn: the digits are the library's,
    !> and the Jacobi integral of the second, by what NUINV gives, is kept.
@@ -366,4 +362,4 @@ contains
       end associate
    end subroutine states_are_the_librarys
 
-end module test_f77
+end submodule test_f77

@@ -1,27 +1,23 @@
 !> The FORTRAN 77 routines that move a body, against every wrong argument.
-module test_f77_arguments
+submodule(suites_of_interfaces) test_f77_arguments
    use, intrinsic :: iso_fortran_env, only: int64
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use nutate_kinds, only: wp
    use test_f77_routines, only: nuinv, nuomeg, nuncer, nurun, nusetp, nustat, nustep, potspr, tormot
    use test_f77_twins, only: forced_twin, iuser, most, plain, start, top_twin, twin_t
-   use test_support, only: check, error_type, new_unittest, unittest_type
+   use test_support, only: check, error_type, new_unittest
    implicit none
-   private
-
-   public :: collect_f77_arguments
 
 contains
 
-   subroutine collect_f77_arguments(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_f77_arguments
       testsuite = [ &
                   new_unittest("F77 length of WORK is told", length_is_told), &
                   new_unittest("F77 NUINIT finds the wrong argument", init_finds_wrong), &
                   new_unittest("F77 NUSTEP finds the wrong argument", step_finds_wrong), &
                   new_unittest("F77 NURUN, NUSTAT and NUNCER find the wrong argument", run_finds_wrong), &
                   new_unittest("F77 states find the wrong argument", states_find_wrong)]
-   end subroutine collect_f77_arguments
+   end procedure collect_f77_arguments
 
    !> The length that a query gives will do, one less will not, and nothing is touched beyond it.
    subroutine length_is_told(error)
@@ -196,4 +192,4 @@ contains
       call check(error, all(info(:12) == -[1, 2, 4, 5, 1, 2, 4, 5, 1, 2, 9, 10]))
    end subroutine states_find_wrong
 
-end module test_f77_arguments
+end submodule test_f77_arguments

@@ -1,5 +1,5 @@
 !> Many bodies in FORTRAN 77: the bits of Fortran, failures, every wrong argument.
-module test_f77_bodies
+submodule(suites_of_interfaces) test_f77_bodies
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_bodies, only: bodies_t
@@ -8,11 +8,8 @@ module test_f77_bodies
    use nutate_f77_classes, only: classes_length
    use nutate_kinds, only: wp
    use nutate_status, only: status_t, NUTATE_NOT_FINITE
-   use test_support, only: check, error_type, new_unittest, random_unit_quaternion, random_vector, unittest_type
+   use test_support, only: check, error_type, new_unittest, random_unit_quaternion, random_vector
    implicit none
-   private
-
-   public :: collect_f77_bodies
 
    interface
       subroutine nubset(nc, aj, iframe, work, lwork, info)
@@ -67,13 +64,12 @@ module test_f77_bodies
 
 contains
 
-   subroutine collect_f77_bodies(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_f77_bodies
       testsuite = [ &
          new_unittest("F77 bodies have the bits of Fortran", bodies_have_the_bits_of_fortran), &
          new_unittest("F77 bodies that fail are listed", bodies_that_fail_are_listed), &
          new_unittest("F77 bodies find the wrong argument", bodies_find_the_wrong_argument)]
-   end subroutine collect_f77_bodies
+   end procedure collect_f77_bodies
 
    !> Two classes, one with a tensor, and states.
    subroutine start(aj, ic, q, al, tor)
@@ -179,4 +175,4 @@ contains
       call check(error, all(abs(q - q1) <= 0.0_wp), 'a state has changed')
    end subroutine bodies_find_the_wrong_argument
 
-end module test_f77_bodies
+end submodule test_f77_bodies

@@ -1,5 +1,5 @@
 !> The FORTRAN 77 routines that take no steps: attitudes, the exact free motion, messages.
-module test_f77_helpers
+submodule(suites_of_interfaces) test_f77_helpers
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use nutate_attitude, only: quat_from_euler
    use nutate_body, only: make_body
@@ -9,18 +9,14 @@ module test_f77_helpers
    use nutate_status, only: NUTATE_STEP_LIMIT, status_t
    use test_f77_routines, only: nue2q, nufree, num2q, nuq2e, nuq2m, nutext, nuwhy
    use test_problems, only: forced_body, problem_t
-   use test_support, only: check, check_close, error_type, new_unittest, unittest_type
+   use test_support, only: check, check_close, error_type, new_unittest
    implicit none
-   private
-
-   public :: collect_f77_helpers
 
    real(wp), parameter :: rotated(4) = [0.1_wp, -0.5_wp, 0.7_wp, 0.5_wp]
 
 contains
 
-   subroutine collect_f77_helpers(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_f77_helpers
       testsuite = [ &
                   new_unittest("F77 matrix there and back", matrix_there_and_back), &
                   new_unittest("F77 Euler angles there and back", euler_there_and_back), &
@@ -29,7 +25,7 @@ contains
                   new_unittest("F77 free motion finds the wrong argument", free_motion_finds_wrong), &
                   new_unittest("F77 every INFO has its text", every_info_has_its_text), &
                   new_unittest("F77 wrong arguments are named", wrong_arguments_are_named)]
-   end subroutine collect_f77_helpers
+   end procedure collect_f77_helpers
 
    subroutine matrix_there_and_back(error)
       type(error_type), allocatable, intent(out) :: error
@@ -165,4 +161,4 @@ contains
       call check(error, text, other)
    end subroutine wrong_arguments_are_named
 
-end module test_f77_helpers
+end submodule test_f77_helpers

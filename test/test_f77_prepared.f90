@@ -1,5 +1,5 @@
 !> Work arrays of FORTRAN 77 programs share what has been prepared for their set-up, and nothing else.
-module test_f77_prepared
+submodule(suites_of_interfaces) test_f77_prepared
    use, intrinsic :: iso_c_binding, only: c_f_pointer, c_funloc, c_int, c_loc, c_ptr
    use nutate_f77_prepared, only: f77_body_t, find_body, let_go
    use nutate_kinds, only: wp
@@ -13,11 +13,8 @@ module test_f77_prepared
    use test_f77_twins, only: forced_twin, iuser, most, plain, row_keeper_t, run_library, start, top_twin, twin_of, &
       twin_t
    use test_problems, only: box, forced_body, problem_t
-   use test_support, only: check, check_close, error_type, new_unittest, unittest_type
+   use test_support, only: check, check_close, error_type, new_unittest
    implicit none
-   private
-
-   public :: collect_f77_prepared
 
    integer, parameter :: n_threads = 8, n_steps = 30
 
@@ -34,8 +31,7 @@ module test_f77_prepared
 
 contains
 
-   subroutine collect_f77_prepared(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_f77_prepared
       testsuite = [ &
                   new_unittest("F77 bodies of one set-up do not disturb each other", alike_bodies_are_alone), &
                   new_unittest("F77 WORK that is put back repeats its steps", work_put_back_repeats), &
@@ -44,7 +40,7 @@ contains
                   new_unittest("F77 body in use is not given to a second call", busy_body_is_not_shared), &
                   new_unittest("F77 threads step bodies of one set-up", threads_step_alike_bodies), &
                   new_unittest("numbers of a stepper are those that it archives", numbers_are_those_archived)]
-   end subroutine collect_f77_prepared
+   end procedure collect_f77_prepared
 
    !> Begins a motion.
    subroutine begin(twin, dt, motion)
@@ -276,4 +272,4 @@ contains
       end do
    end subroutine numbers_are_those_archived
 
-end module test_f77_prepared
+end submodule test_f77_prepared

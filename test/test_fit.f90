@@ -1,5 +1,5 @@
 !> Fits of scenes: standard errors at the truth, the radar attitudes of Toutatis, starts, and errors of random fits.
-module test_fit
+submodule(suites_of_methods) test_fit
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_attitude, only: quat_from_rotation_vector
    use nutate_fit, only: fit_scene, fit_t
@@ -15,11 +15,8 @@ module test_fit
    use nutate_status, only: status_t, NUTATE_BAD_ARGUMENT, NUTATE_STEP_LIMIT
    use nutate_system, only: system_t
    use test_support, only: check, check_below, check_close, draws_fewer, error_type, new_unittest, one_in, &
-      random_unit, random_unit_quaternion, random_vector, test_failed, unittest_type
+      random_unit, random_unit_quaternion, random_vector, test_failed
    implicit none
-   private
-
-   public :: collect_fit
 
    character, parameter :: lf = achar(10)
    !> A satellite whose magnet an event switches off at 0.25 s, whose wheel comes to the limit of its speed at 0.2 s,
@@ -44,8 +41,7 @@ module test_fit
 
 contains
 
-   subroutine collect_fit(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_fit
       testsuite = [ &
                   new_unittest("standard_errors_of_a_gyroscope", test_gyroscope), &
                   new_unittest("standard_errors_of_a_compass", test_compass), &
@@ -65,7 +61,7 @@ contains
                   new_unittest("data_that_begin_late_are_fitted_from_where_they_begin", test_late_data), &
                   new_unittest("a_run_of_hopeless_numbers_ends", test_hopeless), &
                   new_unittest("what_cannot_be_fitted_is_rejected", test_rejections)]
-   end subroutine collect_fit
+   end procedure collect_fit
 
    !> Reads a scene.
    subroutine read(text, scene, error)
@@ -689,4 +685,4 @@ contains
       call check(error, index(status%message, 'fewer measurements') > 0, trim(status%message))
    end subroutine test_rejections
 
-end module test_fit
+end submodule test_fit

@@ -1,6 +1,6 @@
 !> Open orbits and several attracting bodies: places on conics, and bodies that pass others, against 16 digits of two
 !> methods in 128-bit arithmetic.
-module test_flyby
+submodule(suites_of_effects) test_flyby
    use nutate_conic, only: place_on_conic
    use nutate_hamiltonian, only: angular_velocity, potential_energy, total_energy
    use nutate_kepler_orbit, only: kepler_orbit_t
@@ -12,12 +12,9 @@ module test_flyby
    use nutate_scene, only: parse_scene, scene_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use test_support, only: check, check_close, error_type, new_unittest, random_unit, unittest_type
+   use test_support, only: check, check_close, error_type, new_unittest, random_unit
    use, intrinsic :: iso_fortran_env, only: int64
    implicit none
-   private
-
-   public :: collect_flyby
 
    character, parameter :: nl = new_line('a')
 
@@ -103,8 +100,7 @@ module test_flyby
 
 contains
 
-   subroutine collect_flyby(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_flyby
       testsuite = [ &
                   new_unittest("places on conics, to 15 digits", places_on_conics), &
                   new_unittest("place and velocity of every conic keep energy and momentum", kept_on_conics), &
@@ -115,7 +111,7 @@ contains
                   new_unittest("Apophis passes the Earth", apophis_passes), &
                   new_unittest("orbits that do not go together are refused", refused_orbits), &
                   new_unittest("effects, starts and columns refer to the orbit that is named", named_orbits)]
-   end subroutine collect_flyby
+   end procedure collect_flyby
 
    subroutine places_on_conics(error)
       type(error_type), allocatable, intent(out) :: error
@@ -434,4 +430,4 @@ contains
                        'sum')
    end subroutine named_orbits
 
-end module test_flyby
+end submodule test_flyby

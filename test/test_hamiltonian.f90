@@ -1,5 +1,5 @@
 !> The Hamiltonian: its forms agree, its derivatives are those of its value, its equations those of mechanics.
-module test_hamiltonian
+submodule(suites_of_runs) test_hamiltonian
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_body, only: body_t, make_body
    use nutate_effect, only: rotor_t
@@ -12,11 +12,8 @@ module test_hamiltonian
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_system, only: system_t
-   use test_support, only: check_close, error_type, new_unittest, random_unit_quaternion, random_vector, unittest_type
+   use test_support, only: check_close, error_type, new_unittest, random_unit_quaternion, random_vector
    implicit none
-   private
-
-   public :: collect_hamiltonian
 
    integer(int64), parameter :: first_seed = 20121025_int64
    integer, parameter :: trials = 50
@@ -25,8 +22,7 @@ module test_hamiltonian
 
 contains
 
-   subroutine collect_hamiltonian(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_hamiltonian
       testsuite = [ &
                   new_unittest("mass matrix times its inverse is one", mass_matrix_has_its_inverse), &
                   new_unittest("kinetic energy in its three forms", kinetic_energy_in_three_forms), &
@@ -39,7 +35,7 @@ contains
                   new_unittest("equations of motion are Hamilton's", equations_are_hamiltons), &
                   new_unittest("equations of motion are Euler's", equations_are_eulers), &
                   new_unittest("rotor adds momentum, not energy", rotor_adds_momentum_not_energy)]
-   end subroutine collect_hamiltonian
+   end procedure collect_hamiltonian
 
    !> An asymmetric body with a full tensor, under inclined gravity.
    type(system_t) function sample_system() result(system)
@@ -255,4 +251,4 @@ contains
       call check_close(error, kinetic_energy(with_rotor, b), kinetic_energy(plain, a), 64*eps, "energy")
    end subroutine rotor_adds_momentum_not_energy
 
-end module test_hamiltonian
+end submodule test_hamiltonian

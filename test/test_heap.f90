@@ -1,6 +1,6 @@
 !> Between the first and the last row of a run nothing is allocated, by whatever method and with whatever effects; and
 !> steppers of C are small.
-module test_heap
+submodule(suites_of_runs) test_heap
    use, intrinsic :: iso_c_binding, only: c_char, c_int, c_loc, c_long_long, c_null_char, c_null_ptr, c_ptr, c_size_t
    use, intrinsic :: iso_fortran_env, only: compiler_version
    use nutate_c_stepper, only: nutate_stepper_create, nutate_stepper_destroy, nutate_stepper_set, &
@@ -18,11 +18,8 @@ module test_heap
    use nutate_status, only: status_t
    use nutate_system, only: system_t
    use test_shipped_scenes, only: scene_names
-   use test_support, only: check, error_type, in_turn, new_unittest, skip_test, test_failed, unittest_type
+   use test_support, only: check, error_type, in_turn, new_unittest, skip_test, test_failed
    implicit none
-   private
-
-   public :: collect_heap
 
    !> Number of allocations between the first row and the last.
    type, extends(observer_t) :: heap_watch_t
@@ -48,15 +45,14 @@ module test_heap
 
 contains
 
-   subroutine collect_heap(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_heap
       testsuite = [ &
                   new_unittest("fixed steps allocate nothing", fixed_steps_allocate_nothing), &
                   new_unittest("steps subdivided allocate nothing", subdivided_steps_allocate_nothing), &
                   new_unittest("controlled steps allocate nothing", controlled_steps_allocate_nothing), &
                   new_unittest("without attitude nothing is allocated", no_attitude_allocates_nothing), &
                   new_unittest("steppers are small", steppers_are_small)]
-   end subroutine collect_heap
+   end procedure collect_heap
 
    subroutine count_at_row(self, system, state, record, status)
       class(heap_watch_t), intent(inout) :: self
@@ -262,4 +258,4 @@ contains
       text_to_c = c_loc(texts(1, last))
    end function text_to_c
 
-end module test_heap
+end submodule test_heap

@@ -1,5 +1,5 @@
 !> Histories: their numbers, columns and files.
-module test_history
+submodule(suites_of_runs) test_history
    use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_value
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_body, only: diagonal, make_body
@@ -17,16 +17,12 @@ module test_history
    use nutate_state, only: state_t
    use nutate_status, only: status_t, NUTATE_BAD_ARGUMENT, NUTATE_IO, NUTATE_NOT_FINITE
    use nutate_system, only: system_t
-   use test_support, only: check, check_close, error_type, new_unittest, random_unit, test_failed, unittest_type
+   use test_support, only: check, check_close, error_type, new_unittest, random_unit, test_failed
    implicit none
-   private
-
-   public :: collect_history
 
 contains
 
-   subroutine collect_history(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_history
       testsuite = [ &
          new_unittest("numbers read back exactly", numbers_read_back_exactly), &
          new_unittest("short numbers stay short", short_numbers_stay_short), &
@@ -41,7 +37,7 @@ contains
          new_unittest("a history has one writer", a_history_has_one_writer), &
          new_unittest("a missing folder is reported", a_missing_folder_is_reported), &
          new_unittest("a number that is not finite is refused", a_number_that_is_not_finite_is_refused)]
-   end subroutine collect_history
+   end procedure collect_history
 
    !> Random doubles of all magnitudes, neighbours of powers of ten and two, extremes.
    subroutine numbers_read_back_exactly(error)
@@ -387,4 +383,4 @@ contains
       if (status == 0) close (unit, status='delete')
    end subroutine remove
 
-end module test_history
+end submodule test_history

@@ -1,5 +1,5 @@
 !> Torques that jump within a step: the implicit step cannot take them and says so; dop853 steps over them.
-module test_jumps
+submodule(suites_of_runs) test_jumps
    use nutate_body, only: diagonal, make_body
    use nutate_damping, only: damping_t
    use nutate_effect, only: torque_t
@@ -13,11 +13,8 @@ module test_jumps
    use nutate_integrator_settings, only: integrator_settings_t
    use nutate_system, only: system_t
    use test_problems, only: box, problem_t
-   use test_support, only: check, check_below, check_close, error_type, new_unittest, unittest_type
+   use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
-   private
-
-   public :: collect_jumps
 
    !> Dry friction: τᵢ = -strength sign(Ωᵢ), 0 at rest, N m.
    type, extends(torque_t) :: dry_friction_t
@@ -31,14 +28,13 @@ module test_jumps
 
 contains
 
-   subroutine collect_jumps(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_jumps
       testsuite = [ &
                   new_unittest("a jump is named where the implicit step fails", jump_is_named), &
                   new_unittest("a jump is named where the projection fails", jump_is_named_by_the_projection), &
                   new_unittest("dop853 steps over jumps", dop853_steps_over_jumps), &
                   new_unittest("no jump is named where no effect can jump", no_jump_is_invented)]
-   end subroutine collect_jumps
+   end procedure collect_jumps
 
    pure function friction_torque(self, t, q, omega) result(tau)
       class(dry_friction_t), intent(in) :: self
@@ -143,4 +139,4 @@ contains
       end do
    end subroutine no_jump_is_invented
 
-end module test_jumps
+end submodule test_jumps

@@ -1,17 +1,14 @@
 !> Nonlinear least squares: NIST's Statistical Reference Datasets with their certified values, and problems that are not
 !> well posed.
-module test_least_squares
+submodule(suites_of_methods) test_least_squares
    use nutate_kinds, only: wp
    use nutate_least_squares, only: least_squares_problem_t, least_squares_result_t, least_squares_settings_t, &
       minimize, &
       UNKNOWN_BELOW
    use nutate_robust_loss, only: loss_of, CAUCHY, HUBER, LINEAR, SOFT_L1
    use nutate_status, only: status_t, NUTATE_BAD_ARGUMENT, NUTATE_NOT_CONVERGED
-   use test_support, only: check, check_below, check_close, error_type, new_unittest, unittest_type
+   use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
-   private
-
-   public :: collect_least_squares
 
    !> A curve y(x) with parameters b, and data.
    type, extends(least_squares_problem_t) :: curve_t
@@ -26,8 +23,7 @@ module test_least_squares
 
 contains
 
-   subroutine collect_least_squares(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_least_squares
       testsuite = [ &
                   new_unittest("certified_values_of_NIST_are_met", test_nist), &
                   new_unittest("a_product_of_parameters_is_known_but_not_its_factors", test_product), &
@@ -37,7 +33,7 @@ contains
                   new_unittest("losses_are_those_of_SciPy", test_losses), &
                   new_unittest("a_fit_that_stalls_ends", test_stall), &
                   new_unittest("fewer_residuals_than_parameters_are_rejected", test_too_few)]
-   end subroutine collect_least_squares
+   end procedure collect_least_squares
 
    subroutine evaluate(self, x, residuals, jacobian, status)
       class(curve_t), intent(inout) :: self
@@ -295,4 +291,4 @@ contains
       call check(error, status%code, NUTATE_BAD_ARGUMENT)
    end subroutine test_too_few
 
-end module test_least_squares
+end submodule test_least_squares

@@ -1,6 +1,6 @@
 !> Limits: every key at and just beyond its limits, as text, from C and from FORTRAN 77. All give the same verdict, and
 !> it is the one that the documentation promises.
-module test_limits
+submodule(suites_of_runs) test_limits
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_is_nan, ieee_positive_inf, ieee_quiet_nan, ieee_value
    use nutate_keys, only: group_kind_t, KEY_REAL
    use nutate_kinds, only: wp
@@ -11,11 +11,8 @@ module test_limits
                                   of_tangents, &
       of_settings, of_starts, of_torques, of_wheels, promise_t
    use test_limit_text, only: number_text, setting_t, text_takes, text_takes_every
-   use test_support, only: check, error_type, new_unittest, one_in, test_failed, unittest_type
+   use test_support, only: check, error_type, new_unittest, one_in, test_failed
    implicit none
-   private
-
-   public :: collect_limits
 
    !> Groups whose numbers text and C refuse in the same words.
    character(len=16), parameter :: one_voice(10) = [ &
@@ -27,8 +24,7 @@ module test_limits
 
 contains
 
-   subroutine collect_limits(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_limits
       testsuite = [ &
                   new_unittest("bodies at their limits", bodies), &
                   new_unittest("potentials at their limits", potentials), &
@@ -46,7 +42,7 @@ contains
                   new_unittest("the strength of an effect does not depend on the attitude", strengths), &
                   new_unittest("a gravity gradient along (1e-150, 0, 0) is refused by every way", tiny_direction), &
                   new_unittest("callbacks at their limits", callbacks)]
-   end subroutine collect_limits
+   end procedure collect_limits
 
    subroutine bodies(error)
       type(error_type), allocatable, intent(out) :: error
@@ -341,4 +337,4 @@ contains
       end if
    end function is_promised
 
-end module test_limits
+end submodule test_limits

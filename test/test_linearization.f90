@@ -1,5 +1,5 @@
 !> Linearisation: matrices against differences of the motion, eigenvalues against closed formulas, Floquet multipliers.
-module test_linearization
+submodule(suites_of_effects) test_linearization
    use nutate_attitude, only: quat_from_rotation_vector, rotation_vector_from_quat
    use nutate_hamiltonian, only: angular_velocity, make_state
    use nutate_kinds, only: wp, pi
@@ -12,11 +12,8 @@ module test_linearization
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_system, only: system_t
-   use test_support, only: check, check_below, check_close, error_type, new_unittest, unittest_type
+   use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
-   private
-
-   public :: collect_linearization
 
    character, parameter :: lf = achar(10)
    real(wp), parameter :: eps = epsilon(1.0_wp)
@@ -30,8 +27,7 @@ module test_linearization
 
 contains
 
-   subroutine collect_linearization(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_linearization
       testsuite = [ &
                   new_unittest("A_is_the_difference_of_the_right_side_for_all_effects", test_differences), &
                   new_unittest("a_period_at_rest_is_the_exponential_of_A_and_B", test_exponential), &
@@ -45,7 +41,7 @@ contains
                   new_unittest("gains_that_a_controller_cannot_have_are_refused", test_impossible_gains), &
                   new_unittest("Floquet_multipliers_of_Hyperion", test_hyperion), &
                   new_unittest("what_is_no_equilibrium_is_refused_with_its_residual", test_refusals)]
-   end subroutine collect_linearization
+   end procedure collect_linearization
 
    !> Reads a scene.
    subroutine read(text, scene, error)
@@ -546,4 +542,4 @@ contains
 
    end subroutine test_refusals
 
-end module test_linearization
+end submodule test_linearization

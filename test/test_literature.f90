@@ -1,5 +1,5 @@
 !> Problems of the literature with known exact solutions (40-digit Taylor integration): second order, down to 1e-6.
-module test_literature
+submodule(suites_of_runs) test_literature
    use nutate_body, only: make_shape_body
    use nutate_hamiltonian, only: make_state, total_energy
    use nutate_kinds, only: wp, eps
@@ -7,16 +7,12 @@ module test_literature
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use test_problems, only: bruls_top, free_body, precessing_top, problem_t, simo_top, solve
-   use test_support, only: check, check_below, check_close, error_type, new_unittest, unittest_type
+   use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
-   private
-
-   public :: collect_literature
 
 contains
 
-   subroutine collect_literature(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_literature
       testsuite = [ &
                   new_unittest("heavy top of Brüls, Cardona and Arnold", heavy_top_of_bruls), &
                   new_unittest("steadily precessing top of Betsch and Kinon", steady_top_of_betsch), &
@@ -24,7 +20,7 @@ contains
                   new_unittest("free body of Hairer and Vilmart", free_body_of_hairer), &
                   new_unittest("water molecule of Hairer and Vilmart", water_molecule_of_hairer), &
                   new_unittest("tumbling box of the simulator comparison", tumbling_box)]
-   end subroutine collect_literature
+   end procedure collect_literature
 
    subroutine heavy_top_of_bruls(error)
       type(error_type), allocatable, intent(out) :: error
@@ -104,4 +100,4 @@ contains
       call check_close(error, log(errors(1:3)/errors(2:4))/log(2.0_wp), [2.0_wp, 2.0_wp, 2.0_wp], 0.1_wp, "order")
    end subroutine check_convergence
 
-end module test_literature
+end submodule test_literature

@@ -1,6 +1,6 @@
 !> Periodic states of moons: Hyperion and Mercury on their ellipses, of 20 digits, by extrapolation in quadruple
 !> precision, and how motions next to them grow, in the plane and out of it.
-module test_moon_states
+submodule(suites_of_effects) test_moon_states
    use nutate_hamiltonian, only: angular_velocity, make_state
    use nutate_kinds, only: wp, pi
    use nutate_quaternion, only: quat_conjugate, quat_exp, quat_product
@@ -11,11 +11,8 @@ module test_moon_states
    use nutate_integrator_settings, only: integrator_settings_t
    use test_time_dependent, only: make_moon
    use test_problems, only: problem_t
-   use test_support, only: check, check_below, check_close, error_type, new_unittest, unittest_type
+   use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
-   private
-
-   public :: collect_moon_states
 
    !> Eccentricity, 3(B-A)/C, turns in a revolution, θ in units of π and θ̇ at the pericentre, and the trace of the
    !> planar monodromy matrix, over one revolution or, where turns are halves, over two.
@@ -51,13 +48,12 @@ module test_moon_states
 
 contains
 
-   subroutine collect_moon_states(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_moon_states
       testsuite = [ &
                   new_unittest("periodic states come back", states_come_back), &
                   new_unittest("their planar neighbours grow by the trace of the monodromy matrix", planar_traces), &
                   new_unittest("tilts of Hyperion grow by the multipliers of Floquet", tilt_multipliers)]
-   end subroutine collect_moon_states
+   end procedure collect_moon_states
 
    !> The moon of a state, its smallest moment of inertia given, at its start.
    subroutine make_problem(k, smallest, problem)
@@ -197,4 +193,4 @@ contains
       end do
    end subroutine tilt_multipliers
 
-end module test_moon_states
+end submodule test_moon_states

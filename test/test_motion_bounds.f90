@@ -1,7 +1,7 @@
 !> The bounds of motions, attacked: random bodies, effects, frames and wheels are followed finely, forward and backward,
 !> and no column may change faster or be greater than the bounds from the start say, without the margins that events
 !> leave; and runs that sleep by them find what runs find that look into every step.
-module test_motion_bounds
+submodule(suites_of_methods) test_motion_bounds
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_applied_torque, only: applied_torque_t
    use nutate_body, only: diagonal, make_body
@@ -29,10 +29,8 @@ module test_motion_bounds
    use test_attack_case, only: attack_case_t, draw_case, make_system
    use test_event_support, only: keeper_t, rate_event_t
    use test_support, only: check, check_below, error_type, new_unittest, random_unit, random_unit_quaternion, &
-                           random_vector, share_of, unittest_type
+                           random_vector, share_of
    implicit none
-   private
-   public :: collect_motion_bounds
 
    !> Motions drawn, and a third of them. Rows of each.
    integer, parameter :: many = 600, rows = 100
@@ -72,14 +70,13 @@ module test_motion_bounds
 
 contains
 
-   subroutine collect_motion_bounds(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_motion_bounds
       testsuite = [ &
                   new_unittest("no motion exceeds its bounds", no_motion_exceeds_its_bounds), &
                   new_unittest("bounds are near what they bound", bounds_are_near), &
                   new_unittest("a run that sleeps finds what one finds that does not", sleep_hides_nothing), &
                   new_unittest("what pulls apart without end has no bounds", no_bounds_without_end)]
-   end subroutine collect_motion_bounds
+   end procedure collect_motion_bounds
 
    pure function drag_torque(self, t, q, omega) result(tau)
       class(full_drag_t), intent(in) :: self
@@ -496,4 +493,4 @@ contains
       end associate
    end function size_of
 
-end module test_motion_bounds
+end submodule test_motion_bounds

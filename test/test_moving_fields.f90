@@ -1,6 +1,6 @@
 !> A magnetic moment in the field of the Earth and forces that turn with an orbit: against explicit integration of the
 !> equations of motion, and the account with the work of time-dependent potentials.
-module test_moving_fields
+submodule(suites_of_effects) test_moving_fields
    use nutate_attitude, only: quat_from_axis_angle
    use nutate_body, only: diagonal, make_body
    use nutate_lvlh_vector, only: lvlh_vector_t
@@ -31,11 +31,8 @@ module test_moving_fields
    use test_problems, only: problem_t
    use test_satellites, only: degree, field_along, magnet, moments, path_of, point, push, push_along, satellite, &
       rotating, BOTH, FORCE_ALONG, MAGNETIC
-   use test_support, only: check, check_below, check_close, error_type, in_turn, new_unittest, unittest_type
+   use test_support, only: check, check_below, check_close, error_type, in_turn, new_unittest
    implicit none
-   private
-
-   public :: collect_moving_fields
 
    real(wp), parameter :: end_time = 3000.0_wp
    !> Gain of B-dot, A m² s/T.
@@ -57,8 +54,7 @@ module test_moving_fields
 
 contains
 
-   subroutine collect_moving_fields(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_moving_fields
       testsuite = [ &
                   new_unittest("motions against the equations of Euler", explicit_motion), &
                   new_unittest("a circular orbit is the same in its own axes", both_axes), &
@@ -68,7 +64,7 @@ contains
                   new_unittest("orders 2, 4 and 6", orders), &
                   new_unittest("forces are weights, torques and windows of each other", forces_are_known), &
                   new_unittest("B-dot in the field of the Earth", magnetorquers)]
-   end subroutine collect_moving_fields
+   end procedure collect_moving_fields
 
    subroutine watch_account(self, system, state, record, status)
       class(account_t), intent(inout) :: self
@@ -393,4 +389,4 @@ contains
 
    end subroutine magnetorquers
 
-end module test_moving_fields
+end submodule test_moving_fields

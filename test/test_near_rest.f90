@@ -1,7 +1,7 @@
 !> Damping brings bodies to rest. There the energy is stationary, and round-off of it would move a projected state by
 !> √ε: neither steps that are chosen by the difference of a whole and two halves, nor the search for an accuracy may
 !> take that for an error which shorter steps make smaller.
-module test_near_rest
+submodule(suites_of_effects) test_near_rest
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_body, only: diagonal, make_body
    use nutate_damping, only: damping_t
@@ -17,12 +17,8 @@ module test_near_rest
    use nutate_status, only: status_t
    use nutate_integrator_settings, only: integrator_settings_t
    use test_problems, only: problem_t
-   use test_support, only: check, error_type, new_unittest, random_unit_quaternion, random_vector, share_of, &
-                           unittest_type
+   use test_support, only: check, error_type, new_unittest, random_unit_quaternion, random_vector, share_of
    implicit none
-   private
-
-   public :: collect_near_rest
 
    !> Pendulums drawn at random; `make test` draws three.
    integer, parameter :: motions = 8
@@ -34,14 +30,13 @@ module test_near_rest
 
 contains
 
-   subroutine collect_near_rest(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_near_rest
       testsuite = [ &
                   new_unittest("steps grow in number as the order says", steps_follow_tolerance), &
                   new_unittest("the search for an accuracy ends, and keeps it", accuracy_is_found), &
                   new_unittest("steps as long as a swing come to rest, on the account", long_steps_come_to_rest), &
                   new_unittest("tolerances below round-off take no more steps than round-off", steps_end_at_round_off)]
-   end subroutine collect_near_rest
+   end procedure collect_near_rest
 
    type(integrator_settings_t) function settings_of(method) result(settings)
       character(len=*), intent(in) :: method
@@ -219,4 +214,4 @@ contains
       end do
    end subroutine steps_end_at_round_off
 
-end module test_near_rest
+end submodule test_near_rest

@@ -1,6 +1,6 @@
 !> Bodies on orbits: Kepler's ellipse, the axes of an orbit, and the gravity gradient on a circular one against what is
 !> known of stability.
-module test_orbit
+submodule(suites_of_effects) test_orbit
    use nutate_attitude, only: quat_from_roll_pitch_yaw, roll_pitch_yaw_from_quat
    use nutate_gravity_gradient, only: gravity_gradient_t
    use nutate_hamiltonian, only: angular_velocity, conserved_energy, frame_rate_of, make_state, total_energy
@@ -16,20 +16,15 @@ module test_orbit
    use nutate_integrator_settings, only: integrator_settings_t
    use test_orbit_reference, only: period, satellite, stable, unstable, wide
    use test_problems, only: problem_t
-   use test_support, only: check, check_below, check_close, error_type, new_unittest, random_unit_quaternion, &
-                           unittest_type
+   use test_support, only: check, check_below, check_close, error_type, new_unittest, random_unit_quaternion
    use, intrinsic :: iso_fortran_env, only: int64
    implicit none
-   private
-
-   public :: collect_orbit
 
    real(wp), parameter :: degree = pi/180
 
 contains
 
-   subroutine collect_orbit(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_orbit
       testsuite = [ &
                   new_unittest("Kepler's equation is solved to round-off", kepler_equation), &
                   new_unittest("places on an ellipse, to 13 digits", places), &
@@ -43,7 +38,7 @@ contains
                   new_unittest("a free body is the same in both axes of an orbit", both_frames), &
                   new_unittest("a scene without direction takes the orbit's", direction_of_orbit), &
                   new_unittest("an orbit takes the place of another", orbit_replaced)]
-   end subroutine collect_orbit
+   end procedure collect_orbit
 
    !> `E - e sin E - M` is a rounding of M, at any time and eccentricity.
    subroutine kepler_equation(error)
@@ -409,4 +404,4 @@ contains
       call check(error, .not. gradient%is_valid(), "a constant gradient in inertial axes is not that of the orbit")
    end subroutine orbit_replaced
 
-end module test_orbit
+end submodule test_orbit

@@ -1,5 +1,5 @@
 !> Effects that move along an orbit: the field of the Earth, forces, the shadow of the Earth; values, rates and series.
-module test_orbit_fields
+submodule(suites_of_effects) test_orbit_fields
    use nutate_attitude, only: quat_from_axis_angle
    use nutate_earth_field, only: earth_field_t
    use nutate_effect, only: potential_t
@@ -17,11 +17,8 @@ module test_orbit_fields
    use nutate_integrator_settings, only: integrator_settings_t
    use test_problems, only: problem_t
    use test_satellites, only: field_along, magnet, path_of, point, push_along, satellite, MAGNETIC
-   use test_support, only: check, check_close, error_type, in_turn, new_unittest, unittest_type
+   use test_support, only: check, check_close, error_type, in_turn, new_unittest
    implicit none
-   private
-
-   public :: collect_orbit_fields
 
    !> References of the satellite with a magnet on an ellipse: times, s, growth of errors of the initial state, q, Ω,
    !> rad/s, and the work of time-dependent potentials, J; 20 digits, by tools/docs/references/earth_field.py.
@@ -41,14 +38,13 @@ module test_orbit_fields
 
 contains
 
-   subroutine collect_orbit_fields(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_orbit_fields
       testsuite = [ &
                   new_unittest("the field is that of a dipole", field_of_a_dipole), &
                   new_unittest("a magnet on an ellipse agrees with 20 digits", magnet_agrees), &
                   new_unittest("what moves, its rate and its series", parts_belong_together), &
                   new_unittest("shadow of a circular orbit, and its rate", shadow)]
-   end subroutine collect_orbit_fields
+   end procedure collect_orbit_fields
 
    !> B = -∇ of the potential a³ G·r/|r|³, G rotated with the Earth, by differences; near the equator it points north.
    subroutine field_of_a_dipole(error)
@@ -193,4 +189,4 @@ contains
       end do
    end subroutine shadow
 
-end module test_orbit_fields
+end submodule test_orbit_fields

@@ -1,6 +1,6 @@
 !> Paths by tables of positions: their error between the lines, the effects and columns that use them, and that
 !> steps which end on the lines keep order and energy balance of every method.
-module test_orbit_table
+submodule(suites_of_effects) test_orbit_table
    use nutate_body, only: diagonal, make_body
    use nutate_hamiltonian, only: angular_velocity, make_state, total_energy
    use nutate_kepler_orbit, only: kepler_orbit_t
@@ -15,11 +15,8 @@ module test_orbit_table
    use nutate_integrator_settings, only: integrator_settings_t
    use nutate_system, only: system_t
    use nutate_track, only: make_track, track_t
-   use test_support, only: check, check_below, check_close, error_type, new_unittest, unittest_type
+   use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
-   private
-
-   public :: collect_orbit_table
 
    !> Contents of a table: positions; velocities too; and accelerations made from them.
    integer, parameter :: POSITIONS = 1, VELOCITIES = 2, ACCELERATIONS = 3
@@ -29,8 +26,7 @@ module test_orbit_table
 
 contains
 
-   subroutine collect_orbit_table(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_orbit_table
       testsuite = [ &
                   new_unittest("errors of 1/r**3 between the lines are those of theory", errors_between), &
                   new_unittest("velocities, LVLH frame and its rate are those of the positions", parts_of_track), &
@@ -40,7 +36,7 @@ contains
                   new_unittest("there and back through the lines", back), &
                   new_unittest("outside of the table the body stays at its end", outside), &
                   new_unittest("tables that are none are refused at their line", refused)]
-   end subroutine collect_orbit_table
+   end procedure collect_orbit_table
 
    !> The hyperbola of Apophis about the Earth.
    type(kepler_orbit_t) function apophis() result(path)
@@ -331,4 +327,4 @@ contains
       call check(error, at == 3 .and. index(status%message, 'moves too fast') > 0, trim(status%message))
    end subroutine refused
 
-end module test_orbit_table
+end submodule test_orbit_table

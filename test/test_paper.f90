@@ -1,5 +1,5 @@
 !> The paper's statements: how long steps change periods of box and tops.
-module test_paper
+submodule(suites_of_runs) test_paper
    use nutate_hamiltonian, only: angular_velocity
    use nutate_kinds, only: wp, pi
    use nutate_nielsen_krenk, only: nielsen_krenk_t
@@ -8,22 +8,18 @@ module test_paper
    use nutate_status, only: status_t
    use nutate_integrator_settings, only: integrator_settings_t
    use test_problems, only: box, fast_top, precessing_top, problem_t
-   use test_support, only: check, check_close, error_type, new_unittest, unittest_type
+   use test_support, only: check, check_close, error_type, new_unittest
    implicit none
-   private
-
-   public :: collect_paper
 
 contains
 
-   subroutine collect_paper(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_paper
       testsuite = [ &
                   new_unittest("half period of the box at four steps", half_period_of_the_box), &
                   new_unittest("box period shrinks by 8 % from step 0.01 to 0.1", box_period_shrinks), &
                   new_unittest("precession of the steady top errs by second order", precession_of_steady_top), &
                   new_unittest("precession of the nutating top errs by second order", precession_of_nutating_top)]
-   end subroutine collect_paper
+   end procedure collect_paper
 
    subroutine half_period_of_the_box(error)
       type(error_type), allocatable, intent(out) :: error
@@ -160,4 +156,4 @@ contains
       mean_precession = mean_precession/total
    end function mean_precession
 
-end module test_paper
+end submodule test_paper

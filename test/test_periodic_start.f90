@@ -1,6 +1,6 @@
 !> Periodic starts of spin-orbit resonances: the forced librations of Phobos and Mercury against 16 digits of shooting
 !> and of harmonic balance, the free ones by the multipliers.
-module test_periodic_start
+submodule(suites_of_effects) test_periodic_start
    use nutate_attitude, only: quat_from_euler
    use nutate_hamiltonian, only: angular_velocity
    use nutate_kinds, only: wp, pi
@@ -12,11 +12,8 @@ module test_periodic_start
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_integrator_settings, only: integrator_settings_t
-   use test_support, only: check, check_close, error_type, new_unittest, unittest_type
+   use test_support, only: check, check_close, error_type, new_unittest
    implicit none
-   private
-
-   public :: collect_periodic_start
 
    character, parameter :: nl = new_line('a')
    character(len=*), parameter :: phobos = '&body inertia = 0.3615, 0.4265, 0.5024 /'//nl, &
@@ -28,8 +25,7 @@ module test_periodic_start
 
 contains
 
-   subroutine collect_periodic_start(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_periodic_start
       testsuite = [ &
                   new_unittest("Phobos: the forced libration", forced_phobos), &
                   new_unittest("Mercury: the forced libration", forced_mercury), &
@@ -38,7 +34,7 @@ contains
                   new_unittest("multipliers tell of unstable resonances", unstable_resonance), &
                   new_unittest("of a family the nearest motion is found", families), &
                   new_unittest("what has no periodic motion is refused", refused)]
-   end subroutine collect_periodic_start
+   end procedure collect_periodic_start
 
    subroutine read_start(error, body, orbit, resonance, scene)
       type(error_type), allocatable, intent(inout) :: error
@@ -252,4 +248,4 @@ contains
       call check(error, .not. status%ok() .and. index(message, words) > 0, words//' expected, got '//message)
    end subroutine check_refusal
 
-end module test_periodic_start
+end submodule test_periodic_start

@@ -1,5 +1,5 @@
 !> Parts of the integrator that a scene selects: only those that its effects and its output require.
-module test_plan
+submodule(suites_of_runs) test_plan
    use nutate_invariants, only: ALL_COMPONENTS, ALONG_AXIS, NO_COMPONENT, ONLY_LENGTH, conserved_momentum, invariants_t
    use nutate_kinds, only: wp
    use nutate_methods, only: equations_of, make_stepper
@@ -8,11 +8,8 @@ module test_plan
    use nutate_scene, only: parse_scene, scene_t
    use nutate_status, only: status_t
    use nutate_stepper, only: stepper_t
-   use test_support, only: check, check_close, error_type, new_unittest, unittest_type
+   use test_support, only: check, check_close, error_type, new_unittest
    implicit none
-   private
-
-   public :: collect_plan
 
    character(len=*), parameter :: newline = new_line('a')
    !> A scene but for its effects and its columns.
@@ -23,13 +20,12 @@ module test_plan
 
 contains
 
-   subroutine collect_plan(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_plan
       testsuite = [ &
                   new_unittest("attitude only where something depends on it", attitude_only_where_needed), &
                   new_unittest("without attitude three equations are solved", three_equations_without_attitude), &
                   new_unittest("invariants follow from the effects", invariants_follow_from_the_effects)]
-   end subroutine collect_plan
+   end procedure collect_plan
 
    subroutine attitude_only_where_needed(error)
       type(error_type), allocatable, intent(out) :: error
@@ -128,4 +124,4 @@ contains
       call check(error, status%ok(), message)
    end subroutine read_text
 
-end module test_plan
+end submodule test_plan

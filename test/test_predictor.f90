@@ -1,5 +1,5 @@
 !> The predictor of implicit steps, and what the table says of the methods against what they are.
-module test_predictor
+submodule(suites_of_runs) test_predictor
    use nutate_kinds, only: wp, eps
    use nutate_methods, only: make_stepper, method_of, method_t, methods
    use nutate_number_archive, only: number_archive_t
@@ -8,16 +8,12 @@ module test_predictor
    use nutate_status, only: status_t
    use nutate_stepper, only: dense_stepper_t, integrator_settings_t, stepper_t
    use test_problems, only: box, problem_t
-   use test_support, only: check, check_close, error_type, new_unittest, unittest_type
+   use test_support, only: check, check_close, error_type, new_unittest
    implicit none
-   private
-
-   public :: collect_predictor
 
 contains
 
-   subroutine collect_predictor(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_predictor
       testsuite = [ &
                   new_unittest("a polynomial through the steps is continued", polynomial_is_continued), &
                   new_unittest("a step of another length is predicted in proportion", other_length_in_proportion), &
@@ -26,7 +22,7 @@ contains
                   new_unittest("a predictor goes on from an archive", predictor_goes_on), &
                   new_unittest("the table knows the methods with dense output", table_knows_dense_output), &
                   new_unittest("the table knows the methods that estimate", table_knows_estimates)]
-   end subroutine collect_predictor
+   end procedure collect_predictor
 
    !> Values of eight polynomials of a degree at step k.
    pure function polynomials(degree, k) result(z)
@@ -173,4 +169,4 @@ contains
       end do
    end subroutine table_knows_estimates
 
-end module test_predictor
+end submodule test_predictor

@@ -1,5 +1,5 @@
 !> Quaternion algebra: products and their matrices, norm, exponential, logarithm, Cayley map.
-module test_quaternion
+submodule(suites_of_runs) test_quaternion
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_is_nan, ieee_positive_inf, ieee_quiet_nan, &
                                             ieee_value
    use, intrinsic :: iso_fortran_env, only: int64
@@ -7,11 +7,8 @@ module test_quaternion
    use nutate_quaternion, only: cayley_map, cross, quat_conjugate, quat_exp, quat_left_matrix, quat_log, quat_norm, &
                                 quat_normalized, quat_product, quat_right_matrix, quat_vector_product
    use test_support, only: check, check_below, check_close, error_type, new_unittest, random_unit_quaternion, &
-                           random_vector, unittest_type
+                           random_vector
    implicit none
-   private
-
-   public :: collect_quaternion
 
    !> Number of random samples where a test takes any.
    integer, parameter :: samples = 200
@@ -25,8 +22,7 @@ module test_quaternion
 
 contains
 
-   subroutine collect_quaternion(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_quaternion
       testsuite = [ &
                   new_unittest("units multiply by Hamilton's table", units_multiply_by_hamiltons_table), &
                   new_unittest("the cross product is right-handed", cross_product_is_right_handed), &
@@ -44,7 +40,7 @@ contains
                   new_unittest("the logarithm is defined where the axis is not", logarithm_without_axis), &
                   new_unittest("the Cayley map is (1+b)(1-b)^-1", cayley_map_is_its_definition), &
                   new_unittest("the Cayley map turns by 4 atan |b|", cayley_map_turns_by_four_atan)]
-   end subroutine collect_quaternion
+   end procedure collect_quaternion
 
    subroutine units_multiply_by_hamiltons_table(error)
       type(error_type), allocatable, intent(out) :: error
@@ -282,4 +278,4 @@ contains
       call check_close(error, cayley_map(-1.0e-300_wp*e2), [1.0_wp, 0.0_wp, -2.0e-300_wp, 0.0_wp], 0.0_wp)
    end subroutine cayley_map_turns_by_four_atan
 
-end module test_quaternion
+end submodule test_quaternion

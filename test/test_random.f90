@@ -1,23 +1,19 @@
 !> Random numbers: the published answers of Philox, the quantile of the normal distribution, permutations, and the
 !> statistics of what is drawn, at fixed seeds.
-module test_random
+submodule(suites_of_interfaces) test_random
    use nutate_kinds, only: wp, eps, long
    use nutate_normal_quantile, only: normal_quantile, plain_log
    use nutate_permutation, only: permuted
    use nutate_philox, only: DRAW, PERMUTATION, philox4x32, uniform_of
    use test_statistics, only: chi_square, distance_to_uniform
-   use test_support, only: check, check_below, error_type, new_unittest, unittest_type
+   use test_support, only: check, check_below, error_type, new_unittest
    implicit none
-   private
-
-   public :: collect_random
 
    integer(long), parameter :: all_bits = int(z'FFFFFFFF', long)
 
 contains
 
-   subroutine collect_random(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_random
       testsuite = [ &
                   new_unittest("Philox gives the published answers", known_answers), &
                   new_unittest("a draw is a function of seed, member and number", draws_are_functions), &
@@ -25,7 +21,7 @@ contains
                   new_unittest("normal deviates have their quantile to round-off", quantiles), &
                   new_unittest("the logarithm without a C library is one", logarithms), &
                   new_unittest("permutations meet every place once, and differ", permutations)]
-   end subroutine collect_random
+   end procedure collect_random
 
    !> The vectors of the authors' library Random123 for philox4x32 with ten rounds.
    subroutine known_answers(error)
@@ -127,4 +123,4 @@ contains
                                 permuted(int(k, long), 1000_long, 5_long, 2), k=1, 1000)]) < 10, 'they are alike')
    end subroutine permutations
 
-end module test_random
+end submodule test_random

@@ -1,5 +1,5 @@
 !> The step in reduced form: the trajectory of the 8×8 system to round-off, its Jacobian, and what it refuses.
-module test_reduced
+submodule(suites_of_runs) test_reduced
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_body, only: diagonal, make_body
    use nutate_effect, only: rotor_t
@@ -17,16 +17,12 @@ module test_reduced
    use nutate_system, only: system_t
    use test_problems, only: box, bruls_top, fast_top, forced_body, march, precessing_top, problem_t
    use test_support, only: check, check_below, check_close, error_type, new_unittest, random_unit_quaternion, &
-                           random_vector, unittest_type
+                           random_vector
    implicit none
-   private
-
-   public :: collect_reduced
 
 contains
 
-   subroutine collect_reduced(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_reduced
       testsuite = [ &
                   new_unittest("box as by the 8x8 system", box_as_by_the_full_system), &
                   new_unittest("tops as by the 8x8 system", tops_as_by_the_full_system), &
@@ -38,7 +34,7 @@ contains
                   new_unittest("momentum alone as with the attitude", momentum_alone_as_with_attitude), &
                   new_unittest("states off the constraints are refused", states_off_the_constraints_are_refused), &
                   new_unittest("projection cannot be left out", projection_cannot_be_left_out)]
-   end subroutine collect_reduced
+   end procedure collect_reduced
 
    subroutine box_as_by_the_full_system(error)
       type(error_type), allocatable, intent(out) :: error
@@ -208,4 +204,4 @@ contains
       call check(error, status%code, NUTATE_BAD_ARGUMENT)
    end subroutine projection_cannot_be_left_out
 
-end module test_reduced
+end submodule test_reduced

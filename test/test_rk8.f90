@@ -1,6 +1,6 @@
 !> The specialised explicit steps: their order in each of their forms, what they keep, and that reading a state
 !> between steps does not change them.
-module test_rk8
+submodule(suites_of_runs) test_rk8
    use nutate_body, only: diagonal, make_body
    use nutate_dipole, only: dipole_t
    use nutate_gravity, only: gravity_t
@@ -20,11 +20,8 @@ module test_rk8
    use test_conserving_runs, only: check_run, get_stepper, go
    use test_problems, only: box, bruls_top, fast_top, forced_body, free_body, march, problem_t, simo_top
    use test_shipped_scenes, only: scene_names
-   use test_support, only: check, check_below, check_close, error_type, new_unittest, unittest_type
+   use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
-   private
-
-   public :: collect_rk8
 
    !> Looks at rows and keeps none.
    type, extends(observer_t) :: looker_t
@@ -39,8 +36,7 @@ module test_rk8
 
 contains
 
-   subroutine collect_rk8(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_rk8
       testsuite = [ &
                   new_unittest("order 8 in every form of the equations", order_8_in_every_form), &
                   new_unittest("and in space axes that turn", order_8_in_rotating_axes), &
@@ -54,7 +50,7 @@ contains
                   new_unittest("there and back", there_and_back), &
                   new_unittest("a body at rest stays there", rest_stays), &
                   new_unittest("steps too long are refused, nothing changed", too_long_is_refused)]
-   end subroutine collect_rk8
+   end procedure collect_rk8
 
    !> A body with unequal moments under uniform fields.
    type(problem_t) function body_in_fields(fields, tensor) result(problem)
@@ -381,4 +377,4 @@ contains
       end do
    end subroutine too_long_is_refused
 
-end module test_rk8
+end submodule test_rk8

@@ -1,6 +1,6 @@
 !> Parts of the proof that a root is the true one: the bounds of every effect, against the effect in steps drawn at
 !> random; the bundled scenes, whose steps are all certified at once; and cases beyond a proof.
-module test_root_proof
+submodule(suites_of_methods) test_root_proof
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_applied_torque, only: applied_torque_t
    use nutate_body, only: body_t, diagonal, make_body
@@ -29,11 +29,8 @@ module test_root_proof
    use nutate_timed_force, only: timed_force_t
    use test_shipped_scenes, only: scene_names
    use test_support, only: check, check_below, check_close, error_type, new_unittest, random_unit, &
-                           random_unit_quaternion, random_vector, share_of, test_failed, unittest_type
+                           random_unit_quaternion, random_vector, share_of, test_failed
    implicit none
-   private
-
-   public :: collect_root_proof
 
    !> U = (a·γ)³/|a|³: within |γ| ≤ |n| its derivatives are bounded by 3|n|², 6|n| and 6.
    type, extends(potential_t) :: cubic_potential_t
@@ -67,8 +64,7 @@ module test_root_proof
 
 contains
 
-   subroutine collect_root_proof(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_root_proof
       testsuite = [ &
                   new_unittest("spectral norms are those of random maps", norms_are_spectral), &
                   new_unittest("uniform fields keep to their bounds", linear_keeps_to_bounds), &
@@ -82,7 +78,7 @@ contains
                   new_unittest("the scenes that come along are certified at once", scenes_are_certified_at_once), &
                   new_unittest("an effect without bounds is not certified, with bounds it is", bounds_make_the_proof), &
                   new_unittest("a state off the manifold is not certified", off_manifold_is_not_certified)]
-   end subroutine collect_root_proof
+   end procedure collect_root_proof
 
    pure real(wp) function cubic_energy(self, gamma)
       class(cubic_potential_t), intent(in) :: self
@@ -481,4 +477,4 @@ contains
       call check(error, status%ok() .and. stepper%uncertified == 0, 'a free body is not certified')
    end subroutine off_manifold_is_not_certified
 
-end module test_root_proof
+end submodule test_root_proof

@@ -1,5 +1,5 @@
 !> Space axes that turn: what the step keeps in them, that it is the motion seen from inertial axes, and its equations.
-module test_rotating_frame
+submodule(suites_of_runs) test_rotating_frame
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_body, only: diagonal, make_body
    use nutate_variation, only: variation_t
@@ -25,11 +25,8 @@ module test_rotating_frame
    use test_problems, only: box, forced_body, march, problem_t
    use test_resume, only: settings_of
    use test_support, only: check, check_below, check_close, error_type, new_unittest, random_unit_quaternion, &
-                           random_vector, unittest_type
+                           random_vector
    implicit none
-   private
-
-   public :: collect_rotating_frame
 
    !> A rate that lies along nothing else, rad/s.
    real(wp), parameter :: inclined(3) = [0.4_wp, -0.7_wp, 0.5_wp]
@@ -46,8 +43,7 @@ module test_rotating_frame
 
 contains
 
-   subroutine collect_rotating_frame(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_rotating_frame
       testsuite = [ &
                   new_unittest("the Jacobi integral is kept at any step, with any J0", jacobi_at_any_step), &
                   new_unittest("the account closes with torques, potentials and rotors", account_closes), &
@@ -63,7 +59,7 @@ contains
                   new_unittest("a torque by the absolute rate is the same in all axes", absolute_drag_is_the_same), &
                   new_unittest("and has derivatives by the rate of the frame", columns_of_absolute_drag), &
                   new_unittest("a frame of rate zero is none", frame_of_rate_zero_is_none)]
-   end subroutine collect_rotating_frame
+   end procedure collect_rotating_frame
 
    pure function drag_torque(self, t, q, omega) result(tau)
       class(absolute_drag_t), intent(in) :: self
@@ -564,4 +560,4 @@ contains
       end do
    end subroutine frame_of_rate_zero_is_none
 
-end module test_rotating_frame
+end submodule test_rotating_frame

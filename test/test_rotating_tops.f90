@@ -1,6 +1,6 @@
 !> Tops in space axes that turn, by their series: the equations of motion, the order, few steps, invariants; and by the
 !> conserving step.
-module test_rotating_tops
+submodule(suites_of_runs) test_rotating_tops
    use nutate_body, only: diagonal, make_body
    use nutate_dipole, only: dipole_t
    use nutate_dop853, only: dop853_t
@@ -19,19 +19,15 @@ module test_rotating_tops
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use test_controlled_run, only: recorder_t, run_to
    use test_problems, only: bruls_top, march, problem_t
-   use test_support, only: check, check_below, check_close, error_type, new_unittest, unittest_type
+   use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
-   private
-
-   public :: collect_rotating_tops
 
    !> A rate that lies along nothing else, rad/s.
    real(wp), parameter :: inclined(3) = [0.8_wp, -1.4_wp, 1.1_wp]
 
 contains
 
-   subroutine collect_rotating_tops(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_rotating_tops
       testsuite = [ &
                   new_unittest("which effects know that the axes turn", which_effects_know), &
                   new_unittest("symmetric tops about each axis, and others, as by dop853", agree_with_dop853), &
@@ -40,7 +36,7 @@ contains
                   new_unittest("conserving steps in one field and in two", conserving_steps), &
                   new_unittest("a fast top takes few steps, and keeps H - omega.l", few_steps), &
                   new_unittest("a rate that is all but zero turns nothing", tiny_rates)]
-   end subroutine collect_rotating_tops
+   end procedure collect_rotating_tops
 
    !> Rates whose length, or its square, is no number but zero, along the field and beside it.
    subroutine tiny_rates(error)
@@ -257,4 +253,4 @@ contains
       end do
    end subroutine few_steps
 
-end module test_rotating_tops
+end submodule test_rotating_tops

@@ -1,15 +1,12 @@
 !> Rotation of vectors by quaternions, the rotation matrix, and the distance between attitudes.
-module test_rotation
+submodule(suites_of_runs) test_rotation
    use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_quiet_nan, ieee_value
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_kinds, only: wp, pi, eps
    use nutate_quaternion, only: attitude_distance, cross, quat_conjugate, quat_exp, quat_normalized, quat_product, &
                                 rotate_to_body, rotate_to_space, rotation_matrix
-   use test_support, only: check_close, error_type, new_unittest, random_unit_quaternion, random_vector, unittest_type
+   use test_support, only: check_close, error_type, new_unittest, random_unit_quaternion, random_vector
    implicit none
-   private
-
-   public :: collect_rotation
 
    !> Number of random samples where a test takes any.
    integer, parameter :: samples = 200
@@ -20,8 +17,7 @@ module test_rotation
 
 contains
 
-   subroutine collect_rotation(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_rotation
       testsuite = [ &
                   new_unittest("quarter turns have the right sense", quarter_turns_have_the_right_sense), &
                   new_unittest("rotations follow Rodrigues' formula", rotations_follow_rodrigues), &
@@ -33,7 +29,7 @@ contains
                   new_unittest("tiny distances keep every digit", tiny_distances_keep_every_digit), &
                   new_unittest("the distance ignores sign and length", distance_ignores_sign_and_length), &
                   new_unittest("no attitude is at the largest distance", no_attitude_is_at_largest_distance)]
-   end subroutine collect_rotation
+   end procedure collect_rotation
 
    subroutine quarter_turns_have_the_right_sense(error)
       type(error_type), allocatable, intent(out) :: error
@@ -186,4 +182,4 @@ contains
                                attitude_distance(infinite, one)], spread(pi, 1, 5), 0.0_wp)
    end subroutine no_attitude_is_at_largest_distance
 
-end module test_rotation
+end submodule test_rotation

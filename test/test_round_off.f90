@@ -1,5 +1,5 @@
 !> Accumulation of rounding over many steps: no error grows in proportion to their number.
-module test_round_off
+submodule(suites_of_runs) test_round_off
    use nutate_body, only: diagonal, make_body
    use nutate_dipole, only: dipole_t
    use nutate_gravity, only: gravity_t
@@ -12,16 +12,12 @@ module test_round_off
    use nutate_steady_top, only: sleeping_spin
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use test_problems, only: box, march, problem_t
-   use test_support, only: check, check_below, error_type, new_unittest, unittest_type
+   use test_support, only: check, check_below, error_type, new_unittest
    implicit none
-   private
-
-   public :: collect_round_off
 
 contains
 
-   subroutine collect_round_off(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_round_off
       testsuite = [ &
                   new_unittest("a sum keeps what is below the digits of its increments", sums_keep_small_parts), &
                   new_unittest("a steady spin does not lengthen q", steady_spin_keeps_norm), &
@@ -30,7 +26,7 @@ contains
                   new_unittest("a small torque does not make a fast spin drift", fast_spin_keeps_momentum), &
                   new_unittest("long turns do not make the momentum drift", long_turns_keep_momentum), &
                   new_unittest("energy is lost to the rounding of the increments alone", energy_errors_grow_slowly)]
-   end subroutine collect_round_off
+   end procedure collect_round_off
 
    !> 4096 times 1/8 and, put into the compensation, 2⁻⁷⁰.
    subroutine sums_keep_small_parts(error)
@@ -206,4 +202,4 @@ contains
       call check_below(error, abs(dot_product(state%q, state%p)), 4*eps*norm2(state%p), label//': q·p')
    end subroutine check_norm
 
-end module test_round_off
+end submodule test_round_off

@@ -1,5 +1,5 @@
 !> Runs: they end where they should, show the rows asked for, subdivide steps that are too long, and stop with a reason.
-module test_run
+submodule(suites_of_runs) test_run
    use nutate_invariants, only: invariants_t
    use nutate_kinds, only: wp, eps, long
    use nutate_fixed_steps, only: count_steps
@@ -12,11 +12,8 @@ module test_run
    use nutate_integrator_settings, only: integrator_settings_t
    use nutate_system, only: system_t
    use test_problems, only: box, precessing_top, problem_t, solve
-   use test_support, only: check, check_below, check_close, error_type, new_unittest, unittest_type
+   use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
-   private
-
-   public :: collect_run
 
    !> Keeps the times shown, and the largest departure of the invariants.
    type, extends(observer_t) :: recorder_t
@@ -31,8 +28,7 @@ module test_run
 
 contains
 
-   subroutine collect_run(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_run
       testsuite = [ &
                   new_unittest("steps are counted to the end", steps_are_counted), &
                   new_unittest("times are multiples of the step", times_are_multiples_of_the_step), &
@@ -46,7 +42,7 @@ contains
                   new_unittest("a step limit ends the run", step_limit_ends_the_run), &
                   new_unittest("an observer can end the run", observer_can_end_the_run), &
                   new_unittest("a step away from the end is refused", wrong_direction_is_refused)]
-   end subroutine collect_run
+   end procedure collect_run
 
    subroutine record_row(self, system, state, record, status)
       class(recorder_t), intent(inout) :: self
@@ -257,4 +253,4 @@ contains
       call check(error, status%code, NUTATE_BAD_ARGUMENT)
    end subroutine wrong_direction_is_refused
 
-end module test_run
+end submodule test_run

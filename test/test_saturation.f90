@@ -1,6 +1,6 @@
 !> Limits of controllers that act at all times: located, so that methods keep their order; exact in the account; targets
 !> that go round with an orbit.
-module test_saturation
+submodule(suites_of_effects) test_saturation
    use nutate_body, only: diagonal, make_body
    use nutate_hamiltonian, only: angular_velocity, conserved_energy, kinetic_energy, make_state, space_momentum, &
       total_energy
@@ -25,11 +25,8 @@ module test_saturation
    use nutate_wheel_mounting, only: add_wheel
    use test_problems, only: forced_body, problem_t
    use test_resume, only: check_run, label_of, settings_of
-   use test_support, only: check, check_below, check_close, error_type, in_turn, new_unittest, unittest_type
+   use test_support, only: check, check_below, check_close, error_type, in_turn, new_unittest
    implicit none
-   private
-
-   public :: collect_saturation
 
    real(wp), parameter :: moments(3) = [4.0_wp, 5.0_wp, 3.0_wp], field(3) = [0.4_wp, -0.3_wp, 0.7_wp]
    type(integrator_settings_t), parameter :: fine = integrator_settings_t(method='dop853', order=8, formulation='')
@@ -44,8 +41,7 @@ module test_saturation
 
 contains
 
-   subroutine collect_saturation(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_saturation
       testsuite = [ &
                   new_unittest("a turn from full torque to the law, in closed form", turn_has_the_closed_form), &
                   new_unittest("methods keep their order across limits", order_is_kept), &
@@ -56,7 +52,7 @@ contains
                   new_unittest("runs with limits go on bit for bit", runs_go_on), &
                   new_unittest("a target seen from an orbit is the one in its axes", target_of_the_orbit), &
                   new_unittest("who has no run refuses limits", limits_need_runs)]
-   end subroutine collect_saturation
+   end procedure collect_saturation
 
    !> The law -k J e_v - d J Ω at all times.
    pure type(controller_t) function pointing(by, limit) result(controller)
@@ -451,4 +447,4 @@ contains
                  trim(status%message))
    end subroutine limits_need_runs
 
-end module test_saturation
+end submodule test_saturation

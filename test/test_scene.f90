@@ -1,5 +1,5 @@
 !> Scenes in memory: what each key of a scene becomes.
-module test_scene
+submodule(suites_of_runs) test_scene
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_attitude, only: quat_from_euler
    use nutate_hamiltonian, only: angular_velocity
@@ -7,11 +7,8 @@ module test_scene
    use nutate_quaternion, only: rotate_to_space
    use nutate_scene, only: scene_t, parse_scene
    use nutate_status, only: status_t
-   use test_support, only: check, check_close, error_type, new_unittest, test_failed, unittest_type
+   use test_support, only: check, check_close, error_type, new_unittest, test_failed
    implicit none
-   private
-
-   public :: collect_scene
 
    character(len=*), parameter :: body = '&body inertia = 5, 20, 17 / '
    character(len=*), parameter :: initial = '&initial angular_velocity = 0.1, 0, 10 / '
@@ -19,8 +16,7 @@ module test_scene
 
 contains
 
-   subroutine collect_scene(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_scene
       testsuite = [ &
          new_unittest("what a scene does not say has its default", defaults), &
          new_unittest("names come from the file, titles from the scene", names_and_titles), &
@@ -41,7 +37,7 @@ contains
          new_unittest("columns are taken as asked for", columns), &
          new_unittest("an effect is there only if its group is", effects), &
          new_unittest("settings of the command line replace and create", overrides)]
-   end subroutine collect_scene
+   end procedure collect_scene
 
    !> Parses a scene that must be right.
    subroutine parse(text, scene, error, settings)
@@ -323,4 +319,4 @@ contains
       call check(error, ieee_is_finite(scene%initial%p(1)), 'state')
    end subroutine overrides
 
-end module test_scene
+end submodule test_scene

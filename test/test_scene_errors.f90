@@ -1,13 +1,10 @@
 !> Scenes that are wrong: which line is named, and what is reported. The files of `cli/malformed` hold the single cases
 !> of the notation; here is what depends on order, on the command line and on each other.
-module test_scene_errors
+submodule(suites_of_runs) test_scene_errors
    use nutate_scene, only: scene_t, parse_scene, read_scene
    use nutate_status, only: status_t, NUTATE_BAD_SCENE, NUTATE_IO
-   use test_support, only: check, error_type, new_unittest, test_failed, unittest_type
+   use test_support, only: check, error_type, new_unittest, test_failed
    implicit none
-   private
-
-   public :: collect_scene_errors
 
    character, parameter :: lf = achar(10)
    character(len=*), parameter :: body = '&body inertia = 5, 20, 17 /'//lf
@@ -23,8 +20,7 @@ module test_scene_errors
 
 contains
 
-   subroutine collect_scene_errors(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_scene_errors
       testsuite = [ &
          new_unittest("each mistake is named with its line", mistakes), &
          new_unittest("what is missing is named with the group or the last line", missing), &
@@ -32,7 +28,7 @@ contains
          new_unittest("the first mistake of the file is the one reported", first_one), &
          new_unittest("file names in messages are printable", file_names), &
          new_unittest("a file that cannot be read is an error of its own", unreadable)]
-   end subroutine collect_scene_errors
+   end procedure collect_scene_errors
 
    !> Every scene must give a message that begins as expected.
    subroutine check_cases(cases, error)
@@ -169,4 +165,4 @@ contains
       call check(error, status%code == NUTATE_IO .and. index(message, '/: cannot be read (') == 1, message)
    end subroutine unreadable
 
-end module test_scene_errors
+end submodule test_scene_errors

@@ -1,24 +1,19 @@
 !> Notation of scenes: lines, blanks, comments, numbers; and malformed text that the reader must survive.
-module test_scene_notation
+submodule(suites_of_runs) test_scene_notation
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_kinds, only: wp
    use nutate_number_text, only: read_real
    use nutate_scene, only: scene_t, parse_scene
    use nutate_spelling, only: edit_distance, nearest_name
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_SCENE
-   use test_support, only: check, check_close, error_type, new_unittest, random_unit, test_failed, &
-                           unittest_type
+   use test_support, only: check, check_close, error_type, new_unittest, random_unit, test_failed
    implicit none
-   private
-
-   public :: collect_scene_notation
 
    character, parameter :: tab = achar(9), lf = achar(10), cr = achar(13)
 
 contains
 
-   subroutine collect_scene_notation(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_scene_notation
       testsuite = [ &
          new_unittest("lines may end as on Windows, without a last end", line_ends), &
          new_unittest("blanks, tabs, comments and commas may stand between values", separators), &
@@ -31,7 +26,7 @@ contains
          new_unittest("long messages are cut between words", long_messages), &
          new_unittest("lines of 10 MB are read in a moment", long_lines), &
          new_unittest("any damage gives a scene or one line", mutations)]
-   end subroutine collect_scene_notation
+   end procedure collect_scene_notation
 
    subroutine check_reads(text, error)
       character(len=*), intent(in) :: text
@@ -269,4 +264,4 @@ contains
       end do
    end function damaged
 
-end module test_scene_notation
+end submodule test_scene_notation

@@ -1,5 +1,5 @@
 !> Power series: the recurrences against closed forms, and the torque of every effect against what it is called with.
-module test_series
+submodule(suites_of_methods) test_series
    use nutate_applied_torque, only: applied_torque_t
    use nutate_body, only: body_t, diagonal, make_body
    use nutate_damping, only: damping_t
@@ -13,11 +13,8 @@ module test_series
    use nutate_spring, only: spring_t
    use nutate_status, only: status_t
    use test_effect_samples, only: effect_samples_t
-   use test_support, only: check, check_close, error_type, new_unittest, unittest_type
+   use test_support, only: check, check_close, error_type, new_unittest
    implicit none
-   private
-
-   public :: collect_series
 
    !> A turn about an axis fixed in the body, rad per unit of time, and where it starts.
    real(wp), parameter :: rate(3) = [0.3_wp, -0.5_wp, 0.4_wp], start(4) = [0.5_wp, -0.1_wp, 0.7_wp, -0.5_wp]
@@ -28,8 +25,7 @@ module test_series
 
 contains
 
-   subroutine collect_series(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_series
       testsuite = [ &
                   new_unittest("products, powers and cosines have their known coefficients", known_coefficients), &
                   new_unittest("every effect is the sum of its series", every_effect_is_its_series), &
@@ -38,7 +34,7 @@ contains
                   new_unittest("springs: without and with rest length, far and near the anchor", spring_series), &
                   new_unittest("damping", damping_series), &
                   new_unittest("torques fixed in body and space, harmonic in time", applied_torque_series)]
-   end subroutine collect_series
+   end procedure collect_series
 
    !> 1/(1 - s)² and 1/√(1 - s) from 1 - s; cos(a + bs).
    subroutine known_coefficients(error)
@@ -235,4 +231,4 @@ contains
       call check(error, torque%series_kind(), GENERAL_SERIES)
    end subroutine applied_torque_series
 
-end module test_series
+end submodule test_series

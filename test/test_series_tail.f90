@@ -1,5 +1,5 @@
 !> The rational sum: exact for what it is made for, left alone where a pole is near, and honest in the choice of steps.
-module test_series_tail
+submodule(suites_of_methods) test_series_tail
    use nutate_exact_free, only: free_body_t
    use nutate_hamiltonian, only: body_momentum
    use nutate_kinds, only: wp, eps
@@ -11,18 +11,14 @@ module test_series_tail
    use nutate_stepper, only: step_goal_t, stepper_t
    use nutate_taylor_stepper, only: taylor_t
    use test_problems, only: box, forced_body, free_body, march, problem_t
-   use test_support, only: check, check_below, check_close, error_type, new_unittest, unittest_type
+   use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
-   private
-
-   public :: collect_series_tail
 
    integer, parameter :: order = 12
 
 contains
 
-   subroutine collect_series_tail(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_series_tail
       testsuite = [ &
                   new_unittest("the sum of a pair of poles is exact", pair_of_poles), &
                   new_unittest("the sum stays away from a pole on the way", pole_on_the_way), &
@@ -30,7 +26,7 @@ contains
                   new_unittest("the box takes half the fixed steps of the plain sum", fewer_fixed_steps), &
                   new_unittest("no chosen step errs by much more than it may", honest_steps), &
                   new_unittest("a step as long as chosen goes back where it came from", goes_back)]
-   end subroutine collect_series_tail
+   end procedure collect_series_tail
 
    !> Coefficients `k` of three series of the poles 1/z and 1/z̄: real parts of cᵢ zᵏ.
    pure function poles(z, k) result(x)
@@ -203,4 +199,4 @@ contains
       end do
    end subroutine goes_back
 
-end module test_series_tail
+end submodule test_series_tail

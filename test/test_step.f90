@@ -1,6 +1,6 @@
 !> One step: it solves the paper's equations, its Jacobian is the derivative of its residual, and failure leaves no
 !> trace.
-module test_step
+submodule(suites_of_runs) test_step
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_body, only: diagonal, make_body
    use nutate_damping, only: damping_t
@@ -17,11 +17,8 @@ module test_step
    use test_jacobian, only: check_jacobian
    use test_problems, only: box, march, precessing_top, problem_t
    use test_support, only: check, check_below, check_close, error_type, new_unittest, random_unit_quaternion, &
-                           random_vector, unittest_type
+                           random_vector
    implicit none
-   private
-
-   public :: collect_step
 
    !> U = γ1³ + γ2 γ3 + cosh γ2: neither linear nor quadratic, second derivatives left to the library.
    type, extends(potential_t) :: crooked_potential_t
@@ -38,8 +35,7 @@ module test_step
 
 contains
 
-   subroutine collect_step(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_step
       testsuite = [ &
                   new_unittest("a step solves the paper's equations", step_solves_the_papers_equations), &
                   new_unittest("discrete gradient closes the energy", discrete_gradient_closes_the_energy), &
@@ -55,7 +51,7 @@ contains
                   new_unittest("a body at rest stays at rest", body_at_rest_stays), &
                   new_unittest("the momentum may outgrow its unit", momentum_outgrows_its_unit), &
                   new_unittest("a force against the motion sets no unit of momentum", damping_sets_no_unit)]
-   end subroutine collect_step
+   end procedure collect_step
 
    pure real(wp) function crooked_energy(self, gamma)
       class(crooked_potential_t), intent(in) :: self
@@ -301,4 +297,4 @@ contains
       call check_close(error, angular_velocity(system, state), -(1 - 4e-10_wp)*[1.0_wp, 2.0_wp, 3.0_wp], 1e-14_wp, "Ω")
    end subroutine damping_sets_no_unit
 
-end module test_step
+end submodule test_step

@@ -1,6 +1,6 @@
 !> Steps of the series that are chosen by a tolerance err by no more than a few of it, where torques do work and the
 !> state is projected onto the energy that this leaves, too.
-module test_step_tolerance
+submodule(suites_of_methods) test_step_tolerance
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_body, only: diagonal, make_body
    use nutate_hamiltonian, only: body_momentum, make_state
@@ -16,11 +16,8 @@ module test_step_tolerance
    use nutate_integrator_settings, only: integrator_settings_t
    use nutate_system, only: system_t
    use test_problems, only: box, forced_body, problem_t, simo_top, wheeled_body
-   use test_support, only: check, error_type, new_unittest, random_unit_quaternion, random_vector, unittest_type
+   use test_support, only: check, error_type, new_unittest, random_unit_quaternion, random_vector
    implicit none
-   private
-
-   public :: collect_step_tolerance
 
    type(integrator_settings_t), parameter :: series = integrator_settings_t( &
                                              method='taylor', order=0, formulation='', conserve=.true.)
@@ -36,14 +33,13 @@ module test_step_tolerance
 
 contains
 
-   subroutine collect_step_tolerance(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_step_tolerance
       testsuite = [ &
                   new_unittest("free bodies and tops", without_torques), &
                   new_unittest("torques, springs and rotors", with_torques), &
                   new_unittest("wheels with motors and friction", with_wheels), &
                   new_unittest("moons on ellipses", with_eccentric_orbits)]
-   end subroutine collect_step_tolerance
+   end procedure collect_step_tolerance
 
    subroutine assess_step(self, system, state, record, status)
       class(assessor_t), intent(inout) :: self
@@ -129,4 +125,4 @@ contains
       call assess(error, system, 2.3_wp, 5.0_wp)
    end subroutine with_eccentric_orbits
 
-end module test_step_tolerance
+end submodule test_step_tolerance

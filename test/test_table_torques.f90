@@ -1,5 +1,5 @@
 !> Tabulated torque: the steps that end on its times, the motion that follows, and the bounds of proofs.
-module test_table_torques
+submodule(suites_of_effects) test_table_torques
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_applied_torque, only: applied_torque_t
    use nutate_effect_bounds, only: effect_bounds_t, linear_map_t
@@ -15,11 +15,8 @@ module test_table_torques
    use nutate_system, only: system_t
    use nutate_tabulated_torque, only: make_tabulated_torque, tabulated_torque_t
    use test_effect_samples, only: sample_body
-   use test_support, only: check, check_below, check_close, error_type, new_unittest, random_unit, unittest_type
+   use test_support, only: check, check_below, check_close, error_type, new_unittest, random_unit
    implicit none
-   private
-
-   public :: collect_table_torques
 
    !> Times that are no whole number of any step, s.
    real(wp), parameter :: odd_times(9) = [0.0137_wp, 0.0731_wp, 0.1973_wp, 0.3119_wp, 0.3307_wp, 0.5501_wp, 0.7333_wp, &
@@ -28,8 +25,7 @@ module test_table_torques
 
 contains
 
-   subroutine collect_table_torques(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_table_torques
       testsuite = [ &
                   new_unittest("steps end on the times of a table, both ways", breaks_are_found), &
                   new_unittest("a table of one value is a constant torque", constant_table_is_constant), &
@@ -41,7 +37,7 @@ contains
                   new_unittest("orders 2 to 8 with times inside of the steps", orders_are_kept), &
                   new_unittest("the account closes for every method", account_closes), &
                   new_unittest("bounds hold for the torque and its derivatives", bounds_hold)]
-   end subroutine collect_table_torques
+   end procedure collect_table_torques
 
    !> Checks that each time is found in turn; those of a periodic table a thousand periods on.
    subroutine breaks_are_found(error)
@@ -402,4 +398,4 @@ contains
       end function entering
    end subroutine bounds_hold
 
-end module test_table_torques
+end submodule test_table_torques

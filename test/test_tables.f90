@@ -1,5 +1,5 @@
 !> Tables: how they are read, the polynomials between their lines, and what makes no torque.
-module test_tables
+submodule(suites_of_effects) test_tables
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_keys, only: table_t
    use nutate_kinds, only: wp, eps
@@ -10,19 +10,15 @@ module test_tables
    use nutate_scene_table, only: parse_table, torque_units
    use nutate_status, only: status_t
    use nutate_tabulated_torque, only: make_tabulated_torque, tabulated_torque_t
-   use test_support, only: check, check_close, error_type, new_unittest, random_unit, test_failed, unittest_type
+   use test_support, only: check, check_close, error_type, new_unittest, random_unit, test_failed
    implicit none
-   private
-
-   public :: collect_tables
 
    real(wp), parameter :: odd_times(9) = [0.0137_wp, 0.0731_wp, 0.1973_wp, 0.3119_wp, 0.3307_wp, 0.5501_wp, 0.7333_wp, &
                                           0.8717_wp, 1.1031_wp]
 
 contains
 
-   subroutine collect_tables(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_tables
       testsuite = [ &
                   new_unittest("the interval of any time is found", intervals_are_found), &
                   new_unittest("a natural spline is the known one", natural_spline_is_known), &
@@ -31,7 +27,7 @@ contains
                   new_unittest("a table is read whatever its line ends and quotes", tables_are_read), &
                   new_unittest("what is no table is refused with its line", bad_tables_are_refused), &
                   new_unittest("tables that make no torque are refused", bad_torques_are_refused)]
-   end subroutine collect_tables
+   end procedure collect_tables
 
    !> Even points, and points that crowd together.
    subroutine intervals_are_found(error)
@@ -232,4 +228,4 @@ contains
       end subroutine try
    end subroutine bad_torques_are_refused
 
-end module test_tables
+end submodule test_tables

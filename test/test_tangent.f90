@@ -1,5 +1,5 @@
 !> Sensitivities against steps in 50 digits (test/tangent_steps.csv), and what they keep.
-module test_tangent
+submodule(suites_of_effects) test_tangent
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_body, only: diagonal, make_body
    use nutate_variation, only: attitude_variation, variation_t, inertia_variation, rate_variation
@@ -21,24 +21,20 @@ module test_tangent
    use nutate_system, only: system_t
    use nutate_tangent, only: tangent_t
    use test_problems, only: problem_t
-   use test_support, only: check, check_below, check_close, error_type, new_unittest, test_failed, unittest_type
+   use test_support, only: check, check_below, check_close, error_type, new_unittest, test_failed
    implicit none
-   private
-
-   public :: collect_tangent
 
    character(len=7), parameter :: forms(2) = ['reduced', 'full   ']
 
 contains
 
-   subroutine collect_tangent(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_tangent
       testsuite = [ &
                   new_unittest("columns are those of steps in 50 digits", follow_reference), &
                   new_unittest("states do not depend on columns", leave_states), &
                   new_unittest("columns do not depend on how many there are", count_columns), &
                   new_unittest("a step back is the inverse of the step", go_back)]
-   end subroutine collect_tangent
+   end procedure collect_tangent
 
    !> A scene of the reference.
    type(problem_t) function scene_of(name) result(problem)
@@ -357,4 +353,4 @@ contains
       end do
    end subroutine go_back
 
-end module test_tangent
+end submodule test_tangent

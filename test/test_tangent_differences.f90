@@ -1,6 +1,6 @@
 !> Sensitivities against central differences of the program's own steps: every effect of the samples, every parameter
 !> that it can be differentiated by, named as the scene's key, and every start.
-module test_tangent_differences
+submodule(suites_of_effects) test_tangent_differences
    use nutate_body, only: body_t, make_body
    use nutate_variation, only: attitude_variation, variation_t, inertia_variation, rate_variation
    use nutate_effect, only: effect_t, parameter_t
@@ -22,11 +22,8 @@ module test_tangent_differences
    use nutate_tangent, only: tangent_t
    use nutate_wheel, only: wheel_t
    use nutate_wheel_mounting, only: add_wheel
-   use test_support, only: check, check_below, error_type, in_turn, new_unittest, test_failed, unittest_type
+   use test_support, only: check, check_below, error_type, in_turn, new_unittest, test_failed
    implicit none
-   private
-
-   public :: collect_tangent_differences
 
    !> Start: attitude and rate; body; step, number of steps and first time, s.
    real(wp), parameter :: first_attitude(4) = [0.7_wp, -0.5_wp, 0.1_wp, 0.5_wp]
@@ -61,8 +58,7 @@ module test_tangent_differences
 
 contains
 
-   subroutine collect_tangent_differences(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_tangent_differences
       testsuite = [ &
                   new_unittest("every effect by itself", differ_alone), &
                   new_unittest("all effects together", differ_together), &
@@ -70,7 +66,7 @@ contains
                   new_unittest("orbits of all shapes", differ_along_orbits), &
                   new_unittest("a controller by wheels", differ_by_wheels), &
                   new_unittest("effects that cannot be differentiated are refused", refuse_effects)]
-   end subroutine collect_tangent_differences
+   end procedure collect_tangent_differences
 
    !> The system and its first state.
    subroutine build(self, system, state, status)
@@ -534,4 +530,4 @@ contains
       call check(error, index(status%message, 'torque has no derivative by table') > 0, trim(status%message))
    end subroutine refuse_effects
 
-end module test_tangent_differences
+end submodule test_tangent_differences

@@ -1,6 +1,6 @@
 !> Sensitivities and events: derivatives of the times of events, and columns that cross switches; closed forms,
 !> central differences of runs, time reversal.
-module test_tangent_events
+submodule(suites_of_effects) test_tangent_events
    use nutate_applied_torque, only: applied_torque_t
    use nutate_body, only: diagonal, make_body
    use nutate_byte_archive, only: byte_archive_t
@@ -28,11 +28,8 @@ module test_tangent_events
    use nutate_wheel_mounting, only: add_wheel
    use test_event_support, only: angle_event_t, rate_event_t, tilt_event_t
    use test_stopping_observer, only: stopping_observer_t
-   use test_support, only: check, check_below, check_close, error_type, in_turn, new_unittest, unittest_type
+   use test_support, only: check, check_below, check_close, error_type, in_turn, new_unittest
    implicit none
-   private
-
-   public :: collect_tangent_events
 
    !> Most events of a run, and columns.
    integer, parameter :: room = 60, most = 10
@@ -56,8 +53,7 @@ module test_tangent_events
 
 contains
 
-   subroutine collect_tangent_events(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_tangent_events
       testsuite = [ &
                   new_unittest("a thruster that stops at a rate or an angle has the closed form", stop_thruster), &
                   new_unittest("columns cross switches as differences of runs do", cross_switches), &
@@ -67,7 +63,7 @@ contains
                   new_unittest("a quantity that touches its level has no derivative", touch_level), &
                   new_unittest("a maximum at a switch has the time of the switch", peak_at_switch), &
                   new_unittest("a run goes on with the derivatives of times", resume_times)]
-   end subroutine collect_tangent_events
+   end procedure collect_tangent_events
 
    subroutine keep_event(self, system, event, which, number, state, record, status)
       class(keeper_t), intent(inout) :: self
@@ -556,4 +552,4 @@ contains
       end do
    end subroutine resume_times
 
-end module test_tangent_events
+end submodule test_tangent_events

@@ -1,6 +1,6 @@
 !> Sensitivities of the explicit methods: differences of their own steps in the variables that they choose, their
 !> order, that of the conserving step too, and flows of the reference.
-module test_tangent_explicit
+submodule(suites_of_effects) test_tangent_explicit
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_body, only: diagonal, make_body
    use nutate_variation, only: attitude_variation, variation_t, inertia_variation, rate_variation
@@ -18,12 +18,8 @@ module test_tangent_explicit
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_system, only: system_t
    use nutate_tangent, only: tangent_t
-   use test_support, only: check, check_below, check_close, error_type, new_unittest, random_unit, random_vector, &
-      unittest_type
+   use test_support, only: check, check_below, check_close, error_type, new_unittest, random_unit, random_vector
    implicit none
-   private
-
-   public :: collect_tangent_explicit
 
    character(len=12), parameter :: scenes(10) = [character(len=12) :: 'box', 'box frame', 'top', 'top tilted', &
       'top frame', &
@@ -38,8 +34,7 @@ module test_tangent_explicit
 
 contains
 
-   subroutine collect_tangent_explicit(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_tangent_explicit
       testsuite = [ &
                   new_unittest("columns are differences of the steps", differ), &
                   new_unittest("columns of the start are the same beside those of parameters", stand_alone), &
@@ -51,7 +46,7 @@ contains
                   new_unittest("columns of the closed solution are its differences", differ_exact), &
                   new_unittest("the closed solution and rk8 have the same columns", compare_exact), &
                   new_unittest("columns of series are differences of their states", differ_series)]
-   end subroutine collect_tangent_explicit
+   end procedure collect_tangent_explicit
 
    !> A scene.
    subroutine build(name, start, system, state)
@@ -604,4 +599,4 @@ contains
       difference = [turn(2:4)/shift, (body_momentum(one) - body_momentum(other))/(2*shift)]
    end function difference_of
 
-end module test_tangent_explicit
+end submodule test_tangent_explicit

@@ -1,6 +1,6 @@
 !> Sensitivities by the times at which torques, forces, controllers and motors start and stop, against central
 !> differences of runs.
-module test_tangent_windows
+submodule(suites_of_effects) test_tangent_windows
    use nutate_applied_torque, only: applied_torque_t
    use nutate_body, only: diagonal, make_body
    use nutate_byte_archive, only: byte_archive_t
@@ -28,11 +28,8 @@ module test_tangent_windows
    use nutate_wheel_mounting, only: add_wheel
    use test_event_support, only: rate_event_t
    use test_stopping_observer, only: stopping_observer_t
-   use test_support, only: check, check_below, check_close, error_type, new_unittest, unittest_type
+   use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
-   private
-
-   public :: collect_tangent_windows
 
    !> Effects, start and stop of each.
    integer, parameter :: n_effects = 5, n_times = 2*n_effects
@@ -66,8 +63,7 @@ module test_tangent_windows
 
 contains
 
-   subroutine collect_tangent_windows(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_tangent_windows
       testsuite = [ &
                   new_unittest("starts and stops of all effects have the derivatives of differences", differ), &
                   new_unittest("so have they in adaptive steps and backward in time", differ_otherwise), &
@@ -78,7 +74,7 @@ contains
                   new_unittest("an event at a stop has the derivative of the stop", peak_at_stop), &
                   new_unittest("a checkpoint behind a start holds what it made", resume), &
                   new_unittest("effects without start and stop are refused", refuse)]
-   end subroutine collect_tangent_windows
+   end procedure collect_tangent_windows
 
    subroutine keep_row(self, system, state, record, status)
       class(keeper_t), intent(inout) :: self
@@ -510,4 +506,4 @@ contains
       call check(error, index(status%message, 'other has no derivative by stop') > 0, trim(status%message))
    end subroutine refuse
 
-end module test_tangent_windows
+end submodule test_tangent_windows

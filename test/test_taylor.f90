@@ -1,5 +1,5 @@
 !> The Taylor series: exact solutions to round-off, invariants at any tolerance, its own states between steps.
-module test_taylor
+submodule(suites_of_methods) test_taylor
    use nutate_applied_torque, only: applied_torque_t
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_exact_free, only: free_body_t
@@ -14,16 +14,12 @@ module test_taylor
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use test_controlled_run, only: recorder_t, run_to
    use test_problems, only: box, bruls_top, fast_top, forced_body, free_body, march, precessing_top, problem_t, simo_top
-   use test_support, only: check, check_below, check_close, error_type, new_unittest, unittest_type
+   use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
-   private
-
-   public :: collect_taylor
 
 contains
 
-   subroutine collect_taylor(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_taylor
       testsuite = [ &
                   new_unittest("exact solutions of free bodies come out to round-off", exact_free_bodies), &
                   new_unittest("tops of the literature come out to round-off", literature_tops), &
@@ -36,7 +32,7 @@ contains
                   new_unittest("steps end where torques start and stop", steps_end_where_torques_do), &
                   new_unittest("units that are powers of two change no digit", powers_of_two), &
                   new_unittest("what stands still stays", stands_still)]
-   end subroutine collect_taylor
+   end procedure collect_taylor
 
    !> Runs a problem, with trial runs where an accuracy is asked for.
    subroutine run(problem, end_time, goal, recorder, state, summary, status, conserve, interval)
@@ -292,4 +288,4 @@ contains
       call check_close(error, kinetic_energy(problem%system, state), 0.0_wp, 0.0_wp)
    end subroutine stands_still
 
-end module test_taylor
+end submodule test_taylor

@@ -1,5 +1,5 @@
 !> Steps of the Taylor series, of one length each: its order, its states inside, what it does not do.
-module test_taylor_steps
+submodule(suites_of_methods) test_taylor_steps
    use nutate_damping, only: damping_t
    use nutate_dop853, only: dop853_t
    use nutate_effect, only: potential_t, rotor_t
@@ -13,11 +13,8 @@ module test_taylor_steps
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_taylor_stepper, only: taylor_t
    use test_problems, only: box, bruls_top, fast_top, forced_body, free_body, march, problem_t
-   use test_support, only: check, check_below, check_close, error_type, new_unittest, unittest_type
+   use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
-   private
-
-   public :: collect_taylor_steps
 
    !> A user's potential, U = |γ|² z: without series.
    type, extends(potential_t) :: own_potential_t
@@ -28,8 +25,7 @@ module test_taylor_steps
 
 contains
 
-   subroutine collect_taylor_steps(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_taylor_steps
       testsuite = [ &
                   new_unittest("agrees with dop853 where every kind of effect acts", agrees_with_all_effects), &
                   new_unittest("the order of the series is the order of the error", order_of_fixed_steps), &
@@ -39,7 +35,7 @@ contains
                   new_unittest("a rotor turns a body without momentum", rotor_without_momentum), &
                   new_unittest("refuses effects without series, and orders there are not", refusals), &
                   new_unittest("a step far too long fails and leaves the state", step_too_long)]
-   end subroutine collect_taylor_steps
+   end procedure collect_taylor_steps
 
    pure real(wp) function own_energy(self, gamma)
       class(own_potential_t), intent(in) :: self
@@ -244,4 +240,4 @@ contains
       call check_close(error, [state%t, state%q, state%p], [0.0_wp, problem%start%q, problem%start%p], 0.0_wp)
    end subroutine step_too_long
 
-end module test_taylor_steps
+end submodule test_taylor_steps

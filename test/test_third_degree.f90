@@ -1,6 +1,6 @@
 !> Gravity of third degree: its numbers, its discrete gradient, and bodies that pass others, against 16 digits of two
 !> methods in 128-bit arithmetic.
-module test_third_degree
+submodule(suites_of_effects) test_third_degree
    use nutate_hamiltonian, only: angular_velocity, total_energy
    use nutate_kepler_orbit, only: kepler_orbit_t
    use nutate_kinds, only: wp, eps
@@ -11,13 +11,9 @@ module test_third_degree
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_third_degree, only: third_degree_t, third_moments_of
-   use test_support, only: check, check_close, error_type, new_unittest, random_unit_quaternion, random_vector, &
-      unittest_type
+   use test_support, only: check, check_close, error_type, new_unittest, random_unit_quaternion, random_vector
    use, intrinsic :: iso_fortran_env, only: int64
    implicit none
-   private
-
-   public :: collect_third_degree
 
    character, parameter :: nl = new_line('a')
    !> xxx, yyy, zzz, xxy, xxz, xyy, yyz, xzz, yzz, xyz.
@@ -50,8 +46,7 @@ module test_third_degree
 
 contains
 
-   subroutine collect_third_degree(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_third_degree
       testsuite = [ &
                   new_unittest("energy, gradient and torque, to 13 digits", numbers), &
                   new_unittest("third moments of point masses", point_masses), &
@@ -61,7 +56,7 @@ contains
                   new_unittest("the energy balance closes in long steps", long_steps), &
                   new_unittest("the LVLH frame and inertial axes show the same motion", both_frames), &
                   new_unittest("what is no third degree is refused", refused)]
-   end subroutine collect_third_degree
+   end procedure collect_third_degree
 
    !> The effect at a distance of 1.25, μ = 1, in the LVLH frame.
    type(third_degree_t) function near_body() result(effect)
@@ -308,4 +303,4 @@ contains
       call expect(error, "table = 'absent.csv'", "s.nml:3: table 'absent.csv' cannot be read")
    end subroutine refused
 
-end module test_third_degree
+end submodule test_third_degree

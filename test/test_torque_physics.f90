@@ -1,5 +1,5 @@
 !> Torques and rotors against what is known about them without this code: closed forms, and other bodies.
-module test_torque_physics
+submodule(suites_of_effects) test_torque_physics
    use nutate_applied_torque, only: applied_torque_t
    use nutate_body, only: make_shape_body
    use nutate_damping, only: damping_t
@@ -19,11 +19,8 @@ module test_torque_physics
    use nutate_system, only: system_t
    use test_effect_samples, only: sample_body, spinner
    use test_problems, only: problem_t, solve
-   use test_support, only: check, check_below, check_close, error_type, new_unittest, unittest_type
+   use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
-   private
-
-   public :: collect_torque_physics
 
    !> Sees the rows and keeps nothing but the last work.
    type, extends(observer_t) :: work_recorder_t
@@ -36,8 +33,7 @@ module test_torque_physics
 
 contains
 
-   subroutine collect_torque_physics(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_torque_physics
       testsuite = [ &
                   new_unittest("damping decays a spin", damping_decays_a_spin), &
                   new_unittest("a constant torque does work", constant_torque_does_work), &
@@ -48,7 +44,7 @@ contains
                   new_unittest("a gyrostat rotates steadily", gyrostat_rotates_steadily), &
                   new_unittest("a rotor stands for faster spin", rotor_stands_for_faster_spin), &
                   new_unittest("a rotor stabilises the intermediate axis", rotor_stabilises_the_axis)]
-   end subroutine collect_torque_physics
+   end procedure collect_torque_physics
 
    subroutine note_work(self, system, state, record, status)
       class(work_recorder_t), intent(inout) :: self
@@ -268,4 +264,4 @@ contains
       end do
    end subroutine rotor_stabilises_the_axis
 
-end module test_torque_physics
+end submodule test_torque_physics

@@ -1,6 +1,6 @@
 !> Tumbling elements against 16 digits of the closed forms, against the exact motion of the free body, and as columns
 !> and quantities of events.
-module test_tumbling
+submodule(suites_of_effects) test_tumbling
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_attitude, only: quat_from_euler
    use nutate_column_event, only: column_event_t
@@ -16,11 +16,8 @@ module test_tumbling
    use nutate_tumbling, only: infinite_period, tumbling_elements, tumbling_start, tumbling_start_t, tumbling_state, &
       tumbling_t
    use test_support, only: check, check_close, error_type, new_unittest, random_unit, random_unit_quaternion, &
-      random_vector, unittest_type
+      random_vector
    implicit none
-   private
-
-   public :: collect_tumbling
 
    character, parameter :: nl = new_line('a')
    real(wp), parameter :: degree = pi/180, hour = 3600.0_wp, day = 86400.0_wp
@@ -49,8 +46,7 @@ module test_tumbling
 
 contains
 
-   subroutine collect_tumbling(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_tumbling
       testsuite = [ &
                   new_unittest("starts by periods, to 15 digits", starts_by_periods), &
                   new_unittest("states of every mode and sense are those of their elements", every_state), &
@@ -65,7 +61,7 @@ contains
                   new_unittest("periods that a body does not have are refused", refused), &
                   new_unittest("rates of the elements are those of the motion", rates), &
                   new_unittest("the mode changes where E/E0 is Js/Ji", change_of_mode)]
-   end subroutine collect_tumbling
+   end procedure collect_tumbling
 
    !> The start of a case.
    pure type(tumbling_start_t) function start_of(body) result(start)
@@ -479,4 +475,4 @@ contains
       end do
    end subroutine change_of_mode
 
-end module test_tumbling
+end submodule test_tumbling

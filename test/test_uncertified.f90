@@ -1,5 +1,5 @@
 !> The count of steps whose root is accepted without certification, from the stepper to the summary.
-module test_uncertified
+submodule(suites_of_methods) test_uncertified
    use nutate_body, only: diagonal, make_body
    use nutate_byte_archive, only: byte_archive_t
    use nutate_earth_field, only: earth_field_t
@@ -25,11 +25,8 @@ module test_uncertified
    use test_attack_case, only: custom_potential_t
    use test_problems, only: box, problem_t
    use test_satellites, only: field_along, magnet, moments, path_of, point, push, push_along, rotating
-   use test_support, only: check, error_type, new_unittest, unittest_type
+   use test_support, only: check, error_type, new_unittest
    implicit none
-   private
-
-   public :: collect_uncertified
 
    !> Performs steps that are not certified where they start from 0.35 to 0.65 s, fails, which leaves a count, for steps
    !> above 0.06 s that start from 0.55 s on.
@@ -48,8 +45,7 @@ module test_uncertified
 
 contains
 
-   subroutine collect_uncertified(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_uncertified
       testsuite = [ &
                   new_unittest("a step counts once, whatever its parts", steps_count_once), &
                   new_unittest("a stepper that is projected counts like it", projection_passes_it_on), &
@@ -58,7 +54,7 @@ contains
                   new_unittest("a free body has certified steps only", free_body_is_certified), &
                   new_unittest("rows between steps count nothing", rows_count_nothing), &
                   new_unittest("a resumed run ends with the same count", resumed_runs_agree)]
-   end subroutine collect_uncertified
+   end procedure collect_uncertified
 
    subroutine set_up_nothing(self, system, settings, status)
       class(marked_t), intent(inout) :: self
@@ -266,4 +262,4 @@ contains
       call check(error, resumed%summary%uncertified_steps == whole%uncertified_steps, 'the count of the resumed run')
    end subroutine check_resumed
 
-end module test_uncertified
+end submodule test_uncertified

@@ -1,6 +1,6 @@
 !> Motors by tables, limits of torque and of speed: closed forms with every method, the account and the momentum, runs
 !> that are interrupted.
-module test_wheel_limits
+submodule(suites_of_effects) test_wheel_limits
    use nutate_applied_torque, only: applied_torque_t
    use nutate_body, only: diagonal, make_body
    use nutate_hamiltonian, only: angular_velocity, kinetic_energy, make_state, space_momentum, total_energy
@@ -19,18 +19,14 @@ module test_wheel_limits
    use nutate_wheel_mounting, only: add_wheel
    use test_problems, only: forced_body, problem_t
    use test_resume, only: check_run, label_of, settings_of
-   use test_support, only: check, check_below, check_close, error_type, in_turn, new_unittest, unittest_type
+   use test_support, only: check, check_below, check_close, error_type, in_turn, new_unittest
    implicit none
-   private
-
-   public :: collect_wheel_limits
 
    real(wp), parameter :: identity(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
 
 contains
 
-   subroutine collect_wheel_limits(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_wheel_limits
       testsuite = [ &
                   new_unittest("a table of one torque is a constant motor", one_torque_is_constant), &
                   new_unittest("a limit of torque cuts the lines of a table", limit_cuts_a_table), &
@@ -39,7 +35,7 @@ contains
                   new_unittest("account and momentum with limits", account_and_momentum), &
                   new_unittest("what is interrupted goes on bit for bit", runs_go_on), &
                   new_unittest("limits that cannot be kept are refused", bad_limits_are_refused)]
-   end subroutine collect_wheel_limits
+   end procedure collect_wheel_limits
 
    !> A body with a wheel on its axis 3, driven by a motor of one's own.
    type(problem_t) function driven_wheel(motor, friction, speed_limit) result(problem)
@@ -279,4 +275,4 @@ contains
       call check(error, status%code, NUTATE_BAD_ARGUMENT, 'no speed at all')
    end subroutine bad_limits_are_refused
 
-end module test_wheel_limits
+end submodule test_wheel_limits

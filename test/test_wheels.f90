@@ -1,5 +1,5 @@
 !> Wheels: references to 20 digits, closed forms, the account and the momentum with every method, orders.
-module test_wheels
+submodule(suites_of_effects) test_wheels
    use nutate_applied_torque, only: applied_torque_t
    use nutate_body, only: diagonal, make_body, whole_body
    use nutate_effect, only: rotor_t
@@ -18,19 +18,15 @@ module test_wheels
    use nutate_wheel_mounting, only: add_wheel
    use test_problems, only: march, problem_t, wheeled_body
    use test_resume, only: check_run, check_stepper, label_of, settings_of
-   use test_support, only: check, check_below, check_close, error_type, new_unittest, unittest_type
+   use test_support, only: check, check_below, check_close, error_type, new_unittest
    use test_wheel_reference, only: reference_problem
    implicit none
-   private
-
-   public :: collect_wheels
 
    real(wp), parameter :: identity(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
 
 contains
 
-   subroutine collect_wheels(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_wheels
       testsuite = [ &
                   new_unittest("friction has the closed form", friction_has_the_closed_form), &
                   new_unittest("strong friction locks a wheel", strong_friction_locks), &
@@ -44,7 +40,7 @@ contains
                   new_unittest("roots count as not certified", roots_are_not_certified), &
                   new_unittest("gravity acts on the locked body", gravity_acts_on_the_locked_body), &
                   new_unittest("wheels that cannot be are refused", bad_wheels_are_refused)]
-   end subroutine collect_wheels
+   end procedure collect_wheels
 
    !> About one axis ω falls as exp(-ct(1/Jw + 1/Jr)); the motor does work, if it has to, on the rest.
    subroutine friction_has_the_closed_form(error)
@@ -384,4 +380,4 @@ contains
 
    end subroutine bad_wheels_are_refused
 
-end module test_wheels
+end submodule test_wheels

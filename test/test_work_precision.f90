@@ -1,5 +1,5 @@
 !> Work-precision studies: references, measured runs, series of steps, interpolated points.
-module test_work_precision
+submodule(suites_of_runs) test_work_precision
    use nutate_kinds, only: wp, eps
    use nutate_methods, only: methods
    use nutate_quaternion, only: attitude_distance
@@ -10,11 +10,8 @@ module test_work_precision
    use nutate_measured_run, only: fastest_rate, problem_t
    use nutate_work_point, only: measure_point, median, point_at_error, work_point_t
    use nutate_work_precision, only: longest_step, work_precision_t, OUT_OF_BUDGET, UNDER_WAY
-   use test_support, only: check, check_below, check_close, error_type, new_unittest, unittest_type
+   use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
-   private
-
-   public :: collect_work_precision
 
    character(len=*), parameter :: newline = new_line('a')
    character(len=*), parameter :: box = '&body inertia = 5, 20, 17 /'//newline// &
@@ -36,8 +33,7 @@ module test_work_precision
 
 contains
 
-   subroutine collect_work_precision(testsuite)
-      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+   module procedure collect_work_precision
       testsuite = [ &
                   new_unittest("a closed solution is used where there is one", closed_solutions_are_found), &
                   new_unittest("what two methods agree on is the exact attitude", agreement_is_exact), &
@@ -54,7 +50,7 @@ contains
                   new_unittest("a hopeless step does not make the next look better", no_better_than_the_order), &
                   new_unittest("an error that is small by accident does not count", accidents_do_not_count), &
                   new_unittest("the median is the middle", median_is_the_middle)]
-   end subroutine collect_work_precision
+   end procedure collect_work_precision
 
    !> A problem from a scene in memory.
    function problem_of(text) result(problem)
@@ -340,4 +336,4 @@ contains
       call check_close(error, median([2.0_wp, 2.0_wp, 1.0_wp]), 2.0_wp, 0.0_wp)
    end subroutine median_is_the_middle
 
-end module test_work_precision
+end submodule test_work_precision
