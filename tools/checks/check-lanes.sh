@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# Tests src/batch as it is compiled: every loop over lanes becomes vector instructions (a scalar one costs twice its time and
-# gives the same results, so that no other test would see it), what is compiled for AVX2 has its instructions and what is
-# compiled for every processor has none, and the bits of the bodies depend neither on how many are moved at once nor on the
-# vector instructions. The last line is the total.
+# Tests the kernels of src/batch and of the Taylor series as they are compiled: every loop over lanes becomes vector instructions
+# (a scalar one costs twice its time and gives the same results, so that no other test would see it), what is compiled for AVX2 has
+# its instructions and what is compiled for every processor has none, and the bits of the bodies depend neither on how many are
+# moved at once nor on the vector instructions, nor do those of series. The last line is the total.
 #    tools/checks/check-lanes.sh
 set -u
 . "$(dirname "$0")/../environment.sh"
@@ -14,19 +14,27 @@ passed=0 failed=0
 
 # Each loop in the procedure where it stands. With gfortran alone: other compilers say what they do in other words.
 mkdir "$scratch/loops"
-for source in src/batch/nutate_drift_*2.f90; do
+# loops SOURCE KERNEL PATTERN: the loops of a kernel whose first line has the pattern.
+loops() {
+   local line loop
    # shellcheck disable=SC2086
    gfortran -O3 ${unfused/ -fopenmp/} -fno-inline -fopt-info-vec-optimized -J "$scratch/loops" -I "$cmake_folder/modules" \
-      -c "$source" -o "$scratch/loops/object.o" 2>"$scratch/report" || exit 1
+      -c "$1" -o "$scratch/loops/object.o" 2>"$scratch/report" || exit 1
    while IFS=: read -r line loop; do
       # The report gives a loop the line of its `do`, or, where one stands around it, of what is first in it.
-      if grep -qE "nutate_drift_kernel.inc:($line|$((line + 1))|$((line - 1))):[0-9]+: optimized: loop vectorized" \
+      if grep -qE "$(basename "$2"):($line|$((line + 1))|$((line - 1))):[0-9]+: optimized: loop vectorized" \
          "$scratch/report"; then
          passed=$((passed + 1))
       else
-         failed=$((failed + 1)) && say "FAILED: the loop of nutate_drift_kernel.inc, line $line, is not vectorised"
+         failed=$((failed + 1)) && say "FAILED: the loop of $(basename "$2"), line $line, is not vectorised"
       fi
-   done < <(grep -n 'do i = 1, lanes' src/batch/nutate_drift_kernel.inc)
+   done < <(grep -n "$3" "$2")
+}
+for source in src/batch/nutate_drift_*2.f90; do
+   loops "$source" src/batch/nutate_drift_kernel.inc 'do i = 1, lanes'
+done
+for source in src/methods/taylor/nutate_rows_*2.f90; do
+   loops "$source" src/methods/taylor/nutate_rows_kernel.inc 'do i = 1, 4$'
 done
 [ $passed -ge 10 ] || { failed=$((failed + 1)) && say "FAILED: only $passed loops over lanes were found"; }
 
@@ -37,12 +45,14 @@ registers() {
 }
 
 if [ "$(uname -m)" = x86_64 ]; then
-   wide=$(registers nutate_drift_avx2) narrow=$(registers nutate_drift_sse2)
-   if [ "$wide" -gt 100 ] && [ "$narrow" -eq 0 ]; then
-      passed=$((passed + 1))
-   else
-      failed=$((failed + 1)) && say "FAILED: $wide instructions of AVX2 in its kernel, $narrow in that of every processor"
-   fi
+   for kernel in drift rows; do
+      wide=$(registers nutate_${kernel}_avx2) narrow=$(registers nutate_${kernel}_sse2)
+      if [ "$wide" -gt 100 ] && [ "$narrow" -eq 0 ]; then
+         passed=$((passed + 1))
+      else
+         failed=$((failed + 1)) && say "FAILED: $wide instructions of AVX2 in the kernel of $kernel, $narrow in that of every processor"
+      fi
+   done
 fi
 
 # bits NAME WIDTH: the states of bodies by src/batch with lanes of that width; the linker takes these modules before those of the
@@ -81,6 +91,19 @@ for way in "${ways[@]}"; do
       passed=$((passed + 1))
    else
       failed=$((failed + 1)) && say "FAILED: other bits of bodies: $way"
+   fi
+done
+
+# Series of all effects, by both kinds of instructions.
+bash tools/setup/build.sh || exit 1
+for scene in all_effects heavy_top gyrocompass dual_spin; do
+   for simd in avx2 sse2; do
+      NUTATE_SIMD=$simd "$program" run "scenes/$scene.nml" --quiet --output "$scratch/$simd.csv" --set "integrator.method='taylor'" || exit 1
+   done
+   if cmp -s "$scratch/avx2.csv" "$scratch/sse2.csv"; then
+      passed=$((passed + 1))
+   else
+      failed=$((failed + 1)) && say "FAILED: other bits of the series of $scene"
    fi
 done
 say "$passed passed, $failed failed"

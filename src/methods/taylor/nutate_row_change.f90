@@ -4,7 +4,7 @@ module nutate_row_change
    use nutate_kinds, only: wp
    use nutate_motion_series, only: motion_series_t
    use nutate_quaternion, only: quat_product, quat_vector_product
-   use nutate_series_sum, only: rotation_between, sum_series
+   use nutate_series_sum, only: rotation_between
    use nutate_state, only: add_increment, state_t
    implicit none
    private
@@ -27,15 +27,14 @@ contains
       !> In units of time.
       real(wp), intent(in) :: s
       type(row_change_t), intent(out) :: change
-      real(wp) :: values(2, 3), rows(3, 3), weights(2)
-      call series%tail%weights(series%order, s, weights(1), weights(2))
-      call sum_series(6, series%order, s, series%lanes_1, weights, values)
-      change%gain = values(1, :)
-      change%momentum = series%momentum + values(1, :)
-      rows(:, 1) = values(2, :)
-      call sum_series(6, series%order, s, series%lanes_2, weights, values)
-      rows(:, 2) = values(1, :)
-      rows(:, 3) = values(2, :)
+      real(wp) :: changes(4, 3), rows(3, 3)
+      integer :: i
+      call series%get_changes(s, changes)
+      change%gain = changes(1, :)
+      change%momentum = series%momentum + change%gain
+      do i = 1, 3
+         rows(:, i) = changes(1 + i, :)
+      end do
       change%turn = turn_between(series%frame, rows)
    end subroutine get_change
 

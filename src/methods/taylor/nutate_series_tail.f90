@@ -16,11 +16,11 @@ module nutate_series_tail
    implicit none
    private
 
-   public :: series_tail_t, most_parts
+   public :: series_tail_t, most_parts, largest_part
    public :: least_denominator, largest_rest, same_direction, least, largest
 
-   !> Components of a coefficient at most: L, three rows and an angle.
-   integer, parameter :: most_parts = 13
+   !> Components of a coefficient at most, where their products are computed here: L and an angle.
+   integer, parameter :: most_parts = 4
    !> Least of `1 + αs + βs²` from the start to the end of a step: a pole nearer to it would spoil states inside.
    real(wp), parameter :: least_denominator = 0.3_wp
    !> A recurrence that leaves more of the last coefficient than this is none.
@@ -48,8 +48,9 @@ module nutate_series_tail
       !> The recurrence is used in the present step.
       logical, private :: used = .false.
    contains
-      !> Fits the recurrence.
+      !> Fit the recurrence, to coefficients or by their products.
       procedure :: fit
+      procedure :: fit_products
       !> Sets the tail to zero: the sums are exact.
       procedure :: leave
       !> Decides whether the tail is used in a step.
@@ -73,23 +74,35 @@ contains
       !> Components of a coefficient, and coefficients, the last one first; shape (most_parts, 4).
       integer, intent(in) :: n
       real(wp), intent(in) :: x(most_parts, 4)
-      real(wp) :: s(4), next(3), second(2), alpha, beta
+      real(wp) :: squares(4), next(3), second(2), largest
       integer :: i
+      squares = 0.0_wp
+      next = 0.0_wp
+      second = 0.0_wp
+      largest = maxval(abs(x(1:n, :)))
+      if (largest < largest_part) then
+         do i = 1, n
+            squares = squares + x(i, :)*x(i, :)
+            next = next + x(i, 1:3)*x(i, 2:4)
+            second = second + x(i, 1:2)*x(i, 3:4)
+         end do
+      end if
+      call self%fit_products(squares, next, second, largest)
+   end subroutine fit
+
+   !> Fits the recurrence by the scalar products of the last four coefficients.
+   pure subroutine fit_products(self, s, next, second, largest_component)
+      class(series_tail_t), intent(inout) :: self
+      !> Products of the last coefficient, and of those before, with itself, the one before and the second before.
+      real(wp), intent(in) :: s(4), next(3), second(2)
+      !> Largest component of all; from `largest_part` on the products are not used.
+      real(wp), intent(in) :: largest_component
+      real(wp) :: alpha, beta
       self%used = .false.
       self%limit = 0.0_wp
       self%squares = largest_part**2
-      if (.not. maxval(abs(x(1:n, :))) < largest_part) return
-      s = 0.0_wp
-      next = 0.0_wp
-      second = 0.0_wp
-      do i = 1, n
-         s = s + x(i, :)*x(i, :)
-         next = next + x(i, 1:3)*x(i, 2:4)
-         second = second + x(i, 1:2)*x(i, 3:4)
-      end do
+      if (.not. largest_component < largest_part) return
       self%squares = [s(2), s(1)]
-      self%limit = 0.0_wp
-      self%used = .false.
       if (.not. (minval(s) > least .and. maxval(s) < largest)) return
       call solve(s(3), s(4), next(3), next(2), second(2), alpha, beta)
       self%rest = s(1) + alpha*(alpha*s(2) + 2*next(1)) + beta*(beta*s(3) + 2*second(1)) + 2*alpha*beta*next(2)
@@ -97,7 +110,7 @@ contains
       self%rest = margin**2*max(rounding*s(1), self%rest)
       call solve(s(2), s(3), next(2), next(1), second(1), self%alpha, self%beta)
       self%limit = limit_of(self%alpha, self%beta)
-   end subroutine fit
+   end subroutine fit_products
 
    !> Sets the tail to zero.
    pure subroutine leave(self)

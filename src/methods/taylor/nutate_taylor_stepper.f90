@@ -10,7 +10,7 @@ module nutate_taylor_stepper
    use nutate_invariants, only: follows_rotating_axes
    use nutate_kinds, only: wp, eps
    use nutate_limits, only: most_wheels
-   use nutate_motion_series, only: motion_series_t, TWO_PAIRS
+   use nutate_motion_series, only: motion_series_t, ROWS
    use nutate_noise, only: noise_t
    use nutate_power_series, only: fixed_step_order, highest_order, least_order
    use nutate_quaternion, only: quat_exp, quat_product
@@ -32,9 +32,6 @@ module nutate_taylor_stepper
    !> Order for a tolerance, per binary digit (one per decimal digit) and beside: up to there the cost of a step grows
    !> more slowly than its length. `make bench BENCH=bench_series` shows the time of a run by order.
    real(wp), parameter :: order_per_digit = 0.3_wp, extra_order = 8.0_wp
-   !> Order for a tolerance, per binary digit and beside, for tops in the axial frame, 20 to 24: coefficients there cost
-   !> less than all else in a step.
-   real(wp), parameter :: axial_order_per_digit = 0.15_wp, axial_extra_order = 18.0_wp
    !> Fixed steps to a projection, which takes a tenth to a fifth of a step. With 4 energy and momentum are as
    !> good. Chosen steps are projected one by one: on the unstable axis of a box the others err by more than they may.
    integer, parameter :: usual_interval = 4
@@ -103,7 +100,7 @@ contains
          call self%series%wheels%prepare(system%effects, status)
          if (.not. status%ok()) return
       end if
-      call self%series%prepare(system, settings%attitude)
+      call self%series%prepare(system)
       if (allocated(self%tangent)) deallocate (self%tangent)
       self%order = settings%series_order
       self%conserve = settings%conserve
@@ -126,7 +123,7 @@ contains
    pure logical function is_compensated(series, system)
       type(motion_series_t), intent(in) :: series
       type(system_t), intent(in) :: system
-      is_compensated = series%best == TWO_PAIRS .and. series%axial%axis == 0
+      is_compensated = series%best == ROWS .and. series%axial%axis == 0
       if (is_compensated) is_compensated = system%effects%frame_turns .or. system%effects%moves .or. &
                                    system%effects%n_works() > 0
    end function is_compensated
@@ -210,7 +207,7 @@ contains
       real(wp) :: scale
       integer :: n
       n = series%order
-      scale = maxval(abs(series%lanes_1(1, :, 0:2)))
+      scale = maxval(abs(series%lanes(1, :, 0:2)))
       if (scale > tiny(1.0_wp)) scale = 1/scale
       is_followed = max((n*(n - 1))*size_of(n), ((n - 1)*(n - 2))*size_of(n - 1)) <= max(size_of(1), 2*size_of(2))
 
@@ -219,8 +216,7 @@ contains
       !> Returns the size of coefficient k, rad.
       pure real(wp) function size_of(k)
          integer, intent(in) :: k
-         size_of = max(scale*maxval(abs(series%lanes_1(1, :, k))), maxval(abs(series%lanes_1(2, :, k))), &
-                       maxval(abs(series%lanes_2(:, :, k))))
+         size_of = max(scale*maxval(abs(series%lanes(1, :, k))), maxval(abs(series%lanes(2:4, :, k))))
       end function size_of
 
    end function is_followed
@@ -272,11 +268,7 @@ contains
       order = self%order
       if (order > 0) return
       digits = real(exponent(max(goal%tolerance, goal%rate*time_unit, eps)), wp)
-      if (self%series%is_axial_top()) then
-         order = nint(axial_extra_order - axial_order_per_digit*digits)
-      else
-         order = nint(extra_order - order_per_digit*digits)
-      end if
+      order = nint(extra_order - order_per_digit*digits)
       order = min(max(order, least_order), highest_order)
    end function order_for
 

@@ -19,6 +19,9 @@ module nutate_torque_series
 
    public :: torque_series_t
 
+   !> Torques whose works are computed together.
+   integer, parameter :: lanes = 4
+
    !> The torque of the effects of a system.
    type :: torque_series_t
       !> Basis vectors as columns, space axes; how many span the directions; shape (3,3).
@@ -54,9 +57,11 @@ module nutate_torque_series
       logical, private :: moves = .false.
       !> D of linear torques; shape (3,3, number of torques).
       real(wp), allocatable, private :: drag(:, :, :)
-      !> Ω, rad/s, shape (3, 0:highest_order), and each torque, last that of potentials that move, N m, shape
-      !> (0:highest_order, 3, number of torques + 1); body axes. Without coefficients where nothing asks for them.
-      real(wp), allocatable, private :: omega(:, :), torque(:, :, :)
+      !> Number of torques whose works are computed, last those of potentials that move if there are any, and for each a
+      !> lane: Ω, rad/s, shape (3, 0:highest_order); torques, body axes, N m, shape (lane, component, 0:highest_order,
+      !> groups of lanes); series of their works ∫ Ω·τ dt in units of time, W, shape (lane, 0:highest_order, groups).
+      integer :: n_lanes = 0
+      real(wp), allocatable :: omega(:, :), torque(:, :, :, :), works(:, :, :)
       !> ∂τ/∂γ of all slots, for derivatives; shape (3,3, 0:highest_order, slots).
       real(wp), allocatable, private :: derivative(:, :, :, :)
       !> Series of δn that parameters make, in the basis, and of R(q)ᵀδn, shape (3, 0:highest_order, any); true for
@@ -66,8 +71,6 @@ module nutate_torque_series
    contains
       !> Finds out what the effects need.
       procedure :: prepare
-      !> Lays the basis of one direction by the rate of space axes that turn.
-      procedure :: turn_basis
       !> Adds a coefficient of all that is not linear in the directions.
       procedure :: add_terms
       !> Adds a coefficient of the derivative by a small rotation of the body.
@@ -165,35 +168,6 @@ contains
       end associate
    end subroutine choose_basis
 
-   !> Turns a basis of one direction about that of a rate: the first vector lies along the rate, the direction in the
-   !> plane of it and the second. The moment remains that of the direction.
-   pure subroutine turn_basis(self, rate, direction)
-      class(torque_series_t), intent(inout) :: self
-      !> ω, space axes, rad/s, not zero; shape (3).
-      real(wp), intent(in) :: rate(3)
-      !> The direction along the first two vectors; shape (2).
-      real(wp), intent(out) :: direction(2)
-      real(wp) :: along(3), across(3), n(3), length
-      n = self%basis(:, 1)
-      along = rate/maxval(abs(rate))
-      along = along/norm2(along)
-      across = cross(along, n)
-      ! Along the direction; a rate so small that `follows_rotating_axes` does not ask for its direction.
-      length = norm2(across)
-      if (length > tiny(1.0_wp)) then
-         across = across/length
-      else
-         across = self%basis(:, 3)
-      end if
-      ! If the two vectors are nearly parallel, rounding leaves `across` a part along them.
-      across = across - dot_product(across, along)*along
-      across = across/norm2(across)
-      self%basis(:, 1) = along
-      self%basis(:, 2) = cross(across, along)
-      self%basis(:, 3) = across
-      direction = [dot_product(n, along), dot_product(n, self%basis(:, 2))]
-   end subroutine turn_basis
-
    !> Makes the basis one of all space.
    subroutine add_all_directions(self)
       class(torque_series_t), intent(inout) :: self
@@ -251,8 +225,8 @@ contains
       type(effect_list_t), intent(in) :: effects
       integer :: i, n, last
       if (allocated(self%slot)) deallocate (self%slot, self%torque_slot, self%components, self%gamma, self%columns, &
-                                            self%auxiliary, self%drag, self%omega, self%torque, self%mover, &
-                                            self%moving)
+                                            self%auxiliary, self%drag, self%omega, self%torque, self%works, &
+                                            self%mover, self%moving)
       if (allocated(self%derivative)) deallocate (self%derivative)
       n = self%n_general + effects%n_torques
       allocate (self%slot(self%n_general), self%torque_slot(effects%n_torques), self%columns(2, n), source=0)
@@ -284,9 +258,14 @@ contains
       allocate (self%moving(3, 0:highest_order, maxval([0, self%mover])), source=0.0_wp)
       self%moves = size(self%moving, 3) > 0
       allocate (self%gamma(3, 0:highest_order, n), self%auxiliary(0:highest_order, last), source=0.0_wp)
+      self%n_lanes = effects%n_torques
+      if (effects%moves) self%n_lanes = self%n_lanes + 1
       n = -1
-      if (self%has_more .or. effects%moves) n = highest_order
-      allocate (self%omega(3, 0:n), self%torque(0:n, 3, effects%n_torques + 1), source=0.0_wp)
+      if (self%has_more .or. self%n_lanes > 0) n = highest_order
+      allocate (self%omega(3, 0:n))
+      n = (self%n_lanes + lanes - 1)/lanes
+      allocate (self%torque(lanes, 3, 0:highest_order, n), &
+                self%works(lanes, 0:highest_order, n), source=0.0_wp)
    end subroutine make_slots
 
    !> Marks the torques in space axes, and makes room for them.
@@ -331,7 +310,7 @@ contains
       real(wp), intent(in) :: omega(3), rows(3, 3)
       !> Body axes, N m; shape (3).
       real(wp), intent(inout) :: tau(3)
-      real(wp) :: one(3)
+      real(wp) :: one(3), moved(3)
       integer :: i, n
       self%omega(:, k) = omega
       do n = 1, size(self%gamma, 3)
@@ -339,17 +318,20 @@ contains
                                + rows(:, 3)*self%components(3, n)
       end do
       if (self%moves) call move_directions(self, effects, k, t, time_unit, rows)
+      moved = 0.0_wp
       do i = 1, self%n_general
          n = self%slot(i)
          call effects%potentials(self%general(i))%item%series_torque( &
             k, self%gamma(:, 0:k, n), self%auxiliary(:, self%columns(1, n):self%columns(2, n)), one)
          tau = tau + one
-         if (self%moves) call add_moved(self, i, k, one)
+         if (self%mover(n) > 0) moved = moved + one
       end do
+      if (self%n_lanes > size(acts)) call keep_torque(self, self%n_lanes, k, moved)
       do i = 1, size(acts)
-         if (.not. acts(i)) cycle
          n = abs(self%torque_slot(i))
-         if (n == 0) then
+         if (.not. acts(i)) then
+            one = 0.0_wp
+         else if (n == 0) then
             one = self%drag(:, 1, i)*omega(1) + self%drag(:, 2, i)*omega(2) + self%drag(:, 3, i)*omega(3)
          else
             call effects%torques(i)%item%series_torque( &
@@ -357,22 +339,33 @@ contains
                self%auxiliary(:, self%columns(1, n):self%columns(2, n)), one)
             if (self%torque_slot(i) < 0) call turn_to_body(self, i, k, rows, one)
          end if
-         self%torque(k, :, i) = one
+         call keep_torque(self, i, k, one)
          tau = tau + one
       end do
    end subroutine add_terms
 
-   !> Adds coefficient k of the torque of a potential to those that move, if it does.
-   pure subroutine add_moved(self, i, k, tau)
+   !> Stores coefficient k of a torque in its lane.
+   pure subroutine keep_torque(self, i, k, tau)
       class(torque_series_t), intent(inout) :: self
-      !> Position among the general ones; coefficient.
+      !> Index of the lane; coefficient.
       integer, intent(in) :: i, k
       !> Body axes, N m; shape (3).
       real(wp), intent(in) :: tau(3)
-      associate (moved => self%torque(k, :, size(self%torque, 3)))
-         if (self%mover(self%slot(i)) > 0) moved = moved + tau
-      end associate
-   end subroutine add_moved
+      integer :: lane, group
+      lane = 1 + iand(i - 1, lanes - 1)
+      group = (i + lanes - 1)/lanes
+      self%torque(lane, 1, k, group) = tau(1)
+      self%torque(lane, 2, k, group) = tau(2)
+      self%torque(lane, 3, k, group) = tau(3)
+   end subroutine keep_torque
+
+   !> Returns coefficient k of a torque from its lane.
+   pure function kept_torque(self, i, k) result(tau)
+      class(torque_series_t), intent(in) :: self
+      integer, intent(in) :: i, k
+      real(wp) :: tau(3)
+      tau = self%torque(1 + iand(i - 1, lanes - 1), :, k, (i + lanes - 1)/lanes)
+   end function kept_torque
 
    !> Adds coefficient k of ∂τ/∂θ of all effects, θ a small rotation of the body; called after `add_terms`.
    pure subroutine add_derivatives(self, effects, k, time_unit, acts, rows, by_turn, unknown)
@@ -408,7 +401,7 @@ contains
          n = self%torque_slot(i)
          if (n == 0 .or. .not. acts(i)) cycle
          if (n < 0) then
-            by_turn = by_turn + skew(self%torque(k, :, i))
+            by_turn = by_turn + skew(kept_torque(self, i, k))
             cycle
          end if
          associate (torque => effects%torques(i)%item)
@@ -579,8 +572,7 @@ contains
       end do
    end subroutine add_shift
 
-   !> Coefficient k of γ of all directions that move, and no torque yet of the potentials that do; with the first one
-   !> the series of n.
+   !> Coefficient k of γ of all directions that move; with the first one the series of n.
    pure subroutine move_directions(self, effects, k, t, time_unit, rows)
       class(torque_series_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
@@ -592,7 +584,6 @@ contains
       real(wp) :: gamma(3)
       integer :: n, j
       self%rows(:, :, k) = rows
-      self%torque(k, :, size(self%torque, 3)) = 0.0_wp
       if (k == 0) call expand_directions(self, effects, t, time_unit)
       do n = 1, size(self%mover)
          if (self%mover(n) == 0) cycle
@@ -646,12 +637,12 @@ contains
       end do
    end subroutine turn_to_body
 
-   !> ∫ Ω·τᵢ dt of the torque i, or, one more, of the potentials that move, from the start of the series to `s`, J: term
-   !> by term, and the tail.
+   !> Computes the work of the torque i, or, one more, of the potentials that move, from the start of the series to `s`,
+   !> J: term by term, and the tail.
    pure subroutine get_work(self, i, order, time_unit, s, tail, work, error)
       class(torque_series_t), intent(in) :: self
       integer, intent(in) :: i
-      !> Coefficients 0..order - 1 of the power are used.
+      !> Highest coefficient.
       integer, intent(in) :: order
       !> Unit of time, s, and time in it.
       real(wp), intent(in) :: time_unit, s
@@ -659,27 +650,19 @@ contains
       type(series_tail_t), intent(in) :: tail
       !> Work, J, and its possible truncation error, J.
       real(wp), intent(out) :: work, error
-      real(wp) :: power(0:highest_order), last(6), w(4)
-      integer :: k, j
-      power = 0.0_wp
-      ! Along k no sum waits for the one before.
-      do j = 0, order - 1
-         do k = j, order - 1
-            power(k) = power(k) + (self%omega(1, j)*self%torque(k - j, 1, i) &
-                                   + self%omega(2, j)*self%torque(k - j, 2, i) &
-                                   + self%omega(3, j)*self%torque(k - j, 3, i))
-         end do
-      end do
+      real(wp) :: last(6), w(4)
+      integer :: k, lane, group
+      lane = 1 + iand(i - 1, lanes - 1)
+      group = (i + lanes - 1)/lanes
       work = 0.0_wp
-      do k = order - 1, 0, -1
-         work = work*s + power(k)*inverses(k + 1)
+      do k = order, 1, -1
+         work = (work + self%works(lane, k, group))*s
       end do
-      call tail%energy_weights(order, s, w)
-      work = work*s
       last = 0.0_wp
       do k = 1, min(6, order)
-         last(k) = power(order - k)*inverses(order + 1 - k)
+         last(k) = self%works(lane, order + 1 - k, group)
       end do
+      call tail%energy_weights(order, s, w)
       do k = 1, 4
          work = work + w(k)*last(k)
       end do

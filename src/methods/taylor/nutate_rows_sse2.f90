@@ -1,0 +1,18 @@
+!> The series of a step with the vector instructions that every x86-64 processor has (SSE2); on other machines with
+!> those that the compiler uses by default.
+module nutate_rows_sse2
+   use nutate_effect_list, only: effect_list_t
+   use nutate_kinds, only: wp
+   use nutate_power_series, only: highest_order, inverses
+   use nutate_row_series, only: row_series_t, steepest_growth
+   use nutate_series_tail, only: largest_part
+   implicit none
+   private
+
+   public :: expand_rows, multiply_last, sum_rows
+
+contains
+
+   include 'nutate_rows_kernel.inc'
+
+end module nutate_rows_sse2
