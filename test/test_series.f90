@@ -4,7 +4,7 @@ submodule(suites_of_methods) test_series
    use nutate_body, only: body_t, diagonal, make_body
    use nutate_damping, only: damping_t
    use nutate_dipole, only: dipole_t
-   use nutate_effect, only: potential_t, torque_t, GENERAL_SERIES, LINEAR_SERIES, NO_SERIES, SPACE_SERIES
+   use nutate_effect, only: potential_t, torque_t, GENERAL_SERIES, LINEAR_SERIES, NO_SERIES, SPACE_SERIES, TIME_SERIES
    use nutate_gravity, only: gravity_t
    use nutate_gravity_gradient, only: gravity_gradient_t
    use nutate_kinds, only: wp, eps
@@ -226,9 +226,26 @@ contains
       torque%frequency = 0.7_wp
       torque%phase = 0.4_wp
       call check_torque(error, torque, 'harmonic')
+      call check(error, torque%series_kind(), TIME_SERIES)
+      call check_all_at_once(error, torque)
       torque%in_space = .true.
       call check_torque(error, torque, 'harmonic in space')
       call check(error, torque%series_kind(), GENERAL_SERIES)
    end subroutine applied_torque_series
+
+   !> The series as a whole is that of the coefficients one by one.
+   subroutine check_all_at_once(error, torque)
+      type(error_type), allocatable, intent(inout) :: error
+      class(torque_t), intent(in) :: torque
+      real(wp) :: one(0:highest_order, 2), all(0:highest_order, 2), tau(3), series(3, 0:8)
+      real(wp), parameter :: none(3, 0:8) = 0.0_wp
+      integer :: k
+      call torque%time_series(0.3_wp, 0.7_wp, all, series)
+      do k = 0, 8
+         call torque%series_torque(k, 0.3_wp, 0.7_wp, none(:, 0:k), none(:, 0:k), one, tau)
+         call check_close(error, series(:, k), tau, 0.0_wp, 'torque')
+         call check_close(error, [all(k, 1)], [one(k, 1)], 0.0_wp, 'cosine')
+      end do
+   end subroutine check_all_at_once
 
 end submodule test_series

@@ -306,9 +306,9 @@ contains
       !> s.
       real(wp), intent(in) :: t, time_unit
       !> Inertial axes; shape (0:order, 3).
-      real(wp), intent(out) :: x(0:, :)
+      real(wp), contiguous, intent(out) :: x(0:, :)
       !> x·x and w; shape (0:order).
-      real(wp), intent(out) :: square(0:), w(0:)
+      real(wp), contiguous, intent(out) :: square(0:), w(0:)
       real(wp) :: start, pull
       integer :: i, k
       start = self%radius(t)

@@ -29,7 +29,7 @@ module nutate_series_tangent
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    use nutate_system, only: system_t
    use nutate_tangent, only: tangent_t
-   use nutate_torque_series, only: torque_series_t
+   use nutate_torque_changes, only: torque_changes_t
    use nutate_wheel_series, only: wheel_series_t
    implicit none
    private
@@ -52,7 +52,7 @@ module nutate_series_tangent
       integer :: n_basis = 0
       !> ΔtJ⁻¹, its product with D, D, N m s; shape (3,3). Δtω along the rows; shape (3).
       real(wp) :: to_angle(3, 3) = 0.0_wp, damped(3, 3) = 0.0_wp, drag(3, 3) = 0.0_wp, turn(3) = 0.0_wp
-      type(torque_series_t) :: torques
+      type(torque_changes_t) :: torques
       type(wheel_series_t) :: wheels
       !> L, ΔtΩ, the same relative to the space axes, and the rows E = Rᵀe of the basis of the torques; shapes
       !> (3, 0:highest_order), (3, 3, 0:highest_order).
@@ -144,6 +144,7 @@ contains
       end associate
       self%turn = dt*matmul(system%effects%frame_rate, self%torques%basis)
       self%torques%start = start
+      self%torques%order = self%order
       if (self%wheels%n > 0) then
          call self%wheels%set_start(before, driven)
          call self%wheels%start(start, dt)

@@ -232,19 +232,18 @@ contains
       !> Success on entry.
       type(status_t), intent(inout) :: status
       real(wp) :: y(n_rates), time_unit, rate
-      type(state_t) :: start
       logical :: converges
       integer :: i
-      start = state
-      if (self%conserve) call self%projection%find_origin(start)
-      call begin_step(self%rates, system, start, goal%end_time - state%t, 0.5_wp*(state%t + goal%end_time), y)
+      call self%next%copy_from(state, self%rates%n_wheels > 0, self%conserve)
+      if (self%conserve) call self%projection%find_origin(self%next)
+      call begin_step(self%rates, system, self%next, goal%end_time - state%t, 0.5_wp*(state%t + goal%end_time), y)
       self%expanded = .false.
       ! The step will report an error of the state.
       if (self%rates%failure /= 0) return
       time_unit = sign(2.0_wp**exponent(step), goal%end_time - state%t)
       do i = 1, most_units
          self%series%order = order_for(self, goal, abs(time_unit))
-         call expand_from(self, system, start, time_unit, y, converges)
+         call expand_from(self, system, self%next, time_unit, y, converges)
          if (converges) exit
          time_unit = shorter*time_unit
       end do
@@ -353,12 +352,8 @@ contains
       call self%series%expand(system, self%rates%acts, y(1:4), y(5:7), converges)
       if (converges) call self%series%fit_tail()
       self%expanded = converges
-      if (self%conserve) then
-         ! The balance of the state is not known before the step.
-         call self%first%copy_from(state, self%rates%n_wheels > 0, .false.)
-      else
-         self%first = state
-      end if
+      ! The balance of the state is not known before the step.
+      call self%first%copy_from(state, self%rates%n_wheels > 0, .not. self%conserve)
       do i = 1, size(self%acted)
          self%acted(i) = self%rates%acts(i)
       end do

@@ -5,12 +5,12 @@
 !> `γ = R(q)ᵀn` is a sum of the three rows `R(q)ᵀeᵢ`. The first basis vectors span the directions, in the order linear
 !> potentials, others: a top needs e₁ only.
 module nutate_torque_series
-   use nutate_effect, only: effect_t, GENERAL_SERIES, LINEAR_SERIES, NO_SERIES, SPACE_SERIES
+   use nutate_effect, only: effect_t, GENERAL_SERIES, LINEAR_SERIES, NO_SERIES, SPACE_SERIES, TIME_SERIES
    use nutate_effect_list, only: effect_list_t
    use nutate_invariants, only: parallel
    use nutate_kinds, only: wp
    use nutate_quaternion, only: cross
-   use nutate_power_series, only: highest_order, inverses
+   use nutate_power_series, only: highest_order
    use nutate_series_tail, only: series_tail_t
    use nutate_small_products, only: skew, times_vector
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
@@ -30,22 +30,31 @@ module nutate_torque_series
       !> Linear potentials: τ = Σ mᵢ×R(q)ᵀeᵢ; columns mᵢ, body axes, N m, of which the first so many count; shape (3,3).
       real(wp) :: moments(3, 3) = 0.0_wp
       integer :: n_moments = 0
-      !> There is more than linear potentials.
-      logical :: has_more = .false.
-      !> Start of the series for torques, s, to be set: in the piece of each torque that is in pieces.
+      !> There is more than linear potentials; all of that is torques that are linear in Ω or depend on time alone.
+      logical :: has_more = .false., is_simple = .false.
+      !> Start of the series for torques, s, to be set: in the piece of each torque that is in pieces; highest
+      !> coefficient that is required.
       real(wp) :: start = 0.0_wp
+      integer :: order = highest_order
       !> Potentials with a general series, and the slot of their auxiliary series.
-      integer, private :: n_general = 0
-      integer, allocatable, private :: general(:), slot(:)
+      integer :: n_general = 0
+      integer, allocatable :: general(:), slot(:)
       !> Slots of the torques that have a general series, negative in space axes; 0 for a linear one.
-      integer, allocatable, private :: torque_slot(:)
+      integer, allocatable :: torque_slot(:)
+      !> True for torques that depend on time alone, shape (number of torques); sum of their series, N m, body axes.
+      logical, allocatable, private :: is_timed(:)
+      !> D of all linear torques that act, N m s; shape (3,3).
+      real(wp), private :: simple_drag(3, 3) = 0.0_wp
+      real(wp), allocatable, private :: timed(:, :)
+      !> True for slots whose γ is not zero.
+      logical, allocatable, private :: is_directed(:)
       !> Directions in the basis, potentials first; shape (3, slots).
       real(wp), allocatable :: components(:, :)
       !> γ, body axes; shape (3, 0:highest_order, slots).
-      real(wp), allocatable, private :: gamma(:, :, :)
+      real(wp), allocatable :: gamma(:, :, :)
       !> The auxiliary series of all slots, and the first and last of each; shapes (0:highest_order, any), (2, slots).
-      real(wp), allocatable, private :: auxiliary(:, :)
-      integer, allocatable, private :: columns(:, :)
+      real(wp), allocatable :: auxiliary(:, :)
+      integer, allocatable :: columns(:, :)
       !> Series along the basis vectors of torques in space axes; the rows R(q)ᵀeᵢ; shapes (3, 0:highest_order, number
       !> of torques) and (3,3, 0:highest_order), without coefficients where there is no such torque.
       real(wp), allocatable, private :: along(:, :, :), rows(:, :, :)
@@ -63,25 +72,20 @@ module nutate_torque_series
       integer :: n_lanes = 0
       real(wp), allocatable :: omega(:, :), torque(:, :, :, :), works(:, :, :)
       !> ∂τ/∂γ of all slots, for derivatives; shape (3,3, 0:highest_order, slots).
-      real(wp), allocatable, private :: derivative(:, :, :, :)
-      !> Series of δn that parameters make, in the basis, and of R(q)ᵀδn, shape (3, 0:highest_order, any); true for
-      !> those that are not zero, and for those that are known.
-      real(wp), allocatable, private :: shift(:, :, :), shifted(:, :, :)
-      logical, allocatable, private :: shifts(:), shift_known(:)
+      real(wp), allocatable :: derivative(:, :, :, :)
    contains
       !> Finds out what the effects need.
       procedure :: prepare
       !> Adds a coefficient of all that is not linear in the directions.
       procedure :: add_terms
+      !> Begin, add a coefficient, and store each torque, if all of it is linear in Ω or depends on time alone.
+      procedure :: begin_simple
+      procedure :: add_simple
+      procedure :: end_simple
       !> Adds a coefficient of the derivative by a small rotation of the body.
       procedure :: add_derivatives
       !> D of all torques together.
       procedure :: total_drag
-      !> Makes room for changes of parameters.
-      procedure :: expect_changes
-      !> A coefficient of what changes of parameters make of the torque of one effect.
-      procedure :: potential_change
-      procedure :: torque_change
       !> Work of a torque, or of potentials that move on the body, up to a time.
       procedure :: get_work
    end type torque_series_t
@@ -224,14 +228,15 @@ contains
       class(torque_series_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
       integer :: i, n, last
-      if (allocated(self%slot)) deallocate (self%slot, self%torque_slot, self%components, self%gamma, self%columns, &
-                                            self%auxiliary, self%drag, self%omega, self%torque, self%works, &
-                                            self%mover, self%moving)
+      if (allocated(self%slot)) deallocate (self%slot, self%torque_slot, self%is_timed, self%timed, self%components, &
+                                            self%gamma, self%columns, self%auxiliary, self%drag, self%omega, &
+                                            self%torque, self%works, self%mover, self%moving)
       if (allocated(self%derivative)) deallocate (self%derivative)
       n = self%n_general + effects%n_torques
       allocate (self%slot(self%n_general), self%torque_slot(effects%n_torques), self%columns(2, n), source=0)
       allocate (self%components(3, n), self%drag(3, 3, effects%n_torques), source=0.0_wp)
       allocate (self%mover(n), source=0)
+      allocate (self%is_timed(effects%n_torques), source=.false.)
       self%pace = 0.0_wp
       n = 0
       last = 0
@@ -250,11 +255,15 @@ contains
             else
                call open_slot(self, torque, torque%series_direction(), n, last)
                self%torque_slot(i) = n
+               self%is_timed(i) = torque%series_kind() == TIME_SERIES
                if (torque%moves) self%mover(n) = 1 + maxval(self%mover)
                self%pace = max(self%pace, torque%pace)
             end if
          end associate
       end do
+      self%is_simple = self%has_more .and. self%n_general == 0 .and. &
+                       count(self%torque_slot /= 0) == count(self%is_timed)
+      self%is_directed = [(any(abs(self%components(:, i)) > 0.0_wp) .or. self%mover(i) > 0, i=1, n)]
       allocate (self%moving(3, 0:highest_order, maxval([0, self%mover])), source=0.0_wp)
       self%moves = size(self%moving, 3) > 0
       allocate (self%gamma(3, 0:highest_order, n), self%auxiliary(0:highest_order, last), source=0.0_wp)
@@ -262,7 +271,7 @@ contains
       if (effects%moves) self%n_lanes = self%n_lanes + 1
       n = -1
       if (self%has_more .or. self%n_lanes > 0) n = highest_order
-      allocate (self%omega(3, 0:n))
+      allocate (self%omega(3, 0:n), self%timed(3, 0:n), source=0.0_wp)
       n = (self%n_lanes + lanes - 1)/lanes
       allocate (self%torque(lanes, 3, 0:highest_order, n), &
                 self%works(lanes, 0:highest_order, n), source=0.0_wp)
@@ -313,11 +322,14 @@ contains
       real(wp) :: one(3), moved(3)
       integer :: i, n
       self%omega(:, k) = omega
-      do n = 1, size(self%gamma, 3)
+      do n = 1, size(self%is_directed)
+         if (.not. self%is_directed(n)) cycle
          self%gamma(:, k, n) = rows(:, 1)*self%components(1, n) + rows(:, 2)*self%components(2, n) &
                                + rows(:, 3)*self%components(3, n)
       end do
-      if (self%moves) call move_directions(self, effects, k, t, time_unit, rows)
+      if (k == 0 .and. self%moves) call expand_directions(self, effects, t, time_unit)
+      if (k == 0 .and. size(acts) > 0) call expand_timed(self, effects, t, time_unit, acts)
+      if (self%moves) call move_directions(self, k, rows)
       moved = 0.0_wp
       do i = 1, self%n_general
          n = self%slot(i)
@@ -327,7 +339,9 @@ contains
          if (self%mover(n) > 0) moved = moved + one
       end do
       if (self%n_lanes > size(acts)) call keep_torque(self, self%n_lanes, k, moved)
+      if (size(acts) > 0) tau = tau + self%timed(:, k)
       do i = 1, size(acts)
+         if (self%is_timed(i)) cycle
          n = abs(self%torque_slot(i))
          if (.not. acts(i)) then
             one = 0.0_wp
@@ -343,6 +357,45 @@ contains
          tau = tau + one
       end do
    end subroutine add_terms
+
+   !> Prepares the terms of torques that are linear in Ω or depend on time alone.
+   pure subroutine begin_simple(self, effects, time_unit, acts)
+      class(torque_series_t), intent(inout) :: self
+      type(effect_list_t), intent(in) :: effects
+      !> s.
+      real(wp), intent(in) :: time_unit
+      logical, intent(in) :: acts(:)
+      self%simple_drag = self%total_drag(acts)
+      call expand_timed(self, effects, self%start, time_unit, acts)
+   end subroutine begin_simple
+
+   !> Adds coefficient k of these torques.
+   pure subroutine add_simple(self, k, omega, tau)
+      class(torque_series_t), intent(inout) :: self
+      integer, intent(in) :: k
+      !> Coefficient k of Ω, rad/s; torque, N m; body axes, shape (3).
+      real(wp), intent(in) :: omega(3)
+      real(wp), intent(inout) :: tau(3)
+      self%omega(:, k) = omega
+      tau = tau + times_vector(self%simple_drag, omega) + self%timed(:, k)
+   end subroutine add_simple
+
+   !> Stores the coefficients of each linear torque in its lane.
+   pure subroutine end_simple(self, acts)
+      class(torque_series_t), intent(inout) :: self
+      logical, intent(in) :: acts(:)
+      integer :: i, k
+      do i = 1, size(acts)
+         if (self%is_timed(i)) cycle
+         do k = 0, self%order - 1
+            if (acts(i)) then
+               call keep_torque(self, i, k, times_vector(self%drag(:, :, i), self%omega(:, k)))
+            else
+               call keep_torque(self, i, k, [0.0_wp, 0.0_wp, 0.0_wp])
+            end if
+         end do
+      end do
+   end subroutine end_simple
 
    !> Stores coefficient k of a torque in its lane.
    pure subroutine keep_torque(self, i, k, tau)
@@ -445,146 +498,15 @@ contains
       end do
    end function total_drag
 
-   !> Makes room for changes of parameters of so many effects.
-   pure subroutine expect_changes(self, n)
+   !> Computes coefficient k of γ of all directions that move.
+   pure subroutine move_directions(self, k, rows)
       class(torque_series_t), intent(inout) :: self
-      integer, intent(in) :: n
-      if (allocated(self%shifts)) then
-         if (size(self%shifts) == n) return
-         deallocate (self%shift, self%shifted, self%shifts, self%shift_known)
-      end if
-      allocate (self%shift(3, 0:highest_order, n), self%shifted(3, 0:highest_order, n), source=0.0_wp)
-      allocate (self%shifts(n), self%shift_known(n), source=.false.)
-   end subroutine expect_changes
-
-   !> Coefficient k of what changes of the parameters of a potential make of its torque; called after `add_derivatives`.
-   pure subroutine potential_change(self, effects, i, change, place, k, order, time_unit, rows, tau, known)
-      class(torque_series_t), intent(inout) :: self
-      type(effect_list_t), intent(in) :: effects
-      !> Position in the list.
-      integer, intent(in) :: i
-      real(wp), intent(in) :: change(:)
-      !> Index among the expected changes; coefficient, and the highest one.
-      integer, intent(in) :: place, k, order
-      real(wp), intent(in) :: time_unit
-      !> Coefficients 0..k of the rows R(q)ᵀeᵢ as columns; shape (3, 3, 0:k).
-      real(wp), intent(in) :: rows(3, 3, 0:k)
-      !> Body axes, N m; shape (3).
-      real(wp), intent(out) :: tau(3)
-      logical, intent(out) :: known
-      real(wp) :: gamma(3, 0:k), moved(3, 0:order), none(0:k, 0)
-      integer :: j, n
-      associate (potential => effects%potentials(i)%item)
-         if (k == 0) then
-            call potential%direction_change_series(change, self%start, time_unit, moved, self%shift_known(place))
-            call keep_shift(self, place, moved)
-         end if
-         call turn_shift(self, place, k, rows)
-         n = findloc(self%general(:self%n_general), i, 1)
-         if (n > 0) then
-            n = self%slot(n)
-            call potential%series_change(change, k, self%gamma(:, 0:k, n), self%auxiliary(:, self%columns(1, n): &
-                                         self%columns(2, n)), tau, known)
-            call add_shift(self, place, k, n, tau)
-         else
-            do j = 0, k
-               gamma(:, j) = times_vector(rows(:, :, j), matmul(potential%direction, self%basis))
-            end do
-            call potential%series_change(change, k, gamma, none, tau, known)
-            tau = tau + cross(potential%series_moment(), self%shifted(:, k, place))
-         end if
-      end associate
-      known = known .and. self%shift_known(place)
-   end subroutine potential_change
-
-   !> Keeps the series of the change of a direction.
-   pure subroutine keep_shift(self, place, n)
-      class(torque_series_t), intent(inout) :: self
-      integer, intent(in) :: place
-      !> Space axes; shape (3, 0:order).
-      real(wp), intent(in) :: n(:, 0:)
-      self%shift(:, :ubound(n, 2), place) = matmul(transpose(self%basis), n)
-      self%shifts(place) = any(abs(n) > 0.0_wp)
-   end subroutine keep_shift
-
-   !> Coefficient k of the change of a direction as the body sees it.
-   pure subroutine turn_shift(self, place, k, rows)
-      class(torque_series_t), intent(inout) :: self
-      integer, intent(in) :: place, k
-      !> Coefficients 0..k of the rows R(q)ᵀeᵢ as columns.
-      real(wp), intent(in) :: rows(3, 3, 0:k)
-      real(wp) :: sum(3)
-      integer :: j
-      sum = 0.0_wp
-      if (self%shifts(place)) then
-         do j = 0, k
-            if (any(abs(self%shift(:, j, place)) > 0.0_wp)) &
-               sum = sum + times_vector(rows(:, :, k - j), self%shift(:, j, place))
-         end do
-      end if
-      self%shifted(:, k, place) = sum
-   end subroutine turn_shift
-
-   !> Coefficient k of what changes of its parameters make of a torque that acts; called after `add_derivatives`.
-   pure subroutine torque_change(self, effects, i, change, place, k, order, time_unit, rows, tau, known)
-      class(torque_series_t), intent(inout) :: self
-      type(effect_list_t), intent(in) :: effects
-      !> Position in the list.
-      integer, intent(in) :: i
-      real(wp), intent(in) :: change(:)
-      !> Index among the expected changes; coefficient, and the highest one.
-      integer, intent(in) :: place, k, order
-      real(wp), intent(in) :: time_unit
-      !> Coefficients 0..k of the rows R(q)ᵀeᵢ as columns; shape (3, 3, 0:k).
-      real(wp), intent(in) :: rows(3, 3, 0:k)
-      !> Body axes, N m; shape (3).
-      real(wp), intent(out) :: tau(3)
-      logical, intent(out) :: known
-      real(wp), parameter :: unturned(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
-      real(wp) :: moved(3, 0:order)
-      integer :: n
-      n = self%torque_slot(i)
-      associate (torque => effects%torques(i)%item)
-         known = n >= 0
-         tau = 0.0_wp
-         if (n == 0) tau = torque%torque_change(change, 0.0_wp, unturned, self%omega(:, k))
-         if (n <= 0) return
-         call torque%series_change(change, k, self%start, time_unit, self%gamma(:, 0:k, n), self%auxiliary( &
-                                   :, self%columns(1, n):self%columns(2, n)), tau, known)
-         if (k == 0) then
-            call torque%direction_change_series(change, self%start, time_unit, moved)
-            call keep_shift(self, place, moved)
-         end if
-         call turn_shift(self, place, k, rows)
-         call add_shift(self, place, k, n, tau)
-      end associate
-   end subroutine torque_change
-
-   !> Adds coefficient k of (∂τ/∂γ)R(q)ᵀδn of one slot.
-   pure subroutine add_shift(self, place, k, n, tau)
-      class(torque_series_t), intent(in) :: self
-      integer, intent(in) :: place, k, n
-      real(wp), intent(inout) :: tau(3)
-      integer :: j
-      if (.not. self%shifts(place)) return
-      do j = 0, k
-         tau = tau + times_vector(self%derivative(:, :, k - j, n), self%shifted(:, j, place))
-      end do
-   end subroutine add_shift
-
-   !> Coefficient k of γ of all directions that move; with the first one the series of n.
-   pure subroutine move_directions(self, effects, k, t, time_unit, rows)
-      class(torque_series_t), intent(inout) :: self
-      type(effect_list_t), intent(in) :: effects
       integer, intent(in) :: k
-      !> Start and unit of time of the series, s.
-      real(wp), intent(in) :: t, time_unit
       !> Coefficient k of the rows R(q)ᵀeᵢ as columns.
       real(wp), intent(in) :: rows(3, 3)
       real(wp) :: gamma(3)
       integer :: n, j
       self%rows(:, :, k) = rows
-      if (k == 0) call expand_directions(self, effects, t, time_unit)
       do n = 1, size(self%mover)
          if (self%mover(n) == 0) cycle
          gamma = 0.0_wp
@@ -594,6 +516,29 @@ contains
          self%gamma(:, k, n) = gamma
       end do
    end subroutine move_directions
+
+   !> Computes the series of torques that depend on time alone.
+   pure subroutine expand_timed(self, effects, t, time_unit, acts)
+      class(torque_series_t), intent(inout) :: self
+      type(effect_list_t), intent(in) :: effects
+      !> Start and unit of time of the series, s.
+      real(wp), intent(in) :: t, time_unit
+      logical, intent(in) :: acts(:)
+      real(wp) :: tau(3, 0:highest_order)
+      integer :: i, k, n
+      self%timed(:, :self%order) = 0.0_wp
+      do i = 1, size(acts)
+         if (.not. self%is_timed(i)) cycle
+         n = self%torque_slot(i)
+         tau = 0.0_wp
+         if (acts(i)) call effects%torques(i)%item%time_series( &
+            t, time_unit, self%auxiliary(:, self%columns(1, n):self%columns(2, n)), tau(:, :self%order))
+         do k = 0, self%order
+            call keep_torque(self, i, k, tau(:, k))
+            self%timed(:, k) = self%timed(:, k) + tau(:, k)
+         end do
+      end do
+   end subroutine expand_timed
 
    !> The series of each n that moves.
    pure subroutine expand_directions(self, effects, t, time_unit)
@@ -606,17 +551,31 @@ contains
       do i = 1, self%n_general
          slot = self%slot(i)
          if (self%mover(slot) == 0) cycle
-         call effects%potentials(self%general(i))%item%direction_series(t, time_unit, n)
-         self%moving(:, :, self%mover(slot)) = matmul(transpose(self%basis), n)
+         call effects%potentials(self%general(i))%item%direction_series(t, time_unit, n(:, :self%order))
+         call keep_direction(self, slot, n)
       end do
       do i = 1, effects%n_torques
          slot = abs(self%torque_slot(i))
          if (slot == 0) cycle
          if (self%mover(slot) == 0) cycle
-         call effects%torques(i)%item%direction_series(t, time_unit, n)
-         self%moving(:, :, self%mover(slot)) = matmul(transpose(self%basis), n)
+         call effects%torques(i)%item%direction_series(t, time_unit, n(:, :self%order))
+         call keep_direction(self, slot, n)
       end do
    end subroutine expand_directions
+
+   !> Stores the series of an n that moves by its components in the basis.
+   pure subroutine keep_direction(self, slot, n)
+      class(torque_series_t), intent(inout) :: self
+      integer, intent(in) :: slot
+      !> Space axes.
+      real(wp), intent(in) :: n(3, 0:highest_order)
+      integer :: i, k
+      do k = 0, self%order
+         do i = 1, 3
+            self%moving(i, k, self%mover(slot)) = dot_product(self%basis(:, i), n(:, k))
+         end do
+      end do
+   end subroutine keep_direction
 
    !> Coefficient k of R(q)ᵀν from that of ν and those before.
    pure subroutine turn_to_body(self, i, k, rows, tau)

@@ -3,13 +3,13 @@
 module nutate_applied_torque
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use nutate_body, only: body_t
-   use nutate_effect, only: effect_t, GENERAL_SERIES, parameter_t, torque_t
+   use nutate_effect, only: effect_t, GENERAL_SERIES, parameter_t, TIME_SERIES, torque_t
    use nutate_effect_bounds, only: effect_bounds_t, let_change, linear_map_t
    use nutate_keys, only: group_t, key_t, KEY_TEXT
    use nutate_kinds, only: wp, pi
    use nutate_limits, only: is_moderate
    use nutate_quaternion, only: rotate_to_body
-   use nutate_power_series, only: cosine_term
+   use nutate_power_series, only: cosine_term, highest_order
    use nutate_small_products, only: lies_along, skew, times_vector, vector_length
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    implicit none
@@ -54,6 +54,7 @@ module nutate_applied_torque
       procedure :: auxiliary_series => harmonic_auxiliary
       procedure :: series_direction => amplitude_in_space
       procedure :: series_torque => harmonic_torque
+      procedure :: time_series => harmonic_time_series
       procedure :: series_derivative => harmonic_series_derivative
       procedure :: series_change => harmonic_series_change
       procedure :: direction_change_series => amplitude_change
@@ -180,10 +181,10 @@ contains
       derivative = (-2*pi*self%frequency*sin(phase_at(self, t)))*derivative
    end function applied_time_derivative
 
-   !> Returns `GENERAL_SERIES`.
+   !> Returns `TIME_SERIES` for a torque in body axes, else `GENERAL_SERIES`.
    pure integer function harmonic_series(self)
       class(applied_torque_t), intent(in) :: self
-      harmonic_series = GENERAL_SERIES
+      harmonic_series = merge(GENERAL_SERIES, TIME_SERIES, self%in_space)
    end function harmonic_series
 
    !> Returns 2: the cosine, and, for derivatives, minus the sine.
@@ -220,6 +221,24 @@ contains
          tau = tau + auxiliary(k - j, 1)*gamma(:, j)
       end do
    end subroutine harmonic_torque
+
+   !> Computes the coefficients of cos(2πft + phase) τ₀, body axes, N m.
+   pure subroutine harmonic_time_series(self, t, time_unit, auxiliary, tau)
+      class(applied_torque_t), intent(in) :: self
+      real(wp), intent(in) :: t, time_unit
+      !> The first is the cosine; shape (0:highest_order, 2).
+      real(wp), intent(inout) :: auxiliary(0:, :)
+      real(wp), intent(out) :: tau(:, 0:)
+      real(wp) :: cosine(0:highest_order), phase, rate
+      integer :: k
+      phase = phase_at(self, t)
+      rate = 2*pi*self%frequency*time_unit
+      do k = 0, ubound(tau, 2)
+         cosine(k) = cosine_term(k, phase, rate, cosine)
+         auxiliary(k, 1) = cosine(k)
+         tau(:, k) = cosine(k)*self%amplitude
+      end do
+   end subroutine harmonic_time_series
 
    !> Computes coefficient k of the derivative by γ: the cosine times the unit matrix in space axes, else zero.
    pure subroutine harmonic_series_derivative(self, k, t, time_unit, auxiliary, derivative, known)

@@ -9,12 +9,13 @@ module nutate_effect_base
    private
 
    public :: effect_t, given_bounds_t, parameter_t, rotor_t
-   public :: NO_SERIES, LINEAR_SERIES, GENERAL_SERIES, SPACE_SERIES
+   public :: NO_SERIES, LINEAR_SERIES, GENERAL_SERIES, SPACE_SERIES, TIME_SERIES
 
    !> How an effect supplies the power series in time of its torque: not at all; as a constant times the series of γ or
    !> Ω; coefficient by coefficient; coefficient by coefficient in space axes, for a torque that depends on time alone
    !> there.
-   integer, parameter :: NO_SERIES = 0, LINEAR_SERIES = 1, GENERAL_SERIES = 2, SPACE_SERIES = 3
+   integer, parameter :: NO_SERIES = 0, LINEAR_SERIES = 1, GENERAL_SERIES = 2, SPACE_SERIES = 3, &
+                         TIME_SERIES = 4
 
    !> Bounds that the user gives for a user-defined effect, for certified steps: for a potential the largest |∇U|, ‖∇²U‖
    !> and norm of the third derivative for all γ up to |n| long; for a torque that depends on attitude and time alone
@@ -48,7 +49,7 @@ module nutate_effect_base
       type(given_bounds_t) :: given = given_bounds_t()
    contains
       !> Returns how the effect supplies its power series: `NO_SERIES` (default), `LINEAR_SERIES`, `GENERAL_SERIES`, or,
-      !> for a torque, `SPACE_SERIES`.
+      !> for a torque, `SPACE_SERIES` or `TIME_SERIES`.
       procedure :: series_kind => no_kind
       !> Returns the number of scalar auxiliary series from which a general series is computed; default 0.
       procedure :: auxiliary_series => no_auxiliary

@@ -5,7 +5,7 @@
 module nutate_tabulated_torque
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use nutate_body, only: body_t
-   use nutate_effect, only: effect_t, torque_t, GENERAL_SERIES, SPACE_SERIES
+   use nutate_effect, only: effect_t, torque_t, SPACE_SERIES, TIME_SERIES
    use nutate_effect_bounds, only: effect_bounds_t, linear_map_t
    use nutate_keys, only: group_t
    use nutate_kinds, only: wp, eps
@@ -361,10 +361,10 @@ contains
       if (self%in_space) derivative = rotate_to_body(q, derivative)
    end function tabulated_time_derivative
 
-   !> Returns `SPACE_SERIES` for a table in space axes, else `GENERAL_SERIES`.
+   !> Returns `SPACE_SERIES` for a table in space axes, else `TIME_SERIES`.
    pure integer function tabulated_series(self)
       class(tabulated_torque_t), intent(in) :: self
-      tabulated_series = merge(SPACE_SERIES, GENERAL_SERIES, self%in_space)
+      tabulated_series = merge(SPACE_SERIES, TIME_SERIES, self%in_space)
    end function tabulated_series
 
    !> Computes coefficient k of the polynomial, in the axes of the table, N m.

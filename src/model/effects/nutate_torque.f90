@@ -102,6 +102,8 @@ module nutate_torque
       procedure :: direction_series => fixed_series
       !> Computes a coefficient of a general series of τ, body axes; space axes for `SPACE_SERIES`.
       procedure :: series_torque => no_torque
+      !> Computes all coefficients of a `TIME_SERIES`, by `series_torque` unless overridden.
+      procedure :: time_series => series_by_terms
       !> Compute a coefficient of the derivative by γ of a general series that does not depend on Ω, and of the change
       !> of τ by a change of `parameters` at fixed γ; not known unless overridden.
       procedure :: series_derivative => no_series_derivative
@@ -436,6 +438,23 @@ contains
       real(wp), intent(out) :: tau(3)
       tau = 0.0_wp
    end subroutine no_torque
+
+   !> Computes the coefficients of a torque that depends on time alone, body axes, N m.
+   pure subroutine series_by_terms(self, t, time_unit, auxiliary, tau)
+      class(torque_t), intent(in) :: self
+      !> t₀ and the unit of time of the series, s.
+      real(wp), intent(in) :: t, time_unit
+      !> Auxiliary series; shape (0:highest_order, auxiliary_series()).
+      real(wp), intent(inout) :: auxiliary(0:, :)
+      !> Shape (3, 0:order).
+      real(wp), intent(out) :: tau(:, 0:)
+      real(wp) :: none(3, 0:ubound(tau, 2))
+      integer :: k
+      none = 0.0_wp
+      do k = 0, ubound(tau, 2)
+         call self%series_torque(k, t, time_unit, none(:, 0:k), none(:, 0:k), auxiliary, tau(:, k))
+      end do
+   end subroutine series_by_terms
 
    !> Computes coefficient k of ∂τ/∂γ; called after `series_torque`. Here: it is not known.
    pure subroutine no_series_derivative(self, k, t, time_unit, auxiliary, derivative, known)

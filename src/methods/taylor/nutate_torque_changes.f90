@@ -1,0 +1,158 @@
+!> Changes of the parameters of effects, for sensitivities: what they make of the torques of `nutate_torque_series`.
+module nutate_torque_changes
+   use nutate_effect_list, only: effect_list_t
+   use nutate_kinds, only: wp
+   use nutate_power_series, only: highest_order
+   use nutate_quaternion, only: cross
+   use nutate_small_products, only: times_vector
+   use nutate_torque_series, only: torque_series_t
+   implicit none
+   private
+
+   public :: torque_changes_t
+
+   !> Torques of a system, and the changes of their directions.
+   type, extends(torque_series_t) :: torque_changes_t
+      private
+      !> Series of δn that parameters make, in the basis, and of R(q)ᵀδn, shape (3, 0:highest_order, any); true for
+      !> those that are not zero, and for those that are known.
+      real(wp), allocatable :: shift(:, :, :), shifted(:, :, :)
+      logical, allocatable :: shifts(:), shift_known(:)
+   contains
+      !> Makes room for changes of parameters.
+      procedure :: expect_changes
+      !> Compute a coefficient of what changes of parameters make of the torque of one effect.
+      procedure :: potential_change
+      procedure :: torque_change
+   end type torque_changes_t
+
+contains
+
+   !> Makes room for changes of parameters of so many effects.
+   pure subroutine expect_changes(self, n)
+      class(torque_changes_t), intent(inout) :: self
+      integer, intent(in) :: n
+      if (allocated(self%shifts)) then
+         if (size(self%shifts) == n) return
+         deallocate (self%shift, self%shifted, self%shifts, self%shift_known)
+      end if
+      allocate (self%shift(3, 0:highest_order, n), self%shifted(3, 0:highest_order, n), source=0.0_wp)
+      allocate (self%shifts(n), self%shift_known(n), source=.false.)
+   end subroutine expect_changes
+
+   !> Coefficient k of what changes of the parameters of a potential make of its torque; called after `add_derivatives`.
+   pure subroutine potential_change(self, effects, i, change, place, k, order, time_unit, rows, tau, known)
+      class(torque_changes_t), intent(inout) :: self
+      type(effect_list_t), intent(in) :: effects
+      !> Position in the list.
+      integer, intent(in) :: i
+      real(wp), intent(in) :: change(:)
+      !> Index among the expected changes; coefficient, and the highest one.
+      integer, intent(in) :: place, k, order
+      real(wp), intent(in) :: time_unit
+      !> Coefficients 0..k of the rows R(q)ᵀeᵢ as columns; shape (3, 3, 0:k).
+      real(wp), intent(in) :: rows(3, 3, 0:k)
+      !> Body axes, N m; shape (3).
+      real(wp), intent(out) :: tau(3)
+      logical, intent(out) :: known
+      real(wp) :: gamma(3, 0:k), moved(3, 0:order), none(0:k, 0)
+      integer :: j, n
+      associate (potential => effects%potentials(i)%item)
+         if (k == 0) then
+            call potential%direction_change_series(change, self%start, time_unit, moved, self%shift_known(place))
+            call keep_shift(self, place, moved)
+         end if
+         call turn_shift(self, place, k, rows)
+         n = findloc(self%general(:self%n_general), i, 1)
+         if (n > 0) then
+            n = self%slot(n)
+            call potential%series_change(change, k, self%gamma(:, 0:k, n), self%auxiliary(:, self%columns(1, n): &
+                                         self%columns(2, n)), tau, known)
+            call add_shift(self, place, k, n, tau)
+         else
+            do j = 0, k
+               gamma(:, j) = times_vector(rows(:, :, j), matmul(potential%direction, self%basis))
+            end do
+            call potential%series_change(change, k, gamma, none, tau, known)
+            tau = tau + cross(potential%series_moment(), self%shifted(:, k, place))
+         end if
+      end associate
+      known = known .and. self%shift_known(place)
+   end subroutine potential_change
+
+   !> Keeps the series of the change of a direction.
+   pure subroutine keep_shift(self, place, n)
+      class(torque_changes_t), intent(inout) :: self
+      integer, intent(in) :: place
+      !> Space axes; shape (3, 0:order).
+      real(wp), intent(in) :: n(:, 0:)
+      self%shift(:, :ubound(n, 2), place) = matmul(transpose(self%basis), n)
+      self%shifts(place) = any(abs(n) > 0.0_wp)
+   end subroutine keep_shift
+
+   !> Coefficient k of the change of a direction as the body sees it.
+   pure subroutine turn_shift(self, place, k, rows)
+      class(torque_changes_t), intent(inout) :: self
+      integer, intent(in) :: place, k
+      !> Coefficients 0..k of the rows R(q)ᵀeᵢ as columns.
+      real(wp), intent(in) :: rows(3, 3, 0:k)
+      real(wp) :: sum(3)
+      integer :: j
+      sum = 0.0_wp
+      if (self%shifts(place)) then
+         do j = 0, k
+            if (any(abs(self%shift(:, j, place)) > 0.0_wp)) &
+               sum = sum + times_vector(rows(:, :, k - j), self%shift(:, j, place))
+         end do
+      end if
+      self%shifted(:, k, place) = sum
+   end subroutine turn_shift
+
+   !> Coefficient k of what changes of its parameters make of a torque that acts; called after `add_derivatives`.
+   pure subroutine torque_change(self, effects, i, change, place, k, order, time_unit, rows, tau, known)
+      class(torque_changes_t), intent(inout) :: self
+      type(effect_list_t), intent(in) :: effects
+      !> Position in the list.
+      integer, intent(in) :: i
+      real(wp), intent(in) :: change(:)
+      !> Index among the expected changes; coefficient, and the highest one.
+      integer, intent(in) :: place, k, order
+      real(wp), intent(in) :: time_unit
+      !> Coefficients 0..k of the rows R(q)ᵀeᵢ as columns; shape (3, 3, 0:k).
+      real(wp), intent(in) :: rows(3, 3, 0:k)
+      !> Body axes, N m; shape (3).
+      real(wp), intent(out) :: tau(3)
+      logical, intent(out) :: known
+      real(wp), parameter :: unturned(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
+      real(wp) :: moved(3, 0:order)
+      integer :: n
+      n = self%torque_slot(i)
+      associate (torque => effects%torques(i)%item)
+         known = n >= 0
+         tau = 0.0_wp
+         if (n == 0) tau = torque%torque_change(change, 0.0_wp, unturned, self%omega(:, k))
+         if (n <= 0) return
+         call torque%series_change(change, k, self%start, time_unit, self%gamma(:, 0:k, n), self%auxiliary( &
+                                   :, self%columns(1, n):self%columns(2, n)), tau, known)
+         if (k == 0) then
+            call torque%direction_change_series(change, self%start, time_unit, moved)
+            call keep_shift(self, place, moved)
+         end if
+         call turn_shift(self, place, k, rows)
+         call add_shift(self, place, k, n, tau)
+      end associate
+   end subroutine torque_change
+
+   !> Adds coefficient k of (∂τ/∂γ)R(q)ᵀδn of one slot.
+   pure subroutine add_shift(self, place, k, n, tau)
+      class(torque_changes_t), intent(in) :: self
+      integer, intent(in) :: place, k, n
+      real(wp), intent(inout) :: tau(3)
+      integer :: j
+      if (.not. self%shifts(place)) return
+      do j = 0, k
+         tau = tau + times_vector(self%derivative(:, :, k - j, n), self%shifted(:, j, place))
+      end do
+   end subroutine add_shift
+
+end module nutate_torque_changes
