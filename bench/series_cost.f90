@@ -250,7 +250,7 @@ contains
       end do
    end function step_time
 
-   !> Writes the time of a run of the series by order, ms, at three tolerances of its steps. The default order is 8 and
+   !> Writes the time of a run of the series by order, ms, at three tolerances of its steps. The default order is 11 and
    !> one for each decimal digit of the tolerance.
    subroutine write_orders(problem)
       type(problem_t), intent(in) :: problem

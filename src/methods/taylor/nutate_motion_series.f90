@@ -1,6 +1,8 @@
 !> The motion of a rigid body as power series in time, by the fewest equations that do: the four lanes of
-!> `nutate_row_series`, Euler's equations for free bodies of diagonal inertia, or the closed form for symmetric ones.
+!> `nutate_row_series`, two rows for symmetric tops, Euler's equations for free bodies of diagonal inertia, or the
+!> closed form for symmetric ones.
 module nutate_motion_series
+   use nutate_axial_series, only: expand_axial_top
    use nutate_free_series, only: expand_free
    use nutate_invariants, only: follows_rotating_axes
    use nutate_kinds, only: wp
@@ -15,10 +17,10 @@ module nutate_motion_series
    implicit none
    private
 
-   public :: motion_series_t, ROWS
+   public :: motion_series_t, ROWS, AXIAL_TOP
 
-   !> The equations used: L and three rows; a free body; a free body in the axial frame.
-   integer, parameter :: ROWS = 1, FREE_BODY = 2, AXIAL_FREE = 3
+   !> The equations used: L and three rows; a free body; a free body, and a top, in the axial frame.
+   integer, parameter :: ROWS = 1, FREE_BODY = 2, AXIAL_FREE = 3, AXIAL_TOP = 4
 
    !> Series of one step.
    type, extends(row_series_t) :: motion_series_t
@@ -65,6 +67,8 @@ contains
       if (is_free .and. self%axial%axis > 0) self%best = AXIAL_FREE
       self%frame_turns = system%effects%frame_turns .and. (self%torques%has_more .or. self%torques%rank > 0) .and. &
                          .not. follows_rotating_axes(system%effects)
+      if (self%axial%axis > 0 .and. self%torques%n_moments == 1 .and. .not. (self%torques%has_more .or. &
+                                                                            self%frame_turns)) self%best = AXIAL_TOP
       self%frame_rate = matmul(system%effects%frame_rate, self%torques%basis)
    end subroutine prepare
 
@@ -96,7 +100,9 @@ contains
             self%frame(:, i) = rotate_to_body(q, self%torques%basis(:, i))
             self%lanes(1 + i, :, 0) = self%frame(:, i)
          end do
-         if (self%avx2) then
+         if (self%equations == AXIAL_TOP) then
+            call expand_axial_top(self%row_series_t, converges)
+         else if (self%avx2) then
             call expand_avx2(self%row_series_t, system%effects, acts, system%body%inverse_inertia, converges)
          else
             call expand_sse2(self%row_series_t, system%effects, acts, system%body%inverse_inertia, converges)
@@ -168,6 +174,7 @@ contains
          do i = 1, 3
             rows(:, i) = self%frame(:, i) + changes(1 + i, :)
          end do
+         if (self%equations == AXIAL_TOP) rows(:, 3) = cross(rows(:, 1), rows(:, 2))
          rotation = rotation_between(self%frame, rows)
          if (self%axial%axis == 0) return
          call self%tail%weights(self%order, s, weights(1), weights(2))
