@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import copy
 import re
 from functools import partial
@@ -18,6 +19,7 @@ from .exchange import Exchange
 from .scenes import Scene
 from .sensitivities import Sensitivity, rows_at, scene_with_free
 from .steppers import Stepper
+from .sweeps import shown
 from .systems import System
 
 SETS = ("quaternion", "conjugate_momentum", "angular_velocity", "angular_momentum_space", "energy", "constraints")
@@ -263,7 +265,8 @@ def solve(system: Union[System, Scene], q0: Any = None, omega0: Optional[npt.Arr
           t_span: Optional[Sequence[float]] = None, t_eval: Optional[npt.ArrayLike] = None,
           accuracy: Optional[float] = 1e-8, method: Optional[str] = "auto",
           events: Union[None, str, Event, Sequence[Union[str, Event]]] = None, *, frame: str = "body", dense_output: bool = True,
-          free: Union[None, str, Sequence[str]] = None, max_step: Optional[float] = None, **settings: Any) -> Solution:
+          free: Union[None, str, Sequence[str]] = None, max_step: Optional[float] = None, progress: bool = False,
+          **settings: Any) -> Solution:
     """Computes the motion of a System, or of a Scene, from an initial state.
 
     Parameters
@@ -296,6 +299,9 @@ def solve(system: Union[System, Scene], q0: Any = None, omega0: Optional[npt.Arr
         differentiates, as key in &free; those of a System are named as a scene would have them.
     max_step : float
         Longest adaptive step, s.
+    progress : bool
+        True to show the time spent while the motion is computed: by tqdm if that is installed, else in a line of the standard
+        error.
     **settings
         Other keys of &integrator: local_tolerance, time_step, order, conserve, ...
 
@@ -350,7 +356,8 @@ def solve(system: Union[System, Scene], q0: Any = None, omega0: Optional[npt.Arr
         add_events(stepper, looked_for)
         if scene is not None:
             add_events_of(stepper, scene)
-        ends, failed = run_of(stepper, span[1], times if rows_only else None)
+        with shown("solve") if progress else contextlib.nullcontext():
+            ends, failed = run_of(stepper, span[1], times if rows_only else None)
         sol = Motion(stepper, branch, ends) if dense_output and len(ends["t"]) else None
         columns = ends if sol is None or times is None else sol.rows(times[(times >= sol.t_min) & (times <= sol.t_max)])
         sensitivity = None if free is None else Sensitivity(ends, partial(rows_at, columns) if sol is None else sol.rows)

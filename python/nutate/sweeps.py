@@ -8,12 +8,13 @@ import ctypes
 import importlib
 import os
 import sys
+import time
 from typing import Any, Callable, Iterator, Union
 
 import numpy as np
 import numpy.typing as npt
 
-from ._library import MESSAGE_SIZE, Text, check, encoded, interruptible, library, pointer, refusal, text_of
+from ._library import MESSAGE_SIZE, Text, check, encoded, interruptible, library, pointer, refusal, text_of, ticking
 from .scenes import Scene
 
 SceneOrPath = Union[Scene, str, bytes, "os.PathLike[str]"]
@@ -73,6 +74,34 @@ def sweep(scene: SceneOrPath, *overrides: str, table: Any = None, threads: int =
             parts.append(rows_of(made, first, last, threads))
             advance(last - first + 1)
     return np.concatenate(parts)
+
+
+@contextlib.contextmanager
+def shown(what: str) -> Iterator[None]:
+    """Shows the time spent in a run while it goes on."""
+    start = time.monotonic()
+    try:
+        tqdm = importlib.import_module("tqdm.auto").tqdm
+    except ImportError:
+        tqdm = None
+    counter = None if tqdm is None else tqdm(desc=what, bar_format="{desc}: {elapsed}")
+
+    def tick() -> None:
+        if counter is not None:
+            counter.update()
+        else:
+            print(f"\r{what}: {time.monotonic() - start:.0f} s", end="", file=sys.stderr, flush=True)
+
+    tick()
+    ticking.append(tick)
+    try:
+        yield
+    finally:
+        ticking.remove(tick)
+        if counter is not None:
+            counter.close()
+        else:
+            print(file=sys.stderr)
 
 
 @contextlib.contextmanager

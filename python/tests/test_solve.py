@@ -1,9 +1,13 @@
 """nutate.solve: a motion from start to end in one call."""
 
+import contextlib
+import io
 import math
 import os
 import pickle
+import sys
 import unittest
+import unittest.mock
 import warnings
 
 import numpy as np
@@ -203,6 +207,14 @@ class SolveTest(unittest.TestCase):
                 nutate.solve(make_box(), omega0=(0.1, 0, 10), t_span=(0, 1), **{name: 1e-6})
         free = nutate.solve(make_box(), omega0=(0.1, 0, 10), t_span=(0, 1), method="taylor", max_step=0.01)
         self.assertLessEqual(np.diff(free.t).max(), 0.01 + 1e-15)
+
+    def test_progress_changes_nothing(self):
+        plain = nutate.solve(make_box(), omega0=(0.1, 0, 10), t_span=(0, 5))
+        for modules in ({"tqdm.auto": None, "tqdm": None}, {}):
+            with unittest.mock.patch.dict(sys.modules, modules), contextlib.redirect_stderr(io.StringIO()) as said:
+                shown = nutate.solve(make_box(), omega0=(0.1, 0, 10), t_span=(0, 5), progress=True)
+            np.testing.assert_array_equal(shown.q, plain.q)
+            self.assertRegex(said.getvalue(), r"solve: \d")
 
     def test_a_column_is_an_event(self):
         both = nutate.solve(make_box(), omega0=(0.1, 0, 10), t_span=(0, 5), events=["omega3", lambda t, q, omega: omega[2]])
