@@ -108,7 +108,8 @@ try() { # WAY FILE...
       cp /etc/ssl/certs/ca-certificates.crt "$root/etc/ssl/certs/" &&
       mount --bind /proc "$root/proc" && mount --bind /dev "$root/dev" || return 1
    printf '== %s\n' "$1"
-   chroot "$root" bash "/trial/$1.sh" </dev/null
+   env -i PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin HOME=/root NUTATE_JOBS="$jobs" \
+      ${http_proxy:+http_proxy="$http_proxy"} ${https_proxy:+https_proxy="$https_proxy"} chroot "$root" bash "/trial/$1.sh" </dev/null
    status=$?
    umount "$root/proc" "$root/dev"
    rm -rf "$root"
