@@ -260,20 +260,24 @@ contains
       history%names = [character(len=name_length) :: 't', 'x', 'y']
    end subroutine find_path
 
-   !> Drops work and potential energy that are zero throughout; without potential also the total energy, which is the
-   !> kinetic one, and that if it is constant. Nothing is dropped from a history of nothing else.
+   !> Drops work and potential energy that are zero throughout, up to round-off in the work; without potential also the
+   !> total energy, which is the kinetic one, and that if it is constant. Nothing is dropped from a history of nothing
+   !> else.
    subroutine drop_constant_energies(history)
       type(recorded_t), intent(inout) :: history
       logical :: keeps(size(history%names)), is_free
-      real(wp) :: values(size(history%values, 1))
+      real(wp) :: values(size(history%values, 1)), scale
       integer :: i
       is_free = .true.
       keeps = .true.
+      scale = 0.0_wp
+      i = findloc(history%names, 'kinetic', dim=1)
+      if (i > 0) scale = maxval(abs(history%values(:, i)))
       do i = 2, size(keeps)
          values = history%values(:, i)
          select case (history%names(i))
          case ('work')
-            keeps(i) = maxval(abs(values)) > 0.0_wp
+            keeps(i) = maxval(abs(values)) > 1e-12_wp*scale
          case ('potential')
             is_free = maxval(abs(values)) <= 0.0_wp
             keeps(i) = .not. is_free

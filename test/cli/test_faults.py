@@ -16,7 +16,7 @@ class BadArguments(CommandLineTest):
 
     def test_option_cut_short_names_the_whole(self):
         self.fail_with(2, "run", "box.nml", "--out", "x.csv", says=["--out", "nearest: --output"])
-        self.fail_with(2, "run", "box.nml", "--res", "x.csv", says=["nearest: --resume"])
+        self.fail_with(2, "run", "box.nml", "--resu", "x.csv", says=["nearest: --resume"])
         self.fail_with(2, "run", "box.nml", "--set", "integrator.time=0.1", says=["nearest: time_step"])
 
     def test_output_has_a_short_name(self):
