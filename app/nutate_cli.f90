@@ -412,7 +412,7 @@ contains
             ' is not a pair of columns (expected NAME:NAME, such as omega1:omega2)'
       case ('--path')
          command%path = findloc(axes, value, dim=1) - 4
-         if (all(axes /= value)) command%error = '--path '//quoted(value)// &
+         if (all(axes /= value) .or. value == '') command%error = '--path '//quoted(value)// &
             ' is not a body axis (expected 1, 2, 3, or -1, -2, -3)'
       case default
          command%title = value

@@ -184,7 +184,8 @@ class Pictures(CommandLineTest):
             self.assertIn(greatest, labels(picture))
             self.assertNotIn({"1": "-1", "-1": "1"}[axis], labels(picture))
         self.succeed("run", "box.nml", "--quiet", "--set", "output.columns=energy", "--plot", "path.svg", "--path", "3")
-        self.fail_with(2, "plot", "turn.csv", "--path", "4", says=("--path '4' is not a body axis",))
+        for wrong in ("4", ""):
+            self.fail_with(2, "plot", "turn.csv", "--path", wrong, says=(f"--path '{wrong}' is not a body axis",))
         self.fail_with(2, "run", "box.nml", "--path", "3", says=("need --plot FILE",))
 
     def test_pdf(self):
