@@ -14,8 +14,7 @@ module nutate_run_command
    use nutate_kinds, only: wp, long
    use nutate_observer, only: run_record_t
    use nutate_outputs, only: outputs_t, picture_kind, CHECKPOINT, EVENTS, HISTORY
-   use nutate_picture_rows, only: add_picture_sets, sample_rows
-   use nutate_plot_command, only: open_picture, draw_file
+   use nutate_plot_command, only: add_picture_sets, sample_rows, open_picture, draw_file
    use nutate_printable, only: printable_path
    use nutate_run, only: run_t
    use nutate_run_checkpoint, only: read_checkpoint
