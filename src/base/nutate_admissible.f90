@@ -1,6 +1,7 @@
 !> Ranges of the numbers of a key, as a table: sign, size, and whether they may all be zero; and the words for numbers
 !> out of range.
 module nutate_admissible
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_is_nan
    use nutate_kinds, only: wp
    use nutate_limits, only: greatest_length, greatest_number, greatest_step, least_length, least_number, least_size, &
       least_step, in_words
@@ -114,7 +115,6 @@ contains
 
    !> Returns the fault of one number: `good`, `no_number`, ...
    elemental integer function fault_in(range, number)
-      use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_is_nan
       integer, intent(in) :: range
       real(wp), intent(in) :: number
       type(range_t) :: r

@@ -2,6 +2,7 @@
 !> are in SI units. Keys (`nutate_keys`), states and steps (`nutate_range`) use them, and thereby scene files, C,
 !> FORTRAN 77 and Python.
 module nutate_limits
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_kinds, only: wp
    implicit none
    private
@@ -61,7 +62,6 @@ contains
 
    !> Returns true if a number is finite and not larger than `greatest_number`.
    elemental logical function is_moderate(x)
-      use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
       real(wp), intent(in) :: x
       is_moderate = ieee_is_finite(x)
       if (is_moderate) is_moderate = abs(x) <= greatest_number
@@ -94,7 +94,6 @@ contains
 
    !> Returns true if a step is not zero and within the limits.
    elemental logical function is_step(dt)
-      use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
       !> s; negative: back in time.
       real(wp), intent(in) :: dt
       is_step = ieee_is_finite(dt)

@@ -3,6 +3,7 @@
 !> Every form describes the rotation from body to space, as the quaternion does. Quaternions are scalar first, angles
 !> are in radians. A quaternion that is read need not have unit length, and its sign does not matter, unless said.
 module nutate_attitude
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_kinds, only: wp, pi, eps
    use nutate_quaternion, only: quat_exp, quat_log, quat_norm, quat_normalized, quat_product
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
@@ -53,7 +54,6 @@ contains
    !> Errors: `NUTATE_BAD_ARGUMENT` for an axis of length zero and for an axis or angle that is not finite; `q` is then
    !> the identity.
    pure subroutine quat_from_axis_angle(axis, angle, q, status)
-      use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
       !> Direction of the axis, of any length but zero; the same components in body and space. Shape: (3).
       real(wp), intent(in) :: axis(3)
       !> Angle (rad), right-handed about the axis, any finite value.

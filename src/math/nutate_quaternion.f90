@@ -4,6 +4,7 @@
 !> equation (2), takes body components to space components: `v_space = vec(q∘v∘q*)`. The routines work on what they are
 !> given and never normalise silently. Components have to be finite unless a routine says what it does with others.
 module nutate_quaternion
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_kinds, only: wp, pi
    implicit none
    private
@@ -87,7 +88,6 @@ contains
    !>
    !> A NaN or an infinity among the components shows in the result and raises no exception.
    pure function quat_norm(q) result(norm)
-      use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
       !> Any quaternion, scalar first. Shape: (4).
       real(wp), intent(in) :: q(4)
       real(wp) :: norm
@@ -113,7 +113,6 @@ contains
 
    !> Returns the unit quaternion `q/|q|`. Zero and what is not finite have no direction and come back as they are.
    pure function quat_normalized(q) result(normalized)
-      use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
       !> Any quaternion, scalar first. Shape: (4).
       real(wp), intent(in) :: q(4)
       real(wp) :: normalized(4)
@@ -289,7 +288,6 @@ contains
    !> to full relative accuracy. Without an attitude to speak of (a zero quaternion, a component that is not finite)
    !> the distance is π, so that a comparison with a tolerance fails.
    pure function attitude_distance(q1, q2) result(angle)
-      use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
       !> First attitude, scalar first. Shape: (4).
       real(wp), intent(in) :: q1(4)
       !> Second attitude, scalar first. Shape: (4).

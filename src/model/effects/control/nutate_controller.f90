@@ -3,6 +3,7 @@
 !> With a sampling period, the torque on the body, the torques of the motors or the moment, in body axes, are held from
 !> one sample to the next: runs set them at each sample (`hold`).
 module nutate_controller
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use nutate_archive, only: archive_t
    use nutate_control_law, only: control_law_t, BY_MAGNETORQUERS, BY_TORQUE, BY_WHEELS, DETUMBLING, POINTING
    use nutate_effect, only: GENERAL_SERIES, NO_SERIES, parameter_t
@@ -250,7 +251,6 @@ contains
    !> Returns true if gains, field, limit and period are of a size that can be computed with; `start` and `stop` need
    !> only be comparable.
    pure logical function controller_is_valid(self) result(valid)
-      use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
       class(controller_t), intent(in) :: self
       real(wp) :: strongest
       integer :: i
