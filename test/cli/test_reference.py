@@ -19,8 +19,9 @@ COMMON = ("name", "on")
 
 
 def source(name):
-    """The text of a module."""
-    return next((ROOT / "src").rglob(f"{name}.f90")).read_text(encoding="utf-8")
+    """The text of a module and of its procedures."""
+    return "".join(path.read_text(encoding="utf-8") for path in sorted((ROOT / "src").rglob(f"{name}*.f90"))
+                   if path.stem in (name, f"{name}_procedures"))
 
 
 def keys_in(text):
