@@ -50,7 +50,7 @@ class FitProblem:
         problem = nutate.FitProblem("gyro.nml")
         result = scipy.optimize.least_squares(problem.residuals, problem.x0, problem.jacobian, bounds=problem.bounds)
 
-    A parameter x is a free number of the scene, then a bias. An attitude is a rotation vector from that of the scene, body axes,
+    `x` holds the parameters of &free, then the biases. An attitude is a rotation vector from that of the scene, body axes,
     in its unit of angles. `names` are those of the parameters, `x0` their values in the scene, `bounds` a pair of arrays."""
 
     def __init__(self, scene: SceneOrPath, *overrides: str) -> None:

@@ -22,7 +22,7 @@ from .systems import System
 
 
 def setting(key: str, value: Any) -> str:
-    """A value as a scene file writes it; numbers and truth values may be those of NumPy."""
+    """A value as a scene file writes it; numbers and booleans may be those of NumPy."""
     if isinstance(value, (np.generic, np.ndarray)) and value.ndim == 0:
         value = value.item()
     if isinstance(value, bool):
@@ -33,7 +33,7 @@ def setting(key: str, value: Any) -> str:
         return repr(float(value))
     if isinstance(value, str):
         return value
-    raise TypeError(f"{key} is {value!r} (expected a number, a truth value or a text)")
+    raise TypeError(f"{key} is {value!r} (expected a number, a boolean or a string)")
 
 
 take_step = library.nutate_stepper_step

@@ -6,7 +6,7 @@
 !>
 !>     ν = E + 2 atan(β sin E/(1 - β cos E)),   r = a(1 - e cos E),   ν̇ = h/r²,   h = √(μ a (1-e²)).
 !>
-!> An orbit that is given by its periapsis may have any e >= 0 (`nutate_conic`); a table of positions takes the place of
+!> An orbit that is given by its periapsis may have any e >= 0 (`nutate_conic`); a table of positions replaces
 !> all elements (`nutate_track`).
 module nutate_kepler_orbit
    use nutate_conic, only: change_on_conic, place_on_conic, velocity_change_on_conic

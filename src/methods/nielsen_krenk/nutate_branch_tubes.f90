@@ -23,7 +23,7 @@ module nutate_branch_tubes
 
    public :: branch_t
 
-   !> |b| from which a root is refused: at |b| = 1, half a turn, the equations are solved by what is no step. A tube
+   !> |b| from which a root is rejected: at |b| = 1, half a turn, the equations are solved by what is no step. A tube
    !> keeps below the second, and reaches as far as the third from its root: farther the bounds, of order |b|, would be
    !> no tighter than the tube is long.
    real(wp), parameter :: longest = 0.98_wp, outermost = 0.99_wp, widest = 0.15_wp

@@ -23,7 +23,7 @@ module nutate_continuation
    !> it large and brings no other root near, forces that depend on the attitude do. No bound is certified with it: a
    !> factor of two in each direction is as far as a Jacobian can be treated as that of a short step.
    real(wp), parameter :: mild = 4.0_wp
-   !> |b| from which a root is refused. At |b| = 1, half a turn, the reduced equations are solved by what is no step.
+   !> |b| from which a root is rejected. At |b| = 1, half a turn, the reduced equations are solved by what is no step.
    real(wp), parameter :: longest = 0.98_wp
    !> Largest change of an unknown from prediction to root, rad of half the turn, that is no jump to another root: an
    !> eighth of `near`, which is how near to each other two roots of one step were seen.

@@ -10,7 +10,7 @@
 !> If the space axes rotate at ω, E is fixed in them: `Ė = E×(Ω - Rᵀω)`, and Rᵀω is a sum of the three rows with
 !> constant weights, so that `E×Rᵀω` needs no products.
 !>
-!> If body and effects are symmetric about an axis, all is computed in a frame that does not spin with the body
+!> If body and effects are symmetric about an axis, all is computed in the non-spinning (Resal) frame
 !> (`nutate_axial_frame`): L/J₁ replaces Ω, `L' = τ`, and the angle of the body in that frame is one more series.
 module nutate_row_series
    use nutate_axial_frame, only: axial_frame_t

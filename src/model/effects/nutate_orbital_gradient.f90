@@ -138,7 +138,7 @@ contains
       end associate
    end function moving_is_valid
 
-   !> Returns no bounds: no step with a time-dependent potential counts as certified.
+   !> Returns no bounds: no step with a time-dependent potential is treated as certified.
    pure subroutine not_bounded(self, map, radius, gamma, slack, bounds)
       class(orbital_gradient_t), intent(in) :: self
       type(linear_map_t), intent(in) :: map

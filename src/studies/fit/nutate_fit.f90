@@ -28,7 +28,7 @@ module nutate_fit
    integer, parameter :: residuals_per_parameter = 2
    !> Standard deviation of the weak prior of moments on short arcs, relative to their values in the initial guess.
    real(wp), parameter :: weak_share = 0.5_wp
-   !> Share of the data from which on biases are free: on shorter arcs they take the place of any motion.
+   !> Share of the data from which on biases are free: on shorter arcs they replace any motion.
    real(wp), parameter :: free_biases = 0.1_wp
    !> Probability that the χ² of data with normal noise is below the quantile beyond which a fit is reported.
    real(wp), parameter :: noise_share = 0.9999_wp
