@@ -93,7 +93,7 @@ module nutate_cli
       option_t('--period', 'T|orbit', 'linearize', &
                'linearise over a period of T seconds, or of the orbit (default: an equilibrium)'), &
       option_t('--relative-rates', '', 'linearize', 'rates relative to axes that rotate with the equilibrium'), &
-      option_t('--equilibria', '', 'linearize', 'find all attitudes in which the body rests, and their stability'), &
+      option_t('--equilibria', '', 'linearize', 'find all (relative) equilibrium attitudes and their stability'), &
       option_t('--json', 'FILE', 'linearize', 'write the results as JSON, with all digits; - is standard output'), &
       option_t('--checkpoint', 'FILE', 'run', 'write checkpoints to FILE, so that an interrupted run can be resumed'), &
       option_t('--every-seconds', 'N', 'run', 'interval between checkpoints in seconds (default: 60)'), &
@@ -103,9 +103,9 @@ module nutate_cli
       option_t('--aem', 'FILE', 'export', 'write an Attitude Ephemeris Message (CCSDS 504.0-B)'), &
       option_t('--aem-version', '2.0|1.0', 'export', 'version of the message (default: 2.0)'), &
       option_t('--gltf', 'FILE', 'export', 'write an animated body as glTF 2.0'), &
-      option_t('--speed', 'X', 'export', 'seconds of the motion in a second of the animation (default: 1)'), &
+      option_t('--speed', 'X', 'export', 'simulated seconds per second of animation (default: 1)'), &
       option_t('--error', 'RAD', 'export', &
-               'choose the rows so that a constant rate between them keeps to this error'), &
+               'select rows so that interpolation stays within this error'), &
       option_t('--help', '', 'run,check,cost,plot,view,sweep,export,fit,linearize', 'show this help'), &
       option_t('--version', '', '', 'show the version')]
 

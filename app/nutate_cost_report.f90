@@ -103,7 +103,7 @@ contains
       call table%add_column('energy', digits=1)
       call table%add_column()
       call table%add_column('&integrator, cheapest first', &
-                            '*: cheapest that keeps the invariants; auto: chosen by auto')
+                            '*: cheapest that conserves the invariants; auto: chosen by auto')
       do i = 1, size(tolerances)
          call add_ranking(table, study, tolerances(i))
       end do
@@ -338,7 +338,7 @@ contains
       case (OUT_OF_BUDGET)
          text = ', as far as the budget allows'
       case (LAST_LEVEL)
-         text = ', as far as the ladder goes'
+         text = ', down to the shortest step tried'
       case (REFUSED)
          text = ': not applicable to this scene ('//trim(study%refusal(method)%message)//')'
       case default

@@ -36,15 +36,15 @@ contains
       !> Periodic initial state; nothing is added if it has no revolutions.
       type(periodic_start_t), intent(in) :: start
       if (start%revolutions == 0) return
-      call page%item('periodic motion', 'closes to '//rounded_text(start%defect, 2)//' rad and mean motions, after '// &
-                     plural(int(start%revolutions, long), 'revolution'))
+      call page%item('periodic motion', 'periodic to '//rounded_text(start%defect, 2)// &
+                     ' (rad, and rad/s over n); found after '//plural(int(start%revolutions, long), 'revolution'))
       associate (frequencies => start%free_frequencies())
-         if (size(frequencies) > 0) call page%item('  free librations', 'k ± f mean motions, k whole, f = '// &
+         if (size(frequencies) > 0) call page%item('  free librations', 'frequencies (k ± f) n for integer k, f = '// &
                                                   vector_text(frequencies))
       end associate
       call page%item('  multipliers', multipliers_text(start))
-      call page%item('  condition', rounded_text(start%condition, 2)//' of the map minus 1')
-      if (start%n_families > 0) call page%item('  family', 'one of many periodic motions: the map minus 1 is '// &
+      call page%item('  condition', rounded_text(start%condition, 2)//', of M - I, M the monodromy matrix')
+      if (start%n_families > 0) call page%item('  family', 'one of many periodic motions: M - I is '// &
          'singular in '//plural(int(start%n_families, long), 'direction')//', which the smallest correction left alone')
    end subroutine add_periodic
 
@@ -85,8 +85,8 @@ contains
       if (size(linear%speeds) > 0) call page%item('wheel speeds', vector_text(linear%speeds, 9)//' rad/s')
       call page%line('')
       if (linear%period > 0.0_wp) then
-         call add_matrix(page, 'A, after a period by the start', linear%a, linear%states, linear)
-         call add_matrix(page, 'B, after a period by constant inputs', linear%b, linear%inputs, linear)
+         call add_matrix(page, 'A, after a period, with respect to the initial state', linear%a, linear%states, linear)
+         call add_matrix(page, 'B, after a period, with respect to constant inputs', linear%b, linear%inputs, linear)
       else
          call add_matrix(page, 'A, rates by states', linear%a, linear%states, linear)
          call add_matrix(page, 'B, rates by inputs', linear%b, linear%inputs, linear)
@@ -171,11 +171,13 @@ contains
       axes = 'space axes'
       if (found%in_lvlh) axes = 'LVLH frame'
       call page%item('equilibria', count_text(int(size(found%items), long))//' attitudes, relative to the '//axes)
-      call page%item('by index', vector_text([(real(found%number_of(i), wp), i=0, 3)])//' of index 0, 1, 2, 3')
+      call page%item('by index', count_text(int(found%number_of(0), long))//' minima, '// &
+                     count_text(int(found%number_of(1), long))//' and '//count_text(int(found%number_of(2), long))// &
+                     ' saddles (index 1, 2), '//count_text(int(found%number_of(3), long))//' maxima')
       call page%item('stable', plural(int(count(.not. found%items%growth > 0.0_wp), long), 'attitude')// &
                      ' to first order, of which those of index 0 by the energy')
-      if (.not. found%balanced) call page%item('incomplete', 'those of even and of odd index are not as many: '// &
-                                               'some are missing')
+      if (.not. found%balanced) call page%item('incomplete', &
+         'the numbers of equilibria with even and odd index differ: some are missing')
       call page%line('')
       table%indent = 2
       do k = 1, 4

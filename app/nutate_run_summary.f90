@@ -276,8 +276,8 @@ contains
       end do
       call page%item(trim(merge('Lyapunov exponent ', 'Lyapunov exponents', chaos%n == 1)), &
                      text//' 1/s, over '//rounded_text(chaos%time)//' s')
-      call page%item('MEGNO', rounded_text(chaos%megno(), 6)//', its mean; 2 where the motion is regular')
-      call page%item('FLI', rounded_text(chaos%fli(), 6)//', the largest logarithm of the deviation')
+      call page%item('MEGNO', rounded_text(chaos%megno(), 6)//', time-averaged; tends to 2 for regular motion')
+      call page%item('FLI', rounded_text(chaos%fli(), 6)//', maximum of ln(|X(t)|/|X(0)|)')
    end subroutine add_chaos
 
    !> Adds the errors of the invariants.
@@ -314,7 +314,7 @@ contains
          text = 'component along '//vector_text( &
                 invariants%axis*sign(1.0_wp, invariants%axis(maxloc(abs(invariants%axis), 1))))
       case default
-         text = 'no component is conserved by these effects'
+         text = 'not applicable: these effects conserve no component of the angular momentum'
          b = field_of_magnetorquers(effects)
          if (norm2(b) > 0.0_wp) text = &
             'the exact motion conserves the component along the field of the magnetorquers, '// &

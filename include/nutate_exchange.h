@@ -62,7 +62,7 @@ int nutate_write_aem(const char *path, const char *facts, size_t n, const double
 /* Writes a moving body as glTF 2.0, in single precision.
  *   ==>  facts    &body is needed
  *   ==>  n, t, q  as above
- *   ==>  speed    seconds of the motion in a second of the animation */
+ *   ==>  speed    simulated seconds per second of animation */
 int nutate_write_gltf(const char *path, const char *facts, size_t n, const double *t, const double *q, double speed,
                       char *message, size_t size);
 

@@ -27,9 +27,9 @@
 !>
 !> With a goal the method is chosen where the settings name none; `summary%settings` and `summary%choice` say which and
 !> why.
-!> An extension of `observer_t` is shown the rows that the plan asks for; a `run_summary_t` says what it took. `run_t`
-!> is the same run in parts: begun, its steps found, resumed from an archive, gone to its end. `read_scene` takes all of
-!> this from a file. `free_body_t` and `lagrange_top_t` are exact solutions.
+!> Extend `observer_t` to receive the output rows; `run_summary_t` reports steps and errors. `run_t` exposes the same
+!> run in stages: begin, find the steps, resume from a checkpoint, run to the end. `read_scene` reads all of this from
+!> a file. `free_body_t` and `lagrange_top_t` are exact solutions.
 !>
 !> Quaternions have their scalar first and take body components to space components. SI units, radians.
 !>

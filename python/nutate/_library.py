@@ -305,7 +305,7 @@ def create(function: Any, *arguments: Any) -> ctypes.c_void_p:
 
 
 def encoded(text: Textual) -> bytes:
-    """A text, or a path, as C has it. C ends texts at a NUL: what stands behind one would be lost."""
+    """Encodes a string or path for C; rejects embedded NULs."""
     if not isinstance(text, (str, bytes, os.PathLike)):
         raise TypeError(f"{text!r} is not a text (expected str, bytes or a path)")
     data = os.fsencode(text) if isinstance(text, (bytes, os.PathLike)) else text.encode("utf-8", "surrogateescape")

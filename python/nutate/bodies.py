@@ -1,4 +1,4 @@
-"""Many bodies in the hands of a program, which computes their torques."""
+"""Steps many bodies whose torques the calling program computes."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Bodies(Owner):
     """Classes of bodies, and the steps of any number of them.
 
     Arrays `q` of shape (n, 4) and `l` of shape (n, 3) are changed in place; contiguous float64 arrays are never copied. `torque`
-    has the shape (n, 3), `class_of` has n integers, 0 for the first class. A body whose numbers cannot be computed with keeps its
+    has the shape (n, 3), `class_of` has n integers, 0 for the first class. A body with invalid numbers keeps its
     state, all others move, and the call raises NutateError; `failed` then has the indices.
 
     Parameters

@@ -277,7 +277,7 @@ class Exchange(Columns):
 
     def to_gltf(self, path: Textual, *, object: Optional[str] = None, speed: float = 1.0, error: Optional[float] = None) -> None:
         """Writes the moving body as glTF 2.0, for Blender and browsers: its shape, or the box of its inertia, with one animation of
-        its rotation in single precision. `speed` is the number of seconds of the motion in a second of the animation."""
+        its rotation in single precision. `speed` is the number of simulated seconds per second of animation."""
         facts = group("scene", object=self._named(object=object).get("object", "BODY")) + body_text(self.system)
         t, q, _ = self._attitudes(self._error_of(error))
         message = ctypes.create_string_buffer(MESSAGE_SIZE)

@@ -18,10 +18,10 @@ NOT_IN_A_TEXT = {"_add_table": "a table", "_add_wheel": "the motor table of a wh
 
 
 class Sensitivity:
-    """Derivatives of a motion by `names`, the free numbers: sensitivity(t) returns those of the rotation vector, body axes, rad, and
-    of the angular velocity, body axes, rad/s, each per unit of the number. At a time, s, both have the shape (3, len(names)), at
+    """Derivatives of a motion with respect to the parameters `names`: sensitivity(t) returns those of the rotation vector, body axes, rad, and
+    of the angular velocity, body axes, rad/s, each per unit of the parameter. At a time, s, both have the shape (3, len(names)), at
     n times (n, 3, len(names)). Between the ends of steps it repeats the step that contains the time, as Motion; without dense
-    output it knows the rows alone."""
+    output, only the times of the rows can be evaluated."""
 
     names: tuple[str, ...]
 

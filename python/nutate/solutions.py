@@ -296,7 +296,7 @@ def solve(system: Union[System, Scene], q0: Any = None, omega0: Optional[npt.Arr
         False, with t_eval, saves the memory of `sol`.
     free : str or list of str
         Names of parameters, such as "body.inertia.1" or "initial.attitude", by which `sensitivity` of the solution
-        differentiates, as key in &free; those of a System are named as a scene would have them.
+        differentiates, as key in &free; for a System, use the names of the corresponding scene keys.
     max_step : float
         Longest adaptive step, s.
     progress : bool

@@ -137,7 +137,7 @@ class System(WheelMounting):
 
     @property
     def frame_rate(self) -> Array:
-        """Rate at which the space axes turn, in these, rad/s; shape (3,). It is zero unless there is a rotating frame or an orbit
+        """Angular velocity of the space axes, resolved in those axes, rad/s; shape (3,). It is zero unless there is a rotating frame or an orbit
         with frame="lvlh"."""
         rate = np.empty(3)
         self._call("nutate_system_frame_rate", pointer(rate))
@@ -206,7 +206,7 @@ class System(WheelMounting):
         bounds : four floats
             Bounds (torque, by_rotation, second, rate) at all attitudes and times, only for a torque that does not depend on
             omega: of its norm, of the norms of its first and second derivatives by the angle of a rotation of the body about any
-            axis, N m; `rate`, 1/s, times these bounds their time derivatives (0: constant in time). If all effects have bounds,
+            axis, N m; `rate`, 1/s: the bounds times `rate` bound the time derivatives (0: constant in time). If all effects have bounds,
             steps can be certified; otherwise they count as `uncertified_steps`. The bounds are not verified.
 
         Raises

@@ -73,7 +73,7 @@ class OwnersTest(unittest.TestCase):
             nutate.Stepper(system, method="exact", order=4).prepare()
         with self.assertRaises(nutate.NutateValueError) as caught:
             nutate.Stepper(system).add_event("omega4", crosses=0)
-        self.assertRegex(caught.exception.message, r"a name of the reference; nearest: omega1\)$")
+        self.assertRegex(caught.exception.message, r"a name that the reference lists; nearest: omega1\)$")
 
     def test_a_copied_scene_is_what_was_read(self):
         with tempfile.TemporaryDirectory() as folder:

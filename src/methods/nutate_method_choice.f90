@@ -181,7 +181,7 @@ contains
          reason = "effect '"//trim(without_series)//"' has no series; with the projection onto the invariants"
       else if (of_run .and. takes_equal_steps(system, state, duration, accuracy)) then
          call take('rk8', settings)
-         reason = 'fixed steps are the cheapest for a smooth motion in uniform fields'
+         reason = 'equal steps are cheapest for short smooth motion in uniform fields'
       else if (is_top(system)) then
          call take('taylor', settings)
          reason = 'the series follows the slow motion of a symmetric body under linear effects'
@@ -227,7 +227,7 @@ contains
       else
          call take('dop853', settings)
          settings%conserve = .true.
-         reason = 'above '//trim(number)//' rad, with the projection onto the invariants, it costs less than the series'
+         reason = 'cheaper than the Taylor series at this accuracy (threshold '//trim(number)//' rad)'
       end if
    end subroutine choose_by_accuracy
 

@@ -378,12 +378,12 @@ class Orbits(CommandLineTest):
         for row in self.history("mercury.csv")[1]:
             self.assertAlmostEqual(row[3], 1.500129574985608999697, delta=1e-13)
         text = self.succeed("check", "mercury.nml").stdout
-        self.assertRegex(text, r"periodic motion +closes to \S+ rad and mean motions, after [3-5] revolutions")
-        self.assertRegex(text, r"free librations +k ± f mean motions, k whole, f = 0\.4995\d+, 0\.0199652, 0\.00095\d+")
+        self.assertRegex(text, r"periodic motion +periodic to \S+ \(rad, and rad/s over n\); found after [3-5] revolutions")
+        self.assertRegex(text, r"free librations +frequencies \(k ± f\) n for integer k, f = 0\.4995\d+, 0\.0199652, 0\.00095\d+")
         self.assertRegex(text, r"multipliers +all of modulus 1: stable to first order")
-        self.assertRegex(text, r"condition +2500 of the map minus 1")
+        self.assertRegex(text, r"condition +2500, of M - I")
         self.assertNotIn("family", text)
-        self.assertRegex(self.succeed("run", "mercury.nml").stderr, r"condition +2500 of the map minus 1")
+        self.assertRegex(self.succeed("run", "mercury.nml").stderr, r"condition +2500, of M - I")
         hyperion = ("--set", "body.inertia=0.5,0.764033333333333,1", "--set", "orbit.eccentricity=0.1", "--set", "initial.resonance='1:1'")
         self.assertRegex(self.succeed("check", "mercury.nml", *hyperion).stdout, r"unstable: deviations grow by 1\.88104 in a revolution")
         # A free libration with the mean motion, 3 (J2 - J1)/J3 = 1, on a circular orbit.

@@ -50,7 +50,7 @@ contains
       character(len=*), intent(in) :: path
       type(attitude_rows_t), intent(in) :: rows
       type(export_facts_t), intent(in) :: facts
-      !> Seconds of the motion in a second of the animation.
+      !> Simulated seconds per second of animation.
       real(wp), intent(in) :: speed
       type(status_t), intent(out) :: status
       type(output_file_t) :: file

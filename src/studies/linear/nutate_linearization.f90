@@ -237,8 +237,8 @@ contains
    end function differs
 
    !> Linearises a period of the motion, as the method of the run moves it, on a circular orbit as seen from the LVLH
-   !> frame. If the period does not close, A is still the derivative of the end by the start. Errors: those of the run;
-   !> `NUTATE_BAD_ARGUMENT` for effects without a derivative.
+   !> frame. If the period does not close, A is still the derivative of the end with respect to the initial state.
+   !> Errors: those of the run; `NUTATE_BAD_ARGUMENT` for effects without a derivative.
    subroutine linearize_period(system, settings, start, plan, period, result, status)
       type(system_t), intent(in) :: system
       !> Settings of the run; if they leave the method open, or name the closed solution, the conserving scheme of order

@@ -192,7 +192,7 @@ contains
       end if
       choices = expectation(key)
       nearest = trim(nearest_name(text, split_list(key%choices)))
-      if (len(choices) > longest_choices) choices = 'a name of the reference'
+      if (len(choices) > longest_choices) choices = 'a name that the reference lists'
       call error%raise(line, quoted(text)//' is not available for '//trim(key%name), choices, nearest)
    end subroutine raise_unknown
 
