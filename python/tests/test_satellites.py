@@ -45,6 +45,24 @@ def driven(*torques):
 
 
 class SatellitesTest(unittest.TestCase):
+    def test_limits_of_a_continuous_law_cost_a_bounded_number_of_evaluations(self):
+        calls = {}
+        for limit in (None, 0.2):
+            system = nutate.System(moments=(0.042, 0.042, 0.0067))
+            system.add("orbit", altitude=400e3, inclination=0.9)
+            system.add("earth_field")
+            system.add("controller", law="bdot", gain=5e4, **({} if limit is None else {"limit": limit}))
+            calls[limit] = 0
+
+            def count(t, q, omega, limit=limit):
+                calls[limit] += 1
+                return 0.0, 0.0, 0.0
+
+            system.add_user_torque(count)
+            nutate.solve(system, omega0=(3.5, 3.5, 3.5), t_span=(0, 20), method="dop853", local_tolerance=1e-8)
+        # 250 times the moment reaches a limit or leaves it; the steps without limits are 150.
+        self.assertLess(calls[0.2], 30*calls[None])
+
     def test_batches_that_are_pickled_have_the_bits_of_the_whole_run(self):
         for text in SCENES:
             for method in ("nielsen_krenk", "taylor", "rk8"):
