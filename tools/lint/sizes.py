@@ -1,4 +1,5 @@
-"""Looks for what is too long to read: files over 700 lines, procedures over 60, subjects of commits over 72 characters.
+"""Looks for what is too long to read: files over 700 lines, procedures over 60, subjects of commits over 72 characters; and for
+folders of src and app with more than 30 files.
 
     tools/lint/sizes.py      prints each that is over; exit status 1 where there is one
 """
@@ -14,6 +15,7 @@ ENDINGS = (".f90", ".f", ".c", ".cpp", ".h", ".py", ".sh")
 LONGEST_FILE = 700
 LONGEST_PROCEDURE = 60
 LONGEST_SUBJECT = 72
+MOST_FILES = 30
 # Commits looked at, from the last one back.
 COMMITS = 10
 BEGIN = re.compile(r"^\s*(?:(?:pure|elemental|recursive|impure|module)\s+"
@@ -61,6 +63,10 @@ def subjects():
 def main():
     found = [f"commit {commit}: a subject of {len(subject)} characters (at most {LONGEST_SUBJECT})"
              for commit, subject in subjects() if len(subject) > LONGEST_SUBJECT]
+    for top in ("src", "app"):
+        for folder, _, names in os.walk(os.path.join(TOP, top)):
+            if len(names) > MOST_FILES:
+                found.append(f"{os.path.relpath(folder, TOP)}: {len(names)} files (at most {MOST_FILES})")
     for path in sources():
         with open(os.path.join(TOP, path), encoding="utf-8") as file:
             lines = file.read().splitlines()
