@@ -4,6 +4,7 @@ module nutate_torque
    use nutate_effect_base, only: effect_t, parameter_t
    use nutate_effect_bounds, only: bounds_of_torque, effect_bounds_t, linear_map_t
    use nutate_kinds, only: wp, eps
+   use nutate_power_series, only: highest_order
    use nutate_quaternion, only: quat_product, rotate_to_body
    use nutate_saturation_count, only: saturation_count_t, transfer_integers
    implicit none
@@ -448,9 +449,8 @@ contains
       real(wp), intent(inout) :: auxiliary(0:, :)
       !> Shape (3, 0:order).
       real(wp), intent(out) :: tau(:, 0:)
-      real(wp) :: none(3, 0:ubound(tau, 2))
+      real(wp), parameter :: none(3, 0:highest_order) = 0.0_wp
       integer :: k
-      none = 0.0_wp
       do k = 0, ubound(tau, 2)
          call self%series_torque(k, t, time_unit, none(:, 0:k), none(:, 0:k), auxiliary, tau(:, k))
       end do
