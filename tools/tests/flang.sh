@@ -23,7 +23,7 @@ build_program() {
    local part source
    rm -rf "$folder" && mkdir -p "$folder" && python3 tools/tests/flang_parts.py "$folder" 16 || return
    for part in "$folder"/part_*.f90; do
-      compile flang-new "$part" -I "$folder" -I src/batch -I src/methods/runge_kutta -module-dir "$folder" || return
+      compile flang-new "$part" -I "$folder" -I src/batch -I src/methods/runge_kutta -I src/methods/taylor -module-dir "$folder" || return
    done
    while read -r source; do compile gcc "$source" || return; done < <(find src app -name '*.c')
    flang-new "${objects[@]}" -llapack -lblas -o "$folder/nutate"
