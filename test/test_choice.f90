@@ -93,11 +93,11 @@ contains
       call expect(error, problem, 20.0_wp, 1e-4_wp, 'exact', 'closed solution')
       ! Moments too far apart for the closed solution.
       problem = free_body([1e-70_wp, 1.0_wp, 1.0_wp], [0.0_wp, 1.0_wp, 1.0_wp])
-      call expect(error, problem, 20.0_wp, 1e-4_wp, 'dop853', 'above 1e-8')
+      call expect(error, problem, 20.0_wp, 1e-4_wp, 'dop853', 'threshold 1e-8')
       problem = box()
       call problem%system%effects%add(rotor_t(name='rotor', momentum=[1.0_wp, 0.0_wp, 0.0_wp]))
-      call expect(error, problem, 5.0_wp, 1e-4_wp, 'dop853', 'above 1e-8')
-      call expect(error, problem, 20.0_wp, 1e-4_wp, 'dop853', 'above 1e-6')
+      call expect(error, problem, 5.0_wp, 1e-4_wp, 'dop853', 'threshold 1e-8')
+      call expect(error, problem, 20.0_wp, 1e-4_wp, 'dop853', 'threshold 1e-6')
    end subroutine free_body_is_solved
 
    subroutine tops_take_series(error)
@@ -115,8 +115,8 @@ contains
       ! This damping is not symmetric about the axis of the body; the motions rotate by 250 rad and 50 rad.
       call problem%system%effects%add(damping_t([0.1_wp, 0.1_wp, 0.2_wp]))
       call expect(error, problem, 2.0_wp, 1e-3_wp, 'taylor', 'from 1e-3')
-      call expect(error, problem, 2.0_wp, 1.1e-3_wp, 'dop853', 'above 1e-3')
-      call expect(error, problem, 0.3_wp, 1.1e-8_wp, 'dop853', 'above 1e-8')
+      call expect(error, problem, 2.0_wp, 1.1e-3_wp, 'dop853', 'threshold 1e-3')
+      call expect(error, problem, 0.3_wp, 1.1e-8_wp, 'dop853', 'threshold 1e-8')
    end subroutine tops_take_series
 
    !> A top turns by 14 rad/s in the frame that does not spin; what swings, by 8 rad/s at most.
@@ -124,20 +124,20 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem
       problem = bruls_top()
-      call expect(error, problem, 2.0_wp, 1e-1_wp, 'rk8', 'fixed steps')
-      call expect(error, problem, -0.1_wp, 1e-9_wp, 'rk8', 'fixed steps')
+      call expect(error, problem, 2.0_wp, 1e-1_wp, 'rk8', 'equal steps')
+      call expect(error, problem, -0.1_wp, 1e-9_wp, 'rk8', 'equal steps')
       call expect(error, problem, 2.0_wp, 1e-6_wp, 'taylor', 'slow motion', at_end=.false.)
       problem = free_body([0.5_wp, 0.8_wp, 1.0_wp], [0.0_wp, 0.0_wp, 0.0_wp])
       call problem%system%effects%add(dipole_t([1.0_wp, 0.0_wp, 0.0_wp], [0.0_wp, 4.0_wp, 0.0_wp]))
-      call expect(error, problem, 20.0_wp, 1e-2_wp, 'rk8', 'fixed steps')
-      call expect(error, problem, 20.0_wp, 1e-10_wp, 'rk8', 'fixed steps')
+      call expect(error, problem, 20.0_wp, 1e-2_wp, 'rk8', 'equal steps')
+      call expect(error, problem, 20.0_wp, 1e-10_wp, 'rk8', 'equal steps')
       call expect(error, problem, 20.0_wp, 9e-11_wp, 'taylor', 'from 1e-8')
-      call expect(error, problem, 40.0_wp, 1e-2_wp, 'dop853', 'above 1e-8')
+      call expect(error, problem, 40.0_wp, 1e-2_wp, 'dop853', 'threshold 1e-8')
    end subroutine smooth_motions_take_equal_steps
 
    subroutine others_take_series_late(error)
       type(error_type), allocatable, intent(out) :: error
-      call expect(error, forced_body(), 10.0_wp, 1.1e-8_wp, 'dop853', 'above 1e-8')
+      call expect(error, forced_body(), 10.0_wp, 1.1e-8_wp, 'dop853', 'threshold 1e-8')
       call expect(error, forced_body(), 10.0_wp, 1e-8_wp, 'taylor', 'from 1e-8')
    end subroutine others_take_series_late
 
@@ -146,14 +146,14 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem
       call expect(error, forced_body(), 1000.0_wp, 1e-6_wp, 'taylor', 'from 1e-6')
-      call expect(error, forced_body(), 1000.0_wp, 1.1e-6_wp, 'dop853', 'above 1e-6')
+      call expect(error, forced_body(), 1000.0_wp, 1.1e-6_wp, 'dop853', 'threshold 1e-6')
       problem = free_body([0.5_wp, 0.8_wp, 1.0_wp], [0.0_wp, 0.0_wp, 0.0_wp])
       call problem%system%effects%add(dipole_t([1.0_wp, 0.0_wp, 0.0_wp], [0.0_wp, 4.0_wp, 0.0_wp]))
       call expect(error, problem, 80.0_wp, 1e-3_wp, 'taylor', 'from 1e-3')
-      call expect(error, problem, 40.0_wp, 1e-3_wp, 'dop853', 'above 1e-8')
+      call expect(error, problem, 40.0_wp, 1e-3_wp, 'dop853', 'threshold 1e-8')
       problem = free_body([0.5_wp, 0.8_wp, 1.0_wp], [0.0_wp, 30.0_wp, 1.0_wp])
       call problem%system%effects%add(damping_t([0.1_wp, 0.1_wp, 0.1_wp]))
-      call expect(error, problem, 20.0_wp, 1.1e-9_wp, 'dop853', 'above 1e-9')
+      call expect(error, problem, 20.0_wp, 1.1e-9_wp, 'dop853', 'threshold 1e-9')
       call expect(error, problem, 20.0_wp, 1e-9_wp, 'taylor', 'from 1e-9')
    end subroutine long_motions_take_series
 
@@ -180,10 +180,10 @@ contains
       call problem%system%effects%add(damping_t([1000.0_wp, 0.0_wp, 0.0_wp]))
       call expect(error, problem, 100.0_wp, 1e-2_wp, 'nielsen_krenk', 'strong damping')
       call expect(error, problem, -100.0_wp, 1e-2_wp, 'nielsen_krenk', 'strong damping')
-      call expect(error, problem, 100.0_wp, 1e-4_wp, 'dop853', 'above 1e-9')
+      call expect(error, problem, 100.0_wp, 1e-4_wp, 'dop853', 'threshold 1e-9')
       problem = free_body([1.0_wp, 2.0_wp, 2.5_wp], [1.0_wp, 1.0_wp, 1.0_wp])
       call problem%system%effects%add(damping_t([-1000.0_wp, 0.0_wp, 0.0_wp]))
-      call expect(error, problem, 100.0_wp, 1e-2_wp, 'dop853', 'above 1e-9')
+      call expect(error, problem, 100.0_wp, 1e-2_wp, 'dop853', 'threshold 1e-9')
    end subroutine strong_damping_takes_implicit_step
 
    subroutine other_settings_are_kept(error)
