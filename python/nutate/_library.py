@@ -362,7 +362,7 @@ def note(number: int, frame: Any) -> None:
         waiting[-1](number, frame)
 
 
-# What shows that a run goes on: called whenever the run asks, the last one first.
+# Functions that report the progress of a run: called whenever the run polls, the last one first.
 ticking: list[Callable[[], Any]] = []
 
 
