@@ -241,7 +241,7 @@ int test_c_unknown_names(void)
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_set(stepper, "order", "two"));
     EXPECT(NUTATE_BAD_SCENE, nutate_stepper_add_events(stepper, "&event when = 'omega4', crosses = 0 /"));
     EXPECT(NUTATE_OK, nutate_last_message(stepper, text, sizeof text));
-    CHECK(strstr(text, "a name of the reference; nearest: omega1") && !strstr(text, " ... "));
+    CHECK(strstr(text, "a name that the reference lists; nearest: omega1") && !strstr(text, " ... "));
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_set(stepper, "order", "2, time_step = 3"));
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_set(stepper, "end_time", "2"));
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_set(stepper, "", ""));
