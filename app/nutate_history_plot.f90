@@ -1,4 +1,4 @@
-!> The picture of a history, drawn by gnuplot: a panel for each quantity.
+!> The picture of a history: reads its file, and draws a panel for each quantity by gnuplot.
 module nutate_history_plot
    use, intrinsic :: iso_c_binding, only: c_null_char
    use nutate_console, only: count_text

@@ -1,4 +1,4 @@
-!> Notes about a scene that limit the trust in its results.
+!> Notes about a scene that limit the trust in its results, and the steps and rows to expect of its run.
 module nutate_notes
    use nutate_body, only: body_t, whole_body
    use nutate_columns, only: columns_t

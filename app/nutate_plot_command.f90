@@ -1,4 +1,4 @@
-!> `nutate plot`: draws a history; and the rows from dense output that the picture of a run needs.
+!> `nutate plot`: draws a history. For the picture of a run, computes rows near enough for smooth curves.
 module nutate_plot_command
    use nutate_cli, only: command_t
    use nutate_columns, only: columns_t
