@@ -113,8 +113,7 @@ module nutate_quantities
    !> Index of the implied loops of the table.
    integer :: i
 
-   !> All quantities, in the order in which they stand in a history.
-   type(quantity_t), parameter :: quantities(*) = [ &
+   type(quantity_t), parameter :: table(*) = [ &
       quantity_t('quaternion', 'q0,q1,q2,q3', Q_QUATERNION, '', 'attitude quaternion q', 3, &
                  no_measurement=other_angles, symbols='q_0,q_1,q_2,q_3'), &
       quantity_t('conjugate_momentum', 'p0,p1,p2,p3', Q_CONJUGATE_MOMENTUM, 'N m s', 'conjugate momentum p', 20, &
@@ -250,6 +249,9 @@ module nutate_quantities
       quantity_t('megno', 'megno', Q_PROPAGATED, '', 'mean MEGNO', 49, NAVY, '', is_propagated, is_propagated, &
                  propagated=MEGNO), &
       quantity_t('fli', 'fli', Q_PROPAGATED, '', 'FLI', 50, NAVY, '', is_propagated, is_propagated, propagated=FLI)]
+   !> All quantities, in the order in which they stand in a history. The table is stored once: a constant would be copied
+   !> into every expression with an index.
+   type(quantity_t), protected :: quantities(size(table)) = table
 
    interface
 
