@@ -15,7 +15,7 @@ PAGE = ROOT / "python" / "nutate" / "_units.py"
 def entries():
     """The entries of the table, each a line."""
     text = TABLE.read_text(encoding="utf-8")
-    text = re.sub(r"&\n\s*", "", text[text.index(":: quantities(*)"):text.index("\n   interface")])
+    text = re.sub(r"&\n\s*", "", text[text.index(":: table(*)"):text.index("\n   interface")])
     return text.split("quantity_t(")[1:]
 
 

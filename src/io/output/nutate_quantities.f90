@@ -249,8 +249,8 @@ module nutate_quantities
       quantity_t('megno', 'megno', Q_PROPAGATED, '', 'mean MEGNO', 49, NAVY, '', is_propagated, is_propagated, &
                  propagated=MEGNO), &
       quantity_t('fli', 'fli', Q_PROPAGATED, '', 'FLI', 50, NAVY, '', is_propagated, is_propagated, propagated=FLI)]
-   !> All quantities, in the order in which they stand in a history. The table is stored once: a constant would be copied
-   !> into every expression with an index.
+   !> All quantities, in the order in which they stand in a history, stored once: a constant would be copied into every
+   !> expression with an index.
    type(quantity_t), protected :: quantities(size(table)) = table
 
    interface
