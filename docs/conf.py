@@ -5,6 +5,8 @@ import pathlib
 import re
 import sys
 
+from sphinx.util.inspect import TypeAliasForwardRef
+
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 sys.path[:0] = [str(ROOT / "python"), str(ROOT / "tools" / "docs" / "site")]
 
@@ -17,7 +19,7 @@ version = release = re.search(r'^version *= *"(.*)"', (ROOT / "fpm.toml").read_t
 ADDRESSES = dict(re.findall(r'^(repository-code|url): *"(.*?)"', (ROOT / "CITATION.cff").read_text(encoding="utf-8"), re.MULTILINE))
 
 extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.autosummary", "sphinx.ext.napoleon", "sphinx.ext.mathjax",
-              "sphinx-mathjax-offline", "sphinx_design", "c_header", "plain_docstrings", "scene_lexer", "unbroken"]
+              "sphinx-mathjax-offline", "sphinx_design", "c_header", "scene_lexer", "unbroken"]
 myst_enable_extensions = ["dollarmath", "colon_fence", "deflist", "attrs_inline"]
 myst_heading_anchors = 4
 # The tutorial in Python runs while the pages are built.
@@ -44,7 +46,7 @@ nitpick_ignore_regex = [("py:.*", r"(np|npt|numpy|ctypes|collections|os|typing|p
                         ("py:.*", r"(Any|Optional|Union|Sequence|Mapping|Iterable|Iterator|Callable|Array|Textual|ArrayLike|.*Callback)"),
                         ("py:class", r"(nutate\._.*|nutate\.\w+\._?[A-Z]\w*|_.*|optional|callable)"),
                         # Words of numpydoc types, such as `array, shape (n, 4)`.
-                        ("py:class", r"(arrays?|shape|or|of|n|k|\d|)"),
+                        ("py:class", r"(arrays?|shape|or|of|n|k|m|\d|complex|)"),
                         ("py:exc", r"(ImportError|KeyboardInterrupt|Exception)"),
                         ("c:identifier", r"(size_t|u?int64_t)")]
 
@@ -69,5 +71,6 @@ def fill_in_addresses(_app, _page, source):
 
 
 def setup(app):
-    """Registers what is done to the text of pages."""
+    """Registers what is done to the text of pages, and shows aliases of types by their names."""
+    TypeAliasForwardRef.__repr__ = lambda alias: alias.name
     app.connect("source-read", fill_in_addresses)

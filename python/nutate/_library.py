@@ -187,8 +187,25 @@ NOT_CONVERGED, OFF_BRANCH, SINGULAR, NOT_FINITE, BAD_ARGUMENT, BAD_BODY, BAD_SCE
 
 
 class NutateError(Exception):
-    """Base class of all errors of the library. `status` is the code NUTATE_... of nutate.h, `message` the text, and `history` has
-    the rows so far of a run that failed. Exceptions of callbacks and the KeyboardInterrupt of Ctrl-C have `history` too."""
+    """Base class of all errors of the library.
+
+    Attributes
+    ----------
+    status : int
+        Code of the error, as in nutate.h.
+    message : str
+        Text of the error.
+    history : dict of arrays
+        Rows so far of a run that failed. Exceptions of callbacks and the KeyboardInterrupt of Ctrl-C have this attribute too.
+
+    Examples
+    --------
+    >>> try:
+    ...     nutate.System(moments=(1, 1, 3))
+    ... except nutate.NutateError as error:
+    ...     print(type(error).__name__, len(error.history))
+    NutateValueError 0
+    """
 
     def __init__(self, status: int, message: str) -> None:
         text = message or status_text(status)

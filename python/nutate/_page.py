@@ -73,7 +73,17 @@ canvas {{ position: absolute; width: 100%; height: 100%; }}
 
 
 class Page:
-    """Web page that shows a motion; a notebook displays it in its cell."""
+    """Web page that shows a motion, as `nutate.view` makes it; a notebook displays it in its cell.
+
+    Examples
+    --------
+    >>> page = nutate.view("scenes/box.nml", None, "integrator.end_time=1")
+    >>> page.text.startswith("<!DOCTYPE html>")
+    True
+    """
+
+    text: str
+    """Contents of the page, HTML."""
 
     def __init__(self, text: str) -> None:
         self.text = text
@@ -86,7 +96,18 @@ class Page:
                 'title="a motion"></iframe>')
 
     def save(self, path: Textual) -> None:
-        """Writes the page to a file, which opens without a network."""
+        """Writes the page to a file, which opens without a network.
+
+        Parameters
+        ----------
+        path : str or path
+            File.
+
+        Raises
+        ------
+        OSError
+            If the file cannot be written.
+        """
         partial = os.fspath(os.fsdecode(path)) + ".partial"
         with open(partial, "w", encoding="utf-8") as file:
             file.write(self.text)

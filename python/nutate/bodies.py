@@ -62,15 +62,36 @@ class Bodies(Owner):
         self._call("nutate_bodies_set_threads", threads)
 
     def step(self, dt: float, q: Array, l: Array, torque: npt.ArrayLike, class_of: Optional[npt.ArrayLike] = None) -> None:
-        """Moves bodies by a step of dt (s): l by dt torque, then q without torque."""
+        """Moves bodies by a step: `l` by dt torque, then `q` without torque.
+
+        Parameters
+        ----------
+        dt : float
+            Step, s, of either sign.
+        q : array, shape (n, 4)
+            Attitudes, changed in place.
+        l : array, shape (n, 3)
+            Momenta or rates, as `frame` says, changed in place.
+        torque : array, shape (n, 3)
+            Torques, N m, in the axes of `l`.
+        class_of : array of int, shape (n,)
+            Class of each body; default: the first.
+
+        Raises
+        ------
+        NutateError
+            If bodies fail; they keep their state, and `failed` has their indices.
+        NutateValueError
+            If an array has a wrong shape or type.
+        """
         self._move("nutate_bodies_step", dt, q, l, class_of, torque)
 
     def kick(self, dt: float, q: Array, l: Array, torque: npt.ArrayLike, class_of: Optional[npt.ArrayLike] = None) -> None:
-        """Changes the momenta alone, by dt torque; q is only tested."""
+        """Changes the momenta alone, by dt torque; `q` is only tested. Arguments are those of `step`."""
         self._move("nutate_bodies_kick", dt, q, l, class_of, torque)
 
     def drift(self, dt: float, q: Array, l: Array, class_of: Optional[npt.ArrayLike] = None) -> None:
-        """Moves bodies without torques by dt (s)."""
+        """Moves bodies without torques. Arguments are those of `step`."""
         self._move("nutate_bodies_drift", dt, q, l, class_of)
 
     @property

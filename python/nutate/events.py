@@ -13,12 +13,20 @@ NAME_SIZE = 32
 
 
 class Event(NamedTuple):
-    """An event that a run has located."""
+    """Event that a run has located.
+
+    Examples
+    --------
+    >>> box = nutate.System(shape="box", size=(4, 1, 2), mass=12)
+    >>> flip = nutate.solve(box, omega0=(0.1, 0, 10), t_span=(0, 5), events="omega3").events[0]
+    >>> flip.name, flip.number, round(flip.t, 5)
+    ('omega3', 1, 0.96641)
+    """
 
     name: str
     """Name of the event."""
     number: int
-    """1 for the first occurrence of this event, 2, ..."""
+    """Number of the occurrence, 1 for the first of this name."""
     t: float
     """Time, s."""
     q: Array
@@ -28,22 +36,29 @@ class Event(NamedTuple):
 
 
 class History(dict):  # type: ignore[type-arg]
-    """The rows of a run: a dictionary of arrays, one per column. `events` lists the events that the run located.
+    """Rows of a run: a dictionary of arrays, one for each column; `history["t"]` has the times, s.
 
-    After a run with an accuracy, `estimated_error` is the estimated attitude error at its end, rad, `round_off` the part of it
-    due to round-off, whatever the steps, and `accuracy_reached` is True if the estimate is at most the accuracy; after other
-    runs they are None.
-
-    After a run that followed &chaos, `exponents` are its Lyapunov exponents, 1/s, shape (1,) or (6,), `megno` is the mean MEGNO,
-    `fli` the fast Lyapunov indicator; after other runs they are None."""
+    Examples
+    --------
+    >>> history = nutate.run("scenes/intermediate_axis.nml")
+    >>> history["omega3"].shape == history["t"].shape, history.events[0].name
+    (True, 'flip')
+    """
 
     events: list[Event]
+    """Events that the run located, in the order of time."""
     estimated_error: Optional[float] = None
+    """Estimated attitude error at the end, rad; None after a run without an accuracy."""
     round_off: Optional[float] = None
+    """Part of that error due to round-off, rad, whatever the steps; None after a run without an accuracy."""
     accuracy_reached: Optional[bool] = None
+    """True if the estimated error is at most the accuracy; None after a run without one."""
     exponents: Optional[Array] = None
+    """Lyapunov exponents, 1/s; shape (1,) or (6,); None without &chaos."""
     megno: Optional[float] = None
+    """Mean MEGNO; None without &chaos."""
     fli: Optional[float] = None
+    """Fast Lyapunov indicator; None without &chaos."""
 
     def __init__(self, columns: dict[str, Array], events: list[Event]) -> None:
         super().__init__(columns)

@@ -27,8 +27,32 @@ LARGEST_TURN, MARGIN, MOST_ROWS = 1.0, 0.9, 20_000_000
 
 
 def date(epoch: str, time_system: str, t: float) -> str:
-    """Returns the date of a time t, s, such as "2029-04-13T21:46:12.7", where t = 0 is at `epoch`. Both dates are in `time_system`:
-    "TDB", "TT", "TAI", or "UTC" with its leap seconds."""
+    """Returns the date of a time.
+
+    Parameters
+    ----------
+    epoch : str
+        Date of t = 0, such as "2029-04-13T21:46:12.7".
+    time_system : str
+        System of both dates: "TDB", "TT", "TAI", or "UTC" with its leap seconds.
+    t : float
+        Time, s.
+
+    Returns
+    -------
+    str
+        Date.
+
+    Raises
+    ------
+    NutateValueError
+        If the epoch is not a date, or the date is outside the calendar.
+
+    Examples
+    --------
+    >>> nutate.date("2029-04-13T21:46:00", "UTC", 90)
+    '2029-04-13T21:47:30'
+    """
     try:
         return text_of(library.nutate_date, encoded(epoch), encoded(time_system), float(t))
     except ValueError:
@@ -36,7 +60,32 @@ def date(epoch: str, time_system: str, t: float) -> str:
 
 
 def tdb(epoch: str, time_system: str, t: npt.ArrayLike) -> Array:
-    """Returns barycentric dynamical time past J2000, s, of a time or times t, s, where t = 0 is at `epoch`: SPICE's ephemeris time."""
+    """Returns barycentric dynamical time past J2000: SPICE's ephemeris time.
+
+    Parameters
+    ----------
+    epoch : str
+        Date of t = 0.
+    time_system : str
+        System of the epoch: "TDB", "TT", "TAI" or "UTC".
+    t : float, or array, shape (n,)
+        Times, s.
+
+    Returns
+    -------
+    float, or array, shape (n,)
+        Barycentric dynamical time, s.
+
+    Raises
+    ------
+    NutateValueError
+        If the epoch is not a date.
+
+    Examples
+    --------
+    >>> nutate.tdb("2000-01-01T12:00:00", "TDB", [0, 60]).tolist()
+    [0.0, 60.0]
+    """
     times = np.ascontiguousarray(t, dtype=np.float64)
     result = np.empty_like(times)
     try:
@@ -53,14 +102,42 @@ def wrong_epoch(epoch: str, time_system: str) -> Exception:
 
 
 class AttitudeRows(Columns):
-    """Attitudes that `read_aem` has read.
+    """Attitudes that `read_aem` has read; a mapping of column names to arrays, too.
 
-    t           times since the first record, s, shape (n,)
-    q           attitudes, body to space, scalar first, shape (n, 4); REF_FRAME_A has the space axes, REF_FRAME_B the body axes, or
-                vice versa if REF_FRAME_A is a frame of the spacecraft
-    omega       angular velocities, body axes, rad/s, shape (n, 3); None where the message has none
-    segment     numbers of the segments of the message, 1, 2, ..., shape (n,): between two segments there is no attitude
-    epoch, time_system, object, object_id, space_frame, body_frame    texts; the epoch is the date of the first record
+    Attributes
+    ----------
+    t : array, shape (n,)
+        Times since the first record, s.
+    q : array, shape (n, 4)
+        Attitudes, body to space, scalar first. REF_FRAME_A has the space axes and REF_FRAME_B the body axes, or vice versa if
+        REF_FRAME_A is a frame of the spacecraft.
+    omega : array, shape (n, 3), or None
+        Angular velocities, body axes, rad/s; None if the message has none.
+    segment : array of int, shape (n,)
+        Numbers of the segments of the message, from 1; there are no attitudes between two segments.
+    epoch : str
+        Date of the first record.
+    time_system : str
+        System of this date.
+    object : str
+        Name of the body.
+    object_id : str
+        Its identifier.
+    space_frame : str
+        Name of the space axes.
+    body_frame : str
+        Name of the body axes.
+
+    Examples
+    --------
+    >>> import os, tempfile
+    >>> path = os.path.join(tempfile.mkdtemp(), "top.aem")
+    >>> top = nutate.System(moments=(1, 1, 2))
+    >>> nutate.solve(top, omega0=(0, 0, 0.5), t_span=(0, 2), t_eval=(0, 1, 2)).to_aem(
+    ...     path, epoch="2029-04-13", time_system="TDB", space_frame="ICRF")
+    >>> q, omega = nutate.read_aem(path).at([0.5, 1.5])
+    >>> omega[1].round(6).tolist()
+    [0.0, 0.0, 0.5]
     """
 
     def __init__(self, columns: dict[str, Array], labels: dict[str, str]) -> None:
@@ -74,14 +151,33 @@ class AttitudeRows(Columns):
             labels.get(key, "") for key in LABELS)
 
     def at(self, t: npt.ArrayLike, epoch: Optional[str] = None, time_system: Optional[str] = None) -> tuple[Array, Array]:
-        """Returns attitude and angular velocity, body axes, rad/s, at times t, s, between the first record and the last: the message as
-        a frame. t counts from the first record, or from the date `epoch` in `time_system`. Shapes (n, 4) and (n, 3), without n for
-        one time.
+        """Interpolates the records: the message as a frame.
 
-        With angular velocities in the message the rotation vector from one record to the next is a cubic polynomial of t that has them at
-        both: attitude and rate are continuous, the error falls as the fourth power of the distance of the records. Without them the rate
-        is constant between records, and the error is ``h^2 |dOmega/dt|/8``. Raises NutateValueError for times outside of the records, and
-        where these are half a turn or more apart."""
+        With angular velocities in the message, the rotation vector from one record to the next is a cubic polynomial of the time
+        that has them at both: attitude and rate are continuous, and the error falls as the fourth power of the distance of the
+        records. Without them the rate is constant between records, and the error is ``h^2 |dOmega/dt|/8``.
+
+        Parameters
+        ----------
+        t : float, or array, shape (n,)
+            Times since the first record, or since `epoch`, s.
+        epoch : str
+            Date of t = 0.
+        time_system : str
+            System of `epoch`; default: that of the message.
+
+        Returns
+        -------
+        q : array, shape (4,) or (n, 4)
+            Attitude, body to space.
+        omega : array, shape (3,) or (n, 3)
+            Angular velocity, body axes, rad/s.
+
+        Raises
+        ------
+        NutateValueError
+            If a time is outside the records, or between records that are half a revolution or more apart.
+        """
         times = np.atleast_1d(np.asarray(t, dtype=np.float64)) + self._start_of(epoch, time_system)
         if len(self.t) < 2:
             raise refusal("there are no attitudes between records (expected two records or more)")
@@ -115,8 +211,27 @@ class AttitudeRows(Columns):
         return (q, omega) if np.ndim(t) else (q[0], omega[0])
 
     def relative(self, t: npt.ArrayLike, q: npt.ArrayLike, epoch: Optional[str] = None, time_system: Optional[str] = None) -> Array:
-        """Returns attitudes q, body to space, shape (n, 4), against the frame of the message: from the axes of the body to those of
-        REF_FRAME_B, at times t as in `at`. Their rotation is the pointing error of a body that is to follow the message."""
+        """Returns attitudes relative to the frame of the message, such as pointing errors of a body that is to follow it.
+
+        Parameters
+        ----------
+        t : array, shape (n,)
+            Times, s, as for `at`.
+        q : array, shape (n, 4)
+            Attitudes, body to space.
+        epoch, time_system : str
+            As for `at`.
+
+        Returns
+        -------
+        array, shape (n, 4)
+            Quaternions from the axes of the body to those of REF_FRAME_B.
+
+        Raises
+        ------
+        NutateValueError
+            If a time is outside the records.
+        """
         frame, _ = self.at(t, epoch, time_system)
         return times_conjugate(frame, np.asarray(q, dtype=np.float64))
 
@@ -131,9 +246,39 @@ class AttitudeRows(Columns):
 
 
 def read_aem(path: Textual) -> AttitudeRows:
-    """Reads an Attitude Ephemeris Message (CCSDS 504.0-B, version 1.0 or 2.0, KVN) with quaternions, and angular velocities where it
-    has some. Records outside of USEABLE_START_TIME and USEABLE_STOP_TIME are left out. A segment that begins with the last record of
-    the one before goes on with it. Raises NutateOSError, or NutateValueError with "FILE:LINE: ..."."""
+    """Reads an Attitude Ephemeris Message (CCSDS 504.0-B, version 1.0 or 2.0, KVN) with quaternions.
+
+    Records outside USEABLE_START_TIME and USEABLE_STOP_TIME are left out. A segment that begins with the last record of the
+    previous one continues it.
+
+    Parameters
+    ----------
+    path : str or path
+        File.
+
+    Returns
+    -------
+    AttitudeRows
+        Times, attitudes, angular velocities if the message has them, and names.
+
+    Raises
+    ------
+    NutateOSError
+        If the file cannot be read.
+    NutateValueError
+        If the message is invalid: "FILE:LINE: ...".
+
+    Examples
+    --------
+    >>> import os, tempfile
+    >>> path = os.path.join(tempfile.mkdtemp(), "box.aem")
+    >>> box = nutate.System(shape="box", size=(4, 1, 2), mass=12)
+    >>> solution = nutate.solve(box, omega0=(0.1, 0, 10), t_span=(0, 1), t_eval=np.linspace(0, 1, 11))
+    >>> solution.to_aem(path, epoch="2029-04-13", time_system="TDB", space_frame="ICRF")
+    >>> rows = nutate.read_aem(path)
+    >>> rows.q.shape, rows.epoch, rows.space_frame
+    ((11, 4), '2029-04-13T00:00:00', 'ICRF')
+    """
     handle, facts = ctypes.c_void_p(), ctypes.create_string_buffer(MESSAGE_SIZE)
     message = ctypes.create_string_buffer(MESSAGE_SIZE)
     status = library.nutate_read_aem(encoded(path), ctypes.byref(handle), facts, MESSAGE_SIZE, message, MESSAGE_SIZE)
@@ -260,11 +405,33 @@ class Exchange(Columns):
     def to_aem(self, path: Textual, *, epoch: Optional[str] = None, time_system: Optional[str] = None, object: Optional[str] = None,
                object_id: Optional[str] = None, space_frame: Optional[str] = None, body_frame: Optional[str] = None,
                version: str = "2.0", error: Optional[float] = None) -> None:
-        """Writes an Attitude Ephemeris Message (CCSDS 504.0-B), version "2.0", or "1.0" without angular velocities. The quaternion
-        is (q1, q2, q3, q0), from `space_frame` (REF_FRAME_A) to the body axes (REF_FRAME_B). Attitudes in the LVLH frame of an orbit are
-        converted to inertial axes, which `space_frame` names; for a rotating frame it names this frame.
+        """Writes an Attitude Ephemeris Message (CCSDS 504.0-B). A Scene that was solved supplies names that are not given.
 
-        `epoch` is the date of t = 0 in `time_system` ("TDB", "TT", "TAI", "UTC"). A Scene that was solved gives what is not given."""
+        The quaternion is (q1, q2, q3, q0), from `space_frame` (REF_FRAME_A) to the body axes (REF_FRAME_B). Attitudes in the LVLH
+        frame of an orbit are converted to inertial axes, which `space_frame` names; for a rotating frame it names this frame.
+
+        Parameters
+        ----------
+        path : str or path
+            File.
+        epoch : str
+            Date of t = 0.
+        time_system : str
+            System of the epoch: "TDB", "TT", "TAI" or "UTC".
+        object, object_id, space_frame, body_frame : str
+            Names in the message.
+        version : str
+            "2.0", or "1.0" without angular velocities.
+        error : float
+            Attitude error between the chosen rows, rad.
+
+        Raises
+        ------
+        NutateValueError
+            If a name is missing or invalid.
+        NutateOSError
+            If the file cannot be written.
+        """
         labels = self._named(epoch=epoch, time_system=time_system, object=object, object_id=object_id, space_frame=space_frame,
                              body_frame=body_frame)
         labels.setdefault("object", "BODY")
@@ -276,8 +443,26 @@ class Exchange(Columns):
         check(status, message.value.decode("utf-8", "replace"))
 
     def to_gltf(self, path: Textual, *, object: Optional[str] = None, speed: float = 1.0, error: Optional[float] = None) -> None:
-        """Writes the moving body as glTF 2.0, for Blender and browsers: its shape, or the box of its inertia, with one animation of
-        its rotation in single precision. `speed` is the number of simulated seconds per second of animation."""
+        """Writes the moving body as glTF 2.0, for Blender and browsers: its shape, or the box with its inertia.
+
+        Parameters
+        ----------
+        path : str or path
+            File.
+        object : str
+            Name of the body.
+        speed : float
+            Simulated seconds per second of animation.
+        error : float
+            Attitude error between the chosen rows, rad.
+
+        Raises
+        ------
+        NutateValueError
+            If an argument is invalid.
+        NutateOSError
+            If the file cannot be written.
+        """
         facts = group("scene", object=self._named(object=object).get("object", "BODY")) + body_text(self.system)
         t, q, _ = self._attitudes(self._error_of(error))
         message = ctypes.create_string_buffer(MESSAGE_SIZE)
@@ -288,12 +473,40 @@ class Exchange(Columns):
     def to_spice_ck(self, path: Textual, *, epoch: Optional[str] = None, time_system: Optional[str] = None,
                     object: Optional[str] = None, space_frame: Optional[str] = None, body_frame: Optional[str] = None,
                     spacecraft: int = -999, error: Optional[float] = None) -> list[str]:
-        """Writes a SPICE CK of type 3 with angular velocities, and beside it the text kernels that it needs: a clock (.tsc) and the
-        body's frame (.tf). Returns the three paths, to be loaded with `spiceypy.furnsh`. spiceypy must be installed.
+        """Writes a SPICE CK of type 3 with angular velocities, and beside it the text kernels that it needs.
 
-        `space_frame` is a frame that SPICE knows, such as "J2000" or "ECLIPJ2000"; "ICRF" stands for "J2000". Attitudes in the LVLH frame
-        of an orbit are converted to it. `body_frame` is the name
-        of the body's frame in SPICE, by default NUTATE_BODY. `spacecraft` is the negative number of the clock."""
+        Parameters
+        ----------
+        path : str or path
+            File of the CK.
+        epoch : str
+            Date of t = 0.
+        time_system : str
+            System of the epoch: "TDB", "TT", "TAI" or "UTC".
+        object : str
+            Name of the body.
+        space_frame : str
+            Frame of SPICE, such as "J2000" or "ECLIPJ2000"; "ICRF" stands for "J2000". Attitudes in the LVLH frame of an orbit
+            are converted to it.
+        body_frame : str
+            Name of the body's frame in SPICE; default: NUTATE_BODY.
+        spacecraft : int
+            Negative number of the clock.
+        error : float
+            Attitude error between the chosen rows, rad.
+
+        Returns
+        -------
+        list of str
+            Paths of the CK, of the clock (.tsc) and of the body's frame (.tf), for `spiceypy.furnsh`.
+
+        Raises
+        ------
+        ImportError
+            If spiceypy is not installed.
+        NutateValueError
+            If a name is missing or invalid.
+        """
         spice = spiceypy()
         labels = self._named(epoch=epoch, time_system=time_system, object=object, space_frame=space_frame, body_frame=body_frame)
         for key in ("epoch", "time_system", "space_frame"):

@@ -32,6 +32,12 @@ class FitResult:
         Names of the parameters.
     cov : array, shape (n, n)
         Covariance of `x`; a row and column of zeros is a parameter that the data do not determine, or one at a bound.
+
+    Examples
+    --------
+    >>> result = nutate.fit("scenes/thrown_phone.nml")
+    >>> result.jac.shape == (len(result.fun), len(result.x))
+    True
     """
 
     x: Array
@@ -45,13 +51,36 @@ class FitResult:
 
 
 class FitProblem:
-    """The residuals of a scene with &free and &measurement, a Scene or a path with `overrides`, as functions of its parameters:
+    """Residuals of a scene as functions of its n parameters, for other optimisers and samplers.
 
-        problem = nutate.FitProblem("gyro.nml")
-        result = scipy.optimize.least_squares(problem.residuals, problem.x0, problem.jacobian, bounds=problem.bounds)
+    The parameters `x` are those of &free, then the biases. An attitude is a rotation vector from the attitude of the scene, body
+    axes, in the unit of its angles.
 
-    `x` holds the parameters of &free, then the biases. An attitude is a rotation vector from that of the scene, body axes,
-    in its unit of angles. `names` are those of the parameters, `x0` their values in the scene, `bounds` a pair of arrays."""
+    Parameters
+    ----------
+    scene : str, path or Scene
+        Scene with &free and &measurement, or the path of its file.
+    *overrides : str
+        Overrides "GROUP.KEY=VALUE" of a scene file.
+
+    Raises
+    ------
+    NutateValueError
+        If the scene has nothing to fit.
+
+    Examples
+    --------
+    >>> problem = nutate.FitProblem("scenes/thrown_phone.nml")
+    >>> problem.names[0], problem.jacobian(problem.x0).shape == (len(problem.residuals(problem.x0)), len(problem.names))
+    ('initial.angular_velocity.1', True)
+    """
+
+    names: list[str]
+    """Names of the parameters."""
+    x0: Array
+    """Values of the parameters in the scene; shape (n,)."""
+    bounds: tuple[Array, Array]
+    """Lower and upper bounds, infinite if the scene has none; two arrays of shape (n,), as SciPy expects them."""
 
     def __init__(self, scene: SceneOrPath, *overrides: str) -> None:
         self._scene = with_table(scene, overrides, None)
@@ -66,25 +95,84 @@ class FitProblem:
         self.bounds = (np.where(low <= -most, -np.inf, low), np.where(high >= most, np.inf, high))
 
     def residuals(self, x: npt.ArrayLike) -> Array:
-        """(model - measured)/sigma; then those of parameters with a `sigma` in &free. Robust losses are not applied."""
+        """Computes the residuals (model - measured)/sigma, without robust losses.
+
+        Parameters
+        ----------
+        x : array, shape (n,)
+            Parameters.
+
+        Returns
+        -------
+        array, shape (k,)
+            Residuals of the measurements, then those of parameters with a `sigma` in &free.
+
+        Raises
+        ------
+        NutateError
+            If no motion has these parameters.
+        """
         residuals = np.empty(self._size)
         self._scene._call("nutate_fit_evaluate", pointer(vector(x, self.x0.size, "x")), pointer(residuals), None)
         return residuals
 
     def jacobian(self, x: npt.ArrayLike) -> Array:
-        """The derivatives of `residuals`, exact ones of the method; shape (residuals, parameters)."""
+        """Computes the derivatives of `residuals`, from the sensitivities of the motion.
+
+        Parameters
+        ----------
+        x : array, shape (n,)
+            Parameters.
+
+        Returns
+        -------
+        array, shape (k, n)
+            One row for each residual.
+
+        Raises
+        ------
+        NutateError
+            If no motion has these parameters.
+        """
         jacobian = np.empty((self._size, self.x0.size))
         self._scene._call("nutate_fit_evaluate", pointer(vector(x, self.x0.size, "x")), None, pointer(jacobian))
         return jacobian
 
     def cost(self, x: npt.ArrayLike) -> float:
-        """What `fit` minimises: half the sum of the squares of `residuals`, with the robust losses of the measurements."""
+        """Computes what `fit` minimises: half the sum of the squares of `residuals`, with robust losses.
+
+        Parameters
+        ----------
+        x : array, shape (n,)
+            Parameters.
+
+        Returns
+        -------
+        float
+            Cost.
+
+        Raises
+        ------
+        NutateError
+            If no motion has these parameters.
+        """
         cost = ctypes.c_double()
         self._scene._call("nutate_fit_cost", pointer(vector(x, self.x0.size, "x")), ctypes.byref(cost))
         return cost.value
 
     def log_likelihood(self, x: npt.ArrayLike) -> float:
-        """Minus half the sum of the squares of `residuals`, for samplers such as emcee; -inf outside of the bounds."""
+        """Computes minus half the sum of the squares of `residuals`, for samplers such as emcee.
+
+        Parameters
+        ----------
+        x : array, shape (n,)
+            Parameters.
+
+        Returns
+        -------
+        float
+            Logarithm of the likelihood up to a constant; -inf outside of the bounds.
+        """
         x = vector(x, self.x0.size, "x")
         if np.any(x < self.bounds[0]) or np.any(x > self.bounds[1]):
             return -np.inf

@@ -17,13 +17,49 @@ TEXT_SIZE = 32768
 
 @dataclass(frozen=True)
 class Linearization:
-    """dx/dt = A x + B u about an equilibrium, or x(T) = A x(0) + B u over a period, with inputs that are constant in it.
+    """Linear system dx/dt = A x + B u about an equilibrium, or x(T) = A x(0) + B u over a period with constant inputs.
 
-    The state has a rotation vector from the motion, the change of the angular velocity, both in body axes, and the changes of the
-    wheel speeds. `rates` is "absolute", or "relative" for angular velocities relative to axes that rotate with the equilibrium. `states` and `inputs` name x and u, `state_units` and `input_units` have their units; `eigenvalues` are those of A (about an
-    equilibrium in 1/s), the Floquet multipliers of a motion that `closes`. `period` is 0 about an equilibrium. `residual` is the
-    largest angular acceleration, rad/s², or the largest change of a velocity in a period, rad/s. `q`, `omega` and
-    `wheel_speeds` are the start."""
+    The state x has n components: a rotation vector from the motion and the change of the angular velocity, both in body axes, and
+    the changes of the wheel speeds. The m inputs u are torques about the body axes and torques of motors.
+
+    Attributes
+    ----------
+    A : array, shape (n, n)
+        Matrix of the states; over a period that closes, the monodromy matrix.
+    B : array, shape (n, m)
+        Matrix of the inputs.
+    eigenvalues : array of complex, shape (n,)
+        Eigenvalues of A: 1/s about an equilibrium; over a period that closes, the Floquet multipliers.
+    states : list of str
+        Names of the components of x.
+    inputs : list of str
+        Names of the components of u.
+    state_units : list of str
+        Units of the components of x.
+    input_units : list of str
+        Units of the components of u.
+    period : float
+        Period, s; 0 about an equilibrium.
+    closes : bool
+        True if the motion returns to its start after the period.
+    residual : float
+        Largest angular acceleration at the equilibrium, rad/s², or largest change of a velocity over the period, rad/s.
+    q : array, shape (4,)
+        Attitude at the start, body to space.
+    omega : array, shape (3,)
+        Angular velocity at the start, body axes, rad/s.
+    wheel_speeds : array
+        Speeds of the wheels at the start, rad/s.
+    rates : str
+        "absolute", or "relative" if the angular velocities are relative to axes that rotate with the equilibrium.
+
+    Examples
+    --------
+    >>> top = nutate.Scene(text="&body inertia = 1, 1, 2 / &initial angular_velocity = 0, 0, 3 / "
+    ...                         "&integrator accuracy = 1e-8, end_time = 1 /")
+    >>> nutate.linearize(top).eigenvalues.imag.round(6).tolist()[:3]
+    [3.0, -3.0, 3.0]
+    """
 
     A: Array
     B: Array
@@ -43,10 +79,26 @@ class Linearization:
     def controller_gains(self, feedback: npt.ArrayLike) -> "ControllerGains":
         """Computes the gains with which `&controller law = 'quaternion'` gives the feedback u = -K x about an equilibrium.
 
-        `feedback` is K in SI units: the torques about the body axes by `theta` and `omega`, shape (3, 6), or all inputs by all states;
-        what belongs to motors and wheel speeds has to be 0. The law has -½K'θ - D dθ/dt with dθ/dt = A11 θ + δΩ, the rate relative to its
-        target, so D = K_Ω and K' = 2 (K_θ - K_Ω A11). The target of the controller has to be the attitude of the equilibrium, in axes in
-        which the body rests: `target_from = 'lvlh'` in an orbit. Raises NutateValueError for other shapes, and for a period."""
+        The torque of the law is -½K'θ - D dθ/dt with the rate dθ/dt = A11 θ + δΩ relative to the target; so D = K_Ω and
+        K' = 2 (K_θ - K_Ω A11). The target of the controller must be the attitude of the equilibrium, in axes in which the body
+        rests: `target_from = 'lvlh'` on an orbit.
+
+        Parameters
+        ----------
+        feedback : array, shape (3, 6) or (m, n)
+            Matrix K in SI units: torques about the body axes by rotation vector and angular velocity, or all inputs by all states,
+            with zeros for motors and wheel speeds.
+
+        Returns
+        -------
+        ControllerGains
+            K', N m, and D, N m s.
+
+        Raises
+        ------
+        NutateValueError
+            If the shape is another one, or the motion is one over a period.
+        """
         gain = np.asarray(feedback, float)
         if self.period > 0:
             raise refusal("a controller has no gains for a motion over a period (expected an equilibrium)")
@@ -59,10 +111,20 @@ class Linearization:
 
 
 class ControllerGains(NamedTuple):
-    """The gain matrices of `&controller`: K, N m, and D, N m s, both of shape (3, 3)."""
+    """Gain matrices of `&controller law = 'quaternion'`; keys of `System.add("controller", ...)` have the same names.
+
+    Examples
+    --------
+    >>> rest = nutate.Scene("scenes/earth_pointing.nml", "initial.roll_pitch_yaw=0,0,0", "initial.angular_velocity=0,0,0")
+    >>> gains = nutate.linearize(rest).controller_gains(0.01 * np.eye(3, 6))
+    >>> gains.attitude_gain_matrix[0, 0].tolist()
+    0.02
+    """
 
     attitude_gain_matrix: Array
+    """K, N m; shape (3, 3)."""
     rate_gain_matrix: Array
+    """D, N m s; shape (3, 3)."""
 
 
 def linearize(scene: SceneOrPath, *overrides: str, period: Union[float, str, None] = None, rates: str = "absolute") -> Linearization:
@@ -123,9 +185,25 @@ def linearize(scene: SceneOrPath, *overrides: str, period: Union[float, str, Non
 
 @dataclass(frozen=True)
 class Equilibrium:
-    """An attitude `q` in which a body rests in the space axes, or in the LVLH frame. `energy` is its effective potential, J,
-    `index` the number of negative directions of that, 0 at a minimum, `growth` the largest real part of an eigenvalue, 1/s: 0
-    where the equilibrium is stable to first order."""
+    """Attitude in which a body rests in the space axes, or in the LVLH frame.
+
+    Attributes
+    ----------
+    q : array, shape (4,)
+        Attitude, body to space, or body to LVLH frame.
+    energy : float
+        Effective potential, J.
+    index : int
+        Number of directions in which the effective potential falls: 0 at a minimum.
+    growth : float
+        Largest real part of an eigenvalue, 1/s: 0 if the equilibrium is stable to first order.
+
+    Examples
+    --------
+    >>> lowest = nutate.equilibria("scenes/earth_pointing.nml")[0]
+    >>> lowest.index, lowest.growth
+    (0, 0.0)
+    """
 
     q: Array
     energy: float

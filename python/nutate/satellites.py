@@ -14,7 +14,15 @@ from ._owners import Owner, Recipe
 
 
 class Wheel(NamedTuple):
-    """Current state of a reaction wheel."""
+    """Current state of a reaction wheel.
+
+    Examples
+    --------
+    >>> body = nutate.System(moments=(1, 1.2, 0.4))
+    >>> body.add_wheel(axis=(0, 0, 1), inertia=1e-3, speed=100)
+    >>> nutate.Stepper(body).wheels[0].speed
+    100.0
+    """
 
     speed: float
     """Speed relative to the body, rad/s."""
@@ -34,9 +42,28 @@ class WheelMounting(Recipe):
 
     def add_earth_field(self, moment: Optional[npt.ArrayLike] = None, *, epoch_angle: float = 0.0,
                         coefficients: Optional[npt.ArrayLike] = None) -> None:
-        """Adds a magnetic moment, body axes, A m2, in the field of the Earth along the orbit, which is required. Without a
-        moment the field serves magnetorquers only. epoch_angle is the angle of Greenwich from the equinox at t = 0, rad;
-        coefficients are g11, h11, g10 of the dipole, T; default: those of 2025."""
+        """Adds a magnetic moment in the field of the Earth along the orbit, which is required.
+
+        Parameters
+        ----------
+        moment : array, shape (3,)
+            Magnetic moment, body axes, A m2; default: none, so that the field serves magnetorquers only.
+        epoch_angle : float
+            Angle of Greenwich from the equinox at t = 0, rad.
+        coefficients : array, shape (3,)
+            g11, h11, g10 of the dipole, T; default: those of 2025.
+
+        Raises
+        ------
+        NutateValueError
+            If the system has no orbit, or a value is not finite.
+
+        Examples
+        --------
+        >>> body = nutate.System(moments=(1, 1.2, 0.4))
+        >>> body.add("orbit", altitude=500e3)
+        >>> body.add_earth_field(moment=(0, 0.02, 0.1), epoch_angle=0.7)
+        """
         self._add_earth_field(None if moment is None else vector(moment, 3, "moment").copy(), float(epoch_angle),
                               None if coefficients is None else vector(coefficients, 3, "coefficients").copy())
 
@@ -46,8 +73,31 @@ class WheelMounting(Recipe):
 
     def add_force(self, body_point: npt.ArrayLike, force: npt.ArrayLike, axes: str = "space", *, start: float = -np.inf,
                   stop: float = np.inf) -> None:
-        """Adds a constant force, N, at a point of the body, body axes, m, from start to stop, s. Its axes are "space", "body" or, with
-        an orbit, "lvlh" or "inertial"."""
+        """Adds a constant force at a point of the body.
+
+        Parameters
+        ----------
+        body_point : array, shape (3,)
+            Point, body axes, m.
+        force : array, shape (3,)
+            Force, N, in `axes`.
+        axes : str
+            "space", "body" or, with an orbit, "lvlh" or "inertial".
+        start, stop : float
+            Times between which the force acts, s.
+
+        Raises
+        ------
+        NutateValueError
+            If an argument is invalid.
+
+        Examples
+        --------
+        >>> body = nutate.System(moments=(1, 2, 2.5))
+        >>> body.add_force((0, 0.1, 0), (2, 0, 0), "body", stop=1)
+        >>> nutate.solve(body, omega0=(0, 0, 0), t_span=(0, 2)).omega[-1].round(9).tolist()
+        [0.0, 0.0, -0.08]
+        """
         self._add_force(vector(body_point, 3, "body_point").copy(), vector(force, 3, "force").copy(), axes, float(start), float(stop))
 
     def _add_force(self, body_point: Array, force: Array, axes: str, start: float, stop: float) -> None:
@@ -59,11 +109,50 @@ class WheelMounting(Recipe):
                   phase: float = 0.0, start: float = -np.inf, stop: float = np.inf,
                   table: Optional[tuple[npt.ArrayLike, npt.ArrayLike]] = None, interpolation: str = "linear",
                   outside: str = "zero") -> None:
-        """Adds a reaction wheel: its axis, body axes, of any length but zero, its inertia about the axis, kg m2, its initial speed
-        relative to the body, rad/s, its bearing friction, N m s, and the limits of motor torque, N m, and speed, rad/s. The
-        inertia of the body includes its wheels, locked. A motor gives torque cos(2 pi frequency t + phase), N m (frequency in
-        Hz, phase in rad), or interpolates a table (t, torque), s and N m, from start to stop, s. A wheel without a motor is
-        driven by a controller, or by the program with Stepper.set_motor."""
+        """Adds a reaction wheel. The inertia of the body includes its wheels, locked.
+
+        The motor torque is torque cos(2 pi frequency t + phase), or that of a table. A wheel without either is driven by a
+        controller, or by the program with `Stepper.set_motor`.
+
+        Parameters
+        ----------
+        axis : array, shape (3,)
+            Axis, body axes, of any length but zero.
+        inertia : float
+            Moment of inertia about the axis, kg m2.
+        speed : float
+            Initial speed relative to the body, rad/s.
+        friction : float
+            Coefficient of bearing friction, N m s.
+        torque_limit : float
+            Largest motor torque, N m.
+        speed_limit : float
+            Largest speed, rad/s.
+        torque : float
+            Amplitude of the motor torque, N m.
+        frequency : float
+            Frequency of the motor torque, Hz.
+        phase : float
+            Phase of the motor torque, rad.
+        start, stop : float
+            Times between which the motor acts, s.
+        table : pair of arrays, shape (n,)
+            Times, s, and motor torques, N m.
+        interpolation, outside : str
+            Keys of the table, as in &wheel.
+
+        Raises
+        ------
+        NutateValueError
+            If an argument is invalid.
+
+        Examples
+        --------
+        >>> body = nutate.System(moments=(1, 1.2, 0.4))
+        >>> body.add_wheel(axis=(0, 0, 1), inertia=1e-3, torque=0.01)
+        >>> nutate.solve(body, omega0=(0, 0, 0), t_span=(0, 2)).omega[-1].round(6).tolist()
+        [0.0, 0.0, -0.050125]
+        """
         if torque is not None and table is not None:
             raise refusal("torque and table exclude each other (expected one of them)")
         window, motor, lines = (float(start), float(stop)), None, None
@@ -109,8 +198,20 @@ class SatelliteState(Owner):
         return wheels
 
     def set_motor(self, wheel: int, torque: float) -> None:
-        """Sets the motor torque of wheels[wheel], N m, which is held until it is set again or a state is set. Wheels count
-        from 0, as in the list; -1 is the last."""
+        """Sets the motor torque of a wheel, which is held until it is set again or a state is set.
+
+        Parameters
+        ----------
+        wheel : int
+            Index in `wheels`: 0 for the first, -1 for the last.
+        torque : float
+            Torque, N m.
+
+        Raises
+        ------
+        NutateValueError
+            If there is no such wheel, or another motor or a controller drives it.
+        """
         count = ctypes.c_size_t()
         self._call("nutate_stepper_wheel_count", ctypes.byref(count))
         number = operator.index(wheel)

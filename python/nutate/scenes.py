@@ -85,7 +85,7 @@ class Scene(Recipe):
 
     @property
     def title(self) -> str:
-        """The title of the scene."""
+        """Title of the scene."""
         return text_of(library.nutate_scene_get_title, self._handle)
 
     @property
@@ -123,21 +123,71 @@ class Scene(Recipe):
         return [match[1] for match in found if match[1]]
 
     def add_user_torque(self, torque: Callable[..., npt.ArrayLike], bounds: Optional[npt.ArrayLike] = None) -> None:
-        """Adds a user-defined torque, as System.add_user_torque."""
+        """Adds a user-defined torque, as `System.add_user_torque` does.
+
+        Parameters
+        ----------
+        torque : function torque(t, q, omega)
+            Returns the torque, N m, body axes; shape (3,).
+        bounds : four floats
+            Bounds (torque, by_rotation, second, rate) of a torque that does not depend on omega.
+
+        Raises
+        ------
+        NutateValueError
+            If a bound is out of its range.
+        """
         add_user_torque(self, "scene", torque, bounds)
         self._add("add_user_torque", torque, bounds)
 
     def add_potential(self, direction: npt.ArrayLike, potential: Callable[..., Any],
                       hessian: Optional[Callable[..., npt.ArrayLike]] = None,
                       bounds: Optional[npt.ArrayLike] = None) -> None:
-        """Adds a user-defined potential, as System.add_potential."""
+        """Adds a user-defined potential, as `System.add_potential` does.
+
+        Parameters
+        ----------
+        direction : array, shape (3,)
+            Vector that is fixed in space.
+        potential : function potential(gamma)
+            Returns U, J, and its gradient, shape (3,), by gamma, the body components of `direction`.
+        hessian : function hessian(gamma)
+            Returns the second derivatives, shape (3, 3); default: differences.
+        bounds : three floats
+            Bounds (gradient, hessian, third).
+
+        Raises
+        ------
+        NutateValueError
+            If a bound is out of its range.
+        """
         add_potential(self, "scene", direction, potential, hessian, bounds)
         self._add("add_potential", direction, potential, hessian, bounds)
 
     def run(self) -> History:
-        """Runs the scene. Returns a dictionary of arrays, one per column of the scene; its attribute `events` lists the events
-        that the run located. A run that fails, or is interrupted by Ctrl-C, raises an exception, whose attribute `history` has
-        the rows so far."""
+        """Runs the scene.
+
+        Returns
+        -------
+        History
+            Dictionary of arrays, one for each column of the scene, with the events of the run.
+
+        Raises
+        ------
+        NutateError
+            If the run fails; the attribute `history` has the rows so far, also of the KeyboardInterrupt of Ctrl-C.
+
+        Warns
+        -----
+        NutateAccuracyWarning
+            If the accuracy is not attained.
+
+        Examples
+        --------
+        >>> history = nutate.Scene("scenes/box.nml", "integrator.end_time=1").run()
+        >>> len(history["t"])
+        101
+        """
         handle = ctypes.c_void_p()
         message = ctypes.create_string_buffer(MESSAGE_SIZE)
         status = interruptible(library.nutate_scene_run, self._handle, ctypes.byref(handle), message, MESSAGE_SIZE)
@@ -147,7 +197,20 @@ class Scene(Recipe):
         return columns
 
     def write(self, path: Optional[Textual] = None) -> None:
-        """Runs the scene and writes its CSV file, as `nutate run` does; default: the file given in the scene."""
+        """Runs the scene and writes its CSV file, as `nutate run` does.
+
+        Parameters
+        ----------
+        path : str or path
+            File; default: that of the scene.
+
+        Raises
+        ------
+        NutateOSError
+            If the file cannot be written.
+        NutateError
+            If the run fails; `PATH.partial` has the rows so far.
+        """
         message = ctypes.create_string_buffer(MESSAGE_SIZE)
         status = interruptible(library.nutate_scene_write, self._handle, None if path is None else encoded(path), message,
                                MESSAGE_SIZE)

@@ -1,4 +1,4 @@
-"""Derivatives of a motion by numbers of its scene."""
+"""Derivatives of a motion with respect to parameters of its scene."""
 
 from __future__ import annotations
 
@@ -18,12 +18,38 @@ NOT_IN_A_TEXT = {"_add_table": "a table", "_add_wheel": "the motor table of a wh
 
 
 class Sensitivity:
-    """Derivatives of a motion with respect to the parameters `names`: sensitivity(t) returns those of the rotation vector, body axes, rad, and
-    of the angular velocity, body axes, rad/s, each per unit of the parameter. At a time, s, both have the shape (3, len(names)), at
-    n times (n, 3, len(names)). Between the ends of steps it repeats the step that contains the time, as Motion; without dense
-    output, only the times of the rows can be evaluated."""
+    """Derivatives of a motion with respect to k parameters, at any time: `sensitivity` of a Solution.
+
+    A call inside a step repeats this step, as `Motion` does. A solution without dense output has only the times of its rows.
+
+    Parameters
+    ----------
+    t : float, or array, shape (n,)
+        Times, s, in any order.
+
+    Returns
+    -------
+    rotation : array, shape (3, k) or (n, 3, k)
+        Derivatives of the attitude, as a rotation vector in body axes, rad per unit of the parameter.
+    omega : array, shape (3, k) or (n, 3, k)
+        Derivatives of the angular velocity, body axes, rad/s per unit of the parameter.
+
+    Raises
+    ------
+    NutateValueError
+        If a time is outside the motion, or is not one of the rows of a solution without dense output.
+
+    Examples
+    --------
+    >>> top = nutate.System(moments=(1, 1, 2))
+    >>> solution = nutate.solve(top, omega0=(0, 0, 3), t_span=(0, 2), free="initial.angular_velocity")
+    >>> rotation, omega = solution.sensitivity(2.0)
+    >>> solution.sensitivity.names[2], rotation.shape, round(float(rotation[2, 2]), 9)
+    ('initial.angular_velocity.3', (3, 3), 2.0)
+    """
 
     names: tuple[str, ...]
+    """Names of the parameters."""
 
     def __init__(self, columns: dict[str, Array], rows: Callable[[Array], dict[str, Array]]) -> None:
         """`columns` are those of the run, and `rows` returns them at times."""

@@ -98,7 +98,30 @@ class Motion:
         return (q[0], omega[0]) if np.ndim(t) == 0 else (q, omega)
 
     def rows(self, t: npt.ArrayLike) -> dict[str, Array]:
-        """All columns of the solution at a time or times, s."""
+        """Computes all columns of the solution at any times.
+
+        Parameters
+        ----------
+        t : float, or array, shape (n,)
+            Times, s, from `t_min` to `t_max`, in any order.
+
+        Returns
+        -------
+        dict of arrays
+            One array of n numbers for each column; of one number for a single time.
+
+        Raises
+        ------
+        NutateValueError
+            If a time is outside the motion.
+
+        Examples
+        --------
+        >>> top = nutate.System(moments=(1, 1, 2))
+        >>> motion = nutate.solve(top, omega0=(0, 0, 3), t_span=(0, 2)).sol
+        >>> motion.rows([0.5, 1.0])["kinetic"].round(9).tolist()
+        [9.0, 9.0]
+        """
         wanted = np.atleast_1d(np.asarray(t, dtype=np.float64))
         if wanted.ndim != 1 or not np.all((wanted >= self.t_min) & (wanted <= self.t_max)):
             raise refusal(f"a time is outside the motion (expected {self.t_min!r} to {self.t_max!r} s)")
@@ -185,8 +208,7 @@ class Solution(Exchange):
     free : tuple of str
         Names of the parameters of solve(..., free=[...]); else empty.
     sensitivity : Sensitivity or None
-        With `free`: sensitivity(t) returns the derivatives of the rotation vector, body axes, rad, and of omega, rad/s, by the
-        parameters, each of shape (3, len(free)), at n times (n, 3, len(free)).
+        Derivatives with respect to the parameters `free`.
     exponents : array, shape (1,) or (6,), or None
         Lyapunov exponents of a Scene with &chaos, 1/s.
     megno : float or None
@@ -256,7 +278,18 @@ class Solution(Exchange):
                 f"{self.message}; errors: {errors}>") if len(self.t) else f"<Solution without rows: {self.message}>"
 
     def view(self, **options: Any) -> Any:
-        """Makes a web page with an animation, as nutate.view."""
+        """Makes a web page with an animation.
+
+        Parameters
+        ----------
+        **options
+            `title`, `play`, `begin` and `start`, as for `nutate.view`.
+
+        Returns
+        -------
+        Page
+            Web page.
+        """
         from ._page import view
         return view(self, **options)
 

@@ -92,16 +92,47 @@ class Stepper(SatelliteState):
         return f"<Stepper at t={self.time:g} s>"
 
     def set(self, **settings: Any) -> None:
-        """Sets keys of the group &integrator."""
+        """Sets keys of the group &integrator.
+
+        Parameters
+        ----------
+        **settings
+            Keys and their values, as for the constructor.
+
+        Raises
+        ------
+        NutateValueError
+            If a key is unknown or a value is out of its range.
+        """
         for key, value in settings.items():
             self._call("nutate_stepper_set", encoded(key), encoded(setting(key, value)))
             self._settings.pop(key, None)
             self._settings[key] = value
 
     def get(self, key: str) -> str:
-        """Returns the value in force for a key of &integrator, given or chosen, in the notation of scene files. The key is one of
-        method, choice (why the method was chosen; empty if it was given), formulation, order, series_order, conserve,
-        time_step, accuracy, local_tolerance (with an accuracy: the value found by the last run)."""
+        """Returns the value in force for a key of &integrator, given or chosen.
+
+        Parameters
+        ----------
+        key : str
+            "method", "choice" (why the method was chosen; empty if it was given), "formulation", "order", "series_order",
+            "conserve", "time_step", "accuracy" or "local_tolerance" (with an accuracy: the value found by the last run).
+
+        Returns
+        -------
+        str
+            Value in the notation of scene files.
+
+        Raises
+        ------
+        NutateValueError
+            If the key is none of these.
+
+        Examples
+        --------
+        >>> nutate.Stepper(nutate.System(moments=(5, 20, 17)), order=4).get("order")
+        '4'
+        """
         self._call("nutate_stepper_get", encoded(key), ctypes.create_string_buffer(MESSAGE_SIZE), MESSAGE_SIZE)
         return text_of(library.nutate_stepper_get, self._handle, encoded(key))
 
@@ -124,8 +155,33 @@ class Stepper(SatelliteState):
 
     def set_state(self, q: Any = None, omega: Optional[npt.ArrayLike] = None, t: float = 0.0, *,
                   xyzw: Optional[npt.ArrayLike] = None, frame: str = "body") -> None:
-        """Sets attitude, angular velocity (rad/s, in the axes of `frame`, "body" or "space") and time (s); work is counted from
-        here. The attitude is q, four numbers with the scalar first or a Rotation of SciPy, or xyzw, with the scalar last."""
+        """Sets the state; the work starts at zero.
+
+        Parameters
+        ----------
+        q : array, shape (4,), or Rotation
+            Attitude, body to space, scalar first.
+        omega : array, shape (3,)
+            Angular velocity, rad/s, in the axes of `frame`.
+        t : float
+            Time, s.
+        xyzw : array, shape (4,)
+            Attitude with the scalar last, instead of `q`.
+        frame : str
+            Axes of omega: "body" or "space".
+
+        Raises
+        ------
+        NutateValueError
+            If the norm of the quaternion is not 1, or a value is not finite.
+
+        Examples
+        --------
+        >>> stepper = nutate.Stepper(nutate.System(moments=(5, 20, 17)), time_step=0.01)
+        >>> stepper.set_state(xyzw=(0, 0, 0, 1), omega=(0.1, 0, 10), t=2)
+        >>> stepper.time, stepper.quaternion.tolist()
+        (2.0, [1.0, 0.0, 0.0, 0.0])
+        """
         if (q is None) == (xyzw is None) or omega is None or frame not in ("body", "space"):
             raise refusal('wrong arguments of set_state (expected q or xyzw, omega, and frame="body" or "space")')
         attitude = quaternion(q) if xyzw is None else np.roll(vector(xyzw, 4, "xyzw"), 1)
@@ -135,15 +191,55 @@ class Stepper(SatelliteState):
         self._call("nutate_stepper_set_state", float(t), pointer(attitude), pointer(rates))
 
     def set_canonical(self, q: Any, p: npt.ArrayLike, t: float = 0.0) -> None:
-        """Sets attitude and conjugate momentum, p = 2 q o [0, L] (kg m2/s), without normalizing, and time (s)."""
+        """Sets attitude and conjugate momentum without normalising them.
+
+        Parameters
+        ----------
+        q : array, shape (4,), or Rotation
+            Attitude, body to space, scalar first.
+        p : array, shape (4,)
+            Conjugate momentum 2 q o [0, L], kg m2/s.
+        t : float
+            Time, s.
+
+        Raises
+        ------
+        NutateValueError
+            If a value is not finite.
+        """
         self._call("nutate_stepper_set_canonical", float(t), pointer(quaternion(q)), pointer(vector(p, 4, "p")))
 
     def prepare(self) -> None:
-        """Prepares the method and checks the settings together; otherwise the first step does."""
+        """Prepares the method and checks the settings together; otherwise the first step does.
+
+        Raises
+        ------
+        NutateValueError
+            If settings contradict each other.
+        """
         self._call("nutate_stepper_prepare")
 
     def step(self, dt: float) -> None:
-        """Performs one step of length dt, s, without subdividing it."""
+        """Performs one step without subdividing it.
+
+        Parameters
+        ----------
+        dt : float
+            Length, s; negative to integrate backward.
+
+        Raises
+        ------
+        NutateError
+            If the step fails; the state is unchanged.
+
+        Examples
+        --------
+        >>> stepper = nutate.Stepper(nutate.System(moments=(1, 1, 2)))
+        >>> stepper.set_state(q=(1, 0, 0, 0), omega=(0, 0, 3))
+        >>> stepper.step(0.01)
+        >>> stepper.time, stepper.angular_velocity.round(9).tolist()
+        (0.01, [0.0, 0.0, 3.0])
+        """
         # Without callbacks what _call does, line by line: looking the function up would take as long as a step.
         if self._callbacks or not self._owned:
             self._call("nutate_stepper_step", float(dt))
@@ -153,13 +249,52 @@ class Stepper(SatelliteState):
             check(status, text_of(library.nutate_last_message, self._owned))
 
     def steps(self, dt: float, n: int) -> None:
-        """Performs n steps of length dt, s."""
+        """Performs steps of equal length.
+
+        Parameters
+        ----------
+        dt : float
+            Length, s; negative to integrate backward.
+        n : int
+            Number of steps.
+
+        Raises
+        ------
+        NutateError
+            If a step fails; the state is that before it.
+        """
         status = interruptible(library.nutate_stepper_steps, self._handle, float(dt), operator.index(n), None)
         self._conclude(status)
 
     def run(self, n: int, every: int = 1, initial: bool = False) -> dict[str, Array]:
-        """Performs n fixed steps of length time_step, as `nutate run` does. Returns a dictionary of arrays, one per column, with
-        a row after every `every` steps; with `initial`, the current state is the first row, as in a history."""
+        """Performs fixed steps of length time_step, as `nutate run` does.
+
+        Parameters
+        ----------
+        n : int
+            Number of steps.
+        every : int
+            Steps between two rows.
+        initial : bool
+            True for the current state as the first row.
+
+        Returns
+        -------
+        dict of arrays
+            One array for each column.
+
+        Raises
+        ------
+        NutateError
+            If a step fails; the attribute `history` has the rows so far.
+
+        Examples
+        --------
+        >>> stepper = nutate.Stepper(nutate.System(moments=(5, 20, 17)), time_step=0.01)
+        >>> stepper.set_state(q=(1, 0, 0, 0), omega=(0.1, 0, 10))
+        >>> stepper.run(100, every=50, initial=True)["t"].round(9).tolist()
+        [0.0, 0.5, 1.0]
+        """
         n, every = operator.index(n), operator.index(every)
         if every < 1 or n < 0:
             raise refusal(f"n is {n} and every is {every} (expected at least 0 and 1)")
@@ -177,10 +312,42 @@ class Stepper(SatelliteState):
 
     def run_to(self, end_time: float, every: int = 1, interval: float = 0.0,
                times: Optional[npt.ArrayLike] = None) -> History:
-        """Runs to `end_time`, s: with fixed steps of length time_step, the last one shortened to end there, or with adaptive
-        steps if accuracy or local_tolerance is set. Returns a dictionary of arrays, one per column, like the history of a
-        scene: the first state, a row after every `every` steps, or, with adaptive steps, every `interval`, s, and the last
-        state. With `times`, s, in the order of the run, it returns rows at exactly these times."""
+        """Runs to a time, with adaptive steps if accuracy or local_tolerance is set, else with fixed ones.
+
+        Parameters
+        ----------
+        end_time : float
+            Last time, s; the last fixed step is shortened to end there.
+        every : int
+            Steps between two rows.
+        interval : float
+            Time between two rows, s, with adaptive steps.
+        times : array, shape (n,)
+            Times of the rows, s, in the order of the run, instead of `every` and `interval`.
+
+        Returns
+        -------
+        History
+            Dictionary of arrays, one for each column, with its events. Without `times` the first and the last state have rows.
+
+        Raises
+        ------
+        NutateError
+            If a step fails; the attribute `history` has the rows so far.
+
+        Warns
+        -----
+        NutateAccuracyWarning
+            If the accuracy is not attained.
+
+        Examples
+        --------
+        >>> stepper = nutate.Stepper(nutate.System(moments=(5, 20, 17)), accuracy=1e-8)
+        >>> stepper.set_state(q=(1, 0, 0, 0), omega=(0.1, 0, 10))
+        >>> history = stepper.run_to(5, times=(0, 2.5, 5))
+        >>> history["omega3"].round(4).tolist(), history.accuracy_reached
+        ([10.0, -9.8356, -7.6486], True)
+        """
         wanted = None if times is None else np.ascontiguousarray(np.atleast_1d(times), dtype=np.float64)
         # Before the run: a call after it would raise the KeyboardInterrupt without the rows.
         names = self.column_names
@@ -193,15 +360,37 @@ class Stepper(SatelliteState):
         return history
 
     def differentiate(self, scene: Scene) -> None:
-        """Lets runs from now on propagate derivatives by the parameters of &free of a scene of the same body and effects, each from its
-        start: the columns of the set "sensitivities" show them."""
+        """Lets the following runs propagate sensitivities, each from its start; the columns "sensitivities" show them.
+
+        Parameters
+        ----------
+        scene : Scene
+            Scene with the same body and effects, whose &free names the parameters.
+
+        Raises
+        ------
+        NutateValueError
+            If the scene has no &free, or the motion cannot be differentiated with respect to one of its parameters.
+        """
         self._call("nutate_stepper_differentiate", scene._handle)
         self._propagate("differentiate", scene)
 
     def follow_chaos(self, scene: Scene) -> None:
-        """Lets runs from now on follow the indicators of chaos of &chaos of a scene, each from its start: the history that
-        `run_to` returns has them, and the columns of the sets "lyapunov", "megno" and "fli" show them. A stepper of a scene
-        follows those of that."""
+        """Lets the following runs compute indicators of chaos, each from its start.
+
+        The history that `run_to` returns has them, and so have the columns "lyapunov", "megno" and "fli". A stepper that was made
+        from a scene computes those of its &chaos anyway.
+
+        Parameters
+        ----------
+        scene : Scene
+            Scene whose &chaos names the indicators.
+
+        Raises
+        ------
+        NutateValueError
+            If the method does not support them.
+        """
         self._call("nutate_stepper_follow_chaos", scene._handle)
         self._propagate("follow_chaos", scene)
 
@@ -214,10 +403,48 @@ class Stepper(SatelliteState):
                   crosses: Optional[float] = None, extremum: Optional[str] = None, direction: Optional[int] = None,
                   modulo: Optional[float] = None, weights: Optional[Sequence[float]] = None, stop: Optional[bool] = None,
                   count: Optional[int] = None, switch: Optional[str] = None) -> None:
-        """Adds an event, which every `run` and `run_to` from now on locates. `when` is a column, up to four columns, whose
-        weighted sum counts, or a user-defined smooth function when(t, q, omega) of its arguments alone (omega absolute, in body
-        axes, rad/s). The other arguments are the keys of the group &event. A run that an event ends (stop, count) leaves the state
-        there, and the next one continues from there."""
+        """Adds an event, which all following calls of `run` and `run_to` locate.
+
+        A run that an event ends leaves the state there; the next run continues from it.
+
+        Parameters
+        ----------
+        when : str, list of str, or function when(t, q, omega)
+            Column; up to four columns, of which a sum is formed; or a smooth function of its arguments alone (omega absolute,
+            body axes, rad/s).
+        name : str
+            Name of the event; default: the column.
+        crosses : float
+            Value to cross.
+        extremum : str
+            "maximum", "minimum" or "both", instead of `crosses`.
+        direction : int
+            1 only rising, -1 only falling.
+        modulo : float
+            Period of the value, in its unit.
+        weights : list of float
+            Factors of the columns of a sum.
+        stop : bool
+            True to end the run at the event.
+        count : int
+            Number of the occurrence that ends the run.
+        switch : str
+            Effect to switch: "NAME on", "NAME off" or "NAME toggle".
+
+        Raises
+        ------
+        NutateValueError
+            If an argument is invalid.
+
+        Examples
+        --------
+        >>> stepper = nutate.Stepper(nutate.System(moments=(5, 20, 17)), accuracy=1e-8)
+        >>> stepper.set_state(q=(1, 0, 0, 0), omega=(0.1, 0, 10))
+        >>> stepper.add_event("omega3", "flip", crosses=0, stop=True)
+        >>> history = stepper.run_to(5)
+        >>> round(stepper.time, 5), stepper.events[0].name
+        (0.96641, 'flip')
+        """
         keys = {"crosses": None if crosses is None else float(crosses), "extremum": extremum, "direction": direction,
                 "modulo": None if modulo is None else float(modulo), "stop": stop, "count": count, "switch": switch}
         again = ((when, name), {**keys, "weights": weights})
@@ -233,16 +460,43 @@ class Stepper(SatelliteState):
 
     @property
     def events(self) -> list[Event]:
-        """The events that the last run located, in the order of time."""
+        """Events that the last run located, in the order of time."""
         return take_events("stepper", self._handle)
 
     def keep_steps(self) -> None:
-        """Stores the start of each step from now on, for `state_at`."""
+        """Stores the start of each following step, for `state_at`."""
         self._call("nutate_stepper_keep_steps")
 
     def state_at(self, t: float) -> tuple[Array, Array]:
-        """Returns attitude, shape (4,), and angular velocity, body axes, rad/s, shape (3,), at a time, s, inside the last stored
-        step: to the accuracy of the method, without effect on later steps."""
+        """Computes the state at a time inside the last stored step, to the accuracy of the method.
+
+        Parameters
+        ----------
+        t : float
+            Time, s.
+
+        Returns
+        -------
+        q : array, shape (4,)
+            Attitude, body to space.
+        omega : array, shape (3,)
+            Angular velocity, body axes, rad/s.
+
+        Raises
+        ------
+        NutateValueError
+            If the time is outside the step, or no step was stored: call `keep_steps` before the step.
+
+        Examples
+        --------
+        >>> stepper = nutate.Stepper(nutate.System(moments=(1, 1, 2)))
+        >>> stepper.set_state(q=(1, 0, 0, 0), omega=(0, 0, 3))
+        >>> stepper.keep_steps()
+        >>> stepper.step(0.02)
+        >>> q, omega = stepper.state_at(0.01)
+        >>> omega.round(9).tolist()
+        [0.0, 0.0, 3.0]
+        """
         q, omega = np.empty(4), np.empty(3)
         self._call("nutate_stepper_state_at", float(t), pointer(q), pointer(omega))
         return q, omega
@@ -259,7 +513,18 @@ class Stepper(SatelliteState):
         return dict(zip(names, rows.T))
 
     def set_columns(self, *sets: str) -> None:
-        """Chooses the sets of columns of runs, such as "quaternion", "energy": those of the key columns of &output."""
+        """Chooses the columns of the following runs.
+
+        Parameters
+        ----------
+        *sets : str
+            Sets of columns, such as "quaternion" and "energy", as in the key columns of &output.
+
+        Raises
+        ------
+        NutateValueError
+            If a set is unknown, or the system lacks what it shows.
+        """
         self._call("nutate_stepper_set_columns", encoded(",".join(sets)))
         self._sets, self._names = sets, None
 

@@ -144,9 +144,29 @@ class System(WheelMounting):
         return rate
 
     def space_axes(self, t: npt.ArrayLike) -> Array:
-        """Computes the attitude of the space axes in inertial axes at times t, s: that of LVLH space axes, or the
-        identity; shape (4,) or (n, 4). `quat_product(space_axes(t), q)` is an attitude in inertial axes. Raises NutateValueError for a
-        rotating frame, whose attitude is not known."""
+        """Computes the attitude of the space axes in inertial axes: that of LVLH space axes, or the identity.
+
+        Parameters
+        ----------
+        t : float, or array, shape (n,)
+            Times, s.
+
+        Returns
+        -------
+        array, shape (4,) or (n, 4)
+            Quaternion from space to inertial axes; `quat_product` of it and q is an attitude in inertial axes.
+
+        Raises
+        ------
+        NutateValueError
+            If the system has a rotating frame, whose attitude is not known.
+
+        Examples
+        --------
+        >>> body = nutate.System(moments=(1, 1.2, 0.4))
+        >>> body.space_axes([0.0, 1.0]).tolist()
+        [[1.0, 0.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0]]
+        """
         times = np.ascontiguousarray(np.atleast_1d(t), dtype=np.float64)
         q = np.empty((times.size, 4))
         self._call("nutate_system_space_axes", times.size, pointer(times), pointer(q))
@@ -177,8 +197,35 @@ class System(WheelMounting):
     def add_table(self, t: npt.ArrayLike, torque: npt.ArrayLike, *, interpolation: str = "linear", outside: str = "zero",
                   axes: str = "body", start: Optional[float] = None, stop: Optional[float] = None,
                   name: Optional[str] = None, on: bool = True) -> None:
-        """Adds a tabulated torque: times, s, shape (n,), and components, N m, shape (n, 3); the keys are those of the group
-        &torque that go with a table."""
+        """Adds a tabulated torque.
+
+        Parameters
+        ----------
+        t : array, shape (n,)
+            Times, s, ascending.
+        torque : array, shape (n, 3)
+            Components, N m, in `axes`.
+        interpolation, outside, axes : str
+            Keys of &torque with a table: "linear", "cubic", ...; "zero", "hold", ...; "body" or "space".
+        start, stop : float
+            Times between which the torque acts, s.
+        name : str
+            Name for switches.
+        on : bool
+            False if the torque is switched off at the start.
+
+        Raises
+        ------
+        NutateValueError
+            If the table or a key is invalid.
+
+        Examples
+        --------
+        >>> body = nutate.System(moments=(1, 2, 2.5))
+        >>> body.add_table((0, 1), [(0, 0, 0), (0, 0, 0.5)])
+        >>> nutate.solve(body, omega0=(0, 0, 0), t_span=(0, 2)).omega[-1].round(9).tolist()
+        [0.0, 0.0, 0.1]
+        """
         times, values = (np.ascontiguousarray(array, dtype=np.float64) for array in (t, torque))
         if times.ndim != 1 or values.shape != (times.size, 3):
             raise refusal(f"the table has times of shape {times.shape} and torques of shape {values.shape} (expected (n,) and (n, 3))")
@@ -246,6 +293,13 @@ class System(WheelMounting):
         ------
         NutateValueError
             If a bound is out of its range.
+
+        Examples
+        --------
+        >>> pendulum = nutate.System(moments=(1, 1, 0.1))
+        >>> pendulum.add_potential((0, 0, 1), lambda gamma: (9.0 * gamma[2], (0, 0, 9.0)))
+        >>> nutate.Stepper(pendulum).energy.tolist()[1]
+        9.0
         """
         add_potential(self, "system", direction, potential, hessian, bounds)
         self._add("add_potential", direction, potential, hessian, bounds)
