@@ -4,6 +4,7 @@
     tools/lint/f77_arguments.py --check     exit status 1 where docs/reference/f77.md says something else
 """
 
+import collections
 import glob
 import os
 import re
@@ -14,6 +15,8 @@ TOP = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
 PAGE = os.path.join(TOP, "docs", "reference", "f77.md")
 BEGIN, END = "<!-- begin arguments -->\n", "<!-- end arguments -->\n"
 TYPES = {"real(wp)": "DOUBLE PRECISION", "integer": "INTEGER", "character": "CHARACTER*(*)", "procedure": "EXTERNAL"}
+# An argument that at least so many routines describe in the same words is described once.
+COMMON = 3
 DIRECTIONS = {"input": "in", "output": "out", "input/output": "in, out", "workspace": "work"}
 
 
@@ -43,12 +46,32 @@ def joined(comment):
     return " ".join(line.strip().removeprefix("!>").strip() for line in comment.strip().splitlines())
 
 
+def common_arguments():
+    """The most frequent description of each argument that COMMON routines describe alike."""
+    described = collections.defaultdict(collections.Counter)
+    for _, _, arguments in routines():
+        for argument in arguments:
+            described[argument[0]][argument] += 1
+    most = [descriptions.most_common(1)[0] for descriptions in described.values()]
+    return [argument for argument, times in most if times >= COMMON]
+
+
+def item(argument, kind, direction, meaning):
+    """The line of a list; the type is left out if it is the one that the first letter implies."""
+    implied = "INTEGER" if argument[0] in "IJKLMN" else "DOUBLE PRECISION"
+    shown = "" if kind == implied else f", {kind}"
+    return textwrap.fill(f"- `{argument}`{shown}, *{direction}*: {meaning}", 140, subsequent_indent="  ")
+
+
 def table():
-    parts = []
+    common = common_arguments()
+    parts = ["### Common arguments\n\nA routine that does not describe one of its arguments has it as described here.\n\n"
+             + "\n".join(item(*argument) for argument in common) + "\n"]
     for name, purpose, arguments in routines():
-        items = [textwrap.fill(f"{i}. `{argument}`, {kind}, *{direction}*: {meaning}", 140, subsequent_indent="   ")
-                 for i, (argument, kind, direction, meaning) in enumerate(arguments, 1)]
-        parts.append(f"### {name}\n\n{purpose}.\n\n" + ("\n".join(items) or "No arguments.") + "\n")
+        names = [argument[0].split("(")[0] for argument in arguments]
+        call = f"`CALL {name}({', '.join(names)})`" if names else f"`CALL {name}`"
+        items = [item(*argument) for argument in arguments if argument not in common]
+        parts.append("\n\n".join([f"### {name}", f"{purpose}.", call, *(["\n".join(items)] if items else [])]) + "\n")
     return "\n".join(parts)
 
 
