@@ -29,10 +29,15 @@ SCENES = configparser.ConfigParser(interpolation=None)
 SCENES.read(os.path.join(TOP, "tools", "docs", "gallery.ini"), encoding="utf-8")
 
 
+def text_of(name):
+    """The text of a scene, which its section shows."""
+    with open(os.path.join(TOP, "scenes", f"{name}.nml"), encoding="utf-8") as file:
+        return file.read()
+
+
 def title_of(name):
     """The title of a scene."""
-    with open(os.path.join(TOP, "scenes", f"{name}.nml"), encoding="utf-8") as file:
-        return re.search(r"title\s*=\s*'(.*)'", file.read())[1]
+    return re.search(r"title\s*=\s*'(.*)'", text_of(name))[1].replace("''", "'")
 
 
 def settings_of(name):
@@ -42,8 +47,7 @@ def settings_of(name):
 
 def has_group(name, group):
     """True for a scene with a group, by which one that is made for a sweep or a fit is known."""
-    with open(os.path.join(TOP, "scenes", f"{name}.nml"), encoding="utf-8") as file:
-        return re.search(rf"^&{group}\b", file.read(), re.MULTILINE) is not None
+    return re.search(rf"^&{group}\b", text_of(name), re.MULTILINE) is not None
 
 
 def options_of(name):
@@ -55,13 +59,6 @@ def options_of(name):
 def picture_of(name):
     """The picture of the result of a scene, relative to the gallery."""
     return f"{name}_plot.png" if options_of(name) else f"../figures/{SCENES[name]['picture']}"
-
-
-def plain(text):
-    """A text for the description of a picture, without formulas."""
-    greek = {"Omega": "Ω", "theta": "θ", "varphi": "φ"}
-    text = re.sub(r"\\([A-Za-z]+)", lambda match: greek.get(match[1], match[1]), " ".join(text.split()))
-    return re.sub(r"[$_{}]", "", text)
 
 
 def anchor_of(name):
@@ -85,22 +82,20 @@ def section_of(name):
 
 {text}
 
-![{plain(scene["see"])}]({picture_of(name)})
+![{scene["caption"]}: the result]({picture_of(name)})
 
 *{" ".join(scene["see"].split())}*
 
-<!-- not run: from the folder of the project -->
 ```sh
 {command}
 ```
 
-![{scene['caption']}: the body, and the path of its axis or centre of mass]({name}.png)
+![{scene['caption']}: the moving body]({name}.png)
 
-Scene: [{name}.nml](../../scenes/{name}.nml)
+[{name}.nml](../../scenes/{name}.nml):
 
-```{{literalinclude}} ../../scenes/{name}.nml
-:language: nml
-```
+```nml
+{text_of(name)}```
 """
 
 
