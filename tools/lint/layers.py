@@ -3,7 +3,7 @@
     tools/lint/layers.py --write     the column `uses` of the table in CONTRIBUTING.md, and docs/figures/layers.svg
     tools/lint/layers.py --check     exit status 1 for a use that points the wrong way, and where table or picture are not so
 
-The order of the layers is that of the table in CONTRIBUTING.md. The picture leaves out what follows from other arrows.
+The order of the layers is that of the table in CONTRIBUTING.md.
 """
 
 import glob
@@ -19,10 +19,9 @@ PICTURE = os.path.join(TOP, "docs", "figures", "layers.svg")
 ROW = re.compile(r"^\| `((?:src|app|mpi)[\w/.]*)` \| (.*?) \| ?(.*?) ?\|$", re.MULTILINE)
 USE = re.compile(r"^\s*use\b\s*(?:,[^:]*::|::)?\s*(\w+)", re.IGNORECASE | re.MULTILINE)
 
-# Of the picture: sizes of boxes and of the space between them.
-WIDTH, HEIGHT, ACROSS, DOWN, MARGIN = 264, 84, 126, 26, 12
-# Between arrows side by side.
-LANE = 9
+# Of the picture: size of a cell, width of the descriptions, height of the names over the columns, distance of a cell from its edge.
+CELL, TEXTS, HEADS, INSET = 26, 500, 150, 3
+DIRECT, INDIRECT, EDGE = "#2c5f8a", "#c9dcee", "#d8d8d8"
 FONT = "font-family='Helvetica, Arial, sans-serif'"
 
 
@@ -94,94 +93,29 @@ def new_table(text, layers, uses):
     return ROW.sub(row, text)
 
 
-class Drawing:
-    """Where each layer has its box: rows by how many layers are below it, the longest chain in the first column."""
-
-    def __init__(self, layers, direct):
-        self.layers, self.direct, self.arrows = layers, direct, {}
-        self.rows = {}
-        for layer in layers:
-            self.rows[layer] = 1 + max((self.rows[below] for below in direct[layer]), default=-1)
-        self.columns = dict.fromkeys(self.longest_chain(), 0)
-        beside = [layer for layer in layers if layer not in self.columns]
-        # In a row, those first that stand above what they use.
-        for layer in sorted(beside, key=lambda layer: (self.rows[layer], not set(direct[layer]) & set(beside))):
-            self.columns[layer] = self.free_column(layer)
-        self.highest = max(self.rows.values())
-
-    def longest_chain(self):
-        """One layer of each row, each used by the one above it."""
-        chain = [max(self.layers, key=lambda layer: (self.rows[layer], -len(self.direct[layer])))]
-        while self.direct[chain[-1]]:
-            chain.append(max(self.direct[chain[-1]], key=self.rows.get))
-        return chain
-
-    def free_column(self, layer):
-        """That of a layer used and not in the first column, else the first one free in the row."""
-        taken = {self.columns[other] for other in self.columns if self.rows[other] == self.rows[layer]}
-        wanted = [self.columns.get(below, 0) for below in self.direct[layer]] + list(range(1, len(self.layers)))
-        return next(column for column in wanted if column > 0 and column not in taken)
-
-    def corner(self, layer):
-        """Left upper corner of a box."""
-        return (MARGIN + self.columns[layer] * (WIDTH + ACROSS),
-                MARGIN + (self.highest - self.rows[layer]) * (HEIGHT + DOWN))
-
-    def box(self, layer):
-        x, y = self.corner(layer)
-        lines = textwrap.wrap(self.layers[layer].replace("`", ""), 40)
-        return [f"<rect x='{x}' y='{y}' width='{WIDTH}' height='{HEIGHT}' rx='5' fill='#eef3fa' stroke='#4a6a94'/>",
-                f"<text x='{x + 10}' y='{y + 19}' font-size='14' font-weight='bold'>{escape(short(layer))}</text>"] + [
-                f"<text x='{x + 10}' y='{y + 35 + 14 * i}' font-size='11'>{escape(line)}</text>"
-                for i, line in enumerate(lines)]
-
-    def next_of(self, place, spread=False):
-        """How far the next arrow is from the first one at a place; on both sides of the middle where they spread."""
-        count = self.arrows[place] = self.arrows.get(place, -1) + 1
-        return LANE * ((count + 1) // 2) * (1 if count % 2 else -1) if spread else LANE * count
-
-    def side(self, layer, shift=0):
-        """Where the next arrow meets the right side of a box; shifted, the left one."""
-        return self.corner(layer)[1] + HEIGHT // 2 + shift + self.next_of((layer, shift), True)
-
-    def lane(self, column):
-        """The next way down to the right of a column."""
-        return MARGIN + column * (WIDTH + ACROSS) + WIDTH + 16 + self.next_of(column)
-
-    def arrow(self, layer, below):
-        """From a layer to one that it uses: straight down, or by a lane of its own between two columns."""
-        (x, y), (x_below, y_below) = self.corner(layer), self.corner(below)
-        column, column_below = self.columns[layer], self.columns[below]
-        between = any(self.columns[other] == column and self.rows[below] < self.rows[other] < self.rows[layer]
-                      for other in self.layers)
-        if column == column_below and not between:
-            points = f"M{x + WIDTH // 2} {y + HEIGHT} V{y_below}"
-        elif column == column_below:
-            points = f"M{x + WIDTH} {self.side(layer)} H{self.lane(column)} V{self.side(below)} H{x + WIDTH}"
-        elif column == column_below + 1:
-            points = f"M{x} {self.side(layer, 5)} H{self.lane(column_below)} V{self.side(below)} H{x_below + WIDTH}"
-        elif column > column_below:
-            # Below its own row, over the boxes of the next one.
-            gap = y + HEIGHT + 9 + self.next_of(("gap", self.rows[layer]))
-            points = f"M{x + WIDTH // 2} {y + HEIGHT} V{gap} H{self.lane(column_below)} V{self.side(below)} H{x_below + WIDTH}"
-        else:
-            gap = y_below - 16 + self.next_of(("gap", self.rows[below] + 1))
-            points = f"M{x + WIDTH} {self.side(layer)} H{self.lane(column)} V{gap} H{x_below + WIDTH // 2} V{y_below}"
-        return f"<path d='{points}' fill='none' stroke='#333' marker-end='url(#tip)'/>"
-
-    def text(self):
-        width = 2 * MARGIN + (1 + max(self.columns.values())) * (WIDTH + ACROSS) - ACROSS
-        height = 2 * MARGIN + (1 + self.highest) * (HEIGHT + DOWN) - DOWN
-        lines = [f"<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 {width} {height}' width='{width}' "
-                 f"height='{height}' {FONT}>",
-                 "<title>The layers of nutate: an arrow leads to a layer that is used</title>",
-                 "<defs><marker id='tip' viewBox='0 0 10 10' refX='9' refY='5' markerWidth='7' markerHeight='7' "
-                 "orient='auto'><path d='M0 0 L10 5 L0 10 z' fill='#333'/></marker></defs>",
-                 f"<rect width='{width}' height='{height}' fill='white'/>"]
-        lines += [self.arrow(layer, below) for layer in self.layers for below in self.direct[layer]]
-        for layer in self.layers:
-            lines += self.box(layer)
-        return "\n".join(lines + ["</svg>", ""])
+def picture(layers, uses):
+    """The matrix of the layers: a row for each with a cell for each layer that it uses, dark where no other layer passes it on."""
+    order, direct = list(layers), direct_uses(uses)
+    width, height = TEXTS + CELL * len(order) + 44, HEADS + CELL * len(order) + 8
+    lines = [f"<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 {width} {height}' width='{width}' height='{height}' {FONT}>",
+             "<title>The layers of nutate: each row has a cell for each layer that it uses</title>",
+             f"<rect width='{width}' height='{height}' fill='white'/>"]
+    for k, (fill, text) in enumerate(((DIRECT, "uses"), (INDIRECT, "uses, and a layer that it uses does so, too"))):
+        lines += [f"<rect x='12' y='{16 + 24 * k}' width='{CELL - 2 * INSET}' height='{CELL - 2 * INSET}' fill='{fill}'/>",
+                  f"<text x='40' y='{31 + 24 * k}' font-size='12'>{text}</text>"]
+    for i, layer in enumerate(order):
+        y = HEADS + CELL * i
+        holds = textwrap.shorten(re.split("[:;]", layers[layer].replace("`", ""))[0], 60, placeholder=" …")
+        lines += [f"<path d='M12 {y} H{TEXTS + CELL * (i + 1)}' stroke='{EDGE}'/>",
+                  f"<text x='12' y='{y + 17}' font-size='12'><tspan font-weight='bold'>{escape(short(layer))}</tspan>  {escape(holds)}</text>",
+                  f"<text transform='translate({TEXTS + CELL * i + 17} {HEADS - 8}) rotate(-60)' font-size='12'>{escape(short(layer))}</text>"]
+        for j, below in enumerate(order[:i]):
+            if below in uses[layer]:
+                lines.append(f"<rect x='{TEXTS + CELL * j + INSET}' y='{y + INSET}' width='{CELL - 2 * INSET}' "
+                             f"height='{CELL - 2 * INSET}' fill='{DIRECT if below in direct[layer] else INDIRECT}'/>")
+        lines.append(f"<rect x='{TEXTS + CELL * i + INSET}' y='{y + INSET}' width='{CELL - 2 * INSET}' height='{CELL - 2 * INSET}' "
+                     f"fill='none' stroke='{EDGE}'/>")
+    return "\n".join(lines + ["</svg>", ""])
 
 
 def main():
@@ -189,7 +123,7 @@ def main():
     uses, complaints = read_uses(layers)
     with open(TABLE, encoding="utf-8") as file:
         table = file.read()
-    wanted = {TABLE: new_table(table, layers, uses), PICTURE: Drawing(layers, direct_uses(uses)).text()}
+    wanted = {TABLE: new_table(table, layers, uses), PICTURE: picture(layers, uses)}
     if sys.argv[1:] == ["--write"]:
         for path, text in wanted.items():
             with open(path, "w", encoding="utf-8") as file:
