@@ -31,7 +31,8 @@ module nutate_work_precision
    integer, parameter :: most_levels = 24, levels_without_reference = 8
    !> A level that makes the error smaller by less than this factor is no gain (order 2 gains 4); so many of them end a
    !> method, since one may be an accident, where the error has been below `converging`, rad: above it, errors of
-   !> steps that are too long may rise before they fall.
+   !> steps that are too long may rise before they fall. Levels whose tolerance exceeds
+   !> the error are not among them: something else limited their steps.
    real(wp), parameter :: gain = 0.7_wp, converging = 1e-2_wp
    integer, parameter :: patience = 2
    !> Share of the budget for which a run is repeated: 14 methods at some 10 levels then spend a tenth on it.
@@ -203,7 +204,7 @@ contains
       type(work_point_t), intent(in) :: point
       associate (m => point%method, error => max(point%attitude_error, self%reference%uncertainty))
          self%stale(m) = self%stale(m) + 1
-         if (error < gain*self%best(m)) self%stale(m) = 0
+         if (error < gain*self%best(m) .or. point%tolerance > error) self%stale(m) = 0
          self%best(m) = min(self%best(m), error)
          no_gain = self%stale(m) >= patience .and. self%best(m) < converging
       end associate
