@@ -1,6 +1,7 @@
 """nutate.view: web pages of motions. Looked at in a headless Chromium, where there is one."""
 
 import base64
+import html
 import json
 import os
 import re
@@ -94,7 +95,7 @@ def is_like(image, colour, near=40):
 
 def held(page):
     """What a page holds: the motion, and its rows as columns."""
-    motion = json.loads(re.search(r"<script>const motion = (.*);\n", page.text)[1].replace("<\\/", "</"))
+    motion = json.loads(re.search(r"<script>const motion = (.*);\n", page.text)[1])
     rows = {name: np.frombuffer(base64.b64decode(text), dtype="<f4").astype(float) for name, text in motion["rows"].items()}
     return motion, rows
 
@@ -121,6 +122,17 @@ class PageTest(unittest.TestCase):
         self.assertIn("<iframe srcdoc=", page._repr_html_())
         self.assertIn("MB", repr(page))
         self.assertLess(len(page.text), 200000)
+
+    def test_texts_of_a_scene_cannot_become_marks_of_the_page(self):
+        title, name = "</script><script>alert(1)</script> & <!--", "a</script><b>"
+        page = nutate.view(nutate.Scene(text=f"""&scene title = '{title}' / &body inertia = 5, 20, 17 /
+            &initial angular_velocity = 0.1, 0, 10 / &event name = '{name}', when = 'omega3', crosses = 0 /
+            &integrator accuracy = 1e-6, end_time = 2 /"""))
+        self.assertEqual([event["name"] for event in held(page)[0]["events"]], [name])
+        data = re.search(r"<script>const motion = (.*);\n", page.text)[1]
+        self.assertNotRegex(data, "[<>&]")
+        self.assertEqual(page.text.count("<script>"), 1)
+        self.assertIn(html.escape(title), page.text)
 
     def test_frames_are_near_however_few_rows_are_written(self):
         for name, *overrides in (("thrown_book",), ("separation",), ("dual_spin",), ("spring_gyroscope",), ("slowing_plate",),
