@@ -9,7 +9,7 @@ radians unless `degrees` is True.
 from __future__ import annotations
 
 import importlib
-from typing import Any
+from typing import Any, Optional
 
 import numpy as np
 import numpy.typing as npt
@@ -145,7 +145,7 @@ def euler_from_quat(q: Any, *, degrees: bool = False) -> Array:
     return _given(_converted("nutate_euler_from_quat", (3,), (_quaternions(q), 1)), degrees)
 
 
-def follow_euler(q: Any, angles: npt.ArrayLike, *, degrees: bool = False) -> Array:
+def follow_euler(q: Any, angles: Optional[npt.ArrayLike] = None, *, degrees: bool = False) -> Array:
     """Converts quaternions to Euler angles z-x-z, with precession and spin continued beyond half a revolution.
 
     Parameters
@@ -153,7 +153,8 @@ def follow_euler(q: Any, angles: npt.ArrayLike, *, degrees: bool = False) -> Arr
     q : array, shape (4,) or (n, 4), or Rotation
         Attitudes one after the other.
     angles : array, shape (3,)
-        Earlier angles. The body must have rotated by less than pi since, and between attitudes.
+        Earlier angles; default: those of the first attitude. The body must have rotated by less than pi since, and between
+        attitudes.
     degrees : bool
         True for degrees.
 
@@ -172,9 +173,14 @@ def follow_euler(q: Any, angles: npt.ArrayLike, *, degrees: bool = False) -> Arr
     >>> turns = nutate.quat_from_euler([[0, 90, angle] for angle in (90, 180, 270, 360)], degrees=True)
     >>> nutate.follow_euler(turns, (0, 0, 0), degrees=True)[:, 2].round(6).tolist()
     [90.0, 180.0, 270.0, 360.0]
+    >>> nutate.follow_euler(turns, degrees=True)[:, 2].round(6).tolist()
+    [90.0, 180.0, 270.0, 360.0]
     """
     attitudes = _quaternions(q)
-    followed = _angles(vector(angles, 3, "angles"), degrees).copy()
+    if angles is None:
+        followed = np.atleast_2d(euler_from_quat(np.atleast_2d(attitudes)[:1]))[0].copy()
+    else:
+        followed = _angles(vector(angles, 3, "angles"), degrees).copy()
     found = []
     for attitude in np.atleast_2d(attitudes):
         check(library.nutate_follow_euler(pointer(np.ascontiguousarray(attitude)), pointer(followed)),

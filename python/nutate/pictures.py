@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import sys
 from typing import Any, Iterator, Mapping, NamedTuple, Union
 
 import numpy as np
@@ -115,6 +116,9 @@ def colour(column: str) -> str:
 def plot(motion: Union[Solution, Mapping[str, Array]], *columns: str, residuals: bool = False) -> Any:
     """Draws the columns of a motion by matplotlib, a panel for each quantity.
 
+    `figure.savefig(path)` writes the picture, and the last line of a notebook cell shows it. In a program that has imported
+    matplotlib.pyplot, `plt.show()` and `plt.savefig(path)` know the figure, too.
+
     Parameters
     ----------
     motion : Solution, or dict of arrays
@@ -145,7 +149,6 @@ def plot(motion: Union[Solution, Mapping[str, Array]], *columns: str, residuals:
     >>> [text.get_text() for text in figure.axes[0].get_legend().get_texts()]
     ['$Ω_1$', '$Ω_2$', '$Ω_3$']
     """
-    from matplotlib.figure import Figure
     rows = rows_of(motion)
     for name in columns:
         if name not in rows:
@@ -155,7 +158,7 @@ def plot(motion: Union[Solution, Mapping[str, Array]], *columns: str, residuals:
     for name in wanted:
         look = look_of(name)
         panels.setdefault((look.panel, titled(look.label, unit_of(name))), []).append(name)
-    figure = Figure(figsize=(9, 1 + 1.6 * len(panels)), layout="constrained")
+    figure = new_figure(figsize=(9, 1 + 1.6 * len(panels)), layout="constrained")
     drawn = figure.subplots(len(panels), sharex=True, squeeze=False)[:, 0]
     for axes, ((_, title), names) in zip(drawn, sorted(panels.items())):
         for name, style in styles(rows, names):
@@ -166,6 +169,15 @@ def plot(motion: Union[Solution, Mapping[str, Array]], *columns: str, residuals:
         axes.spines[["top", "right"]].set_visible(False)
     drawn[-1].set_xlabel("t (s)")
     return figure
+
+
+def new_figure(**options: Any) -> Any:
+    """A figure, which pyplot manages if the program uses it. A notebook would show such a figure twice."""
+    pyplot = sys.modules.get("matplotlib.pyplot")
+    if pyplot is not None and "inline" not in pyplot.get_backend().lower():
+        return pyplot.figure(**options)
+    from matplotlib.figure import Figure
+    return Figure(**options)
 
 
 def rows_of(motion: Union[Solution, Mapping[str, Array]]) -> Mapping[str, Array]:

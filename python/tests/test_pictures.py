@@ -54,6 +54,15 @@ class Pictures(unittest.TestCase):
         rows = {"t": np.arange(4.0), "omega1": np.arange(4.0), "omega2": np.arange(4.0)}
         self.assertEqual([line.get_linestyle() for line in nutate.plot(rows).axes[0].lines], ["-", "--"])
 
+    def test_pyplot_knows_the_figure_of_a_program_that_uses_it(self):
+        matplotlib.use("Agg")
+        from matplotlib import pyplot
+        before = pyplot.get_fignums()
+        figure = nutate.plot(nutate.solve(make_box(), omega0=(0.1, 0, 10), t_span=(0, 2)))
+        self.addCleanup(pyplot.close, figure)
+        self.assertIs(pyplot.gcf(), figure)
+        self.assertEqual(len(pyplot.get_fignums()), len(before) + 1)
+
 
 if __name__ == "__main__":
     unittest.main()
