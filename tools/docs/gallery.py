@@ -71,7 +71,7 @@ def section_of(name):
     scene = SCENES[name]
     command = f"nutate run scenes/{name}.nml"
     if options_of(name):
-        command += f" --plot {name}.svg {scene['picture']}"
+        command += f" --plot {name}.svg \\\n    {scene['picture']}"
     if has_group(name, "ensemble"):
         command = f"nutate sweep scenes/{name}.nml"
     if has_group(name, "measurement"):

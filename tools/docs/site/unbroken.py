@@ -1,4 +1,4 @@
-"""Keeps a number together with its unit, and with its sign, at the end of a line of text."""
+"""Keeps a number together with its unit, and with its sign, at the end of a line of text; and sets dashes as such."""
 
 import re
 
@@ -12,7 +12,7 @@ BETWEEN = re.compile(rf"(?<=\d)\s(?=(?:{UNITS})(?![\w-]))|(?<=±)\s(?=\d)|(?<=\d
 
 
 class Unbroken(SphinxPostTransform):
-    """Replaces blanks between numbers and units by blanks at which no line ends."""
+    """Replaces blanks between numbers and units by blanks at which no line ends, and the two hyphens of napoleon by a dash."""
 
     default_priority = 900
 
@@ -23,7 +23,7 @@ class Unbroken(SphinxPostTransform):
             parent = text.parent
             while parent is not None and not isinstance(parent, kept):
                 parent = parent.parent
-            if parent is None and (changed := BETWEEN.sub(SPACE, text.astext())) != text.astext():
+            if parent is None and (changed := BETWEEN.sub(SPACE, text.astext()).replace(" -- ", " \N{EN DASH} ")) != text.astext():
                 text.parent.replace(text, nodes.Text(changed))
 
 
