@@ -263,7 +263,7 @@ contains
          ends = middle + [-least/2, least/2]
          call picture%put('set yrange ['//rounded_text(ends(1), 7)//':'//rounded_text(ends(2), 7)//']')
       else
-         call picture%put('set yrange [*:*]')
+         call picture%put('set yrange [*:*] noextend; set offsets 0, 0, graph 0.04, graph 0.04')
       end if
       call picture%put('set ytics '//rounded_text(tick(reshape(ends, [2, 1])), 2))
    end subroutine put_range
