@@ -1,5 +1,7 @@
 """Scenes fitted to measurements, and their residuals as functions for other optimisers and samplers."""
 
+from __future__ import annotations
+
 import ctypes
 from dataclasses import dataclass
 

@@ -1,5 +1,7 @@
 """Motions linearised about an equilibrium, or over a period, and all equilibria of a body."""
 
+from __future__ import annotations
+
 import ctypes
 import json
 from dataclasses import dataclass
@@ -55,7 +57,7 @@ class Linearization:
 
     Examples
     --------
-    >>> top = nutate.Scene(text="&body inertia = 1, 1, 2 / &initial angular_velocity = 0, 0, 3 / "
+    >>> top = nutate.Scene(text="&body inertia = 1, 1, 2 / &initial angular_velocity = 0, 0, 3 /"
     ...                         "&integrator accuracy = 1e-8, end_time = 1 /")
     >>> nutate.linearize(top).eigenvalues.imag.round(6).tolist()[:3]
     [3.0, -3.0, 3.0]
@@ -76,7 +78,7 @@ class Linearization:
     wheel_speeds: Array
     rates: str = "absolute"
 
-    def controller_gains(self, feedback: npt.ArrayLike) -> "ControllerGains":
+    def controller_gains(self, feedback: npt.ArrayLike) -> ControllerGains:
         """Computes the gains with which `&controller law = 'quaternion'` gives the feedback u = -K x about an equilibrium.
 
         The torque of the law is -½K'θ - D dθ/dt with the rate dθ/dt = A11 θ + δΩ relative to the target; so D = K_Ω and
