@@ -332,7 +332,7 @@ def gyrostats():
             "rotor in units of the mean motion; $J = (3, 4, 2)$. `nutate\nlinearize --equilibria` finds all equilibria. The index counts the "
             "directions in which the effective potential falls. The reference solved the\nequations from 1200 initial guesses.\n\n"
             + table(("$h$", "equilibria", "of index 0, 1, 2, 3", "reference", "stable to first order"), rows)
-            + "\nGutnik and Sarychev prove that there are between 8 and 24. At $h = (0, 1, 0)$ two pairs have just met.\n")
+            + "\n[Gutnik and Sarychev (2013)](https://doi.org/10.1007/978-3-319-02297-0) show that there are between 8 and 24. At $h = (0, 1, 0)$ two pairs have just met.\n")
 
 
 CASES = {"orbits": ("Conic orbits and flybys", open_orbits), "librations": ("Phobos and Mercury: librations", librations),

@@ -1,5 +1,6 @@
 """Keeps a number together with its unit, and with its sign, at the end of a line of text; and sets dashes as such."""
 
+import itertools
 import re
 
 from docutils import nodes
@@ -8,7 +9,8 @@ from sphinx.transforms.post_transforms import SphinxPostTransform
 SPACE = "\N{NO-BREAK SPACE}"
 # Units as the pages write them, after a number.
 UNITS = "%|°/?s?|rad(?:/s²?)?|m?s|min|h|d|ns|µs|km?|mm?|kg|N|mN|A|T|nT|J|MB|GB|kB|KiB|MiB|bytes|steps|bodies|members"
-BETWEEN = re.compile(rf"(?<=\d)\s(?=(?:{UNITS})(?![\w-]))|(?<=±)\s(?=\d)|(?<=\d)\s(?=±)|(?<=FORTRAN)\s(?=77)")
+BETWEEN = re.compile(rf"(?<=\d)\s(?=(?:{UNITS})(?![\w-]))|(?<=±)\s(?=\d)|(?<=\d)\s(?=±)|(?<=FORTRAN)\s(?=77)"
+                     r"|(?<=\d)\s(?=\d{3}(?!\d))|(?<= =)\s(?=[-−]?\d)")
 
 
 class Unbroken(SphinxPostTransform):
@@ -19,12 +21,23 @@ class Unbroken(SphinxPostTransform):
     def run(self, **kwargs):
         """Changes all text of a page except code and formulas."""
         kept = (nodes.literal, nodes.literal_block, nodes.math, nodes.math_block, nodes.raw, nodes.comment)
-        for text in list(self.document.findall(nodes.Text)):
-            parent = text.parent
-            while parent is not None and not isinstance(parent, kept):
-                parent = parent.parent
-            if parent is None and (changed := BETWEEN.sub(SPACE, text.astext()).replace(" -- ", " \N{EN DASH} ")) != text.astext():
-                text.parent.replace(text, nodes.Text(changed))
+        for element in list(self.document.findall(nodes.TextElement)):
+            above = element
+            while above is not None and not isinstance(above, kept):
+                above = above.parent
+            if above is None:
+                element.children = list(joined(element.children))
+                for child in element.children:
+                    element.setup_child(child)
+
+
+def joined(children):
+    """The children of an element; texts side by side, as the ends of lines are, become one."""
+    for is_text, group in itertools.groupby(children, key=lambda child: isinstance(child, nodes.Text)):
+        if is_text:
+            yield nodes.Text(BETWEEN.sub(SPACE, "".join(group)).replace(" -- ", " \N{EN DASH} "))
+        else:
+            yield from group
 
 
 def setup(app):
