@@ -287,9 +287,12 @@ def load() -> ctypes.CDLL:
 library = load()
 
 
+Message = ctypes.c_char * MESSAGE_SIZE
+
+
 def text_of(function: Any, *arguments: Any) -> str:
     """What a function with (buffer, size) at its end writes there."""
-    buffer = ctypes.create_string_buffer(MESSAGE_SIZE)
+    buffer = Message()
     check(function(*arguments, buffer, MESSAGE_SIZE))
     return buffer.value.decode("utf-8", "replace")
 
@@ -315,7 +318,7 @@ def check(status: int, message: str = "") -> None:
 def create(function: Any, *arguments: Any) -> ctypes.c_void_p:
     """The handle that a create function makes."""
     handle = ctypes.c_void_p()
-    message = ctypes.create_string_buffer(MESSAGE_SIZE)
+    message = Message()
     status = function(*arguments, ctypes.byref(handle), message, MESSAGE_SIZE)
     check(status, message.value.decode("utf-8", "replace"))
     return handle

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import copy
 import re
-from functools import partial
+from functools import cached_property, partial
 from typing import Any, Callable, Iterator, Optional, Sequence, Union
 
 import numpy as np
@@ -67,20 +67,30 @@ class Motion:
         """`branch` is as the stepper was before its run, which led to the ends of steps."""
         method, tolerance = stepper.get("method"), float(stepper.get("local_tolerance"))
         keys = {"nielsen_krenk": ("order", "formulation"), "dop853": ("conserve",), "rk4": ("conserve",)}.get(method, ())
-        branch.set(method=method, **{key: stepper.get(key) for key in keys}, **({"local_tolerance": tolerance} if tolerance else {}))
-        self._stepper = branch
+        self._settings = {"method": method, **{key: stepper.get(key) for key in keys}, **({"local_tolerance": tolerance} if tolerance else {})}
+        self._branch = branch
         # A method without an estimate of its own has found the error of a step from its two halves, and kept these.
         self._parts = 2 if tolerance and method not in ESTIMATING else 1
         self._ends = ends
         self._sense = 1.0 if ends["t"][-1] >= ends["t"][0] else -1.0
-        try:
-            branch._dense_output(self._start(0), 1.0, np.empty(0))
-            self._replays = False
-        except NutateValueError:
-            self._replays = True
 
     def __repr__(self) -> str:
         return f"<Motion from t={self.t_min:g} s to t={self.t_max:g} s>"
+
+    @cached_property
+    def _stepper(self) -> Stepper:
+        """The stepper that evaluates the steps again, with the settings that were chosen for them."""
+        self._branch.set(**self._settings)
+        return self._branch
+
+    @cached_property
+    def _replays(self) -> bool:
+        """True if only the motion as a whole can be evaluated again, not each of its steps."""
+        try:
+            self._stepper._dense_output(self._start(0), 1.0, np.empty(0))
+        except NutateValueError:
+            return True
+        return False
 
     @property
     def t_min(self) -> float:
@@ -385,6 +395,8 @@ def solve(system: Union[System, Scene], q0: Any = None, omega0: Optional[npt.Arr
             with scene_with_free(system, free, stepper.quaternion, stepper.angular_velocity) as with_free:
                 stepper.differentiate(with_free)
             stepper.set_columns(*SETS, "sensitivities")
+        # Of the stepper and of its copy: the names are asked for once.
+        _ = stepper.column_names
         branch = copy.copy(stepper)
         add_events(stepper, looked_for)
         if scene is not None:

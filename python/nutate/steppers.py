@@ -11,7 +11,7 @@ from typing import Any, Callable, Optional, Sequence, Union
 import numpy as np
 import numpy.typing as npt
 
-from ._library import (Array, MESSAGE_SIZE, NutateError, asked, check, create, encoded, interruptible, library, pointer, quaternion, refusal,
+from ._library import (Array, MESSAGE_SIZE, Message, NutateError, asked, check, create, encoded, interruptible, library, pointer, quaternion, refusal,
                        text_of, vector)
 from ._owners import make_again
 from .attitudes import rotate_to_body
@@ -133,8 +133,9 @@ class Stepper(SatelliteState):
         >>> nutate.Stepper(nutate.System(moments=(5, 20, 17)), order=4).get("order")
         '4'
         """
-        self._call("nutate_stepper_get", encoded(key), ctypes.create_string_buffer(MESSAGE_SIZE), MESSAGE_SIZE)
-        return text_of(library.nutate_stepper_get, self._handle, encoded(key))
+        value = Message()
+        self._call("nutate_stepper_get", encoded(key), value, MESSAGE_SIZE)
+        return value.value.decode()
 
     def __copy__(self) -> Stepper:
         handle = create(library.nutate_stepper_copy, self._handle)
