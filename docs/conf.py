@@ -40,10 +40,10 @@ autodoc_typehints = "signature"
 autodoc_preserve_defaults = True
 default_role = "code"
 smartquotes = False
-autodoc_type_aliases = {"npt.ArrayLike": "ArrayLike", "Array": "Array", "Textual": "Textual"}
+autodoc_type_aliases = {"npt.ArrayLike": "ArrayLike", "Array": "Array", "Textual": "Textual", "Rows": "Rows"}
 # What the pages name and no page of this site describes.
 nitpick_ignore_regex = [("py:.*", r"(np|npt|numpy|ctypes|collections|os|typing|plotly|pandas|xarray|pathlib|_ctypes)\..*"),
-                        ("py:.*", r"(Any|Optional|Union|Sequence|Mapping|Iterable|Iterator|Callable|Array|Textual|SceneOrPath|ArrayLike|.*Callback)"),
+                        ("py:.*", r"(Any|Optional|Union|Sequence|Mapping|Iterable|Iterator|Callable|Array|Textual|SceneOrPath|Rows|ArrayLike|.*Callback)"),
                         ("py:class", r"(nutate\._.*|nutate\.\w+\._?[A-Z]\w*|_.*|optional|callable)"),
                         # Words of numpydoc types, such as `array, shape (n, 4)`.
                         ("py:class", r"(arrays?|shape|or|of|n|k|m|\d|complex|)"),
