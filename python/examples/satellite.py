@@ -34,7 +34,7 @@ def make(damping=0.0):
 
 
 start = nutate.quat_from_axis_angle((0, 1, 0), TILT)
-passes.direction = -1
+passes.direction = -1  # type: ignore[attr-defined]
 swinging = nutate.solve(make(), start, (0, 0, 0), t_span=(0, 40000), accuracy=1e-9, events=passes)
 period = np.diff(swinging.t_events[0]).mean()
 rate = np.sqrt(3 * STRENGTH * (MOMENTS[0] - MOMENTS[2]) / MOMENTS[1])

@@ -81,13 +81,13 @@ types_of_python() {
    python3 -m venv "$scratch/types" &&
       "$scratch/types/bin/pip" install --disable-pip-version-check numpy scipy matplotlib mypy==2.4.1 pyright==1.1.414 &&
       "$scratch/types/bin/mypy" --strict python/nutate &&
-      "$scratch/types/bin/pyright" --pythonpath "$scratch/types/bin/python" python/nutate && types_of_tutorials
+      "$scratch/types/bin/pyright" --pythonpath "$scratch/types/bin/python" python/nutate && types_of_programs
 }
 
-# The programs of the tutorials, whose functions are written without types.
-types_of_tutorials() {
+# The examples and the programs of the tutorials, whose functions are written without types.
+types_of_programs() {
    local pages=$scratch/pages
-   mkdir -p "$pages" && python3 tools/checks/tutorial_programs.py "$pages" &&
+   mkdir -p "$pages" && cp python/examples/*.py "$pages" && python3 tools/checks/tutorial_programs.py "$pages" &&
       printf '{"extraPaths": ["%s/python"]}\n' "$top" >"$pages/pyrightconfig.json" &&
       MYPYPATH=$top/python "$scratch/types/bin/mypy" --strict --allow-untyped-defs --allow-untyped-calls "$pages"/*.py &&
       "$scratch/types/bin/pyright" --project "$pages" --pythonpath "$scratch/types/bin/python"
