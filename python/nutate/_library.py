@@ -365,7 +365,15 @@ def bounds_of(values: Optional[npt.ArrayLike], names: Sequence[str]) -> Optional
 
 def pointer(array: Optional[Array]) -> Any:
     """What C sees of an array of doubles; None is NULL."""
-    return None if array is None else array.ctypes.data_as(Doubles)
+    if array is None:
+        return None
+    memory: Any = array
+    try:
+        # NumPy takes ten times as long to make a pointer.
+        return ctypes.c_double.from_buffer(memory)
+    except (TypeError, ValueError):
+        # Read-only, empty, or not contiguous.
+        return array.ctypes.data_as(Doubles)
 
 
 # Ctrl-C while the library works. Python would run the handler of the signal as soon as a callback enters Python, outside of
@@ -373,6 +381,8 @@ def pointer(array: Optional[Array]) -> Any:
 # when it asks, and the handler is called when it has. A second Ctrl-C goes to the handler immediately, for a callback that hangs.
 noted: list[Any] = []
 waiting: list[Any] = []
+# The functions below those of `signal`, whose enumerations take longer than a short run.
+raw_signal: Any = importlib.import_module("_signal" if "_signal" in sys.builtin_module_names else "signal")
 
 
 def note(number: int, frame: Any) -> None:
@@ -398,20 +408,20 @@ asked = PollCallback(wants_to_stop)
 
 def interruptible(function: Any, *arguments: Any) -> int:
     """The status of a function of the library, which Ctrl-C ends where it asks; raise_interrupt is to follow."""
-    handler = signal.getsignal(signal.SIGINT) if threading.get_ident() == threading.main_thread().ident else None
+    handler = raw_signal.getsignal(signal.SIGINT) if threading.get_ident() == threading.main_thread().ident else None
     if not callable(handler) or handler is note:
         return int(function(*arguments))
     waiting.append(handler)
     try:
-        signal.signal(signal.SIGINT, note)
+        raw_signal.signal(signal.SIGINT, note)
         return int(function(*arguments))
     finally:
-        signal.signal(signal.SIGINT, handler)
+        raw_signal.signal(signal.SIGINT, handler)
 
 
 def raise_interrupt() -> None:
     """Gives a signal that was noted to its handler, which mostly raises KeyboardInterrupt."""
-    if threading.get_ident() != threading.main_thread().ident or signal.getsignal(signal.SIGINT) is note:
+    if threading.get_ident() != threading.main_thread().ident or raw_signal.getsignal(signal.SIGINT) is note:
         return
     handlers, signals = waiting[:], noted[:]
     waiting.clear()

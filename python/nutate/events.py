@@ -66,17 +66,21 @@ class History(dict):  # type: ignore[type-arg]
 
     def _take_accuracy(self, handle: Any) -> None:
         """Reads the results of a history of the library."""
-        error, accuracy = np.empty(2), ctypes.c_double()
-        check(library.nutate_history_accuracy(handle, pointer(error), ctypes.byref(accuracy)))
+        accuracy = ctypes.c_double()
+        check(library.nutate_history_accuracy(handle, None, ctypes.byref(accuracy)))
         if accuracy.value > 0:
+            error = np.empty(2)
+            check(library.nutate_history_accuracy(handle, pointer(error), None))
             self.estimated_error, self.round_off = (float(number) for number in error)
             self.accuracy_reached = self.estimated_error <= accuracy.value
 
     def _take_chaos(self, handle: Any) -> None:
         """Reads the indicators of chaos of a history of the library."""
-        n, exponents, megno, fli = ctypes.c_size_t(), np.empty(6), ctypes.c_double(), ctypes.c_double()
-        check(library.nutate_history_chaos(handle, ctypes.byref(n), pointer(exponents), ctypes.byref(megno), ctypes.byref(fli), None))
+        n = ctypes.c_size_t()
+        check(library.nutate_history_chaos(handle, ctypes.byref(n), None, None, None, None))
         if n.value:
+            exponents, megno, fli = np.empty(6), ctypes.c_double(), ctypes.c_double()
+            check(library.nutate_history_chaos(handle, None, pointer(exponents), ctypes.byref(megno), ctypes.byref(fli), None))
             self.exponents, self.megno, self.fli = exponents[:n.value], megno.value, fli.value
 
     def _warn(self) -> None:
