@@ -111,6 +111,8 @@ module nutate_c_handles
       !> True if the settings must be read from `group`, which has the keys that were set, as in `&integrator` of a
       !> scene.
       logical :: stale = .false.
+      !> True if a method has been prepared with these settings and for these effects.
+      logical :: is_valid = .false.
       type(group_t) :: group
       !> Length of the last step that was admissible, s; 0: none.
       real(wp) :: tested_dt = 0.0_wp

@@ -203,6 +203,7 @@ contains
       type(stepper_handle_t), intent(inout) :: handle
       if (.not. allocated(handle%given)) allocate (handle%given, source=handle%system%effects)
       handle%system%effects = handle%run%events%system%effects
+      handle%is_valid = .false.
       if (.not. needs_control(handle%system%effects)) call free_senses(handle%system%effects)
    end subroutine copy_effects
 
@@ -211,7 +212,8 @@ contains
       type(stepper_handle_t), intent(inout) :: handle
       type(run_plan_t), intent(in) :: plan
       type(status_t), intent(out) :: status
-      call prepare_if_needed(handle, status)
+      ! A run with adaptive steps makes a stepper of its own.
+      if (.not. (handle%is_valid .and. handle%plan%goal%active())) call prepare_if_needed(handle, status)
       if (.not. status%ok()) return
       if (.not. (is_moderate(plan%end_time) .and. is_moderate(plan%interval)) .or. plan%every < 1) then
          status = fail(NUTATE_BAD_ARGUMENT, 'end_time or interval is not finite, or every not positive', 'end_time')

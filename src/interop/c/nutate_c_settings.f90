@@ -86,6 +86,7 @@ contains
       end if
       handle%group = group
       handle%stale = .true.
+      handle%is_valid = .false.
       call unprepare(handle)
    end subroutine keep_group
 
@@ -167,6 +168,7 @@ contains
       end associate
       if (.not. status%ok()) return
       handle%stale = .false.
+      handle%is_valid = .true.
       handle%tested_dt = 0.0_wp
    end subroutine prepare
 

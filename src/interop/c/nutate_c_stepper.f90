@@ -312,6 +312,7 @@ contains
       if (allocated(handle%given)) then
          allocate (switched, source=handle%system%effects)
          handle%system%effects = handle%given
+         handle%is_valid = .false.
          call report_failures_to(handle%system%effects, c_loc(handle%failure))
       end if
       call set_state(handle, state, status)
