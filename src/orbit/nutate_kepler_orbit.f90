@@ -301,7 +301,7 @@ contains
 
    !> Computes the coefficients of the power series of x = r/r₀, r₀ = |r| at the start, from ẍ = -(μ/r₀³) x w, w =
    !> (x·x)^(-3/2).
-   pure subroutine position_series(self, t, time_unit, x, square, w)
+   pure subroutine position_series(self, t, time_unit, x, square, w, distance)
       class(kepler_orbit_t), intent(in) :: self
       !> s.
       real(wp), intent(in) :: t, time_unit
@@ -309,28 +309,41 @@ contains
       real(wp), contiguous, intent(out) :: x(0:, :)
       !> x·x and w; shape (0:order).
       real(wp), contiguous, intent(out) :: square(0:), w(0:)
-      real(wp) :: start, pull
-      integer :: i, k
-      start = self%radius(t)
+      !> r₀, m.
+      real(wp), intent(out), optional :: distance
+      real(wp) :: start, pull, sum(3), position(3), velocity(3)
+      integer :: j, k
+      call self%find_place(t, position, start, velocity)
+      if (present(distance)) distance = start
       if (allocated(self%track)) then
          call self%track%position_series(t, time_unit, start, x)
       else
-         x(0, :) = self%position(t)/start
-         if (ubound(x, 1) > 0) x(1, :) = (time_unit/start)*self%velocity(t)
+         x(0, :) = position/start
+         if (ubound(x, 1) > 0) x(1, :) = (time_unit/start)*velocity
       end if
       pull = self%mu/start/start/start
       do k = 0, ubound(x, 1)
-         square(k) = product_term(k, x(0:k, 1), x(0:k, 1)) + product_term(k, x(0:k, 2), x(0:k, 2)) &
-                     + product_term(k, x(0:k, 3), x(0:k, 3))
+         ! The three sums do not wait for each other.
+         sum = 0.0_wp
+         do j = 0, k
+            sum(1) = sum(1) + x(j, 1)*x(k - j, 1)
+            sum(2) = sum(2) + x(j, 2)*x(k - j, 2)
+            sum(3) = sum(3) + x(j, 3)*x(k - j, 3)
+         end do
+         square(k) = sum(1) + sum(2) + sum(3)
          if (k == 0) then
             w(0) = 1/(square(0)*sqrt(square(0)))
          else
             w(k) = power_term(k, -1.5_wp, square(0:k), w(0:k - 1))
          end if
          if (k + 2 > ubound(x, 1) .or. allocated(self%track)) cycle
-         do i = 1, 3
-            x(k + 2, i) = -(pull*time_unit*time_unit)*product_term(k, x(0:k, i), w(0:k))*inverses(k + 1)*inverses(k + 2)
+         sum = 0.0_wp
+         do j = 0, k
+            sum(1) = sum(1) + x(j, 1)*w(k - j)
+            sum(2) = sum(2) + x(j, 2)*w(k - j)
+            sum(3) = sum(3) + x(j, 3)*w(k - j)
          end do
+         x(k + 2, :) = -(pull*time_unit*time_unit)*sum*inverses(k + 1)*inverses(k + 2)
       end do
    end subroutine position_series
 

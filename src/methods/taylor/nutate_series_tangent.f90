@@ -147,7 +147,7 @@ contains
       self%torques%order = self%order
       if (self%wheels%n > 0) then
          call self%wheels%set_start(before, driven)
-         call self%wheels%start(start, dt)
+         call self%wheels%start(system%effects, start, dt, self%order)
       end if
       self%momentum(:, 0) = body_momentum(before)
       do i = 1, 3

@@ -46,7 +46,7 @@ module nutate_torque_series
       !> D of all linear torques that act, N m s; shape (3,3).
       real(wp), private :: simple_drag(3, 3) = 0.0_wp
       real(wp), allocatable, private :: timed(:, :)
-      !> True for slots whose γ is not zero.
+      !> True for slots whose n is fixed and not zero.
       logical, allocatable, private :: is_directed(:)
       !> Directions in the basis, potentials first; shape (3, slots).
       real(wp), allocatable :: components(:, :)
@@ -56,7 +56,7 @@ module nutate_torque_series
       real(wp), allocatable :: auxiliary(:, :)
       integer, allocatable :: columns(:, :)
       !> Series along the basis vectors of torques in space axes; the rows R(q)ᵀeᵢ; shapes (3, 0:highest_order, number
-      !> of torques) and (3,3, 0:highest_order), without coefficients where there is no such torque.
+      !> of torques) and (4,3, 0:highest_order), without coefficients where there is no such torque.
       real(wp), allocatable, private :: along(:, :, :), rows(:, :, :)
       !> Index of each slot among the directions that move, 0 for one that does not; series of their n in the basis,
       !> shape (3, 0:highest_order, any); the fastest pace of them, 1/s; there are some.
@@ -263,7 +263,7 @@ contains
       end do
       self%is_simple = self%has_more .and. self%n_general == 0 .and. &
                        count(self%torque_slot /= 0) == count(self%is_timed)
-      self%is_directed = [(any(abs(self%components(:, i)) > 0.0_wp) .or. self%mover(i) > 0, i=1, n)]
+      self%is_directed = [(any(abs(self%components(:, i)) > 0.0_wp) .and. self%mover(i) == 0, i=1, n)]
       allocate (self%moving(3, 0:highest_order, maxval([0, self%mover])), source=0.0_wp)
       self%moves = size(self%moving, 3) > 0
       allocate (self%gamma(3, 0:highest_order, n), self%auxiliary(0:highest_order, last), source=0.0_wp)
@@ -290,7 +290,7 @@ contains
          self%torque_slot(i) = -self%torque_slot(i)
          last = highest_order
       end do
-      allocate (self%along(3, 0:last, effects%n_torques), self%rows(3, 3, 0:last), source=0.0_wp)
+      allocate (self%along(3, 0:last, effects%n_torques), self%rows(4, 3, 0:last), source=0.0_wp)
    end subroutine make_axes
 
    subroutine open_slot(self, effect, direction, n, last)
@@ -504,18 +504,33 @@ contains
       integer, intent(in) :: k
       !> Coefficient k of the rows R(q)ᵀeᵢ as columns.
       real(wp), intent(in) :: rows(3, 3)
-      real(wp) :: gamma(3)
-      integer :: n, j
-      self%rows(:, :, k) = rows
+      integer :: n
+      self%rows(1:3, :, k) = rows
       do n = 1, size(self%mover)
-         if (self%mover(n) == 0) cycle
-         gamma = 0.0_wp
-         do j = 0, k
-            gamma = gamma + times_vector(self%rows(:, :, k - j), self%moving(:, j, self%mover(n)))
-         end do
-         self%gamma(:, k, n) = gamma
+         if (self%mover(n) > 0) self%gamma(:, k, n) = turned_term(k, self%rows, self%moving(:, :, self%mover(n)))
       end do
    end subroutine move_directions
+
+   !> Returns coefficient k of a vector in body axes from its components in the basis.
+   pure function turned_term(k, rows, components) result(term)
+      integer, intent(in) :: k
+      !> Rows R(q)ᵀeᵢ as columns, with a fourth component that fills vector registers; components; shapes
+      !> (4,3, 0:highest_order), (3, 0:highest_order).
+      real(wp), intent(in) :: rows(4, 3, 0:highest_order), components(3, 0:highest_order)
+      real(wp) :: term(3)
+      real(wp) :: sum(4), x, y, z
+      integer :: i, j
+      sum = 0.0_wp
+      do j = 0, k
+         x = components(1, j)
+         y = components(2, j)
+         z = components(3, j)
+         do i = 1, 4
+            sum(i) = sum(i) + ((rows(i, 1, k - j)*x + rows(i, 2, k - j)*y) + rows(i, 3, k - j)*z)
+         end do
+      end do
+      term = sum(1:3)
+   end function turned_term
 
    !> Computes the series of torques that depend on time alone.
    pure subroutine expand_timed(self, effects, t, time_unit, acts)
@@ -586,14 +601,10 @@ contains
       real(wp), intent(in) :: rows(3, 3)
       !> ν on entry, space axes; R(q)ᵀν on exit, body axes, N m; shape (3).
       real(wp), intent(inout) :: tau(3)
-      integer :: j
-      self%rows(:, :, k) = rows
+      self%rows(1:3, :, k) = rows
       self%along(:, k, i) = [dot_product(tau, self%basis(:, 1)), dot_product(tau, self%basis(:, 2)), &
                              dot_product(tau, self%basis(:, 3))]
-      tau = 0.0_wp
-      do j = 0, k
-         tau = tau + times_vector(self%rows(:, :, k - j), self%along(:, j, i))
-      end do
+      tau = turned_term(k, self%rows, self%along(:, :, i))
    end subroutine turn_to_body
 
    !> Computes the work of the torque i, or, one more, of the potentials that move, from the start of the series to `s`,

@@ -1,7 +1,7 @@
 !> The momenta of wheels as power series in time: ḣ = u - cω, ω = h/Jw - s·Ω, beside those of the motion. All series are
 !> in `s = (t - t₀)/time_unit`.
 module nutate_wheel_series
-   use nutate_effect, only: LINEAR_SERIES, NO_SERIES, SPACE_SERIES
+   use nutate_effect, only: LINEAR_SERIES, NO_SERIES, SPACE_SERIES, TIME_SERIES
    use nutate_effect_list, only: effect_list_t
    use nutate_kinds, only: wp
    use nutate_limits, only: most_wheels
@@ -24,11 +24,13 @@ module nutate_wheel_series
       real(wp), private :: first(most_wheels) = 0.0_wp
       logical, private :: driven(most_wheels) = .false.
       !> Axes, body axes; shape (3, n). h, N m s, ω, rad/s, and u and -cω, N m; shapes (0:highest_order, n) and, of the
-      !> latter, (0:highest_order, 2, n).
+      !> latter, (2, 0:highest_order, n).
       real(wp), allocatable, private :: axes(:, :), momentum(:, :), speed(:, :), torque(:, :, :)
       !> Auxiliary series of the motors, and the first and last of each; shapes (0:highest_order, any), (2, n).
       real(wp), allocatable, private :: auxiliary(:, :)
       integer, allocatable, private :: columns(:, :)
+      !> True for motors that depend on time alone; shape (n).
+      logical, allocatable, private :: is_timed(:)
       !> Ω and γ as motors ask for them: rad/s, shape (3, 0:highest_order).
       real(wp), allocatable, private :: omega(:, :), gamma(:, :)
    contains
@@ -62,12 +64,13 @@ contains
       integer :: i, last
       self%n = effects%n_wheels
       if (allocated(self%axes)) deallocate (self%axes, self%momentum, self%speed, self%torque, self%auxiliary, &
-                                            self%columns, self%omega, self%gamma)
+                                            self%columns, self%omega, self%gamma, self%is_timed)
       if (self%n == 0) return
       allocate (self%axes(3, self%n), self%momentum(0:highest_order, self%n), self%speed(0:highest_order, self%n), &
-                self%torque(0:highest_order, 2, self%n), self%omega(3, 0:highest_order), &
+                self%torque(2, 0:highest_order, self%n), self%omega(3, 0:highest_order), &
                 self%gamma(3, 0:highest_order), source=0.0_wp)
       allocate (self%columns(2, self%n), source=0)
+      allocate (self%is_timed(self%n), source=.false.)
       last = 0
       do i = 1, self%n
          associate (wheel => effects%wheels(i))
@@ -79,6 +82,7 @@ contains
                              "' has no series (expected method = 'dop853' with conserve = .true.)", 'method')
                return
             end if
+            self%is_timed(i) = wheel%motor%series_kind() == TIME_SERIES
             last = last + wheel%motor%auxiliary_series()
             self%columns(2, i) = last
          end associate
@@ -111,16 +115,29 @@ contains
       end do
    end function is_start
 
-   !> Starts a series from what was taken.
-   pure subroutine start(self, t, time_unit)
+   !> Starts a series from what was taken, with the torques of motors that depend on time alone.
+   pure subroutine start(self, effects, t, time_unit, order)
       class(wheel_series_t), intent(inout) :: self
+      type(effect_list_t), intent(in) :: effects
       !> Start for the motors and unit of time, s.
       real(wp), intent(in) :: t, time_unit
+      !> Highest coefficient.
+      integer, intent(in) :: order
+      real(wp) :: tau(3, 0:highest_order)
       integer :: i
       self%t = t
       self%time_unit = time_unit
       do i = 1, self%n
          self%momentum(0, i) = self%first(i)
+         self%torque(1, :, i) = 0.0_wp
+         if (.not. self%driven(i)) cycle
+         if (self%is_timed(i)) then
+            call effects%wheels(i)%motor%time_series(t, time_unit, self%auxiliary(:, self%columns(1, i): &
+                                                     self%columns(2, i)), tau(:, :order))
+            self%torque(1, :order, i) = tau(1, :order)
+         else if (.not. allocated(effects%wheels(i)%motor)) then
+            self%torque(1, 0, i) = effects%wheels(i)%command
+         end if
       end do
    end subroutine start
 
@@ -149,17 +166,14 @@ contains
       do i = 1, self%n
          associate (wheel => effects%wheels(i), columns => self%columns(:, i))
             self%speed(k, i) = wheel%speed_of(self%momentum(k, i), omega)
-            tau = 0.0_wp
-            if (self%driven(i) .and. allocated(wheel%motor)) then
+            if (self%driven(i) .and. allocated(wheel%motor) .and. .not. self%is_timed(i)) then
                call wheel%motor%series_torque(k, self%t, self%time_unit, self%omega(:, 0:k), self%gamma(:, 0:k), &
                                               self%auxiliary(:, columns(1):columns(2)), tau)
-            else if (self%driven(i) .and. k == 0) then
-               tau(1) = wheel%command
+               self%torque(1, k, i) = tau(1)
             end if
-            self%torque(k, 1, i) = tau(1)
-            self%torque(k, 2, i) = -wheel%friction*self%speed(k, i)
+            self%torque(2, k, i) = -wheel%friction*self%speed(k, i)
             if (k < highest_order) self%momentum(k + 1, i) = (self%time_unit*inverses(k + 1))* &
-                                                             (self%torque(k, 1, i) + self%torque(k, 2, i))
+                                                             (self%torque(1, k, i) + self%torque(2, k, i))
          end associate
       end do
    end subroutine add_term
@@ -219,8 +233,8 @@ contains
       !> Possible truncation errors of each gain, N m s, shape (most_wheels), and of all works together, J.
       real(wp), intent(inout) :: error(most_wheels)
       real(wp), intent(out) :: of_works
-      real(wp) :: power(0:highest_order), of_momentum(4), of_energy(4)
-      integer :: i, j, k, which
+      real(wp) :: power(0:highest_order, 2), of_momentum(4), of_energy(4)
+      integer :: i, which
       of_momentum = 0.0_wp
       call tail%weights(order, s, of_momentum(1), of_momentum(2))
       call tail%energy_weights(order, s, of_energy)
@@ -228,18 +242,10 @@ contains
       do i = 1, self%n
          gain(i) = total(self%momentum(:, i), of_momentum)
          error(i) = tail%error_of(order, s, self%momentum(order:order - 3:-1, i))
+         call integrate_power(order, self%speed(:, i), self%torque(:, :, i), power)
          do which = 1, 2
-            power = 0.0_wp
-            do j = 0, order - 1
-               do k = j, order - 1
-                  power(k) = power(k) + self%speed(j, i)*self%torque(k - j, which, i)
-               end do
-            end do
-            do k = order, 1, -1
-               power(k) = power(k - 1)*inverses(k)
-            end do
-            work(which, i) = self%time_unit*total(power, of_energy)
-            of_works = of_works + abs(self%time_unit)*tail%error_of_energy(order, s, last_of(power))
+            work(which, i) = self%time_unit*total(power(:, which), of_energy)
+            of_works = of_works + abs(self%time_unit)*tail%error_of_energy(order, s, last_of(power(:, which)))
          end do
       end do
 
@@ -271,5 +277,27 @@ contains
       end function total
 
    end subroutine evaluate
+
+   !> Computes coefficients 1..order of the works of motor and friction, J per unit of time.
+   pure subroutine integrate_power(order, speed, torque, work)
+      integer, intent(in) :: order
+      !> ω, rad/s, shape (0:highest_order); u and -cω, N m, shape (2, 0:highest_order).
+      real(wp), intent(in) :: speed(0:highest_order), torque(2, 0:highest_order)
+      !> Shape (0:highest_order, 2).
+      real(wp), intent(out) :: work(0:highest_order, 2)
+      real(wp) :: motor, friction
+      integer :: j, k
+      work = 0.0_wp
+      do k = 0, order - 1
+         motor = 0.0_wp
+         friction = 0.0_wp
+         do j = 0, k
+            motor = motor + speed(j)*torque(1, k - j)
+            friction = friction + speed(j)*torque(2, k - j)
+         end do
+         work(k + 1, 1) = inverses(k + 1)*motor
+         work(k + 1, 2) = inverses(k + 1)*friction
+      end do
+   end subroutine integrate_power
 
 end module nutate_wheel_series

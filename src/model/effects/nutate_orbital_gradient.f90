@@ -8,7 +8,7 @@ module nutate_orbital_gradient
    use nutate_kepler_orbit, only: kepler_orbit_t
    use nutate_kinds, only: wp
    use nutate_limits, only: is_moderate
-   use nutate_power_series, only: power_term, product_term
+   use nutate_power_series, only: power_term
    use nutate_quaternion, only: rotate_to_body
    implicit none
    private
@@ -108,17 +108,20 @@ contains
       real(wp), intent(in) :: t, time_unit
       real(wp), intent(out) :: n(:, 0:)
       real(wp), dimension(0:ubound(n, 2)) :: square, w, u
-      real(wp) :: x(0:ubound(n, 2), 3), start, strength
-      integer :: i, k
-      call self%path%position_series(t, time_unit, x, square, w)
-      start = self%path%radius(t)
+      real(wp) :: x(0:ubound(n, 2), 3), start, strength, sum(3)
+      integer :: j, k
+      call self%path%position_series(t, time_unit, x, square, w, start)
       strength = sqrt(self%path%mu/start/start/start)
       do k = 0, ubound(n, 2)
          if (k == 0) u(0) = 1/(square(0)*sqrt(sqrt(square(0))))
          if (k > 0) u(k) = power_term(k, -1.25_wp, square(0:k), u(0:k - 1))
-         do i = 1, 3
-            n(i, k) = strength*product_term(k, x(0:k, i), u(0:k))
+         sum = 0.0_wp
+         do j = 0, k
+            sum(1) = sum(1) + x(j, 1)*u(k - j)
+            sum(2) = sum(2) + x(j, 2)*u(k - j)
+            sum(3) = sum(3) + x(j, 3)*u(k - j)
          end do
+         n(:, k) = strength*sum
       end do
    end subroutine series_along_orbit
 
