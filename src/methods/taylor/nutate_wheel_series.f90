@@ -233,15 +233,18 @@ contains
       !> Possible truncation errors of each gain, N m s, shape (most_wheels), and of all works together, J.
       real(wp), intent(inout) :: error(most_wheels)
       real(wp), intent(out) :: of_works
-      real(wp) :: power(0:highest_order, 2), of_momentum(4), of_energy(4)
-      integer :: i, which
+      real(wp) :: power(0:highest_order, 2), of_momentum(4), of_energy(4), last(4)
+      integer :: i, k, which
       of_momentum = 0.0_wp
       call tail%weights(order, s, of_momentum(1), of_momentum(2))
       call tail%energy_weights(order, s, of_energy)
       of_works = 0.0_wp
       do i = 1, self%n
          gain(i) = total(self%momentum(:, i), of_momentum)
-         error(i) = tail%error_of(order, s, self%momentum(order:order - 3:-1, i))
+         do k = 1, 4
+            last(k) = self%momentum(order + 1 - k, i)
+         end do
+         error(i) = tail%error_of(order, s, last)
          call integrate_power(order, self%speed(:, i), self%torque(:, :, i), power)
          do which = 1, 2
             work(which, i) = self%time_unit*total(power(:, which), of_energy)
