@@ -156,8 +156,8 @@ contains
       if (handle%stale) call read_settings(handle, status)
       if (.not. status%ok()) return
       associate (run => handle%run, goal => handle%plan%goal)
-         run%requested%attitude = run%requested%attitude .or. handle%system%effects%needs_attitude() .or. &
-                              goal%accuracy > 0.0_wp .or. need_attitude(handle%sets)
+         if (.not. handle%is_valid) run%requested%attitude = run%requested%attitude .or. goal%accuracy > 0.0_wp .or. &
+            handle%system%effects%needs_attitude() .or. need_attitude(handle%sets)
          run%summary%settings%attitude = run%requested%attitude
          ! The choice of a run stays. Otherwise the duration of runs is not known yet.
          call choose_settings(handle%system, run%state, 0.0_wp, goal%accuracy, goal%local_tolerance, &
