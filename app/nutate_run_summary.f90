@@ -135,9 +135,7 @@ contains
       if (run%summary%settings%conserve) call page%item('projection', 'onto the invariants')
       call add_invariants(page, watcher%invariants, scene%system%effects)
       if (scene%integrator%attitude) call page%item('norm error', rounded_text(watcher%invariants%norm_error, 3))
-      do i = 1, size(run%summary%work)
-         call page%item('work of '//worker_name(scene%system%effects, i), rounded_text(run%summary%work(i))//' J')
-      end do
+      call add_works(page, scene%system%effects, run%summary%work)
       if (allocated(run%events)) call add_events(page, watcher, run)
       if (allocated(run%summary%chaos)) call add_chaos(page, run%summary%chaos)
       call page%item('history', plural(watcher%rows, 'row')//' of '// &
@@ -181,7 +179,7 @@ contains
          count_text(int(run%summary%most_iterations, long))//' at most')
    end subroutine add_effort
 
-   !> Returns true if the steps of a scene can be certified: never those with wheels or controllers.
+   !> Returns true if the steps of a scene can be certified: never those with wheels, inner spheres or controllers.
    pure logical function has_certificates(effects)
       type(effect_list_t), intent(in) :: effects
       has_certificates = effects%n_wheels == 0 .and. .not. has_controller(1, .false., effects)
@@ -340,8 +338,26 @@ contains
       if (.not. alone) b = 0.0_wp
    end function field_of_magnetorquers
 
+   !> Adds the work of each effect: of an inner sphere, whose components have works, their sum.
+   subroutine add_works(page, effects, work)
+      type(page_t), intent(inout) :: page
+      type(effect_list_t), intent(in) :: effects
+      !> J; shape (n_works).
+      real(wp), intent(in) :: work(:)
+      integer :: first, last, i
+      first = effects%n_torques + 2*effects%n_reaction_wheels
+      last = first + 6*effects%n_spheres
+      do i = 1, size(work)
+         if (i <= first .or. i > last) then
+            call page%item('work of '//worker_name(effects, i), rounded_text(work(i))//' J')
+         else if (modulo(i - first, 6) == 0) then
+            call page%item('work of '//worker_name(effects, i), rounded_text(sum(work(i - 5:i)))//' J')
+         end if
+      end do
+   end subroutine add_works
+
    !> Returns the name of an effect that does work: of a torque, or `motor 1`, `friction 1`, ... of a wheel, or
-   !> time-dependent potentials.
+   !> `inner sphere 1`, or time-dependent potentials.
    function worker_name(effects, i) result(name)
       type(effect_list_t), intent(in) :: effects
       !> Position among the effects that do work.
@@ -354,6 +370,11 @@ contains
          name = 'time-dependent potentials'
       else
          k = (i - effects%n_torques + 1)/2
+         if (effects%wheels(k)%component > 0) then
+            name = 'inner sphere '//count_text(int((k - effects%n_reaction_wheels + 2)/3, long))
+            if (effects%wheels(k)%label /= '') name = name//" '"//trim(effects%wheels(k)%label)//"'"
+            return
+         end if
          name = trim(merge('friction', 'motor   ', i - effects%n_torques == 2*k))//' '//count_text(int(k, long))
          if (effects%wheels(k)%label /= '') name = name//" '"//trim(effects%wheels(k)%label)//"'"
       end if

@@ -179,7 +179,7 @@ contains
                if (controller%by /= BY_WHEELS .or. controller%law /= POINTING) cycle
                ! The shares are the negative pseudo-inverse of the axes: their product has the rank as its trace.
                spanned = nint(sum([(-dot_product(controller%share(:, k), effects%wheels(k)%axis), &
-                                    k=1, effects%n_wheels)]))
+                                    k=1, effects%n_reaction_wheels)]))
                if (spanned < 3) call add_note(notes, 'the wheels of a controller do not span three axes: it cannot '// &
                                               'give a torque across them (expected three wheels or more)')
             class default

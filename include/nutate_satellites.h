@@ -107,6 +107,17 @@ int nutate_stepper_wheel(const nutate_stepper *stepper, size_t wheel, double *sp
  *   ==>  torque    N m, up to the limit of the wheel */
 int nutate_stepper_set_motor(nutate_stepper *stepper, size_t wheel, double torque);
 
+/* Returns the number of inner spheres, which groups of a scene add.   ==>  stepper   <==  n */
+int nutate_stepper_sphere_count(const nutate_stepper *stepper, size_t *n);
+/* Returns the current state of an inner sphere.
+ *   ==>  sphere    1, 2, ...
+ *   <==  rate      [3], relative to the body, body axes, rad/s; or NULL
+ *   <==  momentum  [3], space axes, N m s; or NULL           <==  energy  kinetic, J; or NULL
+ *   <==  work      of friction since the state was set, J; or NULL
+ * Status: NUTATE_BAD_ARGUMENT for a sphere that does not exist. */
+int nutate_stepper_sphere(const nutate_stepper *stepper, size_t sphere, double rate[3], double momentum[3],
+                          double *energy, double *work);
+
 /* Returns the Jacobi integral T + V - omega.l, J; T + V if the space axes do not rotate. Calls user-defined potentials.
  *   <==  jacobi  J */
 int nutate_stepper_jacobi(nutate_stepper *stepper, double *jacobi);

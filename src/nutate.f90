@@ -101,6 +101,7 @@ module nutate
    use nutate_hamiltonian, only: angular_velocity, body_momentum, conserved_energy, kinetic_energy, make_state, &
       potential_energy, space_momentum, total_energy
    use nutate_history, only: history_t
+   use nutate_inner_sphere, only: inner_sphere_t
    use nutate_integrator_settings, only: integrator_settings_t
    use nutate_kepler_orbit, only: kepler_orbit_t
    use nutate_kinds, only: long, wp
@@ -129,7 +130,7 @@ module nutate
    use nutate_timed_force, only: timed_force_t
    use nutate_torque, only: torque_t
    use nutate_wheel, only: wheel_t
-   use nutate_wheel_mounting, only: add_wheel
+   use nutate_wheel_mounting, only: add_inner_sphere, add_wheel
    implicit none
    public
 end module nutate

@@ -43,6 +43,9 @@ module suites_of_effects
       module subroutine collect_flyby(testsuite)
          type(unittest_type), allocatable, intent(out) :: testsuite(:)
       end subroutine collect_flyby
+      module subroutine collect_inner_sphere(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_inner_sphere
       module subroutine collect_linearization(testsuite)
          type(unittest_type), allocatable, intent(out) :: testsuite(:)
       end subroutine collect_linearization
@@ -164,6 +167,7 @@ contains
          new_testsuite("random_controllers", collect_random_controllers), &
          new_testsuite("wheel_reference", collect_wheel_reference), &
          new_testsuite("wheels", collect_wheels), &
+         new_testsuite("inner_sphere", collect_inner_sphere), &
          new_testsuite("error_weighting", collect_error_weighting)]
    end function effect_suites
 

@@ -435,6 +435,8 @@ int test_c_satellites_refused(void)
     EXPECT(NUTATE_BAD_HANDLE, nutate_system_add_detumbling(none, 1.0, field, 0.0, INFINITY));
     EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_wheel_count(stepper, &n));
     EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_wheel(stepper, 1, NULL, NULL, NULL));
+    EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_sphere_count(stepper, &n));
+    EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_sphere(stepper, 1, NULL, NULL, NULL, NULL));
     EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_set_motor(stepper, 1, 0.0));
     EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_jacobi(stepper, &number));
     EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_time_dependent_work(stepper, &number));
@@ -484,6 +486,8 @@ int test_c_satellites_refused(void)
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_state_at(stepper, 0.15, q, three));
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_wheel(stepper, 0, NULL, NULL, NULL));
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_wheel(stepper, 2, NULL, NULL, NULL));
+    EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_sphere(stepper, 1, NULL, NULL, NULL, NULL));
+    EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_sphere_count(stepper, NULL));
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_set_motor(stepper, 2, 0.0));
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_set_motor(stepper, 1, 5.5));
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_set_motor(stepper, 1, NAN));

@@ -51,7 +51,8 @@ contains
          system = sample_body()
          steps = share_of(150)
          if (btest(combination, samples%position('earth_field') - 1) .or. &
-             btest(combination, samples%position('force') - 1)) steps = share_of(40)
+             btest(combination, samples%position('force') - 1) .or. &
+             btest(combination, samples%position('inner_sphere') - 1)) steps = share_of(40)
          do k = 1, size(samples%names)
             if (btest(combination, k - 1)) call samples%add(system, k)
          end do

@@ -170,7 +170,7 @@ contains
    end function of_fields
 
    pure function of_wheels() result(promises)
-      type(promise_t) :: promises(12)
+      type(promise_t) :: promises(15)
       real(wp), parameter :: zero(1) = 0.0_wp, up(3) = [0.0_wp, 0.0_wp, 1.0_wp]
       promises(1) = any_number('wheel', 'axis', [0.0_wp, 0.0_wp, 0.0_wp], 2)
       promises(1)%least = 1e-100_wp
@@ -193,7 +193,12 @@ contains
       ! Above the torque of the sample, and its speed.
       promises(11) = positive('wheel', 'torque_limit', [1.0_wp], least=0.5_wp)
       promises(12) = positive('wheel', 'speed_limit', [4.0_wp], least=3.0_wp)
-      promises(12)%text_only = .true.
+      ! Momentum, friction and energy of a sphere at rates of 1.6 rad/s are below their limits.
+      promises(13) = positive('inner_sphere', 'inertia', [1.0_wp], greatest=0.6e100_wp)
+      promises(14) = positive('inner_sphere', 'damping', [1.0_wp], greatest=0.9e100_wp)
+      promises(15) = any_number('inner_sphere', 'angular_velocity', [0.0_wp, 0.0_wp, 0.0_wp], 2)
+      promises(15)%greatest = 1.1e50_wp
+      promises(12:15)%text_only = .true.
       promises%setting%inertia = 2.0_wp
    end function of_wheels
 

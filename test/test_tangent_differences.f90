@@ -350,7 +350,7 @@ contains
       difference(1:3) = turn(2:4)/shift
       difference(4:6) = (body_momentum(one) - body_momentum(other))/(2*shift)
       difference(7) = work/(2*shift)
-      difference(8:10) = (one%wheel_momentum(1:3) - other%wheel_momentum(1:3))/(2*shift)
+      difference(8:14) = (one%wheel_momentum(1:7) - other%wheel_momentum(1:7))/(2*shift)
    end function difference_of
 
    !> Columns of the start, of the body, and of each parameter of each group; their variants by four shifts.

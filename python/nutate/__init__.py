@@ -54,7 +54,7 @@ from .exchange import AttitudeRows, date, read_aem, tdb
 from .fits import FitProblem, FitResult, fit
 from .linear import ControllerGains, Equilibrium, Linearization, equilibria, linearize
 from .pictures import colour, plot, symbol
-from .satellites import Wheel
+from .satellites import Sphere, Wheel
 from .scenes import Scene, run
 from .sensitivities import Sensitivity
 from .solutions import Motion, Solution, solve
@@ -67,7 +67,7 @@ __version__ = version()
 
 __all__ = ["AttitudeRows", "Bodies", "ControllerGains", "Equilibrium", "Event", "FitProblem", "FitResult", "History", "Linearization",
            "Motion", "NutateAccuracyWarning", "NutateError", "NutateOSError", "NutateValueError", "Page", "Scene", "Sensitivity", "Solution",
-           "Stepper", "System", "Wheel", "attitude_distance", "axis_angle_from_quat", "colour", "date", "equilibria", "euler_from_quat",
+           "Sphere", "Stepper", "System", "Wheel", "attitude_distance", "axis_angle_from_quat", "colour", "date", "equilibria", "euler_from_quat",
            "exact_free_body", "fit", "follow_euler", "from_rotation", "linearize", "matrix_from_quat", "omega_from_euler_rates", "plot", "quat_from_axis_angle",
            "quat_from_euler", "quat_from_matrix", "quat_from_rotation_vector", "quat_normalized", "quat_product", "rotate_to_body",
            "rotate_to_space", "read_aem", "rotation_vector_from_quat", "run", "solve", "sweep", "sweep_chunk", "symbol", "tdb", "to_pandas",

@@ -131,6 +131,8 @@ SIGNATURES: dict[str, tuple[Any, ...]] = {
     "nutate_stepper_event": (Handle, Size, Text, Size, ctypes.POINTER(Long), Doubles, Doubles, Doubles),
     "nutate_stepper_wheel_count": (Handle, Sizes),
     "nutate_stepper_wheel": (Handle, Size, Doubles, Doubles, Doubles),
+    "nutate_stepper_sphere_count": (Handle, Sizes),
+    "nutate_stepper_sphere": (Handle, Size, Doubles, Doubles, Doubles, Doubles),
     "nutate_stepper_set_motor": (Handle, Size, Double),
     "nutate_stepper_jacobi": (Handle, Doubles),
     "nutate_stepper_time_dependent_work": (Handle, Doubles),

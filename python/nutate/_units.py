@@ -3,12 +3,12 @@
 UNITS = (
     ("1", "q# norm_error iterations step_residual lvlh_q# eclipse controller#_saturations energy_ratio "
      "short_axis_mode sense frame#_q# megno fli"),
-    ("N m s", "p# L# l_x l_y l_z orthogonality wheel#_momentum"),
-    ("rad/s", "omega# omega_x omega_y omega_z angular_speed lvlh_omega# wheel#_speed sigma_omega#"),
+    ("N m s", "p# L# l_x l_y l_z orthogonality wheel#_momentum sphere#_momentum_x sphere#_momentum_y sphere#_momentum_z"),
+    ("rad/s", "omega# omega_x omega_y omega_z angular_speed lvlh_omega# wheel#_speed sphere#_rate# sigma_omega#"),
     ("rad", "phi theta psi roll pitch yaw true_anomaly sun_angle euler_#_# pointing_error# pole_longitude "
      "pole_latitude frame#_angle sigma_rotation#"),
     ("J", "kinetic potential total work energy_residual jacobi time_dependent_work wheel#_motor_work "
-     "wheel#_friction_work"),
+     "wheel#_friction_work sphere#_energy sphere#_friction_work"),
     ("m", "orbit_x orbit_y orbit_z orbit_radius shadow_depth"),
     ("m/s", "orbit_speed"),
     ("N m or A m2", "controller#_commanded# controller#_applied#"),
@@ -18,7 +18,7 @@ UNITS = (
     ("J", "energy_* work_*"),
     ("rad per unit", "d_rotation#/d_*"),
     ("rad/s per unit", "d_omega#/d_*"),
-    ("N m s per unit", "d_wheel#_momentum/d_*"),
+    ("N m s per unit", "d_wheel#_momentum/d_* d_sphere#_momentum#/d_*"),
     ("1", "covariance_*"),
 )
 
@@ -62,6 +62,11 @@ QUANTITIES = (
     ("wheel#_momentum", "wheel momentum", 13, "", "wheel #", False),
     ("wheel#_motor_work", "works of wheel #", 36, "#e69f00", "motor", False),
     ("wheel#_friction_work", "works of wheel #", 36, "#cc79a7", "friction", False),
+    ("sphere#_rate1 sphere#_rate2 sphere#_rate3", "rate of inner sphere #", 12, "", "ω_1,ω_2,ω_3", False),
+    ("sphere#_momentum_x sphere#_momentum_y sphere#_momentum_z",
+     "momentum of inner sphere #", 13, "", "l_x,l_y,l_z", False),
+    ("sphere#_energy", "energy of inner spheres", 34, "", "sphere #", False),
+    ("sphere#_friction_work", "works of inner spheres", 36, "", "sphere #", False),
     ("roll", "roll, pitch, yaw", 5, "#d55e00", "", False),
     ("pitch", "roll, pitch, yaw", 5, "#009e73", "", False),
     ("yaw", "roll, pitch, yaw", 5, "#0b3c5d", "", False),

@@ -1,4 +1,4 @@
-"""Reaction wheels, orbits and rotating frames: methods of a System that add them, and of a Stepper that read them."""
+"""Reaction wheels, inner spheres, orbits and rotating frames: methods of a System that add them, and of a Stepper that read them."""
 
 from __future__ import annotations
 
@@ -32,6 +32,19 @@ class Wheel(NamedTuple):
     """Work of the motor since the state was set, J."""
     friction_work: float
     """Work of the bearing friction since the state was set, J."""
+
+
+class Sphere(NamedTuple):
+    """Current state of an inner sphere."""
+
+    rate: Array
+    """Angular velocity relative to the body, body axes, rad/s; shape (3)."""
+    momentum: Array
+    """Angular momentum, space axes, N m s; shape (3)."""
+    energy: float
+    """Kinetic energy, J."""
+    friction_work: float
+    """Work of the friction since the state was set, J."""
 
 
 class WheelMounting(Recipe):
@@ -184,7 +197,7 @@ class WheelMounting(Recipe):
 
 
 class SatelliteState(Owner):
-    """Methods of a Stepper for reaction wheels, orbit and frame."""
+    """Methods of a Stepper for reaction wheels, inner spheres, orbit and frame."""
 
     @property
     def wheels(self) -> list[Wheel]:
@@ -196,6 +209,18 @@ class SatelliteState(Owner):
             self._call("nutate_stepper_wheel", i + 1, pointer(numbers[0:1]), pointer(numbers[1:2]), pointer(numbers[2:]))
             wheels.append(Wheel(*numbers.tolist()))
         return wheels
+
+    @property
+    def spheres(self) -> list[Sphere]:
+        """Current states of all inner spheres, which System.add("inner_sphere", inertia=..., damping=...) adds."""
+        count, numbers = ctypes.c_size_t(), np.empty(8)
+        self._call("nutate_stepper_sphere_count", ctypes.byref(count))
+        spheres = []
+        for i in range(count.value):
+            self._call("nutate_stepper_sphere", i + 1, pointer(numbers[0:3]), pointer(numbers[3:6]), pointer(numbers[6:7]),
+                       pointer(numbers[7:8]))
+            spheres.append(Sphere(numbers[0:3].copy(), numbers[3:6].copy(), float(numbers[6]), float(numbers[7])))
+        return spheres
 
     def set_motor(self, wheel: int, torque: float) -> None:
         """Sets the motor torque of a wheel, which is held until it is set again or a state is set.

@@ -125,6 +125,23 @@ class SatellitesTest(unittest.TestCase):
         with self.assertRaisesRegex(nutate.NutateValueError, "the system has no wheels"):
             make_box().set_motor(0, 0.1)
 
+    def test_an_inner_sphere_takes_the_energy_and_keeps_the_momentum(self):
+        system = nutate.System(inertia=(1.7, 1.1, 0.9))
+        system.add("inner_sphere", inertia=0.3, damping=0.5, angular_velocity=(0.1, -0.2, 0.3))
+        stepper = nutate.Stepper(system, omega=(0.02, 0.01, 2.0), order=8)
+        stepper.set_columns("sphere1", "angular_momentum_space", "energy")
+        first = stepper.row
+        for _ in range(100):
+            stepper.step(0.1)
+        row, sphere = stepper.row, stepper.spheres[0]
+        np.testing.assert_allclose(sphere.rate, [row[f"sphere1_rate{i}"] for i in (1, 2, 3)], rtol=1e-13)
+        np.testing.assert_allclose(sphere.momentum, [row[f"sphere1_momentum_{i}"] for i in "xyz"], rtol=1e-13)
+        self.assertAlmostEqual(sphere.energy, row["sphere1_energy"], delta=1e-15)
+        self.assertAlmostEqual(sphere.friction_work, row["work"], delta=1e-14)
+        self.assertLess(sphere.friction_work, -1e-2)
+        np.testing.assert_allclose([row[f"l_{i}"] for i in "xyz"], [first[f"l_{i}"] for i in "xyz"], atol=1e-14)
+        self.assertEqual(make_box().spheres, [])
+
     def test_gains_of_controllers_are_numbers_or_matrices(self):
         tensor = np.array([[90.0, 5.0, -3.0], [5.0, 100.0, 2.0], [-3.0, 2.0, 40.0]])
         ends = []

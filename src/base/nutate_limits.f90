@@ -9,7 +9,8 @@ module nutate_limits
 
    public :: greatest_number, least_number, least_size, greatest_length, least_length, greatest_step, least_step, &
       greatest_turn, most_steps, same_time, whole_tolerance, attitude_tolerance, manifold_tolerance, greatest_norm, &
-      least_norm, least_momentum, greatest_power, least_power, most_rows, most_wheels
+      least_norm, least_momentum, greatest_power, least_power, most_rows, most_wheels, &
+      most_spheres, most_inner
    public :: is_moderate, is_direction, is_unit, is_step, is_same_time, is_countable, in_words
 
    !> Largest size of a number that is given, and of the momentum, energy and torque that follow: its square and the
@@ -54,6 +55,9 @@ module nutate_limits
    !> Largest number of wheels of a body: every state has room for so many, since no step allocates memory. Spacecraft
    !> have three to six.
    integer, parameter :: most_wheels = 6
+   !> Largest number of inner spheres of a body, and of momenta inside of it, which every state has room for: one of
+   !> each wheel, three of each sphere.
+   integer, parameter :: most_spheres = 4, most_inner = 12
 
    !> Largest number of rows of a table that C passes; more are treated as an error of the caller.
    integer, parameter :: most_rows = 2**28

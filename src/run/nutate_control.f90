@@ -137,7 +137,7 @@ contains
       real(wp), intent(in) :: t
       real(wp) :: command
       integer :: k
-      do k = 1, effects%n_wheels
+      do k = 1, effects%n_reaction_wheels
          command = effects%command_of_wheel(k)
          associate (wheel => effects%wheels(k))
             wheel%command = max(-wheel%torque_limit, min(wheel%torque_limit, command))

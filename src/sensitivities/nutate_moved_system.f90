@@ -10,7 +10,7 @@ module nutate_moved_system
    use nutate_system, only: system_t
    use nutate_tangent, only: tangent_t
    use nutate_torque, only: torque_t
-   use nutate_wheel, only: wheel_t
+   use nutate_wheel, only: friction_change, wheel_t
    implicit none
    private
 
@@ -125,7 +125,7 @@ contains
       real(wp), intent(in) :: change(:)
       wheel%axis = wheel%axis + wheel%axis_change(change)
       wheel%inertia = wheel%inertia + change(4)
-      wheel%friction = wheel%friction + change(6)
+      wheel%friction = wheel%friction + friction_change(wheel, change)
       if (size(change) > 6) call move_torque(wheel%motor, wheel%motor_change(change))
    end subroutine move_wheel
 

@@ -5,6 +5,7 @@ submodule(nutate_tangent) nutate_tangent_procedures
    use nutate_quaternion, only: cross, quat_normalized, rotate_to_body, rotate_to_space
    use nutate_small_products, only: times_vector
    use nutate_status, only: fail, NUTATE_BAD_ARGUMENT
+   use nutate_wheel, only: speed_change
    implicit none
 
 contains
@@ -76,7 +77,7 @@ contains
                      speed = wheel%speed_of(state%wheel_momentum(item%place), omega)
                      self%wheels(k, item%place) = self%wheels(k, item%place) &
                         + c(4)*(speed + dot_product(wheel%axis, omega)) &
-                        + wheel%inertia*(c(5) + dot_product(wheel%axis_change(c), omega))
+                        + wheel%inertia*(speed_change(wheel, c) + dot_product(wheel%axis_change(c), omega))
                   end associate
                end associate
             end do
@@ -130,6 +131,7 @@ contains
       do i = 1, size(variation%effects)
          if (variation%effects(i)%kind /= OF_WHEEL) cycle
          associate (wheel => effects%wheels(variation%effects(i)%place), c => variation%effects(i)%change)
+            if (wheel%component > 0) cycle
             axis = wheel%axis_change(c)
             do j = 1, 3
                change(:, j) = change(:, j) - (c(4)*wheel%axis(j) + wheel%inertia*axis(j))*wheel%axis &

@@ -152,6 +152,8 @@ contains
          call visit(effects%torques(i)%item, OF_TORQUE, i)
       end do
       do i = 1, effects%n_wheels
+         ! The three components of an inner sphere are one effect.
+         if (effects%wheels(i)%component > 1 .and. effects%wheels(i)%name == effect) same_name = same_name - 1
          call visit(effects%wheels(i), OF_WHEEL, i)
       end do
       if (allocated(effects%orbits)) then

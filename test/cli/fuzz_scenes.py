@@ -491,6 +491,14 @@ def wheel(dice, scales):
     return group("wheel", lines)
 
 
+def inner_sphere(dice, scales):
+    lines = [f"inertia = {scales.text(length=2, mass=1, signed=False)}",
+             f"damping = {scales.text(length=2, mass=1, time=-1, signed=False)}"]
+    if dice.random() < 0.5:
+        lines.append(f"angular_velocity = {scales.text(3, time=-1)}")
+    return group("inner_sphere", lines)
+
+
 def controller(dice, scales):
     lines = [f"sample = {scales.text(time=1, signed=False)}"] if dice.random() < 0.5 else []
     if dice.random() < 0.3:
@@ -522,12 +530,12 @@ def from_samples(name, keys):
 
 EVENT_COLUMNS = [*(f"q{i}" for i in range(4)), *(f"omega{i}" for i in (1, 2, 3)), "omega_x", "L1", "l_z", "p0", "phi", "theta",
                  "psi", "kinetic", "potential", "total", "jacobi", "wheel1_speed",
-                 "wheel2_momentum", "roll", "pitch", "yaw", "orbit_radius", "true_anomaly",
+                 "wheel2_momentum", "sphere1_rate2", "sphere1_energy", "roll", "pitch", "yaw", "orbit_radius", "true_anomaly",
                  "shadow_depth", "energy_ratio", "rotation_period", "pole_longitude", "pole_latitude"]
 
 # In the units of a scene, and then those that have no function of their own.
 EFFECTS = [gravity, dipole, gravity_gradient, spring, damping, torque, rotor, rotating_frame, orbit, earth_field, third_degree,
-           force, wheel, controller]
+           force, wheel, inner_sphere, controller]
 EFFECTS += [from_samples(name, keys) for name, keys in read_effects().items()
             if name not in [effect.__name__ for effect in EFFECTS]]
 

@@ -75,6 +75,8 @@ SUN_COLUMNS = {"eclipse": ["eclipse", "shadow_depth"], "sun_angle": ["sun_angle"
 EFFECT_COLUMNS = {"energies": ["energy_EFFECT"], "works": ["work_EFFECT"]}
 WHEEL_COLUMNS = {f"wheel{i}": [f"wheel{i}_{name}" for name in ("speed", "momentum", "motor_work", "friction_work")]
                  for i in range(1, 7)}
+SPHERE_PARTS = ("rate1", "rate2", "rate3", "momentum_x", "momentum_y", "momentum_z", "energy", "friction_work")
+SPHERE_COLUMNS = {f"sphere{i}": [f"sphere{i}_{name}" for name in SPHERE_PARTS] for i in range(1, 5)}
 CONTROL_COLUMNS = {f"controller{i}": [f"controller{i}_{kind}{k}" for kind in ("commanded", "applied") for k in (1, 2, 3)]
                    + [f"controller{i}_saturations"] for i in range(1, 7)}
 POINTING_COLUMNS = {f"pointing_error{i}": [f"pointing_error{i}"] for i in range(1, 7)}

@@ -3,7 +3,7 @@ import re
 import unittest
 
 from support import (BOX, COLUMNS, CONTROL_COLUMNS, EFFECT_COLUMNS, FIELD_COLUMNS, FRAME_COLUMNS, FREE_COLUMNS, ORBIT_COLUMNS, POINTING_COLUMNS,
-                     ROOT, SUN_COLUMNS, TOP, TUMBLING_COLUMNS, WHEEL_COLUMNS, CommandLineTest)
+                     ROOT, SPHERE_COLUMNS, SUN_COLUMNS, TOP, TUMBLING_COLUMNS, WHEEL_COLUMNS, CommandLineTest)
 
 
 class Check(CommandLineTest):
@@ -271,7 +271,7 @@ class Help(CommandLineTest):
             self.assertIn(name, text)
             self.assertIn(",".join(columns), text)
         whole = re.sub(r",\n +", ",", text)
-        for name, columns in {**CONTROL_COLUMNS, **POINTING_COLUMNS, **FIELD_COLUMNS, **TUMBLING_COLUMNS,
+        for name, columns in {**SPHERE_COLUMNS, **CONTROL_COLUMNS, **POINTING_COLUMNS, **FIELD_COLUMNS, **TUMBLING_COLUMNS,
                               **FRAME_COLUMNS, **FREE_COLUMNS}.items():
             self.assertRegex(whole, rf"\n  {name} +" + ",".join(columns) + r"\n")
         self.assertNotIn("--output", self.succeed("check", "--help").stdout)

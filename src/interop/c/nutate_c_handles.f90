@@ -17,7 +17,7 @@ module nutate_c_handles
    use nutate_fit_problem, only: fit_problem_t
    use nutate_keys, only: group_t, name_length
    use nutate_kinds, only: wp, long
-   use nutate_limits, only: most_wheels
+   use nutate_limits, only: most_inner
    use nutate_run, only: run_t
    use nutate_run_plan, only: run_plan_t
    use nutate_scene, only: scene_t
@@ -95,7 +95,7 @@ module nutate_c_handles
       private
       !> Time, s; attitude and momentum, shape (4); momenta of the wheels.
       real(wp) :: t = 0.0_wp, q(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], p(4) = 0.0_wp
-      real(wp) :: wheel_momentum(most_wheels) = 0.0_wp
+      real(wp) :: wheel_momentum(most_inner) = 0.0_wp
    contains
       procedure :: set => set_start
       procedure :: state => state_of_start

@@ -1,7 +1,7 @@
 !> C interface: steppers, their settings and their state. The functions are documented in `include/nutate_stepper.h`.
 module nutate_c_stepper
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_int, c_loc, c_ptr, c_size_t
-   use nutate_body, only: body_t, whole_body
+   use nutate_body, only: body_t, make_body, whole_body
    use nutate_c_effects, only: add_failure, report_failures_to
    use nutate_c_handles, only: conclude, copy_system, destroy, found, get_propagated, null_argument, open_slot, &
       report, scene_handle_t, set_chaos, set_propagated, stepper_handle_t, system_handle_t, unprepare, STEPPER_MARK
@@ -185,13 +185,15 @@ contains
       code = conclude(handle, status)
    end function nutate_stepper_set_canonical
 
-   !> Returns the state for a momentum, with the wheels at their given speeds: (Jᵣ + Σ Jw ssᵀ)Ω = L - h - Σ Jw ω s.
+   !> Returns the state for a momentum, with wheels and inner spheres at their given speeds: (Jᵣ + Σ Jw ssᵀ)Ω = L - h -
+   !> Σ Jw ω s, the components of spheres among the wheels.
    pure type(state_t) function state_of(system, t, q, p) result(state)
       type(system_t), intent(in) :: system
       !> Time, s; attitude and conjugate momentum, kg m²/s; shape (4).
       real(wp), intent(in) :: t, q(4), p(4)
-      type(body_t) :: whole
-      real(wp) :: omega(3)
+      type(body_t) :: whole, loaded
+      type(status_t) :: status
+      real(wp) :: omega(3), inertia(3, 3)
       integer :: i
       state%t = t
       state%q = q
@@ -199,6 +201,16 @@ contains
       if (system%effects%n_wheels == 0) return
       whole = whole_body(system%body)
       associate (wheels => system%effects%wheels)
+         if (system%effects%n_spheres > 0) then
+            inertia = whole%inertia
+            do i = 1, size(wheels)
+               associate (axis => wheels(i)%component)
+                  if (axis > 0) inertia(axis, axis) = inertia(axis, axis) + wheels(i)%inertia
+               end associate
+            end do
+            call make_body(inertia, loaded, status, check_triangle=.false.)
+            whole%inverse_inertia = loaded%inverse_inertia
+         end if
          omega = matmul(whole%inverse_inertia, body_momentum(state) - &
                         system%effects%inner_momentum([(wheels(i)%inertia*wheels(i)%speed, i=1, size(wheels))]))
          do i = 1, size(wheels)

@@ -50,7 +50,7 @@ module nutate_columns
       integer, private :: n_plain = 0
       integer :: plain_width = 1
       type(propagated_t), allocatable, private :: propagated
-      integer, private :: n_wheels = 0
+      integer, private :: n_wheels = 0, n_spheres = 0
       !> True for angles in degrees, rates in degrees per second.
       logical, private :: degrees = .false.
       logical, private :: needs_rate = .false.

@@ -16,7 +16,7 @@ submodule(nutate_columns) nutate_columns_procedures
       set_of, turns_to_degrees, width_of, NEEDS_CONTROLLER, NEEDS_TARGET, Q_CONJUGATE_MOMENTUM, Q_CONSTRAINTS, &
       Q_CONTROLLER, Q_ECLIPSE, Q_ORBIT_POSITION, Q_ENERGIES, Q_ENERGY, Q_EULER, Q_FIELD, Q_FRAME_ATTITUDE, Q_JACOBI, &
       Q_MOMENTUM, Q_MOMENTUM_SPACE, Q_PROPAGATED, Q_QUATERNION, Q_RATE, Q_RATE_SPACE, Q_ROLL_PITCH_YAW, Q_SOLVER, &
-      Q_TIME_DEPENDENT_WORK, Q_TUMBLING, Q_WHEEL_SPEED, Q_WORKS
+      Q_TIME_DEPENDENT_WORK, Q_SPHERE_RATE, Q_TUMBLING, Q_WHEEL_SPEED, Q_WORKS
    use nutate_spelling, only: comma_list, nearest_name, split_list
    use nutate_status, only: fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_FINITE
    use nutate_tumbling_columns, only: tumbling_values
@@ -74,10 +74,12 @@ contains
          self%energies = ''
          self%works = ''
          self%n_wheels = 0
+         self%n_spheres = 0
          if (present(effects)) then
             if (any(kinds == Q_ENERGIES)) self%energies = energy_headers(effects)
             if (self%needs_works) self%works = work_headers(effects)
-            self%n_wheels = effects%n_wheels
+            self%n_wheels = effects%n_reaction_wheels
+            self%n_spheres = effects%n_spheres
          end if
          self%n_plain = count(kinds /= Q_PROPAGATED)
          self%differentiates = self%n_plain < size(kinds)
@@ -89,7 +91,8 @@ contains
             end do
          end do
          do i = self%n_plain + 1, size(kinds)
-            self%widths(i) = propagated_width(quantities(self%chosen(i))%propagated, propagated, self%n_wheels)
+            self%widths(i) = propagated_width(quantities(self%chosen(i))%propagated, propagated, &
+                                               self%n_wheels + 3*self%n_spheres)
          end do
       end associate
       self%plain_width = 1 + sum(self%widths(:self%n_plain))
@@ -171,7 +174,7 @@ contains
       end if
       do i = self%n_plain + 1, size(self%chosen)
          line = line//','//propagated_headers(quantities(self%chosen(i))%propagated, self%propagated, self%n_wheels, &
-                                              self%degrees)
+                                              self%n_spheres, self%degrees)
       end do
    end procedure header
 
@@ -329,6 +332,8 @@ contains
             values(1) = merge(1.0_wp, 0.0_wp, values(2) > 0.0_wp)
          case (Q_WHEEL_SPEED)
             values = of_wheel(number, system, state)
+         case (Q_SPHERE_RATE)
+            values = of_sphere(first, system, state)
          case (Q_TUMBLING)
             values = tumbling_values(system, state)
          case (Q_FRAME_ATTITUDE)
@@ -378,11 +383,29 @@ contains
       type(state_t), intent(in) :: state
       real(wp) :: values(4)
       values = 0.0_wp
-      if (i > system%effects%n_wheels) return
+      if (i > system%effects%n_reaction_wheels) return
       values(1) = system%effects%wheels(i)%speed_of(state%wheel_momentum(i), angular_velocity(system, state))
       values(2) = state%wheel_momentum(i)
       values(3:4) = state%wheel_work(:, i)
    end function of_wheel
+
+   !> Returns the values of the set of an inner sphere; shape (8).
+   pure function of_sphere(first, system, state) result(values)
+      !> Position of the first quantity of the set.
+      integer, intent(in) :: first
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      real(wp) :: values(8)
+      type(motion_t) :: motion
+      integer :: k
+      call find_motion(system, state, motion)
+      do k = 1, 3
+         values(k) = quantity_value(quantities(first), k, system, motion)
+         values(3 + k) = quantity_value(quantities(first + 1), k, system, motion)
+      end do
+      values(7) = quantity_value(quantities(first + 2), 1, system, motion)
+      values(8) = quantity_value(quantities(first + 3), 1, system, motion)
+   end function of_sphere
 
    module procedure transfer_columns
       integer :: i

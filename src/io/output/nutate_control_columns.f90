@@ -48,7 +48,7 @@ contains
       real(wp) :: torque(3), u, asked
       integer :: i
       torque = 0.0_wp
-      do i = 1, effects%n_wheels
+      do i = 1, effects%n_reaction_wheels
          associate (wheel => effects%wheels(i))
             if (.not. wheel%is_driven(t)) cycle
             u = wheel%drive(t, q, rate)
@@ -75,7 +75,7 @@ contains
       integer :: i
       number = controller%n_saturations(t)
       if (.not. controller%drives_wheels()) return
-      do i = 1, effects%n_wheels
+      do i = 1, effects%n_reaction_wheels
          associate (wheel => effects%wheels(i))
             if (.not. allocated(wheel%motor)) then
                number = number + wheel%saturations%number

@@ -30,7 +30,8 @@ contains
    end function energy_headers
 
    !> Returns the names of the work columns, `work_damping,work_motor1,work_friction1`: torques, motor and friction of
-   !> each wheel, the potentials that move, and the switches if potentials can be switched; empty if there is nothing.
+   !> each wheel, friction of each inner sphere, the potentials that move, and the switches if potentials can be
+   !> switched; empty if there is nothing.
    pure function work_headers(effects) result(headers)
       type(effect_list_t), intent(in) :: effects
       character(len=:), allocatable :: headers
@@ -41,10 +42,14 @@ contains
          names(i) = effects%torques(i)%item%name
       end do
       names(:last) = numbered(names(:last))
-      do i = 1, effects%n_wheels
+      do i = 1, effects%n_reaction_wheels
          write (names(last + 1), '("motor", i0)') i
          write (names(last + 2), '("friction", i0)') i
          last = last + 2
+      end do
+      do i = 1, effects%n_spheres
+         last = last + 1
+         write (names(last), '("sphere", i0)') i
       end do
       if (effects%moves) then
          last = last + 1
@@ -80,13 +85,20 @@ contains
       !> Number of headers.
       integer, intent(in) :: n
       real(wp) :: works(n)
-      integer :: fixed
+      integer :: fixed, i, last
       works = 0.0_wp
       if (.not. allocated(record%works)) return
-      fixed = effects%n_torques + 2*effects%n_wheels
+      fixed = effects%n_torques + 2*effects%n_reaction_wheels
       works(:fixed) = record%works(:fixed)
+      ! Each sphere has a motor, which does no work, and friction along each axis.
+      last = fixed
+      do i = 1, effects%n_spheres
+         fixed = fixed + 1
+         works(fixed) = sum(record%works(last + 1:last + 6))
+         last = last + 6
+      end do
       ! In a member of an ensemble, potentials that move in the scene can be constant.
-      if (effects%moves .and. n > fixed) works(fixed + 1) = record%works(fixed + 1)
+      if (effects%moves .and. n > fixed) works(fixed + 1) = record%works(last + 1)
       if (can_switch(effects)) works(n) = record%works(size(record%works))
    end function works_of
 

@@ -1,6 +1,6 @@
 !> The columns of a history for the quantities that a run propagates. For the parameters in `&free`: the derivatives of
-!> attitude, angular velocity and momenta of wheels with respect to each, and the standard deviations that follow. For
-!> `&chaos`: the indicators of chaos.
+!> attitude, angular velocity and momenta of wheels and inner spheres with respect to each, and the standard deviations
+!> that follow. For `&chaos`: the indicators of chaos.
 !>
 !> With J the derivatives of rotation vector and angular velocity and Σ the diagonal matrix of the squared standard
 !> deviations, JΣJᵀ is the covariance of attitude and angular velocity, to first order.
@@ -48,14 +48,15 @@ contains
    end function lyapunov_names
 
    !> Returns the number of columns of a set.
-   pure integer function propagated_width(set, propagated, n_wheels) result(width)
+   pure integer function propagated_width(set, propagated, n_inner) result(width)
       !> Set of columns, `SENSITIVITIES`, ...
       integer, intent(in) :: set
       type(propagated_t), intent(in) :: propagated
-      integer, intent(in) :: n_wheels
+      !> Number of momenta of wheels and inner spheres.
+      integer, intent(in) :: n_inner
       select case (set)
       case (SENSITIVITIES)
-         width = size(propagated%names)*(components + n_wheels)
+         width = size(propagated%names)*(components + n_inner)
       case (DEVIATIONS)
          width = components
       case (COVARIANCE)
@@ -68,16 +69,17 @@ contains
    end function propagated_width
 
    !> Returns the names of the columns of a set, comma separated.
-   pure function propagated_headers(set, propagated, n_wheels, degrees) result(names)
+   pure function propagated_headers(set, propagated, n_wheels, n_spheres, degrees) result(names)
       !> Set of columns, `SENSITIVITIES`, ...
       integer, intent(in) :: set
       type(propagated_t), intent(in) :: propagated
-      integer, intent(in) :: n_wheels
+      integer, intent(in) :: n_wheels, n_spheres
       !> True if angles are in degrees.
       logical, intent(in) :: degrees
       character(len=:), allocatable :: names
       character(len=4) :: unit
       character(len=8) :: wheel
+      character(len=32) :: sphere
       character(len=9), allocatable :: exponents(:)
       integer :: i, k
       unit = ''
@@ -92,6 +94,10 @@ contains
             do i = 1, n_wheels
                write (wheel, '(i0)') i
                names = names//',d_wheel'//trim(wheel)//'_momentum/d_'//trim(propagated%names(k))
+            end do
+            do i = 1, 3*n_spheres
+               write (sphere, '(",d_sphere", i0, "_momentum", i0, "/d_")') (i + 2)/3, modulo(i - 1, 3) + 1
+               names = names//trim(sphere)//trim(propagated%names(k))
             end do
          end do
       case (DEVIATIONS)
@@ -119,9 +125,9 @@ contains
    end function propagated_headers
 
    !> Computes the values of a set: for each parameter the derivatives of the rotation vector, rad, of Ω, rad/s, both in
-   !> body axes, and of the momentum of each wheel, N m s; or standard deviations of rotation vector and Ω, or the upper
-   !> triangle of their covariance, by rows, which are infinite if squares would overflow; or Lyapunov exponents, 1/s,
-   !> MEGNO, FLI.
+   !> body axes, of the momentum of each wheel, N m s, and of that of each inner sphere, body axes, N m s; or standard
+   !> deviations of rotation vector and Ω, or the upper triangle of their covariance, by rows, which are infinite if
+   !> squares would overflow; or Lyapunov exponents, 1/s, MEGNO, FLI.
    pure subroutine propagated_values(set, propagated, system, state, tangent, chaos, unit, values)
       !> Set of columns, `SENSITIVITIES`, ...
       integer, intent(in) :: set

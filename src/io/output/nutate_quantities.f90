@@ -3,6 +3,7 @@
 !> `quantity_value` in `nutate_quantity_motion`; a closed form of its rate and bounds are cases beside it.
 module nutate_quantities
    use nutate_effect_list, only: effect_list_t
+   use nutate_limits, only: most_spheres
    use nutate_propagated_columns, only: COVARIANCE, DEVIATIONS, FLI, LYAPUNOV, MEGNO, SENSITIVITIES
    implicit none
    private
@@ -13,8 +14,9 @@ module nutate_quantities
    public :: Q_QUATERNION, Q_CONJUGATE_MOMENTUM, Q_RATE, Q_RATE_SPACE, Q_MOMENTUM, Q_MOMENTUM_SPACE, Q_EULER, Q_SPEED, &
       Q_LVLH_RATE, Q_ORBIT_SPEED, Q_SUN_ANGLE, Q_ENERGY, Q_BALANCE, Q_CONSTRAINTS, Q_SOLVER, Q_JACOBI, &
       Q_ROLL_PITCH_YAW, Q_LVLH_ATTITUDE, Q_ORBIT_POSITION, Q_ORBIT_RADIUS, Q_TRUE_ANOMALY, Q_ECLIPSE, Q_SHADOW_DEPTH, &
-      Q_TIME_DEPENDENT_WORK, Q_WHEEL_SPEED, Q_WHEEL_MOMENTUM, Q_WHEEL_WORK, Q_ENERGIES, Q_WORKS, Q_CONTROLLER, &
-      Q_POINTING_ERROR, Q_FIELD, Q_TUMBLING, Q_FRAME_ATTITUDE, Q_FRAME_ANGLE, Q_PROPAGATED
+      Q_TIME_DEPENDENT_WORK, Q_WHEEL_SPEED, Q_WHEEL_MOMENTUM, Q_WHEEL_WORK, Q_SPHERE_RATE, Q_SPHERE_MOMENTUM, &
+      Q_SPHERE_ENERGY, Q_SPHERE_WORK, Q_ENERGIES, Q_WORKS, Q_CONTROLLER, Q_POINTING_ERROR, Q_FIELD, Q_TUMBLING, &
+      Q_FRAME_ATTITUDE, Q_FRAME_ANGLE, Q_PROPAGATED
    public :: AS_EVENT, AS_MEASUREMENT, NEEDS_CONTROLLER, NEEDS_TARGET
 
    !> Kinds: one procedure evaluates all components of a kind.
@@ -22,14 +24,15 @@ module nutate_quantities
       enumerator :: Q_QUATERNION = 1, Q_CONJUGATE_MOMENTUM, Q_RATE, Q_RATE_SPACE, Q_MOMENTUM, Q_MOMENTUM_SPACE, &
          Q_EULER, Q_ENERGY, Q_BALANCE, Q_CONSTRAINTS, Q_SOLVER, Q_JACOBI, Q_ROLL_PITCH_YAW, Q_LVLH_ATTITUDE, &
          Q_ORBIT_POSITION, Q_ORBIT_RADIUS, Q_TRUE_ANOMALY, Q_ECLIPSE, Q_SHADOW_DEPTH, Q_TIME_DEPENDENT_WORK, &
-         Q_WHEEL_SPEED, Q_WHEEL_MOMENTUM, Q_WHEEL_WORK, Q_ENERGIES, Q_WORKS, Q_CONTROLLER, Q_POINTING_ERROR, Q_FIELD, &
-         Q_TUMBLING, Q_FRAME_ATTITUDE, Q_FRAME_ANGLE, Q_SPEED, Q_LVLH_RATE, Q_ORBIT_SPEED, Q_SUN_ANGLE, Q_PROPAGATED
+         Q_WHEEL_SPEED, Q_WHEEL_MOMENTUM, Q_WHEEL_WORK, Q_SPHERE_RATE, Q_SPHERE_MOMENTUM, Q_SPHERE_ENERGY, &
+         Q_SPHERE_WORK, Q_ENERGIES, Q_WORKS, Q_CONTROLLER, Q_POINTING_ERROR, Q_FIELD, Q_TUMBLING, &
+         Q_FRAME_ATTITUDE, Q_FRAME_ANGLE, Q_SPEED, Q_LVLH_RATE, Q_ORBIT_SPEED, Q_SUN_ANGLE, Q_PROPAGATED
    end enum
 
    !> Requirements of quantities on the scene.
    enum, bind(c)
-      enumerator :: NEEDS_NOTHING = 0, NEEDS_WHEEL, NEEDS_CONTROLLER, NEEDS_TARGET, NEEDS_FIELD, NEEDS_ORBIT, &
-         NEEDS_SUN, NEEDS_NO_ROTOR, NEEDS_FRAME, NEEDS_POTENTIAL, NEEDS_WORK
+      enumerator :: NEEDS_NOTHING = 0, NEEDS_WHEEL, NEEDS_SPHERE, NEEDS_CONTROLLER, NEEDS_TARGET, NEEDS_FIELD, &
+         NEEDS_ORBIT, NEEDS_SUN, NEEDS_NO_ROTOR, NEEDS_FRAME, NEEDS_POTENTIAL, NEEDS_WORK
    end enum
 
    !> Uses that not all quantities have.
@@ -67,7 +70,7 @@ module nutate_quantities
       logical :: attitude = .true.
       !> Requirement on the scene: `NEEDS_WHEEL`, ...
       integer :: needs = NEEDS_NOTHING
-      !> Number of the wheel, controller or frame, in the order of the scene.
+      !> Number of the wheel, inner sphere, controller or frame, in the order of the scene.
       integer :: number = 1
       !> Position of the first component among those of its kind.
       integer :: first = 1
@@ -186,6 +189,17 @@ module nutate_quantities
                    adds_up, attitude=.false., needs=NEEDS_WHEEL, number=i, symbols='motor'), &
         quantity_t('wheel#', 'wheel#_friction_work', Q_WHEEL_WORK, 'J', 'works of wheel #', 36, PINK, '', adds_up, &
                    adds_up, attitude=.false., needs=NEEDS_WHEEL, number=i, symbols='friction'), i=1, 6)], &
+      [(quantity_t('sphere#', 'sphere#_rate1,sphere#_rate2,sphere#_rate3', Q_SPHERE_RATE, 'rad/s', &
+                   'rate of inner sphere #', 12, axes='body', in_radians=.true., attitude=.false., &
+                   needs=NEEDS_SPHERE, number=i, symbols='ω_1,ω_2,ω_3'), &
+        quantity_t('sphere#', 'sphere#_momentum_x,sphere#_momentum_y,sphere#_momentum_z', Q_SPHERE_MOMENTUM, &
+                   'N m s', 'momentum of inner sphere #', 13, axes='space', needs=NEEDS_SPHERE, number=i, &
+                   symbols='l_x,l_y,l_z'), &
+        quantity_t('sphere#', 'sphere#_energy', Q_SPHERE_ENERGY, 'J', 'energy of inner spheres', 34, &
+                   attitude=.false., needs=NEEDS_SPHERE, number=i, symbols='sphere #'), &
+        quantity_t('sphere#', 'sphere#_friction_work', Q_SPHERE_WORK, 'J', 'works of inner spheres', 36, '', '', &
+                   adds_up, adds_up, attitude=.false., needs=NEEDS_SPHERE, number=i, symbols='sphere #'), &
+        i=1, most_spheres)], &
       quantity_t('roll_pitch_yaw', 'roll', Q_ROLL_PITCH_YAW, 'rad', 'roll, pitch, yaw', 5, VERMILION, &
                  is_periodic=.true.), &
       quantity_t('roll_pitch_yaw', 'pitch', Q_ROLL_PITCH_YAW, 'rad', 'roll, pitch, yaw', 5, GREEN, first=2), &
@@ -236,6 +250,8 @@ module nutate_quantities
                  pattern='d_omega#/d_*'), &
       quantity_t('sensitivities', '', Q_PROPAGATED, 'N m s per unit', 'wheel momentum by *', 43, &
                  propagated=SENSITIVITIES, pattern='d_wheel#_momentum/d_*'), &
+      quantity_t('sensitivities', '', Q_PROPAGATED, 'N m s per unit', 'sphere momentum by *', 43, &
+                 propagated=SENSITIVITIES, pattern='d_sphere#_momentum#/d_*'), &
       quantity_t('standard_deviations', 'sigma_COMPONENT', Q_PROPAGATED, 'rad', 'σ of the rotation', 44, '', '', &
                  is_propagated, is_propagated, propagated=DEVIATIONS, pattern='sigma_rotation#'), &
       quantity_t('standard_deviations', '', Q_PROPAGATED, 'rad/s', 'σ of Ω', 45, propagated=DEVIATIONS, &

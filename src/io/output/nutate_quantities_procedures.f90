@@ -133,7 +133,9 @@ contains
       associate (n => quantity%number)
          select case (quantity%needs)
          case (NEEDS_WHEEL)
-            if (n > effects%n_wheels) call refer_to('a wheel', 'one group &wheel for each')
+            if (n > effects%n_reaction_wheels) call refer_to('a wheel', 'one group &wheel for each')
+         case (NEEDS_SPHERE)
+            if (n > effects%n_spheres) call refer_to('an inner sphere', 'one group &inner_sphere for each')
          case (NEEDS_CONTROLLER)
             if (.not. has_controller(n, .false., effects)) &
                call refer_to('a controller', 'one group &controller for each')
@@ -150,7 +152,8 @@ contains
          case (NEEDS_FRAME)
             if (n > effects%n_frames) call refer_to('a frame', 'one group &frame for each')
          case (NEEDS_NO_ROTOR)
-            if (effects%n_rotors > 0) call need('a body without rotors and wheels', 'no &rotor and no &wheel')
+            if (effects%n_rotors > 0) call need('a body without rotors, wheels and inner spheres', &
+                                                'no &rotor, no &wheel and no &inner_sphere')
          case (NEEDS_POTENTIAL)
             if (energy_headers(effects) == '') call need('a potential', 'one, such as &gravity')
          case (NEEDS_WORK)

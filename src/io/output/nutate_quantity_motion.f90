@@ -9,8 +9,8 @@ module nutate_quantity_motion
    use nutate_quantities, only: quantity_t, Q_CONJUGATE_MOMENTUM, Q_ENERGY, Q_EULER, Q_FIELD, &
       Q_FRAME_ANGLE, Q_FRAME_ATTITUDE, Q_JACOBI, Q_LVLH_ATTITUDE, Q_LVLH_RATE, Q_MOMENTUM, Q_MOMENTUM_SPACE, &
       Q_ORBIT_POSITION, Q_ORBIT_RADIUS, Q_ORBIT_SPEED, Q_POINTING_ERROR, Q_QUATERNION, Q_RATE, Q_RATE_SPACE, &
-      Q_ROLL_PITCH_YAW, Q_SHADOW_DEPTH, Q_SPEED, Q_SUN_ANGLE, Q_TRUE_ANOMALY, Q_TUMBLING, Q_WHEEL_MOMENTUM, &
-      Q_WHEEL_SPEED
+      Q_ROLL_PITCH_YAW, Q_SHADOW_DEPTH, Q_SPEED, Q_SPHERE_ENERGY, Q_SPHERE_MOMENTUM, Q_SPHERE_RATE, Q_SPHERE_WORK, &
+      Q_SUN_ANGLE, Q_TRUE_ANOMALY, Q_TUMBLING, Q_WHEEL_MOMENTUM, Q_WHEEL_SPEED
    use nutate_quaternion, only: cross, quat_conjugate, quat_norm, quat_product, quat_vector_product, rotate_to_body, &
       rotate_to_space
    use nutate_small_products, only: vector_length
@@ -71,14 +71,58 @@ contains
             x = frame_value(quantity, component, system, motion)
          case (Q_WHEEL_SPEED, Q_WHEEL_MOMENTUM)
             x = 0.0_wp
-            if (n > system%effects%n_wheels) return
+            if (n > system%effects%n_reaction_wheels) return
             x = motion%state%wheel_momentum(n)
             if (quantity%kind == Q_WHEEL_SPEED) x = system%effects%wheels(n)%speed_of(x, motion%omega)
+         case (Q_SPHERE_RATE, Q_SPHERE_MOMENTUM, Q_SPHERE_ENERGY, Q_SPHERE_WORK)
+            x = sphere_value(quantity, component, system, motion)
          case default
             x = energy_value(quantity, component, system, motion)
          end select
       end associate
    end function quantity_value
+
+   !> Returns a component of the rate of an inner sphere relative to the body, rad/s, or of its momentum in space axes,
+   !> N m s, its energy, or the work of its friction, J; 0 if the sphere does not exist.
+   pure real(wp) function sphere_value(quantity, component, system, motion) result(x)
+      type(quantity_t), intent(in) :: quantity
+      integer, intent(in) :: component
+      type(system_t), intent(in) :: system
+      type(motion_t), intent(in) :: motion
+      real(wp) :: v(3)
+      integer :: last
+      x = 0.0_wp
+      if (quantity%number > system%effects%n_spheres) return
+      last = system%effects%n_reaction_wheels + 3*quantity%number
+      associate (h => motion%state%wheel_momentum(last - 2:last), inertia => system%effects%wheels(last)%inertia)
+         v = h/inertia - motion%omega
+         if (quantity%kind == Q_SPHERE_MOMENTUM) v = rotate_to_space(unit(motion%state%q), h)
+         x = v(component)
+         if (quantity%kind == Q_SPHERE_ENERGY) x = 0.5_wp*dot_product(h/inertia, h)
+         if (quantity%kind == Q_SPHERE_WORK) x = sum(motion%state%wheel_work(2, last - 2:last))
+      end associate
+   end function sphere_value
+
+   !> Returns the rate of `sphere_value` along the motion.
+   pure real(wp) function sphere_value_rate(quantity, component, system, motion) result(x)
+      type(quantity_t), intent(in) :: quantity
+      integer, intent(in) :: component
+      type(system_t), intent(in) :: system
+      type(motion_t), intent(in) :: motion
+      real(wp) :: v(3)
+      integer :: last
+      x = 0.0_wp
+      if (quantity%number > system%effects%n_spheres) return
+      last = system%effects%n_reaction_wheels + 3*quantity%number
+      associate (h => motion%state%wheel_momentum(last - 2:last), rate => motion%wheel_rate(last - 2:last), &
+                 inertia => system%effects%wheels(last)%inertia)
+         v = rate/inertia - motion%acceleration
+         if (quantity%kind == Q_SPHERE_MOMENTUM) &
+            v = rotate_to_space(unit(motion%state%q), rate + cross(motion%relative, h))
+         x = v(component)
+         if (quantity%kind == Q_SPHERE_ENERGY) x = dot_product(h/inertia, rate)
+      end associate
+   end function sphere_value_rate
 
    !> Returns the kinetic, potential or total energy, or the Jacobi integral, J.
    pure real(wp) function energy_value(quantity, component, system, motion) result(x)
@@ -312,9 +356,11 @@ contains
             x = frame_rate(quantity, component, system, motion)
          case (Q_WHEEL_SPEED, Q_WHEEL_MOMENTUM)
             x = 0.0_wp
-            if (n > system%effects%n_wheels) return
+            if (n > system%effects%n_reaction_wheels) return
             x = motion%wheel_rate(n)
             if (quantity%kind == Q_WHEEL_SPEED) x = system%effects%wheels(n)%speed_of(x, motion%acceleration)
+         case (Q_SPHERE_RATE, Q_SPHERE_MOMENTUM, Q_SPHERE_ENERGY)
+            x = sphere_value_rate(quantity, component, system, motion)
          case default
             x = energy_rate(quantity, component, system, motion)
          end select

@@ -46,6 +46,10 @@ module nutate_discrete_forces
       !> All effects are potentials with constant ∇U; R(u), shape (3,3), if there are potentials.
       logical :: in_fields = .false.
       real(wp) :: columns(3, 3) = 0.0_wp
+      !> There are inner spheres, whose torque is R(c½)ᵀD - KΩ̄ (`nutate_sphere_steps`); D, N m, seen from u, shape (3),
+      !> and K, N m s, set at the start of a step.
+      logical :: has_spheres = .false.
+      real(wp) :: pull(3) = 0.0_wp, drag = 0.0_wp
       !> The torque acts in this step; shape (number of torques). Not allocated if there are no torques.
       logical, allocatable :: acts(:)
    contains
@@ -80,7 +84,8 @@ contains
       type(effect_list_t), intent(in) :: effects
       logical, intent(in) :: projection
       integer :: i
-      self%active = effects%n_potentials + effects%n_torques > 0
+      self%has_spheres = effects%n_spheres > 0
+      self%active = effects%n_potentials + effects%n_torques > 0 .or. self%has_spheres
       self%by_attitude = effects%needs_attitude()
       self%projection = projection
       self%in_fields = .false.
@@ -97,7 +102,7 @@ contains
             if (self%is_linear(i)) self%slope(:, i) = -potential%series_moment()
          end associate
       end do
-      self%in_fields = effects%n_torques == 0 .and. all(self%is_linear)
+      self%in_fields = effects%n_torques == 0 .and. all(self%is_linear) .and. .not. self%has_spheres
    end subroutine prepare
 
    !> Moves the allocated arrays to another variable, without a copy; they must be moved back.
@@ -173,6 +178,7 @@ contains
          s(2:4) = s(2:4) + cross(gamma, gradient)
          if (.not. self%projection) s(1) = s(1) - dot_product(gamma, gradient)
       end do
+      if (self%has_spheres) s(2:4) = s(2:4) + rotate_to_body(xm, self%pull)/dot_product(xm, xm) - self%drag*omega
       if (effects%n_torques == 0) return
       attitude = mid_attitude(self%frame, xm)
       do i = 1, effects%n_torques
@@ -194,7 +200,7 @@ contains
       real(wp), intent(out) :: by_x(4, 4)
       !> ∂τ/∂Ω̄; shape (3,3).
       real(wp), intent(out) :: by_rate(3, 3)
-      real(wp) :: attitude(4), rotation(3, 3), rate(3, 3), angle_by_x(4, 4)
+      real(wp) :: attitude(4), rotation(3, 3), rate(3, 3), angle_by_x(4, 4), pull(3)
       integer :: i, j
       call self%evaluate(effects, x1, xm, omega, s)
       by_x = 0.0_wp
@@ -202,10 +208,20 @@ contains
       do i = 1, effects%n_potentials
          call add_potential_derivative(self, effects, i, x1, xm, by_x)
       end do
-      if (effects%n_torques == 0) return
-      attitude = mid_attitude(self%frame, xm)
+      if (effects%n_torques == 0 .and. .not. self%has_spheres) return
       ! The small rotation of x̄ + ½δx against x̄ is θ = vec(x̄*∘δx)/|x̄|², body axes.
       angle_by_x = quat_left_matrix(quat_conjugate(xm))/dot_product(xm, xm)
+      if (self%has_spheres) then
+         pull = rotate_to_body(xm, self%pull)/dot_product(xm, xm)
+         do j = 1, 4
+            by_x(2:4, j) = by_x(2:4, j) + cross(pull, angle_by_x(2:4, j))
+         end do
+         do j = 1, 3
+            by_rate(j, j) = by_rate(j, j) - self%drag
+         end do
+      end if
+      if (effects%n_torques == 0) return
+      attitude = mid_attitude(self%frame, xm)
       do i = 1, effects%n_torques
          if (.not. self%acts(i)) cycle
          call effects%torques(i)%item%derivatives(self%t, attitude, omega, rotation, rate)
@@ -271,6 +287,12 @@ contains
          t2 = t2 + square*(middle(3)*gradient(1) - middle(1)*gradient(3))
          t3 = t3 + square*(middle(1)*gradient(2) - middle(2)*gradient(1))
       end do
+      if (self%has_spheres) then
+         one = shrink*rotated_back(b, self%pull) - (self%drag*rate)*b
+         t1 = t1 + one(1)
+         t2 = t2 + one(2)
+         t3 = t3 + one(3)
+      end if
       if (effects%n_torques > 0) then
          attitude = half_rotated(self%frame, b, shrink)
          do i = 1, effects%n_torques
@@ -341,7 +363,7 @@ contains
       real(wp), intent(out) :: tau(3)
       !> ∂τ/∂b; shape (3,3).
       real(wp), intent(out) :: by_b(3, 3)
-      real(wp) :: shrink, turns(3, 3), attitude(4), rotation(3, 3), by_rate(3, 3)
+      real(wp) :: shrink, turns(3, 3), attitude(4), rotation(3, 3), by_rate(3, 3), pull(3)
       integer :: i, j
       shrink = 1/(1 + dot_product(b, b))
       do j = 1, 3
@@ -354,6 +376,14 @@ contains
       do i = 1, effects%n_potentials
          call add_rotated_potential(self, effects, i, b, turns, tau, by_b)
       end do
+      if (self%has_spheres) then
+         pull = shrink*rotated_back(b, self%pull)
+         tau = tau + pull - (self%drag*rate)*b
+         do j = 1, 3
+            by_b(:, j) = by_b(:, j) + cross_of(pull, turns(:, j))
+            by_b(j, j) = by_b(j, j) - self%drag*rate
+         end do
+      end if
       if (effects%n_torques == 0) return
       attitude = half_rotated(self%frame, b, shrink)
       do i = 1, effects%n_torques

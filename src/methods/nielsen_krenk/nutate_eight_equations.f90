@@ -25,6 +25,7 @@ module nutate_eight_equations
    use nutate_quaternion, only: cross, quat_conjugate, quat_left_matrix, quat_product, quat_right_matrix, &
       quat_vector_product, rotate_to_body, vector_quat_product
    use nutate_small_products, only: times_vector
+   use nutate_sphere_steps, only: sphere_steps_t
    use nutate_state, only: state_t
    use nutate_system, only: system_t
    use nutate_wheel_steps, only: wheel_steps_t
@@ -58,8 +59,9 @@ module nutate_eight_equations
       type(discrete_forces_t) :: forces
       !> Rotation of the space axes during the step.
       type(frame_turn_t) :: turn
-      !> Wheels in the step; not allocated if there are none.
+      !> Wheels, and inner spheres, in the step; not allocated if there are none.
       type(wheel_steps_t), allocatable :: wheels
+      type(sphere_steps_t), allocatable :: spheres
    contains
       !> Chooses the unit of momentum.
       procedure :: set_momentum_unit
@@ -79,6 +81,8 @@ module nutate_eight_equations
       procedure :: increments_of
       !> Returns the rate relative to rotating space axes.
       procedure :: relative_rate
+      !> Returns the r by which a step rotates the body.
+      procedure :: turn_of
       !> Computes the increments of q and p at the root.
       procedure :: increments
       !> Returns true if the constraint (5), q·p = 0, holds but for rounding, and continues to hold.
@@ -108,6 +112,7 @@ contains
          call self%wheels%set_step(system%effects, self%dt)
          call self%wheels%add_to_inverse(system%effects, self%inverse_inertia)
       end if
+      if (allocated(self%spheres)) call self%spheres%set_step(system%effects, self%dt)
       self%inverse_inertia = momentum_unit*self%inverse_inertia
       self%inverse_j0 = momentum_unit*inverse_j0
       self%rotor = 2*system%effects%rotor_momentum/momentum_unit
@@ -129,6 +134,10 @@ contains
       self%frame = state%q/norm
       self%x0 = [norm, 0.0_wp, 0.0_wp, 0.0_wp]
       self%y0 = quat_product(quat_conjugate(self%frame), state%p)/self%momentum_unit
+      if (allocated(self%spheres)) then
+         call self%spheres%start(system%effects, state, self%frame, self%forces%pull, self%forces%drag)
+         self%y0(2:4) = self%y0(2:4) - (2*norm/self%momentum_unit)*self%spheres%inner
+      end if
       self%w0 = norm*self%y0
       if (allocated(self%wheels)) then
          call self%wheels%start(system%effects, state, window_time)
@@ -217,7 +226,8 @@ contains
       end if
       if (.not. self%forces%active) return
       omega = 0.5_wp*a(2:4)
-      if (self%turn%there .and. system%effects%n_torques > 0) omega = omega - frame_rate(self, xm)
+      if (self%turn%there .and. system%effects%n_torques + system%effects%n_spheres > 0) &
+         omega = omega - frame_rate(self, xm)
       call self%forces%evaluate(system%effects, self%x0 + z(1:4), xm, omega, s)
       r(5:8) = r(5:8) - (2*self%dt/(self%momentum_unit*dot_product(xm, xm)))*quat_product(xm, s)
    end subroutine residual
@@ -262,6 +272,15 @@ contains
       if (self%turn%there) omega = omega - frame_rate(self, self%x0 + 0.5_wp*z(1:4))
    end function relative_rate
 
+   !> Returns the r that belongs to the b of a step; shape (3).
+   pure function turn_of(self, b) result(r)
+      class(eight_equations_t), intent(in) :: self
+      real(wp), intent(in) :: b(3)
+      real(wp) :: r(3)
+      r = b
+      if (self%turn%there) r = self%turn%to_relative(b)
+   end function turn_of
+
    !> Computes the increments q1 - q0 and p1 - p0 at the root. The free motion follows from its a alone: with α = ⅛Δt a
    !> and κ = Cα the equations of the step are q1∘(1-α) = q0∘(1+α) and p1∘(1+κ) = p0∘(1-κ) + Δt f. If it followed from
    !> z, seen from u, it would include the rounding of |u|, and |p| would drift in proportion to the number of steps.
@@ -305,6 +324,9 @@ contains
          if (self%forces%projection) then
             xm = self%x0 + 0.5_wp*z(1:4)
             impulse = impulse - (dot_product(xm, impulse)/dot_product(xm, xm))*xm
+            ! The spheres keep the total momentum.
+            if (allocated(self%spheres)) impulse = impulse - &
+               (2*self%dt/(self%momentum_unit*dot_product(xm, xm)))*quat_vector_product(xm, self%spheres%torque)
          end if
          impulse = quat_product(impulse, [1 + alpha(1), alpha(2:4)])
          dp = dp + (0.5_wp*self%momentum_unit)*quat_product(self%frame, impulse)
@@ -341,6 +363,7 @@ contains
       if (self%forces%active) impulse = (1/self%x0(1))*quat_product(quat_conjugate(xm), impulse)
       ym = self%turn%momentum_increment(alpha(2:4), r, square, factor, self%y0, impulse(2:4))
       dp = self%momentum_unit*quat_product(self%frame, ym)
+      if (allocated(self%spheres)) dp = dp + 2*quat_product(self%frame, self%spheres%spin)
    end subroutine get_increments_in_frame
 
    !> Computes the increments off the manifold: with K x = x∘b - δ∘x and α = [α₀, b] they are q1 - q0 = (1 - α₀ - K)⁻¹
@@ -382,14 +405,18 @@ contains
    !> = 0, continues to hold.
    pure logical function is_tangent(self)
       class(eight_equations_t), intent(in) :: self
-      is_tangent = self%forces%projection .and. abs(self%w0(1)) <= product_noise*maxval(abs(self%w0(2:4)))
+      real(wp) :: size
+      size = maxval(abs(self%w0(2:4)))
+      if (allocated(self%spheres)) size = size + (2/self%momentum_unit)*maxval(abs(self%spheres%inner))
+      is_tangent = self%forces%projection .and. abs(self%w0(1)) <= product_noise*size
    end function is_tangent
 
-   !> Returns true if there are no wheels, or the step is short enough for their friction.
+   !> Returns true if the step is short enough for the friction of wheels and inner spheres.
    pure logical function is_short(self)
       class(eight_equations_t), intent(in) :: self
       is_short = .true.
       if (allocated(self%wheels)) is_short = self%wheels%is_short
+      if (allocated(self%spheres)) is_short = is_short .and. self%spheres%is_short
    end function is_short
 
    !> Subtracts the rounding of the last steps in q·p from the increment of p: 1e-16 of |p|, which changes neither the

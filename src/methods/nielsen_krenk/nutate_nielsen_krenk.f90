@@ -85,6 +85,11 @@ contains
          status = fail(NUTATE_BAD_ARGUMENT, 'without projection the auxiliary inertia must be finite', 'projection')
          return
       end if
+      if (.not. settings%projection .and. system%effects%n_spheres > 0) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'inner spheres need the projection (expected projection = .true.)', &
+                       'projection')
+         return
+      end if
       if (.not. settings%projection .and. settings%conserve) then
          status = fail(NUTATE_BAD_ARGUMENT, 'conserve keeps |q| = 1 and needs the projection', 'projection')
          return
@@ -101,6 +106,11 @@ contains
       if (system%effects%n_wheels > 0) then
          allocate (self%equations%wheels)
          call self%equations%wheels%prepare(system%effects)
+      end if
+      if (allocated(self%equations%spheres)) deallocate (self%equations%spheres)
+      if (system%effects%n_spheres > 0) then
+         allocate (self%equations%spheres)
+         call self%equations%spheres%prepare(system%effects)
       end if
       self%equations%scaled = .false.
    end subroutine set_up
@@ -132,6 +142,8 @@ contains
                                                    self%equations%momentum_unit)
          call self%equations%start(system, state, dt, window_time)
          self%on_manifold = stays_on_manifold(self%equations)
+         if (allocated(self%equations%spheres) .and. .not. self%equations%is_tangent()) status = fail( &
+            NUTATE_BAD_ARGUMENT, 'inner spheres need q.p = 0')
       end if
    end subroutine start
 
@@ -287,6 +299,8 @@ contains
       self%root = (0.125_wp*dt)*self%rate(2:4)
       if (system%effects%n_torques > 0) call self%equations%forces%get_work( &
          system%effects, dt, self%equations%x0 + 0.5_wp*z(1:4), self%equations%relative_rate(z, self%rate), self%work)
+      if (allocated(self%equations%spheres)) &
+         call self%equations%spheres%finish(system%effects, self%equations%turn_of(self%root), state, self%work)
       call self%equations%increments(state, z, self%rate, dq, dp, excess)
       call add_rotated(dq, excess, state%q, state%q_compensation)
       call self%equations%make_tangent(state%q, dp)
@@ -320,8 +334,8 @@ contains
       self%last%momentum = (0.5_wp*self%equations%momentum_unit)*self%equations%w0(2:4)
       self%last%rotor = system%effects%rotor_momentum
       if (allocated(self%equations%wheels)) self%last%rotor = self%last%rotor + self%equations%wheels%rotor
-      call self%last%propagate(system, self%equations%forces, self%equations%turn, self%equations%wheels, tangent, &
-         status)
+      call self%last%propagate(system, self%equations%forces, self%equations%turn, self%equations%wheels, &
+                           self%equations%spheres, tangent, status)
    end subroutine propagate_step
 
    !> Writes or reads the unit of momentum and the inverse of the Jacobian.

@@ -87,6 +87,11 @@ contains
          allocate (self%equations%wheels)
          call self%equations%wheels%prepare(system%effects)
       end if
+      if (allocated(self%equations%spheres)) deallocate (self%equations%spheres)
+      if (system%effects%n_spheres > 0) then
+         allocate (self%equations%spheres)
+         call self%equations%spheres%prepare(system%effects)
+      end if
       self%equations%dt = 0.0_wp
    end subroutine set_up
 
@@ -230,6 +235,7 @@ contains
             call self%equations%residual(system, z(1:3), f)
       end if
       if (system%effects%n_torques > 0) call self%equations%get_work(system, z(1:3), self%work)
+      if (allocated(self%equations%spheres)) call self%equations%finish_spheres(system, z(1:3), state, self%work)
       if (self%equations%turn%there) then
          call self%equations%finish_in_frame(z(1:3), state)
       else
@@ -259,8 +265,10 @@ contains
       self%last%momentum = self%equations%half_momentum(2:4)
       self%last%rotor = system%effects%rotor_momentum
       if (allocated(self%equations%wheels)) self%last%rotor = self%last%rotor + self%equations%wheels%rotor
-      call self%last%propagate(system, self%equations%forces, self%equations%turn, self%equations%wheels, tangent, &
-         status)
+      if (allocated(self%equations%spheres)) &
+         self%last%momentum = self%last%momentum - self%equations%spheres%inner
+      call self%last%propagate(system, self%equations%forces, self%equations%turn, self%equations%wheels, &
+                           self%equations%spheres, tangent, status)
    end subroutine propagate_step
 
    !> Writes or reads the derivatives of the effects; what belongs to the length of the step is computed anew.

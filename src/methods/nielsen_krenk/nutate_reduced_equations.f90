@@ -22,6 +22,7 @@ module nutate_reduced_equations
    use nutate_frame_turn, only: frame_turn_t
    use nutate_quaternion, only: cross, quat_conjugate, quat_product
    use nutate_small_products, only: times_columns, times_vector
+   use nutate_sphere_steps, only: sphere_steps_t
    use nutate_state, only: add_increment, add_rotated, state_t
    use nutate_system, only: system_t
    use nutate_wheel_steps, only: wheel_steps_t
@@ -67,8 +68,9 @@ module nutate_reduced_equations
       logical :: is_relative = .false.
       !> Without forces F is a cubic polynomial of b, whose coefficients are nearly those in non-rotating axes.
       logical :: is_cubic = .false.
-      !> Wheels in the step; not allocated if there are none.
+      !> Wheels, and inner spheres, in the step; not allocated if there are none.
       type(wheel_steps_t), allocatable :: wheels
+      type(sphere_steps_t), allocatable :: spheres
    contains
       !> Sets the step's length.
       procedure :: set_step
@@ -95,6 +97,8 @@ module nutate_reduced_equations
       !> Moves the state to the end of the step.
       procedure :: finish
       procedure :: finish_in_frame
+      !> Moves inner spheres to the end of the step, before the state.
+      procedure :: finish_spheres
    end type reduced_equations_t
 
 contains
@@ -123,6 +127,7 @@ contains
       self%is_relative = self%turn%there .and. self%forces%active
       self%is_cubic = .not. self%forces%active .and. .not. allocated(self%wheels) .and. &
                       (0.25_wp*dt)**2*dot_product(self%turn%rate, self%turn%rate) <= slow_frame
+      if (allocated(self%spheres)) call self%spheres%set_step(system%effects, dt)
       if (.not. allocated(self%wheels)) return
       call self%wheels%set_step(system%effects, dt)
       self%inertia = self%inertia + self%wheels%coupling/largest
@@ -141,6 +146,10 @@ contains
       self%half_momentum = 0.5_wp*quat_product(quat_conjugate(self%frame), state%p)
       self%momentum = self%scale*self%half_momentum(2:4)
       self%too_strong = .false.
+      if (allocated(self%spheres)) then
+         call self%spheres%start(system%effects, state, self%frame, self%forces%pull, self%forces%drag)
+         self%momentum = self%scale*(self%half_momentum(2:4) - self%spheres%inner)
+      end if
       if (allocated(self%wheels)) then
          call self%wheels%start(system%effects, state, window_time)
          self%rotor = self%scale*(system%effects%rotor_momentum + self%wheels%rotor)
@@ -160,6 +169,7 @@ contains
       class(reduced_equations_t), intent(in) :: self
       is_in_scale = max(maxval(abs(self%momentum)), maxval(abs(self%rotor))) <= greatest
       if (allocated(self%wheels)) is_in_scale = is_in_scale .and. self%wheels%is_short
+      if (allocated(self%spheres)) is_in_scale = is_in_scale .and. self%spheres%is_short
    end function is_in_scale
 
    !> Returns b = ¼Δt J⁻¹(L0 - h) of a step with constant momentum; shape (3).
@@ -170,6 +180,7 @@ contains
       real(wp) :: inner(3)
       inner = system%effects%rotor_momentum
       if (allocated(self%wheels)) inner = inner + self%wheels%first
+      if (allocated(self%spheres)) inner = inner + self%spheres%inner
       b = (0.25_wp*self%dt)*times_vector(system%body%inverse_inertia, self%half_momentum(2:4) - inner)
    end function explicit_guess
 
@@ -353,6 +364,25 @@ contains
       call self%forces%get_work(system%effects, self%dt, [1.0_wp, r]/(1 + dot_product(r, r)), self%rate*r, work)
    end subroutine get_work
 
+   !> Moves inner spheres to the end of the step whose root is b, and leaves in τ̄, unless the space axes rotate, the
+   !> torque of the other effects alone: the spheres keep the total momentum.
+   pure subroutine finish_spheres(self, system, b, state, work)
+      class(reduced_equations_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: b(3)
+      type(state_t), intent(inout) :: state
+      !> Work, J; shape (n_works).
+      real(wp), intent(inout) :: work(:)
+      if (self%turn%there) then
+         call self%spheres%finish(system%effects, self%turn%to_relative(b), state, work)
+      else
+         call self%spheres%finish(system%effects, b, state, work)
+         self%forces%has_spheres = .false.
+         call self%forces%turn(system%effects, b, self%rate, self%torque)
+         self%forces%has_spheres = .true.
+      end if
+   end subroutine finish_spheres
+
    !> Moves the state to the end of the step whose root is b, q1 = q0∘c and p1 = p0∘c + Δt f, f the force of the
    !> effects. Both are sums of increments, kept with their compensation.
    pure subroutine finish(self, b, attitude, state)
@@ -397,8 +427,11 @@ contains
       c(1) = -square
       c(2:4) = r
       call add_rotated(factor*quat_product(state%q, c), excess, state%q, state%q_compensation)
-      call add_increment(state%p, state%p_compensation, 2*quat_product( &
-                         self%frame, self%turn%momentum_increment(b, r, square, factor, self%half_momentum, impulse)))
+      c = self%half_momentum
+      if (allocated(self%spheres)) c(2:4) = c(2:4) - self%spheres%inner
+      c = self%turn%momentum_increment(b, r, square, factor, c, impulse)
+      if (allocated(self%spheres)) c = c + self%spheres%spin
+      call add_increment(state%p, state%p_compensation, 2*quat_product(self%frame, c))
       state%t = state%t + self%dt
    end subroutine finish_in_frame
 

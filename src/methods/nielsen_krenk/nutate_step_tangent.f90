@@ -32,6 +32,8 @@ module nutate_step_tangent
    use nutate_kinds, only: wp
    use nutate_quaternion, only: rotate_to_body
    use nutate_small_products, only: add_multiple, add_outer, multiply, times_columns, times_vector
+   use nutate_sphere_steps, only: sphere_steps_t
+   use nutate_sphere_tangent, only: begin_spheres, finish_spheres, turn_spheres
    use nutate_status, only: status_t, fail, NUTATE_SINGULAR
    use nutate_system, only: system_t
    use nutate_tangent, only: tangent_t
@@ -73,14 +75,15 @@ module nutate_step_tangent
 contains
 
    !> Moves sensitivities over the step. Errors: `NUTATE_SINGULAR`, with the sensitivities unchanged.
-   subroutine propagate(self, system, forces, turn, wheels, tangent, status)
+   subroutine propagate(self, system, forces, turn, wheels, spheres, tangent, status)
       class(conserving_step_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       !> Forces of the step, started.
       type(discrete_forces_t), intent(in) :: forces
       type(frame_turn_t), intent(in) :: turn
-      !> Present if there are wheels.
+      !> Present if there are wheels, or inner spheres.
       type(wheel_steps_t), intent(in), optional :: wheels
+      type(sphere_steps_t), intent(in), optional :: spheres
       type(tangent_t), intent(inout) :: tangent
       type(status_t), intent(inout) :: status
       real(wp) :: by_start(3), by_mean(3)
@@ -99,7 +102,7 @@ contains
       call set_matrices(self, system%body%inertia, forces%active, plain, turn, status)
       if (status%code /= 0) return
       if (.not. plain) then
-         call move_extended(self, system, forces, turn, wheels, tangent)
+         call move_extended(self, system, forces, turn, wheels, spheres, tangent)
          return
       end if
       if (self%forces%has_torques) then
@@ -129,24 +132,27 @@ contains
    end subroutine add_wheels
 
    !> Moves sensitivities with all terms of parameters, wheels, torques and rotating axes.
-   subroutine move_extended(self, system, forces, turn, wheels, tangent)
+   subroutine move_extended(self, system, forces, turn, wheels, spheres, tangent)
       type(conserving_step_t), intent(in) :: self
       type(system_t), intent(in) :: system
       type(discrete_forces_t), intent(in) :: forces
       type(frame_turn_t), intent(in) :: turn
-      !> Present if there are wheels.
+      !> Present if there are wheels, or inner spheres.
       type(wheel_steps_t), intent(in), optional :: wheels
+      type(sphere_steps_t), intent(in), optional :: spheres
       type(tangent_t), intent(inout) :: tangent
-      real(wp) :: half_swing(3, 3), by_mid(3), by_turn(3)
+      real(wp) :: half_swing(3, 3), by_mid(3), by_turn(3), torque(tangent%n, 3)
       logical :: extended
       integer :: i
       call half_swing_back(self%forces%r, self%forces%shrink, half_swing)
+      if (present(spheres)) call begin_spheres(spheres, system%effects, self%frame, self%forces%r, tangent, torque)
       call find_changes(self, half_swing, tangent%n, tangent%theta, tangent%momentum, tangent%mid, tangent%change)
+      if (present(spheres)) call add_sphere_torques(self, torque, tangent)
       extended = present(wheels) .or. size(tangent%parametric) > 0
       if (extended .or. turn%there) tangent%shift = 0.0_wp
       if (extended) then
          tangent%mean = 0.0_wp
-         do i = 1, system%effects%n_wheels
+         do i = 1, system%effects%n_reaction_wheels
             call begin_wheel(system%effects%wheels(i)%axis, wheels%share(i), tangent%wheels(:, i), &
                              tangent%inner(:, i), tangent%mean)
          end do
@@ -159,7 +165,7 @@ contains
          tangent%turn = tangent%momentum + tangent%change
       end if
       call rotate_sensitivities(self%turn_by_mean, tangent%n, tangent%turn)
-      do i = 1, system%effects%n_wheels
+      do i = 1, system%effects%n_reaction_wheels
          call finish_wheel(self, system%effects%wheels(i), wheels, i, tangent)
       end do
       tangent%momentum = tangent%momentum + 2*tangent%change
@@ -172,11 +178,28 @@ contains
          call set_products(tangent%n, by_mid, tangent%mid, by_turn, tangent%turn, tangent%change)
          tangent%work(:) = tangent%work + tangent%change(:, 1)
       end if
+      if (present(spheres)) call turn_spheres(spheres, system%effects, self%frame, self%forces%r, tangent)
       tangent%theta = tangent%mid + (4*self%forces%shrink)*tangent%turn
       tangent%turn = tangent%theta
       call rotate_sensitivities(half_swing, tangent%n, tangent%turn)
       tangent%theta = tangent%theta + tangent%turn
+      if (present(spheres)) call finish_spheres(spheres, system%effects, self%forces%r, tangent)
    end subroutine move_extended
+
+   !> Adds the changes of y and of the works by those of the torque of inner spheres at fixed r and attitude.
+   subroutine add_sphere_torques(self, torque, tangent)
+      type(conserving_step_t), intent(in) :: self
+      !> N m; shape (n, 3).
+      real(wp), intent(in) :: torque(:, :)
+      type(tangent_t), intent(inout) :: tangent
+      real(wp) :: rhs(3)
+      integer :: k
+      do k = 1, tangent%n
+         rhs = (0.5_wp*self%dt)*(torque(k, :)/self%forces%shrink - (2*dot_product(self%b, torque(k, :)))*self%forces%r)
+         tangent%change(k, :) = tangent%change(k, :) + times_vector(self%inverse, rhs)
+         tangent%work(k) = tangent%work(k) + 4*dot_product(self%forces%r, torque(k, :))
+      end do
+   end subroutine add_sphere_torques
 
    !> Sets M⁻¹ with all its terms, and the matrices of the sensitivities.
    pure subroutine set_matrices(self, inertia, active, plain, turn, status)
@@ -551,6 +574,7 @@ contains
       do m = 1, size(variation%effects)
          if (variation%effects(m)%kind /= OF_WHEEL) cycle
          i = variation%effects(m)%place
+         if (wheels(i)%component > 0) cycle
          associate (wheel => wheels(i), c => variation%effects(m)%change, sigma => steps%share(i))
             half = 0.5_wp*self%dt
             base = steps%start_momentum(i) + half*steps%drive(i)

@@ -11,7 +11,7 @@ module nutate_tangent_forces
    use nutate_effect_list, only: effect_list_t
    use nutate_kinds, only: wp
    use nutate_quaternion, only: rotate_to_body
-   use nutate_small_products, only: add_multiple, multiply, times_vector
+   use nutate_small_products, only: add_multiple, multiply, skew, times_vector
    implicit none
    private
 
@@ -74,6 +74,7 @@ contains
          call add_potential(self, effects, forces, i, dt)
       end do
       if (effects%n_torques > 0) call add_torques(self, effects, forces, dt)
+      if (forces%has_spheres) call add_spheres(self, forces, dt)
    end subroutine set
 
    !> Computes Rh - 1 to its own digits; shape (3,3).
@@ -229,6 +230,32 @@ contains
       end associate
       if (self%follows_attitude) call add_multiple(dt, self%working_by_mid, self%by_mid)
    end subroutine add_torques
+
+   !> Adds the torque of inner spheres, R(c½)ᵀD - KΩ̄.
+   pure subroutine add_spheres(self, forces, dt)
+      type(forces_tangent_t), intent(inout) :: self
+      type(discrete_forces_t), intent(in) :: forces
+      real(wp), intent(in) :: dt
+      real(wp) :: pull(3), torque(3), cross_of_pull(3, 3)
+      integer :: i
+      if (.not. self%has_torques) then
+         self%has_torques = .true.
+         self%working = 0.0_wp
+         self%working_by_mid = 0.0_wp
+         self%working_by_rate = 0.0_wp
+      end if
+      self%follows_attitude = .true.
+      pull = (2*self%shrink)*times_vector(self%back, forces%pull)
+      torque = dt*(pull - (forces%drag*self%rate)*self%r)
+      self%working = self%working + torque
+      self%impulse = self%impulse + torque
+      cross_of_pull = skew(pull)
+      call add_multiple(1.0_wp, cross_of_pull, self%working_by_mid)
+      call add_multiple(dt, cross_of_pull, self%by_mid)
+      do i = 1, 3
+         self%working_by_rate(i, i) = self%working_by_rate(i, i) - forces%drag
+      end do
+   end subroutine add_spheres
 
    !> Returns the attitude at mid step, u∘(1+r)/|1+r|, body→space; shape (4).
    pure function mid_attitude(self, forces) result(q)

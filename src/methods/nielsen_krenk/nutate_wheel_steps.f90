@@ -1,4 +1,4 @@
-!> The wheels of a body in one step of the conserving scheme.
+!> The reaction wheels of a body in one step of the conserving scheme.
 !>
 !> A bar is the mean of the ends. With the motor's torque ū at mid step and the friction c,
 !>
@@ -59,7 +59,7 @@ contains
       class(wheel_steps_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
       integer :: i
-      self%n = effects%n_wheels
+      self%n = effects%n_reaction_wheels
       self%rubs = .false.
       do i = 1, self%n
          if (effects%wheels(i)%friction > 0.0_wp) self%rubs = .true.

@@ -17,7 +17,6 @@ module nutate_error_weighting
    use nutate_effect_list, only: effect_list_t
    use nutate_invariants, only: ALL_COMPONENTS
    use nutate_kinds, only: wp
-   use nutate_limits, only: most_wheels
    use nutate_projection_point, only: projection_plan_t, projection_point_t, slope_t
    use nutate_quaternion, only: cross
    use nutate_state, only: state_t
@@ -127,7 +126,7 @@ contains
       potential = to_order_one*dot_product(rate, error%rotation)
       wheels = 0.0_wp
       if (plan%moves_wheels) then
-         do i = 1, most_wheels
+         do i = 1, plan%wheels%n
             if (.not. plan%wheels%moves(i)) cycle
             speed = plan%wheels%inverse_inertia(i)*plan%wheels%momentum(i) &
                     - dot_product(plan%wheels%axis(:, i), point%omega)

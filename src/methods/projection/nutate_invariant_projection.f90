@@ -136,7 +136,8 @@ contains
       type(state_t), intent(inout) :: state
       state%balance%energy = energy
       state%balance%scale = self%scale
-      if (self%plan%has_wheels) state%balance%wheels = state%wheel_momentum
+      if (self%plan%has_wheels) state%balance%wheels(:self%plan%wheels%n) = &
+         state%wheel_momentum(:self%plan%wheels%n)
       call state%balance_here()
    end subroutine settle
 
@@ -178,7 +179,8 @@ contains
       type(state_t), intent(inout) :: state
       logical :: known
       known = state%is_balanced()
-      if (known .and. self%plan%has_wheels) known = sum(abs(state%wheel_momentum - state%balance%wheels)) <= 0.0_wp
+      if (known .and. self%plan%has_wheels) known = sum(abs( &
+         state%wheel_momentum(:self%plan%wheels%n) - state%balance%wheels(:self%plan%wheels%n))) <= 0.0_wp
       if (known) return
       if (.not. ieee_is_finite(sum(state%q) + sum(state%p))) return
       call self%start(system, state)

@@ -24,8 +24,8 @@ module nutate_projected_stepper
       type(spaced_projection_t) :: projection
       !> Steps to a projection, without torques and while errors are small, unless every one is asked for.
       integer, public :: spacing = 1
-      !> There are wheels.
-      logical :: has_wheels = .false.
+      !> Number of momenta of wheels and inner spheres.
+      integer :: n_wheels = 0
       !> The state before the step under way.
       type(state_t) :: kept = state_t()
    contains
@@ -58,7 +58,7 @@ contains
       call self%check_base('a projection onto the invariants', status)
       if (status%ok()) call self%base%prepare(system, settings, status)
       if (.not. status%ok()) return
-      self%has_wheels = system%effects%n_wheels > 0
+      self%n_wheels = system%effects%n_wheels
       call self%projection%prepare(system, settings%attitude, merge(1, self%spacing, settings%project_each))
    end subroutine set_up
 
@@ -72,7 +72,7 @@ contains
       type(status_t), intent(inout) :: status
       real(wp) :: work, done, given
       integer :: i
-      call self%kept%copy_from(state, self%has_wheels, .true.)
+      call self%kept%copy_from(state, self%n_wheels, .true.)
       call self%projection%begin_step(system, state)
       call self%base%advance(system, state, dt, window_time, status)
       call self%copy_counts()
@@ -93,7 +93,7 @@ contains
          end if
          self%moved_by_round_off = self%projection%moved_by_round_off()
       end if
-      if (status%code /= 0) call state%copy_from(self%kept, self%has_wheels, .true.)
+      if (status%code /= 0) call state%copy_from(self%kept, self%n_wheels, .true.)
    end subroutine advance
 
    !> Projects a copy of the state that the last step left.

@@ -8,7 +8,7 @@ module nutate_projection_point
    use nutate_indices, only: find_indices
    use nutate_invariants, only: conserved_momentum, ALL_COMPONENTS, ALONG_AXIS, NO_COMPONENT, ONLY_LENGTH
    use nutate_kinds, only: wp, eps
-   use nutate_limits, only: most_wheels
+   use nutate_limits, only: most_inner
    use nutate_quaternion, only: cross, times => quat_vector_product
    use nutate_small_products, only: times_vector
    use nutate_state, only: add_increment, state_t
@@ -24,12 +24,14 @@ module nutate_projection_point
 
    !> The wheels of a system.
    type :: planned_wheels_t
-      !> Momenta of the state last taken, N m s; shape (most_wheels).
-      real(wp) :: momentum(most_wheels) = 0.0_wp
-      !> The momentum has errors, and takes part in moves; 1/Jw, kg⁻¹ m⁻², shape (most_wheels), and the axis, body axes,
-      !> shape (3, most_wheels).
-      logical :: moves(most_wheels) = .false.
-      real(wp) :: inverse_inertia(most_wheels) = 0.0_wp, axis(3, most_wheels) = 0.0_wp
+      !> Number of wheels, components of inner spheres among them.
+      integer :: n = 0
+      !> Momenta of the state last taken, N m s; shape (most_inner).
+      real(wp) :: momentum(most_inner) = 0.0_wp
+      !> The momentum has errors, and takes part in moves; 1/Jw, kg⁻¹ m⁻², shape (most_inner), and the axis, body axes,
+      !> shape (3, most_inner).
+      logical :: moves(most_inner) = .false.
+      real(wp) :: inverse_inertia(most_inner) = 0.0_wp, axis(3, most_inner) = 0.0_wp
    end type planned_wheels_t
 
    !> Terms of the energy and of the invariants of a system.
@@ -94,8 +96,8 @@ module nutate_projection_point
       real(wp) :: rotation(3)
       !> Ω⊥, rad/s, and what it is multiplied by, kg m²: ΔL = -c·inertia·Ω⊥; shape (3).
       real(wp) :: omega(3), inertia
-      !> Change of the momentum of each wheel for c = -1; shape (most_wheels).
-      real(wp) :: wheels(most_wheels)
+      !> Change of the momentum of each wheel for c = -1; shape (most_inner).
+      real(wp) :: wheels(most_inner)
       !> |L̇|² + S²|Ω⊥|² + Sw²Σω².
       real(wp) :: steepness
       !> S²|Ω⊥|² in it.
@@ -137,16 +139,18 @@ contains
       call sort_potentials(self, system%effects)
    end subroutine prepare
 
-   !> Finds the wheels whose momenta have errors: those with friction, and those that follow what the body does. The
-   !> momentum of any other wheel is the integral of a torque that is known.
+   !> Finds the wheels whose momenta have errors: those with friction, those that follow what the body does, and the
+   !> components of inner spheres. The momentum of any other wheel is the integral of a torque that is known.
    pure subroutine sort_wheels(self, effects)
       class(projection_plan_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
       integer :: i
       allocate (self%wheels)
+      self%wheels%n = effects%n_wheels
       do i = 1, effects%n_wheels
          associate (wheel => effects%wheels(i))
-            self%wheels%moves(i) = wheel%friction > 0.0_wp .or. wheel%series_kind() == NO_SERIES
+            self%wheels%moves(i) = wheel%friction > 0.0_wp .or. wheel%component > 0 .or. &
+                                   wheel%series_kind() == NO_SERIES
             self%wheels%inverse_inertia(i) = 1/wheel%inertia
             self%wheels%axis(:, i) = wheel%axis
          end associate
@@ -174,7 +178,7 @@ contains
       integer :: i
       energy = 0.0_wp
       if (.not. self%has_wheels) return
-      do i = 1, most_wheels
+      do i = 1, self%wheels%n
          if (.not. self%wheels%moves(i)) &
             energy = energy + 0.5_wp*self%wheels%inverse_inertia(i)*self%wheels%momentum(i)**2
       end do
@@ -185,7 +189,7 @@ contains
       class(projection_plan_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
       type(state_t), intent(in) :: state
-      self%wheels%momentum = state%wheel_momentum
+      self%wheels%momentum(:self%wheels%n) = state%wheel_momentum(:self%wheels%n)
       self%rotor = effects%inner_momentum(state%wheel_momentum)
       self%rotor_length = norm2(self%rotor)
       self%wheel_energy = effects%wheel_energy(state%wheel_momentum)
@@ -426,8 +430,8 @@ contains
       integer :: i
       square = 0.0_wp
       energy = 0.0_wp
-      slope%wheels = 0.0_wp
-      do i = 1, most_wheels
+      slope%wheels(:self%wheels%n) = 0.0_wp
+      do i = 1, self%wheels%n
          if (.not. self%wheels%moves(i)) cycle
          speed = self%wheels%inverse_inertia(i)*self%wheels%momentum(i) &
                  - dot_product(self%wheels%axis(:, i), point%omega)
@@ -436,11 +440,11 @@ contains
          energy = energy + speed*speed/self%wheels%inverse_inertia(i)
       end do
       if (square <= tiny(1.0_wp)/eps) then
-         slope%wheels = 0.0_wp
+         slope%wheels(:self%wheels%n) = 0.0_wp
          return
       end if
       energy = to_order_one*energy
-      slope%wheels = (energy*(energy/(to_order_one*square)))*slope%wheels
+      slope%wheels(:self%wheels%n) = (energy*(energy/(to_order_one*square)))*slope%wheels(:self%wheels%n)
       slope%steepness = slope%steepness + energy*energy
    end subroutine add_wheels
 
@@ -452,7 +456,7 @@ contains
       real(wp) :: moved
       integer :: i
       if (self%moves_wheels) then
-         do i = 1, most_wheels
+         do i = 1, self%wheels%n
             moved = self%wheels%momentum(i) - state%wheel_momentum(i)
             if (abs(moved) > 0.0_wp) call add_increment(state%wheel_momentum(i), state%wheel_compensation(i), moved)
          end do

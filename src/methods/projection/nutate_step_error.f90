@@ -1,7 +1,7 @@
 !> Estimated errors of a step.
 module nutate_step_error
    use nutate_kinds, only: wp
-   use nutate_limits, only: most_wheels
+   use nutate_limits, only: most_inner
    implicit none
    private
 
@@ -13,8 +13,8 @@ module nutate_step_error
       real(wp) :: rotation(3) = 0.0_wp, momentum(3) = 0.0_wp
       !> Sizes of the errors of attitude, rad, and momentum, N m s, if no direction is known, as for a series.
       real(wp) :: angle = 0.0_wp, of_momentum = 0.0_wp
-      !> Momentum of each wheel, N m s; shape (most_wheels).
-      real(wp) :: wheels(most_wheels) = 0.0_wp
+      !> Momentum of each wheel, N m s; shape (most_inner).
+      real(wp) :: wheels(most_inner) = 0.0_wp
       !> All works together, J.
       real(wp) :: work = 0.0_wp
       !> There is a balance of l; its excess over the state at the end of the step, and the possible error of the

@@ -8,12 +8,13 @@
 !> J⁻¹ no stage multiplies by the step.
 !>
 !> Wheels have rows of their own, ḣ = u - cω: a stage finds their momenta from the rates of the stages before, by the
-!> method's coefficients.
+!> method's coefficients. The momenta of inner spheres, which have h×Ω too, are rows like those of wheels.
 module nutate_rigid_rates
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use nutate_gyration, only: add_gyration
    use nutate_hamiltonian, only: potential_torque, time_dependent_power
    use nutate_kinds, only: wp
-   use nutate_limits, only: manifold_tolerance, most_wheels
+   use nutate_limits, only: manifold_tolerance, most_inner
    use nutate_momentum_balance, only: momentum_balance_t
    use nutate_quaternion, only: quat_vector_product, rotate_to_body
    use nutate_small_products, only: times_vector
@@ -35,15 +36,15 @@ module nutate_rigid_rates
 
    !> The wheels in a step.
    type :: wheel_stages_t
-      !> Gain of each in the step, N m s, and work of motor and friction, J; shapes (most_wheels), (2, most_wheels).
-      real(wp) :: gain(most_wheels) = 0.0_wp, work(2, most_wheels) = 0.0_wp
-      !> The motor acts in this step; when it may be asked, s; shapes (most_wheels), (2, most_wheels).
-      logical :: driven(most_wheels) = .false.
-      real(wp) :: window(2, most_wheels) = 0.0_wp
-      !> aᵢⱼ of the method as a(j, i); Δtḣ of the stages so far, shape (most_wheels, stages); momentum at the start and
-      !> in the stage, N m s, shape (most_wheels); the stage.
+      !> Gain of each in the step, N m s, and work of motor and friction, J; shapes (most_inner), (2, most_inner).
+      real(wp) :: gain(most_inner) = 0.0_wp, work(2, most_inner) = 0.0_wp
+      !> The motor acts in this step; when it may be asked, s; shapes (most_inner), (2, most_inner).
+      logical :: driven(most_inner) = .false.
+      real(wp) :: window(2, most_inner) = 0.0_wp
+      !> aᵢⱼ of the method as a(j, i); Δtḣ of the stages so far, shape (most_inner, stages); momentum at the start and
+      !> in the stage, N m s, shape (most_inner); the stage.
       real(wp), allocatable, private :: a(:, :), turns(:, :)
-      real(wp), private :: first_momentum(most_wheels) = 0.0_wp, momentum(most_wheels) = 0.0_wp
+      real(wp), private :: first_momentum(most_inner) = 0.0_wp, momentum(most_inner) = 0.0_wp
       integer, private :: stage = 0
    end type wheel_stages_t
 
@@ -109,7 +110,7 @@ contains
       if (self%n_wheels > 0) allocate (self%wheels)
       if (self%n_wheels > 0 .and. present(a)) then
          allocate (self%wheels%a, source=a)
-         allocate (self%wheels%turns(most_wheels, size(a, 2) + 1), source=0.0_wp)
+         allocate (self%wheels%turns(most_inner, size(a, 2) + 1), source=0.0_wp)
       end if
       self%estimates = conserve .and. system%effects%n_works() > 0
       if (allocated(self%momentum_balance)) deallocate (self%momentum_balance)
@@ -170,11 +171,13 @@ contains
       !> Time that decides which motors act, s.
       real(wp), intent(in) :: window_time
       integer :: i
-      self%wheels%first_momentum = state%wheel_momentum
-      self%wheels%momentum = state%wheel_momentum
+      associate (n => self%n_wheels)
+         self%wheels%first_momentum(:n) = state%wheel_momentum(:n)
+         self%wheels%momentum(:n) = state%wheel_momentum(:n)
+         self%wheels%gain(:n) = 0.0_wp
+         self%wheels%work(:, :n) = 0.0_wp
+      end associate
       self%rotor = system%effects%inner_momentum(state%wheel_momentum)
-      self%wheels%gain = 0.0_wp
-      self%wheels%work = 0.0_wp
       self%wheels%stage = 0
       do i = 1, self%n_wheels
          associate (wheel => system%effects%wheels(i))
@@ -336,7 +339,7 @@ contains
       real(wp), intent(in) :: fraction, y(n_rates), square, weight
       !> Δt times the power of all that does work, J.
       real(wp), intent(inout) :: gain
-      real(wp) :: q(4), omega(3), relative(3), drive, speed, rate, t
+      real(wp) :: q(4), omega(3), relative(3), gyration(most_inner), drive, speed, rate, t
       integer :: i, j
       q = y(1:4)/sqrt(max(square, tiny(1.0_wp)))
       omega = times_vector(system%body%inverse_inertia, y(5:7) - self%rotor)
@@ -358,11 +361,21 @@ contains
                stages%work(2, i) = stages%work(2, i) - weight*self%dt*(wheel%friction*speed)*speed
             end associate
          end do
+         if (system%effects%n_spheres > 0) then
+            associate (first => system%effects%n_reaction_wheels + 1, last => self%n_wheels)
+               gyration(first:last) = 0.0_wp
+               call add_gyration(stages%momentum(first:last), self%dt*omega, gyration(first:last))
+               stages%turns(first:last, stages%stage) = stages%turns(first:last, stages%stage) + gyration(first:last)
+               stages%gain(first:last) = stages%gain(first:last) + weight*gyration(first:last)
+            end associate
+         end if
          if (stages%stage > size(stages%a, 2)) return
-         stages%momentum = stages%first_momentum
-         do j = 1, stages%stage
-            stages%momentum = stages%momentum + stages%a(j, stages%stage)*stages%turns(:, j)
-         end do
+         associate (n => self%n_wheels)
+            stages%momentum(:n) = stages%first_momentum(:n)
+            do j = 1, stages%stage
+               stages%momentum(:n) = stages%momentum(:n) + stages%a(j, stages%stage)*stages%turns(:n, j)
+            end do
+         end associate
          self%rotor = system%effects%inner_momentum(stages%momentum)
       end associate
    end subroutine turn_wheels

@@ -1,25 +1,26 @@
 !> Rates of an explicit method at one stage, and their derivatives, for the tangent of a step.
 !>
 !> The rates are `k = Δt ẏ` with y = [q, L, W, h]: q and L as in `nutate_rigid_rates`, W the work of torques, motors and
-!> friction, h the momenta of the wheels. With the change a = ΔtδΩ of the angle and the rotation vector
+!> friction, h the momenta of wheels and inner spheres. With the change a = ΔtδΩ of the angle and the rotation vector
 !> θ = 2 vec(q*∘δq)/|q|² of the attitude, their derivative is `δk = (∂k/∂a)a + Θθ + ...`, a = ΔtJ⁻¹(δL - Σ s δh - ...).
 module nutate_stage_rates
    use nutate_variation, only: variation_t, OF_POTENTIAL, OF_TORQUE, OF_WHEEL
    use nutate_hamiltonian, only: body_direction
    use nutate_kinds, only: wp
-   use nutate_limits, only: most_wheels
+   use nutate_limits, only: most_inner
    use nutate_potential, only: potential_t
    use nutate_quaternion, only: cross, rotate_to_body
    use nutate_rigid_rates, only: rigid_rates_t
-   use nutate_small_products, only: times_vector
+   use nutate_small_products, only: skew, times_vector
    use nutate_system, only: system_t
+   use nutate_wheel, only: friction_change
    implicit none
    private
 
    public :: stage_rates_t, most_numbers
 
    !> Components of y at most.
-   integer, parameter :: most_numbers = 8 + most_wheels
+   integer, parameter :: most_numbers = 8 + most_inner
 
    !> One stage.
    type :: stage_rates_t
@@ -36,7 +37,7 @@ module nutate_stage_rates
       real(wp), private :: by_angle(most_numbers, 3) = 0.0_wp, by_relative(most_numbers, 3) = 0.0_wp
       real(wp), private :: by_turn(most_numbers, 3) = 0.0_wp, torque(3) = 0.0_wp
       !> Δt times the power of torques and wheels, J; u and ω of each wheel, N m and rad/s, and when u was asked, s.
-      real(wp), private :: drive(most_wheels) = 0.0_wp, speed(most_wheels) = 0.0_wp, asked(most_wheels) = 0.0_wp
+      real(wp), private :: drive(most_inner) = 0.0_wp, speed(most_inner) = 0.0_wp, asked(most_inner) = 0.0_wp
    contains
       !> Evaluates a stage.
       procedure :: evaluate
@@ -77,6 +78,10 @@ contains
          do i = 1, rates%n_wheels
             call add_wheel(self, rates, system, i, y(8 + i))
          end do
+         do i = 9 + system%effects%n_reaction_wheels, self%n, 3
+            self%rate(i:i + 2) = self%rate(i:i + 2) + cross(y(i:i + 2), angle)
+            self%by_angle(i:i + 2, :) = self%by_angle(i:i + 2, :) + skew(y(i:i + 2))
+         end do
          if (system%effects%frame_turns) then
             do i = 5, self%n
                self%by_turn(i, :) = self%by_turn(i, :) - rates%dt*cross(self%by_relative(i, :), rotating)
@@ -94,6 +99,9 @@ contains
             m(8 + i, 8 + i) = m(8 + i, 8 + i) - rates%dt*wheel%friction/wheel%inertia
             m(8, 8 + i) = m(8, 8 + i) + rates%dt*(self%drive(i) - 2*wheel%friction*self%speed(i))/wheel%inertia
          end associate
+      end do
+      do i = 9 + system%effects%n_reaction_wheels, self%n, 3
+         self%jacobian(i:i + 2, i:i + 2) = self%jacobian(i:i + 2, i:i + 2) - skew(angle)
       end do
    end subroutine evaluate
 
@@ -312,7 +320,7 @@ contains
                      speed = -h*c(4)/wheel%inertia**2 - dot_product(axis, self%omega)
                      drive = 0.0_wp
                      if (rates%wheels%driven(i)) drive = wheel%drive_change(c, self%asked(i), self%q, self%relative)
-                     drive = drive - c(6)*self%speed(i)
+                     drive = drive - friction_change(wheel, c)*self%speed(i)
                      change(8 + i) = change(8 + i) + rates%dt*(drive - wheel%friction*speed)
                      change(8) = change(8) + rates%dt*(drive*self%speed(i) + (self%drive(i) - 2*wheel%friction &
                                                                               *self%speed(i))*speed)

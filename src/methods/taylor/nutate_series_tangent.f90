@@ -19,9 +19,10 @@ module nutate_series_tangent
    use nutate_sensitivity_series, only: add_lacking, add_rest, add_row, add_rotated, by_angle, by_momentum, &
       for_momentum, &
       for_theta, lanes, n_factors, numbers, of_lack, of_momentum, of_theta, set_matrix, set_vector, sum_block, sum_free
+   use nutate_effect_list, only: effect_list_t
    use nutate_hamiltonian, only: body_momentum
    use nutate_kinds, only: wp
-   use nutate_limits, only: most_wheels
+   use nutate_limits, only: most_inner
    use nutate_power_series, only: highest_order, inverses
    use nutate_quaternion, only: cross, quat_conjugate, quat_product, rotate_to_body
    use nutate_small_products, only: skew, times_columns, times_vector, vector_length
@@ -31,6 +32,7 @@ module nutate_series_tangent
    use nutate_tangent, only: tangent_t
    use nutate_torque_changes, only: torque_changes_t
    use nutate_wheel_series, only: wheel_series_t
+   use nutate_wheel, only: friction_change
    implicit none
    private
 
@@ -68,6 +70,9 @@ module nutate_series_tangent
       real(wp), allocatable :: ends(:, :)
       !> Coefficient k of δh of each wheel, and its sum; shape (n, n_wheels).
       real(wp), allocatable :: wheel(:, :), gain(:, :)
+      !> Coefficients of δh and δΩ, as h×Ω of inner spheres needs them; shapes (n, n_wheels, 0:highest_order), (n, 3,
+      !> 0:highest_order). Not allocated without inner spheres.
+      real(wp), allocatable :: inner(:, :, :), rate(:, :, :)
    contains
       !> Moves sensitivities over a step.
       procedure :: propagate
@@ -85,8 +90,8 @@ contains
       !> s; time for torques, in the piece of each; order of the series of the motion.
       real(wp), intent(in) :: dt, start
       integer, intent(in) :: order
-      !> True for torques and motors that act; shapes (number of torques), (most_wheels).
-      logical, intent(in) :: acts(:), driven(most_wheels)
+      !> True for torques and motors that act; shapes (number of torques), (most_inner).
+      logical, intent(in) :: acts(:), driven(most_inner)
       type(tangent_t), intent(inout) :: tangent
       type(status_t), intent(inout) :: status
       character(len=24) :: unknown
@@ -100,7 +105,7 @@ contains
       self%n_rows = self%torques%rank
       if (system%effects%frame_turns .or. size(tangent%parametric) > 0) self%n_rows = 3
       call start_motion(self, system, before, dt, start, acts, driven)
-      call start_sensitivities(self, tangent)
+      call start_sensitivities(self, system%effects, tangent)
       call self%torques%expect_changes(changes_in(tangent))
       do k = 0, self%order
          call add_rates(self, k, system, dt)
@@ -130,7 +135,7 @@ contains
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: before
       real(wp), intent(in) :: dt, start
-      logical, intent(in) :: acts(:), driven(most_wheels)
+      logical, intent(in) :: acts(:), driven(most_inner)
       integer :: i
       self%to_angle = dt*system%body%inverse_inertia
       self%drag = 0.0_wp
@@ -156,8 +161,9 @@ contains
    end subroutine start_motion
 
    !> Coefficient 0 of the sensitivities.
-   pure subroutine start_sensitivities(self, tangent)
+   pure subroutine start_sensitivities(self, effects, tangent)
       class(series_tangent_t), intent(inout) :: self
+      type(effect_list_t), intent(in) :: effects
       type(tangent_t), intent(in) :: tangent
       integer :: blocks, c, i, m
       m = size(tangent%parametric)
@@ -191,6 +197,9 @@ contains
       end if
       self%wheel = tangent%wheels
       self%gain = 0.0_wp
+      if (effects%n_spheres == 0) return
+      if (allocated(self%inner)) deallocate (self%inner, self%rate)
+      allocate (self%inner(tangent%n, self%wheels%n, 0:highest_order), self%rate(tangent%n, 3, 0:highest_order))
    end subroutine start_sensitivities
 
    !> Changes of effects in all sensitivities.
@@ -434,6 +443,10 @@ contains
       logical :: known
       do c = 1, tangent%n
          rate = (times_vector(self%to_angle, get(self, c, of_momentum, k)) - get(self, c, of_lack, k))/dt
+         if (allocated(self%inner)) then
+            self%inner(c, :, k) = self%wheel(c, :)
+            self%rate(c, :, k) = rate
+         end if
          do i = 1, self%wheels%n
             associate (wheel => system%effects%wheels(i))
                speed = wheel%speed_of(self%wheel(c, i), rate)
@@ -444,7 +457,7 @@ contains
                         if (item%kind /= OF_WHEEL .or. item%place /= i) cycle
                         call self%wheels%drive_change(system%effects, i, item%change, k, drive, known)
                         if (.not. known) unknown = wheel%name
-                        drive = drive - item%change(6)*self%wheels%speed_term(k, i)
+                        drive = drive - friction_change(wheel, item%change)*self%wheels%speed_term(k, i)
                         speed = speed - self%wheels%momentum_term(k, i)*item%change(4)/wheel%inertia**2 &
                                 - dot_product(wheel%axis_change(item%change), self%angle(:, k)/dt)
                      end associate
@@ -452,10 +465,31 @@ contains
                end if
                self%wheel(c, i) = (dt*inverses(k + 1))*(drive - wheel%friction*speed)
             end associate
-            self%gain(c, i) = self%gain(c, i) + self%wheel(c, i)
          end do
+         if (allocated(self%inner)) call add_gyration(self, k, system%effects, dt, c)
+         self%gain(c, :) = self%gain(c, :) + self%wheel(c, :)
       end do
    end subroutine add_wheels
+
+   !> Adds δh×Ω + h×δΩ of inner spheres to coefficient k + 1 of δh of a sensitivity.
+   pure subroutine add_gyration(self, k, effects, dt, c)
+      class(series_tangent_t), intent(inout) :: self
+      integer, intent(in) :: k
+      type(effect_list_t), intent(in) :: effects
+      real(wp), intent(in) :: dt
+      !> Index of the sensitivity.
+      integer, intent(in) :: c
+      real(wp) :: sum(3)
+      integer :: i, j, m
+      do i = effects%n_reaction_wheels + 1, effects%n_wheels, 3
+         sum = 0.0_wp
+         do j = 0, k
+            sum = sum + cross(self%inner(c, i:i + 2, j), self%angle(:, k - j)/dt) &
+                  + cross([(self%wheels%momentum_term(j, m), m=i, i + 2)], self%rate(c, :, k - j))
+         end do
+         self%wheel(c, i:i + 2) = self%wheel(c, i:i + 2) + (dt*inverses(k + 1))*sum
+      end do
+   end subroutine add_gyration
 
    !> Adds what parameters of torques and the rate of the axes do to coefficient k + 1 of θ and δL.
    pure subroutine add_own(self, k, system, dt, acts, tangent, m, place, unknown)

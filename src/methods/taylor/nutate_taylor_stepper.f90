@@ -9,7 +9,7 @@ module nutate_taylor_stepper
    use nutate_hamiltonian, only: body_momentum, moving_energy
    use nutate_invariants, only: follows_rotating_axes
    use nutate_kinds, only: wp, eps
-   use nutate_limits, only: most_wheels
+   use nutate_limits, only: most_inner
    use nutate_motion_series, only: AXIAL_TOP, motion_series_t, ROWS
    use nutate_noise, only: noise_t
    use nutate_power_series, only: fixed_step_order, highest_order, least_order
@@ -156,7 +156,7 @@ contains
       logical :: chosen, converges, restored
       integer :: i
       converges = .true.
-      call self%next%copy_from(state, self%rates%n_wheels > 0, self%conserve)
+      call self%next%copy_from(state, self%rates%n_wheels, self%conserve)
       restored = .false.
       if (self%conserve) call self%projection%find_origin(self%next, restored)
       chosen = is_expanded(self, system, self%next, dt, window_time)
@@ -172,7 +172,7 @@ contains
          call self%series%tail%use_in_step(dt/self%series%time_unit)
          if (self%conserve) then
             if (.not. restored) call self%projection%begin_step(system, self%next)
-            call self%first%balance%copy_from(self%next%balance, self%rates%n_wheels > 0)
+            call self%first%balance%copy_from(self%next%balance, self%rates%n_wheels)
          end if
          call get_state(self, dt, y)
       end if
@@ -197,7 +197,7 @@ contains
             if (status%code /= 0) return
          end if
       end if
-      call state%copy_from(self%next, self%rates%n_wheels > 0, self%conserve)
+      call state%copy_from(self%next, self%rates%n_wheels, self%conserve)
    end subroutine advance
 
    !> Returns true if the last two terms of the series, differentiated twice, are no larger than the first. The limit is
@@ -237,7 +237,7 @@ contains
       real(wp) :: y(n_rates), time_unit, rate
       logical :: converges
       integer :: i
-      call self%next%copy_from(state, self%rates%n_wheels > 0, self%conserve)
+      call self%next%copy_from(state, self%rates%n_wheels, self%conserve)
       if (self%conserve) call self%projection%find_origin(self%next)
       call begin_step(self%rates, system, self%next, goal%end_time - state%t, 0.5_wp*(state%t + goal%end_time), y)
       self%expanded = .false.
@@ -360,7 +360,7 @@ contains
       if (converges) call self%series%fit_tail()
       self%expanded = converges
       ! The balance of the state is not known before the step.
-      call self%first%copy_from(state, self%rates%n_wheels > 0, .not. self%conserve)
+      call self%first%copy_from(state, self%rates%n_wheels, .not. self%conserve)
       do i = 1, size(self%acted)
          self%acted(i) = self%rates%acts(i)
       end do
@@ -510,7 +510,7 @@ contains
       type(tangent_t), intent(inout) :: tangent
       type(status_t), intent(inout) :: status
       type(state_t) :: origin
-      logical :: works, driven(most_wheels)
+      logical :: works, driven(most_inner)
       works = system%effects%n_works() > 0 .and. .not. system%effects%moves
       if (works) tangent%work = tangent%work - tangent%energy_row(system, before)
       origin = before

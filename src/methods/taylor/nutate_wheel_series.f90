@@ -1,11 +1,12 @@
-!> The momenta of wheels as power series in time: ḣ = u - cω, ω = h/Jw - s·Ω, beside those of the motion. All series are
-!> in `s = (t - t₀)/time_unit`.
+!> The momenta of wheels as power series in time: ḣ = u - cω, ω = h/Jw - s·Ω, with h×Ω of inner spheres, beside those of
+!> the motion. All series are in `s = (t - t₀)/time_unit`.
 module nutate_wheel_series
    use nutate_effect, only: LINEAR_SERIES, NO_SERIES, SPACE_SERIES, TIME_SERIES
    use nutate_effect_list, only: effect_list_t
    use nutate_kinds, only: wp
-   use nutate_limits, only: most_wheels
+   use nutate_limits, only: most_inner
    use nutate_power_series, only: highest_order, inverses
+   use nutate_quaternion, only: cross
    use nutate_series_tail, only: series_tail_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
@@ -20,9 +21,9 @@ module nutate_wheel_series
       integer :: n = 0
       !> Start of the series for the motors, inside the piece of each, and unit of time, s.
       real(wp), private :: t = 0.0_wp, time_unit = 1.0_wp
-      !> h at the start, N m s, and whether the motor acts; shape (most_wheels).
-      real(wp), private :: first(most_wheels) = 0.0_wp
-      logical, private :: driven(most_wheels) = .false.
+      !> h at the start, N m s, and whether the motor acts; shape (most_inner).
+      real(wp), private :: first(most_inner) = 0.0_wp
+      logical, private :: driven(most_inner) = .false.
       !> Axes, body axes; shape (3, n). h, N m s, ω, rad/s, and u and -cω, N m; shapes (0:highest_order, n) and, of the
       !> latter, (2, 0:highest_order, n).
       real(wp), allocatable, private :: axes(:, :), momentum(:, :), speed(:, :), torque(:, :, :)
@@ -94,10 +95,10 @@ contains
    pure subroutine set_start(self, state, driven)
       class(wheel_series_t), intent(inout) :: self
       type(state_t), intent(in) :: state
-      !> The motor acts; shape (most_wheels).
-      logical, intent(in) :: driven(most_wheels)
-      self%first = state%wheel_momentum
-      self%driven = driven
+      !> The motor acts; shape (most_inner).
+      logical, intent(in) :: driven(most_inner)
+      self%first(:self%n) = state%wheel_momentum(:self%n)
+      self%driven(:self%n) = driven(:self%n)
    end subroutine set_start
 
    !> True if the series starts from a state, with the same motors.
@@ -161,7 +162,7 @@ contains
       !> Body axes, rad/s; shape (3).
       real(wp), intent(in) :: omega(3)
       real(wp) :: tau(3)
-      integer :: i
+      integer :: i, j
       self%omega(:, k) = omega
       do i = 1, self%n
          associate (wheel => effects%wheels(i), columns => self%columns(:, i))
@@ -175,6 +176,14 @@ contains
             if (k < highest_order) self%momentum(k + 1, i) = (self%time_unit*inverses(k + 1))* &
                                                              (self%torque(1, k, i) + self%torque(2, k, i))
          end associate
+      end do
+      if (k == highest_order) return
+      do i = effects%n_reaction_wheels + 1, self%n, 3
+         tau = 0.0_wp
+         do j = 0, k
+            tau = tau + cross(self%momentum(j, i:i + 2), self%omega(:, k - j))
+         end do
+         self%momentum(k + 1, i:i + 2) = self%momentum(k + 1, i:i + 2) + (self%time_unit*inverses(k + 1))*tau
       end do
    end subroutine add_term
 
@@ -228,10 +237,10 @@ contains
       real(wp), intent(in) :: s
       !> Tail of the series of the motion.
       type(series_tail_t), intent(in) :: tail
-      !> Gains, N m s, shape (most_wheels), and works, J, shape (2, most_wheels).
-      real(wp), intent(inout) :: gain(most_wheels), work(2, most_wheels)
-      !> Possible truncation errors of each gain, N m s, shape (most_wheels), and of all works together, J.
-      real(wp), intent(inout) :: error(most_wheels)
+      !> Gains, N m s, shape (most_inner), and works, J, shape (2, most_inner).
+      real(wp), intent(inout) :: gain(most_inner), work(2, most_inner)
+      !> Possible truncation errors of each gain, N m s, shape (most_inner), and of all works together, J.
+      real(wp), intent(inout) :: error(most_inner)
       real(wp), intent(out) :: of_works
       real(wp) :: power(0:highest_order, 2), of_momentum(4), of_energy(4), last(4)
       integer :: i, k, which

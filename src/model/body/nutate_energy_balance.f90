@@ -3,7 +3,7 @@
 module nutate_energy_balance
    use nutate_archive, only: archive_t
    use nutate_kinds, only: wp
-   use nutate_limits, only: most_wheels
+   use nutate_limits, only: most_inner
    implicit none
    private
 
@@ -32,7 +32,7 @@ module nutate_energy_balance
       !> Conserved l, space axes, N m s, shape (3), at a time, s; its component l·n, or else |l|, N m s.
       real(wp) :: momentum(3) = 0.0_wp, momentum_time = 0.0_wp, component = 0.0_wp
       !> Attitude and momentum of the state that the balance belongs to, shape (4), and momenta of its wheels.
-      real(wp) :: q(4) = 0.0_wp, p(4) = 0.0_wp, wheels(most_wheels) = 0.0_wp
+      real(wp) :: q(4) = 0.0_wp, p(4) = 0.0_wp, wheels(most_inner) = 0.0_wp
       !> Attitude and momentum that the last step left, and their compensations, if the state is a projected copy; shape
       !> (4).
       real(wp), dimension(4) :: left_q = 0.0_wp, left_p = 0.0_wp
@@ -47,11 +47,11 @@ module nutate_energy_balance
 contains
 
    !> Copies another balance without the values that are not in use, which costs less than an assignment.
-   pure subroutine copy_from(self, other, wheels)
+   pure subroutine copy_from(self, other, n_wheels)
       class(energy_balance_t), intent(inout) :: self
       type(energy_balance_t), intent(in) :: other
-      !> The state has wheels.
-      logical, intent(in) :: wheels
+      !> Number of momenta of wheels and inner spheres.
+      integer, intent(in) :: n_wheels
       self%open = other%open
       self%projected = other%projected
       self%count = other%count
@@ -63,7 +63,7 @@ contains
       self%component = other%component
       self%q = other%q
       self%p = other%p
-      if (wheels) self%wheels = other%wheels
+      if (n_wheels > 0) self%wheels(:n_wheels) = other%wheels(:n_wheels)
       if (.not. other%projected) return
       self%left_q = other%left_q
       self%left_p = other%left_p

@@ -4,7 +4,7 @@ module nutate_state
    use nutate_archive, only: archive_t
    use nutate_energy_balance, only: energy_balance_t
    use nutate_kinds, only: wp
-   use nutate_limits, only: is_same_time, most_wheels
+   use nutate_limits, only: is_same_time, most_inner
    implicit none
    private
 
@@ -31,10 +31,10 @@ module nutate_state
       !> Compensation of the rounding of q and p, added to the next increment (`add_increment`); shape (4).
       real(wp) :: q_compensation(4) = 0.0_wp, p_compensation(4) = 0.0_wp
       !> Absolute momentum of each wheel about its axis, N m s, and the compensation of its rounding; shape
-      !> (most_wheels).
-      real(wp) :: wheel_momentum(most_wheels) = 0.0_wp, wheel_compensation(most_wheels) = 0.0_wp
-      !> Work of the motor of each wheel, and of its friction, since the state was made, J; shape (2, most_wheels).
-      real(wp) :: wheel_work(2, most_wheels) = 0.0_wp
+      !> (most_inner).
+      real(wp) :: wheel_momentum(most_inner) = 0.0_wp, wheel_compensation(most_inner) = 0.0_wp
+      !> Work of the motor of each wheel, and of its friction, since the state was made, J; shape (2, most_inner).
+      real(wp) :: wheel_work(2, most_inner) = 0.0_wp
       !> Work of time-dependent potentials since the state was made, J.
       real(wp) :: time_dependent_work = 0.0_wp
       !> Time up to which the work of time-dependent potentials is counted, s; differs from `t` by a rounding if `t` was
@@ -134,12 +134,14 @@ contains
       if (is_same_time(self%t, self%time_dependent_until, dt)) time_dependent_since = self%time_dependent_until
    end function time_dependent_since
 
-   !> Copies another state; without wheels that costs less than an assignment.
-   pure subroutine copy_from(self, other, wheels, balance)
+   !> Copies another state; that costs less than an assignment.
+   pure subroutine copy_from(self, other, n_wheels, balance)
       class(state_t), intent(inout) :: self
       type(state_t), intent(in) :: other
-      !> The state has wheels, a balance; without them the values that belong to them are not copied.
-      logical, intent(in) :: wheels, balance
+      !> Number of momenta of wheels and inner spheres; further ones are not copied.
+      integer, intent(in) :: n_wheels
+      !> The state has a balance; otherwise the values that belong to it are not copied.
+      logical, intent(in) :: balance
       self%t = other%t
       self%q = other%q
       self%p = other%p
@@ -148,11 +150,11 @@ contains
       self%time_dependent_work = other%time_dependent_work
       self%time_dependent_until = other%time_dependent_until
       if (other%other_axes%exist .or. self%other_axes%exist) self%other_axes = other%other_axes
-      if (balance) call self%balance%copy_from(other%balance, wheels)
-      if (.not. wheels) return
-      self%wheel_momentum = other%wheel_momentum
-      self%wheel_compensation = other%wheel_compensation
-      self%wheel_work = other%wheel_work
+      if (balance) call self%balance%copy_from(other%balance, n_wheels)
+      if (n_wheels == 0) return
+      self%wheel_momentum(:n_wheels) = other%wheel_momentum(:n_wheels)
+      self%wheel_compensation(:n_wheels) = other%wheel_compensation(:n_wheels)
+      self%wheel_work(:, :n_wheels) = other%wheel_work(:, :n_wheels)
    end subroutine copy_from
 
    !> Writes or reads time, attitude and momentum, with their compensations, in checkpoint data.
@@ -174,7 +176,7 @@ contains
       integer :: i
       call archive%transfer(self%wheel_momentum)
       call archive%transfer(self%wheel_compensation)
-      do i = 1, most_wheels
+      do i = 1, most_inner
          call archive%transfer(self%wheel_work(:, i))
       end do
       call archive%transfer(self%time_dependent_work)

@@ -35,8 +35,11 @@ module nutate_effect_list
       integer :: n_torques = 0
       !> Number of rotors added, wheels among them.
       integer :: n_rotors = 0
-      !> Number of wheels, driven or not.
+      !> Number of momenta inside of the body: one of each reaction wheel, driven or not, then three of each inner
+      !> sphere.
       integer :: n_wheels = 0
+      !> Number of reaction wheels, and of inner spheres.
+      integer :: n_reaction_wheels = 0, n_spheres = 0
       type(potential_slot_t), allocatable :: potentials(:)
       type(torque_slot_t), allocatable :: torques(:)
       type(wheel_t), allocatable :: wheels(:)

@@ -4,13 +4,16 @@ submodule(nutate_effect_list) nutate_effect_list_procedures
    use nutate_earth_field, only: earth_field_t
    use nutate_effect, only: given_bounds_t, rotor_t
    use nutate_effect_bounds, only: effect_bounds_t, linear_map_t
+   use nutate_inner_sphere, only: inner_sphere_t
    use nutate_rotating_frame, only: rotating_frame_t
    use nutate_status, only: fail, NUTATE_BAD_ARGUMENT
+   use nutate_wheel, only: follow_switch
    implicit none
 
 contains
 
    module procedure add
+      integer :: i
       select type (effect)
       class is (potential_t)
          call add_potential(self, effect)
@@ -25,6 +28,10 @@ contains
          call self%turn_frame(effect%rate)
       type is (wheel_t)
          call add_wheel(self, effect)
+      type is (inner_sphere_t)
+         do i = 1, 3
+            call add_wheel(self, effect%component(i))
+         end do
       end select
    end procedure add
 
@@ -142,6 +149,7 @@ contains
       end do
       do i = 1, self%n_wheels
          call switch_one(self%wheels(i), label, on)
+         call follow_switch(self%wheels(i))
          if (allocated(self%wheels(i)%motor)) call switch_one(self%wheels(i)%motor, label, on)
       end do
       if (self%n_potentials + self%n_off > 0) call sort_potentials(self)
@@ -360,18 +368,23 @@ contains
       call sort_potentials(self)
    end subroutine add_potential
 
-   !> Adds a copy of a wheel to the list, on or off; `add_wheel` of a system also changes the inertia of the body.
+   !> Adds a copy of a wheel to the list, on or off, before the components of inner spheres, or such a component behind
+   !> them; `add_wheel` of a system also changes the inertia of the body.
    subroutine add_wheel(self, wheel)
       class(effect_list_t), intent(inout) :: self
       type(wheel_t), intent(in) :: wheel
       type(wheel_t), allocatable :: grown(:)
-      integer :: i
+      integer :: i, place
+      place = self%n_wheels + 1
+      if (wheel%component == 0) place = self%n_reaction_wheels + 1
       allocate (grown(self%n_wheels + 1))
       do i = 1, self%n_wheels
-         grown(i) = self%wheels(i)
+         grown(merge(i, i + 1, i < place)) = self%wheels(i)
       end do
-      grown(self%n_wheels + 1) = wheel
+      grown(place) = wheel
       call move_alloc(grown, self%wheels)
+      if (wheel%component == 0) self%n_reaction_wheels = self%n_reaction_wheels + 1
+      if (wheel%component == 3) self%n_spheres = self%n_spheres + 1
       self%n_wheels = self%n_wheels + 1
       self%n_rotors = self%n_rotors + 1
    end subroutine add_wheel

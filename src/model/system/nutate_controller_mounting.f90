@@ -58,7 +58,7 @@ contains
       if (.not. status%ok()) return
       call system%effects%add(mounted)
       if (controller%by /= BY_WHEELS .or. controller%sample > 0.0_wp) return
-      do i = 1, system%effects%n_wheels
+      do i = 1, system%effects%n_reaction_wheels
          allocate (system%effects%wheels(i)%motor, &
                    source=controlled_motor_t(name='controller', label=controller%label, on=controller%on, &
                                             controller=mounted, wheel=i, &
@@ -72,11 +72,11 @@ contains
       type(controller_t), intent(in) :: controller
       type(status_t), intent(inout) :: status
       integer :: i
-      if (system%effects%n_wheels == 0) then
+      if (system%effects%n_reaction_wheels == 0) then
          status = fail(NUTATE_BAD_ARGUMENT, "by = 'wheels' without wheels (expected &wheel)", 'by')
          return
       end if
-      do i = 1, system%effects%n_wheels
+      do i = 1, system%effects%n_reaction_wheels
          associate (wheel => system%effects%wheels(i))
             if (allocated(wheel%motor)) then
                status = fail(NUTATE_BAD_ARGUMENT, &
@@ -97,7 +97,7 @@ contains
       real(wp) :: square(3, 3), values(3), vectors(3, 3)
       integer :: i, k
       square = 0.0_wp
-      do i = 1, system%effects%n_wheels
+      do i = 1, system%effects%n_reaction_wheels
          associate (axis => system%effects%wheels(i)%axis)
             do k = 1, 3
                square(:, k) = square(:, k) + axis(k)*axis
@@ -107,7 +107,7 @@ contains
       call symmetric_eigen(square, values, vectors, status)
       if (.not. status%ok()) return
       controller%share = 0.0_wp
-      do i = 1, system%effects%n_wheels
+      do i = 1, system%effects%n_reaction_wheels
          associate (axis => system%effects%wheels(i)%axis)
             do k = 1, 3
                if (values(k) > nearly_flat*values(3)) controller%share(:, i) = controller%share(:, i) &

@@ -7,7 +7,7 @@ module nutate_hamiltonian
    use nutate_body, only: body_t
    use nutate_effect_list, only: effect_list_t
    use nutate_kinds, only: wp
-   use nutate_limits, only: attitude_tolerance, is_moderate, is_unit
+   use nutate_limits, only: attitude_tolerance, is_moderate, is_unit, most_inner
    use nutate_quaternion, only: cross, quat_conjugate, quat_left_matrix, quat_product, rotate_to_body, &
       rotate_to_space, vector_quat_product
    use nutate_small_products, only: times_vector
@@ -36,8 +36,8 @@ contains
       real(wp), intent(in) :: omega(3)
       !> Time, s; default 0.
       real(wp), intent(in), optional :: t
-      !> Speeds of the wheels relative to the body, rad/s; shape (number of wheels); default: the initial speeds of the
-      !> wheels.
+      !> Speeds of the wheels, and of the components of inner spheres, relative to the body, rad/s; shape (n_wheels);
+      !> default: their initial speeds.
       real(wp), intent(in), optional :: speeds(:)
       integer :: i
       if (present(t)) state%t = t
@@ -45,6 +45,7 @@ contains
       state%p = huge(1.0_wp)
       if (.not. is_unit(q, attitude_tolerance)) return
       if (.not. all(is_moderate([omega, system%effects%rotor_momentum]))) return
+      if (system%effects%n_wheels > most_inner) return
       do i = 1, system%effects%n_wheels
          associate (wheel => system%effects%wheels(i))
             state%wheel_momentum(i) = wheel%speed

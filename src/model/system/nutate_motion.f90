@@ -1,8 +1,9 @@
 !> The motion at an instant: a state, its rates, and the torques that cause them.
 module nutate_motion
+   use nutate_gyration, only: add_gyration
    use nutate_hamiltonian, only: body_direction
    use nutate_kinds, only: wp
-   use nutate_limits, only: most_wheels
+   use nutate_limits, only: most_inner
    use nutate_quaternion, only: cross, quat_norm, quat_product, quat_vector_product, rotate_to_body
    use nutate_small_products, only: times_vector
    use nutate_state, only: state_t
@@ -21,8 +22,8 @@ module nutate_motion
       real(wp) :: relative(3) = 0.0_wp
       !> Set by `find_rates`: Ω̇, rad/s²; the torque of the potentials, and the sum of the torques, N m.
       real(wp) :: acceleration(3) = 0.0_wp, potential_torque(3) = 0.0_wp, torque(3) = 0.0_wp
-      !> Set by `find_rates`: ḣ of each wheel, N m, shape (most_wheels); power of motors and bearing friction, W.
-      real(wp) :: wheel_rate(most_wheels) = 0.0_wp, inner_power = 0.0_wp
+      !> Set by `find_rates`: ḣ of each wheel, N m, shape (most_inner); power of motors and bearing friction, W.
+      real(wp) :: wheel_rate(most_inner) = 0.0_wp, inner_power = 0.0_wp
    end type motion_t
 
 contains
@@ -82,7 +83,7 @@ contains
                                          (motion%potential_torque + motion%torque) - inner)
    end subroutine find_rates
 
-   !> Computes the wheels' rates ḣ = u - cω, and Σ s ḣ.
+   !> Computes the rates ḣ = u - cω of wheels, with h×Ω of inner spheres, and Σ s ḣ.
    pure subroutine turn_wheels(system, window_time, motion, inner)
       type(system_t), intent(in) :: system
       !> Time that decides which motors act, s.
@@ -103,9 +104,14 @@ contains
                window = wheel%drive_window(window_time)
                rate = rate + wheel%drive(min(max(motion%state%t, window(1)), window(2)), q, motion%relative)
             end if
-            inner = inner + rate*wheel%axis
             motion%inner_power = motion%inner_power + rate*speed
          end associate
+      end do
+      associate (first => system%effects%n_reaction_wheels + 1, last => system%effects%n_wheels)
+         call add_gyration(motion%state%wheel_momentum(first:last), motion%omega, motion%wheel_rate(first:last))
+      end associate
+      do i = 1, system%effects%n_wheels
+         inner = inner + motion%wheel_rate(i)*system%effects%wheels(i)%axis
       end do
    end subroutine turn_wheels
 

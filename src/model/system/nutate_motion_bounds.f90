@@ -10,7 +10,7 @@ module nutate_motion_bounds
    use nutate_effect, only: LINEAR_SERIES, potential_t, torque_t
    use nutate_effect_bounds, only: effect_bounds_t, linear_map_t, map_of, spectral_norm
    use nutate_kinds, only: wp, pi
-   use nutate_limits, only: most_wheels
+   use nutate_limits, only: most_inner
    use nutate_motion, only: motion_t
    use nutate_quaternion, only: rotate_to_body
    use nutate_small_products, only: is_symmetric_about, lies_along, times_columns, times_vector, vector_length
@@ -39,9 +39,9 @@ module nutate_motion_bounds
       real(wp) :: least_root = 1.0_wp, greatest_root = 1.0_wp
       !> J, body axes, kg m², shape (3,3); h of the rotors, body axes, N m s, shape (3).
       real(wp) :: inertia(3, 3) = 0.0_wp, rotor(3) = 0.0_wp
-      !> Number of wheels; u of each, N m, and 1/Jw; shape (most_wheels). Sum of u about each body axis, N m; shape (3).
+      !> Number of wheels; u of each, N m, and 1/Jw; shape (most_inner). Sum of u about each body axis, N m; shape (3).
       integer :: n_wheels = 0
-      real(wp), dimension(most_wheels) :: drives = 0.0_wp, inverse_wheels = 0.0_wp
+      real(wp), dimension(most_inner) :: drives = 0.0_wp, inverse_wheels = 0.0_wp
       real(wp) :: wheel_torques(3) = 0.0_wp
       !> |JΩ×Ω| over S²; √(J⁻¹)ᵢᵢ, and the lengths of the rows of J⁻¹, shape (3).
       real(wp) :: gyration = 0.0_wp, root_inverse(3) = 0.0_wp, rows(3) = 0.0_wp
@@ -82,8 +82,8 @@ module nutate_motion_bounds
       real(wp) :: tilting = 0.0_wp, acceleration = 0.0_wp
       !> Rate of rotation of the space axes, rad/s, by which rates relative to them may be larger.
       real(wp) :: frame_speed = 0.0_wp
-      !> |ḣ| of each wheel, N m, and rate of its speed, rad/s²; shape (most_wheels).
-      real(wp), dimension(most_wheels) :: drives = 0.0_wp, wheel_rates = 0.0_wp
+      !> |ḣ| of each wheel, N m, and rate of its speed, rad/s²; shape (most_inner).
+      real(wp), dimension(most_inner) :: drives = 0.0_wp, wheel_rates = 0.0_wp
    end type speed_bounds_t
 
    !> Largest values: squares of larger ones may overflow, and so may products with larger ratios.
@@ -188,7 +188,8 @@ contains
          associate (wheel => system%effects%wheels(i))
             bound = effect_bounds_t(force=abs(wheel%command), known=.not. wheel%friction > 0.0_wp)
             if (allocated(wheel%motor)) call wheel%motor%bound(whole, at_once, wheel%axis, any_attitude, bound)
-            bound%known = bound%known .and. .not. wheel%friction > 0.0_wp .and. .not. bound%drag_slope > 0.0_wp
+            bound%known = bound%known .and. .not. wheel%friction > 0.0_wp .and. .not. bound%drag_slope > 0.0_wp .and. &
+                          wheel%component == 0
             call total%add(bound)
             bounds%drives(i) = bound%force
             bounds%inverse_wheels(i) = 1/wheel%inertia

@@ -1,15 +1,16 @@
 !> Wheels as a part of the body that they are mounted in: the rest of the body has less inertia about their axes.
 module nutate_wheel_mounting
    use nutate_body, only: body_t, without
+   use nutate_inner_sphere, only: inner_sphere_t
    use nutate_kinds, only: wp
-   use nutate_limits, only: most_wheels
+   use nutate_limits, only: most_inner, most_spheres, most_wheels
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    use nutate_system, only: system_t
    use nutate_wheel, only: wheel_t
    implicit none
    private
 
-   public :: add_wheel, mount_wheels, are_mounted
+   public :: add_wheel, add_inner_sphere, mount_wheels, are_mounted
 
 contains
 
@@ -34,6 +35,36 @@ contains
       end if
    end subroutine add_wheel
 
+   !> Adds an inner sphere to a system; the body is the one without the sphere.
+   !>
+   !> Errors, with the system unchanged: `NUTATE_BAD_ARGUMENT` for too many spheres, or an invalid one.
+   subroutine add_inner_sphere(system, sphere, status)
+      type(system_t), intent(inout) :: system
+      type(inner_sphere_t), intent(in) :: sphere
+      type(status_t), intent(out) :: status
+      character(len=4) :: most
+      if (.not. sphere%is_valid()) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the inner sphere is invalid (expected a positive inertia and damping, '// &
+                       'all up to 1e100 in SI units)', 'inner_sphere')
+      else if (system%effects%n_spheres == most_spheres) then
+         write (most, '(i0)') most_spheres
+         status = fail(NUTATE_BAD_ARGUMENT, 'there are too many inner spheres (expected up to '//trim(most)//')', &
+                       'inner_sphere')
+      else if (system%effects%n_wheels + 3 > most_inner) then
+         status = too_many()
+      else
+         call system%effects%add(sphere)
+      end if
+   end subroutine add_inner_sphere
+
+   !> Returns the error of a body with more wheels and spheres than a state has room for.
+   type(status_t) function too_many() result(status)
+      character(len=4) :: most
+      write (most, '(i0)') most_inner
+      status = fail(NUTATE_BAD_ARGUMENT, 'there are too many wheels and inner spheres (expected up to '//trim(most)// &
+                    ', a sphere as three)', 'inner_sphere')
+   end function too_many
+
    !> Subtracts the inertia of all wheels of a system from that of its body. Errors, with the system unchanged: as for
    !> `add_wheel`.
    subroutine mount_wheels(system, status)
@@ -41,23 +72,24 @@ contains
       type(status_t), intent(out) :: status
       type(body_t) :: rest
       character(len=4) :: most
-      if (system%effects%n_wheels == 0) return
-      if (system%effects%n_wheels > most_wheels) then
+      if (system%effects%n_reaction_wheels == 0) return
+      if (system%effects%n_reaction_wheels > most_wheels) then
          write (most, '(i0)') most_wheels
          status = fail(NUTATE_BAD_ARGUMENT, 'there are too many wheels (expected up to '//trim(most)//')', 'wheel')
          return
       end if
-      call without(system%body, spinning_inertia(system), rest, status)
+      if (system%effects%n_wheels > most_inner) status = too_many()
+      if (status%ok()) call without(system%body, spinning_inertia(system), rest, status)
       if (status%ok()) system%body = rest
    end subroutine mount_wheels
 
-   !> Returns Σ Jw ssᵀ, body axes, kg m²; shape (3,3).
+   !> Returns Σ Jw ssᵀ of the reaction wheels, body axes, kg m²; shape (3,3).
    pure function spinning_inertia(system) result(inertia)
       type(system_t), intent(in) :: system
       real(wp) :: inertia(3, 3)
       integer :: i, j, k
       inertia = 0.0_wp
-      do i = 1, system%effects%n_wheels
+      do i = 1, system%effects%n_reaction_wheels
          associate (wheel => system%effects%wheels(i))
             do k = 1, 3
                do j = 1, 3
@@ -73,8 +105,11 @@ contains
       type(system_t), intent(in) :: system
       type(body_t) :: rest
       type(status_t) :: status
-      are_mounted = system%effects%n_wheels == 0
-      if (are_mounted .or. system%effects%n_wheels > most_wheels) return
+      are_mounted = .false.
+      if (system%effects%n_reaction_wheels > most_wheels .or. system%effects%n_spheres > most_spheres .or. &
+          system%effects%n_wheels > most_inner) return
+      are_mounted = system%effects%n_reaction_wheels == 0
+      if (are_mounted) return
       call without(system%body, spinning_inertia(system), rest, status)
       are_mounted = status%ok()
       if (are_mounted) are_mounted = .not. any(abs(rest%inertia - system%body%inertia) > 0.0_wp)

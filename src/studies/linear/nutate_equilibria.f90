@@ -147,7 +147,9 @@ contains
          else if (effects%n_potentials == 0) then
             status = fail(NUTATE_BAD_ARGUMENT, 'no potential acts (expected one, such as &gravity_gradient)')
          end if
-         do i = 1, effects%n_wheels
+         if (effects%n_spheres > 0) status = fail( &
+            NUTATE_BAD_ARGUMENT, 'equilibria are those of bodies without inner spheres (expected no &inner_sphere)')
+         do i = 1, effects%n_reaction_wheels
             if (allocated(effects%wheels(i)%motor) .or. effects%wheels(i)%friction > 0.0_wp) status = fail( &
                NUTATE_BAD_ARGUMENT, 'equilibria are those of free wheels (expected no motor and no friction)')
          end do

@@ -417,6 +417,8 @@ contains
       integer, allocatable :: motors(:)
       integer :: i, n, m
       call check_effects(system%effects, status)
+      if (status%ok() .and. system%effects%n_spheres > 0) status = fail( &
+         NUTATE_BAD_ARGUMENT, 'inner spheres have no linear system (expected a body without them)', 'inner_sphere')
       if (.not. status%ok()) return
       motors = motors_of(system)
       n = 6 + system%effects%n_wheels

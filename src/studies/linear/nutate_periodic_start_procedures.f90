@@ -90,7 +90,7 @@ contains
       else if (effects%frame_turns) then
          fault = "the space axes turn (expected frame = 'inertial' in &orbit)"
       else if (effects%n_wheels > 0) then
-         fault = 'wheels keep no period (expected a body without them)'
+         fault = 'wheels and inner spheres keep no period (expected a body without them)'
       end if
       if (fault /= '') status = fail(NUTATE_BAD_ARGUMENT, 'resonance: '//fault)
    end subroutine check_orbit

@@ -230,7 +230,7 @@ contains
       type(status_t), intent(out) :: status
       class(effect_t), allocatable :: effect
       type(scene_error_t) :: error
-      if (number < 1 .or. number > system%effects%n_wheels) then
+      if (number < 1 .or. number > system%effects%n_reaction_wheels) then
          status = fail(NUTATE_BAD_ARGUMENT, 'wheel is out of range (expected 1 to the number of wheels)', 'wheel')
          return
       end if

@@ -123,7 +123,7 @@ contains
       type(system_handle_t), pointer :: handle
       if (.not. found(system, handle, code)) return
       if (present(n)) then
-         n = handle%system%effects%n_wheels
+         n = handle%system%effects%n_reaction_wheels
          code = NUTATE_OK
       else
          code = NUTATE_BAD_ARGUMENT

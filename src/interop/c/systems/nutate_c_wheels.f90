@@ -1,4 +1,4 @@
-!> C interface: wheels, orbit and Jacobi integral of a stepper. The functions are documented in
+!> C interface: wheels, inner spheres, orbit and Jacobi integral of a stepper. The functions are documented in
 !> `include/nutate_satellites.h`.
 module nutate_c_wheels
    use, intrinsic :: iso_c_binding, only: c_double, c_int, c_ptr, c_size_t
@@ -11,13 +11,14 @@ module nutate_c_wheels
    use nutate_hamiltonian, only: angular_velocity, conserved_energy
    use nutate_kinds, only: wp
    use nutate_limits, only: is_moderate
-   use nutate_quaternion, only: quat_conjugate, quat_product
+   use nutate_quaternion, only: quat_conjugate, quat_normalized, quat_product, rotate_to_space
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_OK
    implicit none
    private
 
-   public :: nutate_stepper_wheel_count, nutate_stepper_wheel, nutate_stepper_set_motor, nutate_stepper_jacobi, &
-      nutate_stepper_time_dependent_work, nutate_stepper_orbit, nutate_stepper_lvlh_attitude
+   public :: nutate_stepper_wheel_count, nutate_stepper_wheel, nutate_stepper_set_motor, nutate_stepper_sphere_count, &
+      nutate_stepper_sphere, nutate_stepper_jacobi, nutate_stepper_time_dependent_work, nutate_stepper_orbit, &
+      nutate_stepper_lvlh_attitude
 
 contains
 
@@ -26,7 +27,7 @@ contains
       integer(c_size_t), intent(inout), optional :: n
       type(stepper_handle_t), pointer :: handle
       call find_readable(stepper, present(n), .false., handle, code)
-      if (code == NUTATE_OK) n = handle%system%effects%n_wheels
+      if (code == NUTATE_OK) n = handle%system%effects%n_reaction_wheels
    end function nutate_stepper_wheel_count
 
    integer(c_int) function nutate_stepper_wheel(stepper, wheel, speed, momentum, work) result(code) bind(C)
@@ -37,7 +38,7 @@ contains
       call find_readable(stepper, .true., .false., handle, code)
       if (code /= NUTATE_OK) return
       code = NUTATE_BAD_ARGUMENT
-      if (wheel < 1 .or. wheel > handle%system%effects%n_wheels) return
+      if (wheel < 1 .or. wheel > handle%system%effects%n_reaction_wheels) return
       code = NUTATE_OK
       associate (state => handle%run%state, h => handle%run%state%wheel_momentum(wheel))
          if (present(speed)) then
@@ -47,6 +48,36 @@ contains
          if (present(work)) work = state%wheel_work(:, wheel)
       end associate
    end function nutate_stepper_wheel
+
+   integer(c_int) function nutate_stepper_sphere_count(stepper, n) result(code) bind(C)
+      type(c_ptr), intent(in), value :: stepper
+      integer(c_size_t), intent(inout), optional :: n
+      type(stepper_handle_t), pointer :: handle
+      call find_readable(stepper, present(n), .false., handle, code)
+      if (code == NUTATE_OK) n = handle%system%effects%n_spheres
+   end function nutate_stepper_sphere_count
+
+   integer(c_int) function nutate_stepper_sphere(stepper, sphere, rate, momentum, energy, work) result(code) bind(C)
+      type(c_ptr), intent(in), value :: stepper
+      integer(c_size_t), intent(in), value :: sphere
+      real(c_double), intent(inout), optional :: rate(3), momentum(3), energy, work
+      type(stepper_handle_t), pointer :: handle
+      integer :: last
+      call find_readable(stepper, .true., .false., handle, code)
+      if (code /= NUTATE_OK) return
+      code = NUTATE_BAD_ARGUMENT
+      if (sphere < 1 .or. sphere > handle%system%effects%n_spheres) return
+      code = NUTATE_OK
+      last = handle%system%effects%n_reaction_wheels + 3*int(sphere)
+      associate (state => handle%run%state, inertia => handle%system%effects%wheels(last)%inertia)
+         associate (h => state%wheel_momentum(last - 2:last))
+            if (present(rate)) rate = h/inertia - angular_velocity(handle%system, state)
+            if (present(momentum)) momentum = rotate_to_space(quat_normalized(state%q), h)
+            if (present(energy)) energy = 0.5_wp*dot_product(h/inertia, h)
+         end associate
+         if (present(work)) work = sum(state%wheel_work(2, last - 2:last))
+      end associate
+   end function nutate_stepper_sphere
 
    integer(c_int) function nutate_stepper_set_motor(stepper, wheel, torque) result(code) bind(C)
       type(c_ptr), intent(in), value :: stepper
@@ -69,7 +100,7 @@ contains
       !> Motor torque, N m.
       real(wp), intent(in) :: torque
       type(status_t), intent(out) :: status
-      if (wheel < 1 .or. wheel > effects%n_wheels) then
+      if (wheel < 1 .or. wheel > effects%n_reaction_wheels) then
          status = fail(NUTATE_BAD_ARGUMENT, 'wheel is out of range (expected 1 to the number of wheels)', 'wheel')
       else if (effects%controls_wheels()) then
          status = fail(NUTATE_BAD_ARGUMENT, 'a controller drives the wheels (expected none by wheels)', 'wheel')

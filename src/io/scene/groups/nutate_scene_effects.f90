@@ -4,6 +4,7 @@ module nutate_scene_effects
    use nutate_effect, only: effect_t, rotor_t
    use nutate_effect_list, only: effect_list_t
    use nutate_effect_catalogue, only: effect_kind_t, effect_kinds
+   use nutate_inner_sphere, only: inner_sphere_t
    use nutate_keys, only: group_t, group_kind_t
    use nutate_orbit, only: orbit_t
    use nutate_orbital_effects, only: build_on_orbit, goes_by_orbit
@@ -17,7 +18,7 @@ module nutate_scene_effects
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    use nutate_system, only: system_t
    use nutate_wheel, only: wheel_t
-   use nutate_wheel_mounting, only: add_wheel
+   use nutate_wheel_mounting, only: add_inner_sphere, add_wheel
    implicit none
    private
 
@@ -177,8 +178,8 @@ contains
    end subroutine read_switch
 
    !> Adds an effect. A rotor, a rotating frame or an orbit that is off is not added, since it cannot be switched.
-   !> Errors: those of `add_wheel` and `add_controller`; `NUTATE_BAD_ARGUMENT` for a second frame beside an orbit, and
-   !> for incompatible orbits.
+   !> Errors: those of `add_wheel`, `add_inner_sphere` and `add_controller`; `NUTATE_BAD_ARGUMENT` for a second frame
+   !> beside an orbit, and for incompatible orbits.
    subroutine add_effect_of(system, effect, status)
       type(system_t), intent(inout) :: system
       class(effect_t), intent(in) :: effect
@@ -190,6 +191,8 @@ contains
          if (effect%on) call add_frame(system, effect, status)
       type is (wheel_t)
          call add_wheel(system, effect, status)
+      type is (inner_sphere_t)
+         call add_inner_sphere(system, effect, status)
       type is (controller_t)
          call add_controller(system, effect, status)
       class default

@@ -6,6 +6,9 @@
 !> with the torque u of the motor and the friction c of the bearing, both relative to the body. The motor does work at
 !> the rate u ω, the friction at -cω². u is the torque of the wheel's own motor, or the command of a controller. If |ω|
 !> has reached its limit the motor does not push further, until |ω| has fallen by a hundredth of the limit.
+!>
+!> The momentum of an inner sphere (`nutate_inner_sphere`) is that of three wheels of its inertia, one along each body
+!> axis, which are no part of J and do not rotate with the body: ḣ gains h×Ω.
 module nutate_wheel
    use nutate_archive, only: archive_t
    use nutate_effect, only: effect_t, LINEAR_SERIES, parameter_t, torque_t
@@ -16,7 +19,7 @@ module nutate_wheel
    implicit none
    private
 
-   public :: wheel_t
+   public :: wheel_t, speed_change, friction_change, follow_switch
 
    !> |ω| over its limit at which a motor that has reached it pushes again.
    real(wp), parameter, public :: released_at = 0.99_wp
@@ -33,6 +36,10 @@ module nutate_wheel
       real(wp) :: speed = 0.0_wp
       !> c, N m s.
       real(wp) :: friction = 0.0_wp
+      !> Body axis of this component of the momentum of an inner sphere; 0: a reaction wheel.
+      integer :: component = 0
+      !> c of an inner sphere that is on, N m s.
+      real(wp) :: damping = 0.0_wp
       !> The motor: u is component 1 of its torque. Not allocated if there is none.
       class(torque_t), allocatable :: motor
       !> u of a wheel without a motor, N m: the command that a controller holds.
@@ -139,11 +146,13 @@ contains
    end function speed_of
 
    !> Returns the parameters: s in the length in which it was given, Jw, ω0 and c; then those of the motor, whose torque
-   !> is one number.
+   !> is one number. The parameters of an inner sphere are those of each of its components.
    pure function wheel_parameters(self) result(list)
       class(wheel_t), intent(in) :: self
       type(parameter_t), allocatable :: list(:)
       list = [parameter_t('axis', 3), parameter_t('inertia'), parameter_t('speed'), parameter_t('friction')]
+      if (self%component > 0) &
+         list = [parameter_t('angular_velocity', 3), parameter_t('inertia'), parameter_t(''), parameter_t('damping')]
       if (.not. allocated(self%motor)) return
       ! How a controller shares its torque depends on the axes of all wheels.
       if (self%motor%is_law()) list(1)%name = ''
@@ -172,6 +181,7 @@ contains
       class(wheel_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive
       call archive%transfer(self%on)
+      call follow_switch(self)
       call archive%transfer(self%at_limit)
       call archive%transfer(self%command)
       call self%saturations%transfer(archive)
@@ -211,8 +221,33 @@ contains
       !> Change of `parameters`.
       real(wp), intent(in) :: change(:)
       real(wp) :: axis(3)
-      axis = (change(1:3) - dot_product(self%axis, change(1:3))*self%axis)/self%reach
+      axis = 0.0_wp
+      if (self%component == 0) axis = (change(1:3) - dot_product(self%axis, change(1:3))*self%axis)/self%reach
    end function axis_change
+
+   !> Returns the change of ω at the initial state, rad/s.
+   pure real(wp) function speed_change(self, change)
+      type(wheel_t), intent(in) :: self
+      !> Change of `parameters`.
+      real(wp), intent(in) :: change(:)
+      speed_change = change(5)
+      if (self%component > 0) speed_change = change(self%component)
+   end function speed_change
+
+   !> Returns the change of c, N m s.
+   pure real(wp) function friction_change(self, change)
+      type(wheel_t), intent(in) :: self
+      !> Change of `parameters`.
+      real(wp), intent(in) :: change(:)
+      friction_change = change(6)
+      if (self%component > 0 .and. .not. self%on) friction_change = 0.0_wp
+   end function friction_change
+
+   !> Sets c of an inner sphere: 0 while it is off.
+   pure subroutine follow_switch(self)
+      class(wheel_t), intent(inout) :: self
+      if (self%component > 0) self%friction = merge(self%damping, 0.0_wp, self%on)
+   end subroutine follow_switch
 
    !> Returns the change of u, N m.
    pure real(wp) function drive_change(self, change, t, q, omega) result(u)
