@@ -433,10 +433,12 @@ contains
       character(len=:), allocatable :: text
       text = 'the torques'
       if (effects%n_wheels > 0) text = 'torques, motors and friction'
+      if (effects%varies) text = text//' and the change of the inertia'
       if (.not. effects%moves) return
       text = 'time-dependent potentials'
       if (effects%n_torques > 0) text = 'torques and time-dependent potentials'
       if (effects%n_wheels > 0) text = 'torques, motors, friction and time-dependent potentials'
+      if (effects%varies) text = 'torques, time-dependent potentials and the change of the inertia'
    end function workers
 
    !> Adds the invariants that the run should conserve.

@@ -357,7 +357,7 @@ contains
    end subroutine add_works
 
    !> Returns the name of an effect that does work: of a torque, or `motor 1`, `friction 1`, ... of a wheel, or
-   !> `inner sphere 1`, or time-dependent potentials.
+   !> `inner sphere 1`, or the dependence on time of potentials and inertia.
    function worker_name(effects, i) result(name)
       type(effect_list_t), intent(in) :: effects
       !> Position among the effects that do work.
@@ -366,8 +366,10 @@ contains
       integer :: k
       if (i <= effects%n_torques) then
          name = torque_name(effects, i)
-      else if (effects%moves .and. i == effects%n_works()) then
+      else if (effects%depends_on_time .and. i == effects%n_works()) then
          name = 'time-dependent potentials'
+         if (effects%varies) name = 'time-dependent inertia'
+         if (effects%varies .and. effects%moves) name = 'dependence on time'
       else
          k = (i - effects%n_torques + 1)/2
          if (effects%wheels(k)%component > 0) then

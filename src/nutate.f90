@@ -101,6 +101,7 @@ module nutate
    use nutate_hamiltonian, only: angular_velocity, body_momentum, conserved_energy, kinetic_energy, make_state, &
       potential_energy, space_momentum, total_energy
    use nutate_history, only: history_t
+   use nutate_inertia_change, only: inertia_change_t, make_tabulated_inertia
    use nutate_inner_sphere, only: inner_sphere_t
    use nutate_integrator_settings, only: integrator_settings_t
    use nutate_kepler_orbit, only: kepler_orbit_t

@@ -124,6 +124,7 @@ contains
       use test_tangent_identities, only: collect_tangent_identities
       use test_tangent_runs, only: collect_tangent_runs
       use test_time_dependent, only: collect_time_dependent
+      use test_varying_inertia, only: collect_varying_inertia
       use test_wheel_reference, only: collect_wheel_reference
       type(testsuite_type), allocatable :: suites(:)
       suites = [ &
@@ -137,6 +138,7 @@ contains
          new_testsuite("moving_fields", collect_moving_fields), &
          new_testsuite("moon_states", collect_moon_states), &
          new_testsuite("time_dependent", collect_time_dependent), &
+         new_testsuite("varying_inertia", collect_varying_inertia), &
          new_testsuite("near_rest", collect_near_rest), &
          new_testsuite("flyby", collect_flyby), &
          new_testsuite("orbit", collect_orbit), &

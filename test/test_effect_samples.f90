@@ -41,6 +41,8 @@ module test_effect_samples
       procedure :: add
       !> Position of a kind.
       procedure :: position
+      !> True for kinds that exclude each other.
+      procedure :: is_excluded
    end type effect_samples_t
 
    !> U = γ1⁴ - 2γ1γ2γ3 + 3γ2²: given by U and ∇U alone.
@@ -80,6 +82,7 @@ contains
       end do
       call read_samples(self, kinds, 'test/effect_samples.nml', error)
       if (.not. allocated(error)) call read_samples(self, kinds, 'test/orbit_samples.nml', error)
+      if (.not. allocated(error)) call read_samples(self, kinds, 'test/inertia_samples.nml', error)
       do k = 1, size(kinds)
          if (allocated(error)) return
          call check(error, any(self%items(:self%n_items)%kind == k), 'no sample of &'//trim(self%names(k)))
@@ -158,6 +161,15 @@ contains
       character(len=*), intent(in) :: name
       position = findloc(self%names == name, .true., dim=1)
    end function position
+
+   !> True for a combination of kinds with a varying inertia and an effect that depends on the inertia.
+   pure logical function is_excluded(self, combination)
+      class(effect_samples_t), intent(in) :: self
+      !> Bits of the kinds.
+      integer, intent(in) :: combination
+      is_excluded = btest(combination, self%position('inertia_rate') - 1) .and. &
+                    btest(combination, self%position('gravity_gradient') - 1)
+   end function is_excluded
 
    pure real(wp) function quartic_energy(self, gamma)
       class(quartic_t), intent(in) :: self

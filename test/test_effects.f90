@@ -48,11 +48,13 @@ contains
       call samples%load(error)
       if (allocated(error)) return
       do combination = 0, 2**size(samples%names) - 1
+         if (samples%is_excluded(combination)) cycle
          system = sample_body()
          steps = share_of(150)
          if (btest(combination, samples%position('earth_field') - 1) .or. &
              btest(combination, samples%position('force') - 1) .or. &
              btest(combination, samples%position('inner_sphere') - 1)) steps = share_of(40)
+         if (btest(combination, samples%position('inertia_rate') - 1)) steps = share_of(20)
          do k = 1, size(samples%names)
             if (btest(combination, k - 1)) call samples%add(system, k)
          end do

@@ -56,7 +56,7 @@ contains
    end function positive
 
    pure function of_bodies() result(promises)
-      type(promise_t) :: promises(9)
+      type(promise_t) :: promises(10)
       real(wp), parameter :: sphere(6) = [1.0_wp, 1.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
       promises(1) = positive('body', 'inertia', sphere(1:3), which=0)
       promises(2) = any_number('body', 'inertia_tensor', sphere, which=4)
@@ -74,6 +74,8 @@ contains
       promises(8)%setting%edge = 1e3_wp
       promises(9) = positive('body', 'density', [1.0_wp], least=1e-94_wp)
       promises(9)%setting%edge = 0.1_wp
+      promises(10) = positive('body', 'inertia_scale', [1.0_wp])
+      promises(10)%text_only = .true.
       promises%setting%omega(3) = 0.25_wp
    end function of_bodies
 
@@ -106,7 +108,7 @@ contains
    end function of_potentials
 
    pure function of_torques() result(promises)
-      type(promise_t) :: promises(10)
+      type(promise_t) :: promises(13)
       real(wp), parameter :: zero(3) = 0.0_wp
       promises(1) = any_number('damping', 'coefficient', zero, 3)
       promises(2) = any_number('torque', 'body', zero, 1)
@@ -126,6 +128,10 @@ contains
       promises(9)%setting%time_step = 1e-50_wp
       promises(10) = any_number('rotating_frame', 'latitude', zero(1:1))
       promises(10)%greatest = 2*atan(1.0_wp)
+      promises(11) = any_number('inertia_rate', 'tensor', [zero, zero], 4)
+      promises(12) = any_number('inertia_rate', 'start', zero(1:1))
+      promises(13) = any_number('inertia_rate', 'stop', zero(1:1))
+      promises(11:13)%text_only = .true.
    end function of_torques
 
    pure function of_orbits() result(promises)

@@ -90,6 +90,8 @@ contains
          text = text//" shape = 'box'"//entry(setting, 'body', 'size', spread(setting%edge, 1, 3))
          if (setting%key == 'size') text = text//' mass = 1'
          if (setting%key == 'density') text = text//entry(setting, 'body', 'density', [1.0_wp])
+      case ('inertia_scale')
+         text = text//" inertia_table = 'test/inertia_table.csv'"//entry(setting, 'body', 'inertia_scale', [1.0_wp])
       case ('inertia_tensor')
          text = text//entry(setting, 'body', 'inertia_tensor', usual_tensor)
       case default
@@ -240,6 +242,11 @@ contains
       case ('torque')
          text = entry(setting, group, merge('space', 'body ', setting%key == 'space'), up)
          if (all(setting%key /= ['body ', 'space'])) text = text//entry(setting, group, trim(setting%key), [0.0_wp])
+      case ('inertia_rate')
+         ! The change is after the run.
+         text = entry(setting, group, 'tensor', usual_tensor)
+         if (setting%key /= 'stop') text = text//entry(setting, group, 'start', [1.0_wp])
+         if (setting%key == 'stop') text = text//entry(setting, group, 'stop', [0.0_wp])
       case ('rotor')
          text = entry(setting, group, 'momentum', up)
       case ('rotating_frame')

@@ -7,6 +7,7 @@ module test_oracle
    use nutate_applied_torque, only: applied_torque_t
    use nutate_damping, only: damping_t
    use nutate_gravity_gradient, only: gravity_gradient_t
+   use nutate_inertia_change, only: inertia_change_t
    use nutate_kinds, only: wp
    use nutate_linear_potential, only: linear_potential_t
    use nutate_spring, only: spring_t
@@ -32,7 +33,9 @@ module test_oracle
 
    !> Data of a motion, in the precision of the oracle.
    type :: motion_t
-      real(qp) :: inverse_inertia(3, 3), rotor(3)
+      real(qp) :: inverse_inertia(3, 3), inertia(3, 3), rotor(3)
+      !> A time inside of the part of the run, s.
+      real(wp) :: moment = 0.0_wp
       !> Largest |L|, to which errors are relative.
       real(qp) :: momentum
       !> Error of a step.
@@ -68,6 +71,7 @@ contains
       do while (abs(end_time - t) > 0.0_wp)
          next = system%effects%next_break(t, sense)
          if (sense*(next - end_time) > 0.0_wp) next = end_time
+         motion%moment = 0.5_wp*(t + next)
          do k = 1, size(motion%acts)
             motion%acts(k) = system%effects%torques(k)%item%acts_at(0.5_wp*(t + next))
          end do
@@ -101,6 +105,7 @@ contains
       real(qp) :: j(3, 3), q(4), p(4)
       j = real(system%body%inertia, qp)
       motion%inverse_inertia = inverse(j)
+      motion%inertia = j
       motion%rotor = real(system%effects%rotor_momentum, qp)
       allocate (y(7 + system%effects%n_wheels))
       y(8:) = real(start%wheel_momentum(:system%effects%n_wheels), qp)
@@ -225,7 +230,11 @@ contains
       do i = 1, system%effects%n_wheels
          inner = inner + y(7 + i)*real(system%effects%wheels(i)%axis, qp)
       end do
-      omega = matmul(motion%inverse_inertia, y(5:7) - inner)
+      if (system%effects%varies) then
+         omega = matmul(inverse(motion%inertia + change_of(motion, system, t, 0)), y(5:7) - inner)
+      else
+         omega = matmul(motion%inverse_inertia, y(5:7) - inner)
+      end if
       associate (q => y(1:4), w => omega/2)
          rate(1) = -(q(2)*w(1) + q(3)*w(2) + q(4)*w(3))
          rate(2) = q(1)*w(1) + q(3)*w(3) - q(4)*w(2)
@@ -240,6 +249,69 @@ contains
          rate(7 + i) = wheel_torque(system%effects%wheels(i), t, y(7 + i), omega)
       end do
    end function rate_of
+
+   !> Change of the inertia since t = 0, kg m², or its rate, kg m²/s; of one effect, if it is named.
+   function change_of(motion, system, t, derivative, only) result(change)
+      type(motion_t), intent(in) :: motion
+      type(system_t), intent(in) :: system
+      !> s.
+      real(qp), intent(in) :: t
+      !> 0 or 1.
+      integer, intent(in) :: derivative
+      integer, intent(in), optional :: only
+      real(qp) :: change(3, 3), start, stop, six(6)
+      integer :: i, k
+      change = 0.0_qp
+      do i = 1, system%effects%n_torques
+         if (present(only)) then
+            if (i /= only) cycle
+         end if
+         associate (torque => system%effects%torques(i)%item)
+            select type (torque)
+            type is (inertia_change_t)
+               if (torque%is_table) then
+                  six(1:3) = value_of(torque%squares%x, torque%squares%c, torque%squares%degree)
+                  six(4:6) = 0.0_qp
+                  if (allocated(torque%products%x)) &
+                     six(4:6) = value_of(torque%products%x, torque%products%c, torque%products%degree)
+                  change = change + real(torque%scale, qp)*reshape([six(1), six(4), six(5), six(4), six(2), six(6), &
+                                                                   six(5), six(6), six(3)], [3, 3])
+                  if (derivative == 0) change = change - real(torque%scale*torque%tabulated_at(0.0_wp), qp)
+               else
+                  start = real(torque%start, qp)
+                  stop = real(torque%stop, qp)
+                  if (derivative == 0) then
+                     change = change + (min(max(t, start), stop) - min(max(0.0_qp, start), stop))*real(torque%rate, qp)
+                  else if (motion%moment > torque%start .and. motion%moment < torque%stop) then
+                     change = change + real(torque%rate, qp)
+                  end if
+               end if
+            end select
+         end associate
+      end do
+
+   contains
+
+      !> The polynomial of the interval, or its derivative.
+      function value_of(x, c, degree) result(value)
+         real(wp), intent(in) :: x(0:), c(:, 0:, :)
+         integer, intent(in) :: degree
+         real(qp) :: value(3), s, h
+         integer :: j
+         k = 1
+         do while (k < ubound(x, 1) .and. motion%moment > x(k))
+            k = k + 1
+         end do
+         h = real(x(k), qp) - real(x(k - 1), qp)
+         s = (t - real(x(k - 1), qp))/h
+         value = 0.0_qp
+         do j = degree, derivative, -1
+            value = value*s + real(merge(j, 1, derivative == 1), qp)*real(c(:, j, k), qp)
+         end do
+         if (derivative == 1) value = value/h
+      end function value_of
+
+   end function change_of
 
    !> u - cω, ω = h/Jw - s·Ω; the motor acts at all times.
    real(qp) function wheel_torque(wheel, t, h, omega) result(torque)
@@ -287,6 +359,8 @@ contains
             select type (torque)
             class is (damping_t)
                tau = tau - real(torque%coefficient, qp)*omega
+            type is (inertia_change_t)
+               if (torque%mass_leaves) tau = tau + matmul(change_of(motion, system, t, 1, i), omega)
             class is (applied_torque_t)
                if (torque%in_space) then
                   tau = tau + harmonic(torque, t)*to_space_of(torque%amplitude)

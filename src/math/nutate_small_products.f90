@@ -6,7 +6,7 @@ module nutate_small_products
    private
 
    public :: skew, times_vector, times_columns, multiply, add_multiple, add_outer, vector_length, lies_along, &
-      is_symmetric_about
+      is_symmetric_about, is_positive, symmetric_inverse
 
 contains
 
@@ -83,6 +83,47 @@ contains
       sum(2, 3) = sum(2, 3) + factor*(a(2)*b(3))
       sum(3, 3) = sum(3, 3) + factor*(a(3)*b(3))
    end subroutine add_outer
+
+   !> Returns true if a symmetric matrix is positive definite: its leading minors are, each relative to the diagonal.
+   pure logical function is_positive(a)
+      real(wp), intent(in) :: a(3, 3)
+      real(wp) :: b(3, 3), d(3), minor
+      integer :: i, j
+      d = [a(1, 1), a(2, 2), a(3, 3)]
+      is_positive = all(d > 0.0_wp)
+      if (.not. is_positive) return
+      do j = 1, 3
+         do i = 1, 3
+            b(i, j) = a(i, j)/(sqrt(d(i))*sqrt(d(j)))
+         end do
+      end do
+      minor = 1 - b(1, 2)**2
+      is_positive = minor > 0.0_wp .and. &
+                    minor - b(1, 3)**2 - b(2, 3)**2 + 2*b(1, 2)*b(1, 3)*b(2, 3) > 0.0_wp
+   end function is_positive
+
+   !> Returns the inverse of a positive definite matrix, symmetric to the last digit; shape (3,3).
+   pure function symmetric_inverse(a) result(inverse)
+      real(wp), intent(in) :: a(3, 3)
+      real(wp) :: inverse(3, 3)
+      real(wp) :: root, rest, first(2), last(2), b(3)
+      ! By the inverse of the block of the first two axes: no product of three elements, which could overflow.
+      root = a(1, 2)/a(1, 1)
+      rest = a(2, 2) - root*a(1, 2)
+      first = [1/a(1, 1) + root*(root/rest), -root/rest]
+      last = [first(2), 1/rest]
+      b(1:2) = a(1, 3)*first + a(2, 3)*last
+      b(3) = 1/(a(3, 3) - (a(1, 3)*b(1) + a(2, 3)*b(2)))
+      inverse(1, 1) = first(1) + b(1)*(b(1)*b(3))
+      inverse(2, 2) = last(2) + b(2)*(b(2)*b(3))
+      inverse(3, 3) = b(3)
+      inverse(1, 2) = first(2) + b(1)*(b(2)*b(3))
+      inverse(1, 3) = -b(1)*b(3)
+      inverse(2, 3) = -b(2)*b(3)
+      inverse(2, 1) = inverse(1, 2)
+      inverse(3, 1) = inverse(1, 3)
+      inverse(3, 2) = inverse(2, 3)
+   end function symmetric_inverse
 
    !> Returns |v|: the same digits in any unit of a power of two, where `norm2` rounds differently above and below 1.
    !> For components whose squares neither overflow nor underflow.

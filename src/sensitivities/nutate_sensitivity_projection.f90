@@ -50,7 +50,7 @@ contains
       real(wp) :: axis(3), gamma(3), momentum(3)
       integer :: components
       gamma = 0.0_wp
-      if (system%effects%moves) return
+      if (system%effects%depends_on_time) return
       call conserved_momentum(system%effects, components, axis)
       momentum = body_momentum(state)
       if (components == ALL_COMPONENTS) then

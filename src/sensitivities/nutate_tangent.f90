@@ -51,8 +51,8 @@ module nutate_tangent
       !> The rows of the energy and of l, with the parameters' own part, at the start: J, N m s, space axes; shape (n),
       !> (n, 3).
       real(wp), allocatable :: energy(:), space_momentum(:, :)
-      !> Indices of the sensitivities that change a parameter; shape (n_parametric). Change of J without freely rotating
-      !> parts by each of them, kg m²; shape (3, 3, n_parametric).
+      !> Indices of the sensitivities that change a parameter; shape (n_parametric). Change of J at t = 0 without freely
+      !> rotating parts by each of them, kg m²; shape (3, 3, n_parametric).
       integer, allocatable :: parametric(:)
       real(wp), allocatable :: inertia(:, :, :)
       !> Steps since round-off was last removed from what the sensitivities conserve (`stepper_t%propagate`).
@@ -76,6 +76,8 @@ module nutate_tangent
       procedure :: resume
       !> Returns the change of the rates.
       procedure :: rates
+      !> Returns the change of J at a time by a sensitivity that changes a parameter.
+      procedure :: inertia_of
       !> Returns the change of the momentum of rotors and wheels in the body, for one sensitivity.
       procedure :: inner_change
       !> Returns the size of a change of the sensitivities, relative to them.
@@ -99,6 +101,17 @@ module nutate_tangent
          type(variation_t), intent(in) :: variations(:)
          type(status_t), intent(out) :: status
       end subroutine begin
+
+      !> Returns the change of J without freely rotating parts, body axes, kg m²; shape (3,3).
+      pure module function inertia_of(self, effects, m, t) result(change)
+         class(tangent_t), intent(in) :: self
+         type(effect_list_t), intent(in) :: effects
+         !> Index among the sensitivities that change a parameter.
+         integer, intent(in) :: m
+         !> Time, s.
+         real(wp), intent(in) :: t
+         real(wp) :: change(3, 3)
+      end function inertia_of
 
       !> Sets the sensitivities at a later state of a motion without wheels, from `theta` and `rates` there. The targets
       !> of the conserved rows are set to their values at this state.

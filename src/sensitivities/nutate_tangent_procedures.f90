@@ -1,10 +1,11 @@
 !> Bodies of the procedures whose interfaces are in `nutate_tangent`.
 submodule(nutate_tangent) nutate_tangent_procedures
-   use nutate_variation, only: OF_POTENTIAL, OF_WHEEL
+   use nutate_variation, only: OF_POTENTIAL, OF_TORQUE, OF_WHEEL
    use nutate_hamiltonian, only: angular_velocity, body_direction, body_momentum, frame_rate_of, potential_torque
    use nutate_quaternion, only: cross, quat_normalized, rotate_to_body, rotate_to_space
    use nutate_small_products, only: times_vector
    use nutate_status, only: fail, NUTATE_BAD_ARGUMENT
+   use nutate_system, only: inertia_at, inverse_inertia_at
    use nutate_wheel, only: speed_change
    implicit none
 
@@ -37,7 +38,8 @@ contains
       self%parametric = pack([(k, k=1, self%n)], [(self%variations(k)%is_parametric(), k=1, self%n)])
       allocate (self%inertia(3, 3, size(self%parametric)))
       do m = 1, size(self%parametric)
-         self%inertia(:, :, m) = inertia_change(system%effects, self%variations(self%parametric(m)))
+         self%inertia(:, :, m) = inertia_change(system%effects, self%variations(self%parametric(m))) + &
+                                 change_in_time(system%effects, self%variations(self%parametric(m)), 0.0_wp)
       end do
       call start_sensitivities(self, system, state)
       self%energy = self%energy_row(system, state)
@@ -55,7 +57,7 @@ contains
       do k = 1, self%n
          associate (variation => self%variations(k))
             self%theta(k, :) = variation%attitude
-            change = times_vector(system%body%inertia, variation%angular_velocity)
+            change = times_vector(inertia_at(system, state%t), variation%angular_velocity)
             do i = 1, system%effects%n_wheels
                associate (wheel => system%effects%wheels(i))
                   self%wheels(k, i) = wheel%inertia*dot_product(wheel%axis, variation%angular_velocity)
@@ -66,7 +68,7 @@ contains
       end do
       do m = 1, size(self%parametric)
          k = self%parametric(m)
-         inertia = self%inertia(:, :, m)
+         inertia = self%inertia_of(system%effects, m, state%t)
          self%momentum(k, :) = self%momentum(k, :) + times_vector(inertia, omega)
          associate (variation => self%variations(k))
             if (.not. allocated(variation%effects)) cycle
@@ -92,13 +94,14 @@ contains
       integer :: k, m
       self%theta = theta
       do k = 1, self%n
-         self%momentum(k, :) = times_vector(system%body%inertia, rates(k, :)) &
+         self%momentum(k, :) = times_vector(inertia_at(system, state%t), rates(k, :)) &
                                + self%inner_change(system%effects, state, k)
       end do
       do m = 1, size(self%parametric)
          k = self%parametric(m)
          self%momentum(k, :) = self%momentum(k, :) &
-                               + times_vector(self%inertia(:, :, m), angular_velocity(system, state))
+                               + times_vector(self%inertia_of(system%effects, m, state%t), &
+                                              angular_velocity(system, state))
       end do
       self%energy = self%energy_row(system, state)
       self%space_momentum = self%momentum_row(state)
@@ -141,17 +144,44 @@ contains
       end do
    end function inertia_change
 
+   !> Returns the change of the inertia that effects add, by a sensitivity; shape (3,3).
+   pure function change_in_time(effects, variation, t) result(change)
+      type(effect_list_t), intent(in) :: effects
+      type(variation_t), intent(in) :: variation
+      !> Time, s.
+      real(wp), intent(in) :: t
+      real(wp) :: change(3, 3)
+      integer :: i
+      change = 0.0_wp
+      if (.not. allocated(variation%effects)) return
+      do i = 1, size(variation%effects)
+         associate (item => variation%effects(i))
+            if (item%kind == OF_TORQUE) &
+               change = change + effects%torques(item%place)%item%inertia_derivative(item%change, t)
+         end associate
+      end do
+   end function change_in_time
+
+   module procedure inertia_of
+      change = self%inertia(:, :, m)
+      if (.not. effects%varies) return
+      associate (variation => self%variations(self%parametric(m)))
+         change = change + (change_in_time(effects, variation, t) - change_in_time(effects, variation, 0.0_wp))
+      end associate
+   end procedure inertia_of
+
    module procedure rates
-      real(wp) :: omega(3), own(3, self%n)
+      real(wp) :: omega(3), own(3, self%n), inverse(3, 3)
       integer :: k, m
       omega = angular_velocity(system, state)
       own = 0.0_wp
       do m = 1, size(self%parametric)
-         own(:, self%parametric(m)) = times_vector(self%inertia(:, :, m), omega)
+         own(:, self%parametric(m)) = times_vector(self%inertia_of(system%effects, m, state%t), omega)
       end do
+      inverse = inverse_inertia_at(system, state%t)
       do k = 1, self%n
-         change(k, :) = times_vector(system%body%inverse_inertia, &
-                                     self%momentum(k, :) - self%inner_change(system%effects, state, k) - own(:, k))
+         change(k, :) = times_vector(inverse, self%momentum(k, :) - self%inner_change(system%effects, state, k) - &
+                                     own(:, k))
       end do
    end procedure rates
 
@@ -185,7 +215,8 @@ contains
       end do
       do m = 1, size(self%parametric)
          k = self%parametric(m)
-         change(k) = change(k) - 0.5_wp*dot_product(omega, times_vector(self%inertia(:, :, m), omega)) &
+         change(k) = change(k) - 0.5_wp*dot_product(omega, times_vector(self%inertia_of(system%effects, m, state%t), &
+                                                                        omega)) &
                      - dot_product(omega, self%variations(k)%rotor) &
                      - dot_product(space_momentum(state), self%variations(k)%frame) &
                      + effects_energy(system%effects, state, self%variations(k), omega)

@@ -352,6 +352,16 @@ def damping(_, scales):
     return group("damping", [f"coefficient = {scales.text(3, length=2, mass=1, time=-1)}"])
 
 
+def inertia_rate(dice, scales):
+    """Slow changes, most of which leave a body that is one, and others."""
+    size = scales.length**2 * scales.mass / scales.time
+    numbers = [dice.uniform(-1, 1) * size * 10.0 ** -dice.uniform(0, 6) for _ in range(dice.choice((3, 6)))]
+    lines = [f"tensor = {', '.join(map(number_text, numbers))}"]
+    lines += [f"{key} = {scales.text(time=1)}" for key in ("start", "stop") if dice.random() < 0.3]
+    lines += [f"mass_leaves = .{dice.choice(('true', 'false'))}."] if dice.random() < 0.5 else []
+    return group("inertia_rate", lines)
+
+
 TABLE = b"""t (s),x (N m),y (N m),z (N m)
 -0.5,0.1,-0.2,0.3
 0.25,2,1,0
@@ -535,7 +545,7 @@ EVENT_COLUMNS = [*(f"q{i}" for i in range(4)), *(f"omega{i}" for i in (1, 2, 3))
 
 # In the units of a scene, and then those that have no function of their own.
 EFFECTS = [gravity, dipole, gravity_gradient, spring, damping, torque, rotor, rotating_frame, orbit, earth_field, third_degree,
-           force, wheel, inner_sphere, controller]
+           force, wheel, inner_sphere, controller, inertia_rate]
 EFFECTS += [from_samples(name, keys) for name, keys in read_effects().items()
             if name not in [effect.__name__ for effect in EFFECTS]]
 

@@ -20,6 +20,7 @@ module nutate_c_stepper
    use nutate_run_plan, only: run_plan_t
    use nutate_scene, only: scene_t
    use nutate_scene_error, only: error_line, scene_error_t
+   use nutate_small_products, only: symmetric_inverse
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_BAD_SCENE, &
       NUTATE_NO_MEMORY, NUTATE_OK
@@ -191,9 +192,8 @@ contains
       type(system_t), intent(in) :: system
       !> Time, s; attitude and conjugate momentum, kg m²/s; shape (4).
       real(wp), intent(in) :: t, q(4), p(4)
-      type(body_t) :: whole, loaded
-      type(status_t) :: status
-      real(wp) :: omega(3), inertia(3, 3)
+      type(body_t) :: whole
+      real(wp) :: omega(3), loaded(3, 3), inverse(3, 3)
       integer :: i
       state%t = t
       state%q = q
@@ -201,17 +201,18 @@ contains
       if (system%effects%n_wheels == 0) return
       whole = whole_body(system%body)
       associate (wheels => system%effects%wheels)
-         if (system%effects%n_spheres > 0) then
-            inertia = whole%inertia
+         inverse = whole%inverse_inertia
+         if (system%effects%n_spheres > 0 .or. system%effects%varies) then
+            loaded = whole%inertia
             do i = 1, size(wheels)
                associate (axis => wheels(i)%component)
-                  if (axis > 0) inertia(axis, axis) = inertia(axis, axis) + wheels(i)%inertia
+                  if (axis > 0) loaded(axis, axis) = loaded(axis, axis) + wheels(i)%inertia
                end associate
             end do
-            call make_body(inertia, loaded, status, check_triangle=.false.)
-            whole%inverse_inertia = loaded%inverse_inertia
+            if (system%effects%varies) loaded = loaded + system%effects%inertia_term(0, t, t, 1.0_wp)
+            inverse = symmetric_inverse(loaded)
          end if
-         omega = matmul(whole%inverse_inertia, body_momentum(state) - &
+         omega = matmul(inverse, body_momentum(state) - &
                         system%effects%inner_momentum([(wheels(i)%inertia*wheels(i)%speed, i=1, size(wheels))]))
          do i = 1, size(wheels)
             state%wheel_momentum(i) = wheels(i)%inertia*(wheels(i)%speed + dot_product(wheels(i)%axis, omega))

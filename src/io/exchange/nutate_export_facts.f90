@@ -6,6 +6,7 @@ module nutate_export_facts
    use nutate_kinds, only: wp
    use nutate_scene, only: scene_t, scene_kinds
    use nutate_scene_body, only: build_body
+   use nutate_scene_table, only: read_effect_table
    use nutate_scene_check, only: read_groups
    use nutate_scene_error, only: scene_error_t, error_line
    use nutate_scene_labels, only: build_labels, labels_t
@@ -68,7 +69,9 @@ contains
       end do
       if (.not. error%raised) call build_labels(named(groups, 'scene'), facts%labels, error)
       if (.not. error%raised .and. any(groups%name == 'body')) then
-         call build_body(named(groups, 'body'), body, shape, error)
+         i = findloc(groups%name, 'body', dim=1)
+         call read_effect_table(groups(i), name(:index(name, '/', back=.true.)), error)
+         if (.not. error%raised) call build_body(named(groups, 'body'), body, shape, error)
          if (.not. error%raised) call take_body(groups, body, shape, facts)
       end if
       message = ''

@@ -30,8 +30,8 @@ contains
    end function energy_headers
 
    !> Returns the names of the work columns, `work_damping,work_motor1,work_friction1`: torques, motor and friction of
-   !> each wheel, friction of each inner sphere, the potentials that move, and the switches if potentials can be
-   !> switched; empty if there is nothing.
+   !> each wheel, friction of each inner sphere, the dependence on time, and the switches if potentials can be switched;
+   !> empty if there is nothing.
    pure function work_headers(effects) result(headers)
       type(effect_list_t), intent(in) :: effects
       character(len=:), allocatable :: headers
@@ -51,7 +51,7 @@ contains
          last = last + 1
          write (names(last), '("sphere", i0)') i
       end do
-      if (effects%moves) then
+      if (effects%depends_on_time) then
          last = last + 1
          names(last) = 'time_dependent'
       end if
@@ -98,7 +98,7 @@ contains
          last = last + 6
       end do
       ! In a member of an ensemble, potentials that move in the scene can be constant.
-      if (effects%moves .and. n > fixed) works(fixed + 1) = record%works(last + 1)
+      if (effects%depends_on_time .and. n > fixed) works(fixed + 1) = record%works(last + 1)
       if (can_switch(effects)) works(n) = record%works(size(record%works))
    end function works_of
 

@@ -154,6 +154,7 @@ contains
          case (NEEDS_NO_ROTOR)
             if (effects%n_rotors > 0) call need('a body without rotors, wheels and inner spheres', &
                                                 'no &rotor, no &wheel and no &inner_sphere')
+            if (effects%varies) call need('a constant inertia', 'no inertia_rate and inertia_table')
          case (NEEDS_POTENTIAL)
             if (energy_headers(effects) == '') call need('a potential', 'one, such as &gravity')
          case (NEEDS_WORK)

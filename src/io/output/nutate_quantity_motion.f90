@@ -378,14 +378,14 @@ contains
       if (system%effects%moves) by_time = time_dependent_power(system%effects, unit(motion%state%q), motion%state%t)
       associate (omega => motion%omega, relative => motion%relative)
          if (quantity%kind == Q_JACOBI) then
-            x = dot_product(relative, motion%torque) + motion%inner_power + by_time
+            x = dot_product(relative, motion%torque) + motion%inner_power + motion%inertia_power + by_time
          else if (component == KINETIC) then
-            x = dot_product(omega, motion%potential_torque + motion%torque) + motion%inner_power
+            x = dot_product(omega, motion%potential_torque + motion%torque) + motion%inner_power + motion%inertia_power
          else if (component == POTENTIAL) then
             x = by_time - dot_product(relative, motion%potential_torque)
          else
             x = dot_product(omega, motion%torque) + dot_product(omega - relative, motion%potential_torque) + &
-                motion%inner_power + by_time
+                motion%inner_power + motion%inertia_power + by_time
          end if
       end associate
    end function energy_rate

@@ -27,7 +27,7 @@ module nutate_eight_equations
    use nutate_small_products, only: times_vector
    use nutate_sphere_steps, only: sphere_steps_t
    use nutate_state, only: state_t
-   use nutate_system, only: system_t
+   use nutate_system, only: inertia_at, inverse_inertia_at, system_t
    use nutate_wheel_steps, only: wheel_steps_t
    implicit none
    private
@@ -54,6 +54,8 @@ module nutate_eight_equations
       real(wp) :: x0(4) = 0.0_wp, y0(4) = 0.0_wp, w0(4) = 0.0_wp
       !> μ J⁻¹, 1/s; shape (3,3), and μ/J0, 1/s.
       real(wp) :: inverse_inertia(3, 3) = 0.0_wp, inverse_j0 = 0.0_wp
+      !> Middle of the step, s, for an inertia that varies.
+      real(wp) :: middle = 0.0_wp
       !> 2h/μ, h that of rotors and, with friction, a share of that of wheels; shape (3).
       real(wp) :: rotor(3) = 0.0_wp
       type(discrete_forces_t) :: forces
@@ -108,6 +110,7 @@ contains
       self%momentum_unit = momentum_unit
       self%scaled = .true.
       self%inverse_inertia = system%body%inverse_inertia
+      if (system%effects%varies) self%inverse_inertia = inverse_inertia_at(system, self%middle)
       if (allocated(self%wheels)) then
          call self%wheels%set_step(system%effects, self%dt)
          call self%wheels%add_to_inverse(system%effects, self%inverse_inertia)
@@ -201,7 +204,7 @@ contains
       c(1) = -dot_product(c(2:4), c(2:4))
       z(1:4) = (2*self%x0(1)/(1 - c(1)))*c
       w(1) = self%w0(1)
-      w(2:4) = (16/(self%dt*self%momentum_unit))*times_vector(system%body%inertia + coupling, b) &
+      w(2:4) = (16/(self%dt*self%momentum_unit))*times_vector(inertia_at(system, self%middle) + coupling, b) &
                + 2*self%rotor - self%w0(2:4)
       c = self%x0 + z(1:4)
       z(5:8) = quat_product(c, w)/dot_product(c, c) - self%y0

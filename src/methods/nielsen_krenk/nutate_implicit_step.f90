@@ -21,6 +21,7 @@ module nutate_implicit_step
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_CONVERGED, NUTATE_NOT_FINITE, &
       NUTATE_OFF_BRANCH
    use nutate_system, only: system_t
+   use nutate_varying_inertia, only: check_inertia_at
    implicit none
    private
 
@@ -97,6 +98,7 @@ contains
       self%continued = 0
       self%uncertified = 0
       if (self%untested) call check_start(system, state, dt, status)
+      if (system%effects%varies .and. status%code == 0) call check_inertia_at(system, state%t + dt, status)
       if (status%code == 0) call self%start(system, state, dt, window_time, status)
       if (status%code == 0 .and. dt /= self%kept_dt) &
          call self%scale_unknowns(system, state, dt, window_time, status)
@@ -109,7 +111,7 @@ contains
          return
       end if
       self%untested = .false.
-      if (system%effects%moves) then
+      if (system%effects%depends_on_time) then
          call finish_time_dependent(self, system, state, dt, z)
       else
          call self%finish(system, state, dt, z)
@@ -121,7 +123,7 @@ contains
       end if
    end subroutine advance
 
-   !> Moves the state, and books the work of potentials that move.
+   !> Moves the state, and books the work of the dependence on time.
    subroutine finish_time_dependent(self, system, state, dt, z)
       class(implicit_stepper_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -130,7 +132,7 @@ contains
       type(state_t) :: before
       before = state
       call self%finish(system, state, dt, z)
-      self%work(size(self%work)) = time_dependent_work(system%effects, before, state, dt)
+      self%work(size(self%work)) = time_dependent_work(system, before, state, dt)
       state%time_dependent_work = state%time_dependent_work + self%work(size(self%work))
       state%time_dependent_until = state%t
    end subroutine finish_time_dependent

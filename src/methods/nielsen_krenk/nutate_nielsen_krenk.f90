@@ -137,6 +137,10 @@ contains
                self%equations%scaled = .false.
             end if
          end if
+         if (system%effects%varies) then
+            self%equations%middle = state%t + 0.5_wp*dt
+            self%equations%scaled = .false.
+         end if
          if (.not. self%equations%scaled) &
             call self%equations%set_momentum_unit(system, self%prepared_with%inverse_auxiliary_inertia, &
                                                    self%equations%momentum_unit)
@@ -329,6 +333,7 @@ contains
       if (status%code /= 0) return
       if (.not. allocated(self%last)) allocate (self%last)
       self%last%dt = self%equations%dt
+      self%last%middle = self%equations%middle
       self%last%b = self%root
       self%last%frame = self%equations%frame
       self%last%momentum = (0.5_wp*self%equations%momentum_unit)*self%equations%w0(2:4)

@@ -102,7 +102,11 @@ contains
       type(state_t), intent(in) :: state
       real(wp), intent(in) :: dt, window_time
       type(status_t), intent(inout) :: status
-      if (dt /= self%equations%dt) call self%equations%set_step(system, dt)
+      if (system%effects%varies) then
+         call self%equations%set_step(system, dt, state%t + 0.5_wp*dt)
+      else if (dt /= self%equations%dt) then
+         call self%equations%set_step(system, dt)
+      end if
       call self%equations%start(system, state, window_time)
       if (self%untested) then
          if (.not. (abs(dot_product(state%q, state%q) - 1) <= manifold_tolerance .and. &
@@ -260,6 +264,7 @@ contains
       end if
       if (.not. allocated(self%last)) allocate (self%last)
       self%last%dt = self%equations%dt
+      self%last%middle = self%equations%middle
       self%last%b = self%root
       self%last%frame = self%equations%frame
       self%last%momentum = self%equations%half_momentum(2:4)

@@ -24,7 +24,7 @@ module nutate_reduced_equations
    use nutate_small_products, only: times_columns, times_vector
    use nutate_sphere_steps, only: sphere_steps_t
    use nutate_state, only: add_increment, add_rotated, state_t
-   use nutate_system, only: system_t
+   use nutate_system, only: inertia_at, inverse_inertia_at, system_t
    use nutate_wheel_steps, only: wheel_steps_t
    implicit none
    private
@@ -54,6 +54,10 @@ module nutate_reduced_equations
       real(wp) :: scale = 0.0_wp, momentum(3) = 0.0_wp, rotor(3) = 0.0_wp
       !> J/s, with the part that the friction of wheels adds; shape (3,3). Determinant of J/s for a very short step.
       real(wp) :: inertia(3, 3) = 0.0_wp, unloaded = 1.0_wp
+      !> J⁻¹ of the middle of the step, kg⁻¹ m⁻², if the inertia varies; shape (3,3).
+      real(wp) :: inverse(3, 3) = 0.0_wp
+      !> That middle, s.
+      real(wp) :: middle = 0.0_wp
       !> ½Δt²/4s, and the effects' part of the Jacobian; shape (3,3).
       real(wp) :: weight = 0.0_wp, by_forces(3, 3) = 0.0_wp
       !> Values at the last b: L̄, L̄ - L0, in the units of the step, and β (β-d if the space axes rotate); τ̄ of the
@@ -103,11 +107,14 @@ module nutate_reduced_equations
 
 contains
 
-   !> Sets the step's length, s.
-   pure subroutine set_step(self, system, dt)
+   !> Sets the step's length, and the inertia.
+   pure subroutine set_step(self, system, dt, middle)
       class(reduced_equations_t), intent(inout) :: self
       type(system_t), intent(in) :: system
+      !> s.
       real(wp), intent(in) :: dt
+      !> Middle of the step, s, for an inertia that varies.
+      real(wp), intent(in), optional :: middle
       real(wp) :: largest
       associate (j => system%body%inertia)
          largest = max(j(1, 1), j(2, 2), j(3, 3))
@@ -116,6 +123,7 @@ contains
       associate (moments => system%body%moments)
          self%unloaded = (moments(1)/largest)*(moments(2)/largest)*(moments(3)/largest)
       end associate
+      if (present(middle)) call set_inertia(self, system, middle, largest)
       self%dt = dt
       self%rate = 4/dt
       self%scale = 0.25_wp*dt/largest
@@ -132,6 +140,24 @@ contains
       call self%wheels%set_step(system%effects, dt)
       self%inertia = self%inertia + self%wheels%coupling/largest
    end subroutine set_step
+
+   !> Sets the inertia of a time.
+   pure subroutine set_inertia(self, system, t, largest)
+      type(reduced_equations_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      !> Time, s.
+      real(wp), intent(in) :: t
+      !> Largest element of the inertia, kg m².
+      real(wp), intent(out) :: largest
+      real(wp) :: j(3, 3)
+      j = inertia_at(system, t)
+      largest = max(j(1, 1), j(2, 2), j(3, 3))
+      j = j/largest
+      self%inertia = j
+      self%inverse = inverse_inertia_at(system, t)
+      self%middle = t
+      self%unloaded = dot_product(j(:, 1), cross(j(:, 2), j(:, 3)))
+   end subroutine set_inertia
 
    !> Starts a step from a state.
    pure subroutine start(self, system, state, window_time)
@@ -181,7 +207,11 @@ contains
       inner = system%effects%rotor_momentum
       if (allocated(self%wheels)) inner = inner + self%wheels%first
       if (allocated(self%spheres)) inner = inner + self%spheres%inner
-      b = (0.25_wp*self%dt)*times_vector(system%body%inverse_inertia, self%half_momentum(2:4) - inner)
+      if (system%effects%varies) then
+         b = (0.25_wp*self%dt)*times_vector(self%inverse, self%half_momentum(2:4) - inner)
+      else
+         b = (0.25_wp*self%dt)*times_vector(system%body%inverse_inertia, self%half_momentum(2:4) - inner)
+      end if
    end function explicit_guess
 
    !> Computes the mean momentum of a rotation, for F and its derivative.

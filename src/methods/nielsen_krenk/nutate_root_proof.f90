@@ -33,7 +33,7 @@ module nutate_root_proof
       !> Length of a stage, s, and |b|² below which its root is the true one if the determinant of the Jacobian is
       !> positive: all that is asked in most steps.
       real(wp) :: length = 0.0_wp, near = 0.0_wp
-      !> There may be a proof: none has been derived for wheels.
+      !> There may be a proof: none has been derived for wheels, and for an inertia that varies.
       logical :: applies = .true.
       !> Times between which `length` and `near` hold, s.
       real(wp) :: from = 0.0_wp, to = 0.0_wp
@@ -61,7 +61,7 @@ contains
       type(system_t), intent(in) :: system
       self%is_free = system%effects%n_potentials + system%effects%n_torques + system%effects%n_rotors == 0 .and. &
                      .not. (system%body%breaks_triangle .or. system%effects%frame_turns)
-      self%applies = system%effects%n_wheels == 0
+      self%applies = system%effects%n_wheels == 0 .and. .not. system%effects%varies
       call self%certificate%set_up(system)
       if (allocated(self%forces)) deallocate (self%forces)
       if (system%effects%n_potentials + system%effects%n_torques > 0) then

@@ -35,7 +35,7 @@ module nutate_step_tangent
    use nutate_sphere_steps, only: sphere_steps_t
    use nutate_sphere_tangent, only: begin_spheres, finish_spheres, turn_spheres
    use nutate_status, only: status_t, fail, NUTATE_SINGULAR
-   use nutate_system, only: system_t
+   use nutate_system, only: inertia_at, inverse_inertia_at, system_t
    use nutate_tangent, only: tangent_t
    use nutate_tangent_forces, only: forces_tangent_t, full_swing_back, half_swing_back
    use nutate_wheel, only: wheel_t
@@ -52,6 +52,8 @@ module nutate_step_tangent
    type :: conserving_step_t
       !> Δt, s.
       real(wp) :: dt = 0.0_wp
+      !> Middle of the step, s, if the inertia varies.
+      real(wp) :: middle = 0.0_wp
       !> u, attitude at the start, body→space; shape (4).
       real(wp) :: frame(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
       !> b, dimensionless, and L0, N m s, body axes; shape (3).
@@ -88,7 +90,7 @@ contains
       type(status_t), intent(inout) :: status
       real(wp) :: by_start(3), by_mean(3)
       logical :: plain
-      self%turn_by_mean = (0.25_wp*self%dt)*system%body%inverse_inertia
+      self%turn_by_mean = (0.25_wp*self%dt)*inverse_inertia_at(system, self%middle)
       if (present(wheels)) call add_wheels(self, system, wheels)
       associate (t => self%turn_by_mean)
          self%is_diagonal = .not. abs(t(1, 2)) + abs(t(1, 3)) + abs(t(2, 3)) > 0.0_wp
@@ -99,7 +101,7 @@ contains
          call self%forces%set(system%effects, forces, self%b, self%dt)
       end if
       plain = .not. (turn%there .or. present(wheels) .or. size(tangent%parametric) > 0)
-      call set_matrices(self, system%body%inertia, forces%active, plain, turn, status)
+      call set_matrices(self, inertia_at(system, self%middle), forces%active, plain, turn, status)
       if (status%code /= 0) return
       if (.not. plain) then
          call move_extended(self, system, forces, turn, wheels, spheres, tangent)
@@ -126,7 +128,7 @@ contains
       type(wheel_steps_t), intent(in) :: wheels
       real(wp) :: inverse(3, 3)
       self%rotor = self%rotor + (4/self%dt)*times_vector(wheels%coupling, self%b)
-      inverse = system%body%inverse_inertia
+      inverse = inverse_inertia_at(system, self%middle)
       call wheels%add_to_inverse(system%effects, inverse)
       self%turn_by_mean = (0.25_wp*self%dt)*inverse
    end subroutine add_wheels
@@ -536,7 +538,7 @@ contains
       integer :: k
       k = tangent%parametric(m)
       associate (variation => tangent%variations(k), b => self%b, rate => self%forces%rate)
-         mean = rate*times_vector(tangent%inertia(:, :, m), b) + variation%rotor
+         mean = rate*times_vector(tangent%inertia_of(system%effects, m, self%middle), b) + variation%rotor
          if (present(wheels)) call add_wheel_parameters(self, system%effects%wheels, wheels, variation, mean, &
                                                      tangent%inner(k, :), tangent%work(k))
          rhs = 0.0_wp
@@ -551,7 +553,7 @@ contains
             tangent%shift(k, :) = shift
             rhs = rhs - times_vector(self%by_relative, shift) &
                   - (2*(0.25_wp*self%dt)**2*dot_product(turn%rate, variation%frame))*( &
-                  self%forces%rate*times_vector(system%body%inertia, b) + self%rotor - self%momentum)
+                  self%forces%rate*times_vector(inertia_at(system, self%middle), b) + self%rotor - self%momentum)
          end if
          tangent%change(k, :) = tangent%change(k, :) + times_vector(self%inverse, rhs)
          tangent%mean(k, :) = tangent%mean(k, :) + mean

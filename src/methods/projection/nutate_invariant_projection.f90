@@ -207,7 +207,7 @@ contains
       logical :: reached, undetermined
       call set_targets(self, state)
       if (self%plan%has_wheels) call self%plan%set_wheels(system%effects, state)
-      self%plan%t = state%t
+      call self%plan%set_time(system%effects, state%t)
       call set_point(self, state, point)
       energy = state%balance%energy
       if (abs(work) > 0.0_wp) call add_increment(energy%energy, energy%compensation, work)

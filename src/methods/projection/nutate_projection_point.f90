@@ -10,7 +10,7 @@ module nutate_projection_point
    use nutate_kinds, only: wp, eps
    use nutate_limits, only: most_inner
    use nutate_quaternion, only: cross, times => quat_vector_product
-   use nutate_small_products, only: times_vector
+   use nutate_small_products, only: symmetric_inverse, times_vector
    use nutate_state, only: add_increment, state_t
    use nutate_system, only: system_t
    implicit none
@@ -54,6 +54,9 @@ module nutate_projection_point
       !> The space axes rotate; the whole l of a free body then rotates in them by -ω; ω, rad/s; shape (3).
       logical :: turns = .false., turns_momentum = .false.
       real(wp) :: frame_rate(3) = 0.0_wp
+      !> The inertia varies; that of the body at t = 0, kg m²; shape (3,3).
+      logical :: varies = .false.
+      real(wp) :: inertia(3, 3) = 0.0_wp
       !> There are potentials that move; the time of the state last taken, s.
       logical :: moves = .false.
       real(wp) :: t = 0.0_wp
@@ -63,6 +66,8 @@ module nutate_projection_point
       real(wp) :: wheel_energy = 0.0_wp
    contains
       procedure :: prepare
+      !> Sets the time of a state.
+      procedure :: set_time
       !> Copies the wheels of a state.
       procedure :: set_wheels
       !> Moves the wheels down a slope.
@@ -125,8 +130,10 @@ contains
       self%attitude = attitude
       self%pushes = self%components == ALONG_AXIS .or. self%components == NO_COMPONENT
       self%inverse_inertia = system%body%inverse_inertia
+      self%inertia = system%body%inertia
+      self%varies = system%effects%varies
       self%diagonal = .not. any(abs([self%inverse_inertia(1, 2), self%inverse_inertia(1, 3), &
-                                     self%inverse_inertia(2, 3)]) > 0.0_wp)
+                                     self%inverse_inertia(2, 3)]) > 0.0_wp) .and. .not. self%varies
       self%has_rotor = system%effects%n_rotors > 0
       self%has_wheels = system%effects%n_wheels > 0
       self%moves_wheels = .false.
@@ -184,6 +191,16 @@ contains
       end do
    end function still_energy
 
+   !> Sets the time of a state, before a point is made of it, and the inertia of that time.
+   pure subroutine set_time(self, effects, t)
+      class(projection_plan_t), intent(inout) :: self
+      type(effect_list_t), intent(in) :: effects
+      !> s.
+      real(wp), intent(in) :: t
+      self%t = t
+      if (self%varies) self%inverse_inertia = symmetric_inverse(self%inertia + effects%inertia_term(0, t, t, 1.0_wp))
+   end subroutine set_time
+
    !> Copies the wheels of a state, before a point is made of it.
    pure subroutine set_wheels(self, effects, state)
       class(projection_plan_t), intent(inout) :: self
@@ -221,7 +238,7 @@ contains
       type(state_t), intent(in) :: state
       type(projection_point_t), intent(out) :: point
       if (self%has_wheels) call self%set_wheels(effects, state)
-      self%t = state%t
+      call self%set_time(effects, state%t)
       call set_attitude(state, point)
       call set_momentum(state, point)
       call set_gamma(self, point)

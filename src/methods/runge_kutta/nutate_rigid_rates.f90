@@ -12,16 +12,17 @@
 module nutate_rigid_rates
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_gyration, only: add_gyration
-   use nutate_hamiltonian, only: potential_torque, time_dependent_power
+   use nutate_hamiltonian, only: inertia_power, potential_torque, time_dependent_power
    use nutate_kinds, only: wp
    use nutate_limits, only: manifold_tolerance, most_inner
    use nutate_momentum_balance, only: momentum_balance_t
    use nutate_quaternion, only: quat_vector_product, rotate_to_body
-   use nutate_small_products, only: times_vector
+   use nutate_small_products, only: is_positive, times_vector
    use nutate_stage_potentials, only: stage_potentials_t
    use nutate_state, only: add_increment, state_t
-   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_FINITE, NUTATE_OFF_BRANCH
-   use nutate_system, only: system_t
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_BODY, NUTATE_NOT_FINITE, &
+      NUTATE_OFF_BRANCH
+   use nutate_system, only: inertia_at, inverse_inertia_at, system_t
    use nutate_step_error, only: step_error_t
    implicit none
    private
@@ -52,15 +53,15 @@ module nutate_rigid_rates
    type :: rigid_rates_t
       !> Start and length of the step, s.
       real(wp) :: t = 0.0_wp, dt = 0.0_wp
-      !> Δt J⁻¹, s kg⁻¹ m⁻²; shape (3,3).
+      !> Δt J⁻¹, s kg⁻¹ m⁻², of the present stage if the inertia varies; shape (3,3).
       real(wp) :: to_angle(3, 3) = 0.0_wp
       !> h of the rotors and, in the present stage, of the wheels, body axes, N m s; shape (3).
       real(wp) :: rotor(3) = 0.0_wp
       !> Number of wheels, and what they do; not allocated where there are none.
       integer :: n_wheels = 0
       type(wheel_stages_t), allocatable :: wheels
-      !> Integrate the attitude; else its rates are zero. The attitude is left out, or the space axes rotate
-      !> (`general`).
+      !> Integrate the attitude; else its rates are zero. The attitude is left out, the space axes rotate or the inertia
+      !> varies (`general`).
       logical :: attitude = .true., general = .false.
       !> The space axes rotate; half of their rotation in the step, ½Δt ω, rad, in these axes; shape (3).
       logical :: frame_turns = .false.
@@ -69,6 +70,9 @@ module nutate_rigid_rates
       logical :: forced = .false.
       !> There is a potential that moves; the potentials, if none does.
       logical :: moves = .false.
+      !> The inertia varies; energies depend on time, by that or by potentials; a time inside of the whole step, s.
+      logical :: varies = .false., depends_on_time = .false.
+      real(wp) :: moment = 0.0_wp
       type(stage_potentials_t), private :: potentials
       !> The first `NUTATE_...` code that a stage came upon; 0: none.
       integer :: failure = 0
@@ -101,10 +105,12 @@ contains
       integer :: i
       self%attitude = attitude
       self%frame_turns = system%effects%frame_turns
-      self%general = self%frame_turns .or. .not. attitude
+      self%varies = system%effects%varies
+      self%general = self%frame_turns .or. .not. attitude .or. self%varies
       self%forced = system%effects%n_potentials + system%effects%n_works() > 0
       self%n_wheels = system%effects%n_wheels
       self%moves = system%effects%moves
+      self%depends_on_time = system%effects%depends_on_time
       call self%potentials%prepare(system%effects)
       if (allocated(self%wheels)) deallocate (self%wheels)
       if (self%n_wheels > 0) allocate (self%wheels)
@@ -140,6 +146,7 @@ contains
       real(wp), intent(out) :: y(n_rates)
       integer :: i
       self%to_angle = dt*system%body%inverse_inertia
+      self%moment = window_time
       self%rotor = system%effects%rotor_momentum
       if (self%frame_turns) self%frame_turn = (0.5_wp*dt)*system%effects%frame_rate
       do i = 1, system%effects%n_torques
@@ -153,10 +160,14 @@ contains
          end associate
          self%work(i) = 0.0_wp
       end do
-      if (self%moves) self%work(size(self%work)) = 0.0_wp
+      if (self%depends_on_time) self%work(size(self%work)) = 0.0_wp
       if (self%n_wheels > 0) call begin_wheels(self, system, state, window_time)
       call read_state(self, state, dt, y)
       if (allocated(self%momentum_balance) .and. self%failure == 0) call self%momentum_balance%start(y(1:4), y(5:7))
+      if (self%varies .and. self%failure == 0) then
+         if (.not. (is_positive(inertia_at(system, state%t)) .and. is_positive(inertia_at(system, state%t + dt)))) &
+            self%failure = NUTATE_BAD_BODY
+      end if
       if (self%failure /= 0 .or. .not. self%frame_turns) return
       if (2*maxval(abs(self%frame_turn)) <= largest_angle) return
       self%failure = NUTATE_OFF_BRANCH
@@ -269,9 +280,9 @@ contains
       if (self%forced) call add_forces(self, system, fraction, y, weight, k)
    end subroutine get_rates
 
-   !> Computes the rates as `get_rates` does, without attitude or in rotating space axes: ½ q∘Ω - ½ω∘q from the sums and
-   !> differences of Ω and ω, with no more products than in fixed axes. The procedure is separate so that it does not
-   !> slow down `get_rates`.
+   !> Computes the rates as `get_rates` does, without attitude, with an inertia that varies or in rotating space axes:
+   !> ½ q∘Ω - ½ω∘q from the sums and differences of Ω and ω, with no more products than in fixed axes. The procedure
+   !> is separate so that it does not slow down `get_rates`.
    pure subroutine get_general_rates(self, system, fraction, y, weight, k)
       type(rigid_rates_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -279,6 +290,7 @@ contains
       real(wp), intent(out) :: k(n_rates)
       real(wp) :: x(3), angle(3), less(3), more(3)
       integer :: i
+      if (self%varies) self%to_angle = self%dt*inverse_inertia_at(system, self%t + fraction*self%dt)
       x = y(5:7) - self%rotor
       do i = 1, 3
          angle(i) = self%to_angle(i, 1)*x(1) + self%to_angle(i, 2)*x(2) + self%to_angle(i, 3)*x(3)
@@ -300,7 +312,24 @@ contains
       k(8) = 0.0_wp
       if (.not. self%attitude) k(1:4) = 0.0_wp
       if (self%forced) call add_forces(self, system, fraction, y, weight, k)
+      if (self%varies) call add_inertia_power(self, system, fraction, angle, weight, k(8))
    end subroutine get_general_rates
+
+   !> Adds the power of the change of the inertia.
+   pure subroutine add_inertia_power(self, system, fraction, angle, weight, gain)
+      type(rigid_rates_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      !> Time of the stage as a fraction of the step; ΔtΩ, rad, shape (3); weight of the stage.
+      real(wp), intent(in) :: fraction, angle(3), weight
+      !> Δt times the power of all that does work, J.
+      real(wp), intent(inout) :: gain
+      real(wp) :: power
+      power = inertia_power(system%effects, angle/self%dt, self%t + fraction*self%dt, self%moment)
+      gain = gain + self%dt*power
+      associate (work => self%work(size(self%work)))
+         work = work + (weight*self%dt)*power
+      end associate
+   end subroutine add_inertia_power
 
    !> Adds Δtτ of all effects to the rates.
    pure subroutine add_forces(self, system, fraction, y, weight, k)
@@ -343,6 +372,7 @@ contains
       integer :: i, j
       q = y(1:4)/sqrt(max(square, tiny(1.0_wp)))
       omega = times_vector(system%body%inverse_inertia, y(5:7) - self%rotor)
+      if (self%varies) omega = times_vector(self%to_angle, y(5:7) - self%rotor)/self%dt
       relative = omega
       if (self%frame_turns) relative = omega - rotate_to_body(q, system%effects%frame_rate)
       associate (stages => self%wheels)
@@ -414,6 +444,7 @@ contains
       integer :: i
       q = y(1:4)/norm
       omega = times_vector(system%body%inverse_inertia, y(5:7) - self%rotor)
+      if (self%varies) omega = times_vector(self%to_angle, y(5:7) - self%rotor)/self%dt
       if (system%effects%frame_turns) omega = omega - rotate_to_body(q, system%effects%frame_rate)
       do i = 1, system%effects%n_torques
          if (.not. self%acts(i)) cycle
@@ -450,7 +481,7 @@ contains
       state%p = quat_vector_product(state%q, 2*y(5:7))
       state%q_compensation = 0.0_wp
       state%p_compensation = 0.0_wp
-      if (self%moves) state%time_dependent_work = state%time_dependent_work + self%work(size(self%work))
+      if (self%depends_on_time) state%time_dependent_work = state%time_dependent_work + self%work(size(self%work))
       state%t = self%t + self%dt
    end subroutine end_step
 
@@ -499,6 +530,8 @@ contains
       select case (failure)
       case (NUTATE_BAD_ARGUMENT)
          status = fail(failure, 'the method needs |q| = 1 and q.p = 0')
+      case (NUTATE_BAD_BODY)
+         status = fail(failure, 'the inertia is not positive definite at all times of the step')
       case (NUTATE_OFF_BRANCH)
          status = fail(failure, 'the step is too long to follow the motion')
       case default

@@ -12,7 +12,7 @@ module nutate_stage_rates
    use nutate_quaternion, only: cross, rotate_to_body
    use nutate_rigid_rates, only: rigid_rates_t
    use nutate_small_products, only: skew, times_vector
-   use nutate_system, only: system_t
+   use nutate_system, only: inverse_inertia_at, system_t
    use nutate_wheel, only: friction_change
    implicit none
    private
@@ -64,8 +64,14 @@ contains
       do i = 1, rates%n_wheels
          inner = inner - y(8 + i)*system%effects%wheels(i)%axis
       end do
+      if (rates%varies) then
+         self%to_angle = inverse_inertia_at(system, self%t)
+         self%omega = times_vector(self%to_angle, inner)
+         self%to_angle = rates%dt*self%to_angle
+      else
+         self%omega = times_vector(system%body%inverse_inertia, inner)
+      end if
       angle = times_vector(self%to_angle, inner)
-      self%omega = times_vector(system%body%inverse_inertia, inner)
       self%relative = self%omega
       rotating = 0.0_wp
       if (system%effects%frame_turns) rotating = rotate_to_body(self%q, system%effects%frame_rate)

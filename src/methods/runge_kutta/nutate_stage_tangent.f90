@@ -362,7 +362,8 @@ contains
       integer :: k
       k = tangent%parametric(m)
       if (self%axis == 0) then
-         call self%stage%own_change(rates, system, tangent%variations(k), tangent%inertia(:, :, m), y, change)
+         call self%stage%own_change(rates, system, tangent%variations(k), tangent%inertia_of( &
+            system%effects, m, rates%t + self%times(i)*rates%dt), y, change)
       else
          call self%rotated_stage%own_change(rates, system, tangent%variations(k), tangent%inertia(:, :, m), &
             self%rotated, &

@@ -13,7 +13,7 @@ module nutate_motion_series
    use nutate_series_sum, only: length_of, rotation_between, sum_series
    use nutate_series_tail, only: largest_part, most_parts, series_tail_t
    use nutate_simd, only: has_avx2
-   use nutate_system, only: system_t
+   use nutate_system, only: inverse_inertia_at, system_t
    implicit none
    private
 
@@ -102,6 +102,8 @@ contains
          end do
          if (self%equations == AXIAL_TOP) then
             call expand_axial_top(self%row_series_t, converges)
+         else if (system%effects%varies) then
+            call expand_varying(self, system, acts, converges)
          else if (self%avx2) then
             call expand_avx2(self%row_series_t, system%effects, acts, system%body%inverse_inertia, converges)
          else
@@ -109,6 +111,19 @@ contains
          end if
       end select
    end subroutine expand
+
+   !> Computes the coefficients with an inertia that varies.
+   pure subroutine expand_varying(self, system, acts, converges)
+      class(motion_series_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      logical, intent(in) :: acts(:)
+      logical, intent(out) :: converges
+      if (self%avx2) then
+         call expand_avx2(self%row_series_t, system%effects, acts, inverse_inertia_at(system, self%t), converges)
+      else
+         call expand_sse2(self%row_series_t, system%effects, acts, inverse_inertia_at(system, self%t), converges)
+      end if
+   end subroutine expand_varying
 
    !> Computes the coefficients of a free body of diagonal inertia.
    pure subroutine expand_euler(self, system, converges)

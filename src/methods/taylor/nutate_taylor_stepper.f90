@@ -95,6 +95,11 @@ contains
          status = fail(NUTATE_BAD_ARGUMENT, 'series_order is not available', 'series_order')
          return
       end if
+      if (system%effects%varies .and. system%effects%frame_turns) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the series of an inertia that varies needs space axes that do not '// &
+                       "rotate (expected method = 'dop853' with conserve = .true.)", 'method')
+         return
+      end if
       call self%series%torques%prepare(system%effects, status)
       if (.not. status%ok()) return
       if (allocated(self%series%wheels)) deallocate (self%series%wheels)
@@ -127,8 +132,7 @@ contains
       type(motion_series_t), intent(in) :: series
       type(system_t), intent(in) :: system
       is_compensated = series%best == ROWS .and. series%axial%axis == 0
-      if (is_compensated) is_compensated = system%effects%frame_turns .or. system%effects%moves .or. &
-                                   system%effects%n_works() > 0
+      if (is_compensated) is_compensated = system%effects%frame_turns .or. system%effects%n_works() > 0
    end function is_compensated
 
    !> Adds the noise of a trial run, for the states before their projection.
@@ -180,7 +184,8 @@ contains
       if (status%code /= 0) return
       if (self%compensated) call apply_change(self, self%next)
       if (self%rates%n_wheels > 0) call end_wheels(self%rates, self%next)
-      if (self%rates%moves .and. self%rates%failure == 0) call book_time_dependent_work(self, system, dt, self%next)
+      if (self%rates%depends_on_time .and. self%rates%failure == 0) &
+         call book_time_dependent_work(self, system, dt, self%next)
       do i = 1, size(self%work)
          call get_work(self, i, dt, self%work(i))
       end do
@@ -343,6 +348,7 @@ contains
       integer :: i
       self%series%t = state%t
       self%series%time_unit = time_unit
+      self%series%torques%moment = self%rates%moment
       if (self%rates%n_wheels > 0) call self%series%wheels%set_start(state, self%rates%wheels%driven)
       associate (start => self%series%torques%start)
          start = state%t
@@ -408,8 +414,8 @@ contains
       call add_change(self%change, state)
    end subroutine apply_change
 
-   !> Books what potentials that move have done from the start of the series to a time after it: V1 - V0 + ∫ Ω·τ dt of
-   !> their torque τ.
+   !> Books the work of the dependence on time from the start of the series to a time after it: V1 - V0 + ∫ Ω·τ dt of
+   !> the potentials that move, and ∫ -½ Ωᵀ(dJ/dt)Ω dt.
    subroutine book_time_dependent_work(self, system, time, state)
       class(taylor_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -469,7 +475,7 @@ contains
       call end_step(self%rates, y, state, status)
       if (status%code /= 0) return
       if (self%rates%n_wheels > 0) call end_wheels(self%rates, state)
-      if (self%rates%moves) call book_time_dependent_work(self, system, time, state)
+      if (self%rates%depends_on_time) call book_time_dependent_work(self, system, time, state)
       do i = 1, size(self%work)
          call get_work(self, i, time, each(i))
          work = work + each(i)
@@ -511,8 +517,13 @@ contains
       type(status_t), intent(inout) :: status
       type(state_t) :: origin
       logical :: works, driven(most_inner)
-      works = system%effects%n_works() > 0 .and. .not. system%effects%moves
+      works = system%effects%n_works() > 0 .and. .not. system%effects%depends_on_time
       if (works) tangent%work = tangent%work - tangent%energy_row(system, before)
+      if (system%effects%varies) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the series of an inertia that varies has no sensitivities (expected '// &
+                       "method = 'nielsen_krenk', 'rk8' or 'dop853')", 'method')
+         return
+      end if
       origin = before
       call origin%restore_left()
       driven = .false.

@@ -36,6 +36,11 @@ module nutate_torque_series
       !> coefficient that is required.
       real(wp) :: start = 0.0_wp
       integer :: order = highest_order
+      !> The inertia varies; coefficients of its power series, kg m²; shape (3,3,degree).
+      logical :: varies = .false.
+      real(wp) :: inertia(3, 3, 3) = 0.0_wp
+      !> A time inside of the step, s, to be set: in the piece of the inertia.
+      real(wp) :: moment = 0.0_wp
       !> Potentials with a general series, and the slot of their auxiliary series.
       integer :: n_general = 0
       integer, allocatable :: general(:), slot(:)
@@ -66,8 +71,8 @@ module nutate_torque_series
       logical, private :: moves = .false.
       !> D of linear torques; shape (3,3, number of torques).
       real(wp), allocatable, private :: drag(:, :, :)
-      !> Number of torques whose works are computed, last those of potentials that move if there are any, and for each a
-      !> lane: Ω, rad/s, shape (3, 0:highest_order); torques, body axes, N m, shape (lane, component, 0:highest_order,
+      !> Number of torques whose works are computed, last those of the dependence on time if there is one, and for each
+      !> a lane: Ω, rad/s, shape (3, 0:highest_order); torques, body axes, N m, shape (lane, component, 0:highest_order,
       !> groups of lanes); series of their works ∫ Ω·τ dt in units of time, W, shape (lane, 0:highest_order, groups).
       integer :: n_lanes = 0
       real(wp), allocatable :: omega(:, :), torque(:, :, :, :), works(:, :, :)
@@ -76,6 +81,10 @@ module nutate_torque_series
    contains
       !> Finds out what the effects need.
       procedure :: prepare
+      !> Computes the coefficients of the inertia.
+      procedure :: expand_inertia
+      !> Returns what the inertia's higher coefficients add to a coefficient of JΩ.
+      procedure :: older_momentum
       !> Adds a coefficient of all that is not linear in the directions.
       procedure :: add_terms
       !> Begin, add a coefficient, and store each torque, if all of it is linear in Ω or depends on time alone.
@@ -268,7 +277,8 @@ contains
       self%moves = size(self%moving, 3) > 0
       allocate (self%gamma(3, 0:highest_order, n), self%auxiliary(0:highest_order, last), source=0.0_wp)
       self%n_lanes = effects%n_torques
-      if (effects%moves) self%n_lanes = self%n_lanes + 1
+      if (effects%depends_on_time) self%n_lanes = self%n_lanes + 1
+      self%varies = effects%varies
       n = -1
       if (self%has_more .or. self%n_lanes > 0) n = highest_order
       allocate (self%omega(3, 0:n), self%timed(3, 0:n), source=0.0_wp)
@@ -338,6 +348,12 @@ contains
          tau = tau + one
          if (self%mover(n) > 0) moved = moved + one
       end do
+      if (self%varies) then
+         ! The power of the change of the inertia is -½ Ωᵀ(dJ/dt)Ω.
+         do i = 1, min(3, k + 1)
+            moved = moved - times_vector((0.5_wp*i/time_unit)*self%inertia(:, :, i), self%omega(:, k + 1 - i))
+         end do
+      end if
       if (self%n_lanes > size(acts)) call keep_torque(self, self%n_lanes, k, moved)
       if (size(acts) > 0) tau = tau + self%timed(:, k)
       do i = 1, size(acts)
@@ -357,6 +373,33 @@ contains
          tau = tau + one
       end do
    end subroutine add_terms
+
+   !> Computes the coefficients of the inertia about the start of the series.
+   pure subroutine expand_inertia(self, effects, time_unit)
+      class(torque_series_t), intent(inout) :: self
+      type(effect_list_t), intent(in) :: effects
+      !> s.
+      real(wp), intent(in) :: time_unit
+      integer :: j
+      do j = 1, size(self%inertia, 3)
+         self%inertia(:, :, j) = effects%inertia_term(j, self%start, self%moment, time_unit)
+      end do
+   end subroutine expand_inertia
+
+   !> Returns Σ JⱼΩₖ₋ⱼ over j > 0, N m s; shape (3): the series of JΩ = L - h is solved for the newest coefficient of Ω.
+   pure function older_momentum(self, k, time_unit, omega) result(momentum)
+      class(torque_series_t), intent(in) :: self
+      integer, intent(in) :: k
+      !> s, and Ω times it.
+      real(wp), intent(in) :: time_unit, omega(3, 0:highest_order)
+      real(wp) :: momentum(3)
+      integer :: j
+      momentum = 0.0_wp
+      do j = 1, min(size(self%inertia, 3), k)
+         momentum = momentum + times_vector(self%inertia(:, :, j), omega(:, k - j))
+      end do
+      momentum = momentum/time_unit
+   end function older_momentum
 
    !> Prepares the terms of torques that are linear in Ω or depend on time alone.
    pure subroutine begin_simple(self, effects, time_unit, acts)

@@ -9,6 +9,7 @@ module nutate_effect_catalogue
    use nutate_force_group, only: build_force, force_keys
    use nutate_gravity, only: build_gravity, gravity_keys
    use nutate_gravity_gradient, only: build_gravity_gradient, gravity_gradient_keys
+   use nutate_inertia_change, only: build_inertia_rate, inertia_rate_keys
    use nutate_inner_sphere, only: build_inner_sphere, inner_sphere_keys
    use nutate_keys, only: group_kind_t, group_t, key_t, KEY_LOGICAL, KEY_TEXT
    use nutate_controller_group, only: build_controller, controller_keys
@@ -71,6 +72,7 @@ contains
       call add_kind(kinds, 'wheel', wheel_keys, build_wheel)
       call add_kind(kinds, 'inner_sphere', inner_sphere_keys, build_inner_sphere)
       call add_kind(kinds, 'controller', controller_keys, build_controller)
+      call add_kind(kinds, 'inertia_rate', inertia_rate_keys, build_inertia_rate)
 
    contains
 

@@ -50,6 +50,9 @@ module nutate_effect_list
       real(wp) :: frame_rate(3) = 0.0_wp
       !> True if there is a time-dependent potential, on or off.
       logical :: moves = .false.
+      !> True if an effect changes the inertia of the body with time, and true if energies depend on time: by that or by
+      !> a time-dependent potential.
+      logical :: varies = .false., depends_on_time = .false.
       !> True if the body moves on an orbit, and the orbit to which columns, initial states and controllers refer: the
       !> main one of several, or else the first; not allocated if there is none.
       logical :: on_orbit = .false.
@@ -66,9 +69,10 @@ module nutate_effect_list
    contains
       !> Adds a copy of an effect.
       procedure :: add
-      !> Returns the number of works: one per torque, two per wheel (motor, friction), one for time-dependent
-      !> potentials.
+      !> Returns the number of works: one per torque, two per wheel (motor, friction), one for the dependence on time.
       procedure :: n_works
+      !> Returns a coefficient of the power series of the change of the body's inertia since t = 0.
+      procedure :: inertia_term
       !> Return the momentum of rotors and wheels in body axes, and the kinetic energy of the wheels.
       procedure :: inner_momentum, wheel_energy
       !> Sets bounds for the user-defined potential, or torque, that was added last.
@@ -133,8 +137,18 @@ module nutate_effect_list
          real(wp) :: q(4)
       end function space_axes
 
+      !> Returns coefficient j of the power series of the change of the body's inertia since t = 0: the j-th derivative
+      !> times unitʲ/j!, body axes, kg m²; shape (3,3).
+      pure module function inertia_term(self, j, t, moment, unit) result(term)
+         class(effect_list_t), intent(in) :: self
+         integer, intent(in) :: j
+         !> Time, a time inside of the step that begins, ends or contains it, and unit of time, s.
+         real(wp), intent(in) :: t, moment, unit
+         real(wp) :: term(3, 3)
+      end function inertia_term
+
       !> Returns the number of works that a state records, in this order: the torques, then motor and friction of each
-      !> wheel, last time-dependent potentials, if there is one.
+      !> wheel, last the dependence on time, if there is one.
       pure integer module function n_works(self)
          class(effect_list_t), intent(in) :: self
       end function n_works

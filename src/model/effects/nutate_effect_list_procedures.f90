@@ -79,8 +79,18 @@ contains
 
    module procedure n_works
       n_works = self%n_torques + 2*self%n_wheels
-      if (self%moves) n_works = n_works + 1
+      if (self%depends_on_time) n_works = n_works + 1
    end procedure n_works
+
+   module procedure inertia_term
+      integer :: i
+      term = 0.0_wp
+      do i = 1, self%n_torques
+         associate (item => self%torques(i)%item)
+            if (item%changes_inertia) term = term + item%inertia_term(j, t, moment, unit)
+         end associate
+      end do
+   end procedure inertia_term
 
    module procedure inner_momentum
       integer :: i
@@ -129,7 +139,8 @@ contains
       integer :: i
       has = .false.
       do i = 1, self%n_torques
-         has = has .or. self%torques(i)%item%label == label
+         ! A change of the inertia cannot be switched.
+         has = has .or. (self%torques(i)%item%label == label .and. .not. self%torques(i)%item%changes_inertia)
       end do
       do i = 1, self%n_potentials + self%n_off
          has = has .or. self%potentials(i)%item%label == label
@@ -142,7 +153,7 @@ contains
    module procedure switch
       integer :: i
       do i = 1, self%n_torques
-         call switch_one(self%torques(i)%item, label, on)
+         if (.not. self%torques(i)%item%changes_inertia) call switch_one(self%torques(i)%item, label, on)
       end do
       do i = 1, self%n_potentials + self%n_off
          call switch_one(self%potentials(i)%item, label, on)
@@ -352,6 +363,7 @@ contains
       integer :: i, n
       n = self%n_potentials + self%n_off
       self%moves = self%moves .or. effect%moves
+      self%depends_on_time = self%depends_on_time .or. effect%moves
       select type (effect)
       type is (earth_field_t)
          self%in_earth_field = .true.
@@ -400,6 +412,8 @@ contains
       end do
       allocate (grown(self%n_torques + 1)%item, source=effect)
       grown(self%n_torques + 1)%item%frame_rate = self%frame_rate
+      self%varies = self%varies .or. effect%changes_inertia
+      self%depends_on_time = self%depends_on_time .or. effect%changes_inertia
       call move_alloc(grown, self%torques)
       self%n_torques = self%n_torques + 1
    end subroutine add_torque

@@ -36,6 +36,8 @@ module nutate_torque
       !> law commands to push the wheel further, the motor is blocked and gives no torque. Set by runs.
       integer :: at_limit = 0
       logical :: blocked = .false.
+      !> True if the effect changes the inertia of the body with time, and true if it exerts no torque from outside.
+      logical :: changes_inertia = .false., is_internal = .false.
    contains
       !> Returns the command of a control law before its limit, N m or A m², body axes; component 1 for a motor; zero
       !> unless overridden; shape (3).
@@ -116,6 +118,10 @@ module nutate_torque
       !> Returns the change of τ by a change of the rate of the space axes, at fixed Ω relative to them; zero unless
       !> overridden.
       procedure :: frame_change => no_frame_change
+      !> Return a coefficient of the power series of what the effect adds to the inertia of the body, and the change of
+      !> coefficient 0 by a change of `parameters`; zero unless overridden.
+      procedure :: inertia_term => no_inertia_term
+      procedure :: inertia_derivative => no_inertia_derivative
       !> Returns the absolute angular velocity, relative to the stars.
       procedure :: absolute_rate
    end type torque_t
@@ -519,6 +525,26 @@ contains
       real(wp) :: tau(3)
       tau = 0.0_wp
    end function no_frame_change
+
+   !> Returns coefficient j of the power series about a time of what the effect adds to the inertia: the j-th derivative
+   !> times unitʲ/j!, body axes, kg m²; shape (3,3). Here: zero.
+   pure function no_inertia_term(self, j, t, moment, unit) result(term)
+      class(torque_t), intent(in) :: self
+      integer, intent(in) :: j
+      !> Time, a time inside of the smooth piece whose series is meant, and unit of time, s.
+      real(wp), intent(in) :: t, moment, unit
+      real(wp) :: term(3, 3)
+      term = 0.0_wp
+   end function no_inertia_term
+
+   !> Returns the change of coefficient 0 by a change of `parameters`, body axes, kg m²; shape (3,3). Here: zero.
+   pure function no_inertia_derivative(self, change, t) result(derivative)
+      class(torque_t), intent(in) :: self
+      !> Change of `parameters`; time, s.
+      real(wp), intent(in) :: change(:), t
+      real(wp) :: derivative(3, 3)
+      derivative = 0.0_wp
+   end function no_inertia_derivative
 
    !> Returns the angular velocity relative to the stars, body axes, rad/s; shape (3): Ω + R(q)ᵀω.
    pure function absolute_rate(self, q, omega) result(rate)

@@ -41,6 +41,8 @@ contains
       part = 0.5_wp*(part + transpose(part))
       call keep_symmetry(system%body%inverse_inertia, part)
       system%body%inverse_inertia = (1 + part)*system%body%inverse_inertia
+      ! Mounted wheels tell whether the inertia is theirs.
+      if (system%effects%varies .and. system%effects%n_wheels == 0) system%body%inertia = (1 - part)*system%body%inertia
       do i = 1, 3
          system%body%moments(i) = (1 - part(i, i))*system%body%moments(i)
       end do

@@ -12,14 +12,14 @@ module nutate_hamiltonian
       rotate_to_space, vector_quat_product
    use nutate_small_products, only: times_vector
    use nutate_state, only: state_t
-   use nutate_system, only: system_t
+   use nutate_system, only: inertia_at, inverse_inertia_at, system_t
    implicit none
    private
 
    public :: make_state, angular_velocity, body_momentum, space_momentum, bilinear_form, momentum_from_rate
    public :: mass_matrix, inverse_mass_matrix, kinetic_energy, potential_energy, total_energy
    public :: potential_gradient, potential_torque, moving_energy, time_dependent_power, time_dependent_work, &
-      body_direction
+      body_direction, inertia_power
    public :: hamilton_equations, conserved_energy, frame_rate_of, relative_rate
 
 contains
@@ -54,7 +54,7 @@ contains
             state%wheel_momentum(i) = wheel%inertia*(state%wheel_momentum(i) + dot_product(wheel%axis, omega))
          end associate
       end do
-      state%p = 2*quat_product(q, [0.0_wp, matmul(system%body%inertia, omega) + &
+      state%p = 2*quat_product(q, [0.0_wp, matmul(inertia_at(system, state%t), omega) + &
                                    system%effects%inner_momentum(state%wheel_momentum)])
    end function make_state
 
@@ -86,7 +86,7 @@ contains
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
       real(wp) :: omega(3)
-      omega = times_vector(system%body%inverse_inertia, &
+      omega = times_vector(inverse_inertia_at(system, state%t), &
                            body_momentum(state) - system%effects%inner_momentum(state%wheel_momentum))
    end function angular_velocity
 
@@ -170,7 +170,7 @@ contains
       real(wp) :: w(4), u(3)
       w = bilinear_form(state%q, state%p)
       u = w(2:4) - 2*system%effects%inner_momentum(state%wheel_momentum)
-      energy = 0.125_wp*dot_product(u, times_vector(system%body%inverse_inertia, u))
+      energy = 0.125_wp*dot_product(u, times_vector(inverse_inertia_at(system, state%t), u))
       if (system%effects%n_wheels > 0) energy = energy + system%effects%wheel_energy(state%wheel_momentum)
       if (present(inverse_j0)) energy = energy + 0.125_wp*inverse_j0*w(1)**2
    end function kinetic_energy
@@ -225,6 +225,16 @@ contains
       end do
    end function time_dependent_power
 
+   !> Returns -½ Ωᵀ(dJ/dt)Ω, the power of a change of the inertia at fixed L, W.
+   pure real(wp) function inertia_power(effects, omega, t, moment) result(power)
+      type(effect_list_t), intent(in) :: effects
+      !> Ω, body axes, rad/s; shape (3).
+      real(wp), intent(in) :: omega(3)
+      !> Time, s, and a time inside of the step that begins, ends or contains it, s.
+      real(wp), intent(in) :: t, moment
+      power = -0.5_wp*dot_product(omega, times_vector(effects%inertia_term(1, t, moment, 1.0_wp), omega))
+   end function inertia_power
+
    !> Returns V of the time-dependent potentials alone, J.
    pure real(wp) function moving_energy(effects, q, t) result(energy)
       type(effect_list_t), intent(in) :: effects
@@ -241,11 +251,46 @@ contains
       end do
    end function moving_energy
 
+   !> Returns the work of the dependence on time in a step of the conserving scheme: that of potentials, and that of the
+   !> inertia.
+   pure real(wp) function time_dependent_work(system, before, after, dt) result(work)
+      type(system_t), intent(in) :: system
+      !> States at the ends of the step.
+      type(state_t), intent(in) :: before, after
+      !> Length of the step, s.
+      real(wp), intent(in) :: dt
+      work = 0.0_wp
+      if (system%effects%moves) work = work_of_potentials(system%effects, before, after, dt)
+      if (system%effects%varies) work = work + work_of_inertia(system, before, after, dt)
+   end function time_dependent_work
+
+   !> Returns the work of the inertia in a step of the conserving scheme, which has that of its middle: with u = L - h,
+   !> T1 - T0 of the inertias at the ends, less ½(u0 + u1)ᵀ J⁻¹ (u1 - u0) of the middle. The first difference telescopes
+   !> as that of potentials; the second is computed from all digits of the increments.
+   pure real(wp) function work_of_inertia(system, before, after, dt) result(work)
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: before, after
+      real(wp), intent(in) :: dt
+      real(wp) :: dq(4), dp(4), w(4), change(3), u0(3), u1(3)
+      dq = (after%q - before%q) + (after%q_compensation - before%q_compensation)
+      dp = (after%p - before%p) + (after%p_compensation - before%p_compensation)
+      w = bilinear_form(0.5_wp*(before%q + after%q), dp) + bilinear_form(dq, 0.5_wp*(before%p + after%p))
+      change = 0.5_wp*w(2:4)
+      if (system%effects%n_wheels > 0) change = change - (system%effects%inner_momentum( &
+         (after%wheel_momentum - before%wheel_momentum) + (after%wheel_compensation - before%wheel_compensation)) &
+         - system%effects%rotor_momentum)
+      u0 = body_momentum(before) - system%effects%inner_momentum(before%wheel_momentum)
+      u1 = body_momentum(after) - system%effects%inner_momentum(after%wheel_momentum)
+      work = 0.5_wp*(dot_product(u1, times_vector(inverse_inertia_at(system, after%t), u1)) - &
+                     dot_product(u0, times_vector(inverse_inertia_at(system, before%time_dependent_since(dt)), u0))) &
+             - 0.5_wp*dot_product(u0 + u1, times_vector(inverse_inertia_at(system, before%t + 0.5_wp*dt), change))
+   end function work_of_inertia
+
    !> Returns the work of time-dependent potentials in a step of the conserving scheme, which evaluates them at its
    !> middle t̄: V(q1, t1) - V(q0, t0) - (V(q1, t̄) - V(q0, t̄)), J. The first difference telescopes without rounding
    !> from step to step, from the time up to which the work is counted; the second is ∇̄U·Δγ, Δγ = 2 vec(q̄*∘n∘Δq), from
    !> all digits of the increment of q.
-   pure real(wp) function time_dependent_work(effects, before, after, dt) result(work)
+   pure real(wp) function work_of_potentials(effects, before, after, dt) result(work)
       type(effect_list_t), intent(in) :: effects
       !> States at the ends of the step.
       type(state_t), intent(in) :: before, after
@@ -267,7 +312,7 @@ contains
                                                                                 rotate_to_body(after%q, n)))
          end associate
       end do
-   end function time_dependent_work
+   end function work_of_potentials
 
    !> Returns H = T + V, J: equation (8) on the constraint (2), where the term of its multiplier λ vanishes.
    pure real(wp) function total_energy(system, state, inverse_j0) result(energy)
@@ -350,7 +395,8 @@ contains
       w = bilinear_form(state%q, state%p)
       a(1) = 0.0_wp
       if (present(inverse_j0)) a(1) = inverse_j0*w(1)
-      a(2:4) = times_vector(system%body%inverse_inertia, w(2:4) - 2*system%effects%inner_momentum(state%wheel_momentum))
+      a(2:4) = times_vector(inverse_inertia_at(system, state%t), &
+                            w(2:4) - 2*system%effects%inner_momentum(state%wheel_momentum))
       rate = 0.5_wp*a(2:4) - frame_rate_of(system%effects, state%q)
       tau = potential_torque(system%effects, state%q, state%t)
       do i = 1, system%effects%n_torques

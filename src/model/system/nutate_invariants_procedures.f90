@@ -124,11 +124,17 @@ contains
       follows = components == ALONG_AXIS
    end procedure follows_rotating_axes
 
-   !> Returns true if there is an external torque on the body; the torque of a controller by wheels is internal.
+   !> Returns true if there is an external torque on the body; the torque of a controller by wheels is internal, and so
+   !> is a change of the inertia by masses that stay.
    pure logical function has_outer_torques(effects)
       type(effect_list_t), intent(in) :: effects
       integer :: i
-      has_outer_torques = .not. all([(effects%torques(i)%item%drives_wheels(), i=1, effects%n_torques)])
+      has_outer_torques = .false.
+      do i = 1, effects%n_torques
+         associate (torque => effects%torques(i)%item)
+            if (.not. (torque%drives_wheels() .or. torque%is_internal)) has_outer_torques = .true.
+         end associate
+      end do
    end function has_outer_torques
 
 end submodule nutate_invariants_procedures

@@ -63,6 +63,7 @@ contains
             if (.not. self%exists) return
          end do
          effects%moves = .false.
+         effects%depends_on_time = effects%varies
          call effects%add(orbit_in_lvlh(effects%orbit))
          self%axes = effects%orbit%path%axes(0.0_wp)
          self%rate = rotate_to_space(self%axes, effects%frame_rate)

@@ -1,13 +1,13 @@
 !> The motion at an instant: a state, its rates, and the torques that cause them.
 module nutate_motion
    use nutate_gyration, only: add_gyration
-   use nutate_hamiltonian, only: body_direction
+   use nutate_hamiltonian, only: body_direction, inertia_power
    use nutate_kinds, only: wp
    use nutate_limits, only: most_inner
    use nutate_quaternion, only: cross, quat_norm, quat_product, quat_vector_product, rotate_to_body
    use nutate_small_products, only: times_vector
    use nutate_state, only: state_t
-   use nutate_system, only: system_t
+   use nutate_system, only: inverse_inertia_at, system_t
    implicit none
    private
 
@@ -24,6 +24,8 @@ module nutate_motion
       real(wp) :: acceleration(3) = 0.0_wp, potential_torque(3) = 0.0_wp, torque(3) = 0.0_wp
       !> Set by `find_rates`: ḣ of each wheel, N m, shape (most_inner); power of motors and bearing friction, W.
       real(wp) :: wheel_rate(most_inner) = 0.0_wp, inner_power = 0.0_wp
+      !> Set by `find_rates`: power of a change of the inertia, W.
+      real(wp) :: inertia_power = 0.0_wp
    end type motion_t
 
 contains
@@ -40,15 +42,20 @@ contains
          momentum(1) = half*(q(1)*p(2) - q(2)*p(1) - q(3)*p(4) + q(4)*p(3))
          momentum(2) = half*(q(1)*p(3) - q(3)*p(1) - q(4)*p(2) + q(2)*p(4))
          momentum(3) = half*(q(1)*p(4) - q(4)*p(1) - q(2)*p(3) + q(3)*p(2))
-         motion%omega = times_vector(system%body%inverse_inertia, &
-                                     momentum - system%effects%inner_momentum(state%wheel_momentum))
+         if (system%effects%varies) then
+            motion%omega = times_vector(inverse_inertia_at(system, state%t), &
+                                        momentum - system%effects%inner_momentum(state%wheel_momentum))
+         else
+            motion%omega = times_vector(system%body%inverse_inertia, &
+                                        momentum - system%effects%inner_momentum(state%wheel_momentum))
+         end if
          motion%relative = motion%omega
          if (system%effects%frame_turns) &
             motion%relative = motion%omega - (2*half)*rotate_to_body(q, system%effects%frame_rate)
       end associate
    end subroutine find_motion
 
-   !> Computes the torques and the rates: J Ω̇ = L×Ω + τ - Σ s ḣ.
+   !> Computes the torques and the rates: J Ω̇ = L×Ω + τ - Σ s ḣ - J̇Ω.
    pure subroutine find_rates(system, window_time, motion)
       type(system_t), intent(in) :: system
       !> Time that decides which torques act, s: inside the step that the state begins or ends.
@@ -79,8 +86,17 @@ contains
       end do
       inner = 0.0_wp
       if (system%effects%n_wheels > 0) call turn_wheels(system, window_time, motion, inner)
-      motion%acceleration = times_vector(system%body%inverse_inertia, cross(motion%momentum, motion%omega) + &
-                                         (motion%potential_torque + motion%torque) - inner)
+      motion%acceleration = cross(motion%momentum, motion%omega) + (motion%potential_torque + motion%torque) - inner
+      motion%inertia_power = 0.0_wp
+      if (system%effects%varies) then
+         motion%acceleration = motion%acceleration - &
+                               times_vector(system%effects%inertia_term(1, motion%state%t, window_time, 1.0_wp), &
+                                            motion%omega)
+         motion%acceleration = times_vector(inverse_inertia_at(system, motion%state%t), motion%acceleration)
+         motion%inertia_power = inertia_power(system%effects, motion%omega, motion%state%t, window_time)
+      else
+         motion%acceleration = times_vector(system%body%inverse_inertia, motion%acceleration)
+      end if
    end subroutine find_rates
 
    !> Computes the rates ḣ = u - cω of wheels, with h×Ω of inner spheres, and Σ s ḣ.

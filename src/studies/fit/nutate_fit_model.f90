@@ -415,7 +415,8 @@ contains
       if (self%plan%free(i)%target > 0) then
          associate (target => self%plan%numbers%targets(self%plan%free(i)%target))
             group = self%scene%groups(target%group)%name
-            if (all(group /= differentiated)) then
+            ! The factor of a table changes the inertia at all times.
+            if (all(group /= differentiated) .or. target%key%name == 'inertia_scale') then
                call add_key(self%scene, target%group, target%key%name, target%value, &
                             size(self%scene%groups(target%group)%settings(target%setting)%values), target%name, &
                             variation, status)

@@ -138,7 +138,10 @@ contains
       type(status_t), intent(out) :: status
       integer :: i
       associate (effects => system%effects)
-         if (effects%moves) then
+         if (effects%varies) then
+            status = fail(NUTATE_BAD_ARGUMENT, 'nothing rests where the inertia depends on the time (expected no '// &
+                          'inertia_rate and inertia_table)')
+         else if (effects%moves) then
             status = fail(NUTATE_BAD_ARGUMENT, 'nothing rests where potentials depend on the time (expected '// &
                           'gravity gradients of one circular &orbit, fields that are fixed in the space axes)')
          else if (effects%n_torques > 0) then

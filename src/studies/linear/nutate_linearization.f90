@@ -419,6 +419,8 @@ contains
       call check_effects(system%effects, status)
       if (status%ok() .and. system%effects%n_spheres > 0) status = fail( &
          NUTATE_BAD_ARGUMENT, 'inner spheres have no linear system (expected a body without them)', 'inner_sphere')
+      if (status%ok() .and. system%effects%varies) &
+         status = fail(NUTATE_BAD_ARGUMENT, 'the inertia varies with time (expected no inertia_rate and inertia_table)')
       if (.not. status%ok()) return
       motors = motors_of(system)
       n = 6 + system%effects%n_wheels

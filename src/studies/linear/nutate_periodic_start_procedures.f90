@@ -81,7 +81,9 @@ contains
       type(status_t), intent(out) :: status
       character(len=:), allocatable :: fault
       fault = ''
-      if (.not. effects%on_orbit) then
+      if (effects%varies) then
+         fault = 'the inertia varies (expected no inertia_rate and inertia_table)'
+      else if (.not. effects%on_orbit) then
          fault = 'there is no orbit (expected &orbit)'
       else if (size(effects%orbits) > 1) then
          fault = 'several orbits have no common period (expected one &orbit)'

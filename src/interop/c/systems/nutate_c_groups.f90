@@ -10,6 +10,7 @@ module nutate_c_groups
    use nutate_scene_body, only: body_keys, build_body
    use nutate_scene_check, only: check_complete, read_groups
    use nutate_scene_effects, only: build_effects
+   use nutate_scene_table, only: read_effect_table
    use nutate_scene_events, only: build_events, event_keys
    use nutate_scene, only: scene_kinds
    use nutate_scene_error, only: scene_error_t
@@ -289,7 +290,9 @@ contains
       if (.not. error%raised) call check_parts(groups, with_body, error)
       if (with_body .and. .not. error%raised) then
          do i = 1, size(groups)
-            if (groups(i)%name == 'body') call build_body(groups(i), built%body, shape, error)
+            if (groups(i)%name /= 'body') cycle
+            call read_effect_table(groups(i), '', error)
+            if (.not. error%raised) call build_body(groups(i), built%body, shape, error)
          end do
       else
          built%body = system%body

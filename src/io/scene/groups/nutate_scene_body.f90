@@ -2,22 +2,23 @@
 module nutate_scene_body
    use nutate_admissible, only: POSITIVE, SHAPE_LENGTH
    use nutate_body, only: body_t, diagonal, make_body, make_shape_body, symmetric
+   use nutate_inertia_change, only: inertia_change_t, make_tabulated_inertia
    use nutate_keys, only: group_t, key_t, name_length, KEY_LOGICAL, KEY_TEXT
    use nutate_kinds, only: wp
    use nutate_scene_error, only: scene_error_t, allow_one_of, demand_one_of, demand_with
    use nutate_shapes, only: shape_kinds
    use nutate_spelling, only: joined
-   use nutate_status, only: status_t
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    implicit none
    private
 
-   public :: body_keys, build_body, rebuild_body
+   public :: body_keys, build_body, build_inertia_table, rebuild_body
 
 contains
 
    !> Keys of the scene group `&body`.
    pure function body_keys() result(keys)
-      type(key_t) :: keys(9)
+      type(key_t) :: keys(13)
       character(len=*), parameter :: shapes(*) = shape_kinds%name
 
       keys = [key_t(name='inertia', least=3, most=3), &
@@ -28,7 +29,12 @@ contains
               key_t(name='density', range=POSITIVE), &
               key_t(name='center_of_mass', least=3, most=3), &
               key_t(name='inertia_about', kind=KEY_TEXT, choices='reference,center_of_mass'), &
-              key_t(name='check_triangle', kind=KEY_LOGICAL)]
+              key_t(name='check_triangle', kind=KEY_LOGICAL), &
+              key_t(name='inertia_table', kind=KEY_TEXT), &
+              key_t(name='inertia_interpolation', kind=KEY_TEXT, choices='linear,cubic', default='linear', &
+                    beside='inertia_table'), &
+              key_t(name='inertia_scale', range=POSITIVE, default='1', beside='inertia_table'), &
+              key_t(name='mass_leaves', kind=KEY_LOGICAL, default='.false.', beside='inertia_table')]
    end function body_keys
 
    !> Builds the body of a scene.
@@ -67,12 +73,21 @@ contains
       type(group_t), intent(in) :: group
       type(scene_error_t), intent(inout) :: error
 
-      call allow_one_of(group, [character(len=name_length) :: 'inertia', 'inertia_tensor', 'shape'], error)
-      call allow_one_of(group, [character(len=name_length) :: 'inertia', 'inertia_tensor', 'size'], error)
+      call allow_one_of(group, [character(len=name_length) :: 'inertia', 'inertia_tensor', 'shape', 'inertia_table'], &
+                        error)
+      call allow_one_of(group, [character(len=name_length) :: 'inertia', 'inertia_tensor', 'size', 'inertia_table'], &
+                        error)
+      call demand_with(group, 'inertia_interpolation', 'inertia_table', error)
+      call demand_with(group, 'inertia_scale', 'inertia_table', error)
+      call demand_with(group, 'mass_leaves', 'inertia_table', error)
       call allow_one_of(group, [character(len=name_length) :: 'mass', 'density'], error)
       call demand_with(group, 'shape', 'size', error)
       call demand_with(group, 'size', 'shape', error)
-      call demand_one_of(group, [character(len=name_length) :: 'inertia', 'inertia_tensor', 'shape'], error)
+      call demand_one_of(group, [character(len=name_length) :: 'inertia', 'inertia_tensor', 'shape', 'inertia_table'], &
+                         error)
+      if (group%flag('mass_leaves', .false.) .and. group%text('inertia_about', 'reference') /= 'reference') &
+         call error%raise(group%line_of('inertia_about'), 'the inertia about the centre of mass needs a constant '// &
+                          "mass", expected="inertia_about = 'reference' with mass_leaves")
       if (group%has('shape')) then
          call demand_one_of(group, [character(len=name_length) :: 'mass', 'density'], error)
          if (group%text('inertia_about', 'center_of_mass') /= 'center_of_mass') &
@@ -111,6 +126,10 @@ contains
       logical :: about_center
 
       tensor = given_tensor(group)
+      if (group%has('inertia_table')) then
+         call first_tensor(group, tensor, status)
+         if (.not. status%ok()) return
+      end if
       center = group%vector('center_of_mass', [0.0_wp, 0.0_wp, 0.0_wp])
       about_center = group%text('inertia_about', 'reference') == 'center_of_mass'
       ! An allocatable that is not allocated is treated as an absent argument.
@@ -118,6 +137,37 @@ contains
       call make_body(tensor, body, status, mass=mass, center_of_mass=center, about_center_of_mass=about_center, &
                      check_triangle=group%flag('check_triangle', .true.))
    end subroutine build_inertia
+
+   !> Computes the tensor of a table at t = 0, body axes, kg m². Errors: those of `build_inertia_table`.
+   subroutine first_tensor(group, tensor, status)
+      type(group_t), intent(in) :: group
+      real(wp), intent(out) :: tensor(3, 3)
+      type(status_t), intent(out) :: status
+      type(inertia_change_t) :: change
+      tensor = 0.0_wp
+      call build_inertia_table(group, change, status)
+      if (status%ok()) tensor = change%scale*change%tabulated_at(0.0_wp)
+   end subroutine first_tensor
+
+   !> Builds the change of the inertia that a table describes. Errors: those of `make_tabulated_inertia`;
+   !> `NUTATE_BAD_ARGUMENT` if the table has not been read.
+   subroutine build_inertia_table(group, change, status)
+      !> Group `&body` with its table.
+      type(group_t), intent(in) :: group
+      type(inertia_change_t), intent(inout) :: change
+      type(status_t), intent(out) :: status
+      integer :: at
+      if (.not. allocated(group%table)) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the table has not been read', 'inertia_table')
+         return
+      end if
+      associate (numbers => group%table%numbers)
+         call make_tabulated_inertia(numbers(1, :), numbers(2:, :), change, status, at, &
+                                     spline=group%text('inertia_interpolation', 'linear') == 'cubic', &
+                                     mass_leaves=group%flag('mass_leaves', .false.), &
+                                     scale=group%number('inertia_scale', 1.0_wp))
+      end associate
+   end subroutine build_inertia_table
 
    !> Returns the tensor that `inertia` or `inertia_tensor` gives, body axes, kg m².
    pure function given_tensor(group) result(tensor)
@@ -145,6 +195,7 @@ contains
       case ('inertia')
          if (group%has('inertia_tensor')) line = group%line_of('inertia_tensor')
          if (group%has('size')) line = group%line_of('size')
+         if (group%has('inertia_table')) line = group%line_of('inertia_table')
       case ('mass')
          line = group%line_of('density')
       case default

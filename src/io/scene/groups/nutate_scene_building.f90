@@ -22,12 +22,13 @@ submodule(nutate_scene) nutate_scene_building
    use nutate_scene_measurement, only: measurement_keys
    use nutate_scene_output, only: output_keys, build_output
    use nutate_scene_override, only: apply_override
-   use nutate_scene_table, only: read_table, time_units
+   use nutate_scene_table, only: read_effect_table, read_table, time_units
    use nutate_scene_chaos, only: build_chaos, check_chaos, chaos_keys
    use nutate_scene_vary, only: vary_keys
    use nutate_spelling, only: lower_case
    use nutate_status, only: fail, NUTATE_BAD_SCENE, NUTATE_IO
    use nutate_text_file, only: read_text_file
+   use nutate_varying_inertia, only: check_inertia, check_partners
    implicit none
 
    !> Groups that are not effects.
@@ -117,9 +118,14 @@ contains
       !> The group `&integrator`.
       type(group_t), intent(in) :: integrator
       type(scene_error_t), intent(inout) :: error
-      if (effects%n_potentials + effects%n_off + effects%n_torques + effects%n_rotors > 0 .or. effects%frame_turns) &
+      if (effects%varies) then
+         call error%raise(integrator%line_of('method'), "method 'exact' has no solution for an inertia that varies", &
+                          expected='another method')
+      else if (effects%n_potentials + effects%n_off + effects%n_torques + effects%n_rotors > 0 .or. &
+               effects%frame_turns) then
          call error%raise( &
-         integrator%line_of('method'), "method 'exact' solves free bodies only", expected='no effects with it')
+            integrator%line_of('method'), "method 'exact' solves free bodies only", expected='no effects with it')
+      end if
    end subroutine check_free
 
    !> Raises an error if an accuracy is requested and wheels or controllers rule it out.
@@ -184,6 +190,10 @@ contains
       type(scene_t), intent(inout) :: scene
       type(scene_error_t), intent(inout) :: error
       real(wp) :: q(4), omega(3)
+      associate (folder => scene%file(1:index(scene%file, '/', back=.true.)))
+         call read_effect_table(scene%groups(place_of(scene%groups, 'body')), folder, error)
+      end associate
+      if (error%raised) return
       call build_body(first_group(scene%groups, 'body'), scene%system%body, scene%shape, error)
       if (error%raised) return
       if (.not. allocated(scene%nominal)) scene%nominal = scene%system%body
@@ -210,6 +220,7 @@ contains
             call check_control(effects, scene%plan, integrator, error)
             if (error%raised) return
             call check_tables(groups, effects, scene%plan, integrator, error)
+            call check_change(groups, scene%system, scene%plan, integrator, error)
             call check_frames(groups, effects, scene%plan, error)
             if (scene%integrator%method == 'exact') call check_free(effects, integrator, error)
             call check_initial(scene%system, scene%initial, scene%plan, groups(place_of(groups, 'initial')), &
@@ -217,6 +228,42 @@ contains
          end associate
       end associate
    end subroutine check_motion_with_steps
+
+   !> Raises an error for an inertia that no body has at a time of the run, for a run that goes beyond its table, and
+   !> for effects that need a constant inertia.
+   subroutine check_change(groups, system, plan, integrator, error)
+      type(group_t), intent(in) :: groups(:)
+      type(system_t), intent(in) :: system
+      type(run_plan_t), intent(in) :: plan
+      !> The group `&integrator`.
+      type(group_t), intent(in) :: integrator
+      type(scene_error_t), intent(inout) :: error
+      type(status_t) :: status
+      real(wp) :: start, stop
+      character(len=60) :: range
+      integer :: i
+      if (.not. system%effects%varies .or. error%raised) return
+      do i = 1, system%effects%n_torques
+         associate (change => system%effects%torques(i)%item)
+            if (change%name /= 'inertia_table') cycle
+            call change%window(start, stop)
+            write (range, '(g0.6, " to ", g0.6, " s")') start, stop
+            if (plan%end_time < start .or. plan%end_time > stop) call error%raise(integrator%line_of('end_time'), &
+               'end_time is outside of the table of the inertia', expected=trim(range))
+         end associate
+      end do
+      if (error%raised) return
+      associate (body => groups(place_of(groups, 'body')))
+         call check_partners(system, status)
+         if (status%ok()) call check_inertia(system, plan%end_time, body%flag('check_triangle', .true.), status)
+         i = place_of(groups, 'inertia_rate')
+         if (.not. status%ok() .and. i > 0) then
+            call error%raise_status(groups(i)%line_of('tensor'), status)
+         else if (.not. status%ok()) then
+            call error%raise_status(body%line_of('inertia_table'), status)
+         end if
+      end associate
+   end subroutine check_change
 
    !> Raises an error for a run that goes beyond the table of an orbit.
    subroutine check_tables(groups, effects, plan, integrator, error)
@@ -272,7 +319,7 @@ contains
       is_free = .true.
       part = ITS_START
       do i = 1, size(groups)
-         if (all(groups(i)%name /= fixed_parts)) is_free = .false.
+         if (all(groups(i)%name /= fixed_parts) .or. groups(i)%has('inertia_table')) is_free = .false.
          if (.not. changed(i) .or. groups(i)%name == 'initial') cycle
          part = max(part, ITS_BODY)
          if (groups(i)%name /= 'body') part = max(part, ITS_MOTION)

@@ -4,12 +4,14 @@ module nutate_scene_effects
    use nutate_effect, only: effect_t, rotor_t
    use nutate_effect_list, only: effect_list_t
    use nutate_effect_catalogue, only: effect_kind_t, effect_kinds
+   use nutate_inertia_change, only: inertia_change_t
    use nutate_inner_sphere, only: inner_sphere_t
    use nutate_keys, only: group_t, group_kind_t
    use nutate_orbit, only: orbit_t
    use nutate_orbital_effects, only: build_on_orbit, goes_by_orbit
    use nutate_printable, only: quoted
    use nutate_range, only: check_strength
+   use nutate_scene_body, only: build_inertia_table
    use nutate_scene_error, only: scene_error_t
    use nutate_controller, only: controller_t
    use nutate_controller_mounting, only: add_controller
@@ -62,6 +64,8 @@ contains
       integer :: i, k, pass
 
       kinds = effect_kinds(with_keys=.false.)
+      call add_inertia_table(groups, system, error)
+      if (error%raised) return
       body = whole_body(system%body)
       do pass = FIRST, LAST
          if (pass == LAST .and. present(nominal)) body = nominal
@@ -80,6 +84,26 @@ contains
          end do
       end do
    end subroutine build_effects
+
+   !> Adds the change of the inertia that a table of the body describes.
+   subroutine add_inertia_table(groups, system, error)
+      type(group_t), intent(in) :: groups(:)
+      type(system_t), intent(inout) :: system
+      type(scene_error_t), intent(inout) :: error
+      type(inertia_change_t) :: change
+      type(status_t) :: status
+      integer :: i
+      i = findloc(groups%name, 'body', dim=1)
+      if (i == 0) return
+      if (.not. groups(i)%has('inertia_table')) return
+      call build_inertia_table(groups(i), change, status)
+      if (status%ok()) then
+         change%group = i
+         call system%effects%add(change)
+      else
+         call error%raise_status(groups(i)%line_of('inertia_table'), status)
+      end if
+   end subroutine add_inertia_table
 
    !> Returns the pass in which a group is built: orbits first, since other effects depend on them, and controllers
    !> last, since they act by wheels, in any order of the scene.
@@ -177,7 +201,8 @@ contains
       effect%on = group%flag('on', .true.)
    end subroutine read_switch
 
-   !> Adds an effect. A rotor, a rotating frame or an orbit that is off is not added, since it cannot be switched.
+   !> Adds an effect. A rotor, a rotating frame, an orbit or a change of the inertia that is off is not added, since it
+   !> cannot be switched.
    !> Errors: those of `add_wheel`, `add_inner_sphere` and `add_controller`; `NUTATE_BAD_ARGUMENT` for a second frame
    !> beside an orbit, and for incompatible orbits.
    subroutine add_effect_of(system, effect, status)
@@ -186,6 +211,8 @@ contains
       type(status_t), intent(out) :: status
       select type (effect)
       class is (rotor_t)
+         if (effect%on) call system%effects%add(effect)
+      type is (inertia_change_t)
          if (effect%on) call system%effects%add(effect)
       class is (rotating_frame_t)
          if (effect%on) call add_frame(system, effect, status)

@@ -3,6 +3,8 @@
 module nutate_scene_table
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_checksum, only: checksum
+   use nutate_body, only: body_t, make_body, symmetric
+   use nutate_inertia_change, only: inertia_change_t, make_tabulated_inertia
    use nutate_keys, only: group_t, table_t
    use nutate_kinds, only: wp
    use nutate_number_text, only: read_real
@@ -25,14 +27,16 @@ module nutate_scene_table
    !> Units of the columns of point masses; of a path: positions, and velocities, which are optional.
    character(len=3), parameter :: point_units(4) = ['kg ', 'm  ', 'm  ', 'm  ']
    character(len=3), parameter :: path_units(7) = ['s  ', 'm  ', 'm  ', 'm  ', 'm/s', 'm/s', 'm/s']
+   !> Units of the columns of an inertia: three principal components, and three off the diagonal, which are optional.
+   character(len=5), parameter :: inertia_units(7) = ['s    ', 'kg m2', 'kg m2', 'kg m2', 'kg m2', 'kg m2', 'kg m2']
    character, parameter :: quote = '"', line_feed = achar(10), carriage_return = achar(13), tab = achar(9)
    !> Byte order mark that some programs put before a text in UTF-8.
    character(len=*), parameter :: mark = char(239)//char(187)//char(191)
 
 contains
 
-   !> Reads the table that a group names by its key `table`; a group without one, or with one that has been read, stays
-   !> unchanged. Raises an error, with file and line, for an invalid table.
+   !> Reads the table that a group names by its key `table`, `inertia_table` in &body; a group without one, or with one
+   !> that has been read, stays unchanged. Raises an error, with file and line, for an invalid table.
    subroutine read_effect_table(group, folder, error)
       type(group_t), intent(inout) :: group
       !> Folder of the scene, `/` at its end, to which names of tables are relative; empty: the working directory.
@@ -41,7 +45,9 @@ contains
       type(status_t) :: status
       integer :: at
 
-      if (.not. group%has('table') .or. allocated(group%table)) return
+      if (allocated(group%table)) return
+      if (group%name == 'body' .and. group%has('inertia_table')) call read_inertia(group, folder, error)
+      if (.not. group%has('table')) return
       select case (group%name)
       case ('orbit')
          call read_table(group, 'table', path_units, folder, error, least=4)
@@ -67,6 +73,31 @@ contains
       if (.not. status%ok()) call error%raise_in(path_beside(folder, group%text('table', '')), at + 1, &
                                                  trim(status%message))
    end subroutine read_effect_table
+
+   !> Reads the table of the inertia of a body, and checks each of its lines.
+   subroutine read_inertia(group, folder, error)
+      type(group_t), intent(inout) :: group
+      character(len=*), intent(in) :: folder
+      type(scene_error_t), intent(inout) :: error
+      type(inertia_change_t) :: change
+      type(body_t) :: body
+      type(status_t) :: status
+      integer :: at, i
+      call read_table(group, 'inertia_table', inertia_units, folder, error, least=4)
+      if (error%raised) return
+      associate (numbers => group%table%numbers)
+         call make_tabulated_inertia(numbers(1, :), numbers(2:, :), change, status, at, &
+                                     spline=group%text('inertia_interpolation', 'linear') == 'cubic')
+         do i = 1, size(numbers, 2)
+            if (.not. status%ok()) exit
+            at = i
+            call make_body(change%tabulated_at(numbers(1, i)), body, status, &
+                           check_triangle=group%flag('check_triangle', .true.))
+         end do
+      end associate
+      if (.not. status%ok()) call error%raise_in(path_beside(folder, group%text('inertia_table', '')), at + 1, &
+                                                 trim(status%message))
+   end subroutine read_inertia
 
    !> Checks a table of an orbit, and its path. Errors: those of `make_track`.
    subroutine check_path(numbers, at, status)
@@ -212,7 +243,7 @@ contains
    end subroutine read_header
 
    !> Returns the description of a valid header: of times, of a torque about an axis, of the components of a torque, of
-   !> a path, of point masses.
+   !> a path, of point masses, of an inertia.
    pure function header_of(units) result(words)
       character(len=*), intent(in) :: units(:)
       character(len=:), allocatable :: words
@@ -221,6 +252,7 @@ contains
       if (size(units) == 2) words = words//' and a torque with its unit (N m)'
       if (size(units) < 3) return
       words = words//' and three components, each with its unit ('//trim(units(2))//')'
+      if (units(2) == 'kg m2') words = 't (s) and components 11, 22, 33, or also 12, 13, 23, each with its unit (kg m2)'
       if (units(2) == 'm') words = words//', then, if known, those of the velocity with the unit (m/s)'
    end function header_of
 

@@ -1,0 +1,182 @@
+!> Checks of bodies whose inertia varies with time.
+module nutate_varying_inertia
+   use nutate_body, only: body_t, whole_body
+   use nutate_effect, only: effect_t, parameter_t
+   use nutate_kinds, only: wp
+   use nutate_small_products, only: is_positive
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_BODY
+   use nutate_system, only: inertia_at, system_t
+   implicit none
+   private
+
+   public :: check_partners, check_inertia, check_inertia_at
+
+   !> Subdivisions of the time between two breaks, after which tensors that are not certified are rejected.
+   integer, parameter :: most_halvings = 24
+   !> Excess of the triangle rule, relative to half the trace, up to which a tensor is valid.
+   real(wp), parameter :: triangle_tolerance = 1e-12_wp
+   !> Types of faults.
+   integer, parameter :: NO_FAULT = 0, NOT_POSITIVE = 1, NO_TRIANGLE = 2
+
+contains
+
+   !> Checks that no effect depends on the inertia of the body if that varies. Errors: `NUTATE_BAD_ARGUMENT` with the
+   !> name of the first effect that does.
+   pure subroutine check_partners(system, status)
+      type(system_t), intent(in) :: system
+      type(status_t), intent(inout) :: status
+      integer :: i
+      if (.not. system%effects%varies) return
+      do i = 1, system%effects%n_potentials + system%effects%n_off
+         if (.not. uses_inertia(system%effects%potentials(i)%item)) cycle
+         status = fail(NUTATE_BAD_ARGUMENT, 'the effect '//trim(system%effects%potentials(i)%item%name)// &
+                       ' needs a constant inertia (expected no inertia_rate and inertia_table with it)')
+      end do
+   end subroutine check_partners
+
+   !> Returns true if the inertia of the body is a parameter of an effect.
+   pure logical function uses_inertia(effect)
+      class(effect_t), intent(in) :: effect
+      type(parameter_t), allocatable :: list(:)
+      integer :: i
+      list = effect%parameters()
+      uses_inertia = any([(list(i)%name == 'inertia', i=1, size(list))])
+   end function uses_inertia
+
+   !> Checks the inertia at a time. Errors: `NUTATE_BAD_BODY` if it is not positive definite.
+   pure subroutine check_inertia_at(system, t, status)
+      type(system_t), intent(in) :: system
+      !> s.
+      real(wp), intent(in) :: t
+      type(status_t), intent(inout) :: status
+      if (.not. is_positive(inertia_at(system, t))) &
+         status = fail(NUTATE_BAD_BODY, 'the inertia is not positive definite at all times of the step')
+   end subroutine check_inertia_at
+
+   !> Checks the inertia from t = 0 to another time: between two breaks it is a polynomial, whose corners in Bernstein's
+   !> basis prove that it is positive definite and obeys the triangle rule, after subdivision if need be. Errors:
+   !> `NUTATE_BAD_BODY` with a time at which it does not.
+   pure subroutine check_inertia(system, end_time, check_triangle, status)
+      type(system_t), intent(in) :: system
+      !> s.
+      real(wp), intent(in) :: end_time
+      !> `.false.` admits moments that break the triangle rule.
+      logical, intent(in) :: check_triangle
+      type(status_t), intent(inout) :: status
+      type(body_t) :: whole
+      real(wp) :: t, next, sense, time, corners(3, 3, 0:3)
+      integer :: fault, i
+      character(len=16) :: word
+      character(len=:), allocatable :: words
+      if (.not. system%effects%varies) return
+      whole = whole_body(system%body)
+      sense = sign(1.0_wp, end_time)
+      t = 0.0_wp
+      fault = NO_FAULT
+      do
+         next = sense*min(sense*system%effects%next_break(t, sense), abs(end_time))
+         do i = 0, 3
+            time = t + (i/3.0_wp)*(next - t)
+            corners(:, :, i) = system%effects%inertia_term(0, time, time, 1.0_wp)
+         end do
+         corners = in_bernstein(corners)
+         call find_fault(system%body%inertia, whole%inertia, check_triangle, corners, most_halvings, t, next, fault)
+         if (fault /= NO_FAULT .or. .not. sense*next < abs(end_time)) exit
+         t = next
+      end do
+      if (fault == NO_FAULT) return
+      write (word, '(f0.6)') t
+      if (abs(t) >= 1e6_wp .or. abs(t) < 1e-3_wp) write (word, '(es12.5)') t
+      words = ' is not positive definite'
+      if (fault == NO_TRIANGLE) words = ' is that of no rigid body: one moment exceeds the sum of the other two,'
+      status = fail(NUTATE_BAD_BODY, 'the inertia'//words//' at t = '//trim(adjustl(word))//' s', 'tensor')
+   end subroutine check_inertia
+
+   !> Returns the corners in Bernstein's basis of a polynomial of degree 3 from its values at the times 0, 1/3, 2/3, 1.
+   pure function in_bernstein(values) result(corners)
+      real(wp), intent(in) :: values(3, 3, 0:3)
+      real(wp) :: corners(3, 3, 0:3)
+      corners(:, :, 0) = values(:, :, 0)
+      corners(:, :, 1) = (-5*values(:, :, 0) + 18*values(:, :, 1) - 9*values(:, :, 2) + 2*values(:, :, 3))/6
+      corners(:, :, 2) = (2*values(:, :, 0) - 9*values(:, :, 1) + 18*values(:, :, 2) - 5*values(:, :, 3))/6
+      corners(:, :, 3) = values(:, :, 3)
+   end function in_bernstein
+
+   !> Finds the first fault of the inertia between two times.
+   pure recursive subroutine find_fault(inertia, whole, check_triangle, corners, halvings, t, next, fault)
+      !> J at t = 0, without and with the inertia of wheels about their axes, kg m²; shape (3,3).
+      real(wp), intent(in) :: inertia(3, 3), whole(3, 3)
+      logical, intent(in) :: check_triangle
+      !> Corners of the change of J in Bernstein's basis, kg m².
+      real(wp), intent(in) :: corners(3, 3, 0:3)
+      !> Number of times that the interval may still be halved.
+      integer, intent(in) :: halvings
+      !> Time at which the interval begins, s; time of the fault on exit, if there is one.
+      real(wp), intent(inout) :: t
+      !> Time at which the interval ends, s.
+      real(wp), intent(in) :: next
+      integer, intent(out) :: fault
+      real(wp) :: middle
+      integer :: faults(0:3), i
+      do i = 0, 3
+         faults(i) = fault_of(inertia + corners(:, :, i), whole + corners(:, :, i), check_triangle)
+      end do
+      fault = faults(0)
+      if (fault /= NO_FAULT .or. all(faults == NO_FAULT)) return
+      if (halvings == 0) then
+         t = next
+         fault = maxval(faults)
+         return
+      end if
+      middle = t + 0.5_wp*(next - t)
+      call find_fault(inertia, whole, check_triangle, left_half(corners), halvings - 1, t, middle, fault)
+      if (fault /= NO_FAULT) return
+      t = middle
+      call find_fault(inertia, whole, check_triangle, mirrored(left_half(mirrored(corners))), halvings - 1, t, next, &
+                      fault)
+   end subroutine find_fault
+
+   !> Returns corners in reverse order.
+   pure function mirrored(corners) result(reverse)
+      real(wp), intent(in) :: corners(3, 3, 0:3)
+      real(wp) :: reverse(3, 3, 0:3)
+      reverse = corners(:, :, 3:0:-1)
+   end function mirrored
+
+   !> Returns the corners of the first half of a polynomial, by the scheme of de Casteljau.
+   pure function left_half(corners) result(left)
+      real(wp), intent(in) :: corners(3, 3, 0:3)
+      real(wp) :: left(3, 3, 0:3), rest(3, 3, 0:3)
+      integer :: i, k
+      rest = corners
+      left(:, :, 0) = rest(:, :, 0)
+      do k = 1, 3
+         do i = 0, 3 - k
+            rest(:, :, i) = 0.5_wp*(rest(:, :, i) + rest(:, :, i + 1))
+         end do
+         left(:, :, k) = rest(:, :, 0)
+      end do
+   end function left_half
+
+   !> Returns the fault of an inertia.
+   pure integer function fault_of(inertia, whole, check_triangle) result(fault)
+      !> Without and with the inertia of wheels about their axes, kg m²; shape (3,3).
+      real(wp), intent(in) :: inertia(3, 3), whole(3, 3)
+      logical, intent(in) :: check_triangle
+      real(wp) :: rest(3, 3), half
+      integer :: i
+      fault = NO_FAULT
+      if (.not. is_positive(inertia)) then
+         fault = NOT_POSITIVE
+      else if (check_triangle) then
+         half = 0.5_wp*(whole(1, 1) + whole(2, 2) + whole(3, 3))
+         ! The tensor of the masses' second moments, ½ tr(J) - J, is positive definite.
+         rest = -whole
+         do i = 1, 3
+            rest(i, i) = rest(i, i) + (1 + triangle_tolerance)*half
+         end do
+         if (.not. is_positive(rest)) fault = NO_TRIANGLE
+      end if
+   end function fault_of
+
+end module nutate_varying_inertia
