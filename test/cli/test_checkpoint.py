@@ -39,6 +39,20 @@ TABLE = """t (s),x (N m),y (N m),z (N m)
 TABULATED = FORCED.replace("&torque space = 0.0, 1.5, 0.5, start = 0.25 /",
                            "&torque table = 'table.csv', outside = 'periodic', axes = 'space', start = 0.05, stop = 0.5 /")
 
+# Inertia by a table, with lines inside steps.
+INERTIA = """t (s),J11 (kg m2),J22 (kg m2),J33 (kg m2)
+0,5,20,17
+0.0731,5.1,19,16
+0.1117,5.2,18,15.5
+0.5,5.5,17,15
+"""
+GROWING = """&body inertia_table = 'inertia.csv', inertia_interpolation = 'cubic' /
+&inertia_rate tensor = 3*-0.5, start = 0.05, stop = 0.3, mass_leaves = .true. /
+&initial angular_velocity = 3, 1, 5 /
+&integrator time_step = 0.01, end_time = 0.4 /
+&output columns = 'quaternion', 'energy', 'works' /
+"""
+
 CONSERVING = [("nielsen_krenk", solver, order) for solver in ("full", "reduced") for order in (2, 4, 6, 8)]
 EXPLICIT = [("rk4", None, None), ("rk8", None, None), ("dop853", None, None)]
 
@@ -180,6 +194,15 @@ class Resumed(CheckpointTest):
         self.fail_with(2, "run", "tabulated.nml", "--resume", "ck", says=["another scene (&torque is not the same)"])
         self.write("table.csv", TABLE)
         self.succeed("run", "tabulated.nml", "--resume", "ck")
+
+    def test_an_inertia_by_a_table(self):
+        self.write("inertia.csv", INERTIA)
+        self.write("growing.nml", GROWING)
+        for method in [*CONSERVING, *EXPLICIT, ("taylor", None, None)]:
+            self.resumes_exactly("growing.nml", (7, 14), *method_settings(*method))
+        self.interrupt("growing.nml", 14)
+        self.write("inertia.csv", INERTIA.replace("5.5,17", "5.5,17.0"))
+        self.fail_with(2, "run", "growing.nml", "--resume", "ck", says=["another scene (&body is not the same)"])
 
     def test_the_exact_motion(self):
         self.resumes_exactly("box.nml", (1, 20), "--set", "integrator.method='exact'")
