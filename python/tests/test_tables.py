@@ -41,6 +41,21 @@ class TableTest(unittest.TestCase):
         subprocess.run([os.environ["NUTATE"], "run", self.scene, "--quiet", "--output", path, *words], check=True)
         return read_csv(path)
 
+    def test_an_inertia_that_varies(self):
+        body = nutate.System(moments=(2.0, 1.5, 1.0))
+        body.add("inertia_rate", tensor=(0.2, 0.15, 0.1))
+        solution = nutate.solve(body, omega0=(0.8, -0.6, 1.4), t_span=(0, 5), accuracy=1e-10)
+        rigid = nutate.solve(nutate.System(moments=(2.0, 1.5, 1.0)), omega0=(0.8, -0.6, 1.4), t_span=(0, 5), accuracy=1e-10)
+        # J = J0 (1 + t/10) moves the body as the rigid one at 10 ln(1 + t/10).
+        for t in (1.0, 3.0, 5.0):
+            np.testing.assert_allclose(solution.sol(t)[0], rigid.sol(10 * np.log(1 + t / 10))[0], atol=1e-8)
+            np.testing.assert_allclose((1 + t / 10) * solution.sol(t)[1], rigid.sol(10 * np.log(1 + t / 10))[1], atol=1e-8)
+        with open(self.table, "w", encoding="utf-8") as file:
+            file.write("t (s),J1 (kg m2),J2 (kg m2),J3 (kg m2)\n0,2,1.5,1\n10,4,3,2\n")
+        table = nutate.System(text=f"&body inertia_table = '{self.table}' /")
+        again = nutate.solve(table, omega0=(0.8, -0.6, 1.4), t_span=(0, 5), accuracy=1e-10)
+        np.testing.assert_allclose(again.sol(5.0)[1], solution.sol(5.0)[1], atol=1e-9)
+
     def test_a_scene_with_a_table_and_times_is_that_of_the_program(self):
         for settings in (("integrator.order=4",), ("output.times=0.01,0.0123,0.4999",), ("output.degrees=.true.", "output.columns='euler'"),
                          ("integrator.method='taylor'", "output.times=0.0731,0.1,0.5")):
