@@ -109,6 +109,8 @@ contains
          end if
          if (body%has_mass) call page%item('mass', rounded_text(body%mass)//' kg')
          call page%item('centre of mass', vector_text(body%center_of_mass)//' m')
+         if (scene%system%effects%varies) &
+            call page%item('inertia', 'varies with time: the moments are those of t = 0, the centre of mass stays')
       end associate
    end subroutine add_body
 

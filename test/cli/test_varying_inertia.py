@@ -42,6 +42,9 @@ class VaryingInertia(CommandLineTest):
             for value, other in zip(self.history(f"{method}.csv")[1][-1][1:4], expected):
                 self.assertAlmostEqual(value, other, delta=1e-12)
 
+    def test_check_tells_what_varies(self):
+        self.assertIn("varies with time: the moments are those of t = 0, the centre of mass stays", self.succeed("check", "boom.nml").stdout)
+
     def test_errors_name_line_and_time(self):
         self.write("table.csv", TABLE.replace("4,1.7,2.6,3\n", "4,1.7,2.6,4.4\n"))
         self.fail_with(2, "check", "boom.nml", says=("table.csv:4: no rigid body has the principal moments",))
