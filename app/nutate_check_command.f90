@@ -109,10 +109,23 @@ contains
          end if
          if (body%has_mass) call page%item('mass', rounded_text(body%mass)//' kg')
          call page%item('centre of mass', vector_text(body%center_of_mass)//' m')
-         if (scene%system%effects%varies) &
-            call page%item('inertia', 'varies with time: the moments are those of t = 0, the centre of mass stays')
+         if (scene%system%effects%varies) call page%item('inertia', 'varies with time'// &
+            departure_text(scene%system%effects)//': the moments are those of t = 0, the centre of mass stays')
       end associate
    end subroutine add_body
+
+   !> Returns ` as mass leaves` if mass leaves the body; else an empty string.
+   pure function departure_text(effects) result(text)
+      type(effect_list_t), intent(in) :: effects
+      character(len=:), allocatable :: text
+      integer :: i
+      text = ''
+      do i = 1, effects%n_torques
+         associate (torque => effects%torques(i)%item)
+            if (torque%changes_inertia .and. .not. torque%is_internal) text = ' as mass leaves'
+         end associate
+      end do
+   end function departure_text
 
    subroutine add_start(page, scene)
       type(page_t), intent(inout) :: page
@@ -262,7 +275,8 @@ contains
             is_free = .false.
          end do
       end do
-      if (is_free) call page%item('none', 'torque-free rigid body')
+      if (is_free .and. .not. scene%system%effects%varies) call page%item('none', 'torque-free rigid body')
+      if (is_free .and. scene%system%effects%varies) call page%item('none', 'but the change of the inertia')
    end subroutine add_effects
 
    !> Adds period, distance and speed of an orbit.

@@ -43,7 +43,11 @@ class VaryingInertia(CommandLineTest):
                 self.assertAlmostEqual(value, other, delta=1e-12)
 
     def test_check_tells_what_varies(self):
-        self.assertIn("varies with time: the moments are those of t = 0, the centre of mass stays", self.succeed("check", "boom.nml").stdout)
+        page = self.succeed("check", "boom.nml").stdout
+        for text in ("varies with time: the moments are those of t = 0, the centre of mass stays", "but the change of the inertia"):
+            self.assertIn(text, page)
+        page = self.succeed("check", "rate.nml", "--set", "inertia_rate.mass_leaves=.true.").stdout
+        self.assertIn("varies with time as mass leaves: the moments", page)
 
     def test_errors_name_line_and_time(self):
         self.write("table.csv", TABLE.replace("4,1.7,2.6,3\n", "4,1.7,2.6,4.4\n"))
