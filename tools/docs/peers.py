@@ -31,8 +31,8 @@ The geometric mean of `taylor` alone at $10^{{-9}}$ is {taylor} with AVX2 and {t
 
 ## Times to an attitude error of 1e-9
 
-In µs. The loops in C have the equations of each motion written out, with fixed steps and the norm of the quaternion as the only check; RK8 is the
-method of DOP853. SciPy evaluates the equations in Python.
+In µs. The loops in C have the equations of each motion written out; they have fixed steps, and normalise the quaternion in each. RK8 is the method
+of DOP853. SciPy evaluates the equations in Python.
 
 ![Time to an attitude error of 1e-9 by motion and program](../figures/peers.svg)
 
@@ -80,7 +80,7 @@ def main():
         return [[motion, *(microseconds(times[way][middle]) for way in ways)] for motion, times in motions.items()]
     with open(f"{DATA}/times.dat", "w", encoding="utf-8") as file:
         for i, (motion, times) in enumerate(motions.items()):
-            file.write(",".join([str(-i), motion, *(f"{1e6*times[way][middle]:.4g}" if times[way][middle] else "nan" for way in DRAWN)]) + "\n")
+            file.write(",".join([str(-i), f'"{motion}"', *(f"{1e6*times[way][middle]:.4g}" if times[way][middle] else "nan" for way in DRAWN)]) + "\n")
     subprocess.run(["gnuplot", "-e", f"data = '{DATA}'; figure = 'docs/figures/peers.svg'", "tools/docs/figures/peers.gp"], check=True)
     text = TEXT.format(
         rounds=avx2["rounds"], versions=", ".join(f"{name} {version}" for name, version in avx2["versions"].items()),
