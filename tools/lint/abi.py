@@ -3,6 +3,8 @@
     tools/lint/abi.py --write    writes cmake/exported_symbols.txt and debian/libnutate0.symbols
     tools/lint/abi.py --check    compares them with include/ and src/interop/f77/; exit status 1 where they differ
 
+--check also compares the parameters of each function of include/ with the @param of its docstring.
+
 A name or number of an earlier version stays as long as the soname does: --write rejects a list without it.
 """
 
@@ -58,6 +60,23 @@ def constants():
     return found
 
 
+def undocumented():
+    """Functions of the headers whose docstring has other parameters than they, or a direction that const contradicts."""
+    found = []
+    for path in sorted(glob.glob(os.path.join(TOP, "include/*.h"))):
+        for part in re.finditer(r"(?:/\*((?:(?!\*/).)*)\*/)?\s*^(?:typedef )?int (?:\(\*)?(\w+)\)?\(([^;]*)\);", read(path),
+                                re.DOTALL | re.MULTILINE):
+            documented = re.findall(r"@param\[(in|out|in,out)\] +(\w+) +\w*\S", part[1] or "")
+            arguments = [" ".join(each.split()) for each in part[3].split(",")]
+            names = [re.sub(r"(\[\d*\])*$", "", each).split()[-1].lstrip("*") for each in arguments]
+            changed = [name for way, name in documented if way != "in"]
+            constant = [name for name, each in zip(names, arguments) if each.startswith("const ") or not re.search(r"[*[]", each)]
+            if not re.match(r"\* [A-Z]", part[1] or "") or [name for _, name in documented] != names or {*changed} & {*constant}:
+                found.append(f"{os.path.relpath(path, TOP)}: docstring of {part[2]}: expected @param[in], [out] or [in,out] "
+                             f"for {', '.join(names)}; [in] for what is const or a value")
+    return found
+
+
 def listed():
     """The soname of the list, and the version of each of its names."""
     text = read(LIST)
@@ -86,7 +105,9 @@ def main():
     if sys.argv[1:] not in (["--write"], ["--check"]):
         sys.exit(__doc__)
     version = re.search(r'^version = "([^"]*)"', read("fpm.toml"), re.MULTILINE)[1]
-    status = 0
+    wrong = undocumented() if sys.argv[1] == "--check" else []
+    print("\n".join(wrong), end="\n" if wrong else "")
+    status = 1 if wrong else 0
     for name, text in texts(version).items():
         changes = list(difflib.unified_diff(read(name).splitlines(), text.splitlines(), name, "sources", lineterm="", n=1))
         if changes and sys.argv[1] == "--check":

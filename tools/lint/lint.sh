@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Checks the Fortran sources with fortitude (rules in fpm.toml), the scripts for syntax, the lengths of files, procedures and
 # subjects of commits, that the layers point one way, and that what is written out of the sources is as they are: the public
-# interface, the exported names, the units of columns, the picture of the layers, the gallery, the version; and that no test looks at a clock.
+# interface, the exported names, the units of columns, the picture of the layers, the gallery, the version; that the docstrings of
+# the headers have all arguments; and that no test looks at a clock.
 set -u
 . "$(dirname "$0")/../environment.sh"
 

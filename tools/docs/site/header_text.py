@@ -1,25 +1,23 @@
-"""Headers of include/ in Markdown: every declaration with its comment."""
+"""Headers of include/ in Markdown: every declaration with its docstring, whose arguments become a list."""
 
 import pathlib
 import re
 import textwrap
 
 INCLUDE = pathlib.Path(__file__).resolve().parent.parent.parent.parent / "include"
-ARROW = re.compile(r"==>|<==|<=>")
-# A comment, a line of the preprocessor, a declaration up to its semicolon.
-PART = re.compile(r"/\*(?P<comment>.*?)\*/|#[^\n]*|extern \"C\" \{|\}(?!\s*;)"
+# A comment, a constant, a line of the preprocessor, a declaration up to its semicolon.
+PART = re.compile(r"/\*(?P<comment>.*?)\*/|#define (?P<constant>\w+) \d+|#[^\n]*|extern \"C\" \{|\}(?!\s*;)"
                   r"|(?P<declaration>(?:typedef|enum|int|void|size_t|double)\b[^;{]*(?:\{[^}]*\})?)\s*;",
                   re.DOTALL)
+# A tag of a docstring with its direction and its text, which ends before the next tag.
+TAG = re.compile(r"@(?:param\[(?P<direction>[a-z,]+)\] (?P<name>\w+)|(?P<result>return)) +(?P<text>.*?)(?= @param| @return|$)", re.DOTALL)
 
 
 def parts_of(text):
-    """Yields (kind, text, whether it stands behind a declaration on its line) of what a header holds, in order."""
+    """Yields (kind, text) of what a header holds, in order: "comment", "constant" or "declaration"."""
     for found in PART.finditer(text):
-        if found["comment"] is not None:
-            behind = text[text.rfind("\n", 0, found.start()) + 1:found.start()].strip() != ""
-            yield "comment", found["comment"], behind
-        elif found["declaration"]:
-            yield "declaration", found["declaration"], False
+        if found.lastgroup:
+            yield found.lastgroup, found[found.lastgroup]
 
 
 def plain(comment):
@@ -34,19 +32,16 @@ def marked(sentences):
 
 
 def prose_of(comment):
-    """Returns a comment in Markdown: its sentences, its arguments as they stand, and what it says of the status."""
-    lines = comment.split("\n")
-    first = next((i for i, line in enumerate(lines) if ARROW.search(line)), len(lines))
-    last = next((i for i in range(first, len(lines)) if lines[i].startswith("Status")), len(lines))
-    arguments = lines[first:last]
-    sentences = lines[:first]
-    if arguments:
-        start = ARROW.search(arguments[0]).start()
-        sentences.append(arguments[0][:start].strip())
-        arguments[0] = " " * start + arguments[0][start:] if len(arguments) > 1 and not sentences[-1] else arguments[0][start:]
-    block = textwrap.dedent("\n".join(arguments)).strip("\n")
-    parts = [marked("\n".join(sentences).strip()), f"```text\n{block}\n```" if block else "", marked("\n".join(lines[last:]))]
-    return "\n\n".join(part for part in parts if part)
+    """Returns a comment in Markdown: its sentences, its arguments as a list, and the status."""
+    sentences = re.split(r"\s@(?:param|return)\b", comment)[0]
+    arguments, results = [], []
+    for tag in TAG.finditer(" ".join(comment.split())):
+        text = marked(tag["text"])
+        if tag["result"]:
+            results.append(f"S{text[1:]}" if text.startswith("status") else f"Returns {text}.")
+        else:
+            arguments.append(f"- `{tag['name']}` ({tag['direction']}): {text}")
+    return "\n\n".join(part for part in (marked(sentences.strip()), "\n".join(arguments), *results) if part)
 
 
 def directive(kind, signature, body):
@@ -57,7 +52,7 @@ def directive(kind, signature, body):
 
 def enumeration(words, declaration, body):
     """Returns an enumeration and its values in Markdown."""
-    values = re.findall(r"(\w+ = \d+),?[ ]*(?:/\*(.*?)\*/)?", declaration)
+    values = re.findall(r"(\w+ = \d+),?[ ]*/\*\*<(.*?)\*/", declaration)
     inside = [directive("enumerator", value, meaning.strip()) for value, meaning in values]
     return f"`````{{c:enum}} {words.split()[1]}\n\n{body}\n\n" + "\n".join(inside) + "`````\n"
 
@@ -75,33 +70,19 @@ def declared(declaration, comment):
 
 
 def markdown(name):
-    """Returns a header in Markdown, its sections as headings. Functions below one comment share it: the last one has it."""
-    result, comment, waiting = [], "", []
-
-    def flush():
-        nonlocal comment
-        result.extend(declared(each, "") for each in waiting[:-1])
-        if waiting:
-            result.append(declared(waiting[-1], comment))
-        elif comment:
+    """Returns a header in Markdown, its sections as headings; the docstring of the file is left out."""
+    result, comment = [], ""
+    for position, (kind, part) in enumerate(parts_of((INCLUDE / name).read_text(encoding="utf-8"))):
+        if kind != "comment":
+            result.append(declared(part, comment) if kind == "declaration" else directive("macro", part, prose_of(comment)))
+            comment = ""
+            continue
+        if comment:
             result.append(prose_of(comment) + "\n")
         comment = ""
-        waiting.clear()
-
-    for position, (kind, part, behind) in enumerate(parts_of((INCLUDE / name).read_text(encoding="utf-8"))):
-        if kind == "declaration":
-            waiting.append(part)
-        elif behind:
-            last = waiting.pop()
-            flush()
-            waiting, comment = [last], plain(part)
-            flush()
-        else:
-            flush()
-            if part.strip().startswith("----"):
-                result.append(f"### {part.strip(' -')}\n")
-            elif position > 0:
-                comment = plain(part)
-    flush()
+        if part.strip().startswith("----"):
+            result.append(f"### {part.strip(' -')}\n")
+        elif position > 0:
+            comment = plain(part)
     # What stands before the first heading would be lost.
     return "\n".join(result if result[0].startswith("###") else ["### Declarations\n", *result])
