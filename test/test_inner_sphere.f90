@@ -9,12 +9,13 @@ submodule(suites_of_effects) test_inner_sphere
    use nutate_effect, only: rotor_t
    use nutate_hamiltonian, only: angular_velocity, body_momentum, conserved_energy, kinetic_energy, make_state, &
       space_momentum
+   use nutate_inertia_change, only: inertia_change_t
    use nutate_inner_sphere, only: inner_sphere_t
    use nutate_kinds, only: wp, long, eps
    use nutate_limits, only: most_spheres
    use nutate_linearization, only: linearization_t, linearize_equilibrium
    use nutate_methods, only: make_stepper, methods
-   use nutate_quaternion, only: attitude_distance, quat_exp, quat_product, rotate_to_body, rotate_to_space
+   use nutate_quaternion, only: attitude_distance, cross, quat_exp, quat_product, rotate_to_body, rotate_to_space
    use nutate_rotating_frame, only: rotating_frame_t
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_state, only: state_t
@@ -51,6 +52,7 @@ contains
    module procedure collect_inner_sphere
       testsuite = [ &
                   new_unittest("one sphere has its reference trajectory", one_sphere), &
+                  new_unittest("all that changes has its reference trajectory", everything_changes), &
                   new_unittest("a body ends on its major axis", major_axis), &
                   new_unittest("random scenes follow the oracle", random_scenes_follow), &
                   new_unittest("sensitivities are those of the oracle", sensitivities_follow), &
@@ -108,6 +110,75 @@ contains
          call check_close(error, space_momentum(state), [-0.9264_wp, -0.8652_wp, 1.634_wp], 1e-13_wp, "l")
       end do
    end subroutine one_sphere
+
+   !> Trajectory D of the reference, t = 5 s: a varying inertia, two spheres, rotor, dipole and damping; with its
+   !> derivatives by inertia and damping of the first sphere and by a factor of the rate of the inertia.
+   subroutine everything_changes(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(exact_scene_t) :: exact
+      type(problem_t) :: problem
+      type(state_t) :: state, before
+      type(status_t) :: status
+      type(variation_t) :: variations(3)
+      type(tangent_t) :: tangent
+      class(stepper_t), allocatable :: stepper
+      real(wp), parameter :: k(6) = [0.03_wp, 0.08_wp, 0.05_wp, 0.01_wp, -0.02_wp, 0.0_wp]
+      real(wp), parameter :: attitude(4) = [0.1435309243080899183_wp, 0.95796817914082307738_wp, &
+                                            0.033451400008735375311_wp, -0.2461236383575069096_wp]
+      real(wp), parameter :: rate(3) = [-0.92691593505520480223_wp, 0.86626480248473533302_wp, -0.80849617407346799859_wp]
+      real(wp), parameter :: momenta(6) = [ &
+         -0.10610224284383396915_wp, -0.11596566501531548099_wp, 0.35389430502990711176_wp, &
+         -0.021016255169009364332_wp, -0.030712417729807650882_wp, 0.063852560353181916763_wp]
+      real(wp), parameter :: energy = 2.0345625894986529622_wp + 0.24991150088589536609_wp + 0.054620850477958553517_wp
+      real(wp), parameter :: wanted(6, 3) = reshape([ &
+         0.29047461849279_wp, 0.083551259744629_wp, -0.75718690814804_wp, 0.010598966961784_wp, 0.70919323479284_wp, &
+         -0.52461299974994_wp, 0.72763536139516_wp, 0.79124552363397_wp, -0.81184695498149_wp, -0.28769520005493_wp, &
+         0.73646647522552_wp, -0.028607453633042_wp, 0.002137513255146_wp, 0.26570266344882_wp, -0.43439964157049_wp, &
+         -0.1223246612867_wp, 0.05161035118213_wp, 0.041726481237834_wp], [6, 3])
+      integer :: i, m
+      call make_scene(0, exact, problem)
+      call problem%system%effects%add(inertia_change_t(k))
+      call variations(1)%add(problem%system%effects, 'inner_sphere', 1, 'inertia', [1.0_wp], status)
+      call variations(2)%add(problem%system%effects, 'inner_sphere', 1, 'damping', [1.0_wp], status)
+      call variations(3)%add(problem%system%effects, 'inertia_rate', 1, 'tensor', k, status)
+      call check(error, status%ok(), trim(status%message))
+      do m = 1, size(methods)
+         if (methods(m)%order < 8 .or. methods(m)%name == 'exact') cycle
+         call make_stepper(problem%system, settings_of(methods(m)), stepper, status)
+         state = problem%start
+         call tangent%begin(problem%system, state, variations, status)
+         do i = 1, 500
+            before = state
+            call stepper%step(problem%system, state, 0.01_wp, status)
+            if (status%ok() .and. methods(m)%name /= 'taylor') &
+               call stepper%propagate(problem%system, before, state, 0.01_wp, before%t + 0.005_wp, tangent, status)
+         end do
+         call check(error, status%ok(), trim(status%message))
+         call check_below(error, attitude_distance(state%q, attitude), 1e-12_wp, label_of(methods(m)))
+         call check_close(error, angular_velocity(problem%system, state), rate, 1e-12_wp, label_of(methods(m)))
+         call check_close(error, [rotate_to_space(state%q, state%wheel_momentum(1:3)), &
+                                  rotate_to_space(state%q, state%wheel_momentum(4:6))], momenta, 1e-12_wp, &
+                          label_of(methods(m))//", spheres")
+         call check_close(error, kinetic_energy(problem%system, state), energy, 1e-11_wp, label_of(methods(m))//", T")
+         if (methods(m)%name == 'taylor') cycle
+         do i = 1, 3
+            call check_close(error, space_derivative(state, tangent, i), wanted(:, i), 1e-11_wp, &
+                             label_of(methods(m))//' '//trim(variations(i)%name))
+         end do
+      end do
+   end subroutine everything_changes
+
+   !> Returns θ in space axes and the derivative of R L, L the momentum of the body alone.
+   pure function space_derivative(state, tangent, i) result(derivative)
+      type(state_t), intent(in) :: state
+      type(tangent_t), intent(in) :: tangent
+      integer, intent(in) :: i
+      real(wp) :: derivative(6), own(3), change(3)
+      own = body_momentum(state) - state%wheel_momentum(1:3) - state%wheel_momentum(4:6)
+      change = tangent%momentum(i, :) - tangent%wheels(i, 1:3) - tangent%wheels(i, 4:6)
+      derivative(1:3) = rotate_to_space(state%q, tangent%theta(i, :))
+      derivative(4:6) = rotate_to_space(state%q, change + cross(tangent%theta(i, :), own))
+   end function space_derivative
 
    !> Trajectory G of the reference: the spin about the minor axis becomes one about the major axis.
    subroutine major_axis(error)

@@ -56,7 +56,7 @@ contains
       !> Time from the start of the step over Δt; y; shape (n).
       real(wp), intent(in) :: fraction, y(:)
       real(wp) :: inner(3), angle(3), rotating(3)
-      integer :: i, j
+      integer :: i
       self%t = rates%t + fraction*rates%dt
       self%square = y(1)*y(1) + y(2)*y(2) + y(3)*y(3) + y(4)*y(4)
       self%q = y(1:4)/sqrt(self%square)
@@ -96,6 +96,17 @@ contains
          self%by_angle(5:self%n, :) = self%by_angle(5:self%n, :) + self%by_relative(5:self%n, :)
       end if
       call fill_jacobian(self, rates, angle, y)
+      if (rates%n_wheels > 0) call fill_inner(self, rates, system, angle)
+   end subroutine evaluate
+
+   !> Fills the part of ∂k/∂y by the momenta of wheels and inner spheres.
+   pure subroutine fill_inner(self, rates, system, angle)
+      type(stage_rates_t), intent(inout) :: self
+      type(rigid_rates_t), intent(in) :: rates
+      type(system_t), intent(in) :: system
+      !> ΔtΩ; shape (3).
+      real(wp), intent(in) :: angle(3)
+      integer :: i, j
       do i = 1, rates%n_wheels
          do j = 1, self%n
             self%jacobian(j, 8 + i) = self%jacobian(j, 8 + i) - dot_product( &
@@ -109,7 +120,7 @@ contains
       do i = 9 + system%effects%n_reaction_wheels, self%n, 3
          self%jacobian(i:i + 2, i:i + 2) = self%jacobian(i:i + 2, i:i + 2) - skew(angle)
       end do
-   end subroutine evaluate
+   end subroutine fill_inner
 
    !> k of attitude and momentum without forces, and its derivatives by the angle; all others to zero.
    pure subroutine set_kinematics(self, rates, angle, y)
