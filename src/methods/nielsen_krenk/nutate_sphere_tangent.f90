@@ -132,14 +132,14 @@ contains
       real(wp), intent(in) :: frame(4), r(3)
       !> `mid` holds the rotation at mid step at fixed r, `turn` holds δr.
       type(tangent_t), intent(inout) :: tangent
-      real(wp), dimension(3) :: rate, torque, turn, phi, start, change, pull, end
+      real(wp), dimension(3) :: rate, torque, turn, phi, start, change, pull, last
       integer :: i, j, k
       do i = 1, steps%n
          j = steps%before + 3*i
          rate = steps%rate_of(i, r)
          torque = steps%drag(i)*rate
          pull = turned_back(r, steps%pull(:, i))
-         end = turned_back(-r, turned_back(-r, steps%last(:, i)))
+         last = turned_back(-r, turned_back(-r, steps%last(:, i)))
          do k = 1, tangent%n
             turn = tangent%turn(k, :)
             phi = tangent%mid(k, :) + (2/(1 + dot_product(r, r)))*(turn - cross(r, turn))
@@ -149,9 +149,9 @@ contains
             change = held_change(steps, i, frame, tangent%variations(k), start) - steps%dt*turned_back(-r, change)
             if (steps%turns) then
                change = change + rotation_change(steps%half_turn, change)
-               change = change + cross(turn_change(steps, frame, tangent%variations(k)), end)
+               change = change + cross(turn_change(steps, frame, tangent%variations(k)), last)
                tangent%work(k) = tangent%work(k) - dot_product(steps%frame_rate, change - start) - dot_product( &
-                                 rotate_to_body(frame, tangent%variations(k)%frame), end - steps%first(:, i))
+                                 rotate_to_body(frame, tangent%variations(k)%frame), last - steps%first(:, i))
             end if
             tangent%inner(k, j - 2:j) = change
          end do
