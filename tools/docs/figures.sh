@@ -69,6 +69,16 @@ draw detumbling
 simulate dual_spin scenes/dual_spin.nml output.every=4
 draw dual_spin
 
+# The major-axis rule: a body with a viscous sphere, and with three frictional wheels of the same inertia.
+simulate major_axis scenes/major_axis.nml
+sed -e 's/1.7, 1.1, 0.9/2.0, 1.4, 1.2/' -e '/^&inner_sphere/,/^\//d' -e "s/, 'sphere1'//" scenes/major_axis.nml \
+   >"$data/major_axis_wheels.nml"
+for axis in '1, 0, 0' '0, 1, 0' '0, 0, 1'; do
+   echo "&wheel axis = $axis, inertia = 0.3, friction = 0.5 /" >>"$data/major_axis_wheels.nml"
+done
+simulate major_axis_wheels "$data/major_axis_wheels.nml"
+draw major_axis
+
 # A gyrocompass on the turning Earth.
 simulate gyrocompass scenes/gyrocompass.nml
 draw gyrocompass
