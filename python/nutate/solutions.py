@@ -395,7 +395,7 @@ def solve(system: Union[System, Scene], q0: Any = None, omega0: Optional[npt.Arr
             with scene_with_free(system, free, stepper.quaternion, stepper.angular_velocity) as with_free:
                 stepper.differentiate(with_free)
             stepper.set_columns(*SETS, "sensitivities")
-        # Of the stepper and of its copy: the names are asked for once.
+        # The copy takes over the names of the columns that the stepper has found.
         _ = stepper.column_names
         branch = copy.copy(stepper)
         add_events(stepper, looked_for)

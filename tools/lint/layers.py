@@ -19,7 +19,7 @@ PICTURE = os.path.join(TOP, "docs", "figures", "layers.svg")
 ROW = re.compile(r"^\| `((?:src|app|mpi)[\w/.]*)` \| (.*?) \| ?(.*?) ?\|$", re.MULTILINE)
 USE = re.compile(r"^\s*use\b\s*(?:,[^:]*::|::)?\s*(\w+)", re.IGNORECASE | re.MULTILINE)
 
-# Of the picture: size of a cell, width of the descriptions, height of the names over the columns, distance of a cell from its edge.
+# Measures of the picture: size of a cell, width of the descriptions, height of the names over the columns, distance of a cell from its edge.
 CELL, TEXTS, HEADS, INSET = 26, 500, 150, 3
 DIRECT, INDIRECT, EDGE = "#2c5f8a", "#c9dcee", "#d8d8d8"
 FONT = "font-family='Helvetica, Arial, sans-serif'"
