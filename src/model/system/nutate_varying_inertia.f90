@@ -85,7 +85,7 @@ contains
          t = next
       end do
       if (fault == NO_FAULT) return
-      write (word, '(f0.6)') t
+      write (word, '(f14.6)') t
       if (abs(t) >= 1e6_wp .or. abs(t) < 1e-3_wp) write (word, '(es12.5)') t
       words = ' is not positive definite'
       if (fault == NO_TRIANGLE) words = ' is that of no rigid body: one moment exceeds the sum of the other two,'
