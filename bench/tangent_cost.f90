@@ -68,7 +68,7 @@ contains
       if (columns /= 0) call tangent%begin(system, state, columns_of(columns), status)
       call clock%start()
       do i = 1, steps
-         if (columns /= 0) call before%copy_from(state, wheels=.false., balance=.false.)
+         if (columns /= 0) call before%copy_from(state, n_wheels=0, balance=.false.)
          call stepper%step(system, state, dt, status)
          if (columns /= 0) call stepper%propagate(system, before, state, dt, before%t + 0.5_wp*dt, tangent, status)
          if (.not. status%ok()) error stop 'a step of a benchmark failed'

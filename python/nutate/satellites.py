@@ -35,7 +35,15 @@ class Wheel(NamedTuple):
 
 
 class Sphere(NamedTuple):
-    """Current state of an inner sphere."""
+    """Current state of an inner sphere.
+
+    Examples
+    --------
+    >>> body = nutate.System(moments=(1.7, 1.1, 0.9))
+    >>> body.add("inner_sphere", inertia=0.3, damping=0.5, angular_velocity=(0, 0, 2))
+    >>> nutate.Stepper(body).spheres[0].rate.tolist()
+    [0.0, 0.0, 2.0]
+    """
 
     rate: Array
     """Angular velocity relative to the body, body axes, rad/s; shape (3)."""

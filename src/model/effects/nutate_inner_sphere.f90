@@ -82,18 +82,16 @@ contains
    !> Returns true if inertia, damping and angular velocity can be computed with.
    pure logical function sphere_is_valid(self) result(valid)
       class(inner_sphere_t), intent(in) :: self
-      type(wheel_t) :: one
-      integer :: i
-      valid = is_moderate(self%inertia) .and. is_moderate(self%damping)
-      if (valid) valid = self%inertia >= least_size .and. self%damping >= least_size
-      do i = 1, 3
-         one = self%component(i)
-         if (valid) valid = one%is_valid()
-      end do
+      associate (speed => self%angular_velocity)
+         valid = is_moderate(self%inertia) .and. is_moderate(self%damping) .and. all(is_moderate(speed))
+         if (valid) valid = self%inertia >= least_size .and. self%damping >= least_size
+         if (valid) valid = all(is_moderate(self%inertia*speed)) .and. all(is_moderate(self%damping*speed))
+         if (valid) valid = all(is_moderate(self%inertia*speed*speed))
+      end associate
    end function sphere_is_valid
 
    !> Returns the wheel that has the momentum of the sphere along a body axis.
-   pure function component(self, axis) result(wheel)
+   function component(self, axis) result(wheel)
       class(inner_sphere_t), intent(in) :: self
       !> Body axis: 1, 2 or 3.
       integer, intent(in) :: axis
