@@ -2,6 +2,7 @@
 submodule(nutate_scene) nutate_scene_building
    use nutate_columns, only: columns_t, need_attitude
    use nutate_control, only: beyond_accuracy, needs_control
+   use nutate_decimal, only: rounded_text
    use nutate_hamiltonian, only: make_state
    use nutate_keys, only: name_length
    use nutate_kinds, only: wp
@@ -240,16 +241,14 @@ contains
       type(scene_error_t), intent(inout) :: error
       type(status_t) :: status
       real(wp) :: start, stop
-      character(len=60) :: range
       integer :: i
       if (.not. system%effects%varies .or. error%raised) return
       do i = 1, system%effects%n_torques
          associate (change => system%effects%torques(i)%item)
             if (change%name /= 'inertia_table') cycle
             call change%window(start, stop)
-            write (range, '(g0.6, " to ", g0.6, " s")') start, stop
             if (plan%end_time < start .or. plan%end_time > stop) call error%raise(integrator%line_of('end_time'), &
-               'end_time is outside of the table of the inertia', expected=trim(range))
+               'end_time is outside of the table of the inertia', expected=range_text(start, stop))
          end associate
       end do
       if (error%raised) return
@@ -265,6 +264,13 @@ contains
       end associate
    end subroutine check_change
 
+   !> Returns the text of a range of times, s.
+   pure function range_text(start, stop) result(text)
+      real(wp), intent(in) :: start, stop
+      character(len=:), allocatable :: text
+      text = rounded_text(start)//' to '//rounded_text(stop)//' s'
+   end function range_text
+
    !> Raises an error for a run that goes beyond the table of an orbit.
    subroutine check_tables(groups, effects, plan, integrator, error)
       type(group_t), intent(in) :: groups(:)
@@ -273,18 +279,18 @@ contains
       !> The group `&integrator`.
       type(group_t), intent(in) :: integrator
       type(scene_error_t), intent(inout) :: error
-      character(len=60) :: range
+      character(len=:), allocatable :: range
       integer :: i
       if (.not. effects%on_orbit) return
       do i = 1, size(effects%orbits)
          if (.not. allocated(effects%orbits(i)%path%track)) cycle
          associate (track => effects%orbits(i)%path%track)
-            write (range, '(g0.6, " to ", g0.6, " s")') track%curve%x(0), track%curve%x(track%curve%n)
+            range = range_text(track%curve%x(0), track%curve%x(track%curve%n))
             if (.not. track%contains_time(0.0_wp)) call error%raise( &
-               line_of_table(effects%orbits(i)%label), 'the table of &orbit goes from '//trim(range), &
+               line_of_table(effects%orbits(i)%label), 'the table of &orbit goes from '//range, &
                expected='one that contains t = 0')
             if (.not. track%contains_time(plan%end_time)) call error%raise(integrator%line_of('end_time'), &
-               'end_time is outside of the table of &orbit', expected=trim(range))
+               'end_time is outside of the table of &orbit', expected=range)
          end associate
       end do
 
