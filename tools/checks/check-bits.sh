@@ -33,11 +33,11 @@ ways=(
    "integrator.method='exact'"
 )
 
-# history PROGRAM SCENE WAY: the rows, or the exit status.
+# history PROGRAM SCENE WAY: the rows, or the exit status. Nobody waits for a pendulum of hours by a method of low order.
 history() {
    local setting settings=()
    for setting in $3; do settings+=(--set "$setting"); done
-   "$1" run "$2" --quiet --output - "${settings[@]}" 2>/dev/null || echo "exit status $?"
+   "$1" run "$2" --quiet --output - --max-steps 100000 "${settings[@]}" 2>/dev/null || echo "exit status $?"
 }
 
 for other in "${programs[@]}"; do
