@@ -4,7 +4,8 @@ submodule(suites_of_effects) test_orbit
    use nutate_attitude, only: quat_from_roll_pitch_yaw, roll_pitch_yaw_from_quat
    use nutate_gravity_gradient, only: gravity_gradient_t
    use nutate_hamiltonian, only: angular_velocity, conserved_energy, frame_rate_of, make_state, total_energy
-   use nutate_kepler_orbit, only: eccentric_anomaly, kepler_orbit_t, n_elements
+   use nutate_kepler_orbit, only: eccentric_anomaly, kepler_orbit_t, n_elements, axes_change, position_change, &
+      turn_rate_change, mean_motion_change
    use nutate_kinds, only: wp, eps, pi
    use nutate_orbit, only: earth_mu, orbit_t
    use nutate_quaternion, only: quat_conjugate, quat_exp, quat_product, rotate_to_body, rotate_to_space
@@ -107,11 +108,11 @@ contains
             do k = 1, n_elements
                change = 0.0_wp
                change(k) = 1.0_wp
-               found = [path%position_change(change, times(j)), path%axes_change(change, times(j)), &
-                        path%turn_rate_change(change, times(j))]
+               found = [position_change(path, change, times(j)), axes_change(path, change, times(j)), &
+                        turn_rate_change(path, change, times(j))]
                wanted = (4*slope(0.5e-4_wp) - slope(1e-4_wp))/3
                call check_below(error, maxval(abs(found - wanted))/max(1.0_wp, maxval(abs(wanted))), 1e-9_wp, 'change')
-               found(1) = path%mean_motion_change(change)
+               found(1) = mean_motion_change(path, change)
                call check_below(error, abs(found(1) - (4*rise(0.5e-4_wp) - rise(1e-4_wp))/3), 1e-9_wp, 'mean motion')
             end do
          end do

@@ -8,7 +8,7 @@ submodule(suites_of_effects) test_orbit_fields
    use nutate_hamiltonian, only: angular_velocity
    use nutate_kepler_orbit, only: kepler_orbit_t
    use nutate_kinds, only: wp, eps, pi
-   use nutate_orbit, only: earth_mu, orbit_t
+   use nutate_orbit, only: earth_mu, orbit_t, shadow_rate
    use nutate_quaternion, only: rotate_to_body, rotate_to_space
    use nutate_run, only: integrate
    use nutate_run_plan, only: run_goal_t, run_plan_t
@@ -185,7 +185,7 @@ contains
       do i = 0, 20
          t = 400.0_wp*i
          rate = (orbit%shadow_depth(t + h) - orbit%shadow_depth(t - h))/(2*h)
-         call check_close(error, orbit%shadow_rate(t), rate, 1e-2_wp, "rate")
+         call check_close(error, shadow_rate(orbit, t), rate, 1e-2_wp, "rate")
       end do
    end subroutine shadow
 

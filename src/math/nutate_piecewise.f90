@@ -12,6 +12,7 @@ module nutate_piecewise
    private
 
    public :: piecewise_t, new_hermite, new_linear, new_spline
+   public :: value_at, taylor_term, find_bounds
 
    !> Least number of points of a periodic spline; its last point, which equals the first, is included.
    integer, parameter, public :: least_periodic = 4
@@ -31,14 +32,6 @@ module nutate_piecewise
    contains
       !> Returns the interval of a time.
       procedure :: find
-      !> Returns the vector at a time.
-      procedure :: value_at
-      !> Returns a coefficient of the Taylor series.
-      procedure :: taylor_term
-      !> Computes bounds of the vector and of its derivatives.
-      procedure :: find_bounds
-      !> Prepares the search for intervals.
-      procedure, private :: prepare_search
    end type piecewise_t
 
 contains
@@ -64,7 +57,7 @@ contains
          curve%c(:, 0, n) = values(:, i - 1)
          curve%c(:, 1, n) = values(:, i) - values(:, i - 1)
       end do
-      call curve%prepare_search()
+      call prepare_search(curve)
    end function new_linear
 
    !> Makes a cubic spline through the points: natural, without curvature at its ends, or periodic.
@@ -97,7 +90,7 @@ contains
          curve%c(:, 2, k) = 3*m0
          curve%c(:, 3, k) = m1 - m0
       end do
-      call curve%prepare_search()
+      call prepare_search(curve)
    end function new_spline
 
    !> Computes Hermite's polynomials between points: of degree 3 from values and rates, of degree 5 from second
@@ -134,7 +127,7 @@ contains
             curve%c(:, 3, k) = m0 + m1 - 2*d
          end if
       end do
-      call curve%prepare_search()
+      call prepare_search(curve)
    end function new_hermite
 
    !> Computes the second derivatives of a natural spline at its points, from the continuity of the first: a definite
@@ -203,7 +196,7 @@ contains
    !> Finds the interval in which each of n equal parts of the time range begins. The interval of a time then follows
    !> immediately for evenly spaced points, and after a few bisections for others.
    pure subroutine prepare_search(self)
-      class(piecewise_t), intent(inout) :: self
+      type(piecewise_t), intent(inout) :: self
       integer :: j, k
       allocate (self%starts(0:self%n))
       self%density = self%n/(self%x(self%n) - self%x(0))
@@ -239,7 +232,7 @@ contains
 
    !> Returns the vector at a time of an interval, by the polynomial of that interval.
    pure function value_at(self, k, time) result(value)
-      class(piecewise_t), intent(in) :: self
+      type(piecewise_t), intent(in) :: self
       !> Interval.
       integer, intent(in) :: k
       !> Time, s.
@@ -250,7 +243,7 @@ contains
       if (self%degree == 1) then
          value = self%c(:, 0, k) + s*self%c(:, 1, k)
       else if (self%degree > 3) then
-         value = self%taylor_term(k, 0, time, 1.0_wp)
+         value = taylor_term(self, k, 0, time, 1.0_wp)
       else
          value = self%c(:, 0, k) + s*(self%c(:, 1, k) + s*(self%c(:, 2, k) + s*self%c(:, 3, k)))
       end if
@@ -258,7 +251,7 @@ contains
 
    !> Returns coefficient j of the power series about a time, in a unit of time: the j-th derivative times unitʲ/j!.
    pure function taylor_term(self, k, j, time, unit) result(term)
-      class(piecewise_t), intent(in) :: self
+      type(piecewise_t), intent(in) :: self
       !> Interval, and index of the coefficient.
       integer, intent(in) :: k, j
       !> s
@@ -282,7 +275,7 @@ contains
    !> Bounds of the length of the vector, of its first and of its second derivative, over all intervals, where
    !> their degree is 3 at most: the corners of the polynomials and of their derivatives in Bernstein's basis.
    pure subroutine find_bounds(self, bounds)
-      class(piecewise_t), intent(in) :: self
+      type(piecewise_t), intent(in) :: self
       !> Units of the values over powers of s; shape (0:2).
       real(wp), intent(out) :: bounds(0:2)
       real(wp) :: b(3, 0:3), h

@@ -18,6 +18,8 @@ module nutate_kepler_orbit
    private
 
    public :: kepler_orbit_t, eccentric_anomaly
+   public :: position_change_series, pull_change_series, axes_change_series, axes_change, position_change, &
+      turn_rate_change, mean_motion_change, find_place
 
    !> Numbers of a *change of the elements*: of a or q, e, inclination, right ascension of the node, argument of the
    !> periapsis, mean anomaly or time of the periapsis, and μ.
@@ -54,24 +56,10 @@ module nutate_kepler_orbit
       procedure :: position
       !> Returns the velocity at a time, inertial axes, m/s.
       procedure :: velocity
-      !> Computes position, distance and velocity together.
-      procedure :: find_place
       !> Returns the attitude of the LVLH frame at a time, LVLH→inertial, without jumps.
       procedure :: axes
       !> Computes the power series of the position about a time.
       procedure :: position_series
-      !> Return the change of the mean motion, of the position, of the LVLH frame, and of ν̇ for a change of the
-      !> elements.
-      procedure :: mean_motion_change
-      procedure :: position_change
-      procedure :: axes_change
-      procedure :: turn_rate_change
-      !> Compute the power series of the position and of its change for a change of the elements, and of the rotation of
-      !> the LVLH frame.
-      procedure :: position_change_series
-      procedure :: axes_change_series
-      !> Computes the power series of the change of a power of μ times the position times one of the distance.
-      procedure :: pull_change_series
       !> Adds a change to the elements.
       procedure :: shift
       !> Returns true if another orbit has the same numbers.
@@ -243,7 +231,7 @@ contains
       !> Time, s.
       real(wp), intent(in) :: t
       real(wp) :: position(3), distance
-      call self%find_place(t, position, distance)
+      call find_place(self, t, position, distance)
    end function position
 
    !> Returns the velocity at a time, inertial axes, m/s; shape (3).
@@ -252,12 +240,12 @@ contains
       !> Time, s.
       real(wp), intent(in) :: t
       real(wp) :: velocity(3), position(3), distance
-      call self%find_place(t, position, distance, velocity)
+      call find_place(self, t, position, distance, velocity)
    end function velocity
 
    !> Computes position, distance and velocity at a time by one solution of Kepler's equation.
    pure subroutine find_place(self, t, position, distance, velocity)
-      class(kepler_orbit_t), intent(in) :: self
+      type(kepler_orbit_t), intent(in) :: self
       !> Time, s.
       real(wp), intent(in) :: t
       !> Position from the centre of attraction, inertial axes, m, shape (3); its length, m.
@@ -313,7 +301,7 @@ contains
       real(wp), intent(out), optional :: distance
       real(wp) :: start, pull, sum(3), position(3), velocity(3)
       integer :: j, k
-      call self%find_place(t, position, start, velocity)
+      call find_place(self, t, position, start, velocity)
       if (present(distance)) distance = start
       if (allocated(self%track)) then
          call self%track%position_series(t, time_unit, start, x)
@@ -362,7 +350,7 @@ contains
 
    !> Returns δn, rad/s.
    pure real(wp) function mean_motion_change(self, change)
-      class(kepler_orbit_t), intent(in) :: self
+      type(kepler_orbit_t), intent(in) :: self
       !> Change of the elements; shape (n_elements).
       real(wp), intent(in) :: change(:)
       real(wp) :: relative
@@ -402,7 +390,7 @@ contains
          s = sin(anomaly)
          flat = flatness(self)
          place = self%semi_major_axis*[c - self%eccentricity, flat*s]
-         moved_anomaly = (change(6) + t*self%mean_motion_change(change) + s*change(2))/(1 - self%eccentricity*c)
+         moved_anomaly = (change(6) + t*mean_motion_change(self, change) + s*change(2))/(1 - self%eccentricity*c)
          moved = (change(1)/self%semi_major_axis)*place + self%semi_major_axis* &
                  [-s*moved_anomaly - change(2), flat*c*moved_anomaly - (self%eccentricity/flat)*s*change(2)]
       end if
@@ -431,7 +419,7 @@ contains
          s = sin(anomaly)
          flat = flatness(self)
          distance = 1 - self%eccentricity*c
-         moved_anomaly = (change(6) + t*self%mean_motion_change(change) + s*change(2))/distance
+         moved_anomaly = (change(6) + t*mean_motion_change(self, change) + s*change(2))/distance
          velocity = (self%semi_major_axis*self%mean_motion()/distance)*[-s, flat*c]
          moved = (0.5_wp*change(7)/self%mu - 0.5_wp*change(1)/self%semi_major_axis &
                   + (c*change(2) - self%eccentricity*s*moved_anomaly)/distance)*velocity &
@@ -443,7 +431,7 @@ contains
    !> Computes the coefficients of the power series of x = r/r₀, as `position_series` does, and of δx, δr over the same
    !> r₀, from ẍ = -(μ/r₀³) x w differentiated: δẍ = -(μ/r₀³)(δx w + x δw + (δμ/μ) x w), δw = -3 (x·δx)(x·x)^(-5/2).
    pure subroutine position_change_series(self, change, t, time_unit, x, moved, square, along)
-      class(kepler_orbit_t), intent(in) :: self
+      type(kepler_orbit_t), intent(in) :: self
       !> Change of the elements, shape (n_elements); time and its unit, s.
       real(wp), intent(in) :: change(:), t, time_unit
       !> Inertial axes; shape (0:order, 3).
@@ -456,7 +444,7 @@ contains
       call self%position_series(t, time_unit, x, square, w)
       start = self%radius(t)
       pull = self%mu/start/start/start
-      moved(0, :) = self%position_change(change, t)/start
+      moved(0, :) = position_change(self, change, t)/start
       velocity = rotate_to_space(plane(self, 0.0_wp), [velocity_change_in_plane(self, change, t), 0.0_wp]) + &
                  cross(plane_change(self, change), self%velocity(t))
       if (ubound(x, 1) > 0) moved(1, :) = (time_unit/start)*velocity
@@ -480,7 +468,7 @@ contains
    !> Computes the coefficients of the power series of the change of μ^a x (x·x)^b over μ^a:
    !> (a(δμ/μ)x + δx)(x·x)^b + 2b x (x·δx)(x·x)^(b-1).
    pure subroutine pull_change_series(self, change, of_mu, exponent, t, time_unit, n)
-      class(kepler_orbit_t), intent(in) :: self
+      type(kepler_orbit_t), intent(in) :: self
       !> Change of the elements, shape (n_elements); exponents a and b; time and its unit, s.
       real(wp), intent(in) :: change(:), of_mu, exponent, t, time_unit
       !> Inertial axes; shape (3, 0:order).
@@ -488,7 +476,7 @@ contains
       real(wp), dimension(0:ubound(n, 2), 3) :: x, moved
       real(wp), dimension(0:ubound(n, 2)) :: square, along, u, steep, moved_u
       integer :: i, k
-      call self%position_change_series(change, t, time_unit, x, moved, square, along)
+      call position_change_series(self, change, t, time_unit, x, moved, square, along)
       do k = 0, ubound(n, 2)
          if (k == 0) then
             u(0) = square(0)**exponent
@@ -507,7 +495,7 @@ contains
    !> Computes the coefficients of the power series of the rotation of the LVLH frame, a vector, rad: the rotation P of
    !> the plane, and about the normal n the rotation in the plane, n·(x×δx)/(x·x) - P·n.
    pure subroutine axes_change_series(self, change, t, time_unit, in_orbit, turn)
-      class(kepler_orbit_t), intent(in) :: self
+      type(kepler_orbit_t), intent(in) :: self
       !> Change of the elements, shape (n_elements); time and its unit, s.
       real(wp), intent(in) :: change(:), t, time_unit
       !> The rotation is seen from the LVLH frame of a circular orbit; else from inertial axes.
@@ -518,7 +506,7 @@ contains
       real(wp), dimension(0:ubound(turn, 2)) :: square, along, inverse, across
       real(wp) :: normal(3), axis(3), tilt(3)
       integer :: j, k
-      call self%position_change_series(change, t, time_unit, x, moved, square, along)
+      call position_change_series(self, change, t, time_unit, x, moved, square, along)
       normal = normal_of(self)
       do k = 0, ubound(turn, 2)
          if (k == 0) then
@@ -564,7 +552,7 @@ contains
 
    !> Returns δr at a time, inertial axes, m; shape (3). Zero for a table.
    pure function position_change(self, change, t) result(moved)
-      class(kepler_orbit_t), intent(in) :: self
+      type(kepler_orbit_t), intent(in) :: self
       !> Change of the elements, shape (n_elements); time, s.
       real(wp), intent(in) :: change(:), t
       real(wp) :: moved(3), place(2), moved_place(2)
@@ -577,7 +565,7 @@ contains
 
    !> Returns the rotation of the LVLH frame at a time, vector in inertial axes, rad; shape (3). Zero for a table.
    pure function axes_change(self, change, t) result(turn)
-      class(kepler_orbit_t), intent(in) :: self
+      type(kepler_orbit_t), intent(in) :: self
       !> Change of the elements, shape (n_elements); time, s.
       real(wp), intent(in) :: change(:), t
       real(wp) :: turn(3), place(2), moved(2)
@@ -590,7 +578,7 @@ contains
 
    !> Returns δν̇ at a time, rad/s; from ν̇ = √(μp)/r². Zero for a table.
    pure real(wp) function turn_rate_change(self, change, t)
-      class(kepler_orbit_t), intent(in) :: self
+      type(kepler_orbit_t), intent(in) :: self
       !> Change of the elements, shape (n_elements); time, s.
       real(wp), intent(in) :: change(:), t
       real(wp) :: place(2), moved(2), relative

@@ -8,6 +8,7 @@ module nutate_moving_frame
    private
 
    public :: moving_frame_t, make_frame
+   public :: quaternion_rate, angle_rate
 
    !> Largest extension of a frame beyond its ends, s: beyond the rounding of dates.
    real(wp), parameter :: longest_slack = 1e-6_wp
@@ -32,9 +33,6 @@ module nutate_moving_frame
       procedure :: at => frame_at
       !> Returns an attitude relative to the frame, and the angle of its rotation.
       procedure :: relative
-      !> Return the rate of the angle of an attitude relative to the frame, and of its quaternion.
-      procedure :: angle_rate
-      procedure :: quaternion_rate
    end type moving_frame_t
 
 contains
@@ -142,7 +140,7 @@ contains
 
    !> Returns the rate of the angle of an attitude relative to the frame, rad/s. An angle of zero grows.
    pure real(wp) function angle_rate(self, t, q, omega) result(rate)
-      class(moving_frame_t), intent(in) :: self
+      type(moving_frame_t), intent(in) :: self
       !> Time, s; attitude, body to space, shape (4); angular velocity relative to the space axes, body axes, rad/s,
       !> shape (3).
       real(wp), intent(in) :: t, q(4), omega(3)
@@ -155,7 +153,7 @@ contains
 
    !> Returns the rate of the quaternion of an attitude relative to the frame, 1/s; shape (4).
    pure function quaternion_rate(self, t, q, omega) result(rate)
-      class(moving_frame_t), intent(in) :: self
+      type(moving_frame_t), intent(in) :: self
       !> Time, attitude and angular velocity as in `angle_rate`.
       real(wp), intent(in) :: t, q(4), omega(3)
       real(wp) :: rate(4), from_frame(4), spin(3)

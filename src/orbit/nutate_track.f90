@@ -7,7 +7,7 @@ module nutate_track
    use nutate_attitude, only: quat_from_matrix
    use nutate_kinds, only: wp, eps
    use nutate_limits, only: greatest_length, in_words, is_moderate, least_length, least_step
-   use nutate_piecewise, only: new_hermite, new_spline, piecewise_t
+   use nutate_piecewise, only: new_hermite, new_spline, piecewise_t, value_at, taylor_term
    use nutate_quaternion, only: cross
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    implicit none
@@ -213,8 +213,8 @@ contains
       track%nearest = huge(1.0_wp)
       do k = 1, track%curve%n
          associate (curve => track%curve)
-            ends = [norm2(curve%value_at(k, curve%x(k - 1))), norm2(curve%value_at(k, curve%x(k)))]
-            direction = curve%value_at(k, curve%x(k - 1))/ends(1) + curve%value_at(k, curve%x(k))/ends(2)
+            ends = [norm2(value_at(curve, k, curve%x(k - 1))), norm2(value_at(curve, k, curve%x(k)))]
+            direction = value_at(curve, k, curve%x(k - 1))/ends(1) + value_at(curve, k, curve%x(k))/ends(2)
             direction = direction/max(norm2(direction), eps)
             along(:curve%degree) = matmul(direction, curve%c(:, :, k))
             least = minval(corners_of(along(:curve%degree)))
@@ -305,7 +305,7 @@ contains
       real(wp) :: position(3), time
       integer :: k
       call locate(self, t, k, time)
-      position = self%curve%value_at(k, time)
+      position = value_at(self%curve, k, time)
    end function position
 
    !> Returns the velocity at a time, inertial axes, m/s; shape (3). Outside of the table it is zero.
@@ -317,7 +317,7 @@ contains
       integer :: k
       call locate(self, t, k, time)
       velocity = 0.0_wp
-      if (self%contains_time(t)) velocity = self%curve%taylor_term(k, 1, time, 1.0_wp)
+      if (self%contains_time(t)) velocity = taylor_term(self%curve, k, 1, time, 1.0_wp)
    end function velocity
 
    !> Returns the acceleration at a time, inertial axes, m/s²; shape (3). Outside of the table it is zero.
@@ -329,7 +329,7 @@ contains
       integer :: k
       call locate(self, t, k, time)
       acceleration = 0.0_wp
-      if (self%contains_time(t)) acceleration = 2*self%curve%taylor_term(k, 2, time, 1.0_wp)
+      if (self%contains_time(t)) acceleration = 2*taylor_term(self%curve, k, 2, time, 1.0_wp)
    end function acceleration
 
    !> Returns the attitude of the LVLH frame at a time, unit quaternion, LVLH→inertial, without jumps; shape (4).
@@ -406,7 +406,7 @@ contains
       call locate(self, t, interval, time, sense=time_unit)
       x = 0.0_wp
       do k = 0, merge(min(self%curve%degree, ubound(x, 1)), 0, self%contains_time(t))
-         x(k, :) = self%curve%taylor_term(interval, k, time, time_unit)/length
+         x(k, :) = taylor_term(self%curve, interval, k, time, time_unit)/length
       end do
    end subroutine position_series
 

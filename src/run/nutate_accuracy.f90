@@ -13,7 +13,7 @@
 module nutate_accuracy
    use nutate_effect_base, only: NO_SERIES
    use nutate_disturbance, only: disturb_problem
-   use nutate_effect_list, only: effect_list_t
+   use nutate_effect_list, only: effect_list_t, table_order
    use nutate_equal_steps, only: equal_steps_t
    use nutate_error_control, only: error_control_t
    use nutate_exact_stepper, only: round_off_of_exact
@@ -222,8 +222,8 @@ contains
       type(status_t) :: success
       real(wp) :: q(4), differences(2), gain
       integer :: i
-      gain = 2.0_wp**system%effects%table_order()
-      if (system%effects%table_order() == 0) return
+      gain = 2.0_wp**table_order(system%effects)
+      if (table_order(system%effects) == 0) return
       thinned = system
       differences = unknown
       do i = 1, 2

@@ -1,7 +1,7 @@
 !> Limits and samples, which a run watches besides events: controllers take their samples at the ends of steps; the
 !> speed of wheels and the output of controllers have limits.
 module nutate_control
-   use nutate_effect_list, only: effect_list_t
+   use nutate_effect_list, only: effect_list_t, command_of_wheel
    use nutate_hamiltonian, only: angular_velocity
    use nutate_kinds, only: wp
    use nutate_limit_event, only: limit_slot_t
@@ -138,7 +138,7 @@ contains
       real(wp) :: command
       integer :: k
       do k = 1, effects%n_reaction_wheels
-         command = effects%command_of_wheel(k)
+         command = command_of_wheel(effects, k)
          associate (wheel => effects%wheels(k))
             wheel%command = max(-wheel%torque_limit, min(wheel%torque_limit, command))
             if (.not. allocated(wheel%motor)) &

@@ -12,7 +12,7 @@ module nutate_saturation
    use nutate_saturation_count, only: side_of_limit
    use nutate_state, only: state_t
    use nutate_system, only: system_t
-   use nutate_torque, only: torque_t
+   use nutate_torque, only: torque_t, count_saturations_of => count_saturations
    implicit none
    private
 
@@ -311,10 +311,10 @@ contains
       real(wp), intent(in) :: t
       integer :: i
       do i = 1, effects%n_torques
-         call effects%torques(i)%item%count_saturations(t)
+         call count_saturations_of(effects%torques(i)%item, t)
       end do
       do i = 1, effects%n_wheels
-         if (effects%wheels(i)%has_law()) call effects%wheels(i)%motor%count_saturations(t)
+         if (effects%wheels(i)%has_law()) call count_saturations_of(effects%wheels(i)%motor, t)
       end do
    end subroutine count_saturations
 

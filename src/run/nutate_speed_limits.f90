@@ -9,7 +9,7 @@ module nutate_speed_limits
    use nutate_quaternion, only: quat_normalized
    use nutate_state, only: state_t
    use nutate_system, only: system_t
-   use nutate_wheel, only: released_at, wheel_t
+   use nutate_wheel, only: released_at, wheel_t, put_at_limit
    implicit none
    private
 
@@ -89,7 +89,7 @@ contains
             speed = wheel%speed_of(state%wheel_momentum(i), motion%omega)
             side = 0
             if (abs(speed) >= wheel%speed_limit) side = nint(sign(1.0_wp, speed))
-            call wheel%put_at_limit(side)
+            call put_at_limit(wheel, side)
          end associate
       end do
    end subroutine find_speed_limits
@@ -99,7 +99,7 @@ contains
       class(speed_event_t), intent(in) :: self
       type(system_t), intent(inout) :: system
       type(state_t), intent(in) :: state
-      call system%effects%wheels(self%wheel)%put_at_limit(self%becomes)
+      call put_at_limit(system%effects%wheels(self%wheel), self%becomes)
       call block_motor(system, self%wheel, state)
    end subroutine settle_speed
 

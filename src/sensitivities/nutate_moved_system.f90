@@ -10,7 +10,7 @@ module nutate_moved_system
    use nutate_system, only: system_t
    use nutate_tangent, only: tangent_t
    use nutate_torque, only: torque_t
-   use nutate_wheel, only: friction_change, wheel_t
+   use nutate_wheel, only: friction_change, wheel_t, axis_change, motor_change
    implicit none
    private
 
@@ -123,10 +123,10 @@ contains
    subroutine move_wheel(wheel, change)
       type(wheel_t), intent(inout) :: wheel
       real(wp), intent(in) :: change(:)
-      wheel%axis = wheel%axis + wheel%axis_change(change)
+      wheel%axis = wheel%axis + axis_change(wheel, change)
       wheel%inertia = wheel%inertia + change(4)
       wheel%friction = wheel%friction + friction_change(wheel, change)
-      if (size(change) > 6) call move_torque(wheel%motor, wheel%motor_change(change))
+      if (size(change) > 6) call move_torque(wheel%motor, motor_change(wheel, change))
    end subroutine move_wheel
 
    pure function moved_direction(self, t) result(n)

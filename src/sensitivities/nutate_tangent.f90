@@ -78,8 +78,6 @@ module nutate_tangent
       procedure :: rates
       !> Returns the change of J at a time by a sensitivity that changes a parameter.
       procedure :: inertia_of
-      !> Returns the change of the momentum of rotors and wheels in the body, for one sensitivity.
-      procedure :: inner_change
       !> Returns the size of a change of the sensitivities, relative to them.
       procedure :: relative
       !> Return the change of the energy, which potentials conserve, and of l.
@@ -127,7 +125,7 @@ module nutate_tangent
       !> Returns the change of the momentum of rotors and wheels in the body, axes of wheels included, N m s, body axes;
       !> shape (3).
       pure module function inner_change(self, effects, state, k) result(change)
-         class(tangent_t), intent(in) :: self
+         type(tangent_t), intent(in) :: self
          type(effect_list_t), intent(in) :: effects
          type(state_t), intent(in) :: state
          !> Index of the sensitivity.

@@ -6,7 +6,7 @@ submodule(nutate_tangent) nutate_tangent_procedures
    use nutate_small_products, only: times_vector
    use nutate_status, only: fail, NUTATE_BAD_ARGUMENT
    use nutate_system, only: inertia_at, inverse_inertia_at
-   use nutate_wheel, only: speed_change
+   use nutate_wheel, only: speed_change, axis_change
    implicit none
 
 contains
@@ -79,14 +79,14 @@ contains
                      speed = wheel%speed_of(state%wheel_momentum(item%place), omega)
                      self%wheels(k, item%place) = self%wheels(k, item%place) &
                         + c(4)*(speed + dot_product(wheel%axis, omega)) &
-                        + wheel%inertia*(speed_change(wheel, c) + dot_product(wheel%axis_change(c), omega))
+                        + wheel%inertia*(speed_change(wheel, c) + dot_product(axis_change(wheel, c), omega))
                   end associate
                end associate
             end do
          end associate
       end do
       do k = 1, self%n
-         self%momentum(k, :) = self%momentum(k, :) + self%inner_change(system%effects, state, k)
+         self%momentum(k, :) = self%momentum(k, :) + inner_change(self, system%effects, state, k)
       end do
    end subroutine start_sensitivities
 
@@ -95,7 +95,7 @@ contains
       self%theta = theta
       do k = 1, self%n
          self%momentum(k, :) = times_vector(inertia_at(system, state%t), rates(k, :)) &
-                               + self%inner_change(system%effects, state, k)
+                               + inner_change(self, system%effects, state, k)
       end do
       do m = 1, size(self%parametric)
          k = self%parametric(m)
@@ -117,7 +117,7 @@ contains
       do i = 1, size(self%variations(k)%effects)
          associate (item => self%variations(k)%effects(i))
             if (item%kind == OF_WHEEL) change = change + &
-               state%wheel_momentum(item%place)*effects%wheels(item%place)%axis_change(item%change)
+               state%wheel_momentum(item%place)*axis_change(effects%wheels(item%place), item%change)
          end associate
       end do
    end procedure inner_change
@@ -135,7 +135,7 @@ contains
          if (variation%effects(i)%kind /= OF_WHEEL) cycle
          associate (wheel => effects%wheels(variation%effects(i)%place), c => variation%effects(i)%change)
             if (wheel%component > 0) cycle
-            axis = wheel%axis_change(c)
+            axis = axis_change(wheel, c)
             do j = 1, 3
                change(:, j) = change(:, j) - (c(4)*wheel%axis(j) + wheel%inertia*axis(j))*wheel%axis &
                               - (wheel%inertia*wheel%axis(j))*axis
@@ -180,7 +180,7 @@ contains
       end do
       inverse = inverse_inertia_at(system, state%t)
       do k = 1, self%n
-         change(k, :) = times_vector(inverse, self%momentum(k, :) - self%inner_change(system%effects, state, k) - &
+         change(k, :) = times_vector(inverse, self%momentum(k, :) - inner_change(self, system%effects, state, k) - &
                                      own(:, k))
       end do
    end procedure rates
@@ -238,7 +238,7 @@ contains
          associate (item => variation%effects(m), c => variation%effects(m)%change)
             if (item%kind == OF_WHEEL) then
                associate (h => state%wheel_momentum(item%place), wheel => effects%wheels(item%place))
-                  change = change - h*dot_product(omega, wheel%axis_change(c)) - 0.5_wp*c(4)*(h/wheel%inertia)**2
+                  change = change - h*dot_product(omega, axis_change(wheel, c)) - 0.5_wp*c(4)*(h/wheel%inertia)**2
                end associate
             end if
             if (item%kind /= OF_POTENTIAL) cycle

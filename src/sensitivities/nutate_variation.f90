@@ -5,6 +5,7 @@ module nutate_variation
    use nutate_effect_list, only: effect_list_t
    use nutate_kepler_orbit, only: kepler_orbit_t
    use nutate_kinds, only: wp
+   use nutate_orbit, only: frame_rate_change
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    implicit none
    private
@@ -346,7 +347,7 @@ contains
          associate (orbit => effects%orbits(self%effects(m)%place))
             if (count([(orbit%path%equals(effects%orbits(i)%path), i=1, size(effects%orbits))]) > 1) &
                status = fail(NUTATE_BAD_ARGUMENT, 'orbits that are equal have no derivatives (expected different ones)')
-            self%frame = self%frame + orbit%frame_rate_change(change)
+            self%frame = self%frame + frame_rate_change(orbit, change)
             call follow_path(self, effects, orbit%path, change)
          end associate
       end do

@@ -1,12 +1,12 @@
 !> Columns of controllers and of the magnetic field in which they act.
 module nutate_control_columns
-   use nutate_effect_list, only: effect_list_t
+   use nutate_effect_list, only: effect_list_t, command_of_wheel
    use nutate_hamiltonian, only: relative_rate
    use nutate_kinds, only: wp
    use nutate_quaternion, only: quat_normalized, rotate_to_body
    use nutate_state, only: state_t
    use nutate_system, only: system_t
-   use nutate_torque, only: torque_t
+   use nutate_torque, only: torque_t, n_saturations
    implicit none
    private
 
@@ -53,7 +53,7 @@ contains
             if (.not. wheel%is_driven(t)) cycle
             u = wheel%drive(t, q, rate)
             if (controller%sample > 0.0_wp) then
-               asked = effects%command_of_wheel(i)
+               asked = command_of_wheel(effects, i)
                ! The command is scaled only if the motor limits it; otherwise it is bitwise identical.
                if (abs(u) < abs(asked)) then
                   u = controller%wheel_command(i)*(u/asked)
@@ -73,14 +73,14 @@ contains
       !> Time, s.
       real(wp), intent(in) :: t
       integer :: i
-      number = controller%n_saturations(t)
+      number = n_saturations(controller, t)
       if (.not. controller%drives_wheels()) return
       do i = 1, effects%n_reaction_wheels
          associate (wheel => effects%wheels(i))
             if (.not. allocated(wheel%motor)) then
                number = number + wheel%saturations%number
             else
-               number = number + wheel%motor%n_saturations(t)
+               number = number + n_saturations(wheel%motor, t)
             end if
          end associate
       end do

@@ -6,6 +6,8 @@ module nutate_quantity_motion
    use nutate_kinds, only: wp, eps, pi
    use nutate_motion, only: motion_t
    use nutate_motion_bounds, only: speed_bounds_t
+   use nutate_moving_frame, only: quaternion_rate, angle_rate
+   use nutate_orbit, only: shadow_rate
    use nutate_quantities, only: quantity_t, Q_CONJUGATE_MOMENTUM, Q_ENERGY, Q_EULER, Q_FIELD, &
       Q_FRAME_ANGLE, Q_FRAME_ATTITUDE, Q_JACOBI, Q_LVLH_ATTITUDE, Q_LVLH_RATE, Q_MOMENTUM, Q_MOMENTUM_SPACE, &
       Q_ORBIT_POSITION, Q_ORBIT_RADIUS, Q_ORBIT_SPEED, Q_POINTING_ERROR, Q_QUATERNION, Q_RATE, Q_RATE_SPACE, &
@@ -205,7 +207,7 @@ contains
          case (Q_TRUE_ANOMALY)
             x = orbit%path%turn_rate(t)
          case (Q_SHADOW_DEPTH)
-            x = orbit%shadow_rate(t)
+            x = shadow_rate(orbit, t)
          case default
             angles = roll_pitch_yaw_from_quat(attitude_in_lvlh(system, motion%state%q, t))
             w = rate_in_lvlh(system, unit(motion%state%q), motion%omega, t)
@@ -300,9 +302,9 @@ contains
          omega = motion%relative
          if (system%effects%knows_space_axes()) omega = motion%omega
          if (quantity%kind == Q_FRAME_ANGLE) then
-            x = frame%angle_rate(t, q, omega)
+            x = angle_rate(frame, t, q, omega)
          else
-            rates = frame%quaternion_rate(t, q, omega)
+            rates = quaternion_rate(frame, t, q, omega)
             x = rates(component)
          end if
       end associate

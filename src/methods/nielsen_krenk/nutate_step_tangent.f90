@@ -38,7 +38,7 @@ module nutate_step_tangent
    use nutate_system, only: inertia_at, inverse_inertia_at, system_t
    use nutate_tangent, only: tangent_t
    use nutate_tangent_forces, only: forces_tangent_t, full_swing_back, half_swing_back
-   use nutate_wheel, only: wheel_t
+   use nutate_wheel, only: wheel_t, axis_change
    use nutate_wheel_steps, only: wheel_steps_t
    implicit none
    private
@@ -583,7 +583,7 @@ contains
             rotated = self%forces%rate*dot_product(wheel%axis, self%b)
             share = -half*sigma**2*(c(6) - wheel%friction*c(4)/wheel%inertia)/wheel%inertia
             coupling = half*(c(6)*sigma + wheel%friction*share)
-            axis = wheel%axis_change(c)
+            axis = axis_change(wheel, c)
             moved = self%forces%rate*dot_product(axis, self%b)
             drive = 0.0_wp
             if (steps%drives(i)) drive = wheel%drive_change(c, steps%asked(i), unturned, at_rest)

@@ -13,7 +13,7 @@ module nutate_stage_rates
    use nutate_rigid_rates, only: rigid_rates_t
    use nutate_small_products, only: skew, times_vector
    use nutate_system, only: inverse_inertia_at, system_t
-   use nutate_wheel, only: friction_change
+   use nutate_wheel, only: friction_change, axis_change
    implicit none
    private
 
@@ -332,7 +332,7 @@ contains
                case (OF_WHEEL)
                   i = item%place
                   associate (wheel => system%effects%wheels(i), h => y(8 + i))
-                     axis = wheel%axis_change(c)
+                     axis = axis_change(wheel, c)
                      inner = inner + h*axis
                      speed = -h*c(4)/wheel%inertia**2 - dot_product(axis, self%omega)
                      drive = 0.0_wp

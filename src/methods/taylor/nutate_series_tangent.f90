@@ -32,7 +32,7 @@ module nutate_series_tangent
    use nutate_tangent, only: tangent_t
    use nutate_torque_changes, only: torque_changes_t
    use nutate_wheel_series, only: wheel_series_t
-   use nutate_wheel, only: friction_change
+   use nutate_wheel, only: friction_change, axis_change
    implicit none
    private
 
@@ -371,7 +371,7 @@ contains
             associate (item => tangent%variations(c)%effects(i))
                if (item%kind == OF_WHEEL) &
                   inner(:, place) = inner(:, place) + self%wheels%momentum_term(k, item%place)* &
-                                    system%effects%wheels(item%place)%axis_change(item%change)
+                                    axis_change(system%effects%wheels(item%place), item%change)
             end associate
          end do
       end do
@@ -459,7 +459,7 @@ contains
                         if (.not. known) unknown = wheel%name
                         drive = drive - friction_change(wheel, item%change)*self%wheels%speed_term(k, i)
                         speed = speed - self%wheels%momentum_term(k, i)*item%change(4)/wheel%inertia**2 &
-                                - dot_product(wheel%axis_change(item%change), self%angle(:, k)/dt)
+                                - dot_product(axis_change(wheel, item%change), self%angle(:, k)/dt)
                      end associate
                   end do
                end if

@@ -13,6 +13,7 @@ module nutate_effect_list
    private
 
    public :: effect_list_t, potential_slot_t, torque_slot_t
+   public :: command_of_wheel, table_order
 
    !> One potential, and its index in the order in which potentials were added.
    type :: potential_slot_t
@@ -94,16 +95,12 @@ module nutate_effect_list
       procedure :: needs_attitude
       !> Returns the next time on which a step must end.
       procedure :: next_break
-      !> Returns the order of the interpolation of tables of orbits, the least of several; 0: there is no table.
-      procedure :: table_order
       !> Leaves out every second line of the tables of orbits.
       procedure :: thin_tables
       !> Returns true if a controller drives a wheel continuously.
       procedure :: feeds_back_to_wheels
       !> Returns true if a controller drives the wheels, continuously or sampled.
       procedure :: controls_wheels
-      !> Returns the torque that all sampled controllers command from the motor of a wheel.
-      procedure :: command_of_wheel
    end type effect_list_t
 
    interface
@@ -209,7 +206,7 @@ module nutate_effect_list
 
       !> Returns the torque that all sampled controllers command from the motor of a wheel, N m.
       pure real(wp) module function command_of_wheel(self, wheel) result(command)
-         class(effect_list_t), intent(in) :: self
+         type(effect_list_t), intent(in) :: self
          integer, intent(in) :: wheel
       end function command_of_wheel
 
@@ -252,7 +249,7 @@ module nutate_effect_list
 
       !> Returns the order of the interpolation of tables of orbits, the least of several; 0: there is no table.
       pure integer module function table_order(self) result(order)
-         class(effect_list_t), intent(in) :: self
+         type(effect_list_t), intent(in) :: self
       end function table_order
 
       !> Leaves out every second line of the tables of orbits, in every effect that has a copy.

@@ -6,7 +6,8 @@
 !> Inertial axes: x to the equinox, z north. In the axes of a circular orbit, r̂ is fixed and G rotates.
 module nutate_geomagnetic_field
    use nutate_effect_base, only: parameter_t
-   use nutate_kepler_orbit, only: n_elements
+   use nutate_kepler_orbit, only: n_elements, position_change_series, axes_change_series, axes_change, &
+      position_change, find_place
    use nutate_kinds, only: wp
    use nutate_limits, only: is_moderate
    use nutate_moving_direction, only: moving_direction_t
@@ -17,6 +18,7 @@ module nutate_geomagnetic_field
    private
 
    public :: geomagnetic_field_t, reference_coefficients
+   public :: change_by_axis, change_by_orbit, rate_change_by_orbit, with_axis
 
    !> g₁₁, h₁₁, g₁₀ of the International Geomagnetic Reference Field, 14th generation, for 2025, T.
    real(wp), parameter :: reference_coefficients(3) = [-1410.3e-9_wp, 4545.5e-9_wp, -29350.0e-9_wp]
@@ -42,13 +44,6 @@ module nutate_geomagnetic_field
       procedure :: find
       procedure :: parameters => parameters_of_field
       procedure :: change_at => change_of_field
-      !> Return δB by a change of G and θ₀, and by one of the elements of the orbit, T.
-      procedure :: change_by_axis
-      !> Returns a field whose B is δB by a change of G and θ₀.
-      procedure :: with_axis
-      procedure :: change_by_orbit
-      !> Returns δḂ by a change of the elements of the orbit, T/s.
-      procedure :: rate_change_by_orbit
       procedure :: series
       procedure :: change_series
       procedure :: pace
@@ -108,9 +103,9 @@ contains
          if (present(rate)) rate = below(rotate_to_body(q, g_rate) - cross(turn_of(self), g))
       else
          if (present(rate)) then
-            call self%path%find_place(t, r, distance, r_rate)
+            call find_place(self%path, t, r, distance, r_rate)
          else
-            call self%path%find_place(t, r, distance)
+            call find_place(self%path, t, r, distance)
          end if
          r = r/distance
          b = 3*dot_product(g, r)*r - g
@@ -137,18 +132,18 @@ contains
    !> Returns δB at a time, in the space axes of the scene, T; shape (3). B is linear in G, and θ₀ rotates G about the
    !> north.
    pure function change_by_axis(self, coefficients, angle, t) result(b)
-      class(geomagnetic_field_t), intent(in) :: self
+      type(geomagnetic_field_t), intent(in) :: self
       !> δG, T, shape (3); δθ₀, rad; time, s.
       real(wp), intent(in) :: coefficients(3), angle, t
       real(wp) :: b(3)
       type(geomagnetic_field_t) :: other
-      other = self%with_axis(coefficients, angle)
+      other = with_axis(self, coefficients, angle)
       b = other%at(t)
    end function change_by_axis
 
    !> Returns a field whose B is δB by a change of G and θ₀.
    pure type(geomagnetic_field_t) function with_axis(self, coefficients, angle) result(other)
-      class(geomagnetic_field_t), intent(in) :: self
+      type(geomagnetic_field_t), intent(in) :: self
       !> δG, T, shape (3); δθ₀, rad.
       real(wp), intent(in) :: coefficients(3), angle
       other = self
@@ -159,7 +154,7 @@ contains
 
    !> Returns δB at a time, in the space axes of the scene, T; shape (3).
    pure function change_by_orbit(self, change, t) result(b)
-      class(geomagnetic_field_t), intent(in) :: self
+      type(geomagnetic_field_t), intent(in) :: self
       !> Change of the elements, shape (n_elements); time, s.
       real(wp), intent(in) :: change(:), t
       real(wp) :: b(3)
@@ -167,10 +162,10 @@ contains
       g = axis_at(self, t)
       distance = self%path%radius(t)
       r = self%path%position(t)/distance
-      moved = self%path%position_change(change, t)/distance
+      moved = position_change(self%path, change, t)/distance
       climb = dot_product(r, moved)
       if (self%in_orbit) then
-         b = below(rotate_to_body(self%path%axes(t), cross(g, self%path%axes_change(change, t))))
+         b = below(rotate_to_body(self%path%axes(t), cross(g, axes_change(self%path, change, t))))
       else
          moved = moved - climb*r
          b = 3*(dot_product(g, moved)*r + dot_product(g, r)*moved)
@@ -180,7 +175,7 @@ contains
 
    !> Returns δḂ at a time, in the space axes of the scene, T/s; shape (3). Zero for a table.
    pure function rate_change_by_orbit(self, change, t) result(rate)
-      class(geomagnetic_field_t), intent(in) :: self
+      type(geomagnetic_field_t), intent(in) :: self
       !> Change of the elements, shape (n_elements); time, s.
       real(wp), intent(in) :: change(:), t
       real(wp) :: rate(3), series(3, 0:1)
@@ -300,7 +295,7 @@ contains
       class(geomagnetic_field_t), intent(in) :: self
       real(wp), intent(in) :: change(:), t
       real(wp) :: v(3)
-      v = self%change_by_axis(change(1:3), change(4), t) + self%change_by_orbit(change(5:), t)
+      v = change_by_axis(self, change(1:3), change(4), t) + change_by_orbit(self, change(5:), t)
    end function change_of_field
 
    !> Computes the coefficients of the power series of δB about a time.
@@ -312,7 +307,7 @@ contains
       real(wp), intent(out) :: v(:, 0:)
       type(geomagnetic_field_t) :: other
       real(wp) :: by_orbit(3, 0:ubound(v, 2))
-      other = self%with_axis(change(1:3), change(4))
+      other = with_axis(self, change(1:3), change(4))
       call other%series(t, time_unit, v)
       if (.not. any(abs(change(5:)) > 0.0_wp)) return
       call expand_change(self, change(5:), t, time_unit, by_orbit)
@@ -341,7 +336,7 @@ contains
       real(wp), dimension(0:ubound(b, 2), 3) :: x, moved, g
       real(wp) :: scale
       integer :: i, k
-      call self%path%position_change_series(change, t, time_unit, x, moved, square, along)
+      call position_change_series(self%path, change, t, time_unit, x, moved, square, along)
       call expand_axis(self, t, time_unit, g)
       scale = (reference_radius/self%path%radius(t))**3
       do k = 0, ubound(b, 2)
@@ -379,9 +374,9 @@ contains
       real(wp) :: moved(3), scale, climb
       integer :: j, k
       call expand_axis_in_orbit(self, t, time_unit, g)
-      call self%path%axes_change_series(change, t, time_unit, .true., turn)
+      call axes_change_series(self%path, change, t, time_unit, .true., turn)
       scale = (reference_radius/self%path%radius(t))**3
-      climb = dot_product(self%path%position(t)/self%path%radius(t), self%path%position_change(change, t))/ &
+      climb = dot_product(self%path%position(t)/self%path%radius(t), position_change(self%path, change, t))/ &
               self%path%radius(t)
       do k = 0, ubound(b, 2)
          moved = -3*climb*g(:, k)

@@ -5,7 +5,7 @@ module nutate_gravity_gradient
    use nutate_effect, only: effect_t, GENERAL_SERIES, parameter_t, potential_t
    use nutate_effect_bounds, only: effect_bounds_t, linear_map_t, projection_curvature, projection_part, &
       projection_slope
-   use nutate_kepler_orbit, only: kepler_orbit_t, n_elements
+   use nutate_kepler_orbit, only: kepler_orbit_t, n_elements, mean_motion_change
    use nutate_keys, only: group_t, key_t, KEY_TEXT
    use nutate_kinds, only: wp
    use nutate_limits, only: is_direction, is_moderate
@@ -325,7 +325,7 @@ contains
       real(wp), intent(in) :: change(:)
       strength_change = change(4)
       if (self%on_orbit .and. .not. self%moves) &
-         strength_change = change(4) + 2*self%path%mean_motion()*self%path%mean_motion_change(change(14:))
+         strength_change = change(4) + 2*self%path%mean_motion()*mean_motion_change(self%path, change(14:))
    end function strength_change
 
    !> Returns the change of the unit vector along the direction, which is given in any length.

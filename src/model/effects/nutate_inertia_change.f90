@@ -11,7 +11,7 @@ module nutate_inertia_change
    use nutate_keys, only: group_t, key_t, KEY_LOGICAL
    use nutate_kinds, only: wp, eps
    use nutate_limits, only: is_moderate
-   use nutate_piecewise, only: new_linear, new_spline, piecewise_t
+   use nutate_piecewise, only: new_linear, new_spline, piecewise_t, value_at, taylor_term
    use nutate_quaternion, only: rotate_to_body
    use nutate_small_products, only: skew, times_columns, times_vector
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
@@ -197,8 +197,8 @@ contains
       time = min(max(t, self%squares%x(0)), self%squares%x(self%squares%n))
       k = self%squares%find(time)
       six = 0.0_wp
-      six(1:3) = self%squares%value_at(k, time)
-      if (self%has_products) six(4:6) = self%products%value_at(k, time)
+      six(1:3) = value_at(self%squares, k, time)
+      if (self%has_products) six(4:6) = value_at(self%products, k, time)
       inertia = symmetric(six)
    end function tabulated_at
 
@@ -232,8 +232,8 @@ contains
       if (self%is_table) then
          k = self%squares%find(moment)
          six = 0.0_wp
-         six(1:3) = self%scale*self%squares%taylor_term(k, j, t, unit)
-         if (self%has_products) six(4:6) = self%scale*self%products%taylor_term(k, j, t, unit)
+         six(1:3) = self%scale*taylor_term(self%squares, k, j, t, unit)
+         if (self%has_products) six(4:6) = self%scale*taylor_term(self%products, k, j, t, unit)
          term = symmetric(six)
       else if (j == 1) then
          term = unit*self%rate

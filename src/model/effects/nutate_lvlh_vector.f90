@@ -1,7 +1,7 @@
 !> A vector that is fixed in the LVLH frame of an orbit, in inertial axes, or vice versa.
 module nutate_lvlh_vector
    use nutate_effect_base, only: parameter_t
-   use nutate_kepler_orbit, only: n_elements
+   use nutate_kepler_orbit, only: n_elements, axes_change_series, axes_change
    use nutate_kinds, only: wp
    use nutate_limits, only: is_moderate
    use nutate_moving_direction, only: moving_direction_t
@@ -76,7 +76,7 @@ contains
       other%vector = change(1:3)
       v = other%at(t)
       if (.not. size(change) > 3) return
-      associate (turn => self%path%axes_change(change(4:), t))
+      associate (turn => axes_change(self%path, change(4:), t))
          if (self%from_orbit) then
             v = v + rotate_to_body(self%path%axes(t), cross(self%vector, turn))
          else
@@ -148,7 +148,7 @@ contains
       call other%series(t, time_unit, v)
       if (.not. any(abs(change(4:)) > 0.0_wp)) return
       call self%series(t, time_unit, own)
-      call self%path%axes_change_series(change(4:), t, time_unit, self%from_orbit, turn)
+      call axes_change_series(self%path, change(4:), t, time_unit, self%from_orbit, turn)
       if (self%from_orbit) own = -own
       do k = 0, ubound(v, 2)
          do j = 0, k

@@ -4,7 +4,7 @@
 !> forward, y against the normal, z to the centre of attraction), which rotate at the constant rate (0, -n, 0).
 module nutate_orbit
    use nutate_effect, only: parameter_t
-   use nutate_kepler_orbit, only: kepler_orbit_t
+   use nutate_kepler_orbit, only: kepler_orbit_t, axes_change, turn_rate_change, mean_motion_change
    use nutate_kinds, only: wp
    use nutate_limits, only: is_moderate
    use nutate_quaternion, only: cross, rotate_to_space
@@ -13,6 +13,7 @@ module nutate_orbit
    private
 
    public :: orbit_t, earth_mu, earth_radius
+   public :: frame_rate_change, axes_rate_change, shadow_rate
 
    !> Gravitational parameter of the Earth, m³/s², and the radius to which altitudes refer, m.
    real(wp), parameter :: earth_mu = 3.986004418e14_wp, earth_radius = 6378137.0_wp
@@ -30,9 +31,6 @@ module nutate_orbit
    contains
       procedure :: is_valid => orbit_is_valid
       procedure :: parameters => elements_of_orbit
-      !> Return the change of the rate of the space axes, and of the orbital axes, by a change of the elements.
-      procedure :: frame_rate_change
-      procedure :: axes_rate_change
       !> Adds a change to the elements.
       procedure :: shift
       !> Returns the unit quaternion from orbital to space axes at a time.
@@ -43,7 +41,6 @@ module nutate_orbit
       procedure :: has_sun
       !> Return the depth of the body in the shadow at a time, m, and the rate of this depth, m/s.
       procedure :: shadow_depth
-      procedure :: shadow_rate
    end type orbit_t
 
    !> Makes an orbit from its path.
@@ -113,7 +110,7 @@ contains
 
    !> Returns the time derivative of `shadow_depth`, m/s.
    pure real(wp) function shadow_rate(self, t) result(rate)
-      class(orbit_t), intent(in) :: self
+      type(orbit_t), intent(in) :: self
       !> Time, s.
       real(wp), intent(in) :: t
       real(wp) :: r(3)
@@ -161,25 +158,25 @@ contains
 
    !> Returns the change of the rate of the space axes, in these, rad/s; shape (3).
    pure function frame_rate_change(self, change) result(rate)
-      class(orbit_t), intent(in) :: self
+      type(orbit_t), intent(in) :: self
       !> Change of the elements; shape (n_elements).
       real(wp), intent(in) :: change(:)
       real(wp) :: rate(3)
       rate = 0.0_wp
-      if (self%is_frame) rate(2) = -self%path%mean_motion_change(change)
+      if (self%is_frame) rate(2) = -mean_motion_change(self%path, change)
    end function frame_rate_change
 
    !> Returns the change of `axes_rate` at a time, space axes, rad/s; shape (3).
    pure function axes_rate_change(self, change, t) result(rate)
-      class(orbit_t), intent(in) :: self
+      type(orbit_t), intent(in) :: self
       !> Change of the elements, shape (n_elements); time, s.
       real(wp), intent(in) :: change(:), t
       real(wp) :: rate(3)
       if (self%is_frame) then
-         rate = self%frame_rate_change(change)
+         rate = frame_rate_change(self, change)
       else
-         rate = cross(self%path%axes_change(change, t), self%axes_rate(t)) + &
-                rotate_to_space(self%axes(t), [0.0_wp, -self%path%turn_rate_change(change, t), 0.0_wp])
+         rate = cross(axes_change(self%path, change, t), self%axes_rate(t)) + &
+                rotate_to_space(self%axes(t), [0.0_wp, -turn_rate_change(self%path, change, t), 0.0_wp])
       end if
    end function axes_rate_change
 

@@ -5,7 +5,7 @@ module nutate_orbital_gradient
    use nutate_effect, only: potential_t
    use nutate_effect_bounds, only: effect_bounds_t, linear_map_t
    use nutate_gravity_gradient, only: gravity_gradient_t
-   use nutate_kepler_orbit, only: kepler_orbit_t
+   use nutate_kepler_orbit, only: kepler_orbit_t, pull_change_series, position_change
    use nutate_kinds, only: wp
    use nutate_limits, only: is_moderate
    use nutate_power_series, only: power_term
@@ -165,7 +165,7 @@ contains
       r = self%path%position(t)
       distance = norm2(r)
       r = r/distance
-      moved = self%path%position_change(change(14:), t)/distance
+      moved = position_change(self%path, change(14:), t)/distance
       n = (sqrt(self%path%mu/distance)/distance)*(moved - (2.5_wp*dot_product(r, moved) - &
                                                            0.5_wp*change(20)/self%path%mu)*r)
    end function change_by_orbit
@@ -180,7 +180,7 @@ contains
       known = .true.
       n = 0.0_wp
       if (.not. any(abs(change(14:)) > 0.0_wp)) return
-      call self%path%pull_change_series(change(14:), 0.5_wp, -1.25_wp, t, time_unit, n)
+      call pull_change_series(self%path, change(14:), 0.5_wp, -1.25_wp, t, time_unit, n)
       n = sqrt(self%path%mu/self%path%radius(t)/self%path%radius(t)/self%path%radius(t))*n
    end subroutine change_series_by_orbit
 

@@ -10,7 +10,7 @@ module nutate_tabulated_torque
    use nutate_keys, only: group_t
    use nutate_kinds, only: wp, eps
    use nutate_limits, only: is_moderate, in_words, least_step, greatest_number
-   use nutate_piecewise, only: least_periodic, new_linear, new_spline, piecewise_t
+   use nutate_piecewise, only: least_periodic, new_linear, new_spline, piecewise_t, value_at, taylor_term, find_bounds
    use nutate_quaternion, only: rotate_to_body
    use nutate_small_products, only: skew
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
@@ -116,7 +116,7 @@ contains
       else
          torque%curve = new_linear(times, values)
       end if
-      call torque%curve%find_bounds(torque%bounds)
+      call find_bounds(torque%curve, torque%bounds)
       torque%start = -huge(1.0_wp)
       if (present(start)) torque%start = start
       torque%stop = huge(1.0_wp)
@@ -225,7 +225,7 @@ contains
       real(wp) :: time
       integer :: k
       call locate(self, t, k, time)
-      tau = self%curve%value_at(k, time)
+      tau = value_at(self%curve, k, time)
       if (self%in_space) tau = rotate_to_body(q, tau)
    end function tabulated_torque
 
@@ -357,7 +357,7 @@ contains
       real(wp) :: time
       integer :: k
       call locate(self, t, k, time)
-      derivative = self%curve%taylor_term(k, 1, time, 1.0_wp)
+      derivative = taylor_term(self%curve, k, 1, time, 1.0_wp)
       if (self%in_space) derivative = rotate_to_body(q, derivative)
    end function tabulated_time_derivative
 
@@ -379,7 +379,7 @@ contains
       tau = 0.0_wp
       if (k > self%curve%degree) return
       call locate(self, t, interval, time)
-      tau = self%curve%taylor_term(interval, k, time, time_unit)
+      tau = taylor_term(self%curve, interval, k, time, time_unit)
    end subroutine tabulated_series_torque
 
    !> Computes zero: the torque does not depend on γ, even for a table in space axes.

@@ -9,7 +9,7 @@ module nutate_third_degree
    use nutate_body, only: body_t
    use nutate_effect, only: effect_t, GENERAL_SERIES, parameter_t, potential_t
    use nutate_effect_bounds, only: bounds_of_potential, effect_bounds_t, linear_map_t
-   use nutate_kepler_orbit, only: kepler_orbit_t, n_elements
+   use nutate_kepler_orbit, only: kepler_orbit_t, n_elements, pull_change_series, position_change
    use nutate_keys, only: group_t, key_t, KEY_TEXT
    use nutate_kinds, only: wp
    use nutate_limits, only: in_words, is_moderate
@@ -498,7 +498,7 @@ contains
       r = self%path%position(t)
       distance = norm2(r)
       r = r/distance
-      moved = self%path%position_change(change(11:), t)/distance
+      moved = position_change(self%path, change(11:), t)/distance
       if (self%moves) then
          n = -strength_of(self%path%mu, distance)*(moved - (7*dot_product(r, moved)/3 - &
                                                             change(17)/(3*self%path%mu))*r)
@@ -518,7 +518,7 @@ contains
       n = 0.0_wp
       if (.not. any(abs(change(11:)) > 0.0_wp)) return
       if (self%moves) then
-         call self%path%pull_change_series(change(11:), 1.0_wp/3, -7.0_wp/6, t, time_unit, n)
+         call pull_change_series(self%path, change(11:), 1.0_wp/3, -7.0_wp/6, t, time_unit, n)
          n = -strength_of(self%path%mu, self%path%radius(t))*n
       else
          n(:, 0) = self%direction_change(change, t)

@@ -6,11 +6,12 @@ module nutate_torque
    use nutate_kinds, only: wp, eps
    use nutate_power_series, only: highest_order
    use nutate_quaternion, only: quat_product, rotate_to_body
-   use nutate_saturation_count, only: saturation_count_t, transfer_integers
+   use nutate_saturation_count, only: saturation_count_t, transfer_integers, number_at
    implicit none
    private
 
    public :: torque_t, transfer_torque
+   public :: count_saturations, n_saturations
 
    !> A torque in body axes that is not the gradient of a potential; its work enters the energy balance.
    type, abstract, extends(effect_t) :: torque_t
@@ -64,9 +65,6 @@ module nutate_torque
       !> Returns the command, and the part of it that is applied, without that of wheels; zero unless overridden; shape
       !> (6).
       procedure :: commands_at => no_commands
-      !> Count components that have reached the limit, and return the number with those that would be counted now.
-      procedure :: count_saturations
-      procedure :: n_saturations
       !> Adds a change of `parameters` to the effect itself; false unless overridden.
       procedure :: shift => not_shifted
       !> Return the parameters that the torque has as the motor of a wheel, and the change of `parameters` by a change
@@ -226,7 +224,7 @@ contains
       n_saturations = self%saturations%number
       if (self%n_limited() == 0) return
       call self%window(start, stop)
-      n_saturations = self%saturations%number_at(t, self%saturated, self%on, start, stop)
+      n_saturations = number_at(self%saturations, t, self%saturated, self%on, start, stop)
    end function n_saturations
 
    !> Returns false: no change is added to the parameters of the torque itself.

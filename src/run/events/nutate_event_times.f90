@@ -7,7 +7,7 @@
 module nutate_event_times
    use nutate_variation, only: OF_ORBIT, OF_WHEEL
    use nutate_event, only: CROSSING, event_t, most_parts, part_t, second_rate, time_scale
-   use nutate_kepler_orbit, only: kepler_orbit_t
+   use nutate_kepler_orbit, only: kepler_orbit_t, axes_change, position_change
    use nutate_kinds, only: wp, eps
    use nutate_motion, only: find_motion, find_rates, motion_t
    use nutate_moved_system, only: move_system
@@ -149,7 +149,7 @@ contains
    pure real(wp) function turn_of_orbit(path, change, t) result(turn)
       type(kepler_orbit_t), intent(in) :: path
       real(wp), intent(in) :: change(:), t
-      turn = max(norm2(path%axes_change(change, t)), norm2(path%position_change(change, t))/path%radius(t), &
+      turn = max(norm2(axes_change(path, change, t)), norm2(position_change(path, change, t))/path%radius(t), &
                  abs(change(7))/path%mu)
    end function turn_of_orbit
 

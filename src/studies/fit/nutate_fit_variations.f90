@@ -6,6 +6,8 @@
 module nutate_fit_variations
    use nutate_attitude, only: rotation_vector_from_quat
    use nutate_body, only: whole_body
+   use nutate_kepler_orbit, only: axes_change
+   use nutate_orbit, only: frame_rate_change, axes_rate_change
    use nutate_variation, only: variation_t, OF_ORBIT
    use nutate_controller_group, only: gain_changes
    use nutate_hamiltonian, only: angular_velocity
@@ -104,13 +106,13 @@ contains
                transport = 0.0_wp
                if (orbit%label /= effects%orbit%label) cycle
                if (initial%text('attitude_from', 'space') == 'lvlh' .and. .not. orbit%is_frame) &
-                  turn = rotate_to_body(q, orbit%path%axes_change(change, 0.0_wp))
+                  turn = rotate_to_body(q, axes_change(orbit%path, change, 0.0_wp))
                if (initial%text('frame', 'body') == 'space') transport = angular_velocity(scene%system, scene%initial)
                if (initial%text('rate_from', 'inertial') == 'lvlh') then
-                  rate = orbit%axes_rate_change(change, 0.0_wp)
+                  rate = axes_rate_change(orbit, change, 0.0_wp)
                   if (initial%text('frame', 'body') == 'body') transport = rotate_to_body(q, orbit%axes_rate(0.0_wp))
                else if (initial%text('rate_from', 'inertial') == 'frame') then
-                  rate = orbit%frame_rate_change(change)
+                  rate = frame_rate_change(orbit, change)
                end if
                variation%attitude = variation%attitude + turn
                ! A vector fixed in space rotates in body axes when the attitude changes.

@@ -16,9 +16,11 @@
 !> The field is constant in space axes, or is that of the Earth along an orbit.
 module nutate_control_law
    use nutate_effect, only: torque_t
-   use nutate_geomagnetic_field, only: geomagnetic_field_t
+   use nutate_geomagnetic_field, only: geomagnetic_field_t, change_by_axis, change_by_orbit, rate_change_by_orbit, &
+      with_axis
+   use nutate_kepler_orbit, only: axes_change
    use nutate_kinds, only: wp
-   use nutate_orbit, only: orbit_t
+   use nutate_orbit, only: orbit_t, axes_rate_change
    use nutate_quaternion, only: cross, quat_conjugate, quat_product, rotate_to_body
    use nutate_small_products, only: times_vector
    implicit none
@@ -402,8 +404,8 @@ contains
       real(wp), intent(in) :: change(:), t, q(4)
       real(wp) :: b(3)
       b = change(20:22)
-      if (self%follows_earth) b = self%earth%change_by_orbit(change(24:), t) + &
-                                  self%earth%change_by_axis(change(31:33), change(34), t)
+      if (self%follows_earth) b = change_by_orbit(self%earth, change(24:), t) + &
+                                  change_by_axis(self%earth, change(31:33), change(34), t)
       b = rotate_to_body(q, b)
    end function field_change
 
@@ -415,8 +417,8 @@ contains
       type(geomagnetic_field_t) :: other
       rate = cross(field_change(self, change, t, q), omega)
       if (.not. self%follows_earth) return
-      other = self%earth%with_axis(change(31:33), change(34))
-      rate = rate + rotate_to_body(q, self%earth%rate_change_by_orbit(change(24:), t) + other%rate_at(t))
+      other = with_axis(self%earth, change(31:33), change(34))
+      rate = rate + rotate_to_body(q, rate_change_by_orbit(self%earth, change(24:), t) + other%rate_at(t))
    end function rate_change
 
    !> Returns -δK sgn(e₀) e_v - δD Ω; if the target rotates by φ, body axes, e_v changes by -½(e₀φ + e_v×φ).
@@ -428,9 +430,9 @@ contains
       tau = -times_vector(reshape(change(1:9), [3, 3]), e(2:4)) &
             - times_vector(reshape(change(10:18), [3, 3]), omega - rate_of_target(self, t, q))
       if (.not. self%follows_orbit) return
-      turn = rotate_to_body(q, self%orbit%path%axes_change(change(24:), t))
+      turn = rotate_to_body(q, axes_change(self%orbit%path, change(24:), t))
       tau = tau + 0.5_wp*times_vector(self%attitude_gain, e(1)*turn + cross(e(2:4), turn)) + &
-            times_vector(self%rate_gain, rotate_to_body(q, self%orbit%axes_rate_change(change(24:), t)))
+            times_vector(self%rate_gain, rotate_to_body(q, axes_rate_change(self%orbit, change(24:), t)))
    end function pointing_change
 
 end module nutate_control_law

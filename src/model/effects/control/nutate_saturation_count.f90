@@ -6,6 +6,7 @@ module nutate_saturation_count
    private
 
    public :: saturation_count_t, side_of_limit, transfer_integers
+   public :: number_at
 
    !> Counts components that reach their limit while the controller acts; a component that stays there is counted once.
    type :: saturation_count_t
@@ -18,8 +19,6 @@ module nutate_saturation_count
    contains
       !> Counts components that have reached their limit.
       procedure :: note
-      !> Returns the number, with components that would be counted now.
-      procedure :: number_at
       !> Writes or reads its values in checkpoint data.
       procedure :: transfer
    end type saturation_count_t
@@ -47,7 +46,7 @@ contains
 
    !> Returns the number, with components that would be counted now.
    pure integer function number_at(self, t, side, on, start, stop)
-      class(saturation_count_t), intent(in) :: self
+      type(saturation_count_t), intent(in) :: self
       !> Arguments as in `note`.
       real(wp), intent(in) :: t
       integer, intent(in) :: side(3)

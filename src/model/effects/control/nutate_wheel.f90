@@ -20,6 +20,7 @@ module nutate_wheel
    private
 
    public :: wheel_t, speed_change, friction_change, follow_switch
+   public :: axis_change, motor_change, put_at_limit
 
    !> |ω| over its limit at which a motor that has reached it pushes again.
    real(wp), parameter, public :: released_at = 0.99_wp
@@ -62,17 +63,13 @@ module nutate_wheel
       !> Returns ω from the momentum.
       procedure :: speed_of
       procedure :: parameters => wheel_parameters
-      !> Return the change of s, and of u.
-      procedure :: axis_change
+      !> Returns the change of u by a change of `parameters`.
       procedure :: drive_change
-      procedure :: motor_change
       procedure :: follows => wheel_follows
       procedure :: own_window => window_of_motor
       procedure :: transfer => transfer_wheel
       !> Returns true if a controller drives the wheel at all times, by feedback of the motion.
       procedure :: has_law
-      !> Puts the wheel at the limit of its speed, or takes it from there.
-      procedure :: put_at_limit
    end type wheel_t
 
 contains
@@ -196,7 +193,7 @@ contains
 
    !> Puts the wheel at a limit of its speed; a motor that a law drives observes the limit itself.
    pure subroutine put_at_limit(self, side)
-      class(wheel_t), intent(inout) :: self
+      type(wheel_t), intent(inout) :: self
       !> Side, 1: at the limit; -1: at the negative limit; 0: at neither.
       integer, intent(in) :: side
       if (self%has_law()) then
@@ -208,7 +205,7 @@ contains
 
    !> Returns the change of the parameters of the motor.
    pure function motor_change(self, change) result(of_motor)
-      class(wheel_t), intent(in) :: self
+      type(wheel_t), intent(in) :: self
       !> Change of `parameters`, with those of the motor.
       real(wp), intent(in) :: change(:)
       real(wp), allocatable :: of_motor(:)
@@ -217,7 +214,7 @@ contains
 
    !> Returns the change of the unit vector s; shape (3).
    pure function axis_change(self, change) result(axis)
-      class(wheel_t), intent(in) :: self
+      type(wheel_t), intent(in) :: self
       !> Change of `parameters`.
       real(wp), intent(in) :: change(:)
       real(wp) :: axis(3)
@@ -258,7 +255,7 @@ contains
       real(wp) :: tau(3)
       u = 0.0_wp
       if (size(change) <= 6 .or. .not. allocated(self%motor)) return
-      tau = self%motor%torque_change(self%motor_change(change), t, q, omega)
+      tau = self%motor%torque_change(motor_change(self, change), t, q, omega)
       u = tau(1)
    end function drive_change
 
