@@ -32,7 +32,7 @@ module nutate_admissible
    integer, parameter :: FRACTION = 9
 
    !> Range of the numbers of a key.
-   type :: range_t
+   type, private :: range_t
       !> Words that messages add to `a number`.
       character(len=20) :: words = ''
       !> Least and greatest size of a number that is not zero.

@@ -85,7 +85,7 @@ module nutate_bodies
    end type movement_t
 
    !> Lanes of a thread, and the class of the body in each; 0 if there was none yet.
-   type :: lane_buffer_t
+   type, private :: lane_buffer_t
       type(drift_lanes_t) :: lanes
       integer :: held(lanes)
    end type lane_buffer_t

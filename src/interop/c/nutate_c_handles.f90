@@ -91,7 +91,7 @@ module nutate_c_handles
    end type bodies_handle_t
 
    !> State as it was set, without the components that steps add to a `state_t`: it needs a fifth of the memory.
-   type :: start_t
+   type, private :: start_t
       private
       !> Time, s; attitude and momentum, shape (4); momenta of the wheels.
       real(wp) :: t = 0.0_wp, q(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], p(4) = 0.0_wp

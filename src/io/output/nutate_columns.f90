@@ -20,7 +20,7 @@ module nutate_columns
    real(wp), parameter :: degree = 180.0_wp/pi
 
    !> Values that several sets share, and values kept from earlier states.
-   type :: shared_t
+   type, private :: shared_t
       !> Ω, body axes, rad/s; shape (3). Set only if a set of columns needs it.
       real(wp) :: omega(3) = 0.0_wp
       !> H of the first state, J; the Jacobi integral if the space axes rotate. Set only if a set of columns needs it.

@@ -59,7 +59,7 @@ module nutate_branch_tubes
    end type branch_t
 
    !> Data at the start of a tube.
-   type :: tube_t
+   type, private :: tube_t
       !> v, b - t b0; shape (3), and lengths: |b|, |v|, |v - b0|, and c, how far the tube may reach.
       real(wp) :: direction(3) = 0.0_wp, change(3) = 0.0_wp
       real(wp) :: turn = 0.0_wp, speed = 0.0_wp, drift = 0.0_wp, reach = 0.0_wp

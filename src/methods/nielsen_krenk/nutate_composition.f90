@@ -44,7 +44,7 @@ module nutate_composition
                                     -0.60550853383003451169892108_wp])]
 
    !> The stepper of one stage: each has its own, whose predictor and Jacobian belong to that stage's length.
-   type :: stage_t
+   type, private :: stage_t
       class(stepper_t), allocatable :: stepper
       !> γ
       real(wp) :: weight = 0.0_wp

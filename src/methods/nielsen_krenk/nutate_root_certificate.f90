@@ -52,7 +52,7 @@ module nutate_root_certificate
    real(wp), parameter :: largest_frame_turn = 0.25_wp
 
    !> Bounds of all effects in a ball that decide whether it can be certified.
-   type :: ball_bounds_t
+   type, private :: ball_bounds_t
       !> Bounds of J⁻¹τ̂ and its derivative by b, and separately those of the part that resists the rotation.
       real(wp) :: force = 0.0_wp, slope = 0.0_wp, drag = 0.0_wp, drag_slope = 0.0_wp
    end type ball_bounds_t

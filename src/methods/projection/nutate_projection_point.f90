@@ -23,7 +23,7 @@ module nutate_projection_point
    real(wp), parameter :: nearly_unit = 1e-8_wp
 
    !> The wheels of a system.
-   type :: planned_wheels_t
+   type, private :: planned_wheels_t
       !> Number of wheels, components of inner spheres among them.
       integer :: n = 0
       !> Momenta of the state last taken, N m s; shape (most_inner).

@@ -36,7 +36,7 @@ module nutate_rigid_rates
    real(wp), parameter :: largest_angle = 1e3_wp
 
    !> The wheels in a step.
-   type :: wheel_stages_t
+   type, private :: wheel_stages_t
       !> Gain of each in the step, N m s, and work of motor and friction, J; shapes (most_inner), (2, most_inner).
       real(wp) :: gain(most_inner) = 0.0_wp, work(2, most_inner) = 0.0_wp
       !> The motor acts in this step; when it may be asked, s; shapes (most_inner), (2, most_inner).

@@ -8,10 +8,10 @@ module nutate_state
    implicit none
    private
 
-   public :: state_t, other_axes_t, add_by_kahan, add_increment, add_rotated
+   public :: state_t, add_by_kahan, add_increment, add_rotated
 
    !> Attitude and momentum in the axes in which a stepper works, if these are not the space axes (`nutate_lvlh_view`).
-   type :: other_axes_t
+   type, private :: other_axes_t
       !> There are such axes; if not, the other components have no meaning.
       logical :: exist = .false.
       !> Attitude and conjugate momentum; shape (4). Both have the compensations of the state.

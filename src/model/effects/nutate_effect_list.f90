@@ -12,17 +12,17 @@ module nutate_effect_list
    implicit none
    private
 
-   public :: effect_list_t, potential_slot_t, torque_slot_t
+   public :: effect_list_t
    public :: command_of_wheel, table_order
 
    !> One potential, and its index in the order in which potentials were added.
-   type :: potential_slot_t
+   type, private :: potential_slot_t
       class(potential_t), allocatable :: item
       integer :: place = 0
    end type potential_slot_t
 
    !> One torque.
-   type :: torque_slot_t
+   type, private :: torque_slot_t
       class(torque_t), allocatable :: item
    end type torque_slot_t
 

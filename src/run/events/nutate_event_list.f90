@@ -7,7 +7,7 @@ module nutate_event_list
    public :: event_list_t
 
    !> Holds one event.
-   type :: event_slot_t
+   type, private :: event_slot_t
       class(event_t), allocatable :: item
    end type event_slot_t
 

@@ -56,7 +56,7 @@ module nutate_event_roots
    end type node_t
 
    !> Settings of a search, and the root that it has found.
-   type :: search_t
+   type, private :: search_t
       !> Rotation of the body in the step, rad; size of the function's variation.
       real(wp) :: turn = 0.0_wp, scale = 0.0_wp
       !> Change of sign that is looked for, 1 or -1; 0: both.

@@ -27,14 +27,14 @@ module nutate_event_tracker
    integer, parameter :: most_places = 64, most_recalled = 64
 
    !> Motion at a position in the step that is searched.
-   type :: place_t
+   type, private :: place_t
       !> Position, in steps.
       real(wp) :: s = 0.0_wp
       type(motion_t) :: motion = motion_t()
    end type place_t
 
    !> Values and rates of a family of quantities at a motion; the family is 0 in a slot that is empty.
-   type :: recalled_t
+   type, private :: recalled_t
       integer :: family = 0
       type(motion_t) :: motion = motion_t()
       real(wp) :: values(3) = 0.0_wp, rates(3) = 0.0_wp

@@ -29,7 +29,7 @@ module nutate_step_curve
    real(wp), parameter :: calm = 0.05_wp, small_change = 0.25_wp, small_turn = 1.0_wp
 
    !> Position in the step.
-   type :: anchor_t
+   type, private :: anchor_t
       !> Position, in steps.
       real(wp) :: s = 0.0_wp
       !> Parts of the function, with rates by s.
