@@ -80,12 +80,13 @@
 !>     use nutate_row_layout, only: make_layout, row_layout_t
 !>     use nutate_steady_top, only: sleeping_spin, steady_precession
 module nutate
-   use nutate_effect_base, only: effect_t, rotor_t
+   use nutate_effect_base, only: effect_t
    use nutate_applied_torque, only: applied_torque_t
    use nutate_bodies, only: bodies_t
    use nutate_body, only: body_t, make_body, make_shape_body
    use nutate_chaos, only: chaos_t
    use nutate_chaos_settings, only: chaos_settings_t
+   use nutate_rotor, only: rotor_t
    use nutate_variation, only: attitude_variation, variation_t, inertia_variation, rate_variation
    use nutate_column_event, only: column_event_t
    use nutate_damping, only: damping_t

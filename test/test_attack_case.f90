@@ -9,11 +9,12 @@ module test_attack_case
    use nutate_body, only: make_body
    use nutate_damping, only: damping_t
    use nutate_dipole, only: dipole_t
-   use nutate_effect, only: potential_t, rotor_t, torque_t
+   use nutate_effect, only: potential_t, torque_t
    use nutate_gravity, only: gravity_t
    use nutate_gravity_gradient, only: gravity_gradient_t
    use nutate_kinds, only: wp, pi
    use nutate_quaternion, only: rotate_to_body, rotation_matrix
+   use nutate_rotor, only: rotor_t
    use nutate_spring, only: spring_t
    use nutate_status, only: status_t
    use nutate_system, only: system_t

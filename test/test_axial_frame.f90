@@ -7,7 +7,7 @@ submodule(suites_of_methods) test_axial_frame
    use nutate_damping, only: damping_t
    use nutate_dipole, only: dipole_t
    use nutate_dop853, only: dop853_t
-   use nutate_effect, only: effect_t, rotor_t
+   use nutate_effect, only: effect_t
    use nutate_exact_free, only: free_body_t
    use nutate_exact_top, only: lagrange_top_t
    use nutate_gravity_gradient, only: gravity_gradient_t
@@ -16,6 +16,7 @@ submodule(suites_of_methods) test_axial_frame
    use nutate_methods, only: default_settings, make_stepper
    use nutate_attitude, only: quat_from_euler
    use nutate_observer, only: observer_t, run_record_t
+   use nutate_rotor, only: rotor_t
    use nutate_summary, only: run_summary_t
    use nutate_quaternion, only: attitude_distance
    use nutate_run, only: integrate

@@ -3,13 +3,14 @@ submodule(suites_of_runs) test_choice
    use nutate_method_choice, only: choose_method, AUTOMATIC_METHOD
    use nutate_damping, only: damping_t
    use nutate_dipole, only: dipole_t
-   use nutate_effect, only: potential_t, rotor_t
+   use nutate_effect, only: potential_t
    use nutate_exact_free, only: free_body_t
    use nutate_hamiltonian, only: body_momentum, make_state
    use nutate_kinds, only: wp, eps
    use nutate_methods, only: default_settings, make_stepper
    use nutate_quaternion, only: attitude_distance
    use nutate_rotating_frame, only: rotating_frame_t
+   use nutate_rotor, only: rotor_t
    use nutate_run, only: integrate
    use nutate_observer, only: observer_t, run_record_t
    use nutate_summary, only: run_summary_t

@@ -5,13 +5,13 @@ submodule(suites_of_runs) test_earth_frames
    use nutate_body, only: diagonal, make_body, make_shape_body
    use nutate_damping, only: damping_t
    use nutate_dipole, only: dipole_t
-   use nutate_effect, only: rotor_t
    use nutate_gravity, only: gravity_t
    use nutate_gravity_gradient, only: gravity_gradient_t
    use nutate_hamiltonian, only: conserved_energy, frame_rate_of, make_state
    use nutate_invariants, only: follows_rotating_axes
    use nutate_kinds, only: wp, eps, pi
    use nutate_methods, only: make_stepper
+   use nutate_rotor, only: rotor_t
    use nutate_summary, only: run_summary_t
    use nutate_quaternion, only: quat_exp, quat_product, rotate_to_space
    use nutate_reduced_equations, only: reduced_equations_t

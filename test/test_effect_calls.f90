@@ -1,11 +1,12 @@
 !> Evaluations of effects: absent effects are not evaluated, and others just as often as the solver requires.
 submodule(suites_of_effects) test_effect_calls
    use, intrinsic :: iso_c_binding, only: c_double, c_int, c_long_long
-   use nutate_effect, only: potential_t, rotor_t, torque_t
+   use nutate_effect, only: potential_t, torque_t
    use nutate_hamiltonian, only: body_momentum, make_state
    use nutate_kinds, only: wp
    use nutate_nielsen_krenk, only: nielsen_krenk_t
    use nutate_quaternion, only: cross
+   use nutate_rotor, only: rotor_t
    use nutate_run, only: integrate
    use nutate_summary, only: run_summary_t
    use nutate_scene, only: parse_scene, scene_t

@@ -4,13 +4,13 @@ submodule(suites_of_effects) test_effect_reference
    use nutate_applied_torque, only: applied_torque_t
    use nutate_damping, only: damping_t
    use nutate_dipole, only: dipole_t
-   use nutate_effect, only: rotor_t
    use nutate_gravity, only: gravity_t
    use nutate_gravity_gradient, only: gravity_gradient_t
    use nutate_hamiltonian, only: angular_velocity, make_state
    use nutate_kinds, only: wp, pi
    use nutate_nielsen_krenk, only: nielsen_krenk_t
    use nutate_quaternion, only: rotation_matrix
+   use nutate_rotor, only: rotor_t
    use nutate_run, only: integrate
    use nutate_run_plan, only: run_plan_t
    use nutate_spring, only: spring_t

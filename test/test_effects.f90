@@ -3,13 +3,13 @@ submodule(suites_of_effects) test_effects
    use nutate_applied_torque, only: applied_torque_t
    use nutate_damping, only: damping_t
    use nutate_dipole, only: dipole_t
-   use nutate_effect, only: rotor_t
    use nutate_gravity, only: gravity_t
    use nutate_gravity_gradient, only: gravity_gradient_t
    use nutate_hamiltonian, only: make_state, space_momentum
    use nutate_invariants, only: ALONG_AXIS, invariants_t, NO_COMPONENT
    use nutate_kinds, only: wp
    use nutate_nielsen_krenk, only: nielsen_krenk_t
+   use nutate_rotor, only: rotor_t
    use nutate_spring, only: spring_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t

@@ -1,11 +1,12 @@
 !> Problems as the library and as the FORTRAN 77 routines have them.
 module test_f77_twins
    use nutate_damping, only: damping_t
-   use nutate_effect, only: potential_t, rotor_t, torque_t
+   use nutate_effect, only: potential_t, torque_t
    use nutate_hamiltonian, only: angular_velocity, make_state, space_momentum, total_energy
    use nutate_kinds, only: long, wp
    use nutate_methods, only: make_stepper
    use nutate_observer, only: observer_t, run_record_t
+   use nutate_rotor, only: rotor_t
    use nutate_summary, only: run_summary_t
    use nutate_run, only: integrate
    use nutate_run_plan, only: run_plan_t

@@ -2,13 +2,13 @@
 submodule(suites_of_runs) test_hamiltonian
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_body, only: body_t, make_body
-   use nutate_effect, only: rotor_t
    use nutate_gravity, only: gravity_t
    use nutate_hamiltonian, only: angular_velocity, bilinear_form, body_momentum, hamilton_equations, &
       inverse_mass_matrix, kinetic_energy, make_state, mass_matrix, momentum_from_rate, potential_energy, &
       potential_gradient, potential_torque, space_momentum, total_energy
    use nutate_kinds, only: wp, eps
    use nutate_quaternion, only: cross, quat_left_matrix, quat_product, rotate_to_space
+   use nutate_rotor, only: rotor_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_system, only: system_t

@@ -6,7 +6,6 @@ submodule(suites_of_effects) test_inner_sphere
    use nutate_body, only: diagonal, make_body
    use nutate_damping, only: damping_t
    use nutate_dipole, only: dipole_t
-   use nutate_effect, only: rotor_t
    use nutate_hamiltonian, only: angular_velocity, body_momentum, conserved_energy, kinetic_energy, make_state, &
       space_momentum
    use nutate_inertia_change, only: inertia_change_t
@@ -17,6 +16,7 @@ submodule(suites_of_effects) test_inner_sphere
    use nutate_methods, only: make_stepper, methods
    use nutate_quaternion, only: attitude_distance, cross, quat_exp, quat_product, rotate_to_body, rotate_to_space
    use nutate_rotating_frame, only: rotating_frame_t
+   use nutate_rotor, only: rotor_t
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: NUTATE_BAD_ARGUMENT, status_t

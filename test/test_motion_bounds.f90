@@ -8,7 +8,7 @@ submodule(suites_of_methods) test_motion_bounds
    use nutate_column_event, only: column_event_t
    use nutate_damping, only: damping_t
    use nutate_dipole, only: dipole_t
-   use nutate_effect, only: rotor_t, torque_t
+   use nutate_effect, only: torque_t
    use nutate_effect_bounds, only: bounds_of_drag, effect_bounds_t, linear_map_t
    use nutate_event_list, only: event_list_t
    use nutate_hamiltonian, only: make_state
@@ -16,6 +16,7 @@ submodule(suites_of_methods) test_motion_bounds
    use nutate_methods, only: default_settings
    use nutate_motion, only: find_motion, find_rates, motion_t
    use nutate_motion_bounds, only: bound_motion, motion_bounds_t, speed_bounds_t
+   use nutate_rotor, only: rotor_t
    use nutate_summary, only: run_summary_t
    use nutate_rotating_frame, only: rotating_frame_t
    use nutate_run, only: integrate

@@ -6,7 +6,7 @@ submodule(suites_of_effects) test_moving_fields
    use nutate_lvlh_vector, only: lvlh_vector_t
    use nutate_damping, only: damping_t
    use nutate_earth_field, only: earth_field_t
-   use nutate_effect, only: effect_t, rotor_t
+   use nutate_effect, only: effect_t
    use nutate_force, only: force_t, moving_force_t
    use nutate_geomagnetic_field, only: geomagnetic_field_t
    use nutate_gravity, only: gravity_t
@@ -19,6 +19,7 @@ submodule(suites_of_effects) test_moving_fields
    use nutate_control_law, only: BY_MAGNETORQUERS, DETUMBLING
    use nutate_controller, only: controller_t
    use nutate_controller_mounting, only: add_controller
+   use nutate_rotor, only: rotor_t
    use nutate_run, only: integrate
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_state, only: state_t

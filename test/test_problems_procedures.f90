@@ -3,11 +3,11 @@ submodule(test_problems) test_problems_procedures
    use nutate_applied_torque, only: applied_torque_t
    use nutate_body, only: diagonal, make_body, make_shape_body
    use nutate_damping, only: damping_t
-   use nutate_effect, only: rotor_t
    use nutate_gravity, only: gravity_t
    use nutate_hamiltonian, only: make_state
    use nutate_kinds, only: pi
    use nutate_methods, only: make_stepper
+   use nutate_rotor, only: rotor_t
    use nutate_spring, only: spring_t
    use nutate_integrator_settings, only: integrator_settings_t
    use nutate_wheel, only: wheel_t

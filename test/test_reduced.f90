@@ -2,7 +2,6 @@
 submodule(suites_of_runs) test_reduced
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_body, only: diagonal, make_body
-   use nutate_effect, only: rotor_t
    use nutate_damping, only: damping_t
    use nutate_gravity, only: gravity_t
    use nutate_hamiltonian, only: body_momentum, kinetic_energy, make_state, total_energy
@@ -11,6 +10,7 @@ submodule(suites_of_runs) test_reduced
    use nutate_nielsen_krenk, only: nielsen_krenk_t
    use nutate_reduced, only: reduced_t
    use nutate_reduced_equations, only: reduced_equations_t
+   use nutate_rotor, only: rotor_t
    use nutate_state, only: state_t
    use nutate_status, only: NUTATE_BAD_ARGUMENT, status_t
    use nutate_integrator_settings, only: integrator_settings_t

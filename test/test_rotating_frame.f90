@@ -5,7 +5,7 @@ submodule(suites_of_runs) test_rotating_frame
    use nutate_variation, only: variation_t
    use nutate_damping, only: damping_t
    use nutate_dipole, only: dipole_t
-   use nutate_effect, only: rotor_t, torque_t
+   use nutate_effect, only: torque_t
    use nutate_eight_equations, only: eight_equations_t
    use nutate_gravity, only: gravity_t
    use nutate_gravity_gradient, only: gravity_gradient_t
@@ -16,6 +16,7 @@ submodule(suites_of_runs) test_rotating_frame
    use nutate_quaternion, only: attitude_distance, quat_exp, quat_product, rotate_to_body, rotate_to_space
    use nutate_reduced_equations, only: reduced_equations_t
    use nutate_rotating_frame, only: rotating_frame_t
+   use nutate_rotor, only: rotor_t
    use nutate_run, only: integrate, run_t
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t

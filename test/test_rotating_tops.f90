@@ -4,12 +4,12 @@ submodule(suites_of_runs) test_rotating_tops
    use nutate_body, only: diagonal, make_body
    use nutate_dipole, only: dipole_t
    use nutate_dop853, only: dop853_t
-   use nutate_effect, only: rotor_t
    use nutate_gravity, only: gravity_t
    use nutate_hamiltonian, only: body_momentum, conserved_energy, kinetic_energy, make_state
    use nutate_invariants, only: follows_rotating_axes
    use nutate_kinds, only: wp, eps
    use nutate_methods, only: default_settings, make_stepper
+   use nutate_rotor, only: rotor_t
    use nutate_summary, only: run_summary_t
    use nutate_quaternion, only: attitude_distance, quat_exp, quat_product
    use nutate_rotating_frame, only: rotating_frame_t

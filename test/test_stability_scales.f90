@@ -5,7 +5,6 @@ module test_stability_scales
    use nutate_body, only: body_t, diagonal, make_body, make_shape_body
    use nutate_damping, only: damping_t
    use nutate_dipole, only: dipole_t
-   use nutate_effect, only: rotor_t
    use nutate_exact_free, only: free_body_t
    use nutate_gravity, only: gravity_t
    use nutate_gravity_gradient, only: gravity_gradient_t
@@ -13,6 +12,7 @@ module test_stability_scales
    use nutate_kinds, only: wp, long
    use nutate_methods, only: make_stepper
    use nutate_quaternion, only: attitude_distance
+   use nutate_rotor, only: rotor_t
    use nutate_summary, only: run_summary_t
    use nutate_run, only: integrate
    use nutate_run_plan, only: run_plan_t

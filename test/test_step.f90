@@ -4,12 +4,13 @@ submodule(suites_of_runs) test_step
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_body, only: diagonal, make_body
    use nutate_damping, only: damping_t
-   use nutate_effect, only: potential_t, rotor_t, torque_t
+   use nutate_effect, only: potential_t, torque_t
    use nutate_gravity, only: gravity_t
    use nutate_hamiltonian, only: angular_velocity, bilinear_form, make_state, total_energy
    use nutate_kinds, only: wp, eps
    use nutate_nielsen_krenk, only: nielsen_krenk_t
    use nutate_quaternion, only: cross, quat_left_matrix, quat_right_matrix, rotate_to_body
+   use nutate_rotor, only: rotor_t
    use nutate_state, only: state_t
    use nutate_status, only: NUTATE_BAD_ARGUMENT, NUTATE_NOT_CONVERGED, NUTATE_OFF_BRANCH, status_t
    use nutate_integrator_settings, only: integrator_settings_t

@@ -7,12 +7,12 @@ module test_tangent_attack
    use nutate_composition, only: compositions
    use nutate_damping, only: damping_t
    use nutate_dipole, only: dipole_t
-   use nutate_effect, only: rotor_t
    use nutate_hamiltonian, only: body_momentum, make_state
    use nutate_kinds, only: wp
    use nutate_methods, only: make_stepper
    use nutate_order_eight, only: order_eight => a, order_eight_weights => b
    use nutate_quaternion, only: quat_normalized, rotation_matrix
+   use nutate_rotor, only: rotor_t
    use nutate_spring, only: spring_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t

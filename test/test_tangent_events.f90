@@ -9,7 +9,6 @@ submodule(suites_of_effects) test_tangent_events
    use nutate_controller, only: controller_t
    use nutate_damping, only: damping_t
    use nutate_dipole, only: dipole_t
-   use nutate_effect, only: rotor_t
    use nutate_event, only: event_t, EXTREMUM, MAXIMUM, MINIMUM, SWITCH_OFF, SWITCH_TOGGLE
    use nutate_event_list, only: event_list_t
    use nutate_hamiltonian, only: body_momentum, make_state
@@ -17,6 +16,7 @@ submodule(suites_of_effects) test_tangent_events
    use nutate_observer, only: run_record_t
    use nutate_progress, only: total_work
    use nutate_quaternion, only: quat_conjugate, quat_exp, quat_product
+   use nutate_rotor, only: rotor_t
    use nutate_run, only: run_t
    use nutate_run_plan, only: run_plan_t
    use nutate_spring, only: spring_t

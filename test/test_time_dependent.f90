@@ -4,7 +4,6 @@ module test_time_dependent
    use nutate_attitude, only: quat_from_axis_angle
    use nutate_body, only: diagonal, make_body
    use nutate_damping, only: damping_t
-   use nutate_effect, only: rotor_t
    use nutate_gravity_gradient, only: gravity_gradient_t
    use nutate_hamiltonian, only: angular_velocity, frame_rate_of, make_state, potential_energy, space_momentum, &
       total_energy, time_dependent_power
@@ -15,6 +14,7 @@ module test_time_dependent
    use nutate_orbit, only: earth_mu, orbit_t
    use nutate_orbital_gradient, only: orbital_gradient_t
    use nutate_quaternion, only: quat_product, rotate_to_body, rotate_to_space
+   use nutate_rotor, only: rotor_t
    use nutate_run, only: integrate
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_state, only: state_t

@@ -3,13 +3,13 @@ submodule(suites_of_effects) test_torque_physics
    use nutate_applied_torque, only: applied_torque_t
    use nutate_body, only: make_shape_body
    use nutate_damping, only: damping_t
-   use nutate_effect, only: rotor_t
    use nutate_gravity, only: gravity_t
    use nutate_hamiltonian, only: angular_velocity, body_momentum, kinetic_energy, make_state, space_momentum
    use nutate_kinds, only: wp, pi, eps
    use nutate_nielsen_krenk, only: nielsen_krenk_t
    use nutate_quaternion, only: attitude_distance, quat_exp, rotate_to_space
    use nutate_observer, only: observer_t, run_record_t
+   use nutate_rotor, only: rotor_t
    use nutate_summary, only: run_summary_t
    use nutate_run, only: integrate
    use nutate_run_plan, only: run_plan_t

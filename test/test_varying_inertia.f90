@@ -4,7 +4,6 @@ module test_varying_inertia
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_body, only: body_t, diagonal, make_body, symmetric, whole_body
    use nutate_damping, only: damping_t
-   use nutate_effect, only: rotor_t
    use nutate_exact_free, only: free_body_t
    use nutate_gravity, only: gravity_t
    use nutate_gravity_gradient, only: gravity_gradient_t
@@ -14,6 +13,7 @@ module test_varying_inertia
    use nutate_methods, only: make_stepper, methods
    use nutate_motion, only: find_motion, find_rates, motion_t
    use nutate_quaternion, only: quat_conjugate, quat_product
+   use nutate_rotor, only: rotor_t
    use nutate_run, only: integrate
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_scene, only: parse_scene, scene_t

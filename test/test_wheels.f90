@@ -2,13 +2,13 @@
 submodule(suites_of_effects) test_wheels
    use nutate_applied_torque, only: applied_torque_t
    use nutate_body, only: diagonal, make_body, whole_body
-   use nutate_effect, only: rotor_t
    use nutate_gravity_gradient, only: gravity_gradient_t
    use nutate_hamiltonian, only: angular_velocity, kinetic_energy, make_state, space_momentum, total_energy
    use nutate_kinds, only: wp, long, eps
    use nutate_limits, only: most_wheels
    use nutate_methods, only: make_stepper, methods
    use nutate_quaternion, only: attitude_distance
+   use nutate_rotor, only: rotor_t
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: NUTATE_BAD_ARGUMENT, NUTATE_BAD_BODY, status_t

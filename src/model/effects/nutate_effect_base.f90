@@ -4,11 +4,10 @@ module nutate_effect_base
    use nutate_effect_bounds, only: effect_bounds_t, linear_map_t
    use nutate_kepler_orbit, only: kepler_orbit_t
    use nutate_kinds, only: wp
-   use nutate_limits, only: is_moderate
    implicit none
    private
 
-   public :: effect_t, given_bounds_t, parameter_t, rotor_t
+   public :: effect_t, given_bounds_t, parameter_t
    public :: NO_SERIES, LINEAR_SERIES, GENERAL_SERIES, SPACE_SERIES, TIME_SERIES
 
    !> How an effect supplies the power series in time of its torque: not at all; as a constant times the series of γ or
@@ -84,15 +83,6 @@ module nutate_effect_base
       !> Writes or reads in checkpoint data the values that runs set; `on` unless extended.
       procedure :: transfer => transfer_switch
    end type effect_t
-
-   !> A rotor of constant momentum along body axes: L = JΩ + h, T = ½(L-h)ᵀJ⁻¹(L-h).
-   type, extends(effect_t) :: rotor_t
-      !> h, body axes, N m s.
-      real(wp) :: momentum(3) = 0.0_wp
-   contains
-      procedure :: series_kind => constant_series
-      procedure :: is_valid => rotor_is_valid
-   end type rotor_t
 
 contains
 
@@ -175,23 +165,11 @@ contains
       bounds%known = .false.
    end subroutine not_bounded
 
-   !> Returns true if the momentum is finite and of a size that can be computed with.
-   pure logical function rotor_is_valid(self)
-      class(rotor_t), intent(in) :: self
-      rotor_is_valid = all(is_moderate(self%momentum))
-   end function rotor_is_valid
-
    !> Returns `NO_SERIES`: the effect has no power series.
    pure integer function no_kind(self)
       class(effect_t), intent(in) :: self
       no_kind = NO_SERIES
    end function no_kind
-
-   !> Returns `LINEAR_SERIES`: a constant momentum adds no terms of its own.
-   pure integer function constant_series(self)
-      class(rotor_t), intent(in) :: self
-      constant_series = LINEAR_SERIES
-   end function constant_series
 
    !> Returns 0: no auxiliary series.
    pure integer function no_auxiliary(self)

@@ -2,10 +2,11 @@
 submodule(nutate_effect_list) nutate_effect_list_procedures
    use nutate_admissible, only: admits, fault_of, NON_NEGATIVE
    use nutate_earth_field, only: earth_field_t
-   use nutate_effect, only: given_bounds_t, rotor_t
+   use nutate_effect, only: given_bounds_t
    use nutate_effect_bounds, only: effect_bounds_t, linear_map_t
    use nutate_inner_sphere, only: inner_sphere_t
    use nutate_rotating_frame, only: rotating_frame_t
+   use nutate_rotor, only: rotor_t
    use nutate_status, only: fail, NUTATE_BAD_ARGUMENT
    use nutate_wheel, only: follow_switch
    implicit none

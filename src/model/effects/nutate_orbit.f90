@@ -39,7 +39,7 @@ module nutate_orbit
       procedure :: axes_rate
       !> Returns true if there is a sun.
       procedure :: has_sun
-      !> Return the depth of the body in the shadow at a time, m, and the rate of this depth, m/s.
+      !> Returns the depth of the body in the shadow at a time, m.
       procedure :: shadow_depth
    end type orbit_t
 

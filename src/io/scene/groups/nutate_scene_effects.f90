@@ -1,7 +1,7 @@
 !> The effects of a scene: every group that is not one of its fixed parts.
 module nutate_scene_effects
    use nutate_body, only: body_t, whole_body
-   use nutate_effect, only: effect_t, rotor_t
+   use nutate_effect, only: effect_t
    use nutate_effect_list, only: effect_list_t
    use nutate_effect_catalogue, only: effect_kind_t, effect_kinds
    use nutate_inertia_change, only: inertia_change_t
@@ -11,6 +11,7 @@ module nutate_scene_effects
    use nutate_orbital_effects, only: build_on_orbit, goes_by_orbit
    use nutate_printable, only: quoted
    use nutate_range, only: check_strength
+   use nutate_rotor, only: rotor_t
    use nutate_scene_body, only: build_inertia_table
    use nutate_scene_error, only: scene_error_t
    use nutate_controller, only: controller_t
