@@ -1,7 +1,7 @@
 !> Ranges of the numbers of a key, as a table: sign, size, and whether they may all be zero; and the words for numbers
 !> out of range.
 module nutate_admissible
-   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_is_nan
+   use nutate_finite, only: is_finite, is_nan
    use nutate_kinds, only: wp
    use nutate_limits, only: greatest_length, greatest_number, greatest_step, least_length, least_number, least_size, &
       least_step, in_words
@@ -120,9 +120,9 @@ contains
       type(range_t) :: r
       r = ranges(range)
       fault_in = good
-      if (ieee_is_nan(number)) then
+      if (is_nan(number)) then
          fault_in = no_number
-      else if (.not. ieee_is_finite(number)) then
+      else if (.not. is_finite(number)) then
          if (.not. (r%infinite .and. number > 0.0_wp)) fault_in = wrong_sign
       else if (number < 0.0_wp .and. .not. r%negative) then
          fault_in = wrong_sign

@@ -2,7 +2,7 @@
 !> are in SI units. Keys (`nutate_keys`), states and steps (`nutate_range`) use them, and thereby scene files, C,
 !> FORTRAN 77 and Python.
 module nutate_limits
-   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use nutate_finite, only: is_finite
    use nutate_kinds, only: wp
    implicit none
    private
@@ -67,7 +67,7 @@ contains
    !> Returns true if a number is finite and not larger than `greatest_number`.
    elemental logical function is_moderate(x)
       real(wp), intent(in) :: x
-      is_moderate = ieee_is_finite(x)
+      is_moderate = is_finite(x)
       if (is_moderate) is_moderate = abs(x) <= greatest_number
    end function is_moderate
 
@@ -100,7 +100,7 @@ contains
    elemental logical function is_step(dt)
       !> s; negative: back in time.
       real(wp), intent(in) :: dt
-      is_step = ieee_is_finite(dt)
+      is_step = is_finite(dt)
       if (is_step) is_step = abs(dt) >= least_step .and. abs(dt) <= greatest_step
    end function is_step
 

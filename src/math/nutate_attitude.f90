@@ -3,7 +3,7 @@
 !> Every form describes the rotation from body to space, as the quaternion does. Quaternions are scalar first, angles
 !> are in radians. A quaternion that is read need not have unit length, and its sign does not matter, unless said.
 module nutate_attitude
-   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use nutate_finite, only: is_finite
    use nutate_kinds, only: wp, pi, eps
    use nutate_quaternion, only: quat_exp, quat_log, quat_norm, quat_normalized, quat_product
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
@@ -63,7 +63,7 @@ contains
       type(status_t), intent(out) :: status
       real(wp) :: n(4)
       q = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
-      if (.not. (all(ieee_is_finite(axis)) .and. ieee_is_finite(angle))) then
+      if (.not. (all(is_finite(axis)) .and. is_finite(angle))) then
          status = fail(NUTATE_BAD_ARGUMENT, "the axis and the angle of a rotation must be finite", "axis")
       else if (maxval(abs(axis)) <= 0) then
          status = fail(NUTATE_BAD_ARGUMENT, "the axis of a rotation must not be zero", "axis")

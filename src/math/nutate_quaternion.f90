@@ -4,7 +4,7 @@
 !> equation (2), takes body components to space components: `v_space = vec(q∘v∘q*)`. The routines work on what they are
 !> given and never normalise silently. Components have to be finite unless a routine says what it does with others.
 module nutate_quaternion
-   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use nutate_finite, only: is_finite
    use nutate_kinds, only: wp, pi
    implicit none
    private
@@ -93,7 +93,7 @@ contains
       real(wp) :: norm
       real(wp) :: largest
       integer :: k
-      if (.not. all(ieee_is_finite(q))) then
+      if (.not. all(is_finite(q))) then
          norm = abs(q(1)) + abs(q(2)) + abs(q(3)) + abs(q(4))
          return
       end if
@@ -119,7 +119,7 @@ contains
       real(wp) :: norm, s(4)
       norm = quat_norm(q)
       normalized = q
-      if (.not. ieee_is_finite(norm)) return
+      if (.not. is_finite(norm)) return
       if (norm > square_low .and. norm < square_high) then
          normalized = q/norm
       else if (norm > 0) then
@@ -296,7 +296,7 @@ contains
       real(wp) :: a(4), b(4), d(4), largest(2), dot
       integer :: ka, kb
       angle = pi
-      if (.not. (all(ieee_is_finite(q1)) .and. all(ieee_is_finite(q2)))) return
+      if (.not. (all(is_finite(q1)) .and. all(is_finite(q2)))) return
       largest = [maxval(abs(q1)), maxval(abs(q2))]
       if (.not. all(largest > 0)) return
       ka = exponent(largest(1))

@@ -1,10 +1,10 @@
 !> A torque applied along axes of the body or of space, harmonic in time, within a window of time:
 !> τ = τ₀ cos(2πft + phase) from start to stop.
 module nutate_applied_torque
-   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use nutate_body, only: body_t
    use nutate_effect, only: effect_t, GENERAL_SERIES, parameter_t, TIME_SERIES, torque_t
    use nutate_effect_bounds, only: effect_bounds_t, let_change, linear_map_t
+   use nutate_finite, only: is_nan
    use nutate_keys, only: group_t, key_t, KEY_TEXT
    use nutate_kinds, only: wp, pi
    use nutate_limits, only: is_moderate
@@ -305,7 +305,7 @@ contains
    pure logical function torque_is_valid(self)
       class(applied_torque_t), intent(in) :: self
       torque_is_valid = all(is_moderate([self%amplitude, self%frequency, self%phase])) .and. &
-                           .not. (ieee_is_nan(self%start) .or. ieee_is_nan(self%stop))
+                           .not. (is_nan(self%start) .or. is_nan(self%stop))
       if (torque_is_valid) torque_is_valid = is_moderate(norm2(self%amplitude))
    end function torque_is_valid
 

@@ -5,9 +5,9 @@
 !> motors do the work ½ΔLᵀJ⁻¹L of the dependence on time, of power -½ Ωᵀ(dJ/dt)Ω. Masses that leave the body at the
 !> velocity of their place carry momentum away: the torque (dJ/dt)Ω.
 module nutate_inertia_change
-   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use nutate_body, only: body_t, diagonal, symmetric
    use nutate_effect, only: effect_t, parameter_t, torque_t, GENERAL_SERIES
+   use nutate_finite, only: is_nan
    use nutate_keys, only: group_t, key_t, KEY_LOGICAL
    use nutate_kinds, only: wp, eps
    use nutate_limits, only: is_moderate
@@ -357,7 +357,7 @@ contains
    pure logical function change_is_valid(self)
       class(inertia_change_t), intent(in) :: self
       change_is_valid = all(is_moderate(self%rate)) .and. all(is_moderate(self%first)) .and. &
-                        .not. (ieee_is_nan(self%start) .or. ieee_is_nan(self%stop))
+                        .not. (is_nan(self%start) .or. is_nan(self%stop))
    end function change_is_valid
 
    !> Returns false: the torque depends on the rate alone.

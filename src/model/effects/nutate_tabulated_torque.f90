@@ -3,10 +3,10 @@
 !>
 !> Steps end on the times of the table, so that each has one polynomial and every method keeps its order.
 module nutate_tabulated_torque
-   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use nutate_body, only: body_t
    use nutate_effect, only: effect_t, torque_t, SPACE_SERIES, TIME_SERIES
    use nutate_effect_bounds, only: effect_bounds_t, linear_map_t
+   use nutate_finite, only: is_nan
    use nutate_keys, only: group_t
    use nutate_kinds, only: wp, eps
    use nutate_limits, only: is_moderate, in_words, least_step, greatest_number
@@ -397,7 +397,7 @@ contains
    !> Returns true if the values of the table can be computed with; `start` and `stop` need only be comparable.
    pure logical function table_is_valid(self)
       class(tabulated_torque_t), intent(in) :: self
-      table_is_valid = self%curve%n > 0 .and. .not. (ieee_is_nan(self%start) .or. ieee_is_nan(self%stop))
+      table_is_valid = self%curve%n > 0 .and. .not. (is_nan(self%start) .or. is_nan(self%stop))
       if (table_is_valid) table_is_valid = is_moderate(self%bounds(1))
    end function table_is_valid
 

@@ -1,7 +1,7 @@
 !> A constant force at a point of the body within a window of time: τ = x×RᵀF, whose work is treated as that of a
 !> torque.
 module nutate_timed_force
-   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
+   use nutate_finite, only: is_nan
    use nutate_lvlh_vector, only: lvlh_vector_t
    use nutate_effect, only: GENERAL_SERIES, parameter_t, torque_t
    use nutate_effect_bounds, only: bounds_of_torque, effect_bounds_t, linear_map_t
@@ -189,7 +189,7 @@ contains
    pure logical function force_is_valid(self) result(valid)
       class(timed_force_t), intent(in) :: self
       valid = all(is_moderate([self%body_point, self%force%vector])) .and. &
-                 .not. (ieee_is_nan(self%start) .or. ieee_is_nan(self%stop))
+                 .not. (is_nan(self%start) .or. is_nan(self%stop))
       if (valid .and. self%moves) valid = self%force%is_valid()
       if (valid) valid = is_moderate(norm2(self%body_point)*norm2(self%force%vector))
    end function force_is_valid

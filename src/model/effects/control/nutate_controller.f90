@@ -3,10 +3,10 @@
 !> With a sampling period, the torque on the body, the torques of the motors or the moment, in body axes, are held from
 !> one sample to the next: runs set them at each sample (`hold`).
 module nutate_controller
-   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use nutate_archive, only: archive_t
    use nutate_control_law, only: control_law_t, BY_MAGNETORQUERS, BY_TORQUE, BY_WHEELS, DETUMBLING, POINTING
    use nutate_effect, only: GENERAL_SERIES, NO_SERIES, parameter_t
+   use nutate_finite, only: is_nan
    use nutate_kepler_orbit, only: kepler_orbit_t, n_elements
    use nutate_kinds, only: wp
    use nutate_limits, only: attitude_tolerance, is_moderate, is_unit, least_step, most_wheels
@@ -256,7 +256,7 @@ contains
       integer :: i
       valid = is_unit(self%target, attitude_tolerance) .and. all(is_moderate(self%field)) .and. &
                  is_moderate(self%gain) .and. is_moderate(self%sample) .and. self%limit > 0.0_wp .and. &
-                 .not. (ieee_is_nan(self%start) .or. ieee_is_nan(self%stop))
+                 .not. (is_nan(self%start) .or. is_nan(self%stop))
       if (valid) valid = .not. self%sample < 0.0_wp
       if (valid .and. self%sample > 0.0_wp) valid = self%sample >= least_step
       do i = 1, 3
