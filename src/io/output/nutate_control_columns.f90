@@ -107,7 +107,7 @@ contains
       real(wp) :: b(3)
       logical :: found
       call find_still_field(effects, b, found)
-      if (effects%in_earth_field) b = effects%earth_field%at(state%t)
+      if (effects%in_earth_field) b = effects%earth_field%direction_at(state%t)
       b = rotate_to_body(quat_normalized(state%q), b)
    end function field_in_body
 

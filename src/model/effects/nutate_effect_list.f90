@@ -3,7 +3,6 @@
 module nutate_effect_list
    use nutate_archive, only: archive_t
    use nutate_effect, only: effect_t, potential_t, torque_t
-   use nutate_geomagnetic_field, only: geomagnetic_field_t
    use nutate_kinds, only: wp
    use nutate_moving_frame, only: moving_frame_t
    use nutate_orbit, only: orbit_t
@@ -60,9 +59,10 @@ module nutate_effect_list
       type(orbit_t), allocatable :: orbit
       !> All orbits, with different labels: one for each attracting body. Not allocated if there is none.
       type(orbit_t), allocatable :: orbits(:)
-      !> True if the body is in the field of the Earth, on or off, and that field, which controllers use.
+      !> True if the body is in the field of the Earth, on or off, and the effect of that field, which controllers use:
+      !> its direction is the field in space axes, T.
       logical :: in_earth_field = .false.
-      type(geomagnetic_field_t), allocatable :: earth_field
+      class(potential_t), allocatable :: earth_field
       !> Number of frames to which columns and events refer, and these frames, which do not affect the motion. Not
       !> allocated if there is none.
       integer :: n_frames = 0

@@ -1,7 +1,6 @@
 !> Bodies of the procedures whose interfaces are in `nutate_effect_list`.
 submodule(nutate_effect_list) nutate_effect_list_procedures
    use nutate_admissible, only: admits, fault_of, NON_NEGATIVE
-   use nutate_earth_field, only: earth_field_t
    use nutate_effect, only: given_bounds_t
    use nutate_effect_bounds, only: effect_bounds_t, linear_map_t
    use nutate_inner_sphere, only: inner_sphere_t
@@ -345,7 +344,7 @@ contains
          call self%orbits(i)%path%thin_table()
       end do
       call self%orbit%path%thin_table()
-      if (allocated(self%earth_field)) call self%earth_field%path%thin_table()
+      if (allocated(self%earth_field)) call self%earth_field%thin_table()
       do i = 1, self%n_potentials + self%n_off
          call self%potentials(i)%item%thin_table()
       end do
@@ -365,11 +364,11 @@ contains
       n = self%n_potentials + self%n_off
       self%moves = self%moves .or. effect%moves
       self%depends_on_time = self%depends_on_time .or. effect%moves
-      select type (effect)
-      type is (earth_field_t)
+      if (effect%is_earth_field()) then
          self%in_earth_field = .true.
-         self%earth_field = effect%field()
-      end select
+         if (allocated(self%earth_field)) deallocate (self%earth_field)
+         allocate (self%earth_field, source=effect)
+      end if
       allocate (grown(n + 1))
       do i = 1, n
          grown(i)%place = self%potentials(i)%place

@@ -3,12 +3,11 @@
 !> The scene's space axes are inertial, x to the equinox, z north; on request those of a circular orbit itself (LVLH: x
 !> forward, y against the normal, z to the centre of attraction), which rotate at the constant rate (0, -n, 0).
 module nutate_orbit
-   use nutate_effect, only: parameter_t
+   use nutate_effect_base, only: effect_t, LINEAR_SERIES, parameter_t
    use nutate_kepler_orbit, only: kepler_orbit_t, axes_change, turn_rate_change, mean_motion_change
    use nutate_kinds, only: wp
    use nutate_limits, only: is_moderate
    use nutate_quaternion, only: cross, rotate_to_space
-   use nutate_rotating_frame, only: rotating_frame_t
    implicit none
    private
 
@@ -18,8 +17,10 @@ module nutate_orbit
    !> Gravitational parameter of the Earth, m³/s², and the radius to which altitudes refer, m.
    real(wp), parameter :: earth_mu = 3.986004418e14_wp, earth_radius = 6378137.0_wp
 
-   !> An orbit, and the rate of the space axes, 0 if they are inertial.
-   type, extends(rotating_frame_t) :: orbit_t
+   !> An orbit, and the rate of the space axes.
+   type, extends(effect_t) :: orbit_t
+      !> ω of the space axes, in these axes, 0 if they are inertial, rad/s; shape (3).
+      real(wp) :: rate(3) = 0.0_wp
       type(kepler_orbit_t) :: path = kepler_orbit_t()
       !> True if the space axes are those of the orbit.
       logical :: is_frame = .false.
@@ -29,6 +30,7 @@ module nutate_orbit
       !> shadow, m.
       real(wp) :: sun(3) = 0.0_wp, shadow_radius = earth_radius
    contains
+      procedure :: series_kind => constant_series
       procedure :: is_valid => orbit_is_valid
       procedure :: parameters => elements_of_orbit
       !> Adds a change to the elements.
@@ -49,6 +51,12 @@ module nutate_orbit
    end interface orbit_t
 
 contains
+
+   !> Returns `LINEAR_SERIES`: a constant rate adds no terms of its own.
+   pure integer function constant_series(self)
+      class(orbit_t), intent(in) :: self
+      constant_series = LINEAR_SERIES
+   end function constant_series
 
    !> Makes the orbit of a body for a system, without a sun. The space axes are inertial unless `inertial` is false;
    !> those of an elliptic orbit (e > 0) are inertial in any case.

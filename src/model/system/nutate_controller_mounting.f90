@@ -5,6 +5,7 @@ module nutate_controller_mounting
    use nutate_controlled_motor, only: controlled_motor_t
    use nutate_control_law, only: BY_MAGNETORQUERS, BY_WHEELS, DETUMBLING
    use nutate_controller, only: controller_t
+   use nutate_earth_field, only: earth_field_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    use nutate_system, only: system_t
    implicit none
@@ -37,7 +38,10 @@ contains
                           '&earth_field)', 'law')
             return
          end if
-         call mounted%follow(system%effects%earth_field)
+         select type (effect => system%effects%earth_field)
+         type is (earth_field_t)
+            call mounted%follow(effect%field())
+         end select
       end if
       if (controller%follows_orbit) then
          if (.not. system%effects%on_orbit) then

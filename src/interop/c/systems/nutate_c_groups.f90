@@ -365,7 +365,7 @@ contains
          end do
       end if
       list%in_earth_field = effects%in_earth_field
-      if (effects%in_earth_field) list%earth_field = effects%earth_field
+      if (effects%in_earth_field) allocate (list%earth_field, source=effects%earth_field)
    end subroutine copy_surroundings
 
    !> Raises an error for a group that no system can have, and for a missing key or body.

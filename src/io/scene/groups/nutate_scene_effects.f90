@@ -215,7 +215,9 @@ contains
          if (effect%on) call system%effects%add(effect)
       type is (inertia_change_t)
          if (effect%on) call system%effects%add(effect)
-      class is (rotating_frame_t)
+      type is (rotating_frame_t)
+         if (effect%on) call add_frame(system, effect, status)
+      type is (orbit_t)
          if (effect%on) call add_frame(system, effect, status)
       type is (wheel_t)
          call add_wheel(system, effect, status)
@@ -231,7 +233,7 @@ contains
    !> Adds a rotating frame, or an orbit. Errors: those of `add_effect_of`.
    subroutine add_frame(system, frame, status)
       type(system_t), intent(inout) :: system
-      class(rotating_frame_t), intent(in) :: frame
+      class(effect_t), intent(in) :: frame
       type(status_t), intent(out) :: status
       logical :: is_second
       is_second = system%effects%on_orbit
