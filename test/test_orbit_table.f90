@@ -14,7 +14,7 @@ submodule(suites_of_effects) test_orbit_table
    use nutate_status, only: status_t
    use nutate_integrator_settings, only: integrator_settings_t
    use nutate_system, only: system_t
-   use nutate_track, only: make_track, track_t
+   use nutate_track, only: make_track, track_t, track_position, track_velocity, next_track_break, track_contains
    use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
 
@@ -94,7 +94,7 @@ contains
             worst = 0.0_wp
             do k = 0, 4000
                t = 2*passage*k/4000
-               worst = max(worst, abs((path%radius(t)/norm2(track%position(t)))**3 - 1))
+               worst = max(worst, abs((path%radius(t)/norm2(track_position(track, t)))**3 - 1))
             end do
             ! The expected errors are given to half a unit of their digit.
             call check_close(error, worst/expected(kind, i), 1.0_wp, 0.3_wp, 'error')
@@ -278,14 +278,14 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(track_t) :: track
       track = track_of(VELOCITIES, 600.0_wp)
-      call check_close(error, track%position(-10.0_wp), track%position(0.0_wp), 0.0_wp, 'before')
-      call check_close(error, track%position(3*passage), track%position(2*passage), 0.0_wp, 'behind')
-      call check_close(error, track%velocity(3*passage), [0.0_wp, 0.0_wp, 0.0_wp], 0.0_wp, 'velocity')
-      call check(error, track%contains_time(2*passage) .and. .not. track%contains_time(2*passage + 1), 'end')
-      call check_close(error, track%next_break(0.0_wp, 1.0_wp), 600.0_wp, 0.0_wp, 'next line')
-      call check_close(error, track%next_break(600.0_wp, -1.0_wp), 0.0_wp, 0.0_wp, 'line before')
-      call check_close(error, track%next_break(-5.0_wp, 1.0_wp), 0.0_wp, 0.0_wp, 'first line')
-      call check(error, track%next_break(2*passage, 1.0_wp) > 1e300_wp, 'none behind the last')
+      call check_close(error, track_position(track, -10.0_wp), track_position(track, 0.0_wp), 0.0_wp, 'before')
+      call check_close(error, track_position(track, 3*passage), track_position(track, 2*passage), 0.0_wp, 'behind')
+      call check_close(error, track_velocity(track, 3*passage), [0.0_wp, 0.0_wp, 0.0_wp], 0.0_wp, 'velocity')
+      call check(error, track_contains(track, 2*passage) .and. .not. track_contains(track, 2*passage + 1), 'end')
+      call check_close(error, next_track_break(track, 0.0_wp, 1.0_wp), 600.0_wp, 0.0_wp, 'next line')
+      call check_close(error, next_track_break(track, 600.0_wp, -1.0_wp), 0.0_wp, 0.0_wp, 'line before')
+      call check_close(error, next_track_break(track, -5.0_wp, 1.0_wp), 0.0_wp, 0.0_wp, 'first line')
+      call check(error, next_track_break(track, 2*passage, 1.0_wp) > 1e300_wp, 'none behind the last')
    end subroutine outside
 
    subroutine refused(error)

@@ -13,7 +13,8 @@ module nutate_kepler_orbit
    use nutate_kinds, only: wp, eps, pi
    use nutate_power_series, only: inverses, power_term, product_term
    use nutate_quaternion, only: cross, quat_product, rotate_to_body, rotate_to_space
-   use nutate_track, only: track_t
+   use nutate_track, only: track_t, track_position, track_velocity, track_axes, track_axes_rate, track_true_anomaly, &
+      track_position_series, thin_track
    implicit none
    private
 
@@ -73,7 +74,7 @@ contains
    !> Leaves out every second line of the table, if there is one.
    subroutine thin_table(self)
       class(kepler_orbit_t), intent(inout) :: self
-      if (allocated(self%track)) call self%track%thin()
+      if (allocated(self%track)) call thin_track(self%track)
    end subroutine thin_table
 
    !> Returns the mean motion n = √(μ/a³), rad/s; 0 of an open orbit and of a table.
@@ -168,7 +169,7 @@ contains
          call find_from_periapsis(self, t, place, velocity, radius, nu)
          return
       else if (allocated(self%track)) then
-         nu = self%track%true_anomaly(t, self%mu)
+         nu = track_true_anomaly(self%track, t, self%mu)
          return
       end if
       anomaly = anomaly_at(self, t)
@@ -190,7 +191,8 @@ contains
       if (self%is_from_periapsis()) then
          turn_rate = self%fastest_turn()*(self%periapsis_distance/self%radius(t))**2
       else if (allocated(self%track)) then
-         turn_rate = dot_product(rotate_to_body(self%track%axes(t), self%track%axes_rate(t)), [0.0_wp, -1.0_wp, 0.0_wp])
+         turn_rate = dot_product(rotate_to_body(track_axes(self%track, t), track_axes_rate(self%track, t)), &
+                                 [0.0_wp, -1.0_wp, 0.0_wp])
       else
          turn_rate = self%mean_motion()*flatness(self)*(self%semi_major_axis/self%radius(t))**2
       end if
@@ -219,7 +221,7 @@ contains
          call find_from_periapsis(self, t, place, velocity, radius, nu)
          return
       else if (allocated(self%track)) then
-         radius = norm2(self%track%position(t))
+         radius = norm2(track_position(self%track, t))
          return
       end if
       radius = self%semi_major_axis*(1 - self%eccentricity*cos(anomaly_at(self, t)))
@@ -254,9 +256,9 @@ contains
       real(wp), intent(out), optional :: velocity(3)
       real(wp) :: anomaly, c, s, place(2), speeds(2), q(4)
       if (allocated(self%track)) then
-         position = self%track%position(t)
+         position = track_position(self%track, t)
          distance = norm2(position)
-         if (present(velocity)) velocity = self%track%velocity(t)
+         if (present(velocity)) velocity = track_velocity(self%track, t)
          return
       else if (self%is_from_periapsis()) then
          call find_from_periapsis(self, t, place, speeds, distance, anomaly)
@@ -281,7 +283,7 @@ contains
       real(wp), intent(in) :: t
       real(wp) :: q(4)
       if (allocated(self%track)) then
-         q = self%track%axes(t)
+         q = track_axes(self%track, t)
       else
          q = quat_product(plane(self, self%true_anomaly(t)), from_radial)
       end if
@@ -304,7 +306,7 @@ contains
       call find_place(self, t, position, start, velocity)
       if (present(distance)) distance = start
       if (allocated(self%track)) then
-         call self%track%position_series(t, time_unit, start, x)
+         call track_position_series(self%track, t, time_unit, start, x)
       else
          x(0, :) = position/start
          if (ubound(x, 1) > 0) x(1, :) = (time_unit/start)*velocity

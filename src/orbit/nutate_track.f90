@@ -14,6 +14,8 @@ module nutate_track
    private
 
    public :: track_t, make_track, check_track
+   public :: track_position, track_velocity, track_axes, track_axes_rate, track_true_anomaly, track_position_series, &
+      next_track_break, track_contains, thin_track, track_order
 
    !> Tolerance for a time to be the end of an interval, over the size of the times: beyond their rounding.
    real(wp), parameter :: at_end = 4*eps
@@ -34,26 +36,6 @@ module nutate_track
       real(wp) :: nearest = 0.0_wp, fastest = 0.0_wp
       !> Attitudes of the LVLH frame at the times of the table, LVLH→inertial, without jumps; shape (4, 0:n).
       real(wp), allocatable, private :: knots(:, :)
-   contains
-      !> Return position, velocity and acceleration at a time, m, m/s, m/s².
-      procedure :: position
-      procedure :: velocity
-      procedure :: acceleration
-      !> Return the attitude of the LVLH frame at a time, LVLH→inertial, and its rate, inertial axes, rad/s.
-      procedure :: axes
-      procedure :: axes_rate
-      !> Returns the osculating true anomaly at a time, rad.
-      procedure :: true_anomaly
-      !> Computes the power series of the position about a time.
-      procedure :: position_series
-      !> Returns the next time of the table.
-      procedure :: next_break
-      !> Returns true if the table contains a time.
-      procedure :: contains_time
-      !> Leaves out every second line of the table.
-      procedure :: thin
-      !> Returns the order of the interpolation.
-      procedure :: order
    end type track_t
 
 contains
@@ -99,8 +81,8 @@ contains
 
    !> Leaves out every second line of the table, but for the last; a table of two lines stays as it is. Accelerations
    !> are those of the curve.
-   subroutine thin(self)
-      class(track_t), intent(inout) :: self
+   subroutine thin_track(self)
+      type(track_t), intent(inout) :: self
       type(track_t) :: other
       type(status_t) :: status
       real(wp), allocatable :: motion(:, :, :), times(:)
@@ -109,9 +91,9 @@ contains
       times = [self%curve%x(0:self%curve%n - 1:2), self%curve%x(self%curve%n)]
       allocate (motion(3, size(times), 3))
       do i = 1, size(times)
-         motion(:, i, 1) = self%position(times(i))
-         motion(:, i, 2) = self%velocity(times(i))
-         motion(:, i, 3) = self%acceleration(times(i))
+         motion(:, i, 1) = track_position(self, times(i))
+         motion(:, i, 2) = track_velocity(self, times(i))
+         motion(:, i, 3) = track_acceleration(self, times(i))
       end do
       if (self%is_spline) then
          other%curve = new_spline(times, motion(:, :, 1), .false.)
@@ -129,13 +111,13 @@ contains
       self%nearest = other%nearest
       self%fastest = other%fastest
       call move_alloc(other%knots, self%knots)
-   end subroutine thin
+   end subroutine thin_track
 
    !> Returns the order of the interpolation: its error goes as this power of the distance of the lines.
-   pure integer function order(self)
-      class(track_t), intent(in) :: self
+   pure integer function track_order(self) result(order)
+      type(track_t), intent(in) :: self
       order = self%curve%degree + 1
-   end function order
+   end function track_order
 
    !> Checks a table of positions.
    !>
@@ -260,8 +242,8 @@ contains
       do k = 0, 2*track%curve%n
          t = track%curve%x(k/2)
          if (mod(k, 2) == 1) t = 0.5_wp*(t + track%curve%x(k/2 + 1))
-         r = track%position(t)
-         v = track%velocity(t)/norm2(r)
+         r = track_position(track, t)
+         v = track_velocity(track, t)/norm2(r)
          r = r/norm2(r)
          track%fastest = max(track%fastest, norm2(v - dot_product(r, v)*r))
       end do
@@ -287,54 +269,54 @@ contains
    end subroutine locate
 
    !> Returns true if the table contains a time, to a rounding of it.
-   pure logical function contains_time(self, t)
-      class(track_t), intent(in) :: self
+   pure logical function track_contains(self, t) result(contains_time)
+      type(track_t), intent(in) :: self
       !> Time, s.
       real(wp), intent(in) :: t
       associate (x => self%curve%x, n => self%curve%n)
          contains_time = t >= x(0) - at_end*max(abs(x(0)), abs(t)) .and. t <= x(n) + at_end*max(abs(x(n)), abs(t))
       end associate
-   end function contains_time
+   end function track_contains
 
    !> Returns the position from the centre of attraction at a time, inertial axes, m; shape (3). Outside of the table it
    !> is that of the nearest end.
-   pure function position(self, t)
-      class(track_t), intent(in) :: self
+   pure function track_position(self, t) result(position)
+      type(track_t), intent(in) :: self
       !> Time, s.
       real(wp), intent(in) :: t
       real(wp) :: position(3), time
       integer :: k
       call locate(self, t, k, time)
       position = value_at(self%curve, k, time)
-   end function position
+   end function track_position
 
    !> Returns the velocity at a time, inertial axes, m/s; shape (3). Outside of the table it is zero.
-   pure function velocity(self, t)
-      class(track_t), intent(in) :: self
+   pure function track_velocity(self, t) result(velocity)
+      type(track_t), intent(in) :: self
       !> Time, s.
       real(wp), intent(in) :: t
       real(wp) :: velocity(3), time
       integer :: k
       call locate(self, t, k, time)
       velocity = 0.0_wp
-      if (self%contains_time(t)) velocity = taylor_term(self%curve, k, 1, time, 1.0_wp)
-   end function velocity
+      if (track_contains(self, t)) velocity = taylor_term(self%curve, k, 1, time, 1.0_wp)
+   end function track_velocity
 
    !> Returns the acceleration at a time, inertial axes, m/s²; shape (3). Outside of the table it is zero.
-   pure function acceleration(self, t)
-      class(track_t), intent(in) :: self
+   pure function track_acceleration(self, t) result(acceleration)
+      type(track_t), intent(in) :: self
       !> Time, s.
       real(wp), intent(in) :: t
       real(wp) :: acceleration(3), time
       integer :: k
       call locate(self, t, k, time)
       acceleration = 0.0_wp
-      if (self%contains_time(t)) acceleration = 2*taylor_term(self%curve, k, 2, time, 1.0_wp)
-   end function acceleration
+      if (track_contains(self, t)) acceleration = 2*taylor_term(self%curve, k, 2, time, 1.0_wp)
+   end function track_acceleration
 
    !> Returns the attitude of the LVLH frame at a time, unit quaternion, LVLH→inertial, without jumps; shape (4).
-   pure function axes(self, t) result(q)
-      class(track_t), intent(in) :: self
+   pure function track_axes(self, t) result(q)
+      type(track_t), intent(in) :: self
       !> Time, s.
       real(wp), intent(in) :: t
       real(wp) :: q(4), time
@@ -342,16 +324,16 @@ contains
       call locate(self, t, k, time)
       q = attitude_at(self, t)
       q = sign(1.0_wp, dot_product(q, self%knots(:, k - 1)))*q
-   end function axes
+   end function track_axes
 
    !> Returns the attitude with q0 >= 0. If the body moves along the radius, y is any direction across it.
    pure function attitude_at(self, t) result(q)
       class(track_t), intent(in) :: self
       real(wp), intent(in) :: t
       real(wp) :: q(4), x(3), y(3), z(3), v(3)
-      z = -self%position(t)
+      z = -track_position(self, t)
       z = z/norm2(z)
-      v = self%velocity(t)
+      v = track_velocity(self, t)
       if (norm2(v) > 0.0_wp) v = v/norm2(v)
       y = cross(z, v)
       if (norm2(y) <= 100*eps) then
@@ -365,38 +347,38 @@ contains
    end function attitude_at
 
    !> Returns the rate of the LVLH frame at a time, inertial axes, rad/s; shape (3).
-   pure function axes_rate(self, t) result(rate)
-      class(track_t), intent(in) :: self
+   pure function track_axes_rate(self, t) result(rate)
+      type(track_t), intent(in) :: self
       !> Time, s.
       real(wp), intent(in) :: t
       real(wp) :: rate(3), r(3), v(3), h(3), distance
-      r = self%position(t)
+      r = track_position(self, t)
       distance = norm2(r)
       r = r/distance
-      v = self%velocity(t)
+      v = track_velocity(self, t)
       h = cross(r, v)
       rate = h/distance
-      if (norm2(h) > 100*eps*norm2(v)) rate = rate + (dot_product(self%acceleration(t), h/norm2(h))/norm2(h))*r
-   end function axes_rate
+      if (norm2(h) > 100*eps*norm2(v)) rate = rate + (dot_product(track_acceleration(self, t), h/norm2(h))/norm2(h))*r
+   end function track_axes_rate
 
    !> Returns the osculating true anomaly at a time, rad, from -π to π.
-   pure real(wp) function true_anomaly(self, t, mu) result(nu)
-      class(track_t), intent(in) :: self
+   pure real(wp) function track_true_anomaly(self, t, mu) result(nu)
+      type(track_t), intent(in) :: self
       !> s; m³/s².
       real(wp), intent(in) :: t, mu
       real(wp) :: r(3), v(3), h(3), e(3)
-      r = self%position(t)
-      v = self%velocity(t)
+      r = track_position(self, t)
+      v = track_velocity(self, t)
       h = cross(r, v)
       r = r/norm2(r)
       e = cross(v, h/mu) - r
       nu = 0.0_wp
       if (norm2(h) > 0.0_wp) nu = atan2(dot_product(h/norm2(h), cross(e, r)), dot_product(e, r))
-   end function true_anomaly
+   end function track_true_anomaly
 
    !> Computes the coefficients of the power series of the position about a time, over a length.
-   pure subroutine position_series(self, t, time_unit, length, x)
-      class(track_t), intent(in) :: self
+   pure subroutine track_position_series(self, t, time_unit, length, x)
+      type(track_t), intent(in) :: self
       !> s, the latter negative backwards in time; m.
       real(wp), intent(in) :: t, time_unit, length
       !> Inertial axes; shape (0:order, 3).
@@ -405,14 +387,14 @@ contains
       integer :: k, interval
       call locate(self, t, interval, time, sense=time_unit)
       x = 0.0_wp
-      do k = 0, merge(min(self%curve%degree, ubound(x, 1)), 0, self%contains_time(t))
+      do k = 0, merge(min(self%curve%degree, ubound(x, 1)), 0, track_contains(self, t))
          x(k, :) = taylor_term(self%curve, interval, k, time, time_unit)/length
       end do
-   end subroutine position_series
+   end subroutine track_position_series
 
    !> Returns the next time of the table, s; beyond all times if there is none.
-   pure real(wp) function next_break(self, t, sense) result(next)
-      class(track_t), intent(in) :: self
+   pure real(wp) function next_track_break(self, t, sense) result(next)
+      type(track_t), intent(in) :: self
       !> Time, s; direction of time: 1 or -1.
       real(wp), intent(in) :: t, sense
       integer :: k
@@ -433,6 +415,6 @@ contains
             end if
          end if
       end associate
-   end function next_break
+   end function next_track_break
 
 end module nutate_track

@@ -7,7 +7,7 @@ module nutate_control
    use nutate_limit_event, only: limit_slot_t
    use nutate_motion, only: find_motion, motion_t
    use nutate_quaternion, only: quat_normalized
-   use nutate_saturation_count, only: side_of_limit
+   use nutate_saturation_count, only: side_of_limit, note_saturation
    use nutate_saturation, only: add_saturations, can_jump, can_saturate, free_senses, note_saturations
    use nutate_speed_limits, only: add_speed_limits, has_speed_limits, find_speed_limits
    use nutate_state, only: state_t
@@ -142,7 +142,8 @@ contains
          associate (wheel => effects%wheels(k))
             wheel%command = max(-wheel%torque_limit, min(wheel%torque_limit, command))
             if (.not. allocated(wheel%motor)) &
-               call wheel%saturations%note(t, [side_of_limit(command, wheel%torque_limit), 0, 0], .true., t, t)
+               call note_saturation(wheel%saturations, t, [side_of_limit(command, wheel%torque_limit), 0, 0], &
+                                    .true., t, t)
          end associate
       end do
    end subroutine command_wheels

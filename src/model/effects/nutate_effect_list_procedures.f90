@@ -7,6 +7,7 @@ submodule(nutate_effect_list) nutate_effect_list_procedures
    use nutate_rotating_frame, only: rotating_frame_t
    use nutate_rotor, only: rotor_t
    use nutate_status, only: fail, NUTATE_BAD_ARGUMENT
+   use nutate_track, only: next_track_break, track_order
    use nutate_wheel, only: follow_switch
    implicit none
 
@@ -320,7 +321,7 @@ contains
       if (.not. self%on_orbit) return
       do i = 1, size(self%orbits)
          if (.not. allocated(self%orbits(i)%path%track)) cycle
-         one = self%orbits(i)%path%track%next_break(t, sense)
+         one = next_track_break(self%orbits(i)%path%track, t, sense)
          if (sense*one < sense*next) next = one
       end do
    end procedure next_break
@@ -332,7 +333,7 @@ contains
       do i = 1, size(self%orbits)
          if (.not. allocated(self%orbits(i)%path%track)) cycle
          associate (track => self%orbits(i)%path%track)
-            if (order == 0 .or. track%order() < order) order = track%order()
+            if (order == 0 .or. track_order(track) < order) order = track_order(track)
          end associate
       end do
    end procedure table_order

@@ -8,6 +8,7 @@ module nutate_orbit
    use nutate_kinds, only: wp
    use nutate_limits, only: is_moderate
    use nutate_quaternion, only: cross, rotate_to_space
+   use nutate_track, only: track_axes_rate
    implicit none
    private
 
@@ -91,7 +92,7 @@ contains
       real(wp) :: rate(3)
       rate = self%rate
       if (allocated(self%path%track)) then
-         rate = self%path%track%axes_rate(t)
+         rate = track_axes_rate(self%path%track, t)
          return
       end if
       if (.not. self%is_frame) rate = rotate_to_space(self%axes(t), [0.0_wp, -self%path%turn_rate(t), 0.0_wp])

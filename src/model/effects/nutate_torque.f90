@@ -6,7 +6,7 @@ module nutate_torque
    use nutate_kinds, only: wp, eps
    use nutate_power_series, only: highest_order
    use nutate_quaternion, only: quat_product, rotate_to_body
-   use nutate_saturation_count, only: saturation_count_t, transfer_integers, number_at
+   use nutate_saturation_count, only: saturation_count_t, transfer_integers, number_at, note_saturation, transfer_count
    implicit none
    private
 
@@ -212,7 +212,7 @@ contains
       real(wp) :: start, stop
       if (.not. (self%n_limited() > 0 .and. self%limit < huge(self%limit))) return
       call self%window(start, stop)
-      call self%saturations%note(t, self%saturated, self%on, start, stop)
+      call note_saturation(self%saturations, t, self%saturated, self%on, start, stop)
    end subroutine count_saturations
 
    !> Returns how often a component has reached its limit, the present time included.
@@ -268,7 +268,7 @@ contains
       call archive%transfer(self%sense)
       call archive%transfer(self%at_limit)
       call archive%transfer(self%blocked)
-      call self%saturations%transfer(archive)
+      call transfer_count(self%saturations, archive)
       if (archive%is_reading()) call self%hold_sense(self%sense)
    end subroutine transfer_torque
 

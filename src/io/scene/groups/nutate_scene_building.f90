@@ -29,6 +29,7 @@ submodule(nutate_scene) nutate_scene_building
    use nutate_spelling, only: lower_case
    use nutate_status, only: fail, NUTATE_BAD_SCENE, NUTATE_IO
    use nutate_text_file, only: read_text_file
+   use nutate_track, only: track_contains
    use nutate_varying_inertia, only: check_inertia, check_partners
    implicit none
 
@@ -286,10 +287,10 @@ contains
          if (.not. allocated(effects%orbits(i)%path%track)) cycle
          associate (track => effects%orbits(i)%path%track)
             range = range_text(track%curve%x(0), track%curve%x(track%curve%n))
-            if (.not. track%contains_time(0.0_wp)) call error%raise( &
+            if (.not. track_contains(track, 0.0_wp)) call error%raise( &
                line_of_table(effects%orbits(i)%label), 'the table of &orbit goes from '//range, &
                expected='one that contains t = 0')
-            if (.not. track%contains_time(plan%end_time)) call error%raise(integrator%line_of('end_time'), &
+            if (.not. track_contains(track, plan%end_time)) call error%raise(integrator%line_of('end_time'), &
                'end_time is outside of the table of &orbit', expected=range)
          end associate
       end do

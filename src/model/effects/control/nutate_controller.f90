@@ -11,7 +11,7 @@ module nutate_controller
    use nutate_kinds, only: wp
    use nutate_limits, only: attitude_tolerance, is_moderate, is_unit, least_step, most_wheels
    use nutate_quaternion, only: cross
-   use nutate_saturation_count, only: side_of_limit
+   use nutate_saturation_count, only: side_of_limit, note_saturation
    use nutate_torque, only: transfer_torque
    implicit none
    private
@@ -185,7 +185,7 @@ contains
          self%held_by_wheels = matmul(self%commanded, self%share)
       else
          self%held = max(-self%limit, min(self%limit, self%commanded))
-         call self%saturations%note(t, side_of_limit(self%commanded, self%limit), .true., t, t)
+         call note_saturation(self%saturations, t, side_of_limit(self%commanded, self%limit), .true., t, t)
       end if
    end subroutine hold
 

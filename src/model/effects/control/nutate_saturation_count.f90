@@ -6,6 +6,7 @@ module nutate_saturation_count
    private
 
    public :: saturation_count_t, side_of_limit, transfer_integers
+   public :: note_saturation, transfer_count
    public :: number_at
 
    !> Counts components that reach their limit while the controller acts; a component that stays there is counted once.
@@ -16,19 +17,14 @@ module nutate_saturation_count
       integer, private :: side(3) = 0
       !> Time of the last call of `note`, s.
       real(wp), private :: since = 0.0_wp
-   contains
-      !> Counts components that have reached their limit.
-      procedure :: note
-      !> Writes or reads its values in checkpoint data.
-      procedure :: transfer
    end type saturation_count_t
 
 contains
 
    !> Counts components that have reached their limit: to be called with the sides until now, and with the sides from
    !> now on.
-   pure subroutine note(self, t, side, on, start, stop)
-      class(saturation_count_t), intent(inout) :: self
+   pure subroutine note_saturation(self, t, side, on, start, stop)
+      type(saturation_count_t), intent(inout) :: self
       !> Present time, s.
       real(wp), intent(in) :: t
       !> Side of each component, 1: at the limit; -1: at the negative limit; 0: neither; shape (3).
@@ -42,7 +38,7 @@ contains
       self%number = self%number + count(now /= 0 .and. now /= self%side)
       self%side = now
       self%since = t
-   end subroutine note
+   end subroutine note_saturation
 
    !> Returns the number, with components that would be counted now.
    pure integer function number_at(self, t, side, on, start, stop)
@@ -54,18 +50,18 @@ contains
       real(wp), intent(in) :: start, stop
       type(saturation_count_t) :: copy
       copy = self
-      call copy%note(t, side, on, start, stop)
+      call note_saturation(copy, t, side, on, start, stop)
       number_at = copy%number
    end function number_at
 
    !> Writes or reads its values in checkpoint data.
-   subroutine transfer(self, archive)
-      class(saturation_count_t), intent(inout) :: self
+   subroutine transfer_count(self, archive)
+      type(saturation_count_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive
       call archive%transfer(self%number)
       call transfer_integers(self%side, archive)
       call archive%transfer(self%since)
-   end subroutine transfer
+   end subroutine transfer_count
 
    !> Writes or reads integers in checkpoint data.
    subroutine transfer_integers(values, archive)

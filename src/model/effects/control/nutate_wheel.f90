@@ -15,7 +15,7 @@ module nutate_wheel
    use nutate_kepler_orbit, only: kepler_orbit_t
    use nutate_kinds, only: wp
    use nutate_limits, only: attitude_tolerance, is_moderate, is_unit, least_size
-   use nutate_saturation_count, only: saturation_count_t
+   use nutate_saturation_count, only: saturation_count_t, transfer_count
    implicit none
    private
 
@@ -181,7 +181,7 @@ contains
       call follow_switch(self)
       call archive%transfer(self%at_limit)
       call archive%transfer(self%command)
-      call self%saturations%transfer(archive)
+      call transfer_count(self%saturations, archive)
       if (allocated(self%motor)) call self%motor%transfer(archive)
    end subroutine transfer_wheel
 
