@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Installs what `make dist wheel deb` made, each in a clean Debian root; runs a scene and the quick start of Python, links a C, a
-# FORTRAN 77 and, where there are modules, a Fortran program; removes it again, and compares the files before and after.
+# FORTRAN 77 and a Fortran program; removes it again, and compares the files before and after.
 #    tools/checks/try-release.sh [wheel|deb|archive]...      all of them unless named; needs root, debootstrap and a network
 set -u
 . "$(dirname "$0")/../environment.sh"
@@ -34,7 +34,7 @@ apt_get update
 E2
 cat >"$scratch/wheel.sh" <<'E2'
 . /trial/inside.sh
-apt_get install --no-install-recommends python3-venv gcc gfortran
+apt_get install --no-install-recommends python3-venv gcc gfortran liblapack-dev libblas-dev
 files >before
 now python3 -m venv /opt/try
 now /opt/try/bin/pip install --quiet --disable-pip-version-check /trial/*.whl
@@ -51,6 +51,8 @@ nutate run c/everything.nml --quiet --output everything.csv
 now ./same_bits c/everything.nml everything.csv
 now gfortran -std=legacy -O2 f77/top.f -o top_f77 $link
 now ./top_f77
+now gfortran -O2 example/top_precession.f90 -o top -I"$package/include" "$package/libnutate.a" -llapack -lblas -lgomp
+now ./top
 find /opt/try -name '*nutate*' | grep -q .
 now pip uninstall --quiet --disable-pip-version-check --yes nutate
 [ -z "$(find /opt/try -name '*nutate*')" ]
