@@ -518,7 +518,7 @@ contains
       integer :: m
       problem = crowded_body()
       do m = 1, size(methods)
-         if (methods(m)%name == 'exact') cycle
+         if (methods(m)%name == 'exact' .or. .not. in_turn(m)) cycle
          call check_stepper(error, problem, settings_of(methods(m)), [0.01_wp, 0.01_wp, 0.02_wp], &
                             [0.02_wp, 0.02_wp, 0.015_wp, 0.015_wp], label_of(methods(m)))
          call check_run(error, problem, settings_of(methods(m)), run_plan_t(time_step=0.01_wp, end_time=0.403_wp, &

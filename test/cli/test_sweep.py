@@ -304,7 +304,7 @@ class Sums(SweepTest):
 class Interrupted(SweepTest):
     """Sweeps of many chunks, interrupted after some of them."""
 
-    LONG = ("--set", "integrator.end_time=15", "--set", "ensemble.chunk=3")
+    LONG = ("--set", "integrator.end_time=7", "--set", "ensemble.chunk=3")
 
     def setUp(self):
         super().setUp()

@@ -39,9 +39,9 @@ total() {
 }
 
 # Those that take longest, which begin first: whoever waits for the last one then waits least.
-longest='test_fuzz test_cost stability_stiff fit test_run test_docs test_sweep path_attack test_checkpoint test_effect_columns'
-longest+=' wheel_limits tangent_differences stability_large_steps test_signals exact_round_off test_determinism random_controllers'
-longest+=' stability_scales effects test_sensitivities time_dependent moving_fields test_malformed resume'
+longest='test_cost test_docs test_sweep test_fuzz fit test_checkpoint test_determinism test_malformed chaos moving_fields'
+longest+=' tangent_differences inner_sphere motion_bounds stability_stiff test_controllers test_effect_columns time_dependent test_signals'
+longest+=' test_sensitivities control scene_notation test_fields earth_frames round_off test_export test_run effects path_attack'
 
 # What is to be run, `unit SUITE` or `cli MODULE`, a line each.
 list_parts() {
