@@ -4,7 +4,7 @@ between their markers. What was measured stays in build/costs/.
     python3 tools/docs/costs.py PROGRAM FOLDER [PART]...
 
 FOLDER holds the benchmarks. A part is the name of a pair of markers: step, methods, frames, tangent, interfaces, handles
-(cost-of-a-step.md), heavy_top, box, choice, series, explicit, members (accuracy-costs.md); all of them unless some are named.
+(cost-of-a-step.md), heavy_top, choice, explicit, members (accuracy-costs.md); all of them unless some are named.
 """
 
 import os
@@ -30,13 +30,17 @@ def output(name, command):
     return done.stdout
 
 
+# Cases of bench_step in the table.
+SHOWN_STEPS = ("no effect", "only gravity", "only spring", "only damping", "all of them")
+
+
 def step_part(bench):
     """Returns the cost of the implicit step by effect, from bench_step."""
     text = bench("step")
     rows = []
     for line in text.splitlines():
         found = re.match(r"(\S.*?)\s{2,}([\d.]+)\s+([\d.]+)\s+(\S+)\s+(\d+)\. \(([\d.]+)\)\s+(\d+)\. \(([\d.]+)\)", line)
-        if found:
+        if found and found[1] in SHOWN_STEPS:
             rows.append(list(found.groups()[:3]))
     yardstick = re.search(r"takes\s+(\d+)\. ns", text)[1]
     return f"One `dgesv` of an 8×8 system takes {yardstick} ns here.\n\n" + table(
@@ -131,7 +135,7 @@ def interfaces_part(folder):
     """Returns the instructions of a step by one call each of Fortran, FORTRAN 77 and C; in brackets, over Fortran."""
     rows = []
     solvers = (("reduced", 2), ("rk8", 0), ("taylor", 0))
-    for scene, methods in (("box", solvers), ("top", solvers), ("damped", solvers[:1])):
+    for scene, methods in (("box", solvers[:1]), ("top", solvers), ("damped", solvers[:1])):
         for solver, order in methods:
             commands = [[f"{folder}/f77_stepping", "@", "-1", scene, solver, str(order)]]
             if order > 0:
@@ -150,7 +154,7 @@ def interfaces_part(folder):
 def handles_part(bench_folder):
     """Returns the memory of C steppers, and the time of a step of one and of many in turn."""
     text = output("handles", [f"{bench_folder}/c_handles"])
-    rows = [re.split(r"\s{2,}", line.strip()) for line in text.splitlines()[1:]]
+    rows = [re.split(r"\s{2,}", line.strip()) for line in text.splitlines()[1:] if re.search("reduced|rk8|taylor", line)]
     return table(["stepper", "bytes", "one, ns", "10,000 in turn, ns"], rows)
 
 
@@ -186,16 +190,6 @@ def choice_part(bench):
     return table(["scene", *(f"{accuracy:.0e}".replace("e-0", "e-") for accuracy in list(CHOICE)[1:])], rows)
 
 
-def series_part(bench):
-    """Returns the time of the best projected method over plain dop853."""
-    rows = []
-    for block in re.split(r"\n(?=\S[^\n]*attitude known to)", bench("series")):
-        ratios = re.search(r"best of ours over fixed steps dop853\s+(.*)", block)
-        if ratios:
-            rows.append([block.split(" (attitude")[0].strip(), *ratios[1].split()[:4]])
-    return table(["motion", "1e-4", "1e-6", "1e-8", "1e-10"], rows)
-
-
 def explicit_part(bench):
     """Returns the time of the best method that conserves over the better bare one."""
     rows = []
@@ -211,7 +205,8 @@ def explicit_part(bench):
 def members_part(bench):
     """Returns the time of a member of a sweep by one thread."""
     members = re.findall(r"^ +(\d+) +1 +([\d.]+)$", bench("ensemble"), re.MULTILINE)
-    return table(["members", "µs a member"], [list(row) for row in members])
+    costs = sorted(float(cost) for _, cost in members)
+    return f"One member takes {costs[0]:.0f} to {costs[-1]:.0f} µs, in sweeps of {members[0][0]} to {members[-1][0]} members.\n"
 
 
 def insert(page, name, part):
@@ -241,9 +236,7 @@ def main(program, folder, *names):
              "interfaces": ("cost-of-a-step", lambda: interfaces_part(folder)),
              "handles": ("cost-of-a-step", lambda: handles_part(folder)),
              "heavy_top": ("accuracy-costs", lambda: ranking_part(program, "heavy_top")),
-             "box": ("accuracy-costs", lambda: ranking_part(program, "box")),
              "choice": ("accuracy-costs", lambda: choice_part(bench)),
-             "series": ("accuracy-costs", lambda: series_part(bench)),
              "explicit": ("accuracy-costs", lambda: explicit_part(bench)),
              "members": ("accuracy-costs", lambda: members_part(bench))}
     for name, (page, make) in parts.items():

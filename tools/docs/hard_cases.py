@@ -1,17 +1,17 @@
-"""Writes the tables of docs/results/hard-cases.md from the rows of docs/results/hard-cases.csv: one row per case, the worst of its
-variants.
+"""Writes the summary of docs/results/hard-cases.md from the rows of docs/results/hard-cases.csv: a table of groups with the worst of
+their cases and variants, and a list of what else was measured.
 
     python3 tools/docs/hard_cases.py CASES ROWS PAGE
 
-CASES lists groups, cases and what could go wrong in each, as `unit --stress` writes them; ROWS is the CSV file; PAGE has a pair of markers
-for each group.
+CASES lists groups, cases and what could go wrong in each, as `unit --stress` writes them; ROWS is the CSV file; PAGE has a pair of markers.
 """
 
 import csv
 import re
 import sys
 
-HEADER = "| case | largest error | result |\n|---|---|---|\n"
+HEADER = "| group | cases | largest error | of the case | rejected |\n|---|---|---|---|---|\n"
+BEGIN, END = "<!-- begin cases -->\n", "<!-- end cases -->\n"
 
 
 def read_cases(path):
@@ -37,42 +37,32 @@ def number(text):
     return re.sub(r"e([-+])0?", lambda sign: "e" + sign.group(1).replace("+", ""), f"{value:.1e}")
 
 
-def result(rows):
-    """Returns what else was measured, over all variants, and how many of them were rejected."""
-    parts = []
-    values = sorted((row["value"] for row in rows if row["measure"]), key=lambda text: abs(float(text)))
-    if values:
-        low, high = number(values[0]), number(values[-1])
-        measure = next(row["measure"] for row in rows if row["measure"])
-        parts.append(f"{measure}: {low}" + (f" to {high}" if high != low else ""))
-    rejected = sum(row["rejected"] == "1" for row in rows)
-    if rejected:
-        parts.append(f"{rejected} of {len(rows)} variants rejected")
-    if any(row["message"].startswith("FAILED") for row in rows):
-        parts.append("**FAILED**")
-    return "; ".join(parts) or "within its bounds"
+def measured(groups, rows):
+    """Returns the list of what else was measured, over all variants: a line for each measure, with the cases."""
+    lines = {}
+    for name, _, cases in groups:
+        for case in cases:
+            own = [row for row in rows if row["group"] == name and row["case"] == case and row["measure"]]
+            values = sorted((row["value"] for row in own), key=lambda text: abs(float(text)))
+            if values:
+                low, high = number(values[0]), number(values[-1])
+                found = f"{re.sub(', (?=1e|Δt).*', '', case)} {low}" + (f" to {high}" if high != low else "")
+                lines.setdefault(own[0]["measure"], []).append(found)
+    return "".join(f"- *{measure}*: {'; '.join(found)}\n" for measure, found in lines.items())
 
 
-def table_row(case, rows):
-    """Returns the row of a case: the largest error of all variants and invariants, and its result."""
-    worst = number(max((row[key] for row in rows for key in ("energy", "momentum", "norm")), key=float))
-    return "| " + " | ".join([case, worst, result(rows)]).replace("Δt|Ω|", "Δt\\|Ω\\|").replace("|q|", "\\|q\\|") + " |\n"
-
-
-def group_part(group, rows):
-    """Returns the part of a group, and the cases that have no rows."""
+def group_parts(group, rows):
+    """Returns the row of a group in the table, and the cases that have no rows."""
     name, title, cases = group
-    text = f"### {title}\n\n" + HEADER
-    missing = []
-    for case in cases:
-        variants = [row for row in rows if row["group"] == name and row["case"] == case]
-        if variants:
-            text += table_row(case, variants)
-        else:
-            missing.append(case)
-    if missing:
-        text += "\nNot part of the stored run: " + "; ".join(missing) + ".\n"
-    return text
+    own = [row for row in rows if row["group"] == name and row["case"] in cases]
+    largest = lambda row: max(float(row[key]) for key in ("energy", "momentum", "norm"))
+    worst = max(own, key=largest)
+    rejected = sum(row["rejected"] == "1" for row in own)
+    tried = [case for case in cases if any(row["case"] == case for row in own)]
+    cells = [title, str(len(tried)), number(largest(worst)), worst["case"], f"{rejected} of {len(own)}"]
+    if any(row["message"].startswith("FAILED") for row in own):
+        cells[0] += ": **FAILED**"
+    return "| " + " | ".join(cells) + " |\n", [case for case in cases if case not in tried]
 
 
 def main(cases, csv_file, page):
@@ -80,14 +70,17 @@ def main(cases, csv_file, page):
         rows = list(csv.DictReader(lines))
     with open(page, encoding="utf-8") as file:
         text = file.read()
-    for group in read_cases(cases):
-        begin, end = f"<!-- begin {group[0]} -->\n", f"<!-- end {group[0]} -->\n"
-        if begin not in text or end not in text:
-            sys.exit(f"hard_cases: {page} lacks the markers of '{group[0]}'")
-        head, rest = text.split(begin, 1)
-        text = head + begin + group_part(group, rows) + end + rest.split(end, 1)[1]
+    if BEGIN not in text or END not in text:
+        sys.exit(f"hard_cases: {page} lacks the markers")
+    groups = read_cases(cases)
+    table, missing = zip(*(group_parts(group, rows) for group in groups))
+    part = HEADER + "".join(table).replace("Δt|Ω|", "Δt\\|Ω\\|").replace("|q|", "\\|q\\|")
+    left_out = [case for group in missing for case in group]
+    if left_out:
+        part += "\nNot part of the stored run: " + "; ".join(left_out) + ".\n"
+    part += "\nMeasured besides:\n\n" + measured(groups, rows)
     with open(page, "w", encoding="utf-8") as file:
-        file.write(text)
+        file.write(text.split(BEGIN)[0] + BEGIN + part + END + text.split(END)[1])
 
 
 if __name__ == "__main__":

@@ -48,7 +48,10 @@ status=0
 "$path" --attack "$seed" "$stages" >"$parts/attack.md" || status=1
 "$path" --attack-events "$seed" 100000 >"$parts/events.md" || status=1
 "$path" --attack-paths "$seed" 20000 >"$parts/paths.md" || status=1
-"$path" --attack-tangents "$seed" 100000 >"$parts/tangents.md" || status=1
+"$path" --attack-tangents "$seed" 100000 >"$parts/tangents.txt" || status=1
+# The page has the largest errors in a line, not in a table.
+awk -F ' *[|] *' '/^\|/ && $6 ~ /E/ {line = line (line == "" ? "" : "; ") $2 " " $6} !/^\|/ {print}
+   END {if (line != "") print "Largest errors: " line "."}' "$parts/tangents.txt" >"$parts/tangents.md"
 for part in attack events paths tangents; do
    cat "$parts/$part.md"
    [ -s "$parts/$part.md" ] && insert_part attack docs/results/hard-cases.md "$part" "$parts"
