@@ -56,22 +56,55 @@ def common_arguments():
     return [argument for argument, times in most if times >= COMMON]
 
 
-def item(argument, kind, direction, meaning):
+def item(names, kind, direction, meaning):
     """The line of a list; the type is left out if it is the one that the first letter implies."""
-    implied = "INTEGER" if argument[0] in "IJKLMN" else "DOUBLE PRECISION"
+    implied = "INTEGER" if names[0][0] in "IJKLMN" else "DOUBLE PRECISION"
     shown = "" if kind == implied else f", {kind}"
-    return textwrap.fill(f"- `{argument}`{shown}, *{direction}*: {meaning}", 140, subsequent_indent="  ")
+    return filled(f"- {quoted(names)}{shown}, *{direction}*: {meaning}")
+
+
+def quoted(names):
+    return ", ".join(f"`{name}`" for name in names)
+
+
+def filled(text):
+    return textwrap.fill(text, 140, subsequent_indent="  ")
+
+
+def items(arguments, earlier):
+    """The list of a routine: arguments that an earlier routine describes in the same words are named alone, neighbours that are
+    described alike share a line."""
+    source = {argument: next((name for name in earlier if argument[3] == f"As for {name}."), None)
+              or next((name for name, others in earlier.items() if argument in others), None) for argument in arguments}
+    repeated = {name: [argument for argument in arguments if source[argument] == name] for name in earlier}
+    lines, done = [], set()
+    for argument in arguments:
+        name = source[argument]
+        if argument in done:
+            continue
+        if name and len(repeated[name]) > 1:
+            lines.append(filled(f"- {quoted([other[0] for other in repeated[name]])}: as in {name}."))
+            done.update(repeated[name])
+            continue
+        alike = [other for other in arguments if other[1:] == argument[1:]]
+        lines.append(item([other[0] for other in alike], *argument[1:]))
+        done.update(alike)
+    return lines
 
 
 def table():
     common = common_arguments()
     parts = ["### Common arguments\n\nA routine that does not describe one of its arguments has it as described here.\n\n"
-             + "\n".join(item(*argument) for argument in common) + "\n"]
+             + "\n".join(item([argument[0]], *argument[1:]) for argument in common) + "\n"]
+    earlier = {}
     for name, purpose, arguments in routines():
         names = [argument[0].split("(")[0] for argument in arguments]
         call = f"`CALL {name}({', '.join(names)})`" if names else f"`CALL {name}`"
-        items = [item(*argument) for argument in arguments if argument not in common]
-        parts.append("\n\n".join([f"### {name}", f"{purpose}.", call, *(["\n".join(items)] if items else [])]) + "\n")
+        own = [argument for argument in arguments if argument not in common]
+        lines = items(own, earlier)
+        earlier[name] = own
+        purpose = purpose.removeprefix(name + " ")
+        parts.append("\n\n".join([f"### {name}", f"{purpose[0].upper()}{purpose[1:]}.", call, *(["\n".join(lines)] if lines else [])]) + "\n")
     return "\n".join(parts)
 
 
