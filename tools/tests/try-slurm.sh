@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Runs the job scripts of docs/how-to/clusters.md on the SLURM at hand, and compares what they write with the
-# sweep of one process: the job array and its merge, the ranks of MPI while their job is put into the queue again and again, the
-# job array in Python, and Dask with workers that are jobs (smaller ones than there). The last line is the total.
+# sweep of one process: the job array and its merge, the ranks of MPI while their job is put into the queue again and again,
+# and Dask with workers that are jobs (smaller ones than there). The last line is the total.
 # Where there is no cluster, one machine can be one (Debian: slurmctld slurmd munge, a slurm.conf of one node).
 #    tools/tests/try-slurm.sh
 set -u
@@ -46,11 +46,11 @@ quietly slurm-pip "$folder/venv/bin/pip" install --disable-pip-version-check "$p
    dask-jobqueue || exit 1
 export PATH=$prefix/bin:$folder/venv/bin:$PATH
 
-for name in array ranks python dask alone; do
+for name in array ranks dask alone; do
    mkdir "$folder/$name"
    cp scenes/separation.nml "$folder/$name/tumble.nml"
 done
-for n in 1 2 3; do script $n >"$folder/script$n"; done
+for n in 1 2; do script $n >"$folder/script$n"; done
 cores=$(sinfo --noheader --format=%c | tr -d + | sort -n | head -n 1)
 
 say "One process"
@@ -69,18 +69,6 @@ job=$(sbatch --parsable --nodes=1 --ntasks-per-node="$cores" ../script2) || exit
 check "the job of ranks was put into the queue again while it ran, twice" requeue_while_running "$job" 2
 end_of "$job"
 check "it went on to the file of one process" cmp -s tumble.npy ../alone/tumble.npy
-
-say "Job array in Python"
-cd "$folder/python" || exit 1
-job=$(sbatch --parsable ../script3) || exit 1
-end_of "$job"
-same_rows() {
-   python -c '
-import glob, sys, numpy
-rows = numpy.concatenate([numpy.load(name) for name in sorted(glob.glob("tumble.[0-9]*.npy"))])
-sys.exit(rows.tobytes() != numpy.load("../alone/tumble.npy").tobytes())'
-}
-check "the rows of the job array in Python are those of one process" same_rows
 
 say "Dask"
 cd "$folder/dask" || exit 1
