@@ -25,7 +25,10 @@ status=0
 # The page has the largest ratios in a line, not in a table.
 awk -F ' *[|] *' '$3 ~ /^[0-9]+$/ {runs += $3; failures += $4; kinds = kinds (kinds == "" ? "" : ", ") $2 " " $5}
    END {print runs " runs, " failures " failures. Largest error over the estimate: " kinds "."}' "$parts/exact.txt" >"$parts/exact.md"
-"$path" --dying >"$parts/dying.md" || status=1
+"$path" --dying >"$parts/dying.txt" || status=1
+# The page has the counts in a line, not in a table.
+awk -F ' *[|] *' '$2 ~ /`|h >|^runs|^failed|^estimate|^largest/ {line = line (line == "" ? "" : "; ") $2 ": " $3} /^[A-Z]/ {rest = rest "\n" $0}
+   END {print line "." rest}' "$parts/dying.txt" >"$parts/dying.md"
 for part in kept exact dying; do
    cat "$parts/$part.md"
    [ -s "$parts/$part.md" ] && insert_part accuracy "$document" "$part" "$parts"

@@ -101,16 +101,16 @@ FRAMES = (("box", "0.0, 0.0, 0.1"), ("heavy_top", "0.0, 0.0, 0.1"), ("heavy_top"
 
 def frames_part(program):
     """Returns what a rotating frame adds to the instructions of a step."""
-    rows = []
+    parts = []
     for name in ("reduced, order 2", "rk8, projected", "taylor, projected"):
-        cells = []
+        more = []
         for scene, rate in FRAMES:
             plain = instructions(program, scene, SCENES[scene], METHODS[name])
             turned = instructions(program, scene, SCENES[scene], METHODS[name],
                                   f"\n&rotating_frame angular_velocity = {rate} /\n")
-            cells.append(f"{100*(turned/plain - 1):.0f} %")
-        rows.append([name, *cells])
-    return table(["method", "box", "top, rate along the field", "top, inclined rate"], rows)
+            more.append(100*(turned/plain - 1))
+        parts.append(f"{name}: {min(more):.0f} to {max(more):.0f} %")
+    return f"A [rotating frame](../explanation/conservation.md#rotating-frames) adds: {'; '.join(parts)}.\n"
 
 
 def tangent_part(bench):
