@@ -73,7 +73,7 @@ figures: build ## draw the figures of the documentation
 	@bash tools/setup/setup.sh figures
 	@bash tools/docs/figures.sh
 
-costs: ## measure steps, runs to an accuracy and sweeps, and write their tables in docs/results/ (COSTS=choice selects)
+costs: ## measure steps, runs to an accuracy and sweeps, and write their tables (COSTS=choice selects)
 	@bash tools/setup/setup.sh build
 	@bash tools/setup/build.sh nutate_program benches
 	@bash tools/docs/costs.sh $(COSTS)

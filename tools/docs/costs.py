@@ -1,10 +1,10 @@
-"""Measures what steps, runs to an accuracy and members of sweeps cost on this machine, and writes it into the pages of docs/results/
-between their markers. What was measured stays in build/costs/.
+"""Measures what steps, runs to an accuracy and members of sweeps cost on this machine, and writes it into bench/cost-of-a-step.md
+and docs/results/accuracy-costs.md between their markers. What was measured stays in build/costs/.
 
     python3 tools/docs/costs.py PROGRAM FOLDER [PART]...
 
 FOLDER holds the benchmarks. A part is the name of a pair of markers: step, methods, frames, tangent, interfaces, handles
-(cost-of-a-step.md), heavy_top, choice, explicit, members (accuracy-costs.md); all of them unless some are named.
+(bench/cost-of-a-step.md), heavy_top, choice, explicit, members (accuracy-costs.md); all of them unless some are named.
 """
 
 import os
@@ -14,7 +14,6 @@ import sys
 import tempfile
 
 DATA = "build/costs"
-RESULTS = "docs/results"
 
 
 def table(header, rows):
@@ -110,7 +109,7 @@ def frames_part(program):
                                   f"\n&rotating_frame angular_velocity = {rate} /\n")
             more.append(100*(turned/plain - 1))
         parts.append(f"{name}: {min(more):.0f} to {max(more):.0f} %")
-    return f"A [rotating frame](../explanation/conservation.md#rotating-frames) adds: {'; '.join(parts)}.\n"
+    return f"A [rotating frame](../docs/explanation/conservation.md#rotating-frames) adds: {'; '.join(parts)}.\n"
 
 
 def tangent_part(bench):
@@ -211,7 +210,7 @@ def members_part(bench):
 
 def insert(page, name, part):
     """Puts a part between its markers."""
-    path = f"{RESULTS}/{page}.md"
+    path = f"{page}.md"
     with open(path, encoding="utf-8") as file:
         text = file.read()
     begin, end = f"<!-- begin {name} -->\n", f"<!-- end {name} -->\n"
@@ -229,16 +228,16 @@ def main(program, folder, *names):
     def bench(name):
         return output(name, [f"{folder}/bench_{name}"])
 
-    parts = {"step": ("cost-of-a-step", lambda: step_part(bench)),
-             "methods": ("cost-of-a-step", lambda: methods_part(program)),
-             "frames": ("cost-of-a-step", lambda: frames_part(program)),
-             "tangent": ("cost-of-a-step", lambda: tangent_part(bench)),
-             "interfaces": ("cost-of-a-step", lambda: interfaces_part(folder)),
-             "handles": ("cost-of-a-step", lambda: handles_part(folder)),
-             "heavy_top": ("accuracy-costs", lambda: ranking_part(program, "heavy_top")),
-             "choice": ("accuracy-costs", lambda: choice_part(bench)),
-             "explicit": ("accuracy-costs", lambda: explicit_part(bench)),
-             "members": ("accuracy-costs", lambda: members_part(bench))}
+    parts = {"step": ("bench/cost-of-a-step", lambda: step_part(bench)),
+             "methods": ("bench/cost-of-a-step", lambda: methods_part(program)),
+             "frames": ("bench/cost-of-a-step", lambda: frames_part(program)),
+             "tangent": ("bench/cost-of-a-step", lambda: tangent_part(bench)),
+             "interfaces": ("bench/cost-of-a-step", lambda: interfaces_part(folder)),
+             "handles": ("bench/cost-of-a-step", lambda: handles_part(folder)),
+             "heavy_top": ("docs/results/accuracy-costs", lambda: ranking_part(program, "heavy_top")),
+             "choice": ("docs/results/accuracy-costs", lambda: choice_part(bench)),
+             "explicit": ("docs/results/accuracy-costs", lambda: explicit_part(bench)),
+             "members": ("docs/results/accuracy-costs", lambda: members_part(bench))}
     for name, (page, make) in parts.items():
         if not names or name in names:
             insert(page, name, make())
