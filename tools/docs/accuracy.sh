@@ -27,7 +27,7 @@ awk -F ' *[|] *' '$3 ~ /^[0-9]+$/ {runs += $3; failures += $4; kinds = kinds (ki
    END {print runs " runs, " failures " failures. Largest error over the estimate: " kinds "."}' "$parts/exact.txt" >"$parts/exact.md"
 "$path" --dying >"$parts/dying.txt" || status=1
 # The page has the counts in a line, not in a table.
-awk -F ' *[|] *' '$2 ~ /`|h >|^runs|^failed|^estimate|^largest/ {line = line (line == "" ? "" : "; ") $2 ": " $3} /^[A-Z]/ {rest = rest "\n" $0}
+awk -F ' *[|] *' '$2 ~ /`|h >|^runs|^failed|^estimate|^largest/ {line = line (line == "" ? "" : "; ") $2 " (" $3 ")"} /^[A-Z]/ {rest = rest "\n" $0}
    END {print line "." rest}' "$parts/dying.txt" >"$parts/dying.md"
 for part in kept exact dying; do
    cat "$parts/$part.md"
