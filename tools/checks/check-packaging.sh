@@ -44,7 +44,7 @@ as_fpm_dependency() {
    mkdir -p "$project/app" && block link-cmake-fpm fortran 1 >"$project/app/main.f90" && ln -s "$top" "$project/nutate" &&
       block link-cmake-fpm toml 1 >"$project/fpm.toml" && fpm run --directory "$project" --flag -O0 &&
       block link-f77 fortran 1 >"$project/app/spin.f" && ! fpm run spin --directory "$project" --flag -O0 &&
-      block link-cmake-fpm toml 2 >"$project/fpm.toml" && fpm run spin --directory "$project" --flag -O0 &&
+      block link-cmake-fpm toml 2 >>"$project/fpm.toml" && fpm run spin --directory "$project" --flag -O0 &&
       fpm run consumer --directory "$project" --flag -O0
 }
 
