@@ -108,9 +108,12 @@ contains
             end do
          end if
          if (body%has_mass) call page%item('mass', rounded_text(body%mass)//' kg')
-         call page%item('centre of mass', vector_text(body%center_of_mass)//' m')
+         call page%item('centre of mass', vector_text(body%center_of_mass)//' m'// &
+                        trim(merge(', at t = 0: it moves by a table', repeat(' ', 31), &
+                                   scene%system%effects%moves_center)))
          if (scene%system%effects%varies) call page%item('inertia', 'varies with time'// &
-            departure_text(scene%system%effects)//': the moments are those of t = 0, the centre of mass stays')
+            departure_text(scene%system%effects)//': the moments are those of t = 0, the centre of mass '// &
+            trim(merge('moves', 'stays', scene%system%effects%moves_center)))
       end associate
    end subroutine add_body
 

@@ -338,7 +338,7 @@ contains
       if (.not. alone) b = 0.0_wp
    end function field_of_magnetorquers
 
-   !> Adds the work of each effect: of an inner sphere, whose components have works, their sum.
+   !> Adds the work of each effect that can do work: of an inner sphere, whose components have works, their sum.
    subroutine add_works(page, effects, work)
       type(page_t), intent(inout) :: page
       type(effect_list_t), intent(in) :: effects
@@ -348,6 +348,10 @@ contains
       first = effects%n_torques + 2*effects%n_reaction_wheels
       last = first + 6*effects%n_spheres
       do i = 1, size(work)
+         if (i <= effects%n_torques) then
+            ! Masses that stay in the body exert no torque from outside.
+            if (effects%torques(i)%item%is_internal) cycle
+         end if
          if (i <= first .or. i > last) then
             call page%item('work of '//worker_name(effects, i), rounded_text(work(i))//' J')
          else if (modulo(i - first, 6) == 0) then

@@ -53,7 +53,8 @@ contains
                if (group%number('altitude', least_altitude) < least_altitude) call add_note(notes, &
                   'the altitude of the orbit is '//rounded_text(group%number('altitude', 0.0_wp))//' m (km need 1e3)')
             case ('gravity')
-               if (.not. any(abs(scene%system%body%center_of_mass) > 0.0_wp)) call add_note(notes, &
+               if (.not. (any(abs(scene%system%body%center_of_mass) > 0.0_wp) .or. &
+                          scene%system%effects%moves_center)) call add_note(notes, &
                   '&gravity has no effect: '// &
                   'centre of mass and reference point coincide (set center_of_mass)')
             case ('ensemble')

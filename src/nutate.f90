@@ -84,6 +84,7 @@ module nutate
    use nutate_applied_torque, only: applied_torque_t
    use nutate_bodies, only: bodies_t
    use nutate_body, only: body_t, make_body, make_shape_body
+   use nutate_center_change, only: center_change_t, make_tabulated_center
    use nutate_chaos, only: chaos_t
    use nutate_chaos_settings, only: chaos_settings_t
    use nutate_rotor, only: rotor_t

@@ -70,6 +70,9 @@ module suites_of_effects
       module subroutine collect_periodic_start(testsuite)
          type(unittest_type), allocatable, intent(out) :: testsuite(:)
       end subroutine collect_periodic_start
+      module subroutine collect_reshaped_bodies(testsuite)
+         type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      end subroutine collect_reshaped_bodies
       module subroutine collect_saturation(testsuite)
          type(unittest_type), allocatable, intent(out) :: testsuite(:)
       end subroutine collect_saturation
@@ -139,6 +142,7 @@ contains
          new_testsuite("moon_states", collect_moon_states), &
          new_testsuite("time_dependent", collect_time_dependent), &
          new_testsuite("varying_inertia", collect_varying_inertia), &
+         new_testsuite("reshaped_bodies", collect_reshaped_bodies), &
          new_testsuite("near_rest", collect_near_rest), &
          new_testsuite("flyby", collect_flyby), &
          new_testsuite("orbit", collect_orbit), &

@@ -5,11 +5,13 @@
 !> chosen by the last two columns. Roots and cosines are its own: not every compiler has them in that precision.
 module test_oracle
    use nutate_applied_torque, only: applied_torque_t
+   use nutate_center_change, only: center_change_t
    use nutate_damping, only: damping_t
    use nutate_gravity_gradient, only: gravity_gradient_t
    use nutate_inertia_change, only: inertia_change_t
    use nutate_kinds, only: wp
    use nutate_linear_potential, only: linear_potential_t
+   use nutate_piecewise, only: piecewise_t
    use nutate_spring, only: spring_t
    use nutate_state, only: state_t
    use nutate_system, only: system_t
@@ -260,7 +262,7 @@ contains
       integer, intent(in) :: derivative
       integer, intent(in), optional :: only
       real(qp) :: change(3, 3), start, stop, six(6)
-      integer :: i, k
+      integer :: i
       change = 0.0_qp
       do i = 1, system%effects%n_torques
          if (present(only)) then
@@ -270,10 +272,10 @@ contains
             select type (torque)
             type is (inertia_change_t)
                if (torque%is_table) then
-                  six(1:3) = value_of(torque%squares%x, torque%squares%c, torque%squares%degree)
+                  six(1:3) = value_of(motion, t, torque%squares, derivative)
                   six(4:6) = 0.0_qp
                   if (allocated(torque%products%x)) &
-                     six(4:6) = value_of(torque%products%x, torque%products%c, torque%products%degree)
+                     six(4:6) = value_of(motion, t, torque%products, derivative)
                   change = change + real(torque%scale, qp)*reshape([six(1), six(4), six(5), six(4), six(2), six(6), &
                                                                    six(5), six(6), six(3)], [3, 3])
                   if (derivative == 0) change = change - real(torque%scale*torque%tabulated_at(0.0_wp), qp)
@@ -289,29 +291,49 @@ contains
             end select
          end associate
       end do
-
-   contains
-
-      !> The polynomial of the interval, or its derivative.
-      function value_of(x, c, degree) result(value)
-         real(wp), intent(in) :: x(0:), c(:, 0:, :)
-         integer, intent(in) :: degree
-         real(qp) :: value(3), s, h
-         integer :: j
-         k = 1
-         do while (k < ubound(x, 1) .and. motion%moment > x(k))
-            k = k + 1
-         end do
-         h = real(x(k), qp) - real(x(k - 1), qp)
-         s = (t - real(x(k - 1), qp))/h
-         value = 0.0_qp
-         do j = degree, derivative, -1
-            value = value*s + real(merge(j, 1, derivative == 1), qp)*real(c(:, j, k), qp)
-         end do
-         if (derivative == 1) value = value/h
-      end function value_of
-
    end function change_of
+
+   !> Displacement of the centre of mass since t = 0, m.
+   function displacement_of(motion, system, t) result(displacement)
+      type(motion_t), intent(in) :: motion
+      type(system_t), intent(in) :: system
+      !> s.
+      real(qp), intent(in) :: t
+      real(qp) :: displacement(3)
+      integer :: i
+      displacement = 0.0_qp
+      do i = 1, system%effects%n_torques
+         associate (torque => system%effects%torques(i)%item)
+            select type (torque)
+            type is (center_change_t)
+               displacement = displacement + value_of(motion, t, torque%curve, 0) - real(torque%center_at(0.0_wp), qp)
+            end select
+         end associate
+      end do
+   end function displacement_of
+
+   !> The polynomial of the interval, or its derivative.
+   function value_of(motion, t, curve, derivative) result(value)
+      type(motion_t), intent(in) :: motion
+      !> s.
+      real(qp), intent(in) :: t
+      type(piecewise_t), intent(in) :: curve
+      !> 0 or 1.
+      integer, intent(in) :: derivative
+      real(qp) :: value(3), s, h
+      integer :: j, k
+      k = 1
+      do while (k < curve%n .and. motion%moment > curve%x(k))
+         k = k + 1
+      end do
+      h = real(curve%x(k), qp) - real(curve%x(k - 1), qp)
+      s = (t - real(curve%x(k - 1), qp))/h
+      value = 0.0_qp
+      do j = curve%degree, derivative, -1
+         value = value*s + real(merge(j, 1, derivative == 1), qp)*real(curve%c(:, j, k), qp)
+      end do
+      if (derivative == 1) value = value/h
+   end function value_of
 
    !> u - cω, ω = h/Jw - s·Ω; the motor acts at all times.
    real(qp) function wheel_torque(wheel, t, h, omega) result(torque)
@@ -342,10 +364,14 @@ contains
          associate (potential => system%effects%potentials(i)%item)
             select type (potential)
             class is (linear_potential_t)
-               tau = tau + cross(real(potential%moment, qp), to_space_of(potential%direction))
+               tau = tau + cross(real(potential%moment, qp) + real(potential%by_center, qp)* &
+                                 displacement_of(motion, system, t), to_space_of(potential%direction))
             class is (gravity_gradient_t)
                tau = tau + cross(to_space_of(potential%direction), &
                                  matmul(real(potential%stiffness, qp), to_space_of(potential%direction)))
+               if (system%effects%varies) &
+                  tau = tau + 3*real(potential%strength, qp)*cross(to_space_of(potential%direction), &
+                     matmul(change_of(motion, system, t, 0), to_space_of(potential%direction)))
             class is (spring_t)
                tau = tau + spring_torque(potential, to_space_of(potential%direction))
             class default
@@ -359,6 +385,8 @@ contains
             select type (torque)
             class is (damping_t)
                tau = tau - real(torque%coefficient, qp)*omega
+            type is (center_change_t)
+               cycle
             type is (inertia_change_t)
                if (torque%mass_leaves) tau = tau + matmul(change_of(motion, system, t, 1, i), omega)
             class is (applied_torque_t)

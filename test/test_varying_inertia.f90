@@ -6,7 +6,6 @@ module test_varying_inertia
    use nutate_damping, only: damping_t
    use nutate_exact_free, only: free_body_t
    use nutate_gravity, only: gravity_t
-   use nutate_gravity_gradient, only: gravity_gradient_t
    use nutate_hamiltonian, only: angular_velocity, body_momentum, make_state, space_momentum, total_energy
    use nutate_inertia_change, only: inertia_change_t, make_tabulated_inertia
    use nutate_kinds, only: wp, eps
@@ -648,9 +647,6 @@ contains
          rest = ' / &initial angular_velocity = 0.8, -0.6, 1.4 / &integrator time_step = 1, end_time = 5'
       call expect(body//'tensor = 3*0.1'//rest//" method = 'exact' /", &
                   "method 'exact' has no solution for an inertia that varies (expected another method)")
-      call expect(body//'tensor = 3*0.1 / &gravity_gradient strength = 1, direction = 0, 0, 1'//rest//' /', &
-                  'the effect gravity_gradient needs a constant inertia (expected no inertia_rate and '// &
-                  'inertia_table with it)')
       call expect(body//'tensor = 0, 0, -0.25'//rest//' /', 'the inertia is that of no rigid body: one moment '// &
                   'exceeds the sum of the other two, at t = 2.000000 s')
       call expect('&body inertia = 2, 1.5, 1, check_triangle = .false. / &inertia_rate tensor = 0, -0.5, -0.5'// &

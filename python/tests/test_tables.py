@@ -56,6 +56,16 @@ class TableTest(unittest.TestCase):
         again = nutate.solve(table, omega0=(0.8, -0.6, 1.4), t_span=(0, 5), accuracy=1e-10)
         np.testing.assert_allclose(again.sol(5.0)[1], solution.sol(5.0)[1], atol=1e-9)
 
+    def test_a_centre_of_mass_that_moves(self):
+        with open(self.table, "w", encoding="utf-8") as file:
+            file.write("t (s),x (m),y (m),z (m)\n0,0,0,0.1\n4,0,0,0.3\n")
+        top = nutate.System(text=f"&body inertia = 2, 2, 1, mass = 3, center_of_mass_table = '{self.table}' / "
+                            "&gravity acceleration = 0, 0, -10 /")
+        stepper = nutate.Stepper(top, time_step=0.1, order=2)
+        stepper.set_state(q=(1, 0, 0, 0), omega=(0, 0, 40))
+        # m g h = 3 kg, 10 m/s2, 0.2 m.
+        self.assertAlmostEqual(stepper.run(40)["work"][-1], 6.0, delta=1e-13)
+
     def test_a_scene_with_a_table_and_times_is_that_of_the_program(self):
         for settings in (("integrator.order=4",), ("output.times=0.01,0.0123,0.4999",), ("output.degrees=.true.", "output.columns='euler'"),
                          ("integrator.method='taylor'", "output.times=0.0731,0.1,0.5")):

@@ -88,6 +88,8 @@ module nutate_keys
       type(setting_t), allocatable :: settings(:)
       !> Table that the key `table` of the group names; not allocated if there is none, or if it has not been read.
       type(table_t), allocatable :: table
+      !> Table of the path of the centre of mass of &body, likewise.
+      type(table_t), allocatable :: center_table
    contains
       !> Returns true if the scene gives this key.
       procedure :: has

@@ -5,17 +5,20 @@
 !> In the interval k, from x(k-1) to x(k), the vector is c₀ + c₁s + c₂s² + ..., s = (x - x(k-1))/h, h its length: so
 !> the size of the coefficients does not depend on the unit of time.
 module nutate_piecewise
-   use nutate_kinds, only: wp
+   use nutate_kinds, only: wp, eps
    use nutate_lapack, only: dptsv
    use nutate_small_products, only: vector_length
    implicit none
    private
 
    public :: piecewise_t, new_hermite, new_linear, new_spline
-   public :: value_at, taylor_term, find_bounds
+   public :: value_at, taylor_term, find_bounds, move_inside
 
    !> Least number of points of a periodic spline; its last point, which equals the first, is included.
    integer, parameter, public :: least_periodic = 4
+
+   !> Distance by which a time at an end is moved into its interval, over the size of the times: beyond their rounding.
+   real(wp), parameter :: inside = 4*eps
 
    !> A vector of three components as a function of time.
    type :: piecewise_t
@@ -32,6 +35,10 @@ module nutate_piecewise
    contains
       !> Returns the interval of a time.
       procedure :: find
+      !> Computes the interval around a time, less the rounding of its ends.
+      procedure :: piece
+      !> Returns the next time between two intervals.
+      procedure :: next_time
    end type piecewise_t
 
 contains
@@ -229,6 +236,52 @@ contains
          end if
       end do
    end function find
+
+   !> Computes the interval around a time, in which the vector is one polynomial, less the rounding of its ends.
+   pure subroutine piece(self, moment, start, stop)
+      class(piecewise_t), intent(in) :: self
+      !> Time, and ends of the interval, s.
+      real(wp), intent(in) :: moment
+      real(wp), intent(out) :: start, stop
+      integer :: k
+      k = self%find(moment)
+      start = self%x(k - 1)
+      stop = self%x(k)
+      call move_inside(moment, start, stop)
+   end subroutine piece
+
+   !> Moves the ends of an interval inside by their rounding; onto a time in it, if nothing would be left.
+   pure subroutine move_inside(moment, start, stop)
+      !> Time in the interval, and its ends, s.
+      real(wp), intent(in) :: moment
+      real(wp), intent(inout) :: start, stop
+      real(wp) :: edge
+      edge = inside*max(abs(start), abs(stop))
+      if (stop - start > 2*edge) then
+         start = start + edge
+         stop = stop - edge
+      else
+         start = moment
+         stop = moment
+      end if
+   end subroutine move_inside
+
+   !> Returns the next end of an interval after a time, s; beyond all times if there is none.
+   pure real(wp) function next_time(self, t, sense) result(next)
+      class(piecewise_t), intent(in) :: self
+      !> Time, s, and direction of time: 1 or -1.
+      real(wp), intent(in) :: t, sense
+      integer :: k, way
+      way = nint(sense)
+      next = sense*huge(next)
+      if (sense*(self%x(merge(self%n, 0, way > 0)) - t) <= 0.0_wp) return
+      k = self%find(t) - 1
+      if (way < 0) k = k + 1
+      do while (sense*(self%x(k) - t) <= 0.0_wp)
+         k = k + way
+      end do
+      next = self%x(k)
+   end function next_time
 
    !> Returns the vector at a time of an interval, by the polynomial of that interval.
    pure function value_at(self, k, time) result(value)

@@ -6,7 +6,7 @@ module nutate_small_products
    private
 
    public :: skew, times_vector, times_columns, multiply, add_multiple, add_outer, vector_length, lies_along, &
-      is_symmetric_about, is_positive, symmetric_inverse
+      is_symmetric_about, is_positive, symmetric_inverse, deviator
 
 contains
 
@@ -124,6 +124,19 @@ contains
       inverse(3, 1) = inverse(1, 3)
       inverse(3, 2) = inverse(2, 3)
    end function symmetric_inverse
+
+   !> Returns a matrix less its isotropic part; shape (3,3).
+   pure function deviator(a) result(rest)
+      real(wp), intent(in) :: a(3, 3)
+      real(wp) :: rest(3, 3)
+      real(wp) :: mean
+      integer :: i
+      mean = (a(1, 1) + a(2, 2) + a(3, 3))/3
+      rest = a
+      do i = 1, 3
+         rest(i, i) = rest(i, i) - mean
+      end do
+   end function deviator
 
    !> Returns |v|: the same digits in any unit of a power of two, where `norm2` rounds differently above and below 1.
    !> For components whose squares neither overflow nor underflow.

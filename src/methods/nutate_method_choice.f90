@@ -175,10 +175,6 @@ contains
          call take('nielsen_krenk', settings)
          settings%formulation = 'reduced'
          reason = 'strong damping makes explicit steps shorter than the accuracy requires'
-      else if (system%effects%varies .and. system%effects%frame_turns) then
-         call take('dop853', settings)
-         settings%conserve = .true.
-         reason = 'the inertia varies in rotating axes; with the projection onto the invariants'
       else if (without_series /= '') then
          call take('dop853', settings)
          settings%conserve = .true.

@@ -102,6 +102,9 @@ contains
       allocate (moved)
       moved%moves = item%moves
       moved%pace = item%pace
+      moved%by_inertia = item%by_inertia
+      moved%by_center = item%by_center
+      moved%varies = item%varies
       moved%direction = item%direction + item%direction_change(change, 0.0_wp)
       moved%change = change
       call move_alloc(item, moved%base)

@@ -20,6 +20,7 @@ contains
          if (status%ok() .and. any(abs(variations(k)%frame) > 0.0_wp) .and. .not. system%effects%frame_turns) &
             status = fail(NUTATE_BAD_ARGUMENT, 'the rate of the space axes has a derivative only where they turn '// &
                           '(expected a rotating_frame with a rate)', variations(k)%name)
+         if (status%ok() .and. system%effects%reshapes) call check_reshaped(system%effects, variations(k), status)
       end do
       if (.not. status%ok()) return
       self%n = size(variations)
@@ -45,6 +46,37 @@ contains
       self%energy = self%energy_row(system, state)
       self%space_momentum = self%momentum_row(state)
    end procedure begin
+
+   !> Rejects sensitivities by parameters on which a potential that varies with the body depends. Errors:
+   !> `NUTATE_BAD_ARGUMENT`.
+   subroutine check_reshaped(effects, variation, status)
+      type(effect_list_t), intent(in) :: effects
+      type(variation_t), intent(in) :: variation
+      type(status_t), intent(inout) :: status
+      type(variation_t) :: whole
+      logical :: changes
+      integer :: i, m
+      whole = variation
+      call whole%follow_body(effects)
+      call whole%follow_orbits(effects, status)
+      if (.not. allocated(whole%effects)) return
+      changes = .false.
+      do m = 1, size(whole%effects)
+         associate (item => whole%effects(m))
+            if (item%kind == OF_TORQUE) then
+               changes = changes .or. effects%torques(item%place)%item%changes_inertia .or. &
+                         effects%torques(item%place)%item%moves_center
+            else if (item%kind == OF_POTENTIAL) then
+               do i = 1, effects%n_potentials
+                  changes = changes .or. effects%potentials(i)%place == item%place .and. &
+                            effects%potentials(i)%item%varies
+               end do
+            end if
+         end associate
+      end do
+      if (changes) status = fail(NUTATE_BAD_ARGUMENT, 'there is no derivative by a parameter of the body or of its '// &
+                                 'gravity while the body changes (expected one by the initial state)', variation%name)
+   end subroutine check_reshaped
 
    !> Sets θ, δL and δh at the initial state; for parameters, with fixed Ω0 and speeds of the wheels.
    subroutine start_sensitivities(self, system, state)

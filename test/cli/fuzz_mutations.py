@@ -28,7 +28,7 @@ WORDS = [
     b"title = 'a\nb'", b"inertia(2) = 7", b"body%mass = 1", b"=/", b"every = 0", b"shape = 'box'", b"mass = 1.0",
     b"table = 'table.csv'", b"table = 'scene.nml'", b"table = '.'", b"interpolation = 'cubic'", b"outside = 'periodic'",
     b"axes = 'space'", b"table = 'motor.csv'", b"speed_limit = 3", b"torque_limit = 0.2", b"law = 'bdot'",
-    b"by = 'wheels'", b"sample = 0.1", b"gains = 'scalar'",
+    b"inertia_table = 'inertia.csv'", b"center_of_mass_table = 'center.csv'", b"by = 'wheels'", b"sample = 0.1", b"gains = 'scalar'",
     b"times = 0.1, 0.2", b"times_file = 'table.csv'", b"precision = 3", b"degrees = T",
 ]
 RAW = [

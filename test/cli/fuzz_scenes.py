@@ -102,9 +102,24 @@ def body(dice, scales):
         if dice.random() < 0.2:
             lines.append("inertia_about = 'center_of_mass'")
     lines.append(f"mass = {scales.text(mass=1, signed=False)}")
+    if dice.random() < 0.1:
+        return body_by_tables(dice)
     if dice.random() < 0.7:
         lines.append(f"center_of_mass = {dice.choice((scales.text(3, length=1), '0, 0, ' + scales.text(length=1)))}")
     return group("body", lines)
+
+
+def body_by_tables(dice):
+    lines = [f"center_of_mass_table = '{dice.choice(('center.csv', 'center.csv', 'track.csv'))}'"] if dice.random() < 0.7 else []
+    if lines and dice.random() < 0.5:
+        lines.append(f"center_of_mass_interpolation = '{dice.choice(('linear', 'cubic'))}'")
+    if dice.random() < 0.7:
+        lines += [f"inertia_table = '{dice.choice(('inertia.csv', 'inertia.csv', 'center.csv'))}'",
+                  f"inertia_interpolation = '{dice.choice(('linear', 'cubic'))}'"]
+        lines += [f"mass_leaves = .{dice.choice(('true', 'false'))}."] if dice.random() < 0.3 else []
+    else:
+        lines.append("inertia = 1, 1.5, 2")
+    return group("body", lines + [f"mass = {dice.choice(('0.1', '2', '1e-30'))}"])
 
 
 def moments(dice, scales):
@@ -383,6 +398,22 @@ TRACK = b"""t (s),x (m),y (m),z (m),vx (m/s),vy (m/s),vz (m/s)
 0.5,1.2,1,0.5,0,0.5,0.1
 2,1,2,0.7,-0.2,0.6,0
 1e3,1e3,600,0.7,1,0.6,0
+"""
+
+
+INERTIA = b"""t (s),J1 (kg m2),J2 (kg m2),J3 (kg m2)
+-2,1,1.5,2
+0.5,1.2,1.5,2
+2,1.2,1.6,2.5
+1e3,1.2,1.6,2.7
+"""
+
+
+CENTER = b"""t (s),x (m),y (m),z (m)
+-2,0,0,0.1
+0.5,0.1,0,0.2
+2,0.1,-0.2,0.3
+1e3,0.1,-0.2,0.2
 """
 
 

@@ -13,7 +13,7 @@ import subprocess
 import tempfile
 
 from fuzz_mutations import BASES, MUTATIONS, make_overrides, stretch
-from fuzz_scenes import FRAME, MEASURED, MOTOR, POINTS, TABLE, TRACK, write_scene
+from fuzz_scenes import CENTER, FRAME, INERTIA, MEASURED, MOTOR, POINTS, TABLE, TRACK, write_scene
 
 LONGEST_RUN = 1000
 
@@ -165,6 +165,8 @@ def put_scene(folder, text):
     (folder / "table.csv").write_bytes(TABLE)
     (folder / "motor.csv").write_bytes(MOTOR)
     (folder / "track.csv").write_bytes(TRACK)
+    (folder / "center.csv").write_bytes(CENTER)
+    (folder / "inertia.csv").write_bytes(INERTIA)
     (folder / "points.csv").write_bytes(POINTS)
     (folder / "measured.csv").write_bytes(MEASURED)
     (folder / "frame.aem").write_bytes(FRAME)
@@ -194,8 +196,8 @@ def fault_of(command, case, done, folder):
 
 def fault_of_files(folder, expected):
     events = {name.replace("history.", "history.events.") for name in expected}
-    found = sorted(set(os.listdir(folder)) - {"scene.nml", "table.csv", "motor.csv", "track.csv", "points.csv", "measured.csv",
-                                           "frame.aem"} - events)
+    found = sorted(set(os.listdir(folder)) - {"scene.nml", "table.csv", "motor.csv", "track.csv", "center.csv", "inertia.csv",
+                                           "points.csv", "measured.csv", "frame.aem"} - events)
     return "" if found == expected else f"left {found} instead of {expected}"
 
 

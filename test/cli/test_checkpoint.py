@@ -46,6 +46,18 @@ INERTIA = """t (s),J11 (kg m2),J22 (kg m2),J33 (kg m2)
 0.1117,5.2,18,15.5
 0.5,5.5,17,15
 """
+CENTER = """t (s),x (m),y (m),z (m)
+0,0.1,0,0.2
+0.0731,0.2,0,0.3
+0.5,0.2,0.1,0.1
+"""
+LEANING = """&body inertia_table = 'inertia.csv', mass = 2, center_of_mass_table = 'center.csv' /
+&gravity /
+&gravity_gradient direction = 1, 2, 3, strength = 2 /
+&initial angular_velocity = 3, 1, 5 /
+&integrator time_step = 0.01, end_time = 0.4 /
+&output columns = 'quaternion', 'energy', 'works' /
+"""
 GROWING = """&body inertia_table = 'inertia.csv', inertia_interpolation = 'cubic' /
 &inertia_rate tensor = 3*-0.5, start = 0.05, stop = 0.3, mass_leaves = .true. /
 &initial angular_velocity = 3, 1, 5 /
@@ -208,6 +220,18 @@ class Resumed(CheckpointTest):
         self.interrupt("growing.nml", 14)
         self.write("inertia.csv", INERTIA.replace("5.5,17", "5.5,17.0"))
         self.fail_with(2, "run", "growing.nml", "--resume", "ck", says=["another scene (&body is not the same)"])
+
+    def test_a_centre_of_mass_by_a_table(self):
+        self.write("inertia.csv", INERTIA)
+        self.write("center.csv", CENTER)
+        self.write("leaning.nml", LEANING)
+        for method in [*CONSERVING, *EXPLICIT, ("taylor", None, None)]:
+            self.resumes_exactly("leaning.nml", (7, 14), *method_settings(*method))
+        self.interrupt("leaning.nml", 14)
+        self.write("center.csv", CENTER.replace("0.1,0,0.2", "0.1,0,0.20"))
+        self.fail_with(2, "run", "leaning.nml", "--resume", "ck", says=["another scene (&body is not the same)"])
+        self.write("center.csv", CENTER)
+        self.succeed("run", "leaning.nml", "--resume", "ck")
 
     def test_the_exact_motion(self):
         self.resumes_exactly("box.nml", (1, 20), "--set", "integrator.method='exact'")

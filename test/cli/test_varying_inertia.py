@@ -24,6 +24,8 @@ class VaryingInertia(CommandLineTest):
         for name in ("boom", "rate"):
             page = self.succeed("run", f"{name}.nml").stderr
             self.assertIn("work of time-dependent inertia", page)
+            # Masses that stay exert no torque.
+            self.assertNotIn("work of inertia_", page)
             _, rows = self.history(f"{name}.csv")
             for row in rows:
                 for component in (4, 5, 6):
@@ -75,6 +77,57 @@ class VaryingInertia(CommandLineTest):
         rate, omega = header.index("inertia_rate.tensor.3"), header.index("omega3")
         self.assertEqual(len({row[omega] for row in rows}), 3)
         self.assertEqual([row[omega] for row in sorted(rows, key=lambda row: row[rate])], sorted((row[omega] for row in rows), reverse=True))
+
+    def test_a_boom_deploys_in_the_gravity_gradient(self):
+        orbit = "&orbit altitude = 500e3, inclination = 0.9{} /\n&gravity_gradient /\n"
+        scene = ("&body inertia_table = 'long.csv', inertia_interpolation = 'cubic' /\n{}&initial angular_velocity = 1e-3, 2e-3, 3e-3, attitude_from = 'lvlh', rate_from = 'lvlh' /\n"
+                 "&integrator end_time = 6000.0{} /\n&output columns = 'energy', 'time_dependent_work', 'lvlh_attitude', every = 100 /\n")
+        self.write("long.csv", "t (s),J1 (kg m2),J2 (kg m2),J3 (kg m2)\n0,20,25,30\n1000,25,90,95\n3000,25,190,195\n6000,25,190,195\n")
+        method = ", method = 'nielsen_krenk', order = {}, formulation = 'reduced', time_step = 10.0"
+        self.write("boom.nml", scene.format(orbit.format(""), method.format(2)))
+        page = self.succeed("run", "boom.nml").stderr
+        self.assertIn("work of dependence on time", page)
+        residual = float(re.search(r"energy residual +(\S+)", page)[1])
+        self.assertLess(residual, 1e-14)
+        self.succeed("run", "boom.nml", "--quiet", "--set", "integrator.order=8", "--output", "order8.csv")
+        expected = self.history("order8.csv")[1][-1]
+        # In LVLH axes the gradient stands, and roll, pitch and yaw are the same.
+        for name, frame, settings in (("lvlh", ", frame = 'lvlh'", method.format(8)), ("series", "", ", accuracy = 1e-9"),
+                                      ("lvlh_series", ", frame = 'lvlh'", ", method = 'taylor', conserve = .true., time_step = 10.0"),
+                                      ("explicit", "", ", method = 'dop853', conserve = .true., time_step = 10.0")):
+            self.write(f"{name}.nml", scene.format(orbit.format(frame), settings))
+            self.succeed("run", f"{name}.nml", "--quiet")
+            last = self.history(f"{name}.csv")[1][-1]
+            for value, other in zip(last[6:9], expected[6:9]):
+                self.assertAlmostEqual(value, other, delta=2e-9, msg=name)
+
+    def test_a_centre_of_mass_moves(self):
+        self.write("center.csv", "t (s),x (m),y (m),z (m)\n0,0,0,0.1\n2,0,0,0.3\n6,0,0,0.2\n")
+        scene = ("&body inertia = 2, 2, 1, mass = 3, center_of_mass_table = 'center.csv' /\n&gravity acceleration = 0, 0, -10 /\n"
+                 "&initial angular_velocity = 0, 0, 40 /\n&integrator time_step = 0.05, end_time = 2.0 /\n"
+                 "&output columns = 'energy', 'time_dependent_work', 'works' /\n")
+        self.write("rise.nml", scene)
+        page = self.succeed("run", "rise.nml").stderr
+        # m g h = 3 kg, 10 m/s2, 0.2 m.
+        self.assertRegex(page, r"work of time-dependent potentials +6 J")
+        self.assertNotIn("work of center", page)
+        page = self.succeed("check", "rise.nml").stdout
+        self.assertIn("0, 0, 0.1 m, at t = 0: it moves by a table", page)
+        self.fail_with(2, "check", "rise.nml", "--set", "integrator.end_time=7",
+                       says=("end_time is outside of the table of the centre of mass (expected 0 to 6 s)",))
+        self.fail_with(2, "run", "rise.nml", "--set", "integrator.method='exact'", says=("method 'exact' solves free bodies only",))
+        self.fail_with(2, "check", "rise.nml", "--set", "body.center_of_mass=0,0,1", says=("exclude each other",))
+        self.fail_with(2, "check", "rise.nml", "--set", "body.inertia_about='center_of_mass'", says=("the centre of mass moves",))
+        self.write("free.nml", scene.replace("&gravity acceleration = 0, 0, -10 /\n", ""))
+        self.fail_with(2, "check", "free.nml", says=("free.nml:1:", "nothing in the scene depends on the centre of mass"))
+        self.write("fuel.nml", scene.replace("inertia = 2, 2, 1", "inertia_table = 'table.csv', mass_leaves = .true."))
+        self.fail_with(2, "check", "fuel.nml", says=("the weight of a body whose centre of mass moves needs a constant mass",))
+        self.write("both.nml", scene.replace("inertia = 2, 2, 1", "inertia_table = 'table.csv'"))
+        self.succeed("run", "both.nml", "--quiet")
+        self.write("center.csv", "t (s),x (m),y (m),z\n0,0,0,0.1\n2,0,0,0.3\n")
+        self.fail_with(2, "check", "rise.nml", says=("center.csv:1:", "lacks the unit (m)"))
+        self.write("center.csv", "t (s),x (m),y (m),z (m)\n1,0,0,0.1\n2,0,0,0.3\n")
+        self.fail_with(2, "check", "rise.nml", says=("center.csv:2: the table of the centre of mass lacks t = 0",))
 
     def test_a_fit_finds_rates_and_scale(self):
         for name, key, near in (("rate", "inertia_rate.tensor.3", "inertia_rate.tensor=0.05,0.2,0.15"),

@@ -1,7 +1,7 @@
 !> The columns that a history has for each effect: the energy of each potential, the work of each effect that does work.
 module nutate_effect_columns
    use nutate_effect_list, only: effect_list_t
-   use nutate_hamiltonian, only: body_direction
+   use nutate_hamiltonian, only: energy_of
    use nutate_kinds, only: wp
    use nutate_observer, only: run_record_t
    use nutate_spelling, only: joined
@@ -73,7 +73,7 @@ contains
       energies = 0.0_wp
       do i = 1, effects%n_potentials
          associate (potential => effects%potentials(i))
-            energies(potential%place) = potential%item%energy(body_direction(effects, i, state%q, state%t))
+            energies(potential%place) = energy_of(effects, i, state%q, state%t)
          end associate
       end do
    end function energies_of

@@ -17,7 +17,7 @@ module nutate_discrete_forces
    use nutate_kinds, only: wp
    use nutate_quaternion, only: cross, quat_conjugate, quat_left_matrix, quat_product, rotate_to_body, &
       rotation_matrix
-   use nutate_small_products, only: times_columns, times_vector
+   use nutate_small_products, only: deviator, times_columns, times_vector
    implicit none
    private
 
@@ -43,6 +43,11 @@ module nutate_discrete_forces
       !> (3, number of potentials) and (number of potentials).
       real(wp), allocatable :: slope(:, :)
       logical, allocatable :: is_linear(:)
+      !> Some potentials vary with the body. What its changes since t = 0 add to ∇U at mid step, without the part that
+      !> exerts no torque: Eγ + g; shapes (3,3, number of potentials) and (3, number of potentials). Not allocated if
+      !> none varies.
+      logical :: reshapes = .false.
+      real(wp), allocatable :: stiffness(:, :, :), push(:, :)
       !> All effects are potentials with constant ∇U; R(u), shape (3,3), if there are potentials.
       logical :: in_fields = .false.
       real(wp) :: columns(3, 3) = 0.0_wp
@@ -57,6 +62,8 @@ module nutate_discrete_forces
       procedure :: prepare
       !> Starts a step.
       procedure :: start
+      !> Adds to a discrete gradient, and its derivatives, what changes of the body add.
+      procedure :: add_changes
       !> Computes s = [s0, τ] for an end of the step.
       procedure :: evaluate
       !> Computes s and its derivatives.
@@ -92,6 +99,10 @@ contains
       if (allocated(self%acts)) deallocate (self%acts)
       if (effects%n_torques > 0) allocate (self%acts(effects%n_torques), source=.true.)
       if (allocated(self%direction)) deallocate (self%direction, self%gamma0, self%slope, self%is_linear)
+      if (allocated(self%push)) deallocate (self%stiffness, self%push)
+      self%reshapes = effects%n_potentials > 0 .and. effects%reshapes
+      if (self%reshapes) allocate (self%stiffness(3, 3, effects%n_potentials), self%push(3, effects%n_potentials), &
+                                   source=0.0_wp)
       if (effects%n_potentials == 0) return
       allocate (self%direction(3, effects%n_potentials), self%gamma0(3, effects%n_potentials), &
                 self%slope(3, effects%n_potentials), source=0.0_wp)
@@ -113,6 +124,11 @@ contains
       other%by_attitude = self%by_attitude
       other%projection = self%projection
       other%in_fields = self%in_fields
+      other%reshapes = self%reshapes
+      if (allocated(self%push)) then
+         call move_alloc(self%stiffness, other%stiffness)
+         call move_alloc(self%push, other%push)
+      end if
       if (allocated(self%acts)) call move_alloc(self%acts, other%acts)
       if (.not. allocated(self%direction)) return
       call move_alloc(self%direction, other%direction)
@@ -155,7 +171,37 @@ contains
             end do
          end associate
       end do
+      if (self%reshapes) call reshape_potentials(self, effects)
    end subroutine start
+
+   !> Computes what changes of the body add to the potentials at mid step.
+   pure subroutine reshape_potentials(self, effects)
+      use nutate_reshaped_potential, only: potential_term
+      class(discrete_forces_t), intent(inout) :: self
+      type(effect_list_t), intent(in) :: effects
+      integer :: i
+      do i = 1, effects%n_potentials
+         associate (potential => effects%potentials(i)%item)
+            if (.not. potential%varies) cycle
+            call potential_term(effects, i, 0, self%t, self%t, 1.0_wp, self%stiffness(:, :, i), self%push(:, i))
+            self%stiffness(:, :, i) = deviator(self%stiffness(:, :, i))
+            if (self%is_linear(i)) self%slope(:, i) = self%push(:, i) - potential%series_moment()
+         end associate
+      end do
+   end subroutine reshape_potentials
+
+   !> Adds to a discrete gradient what changes of the body add, and to its derivatives by both ends, which are equal.
+   pure subroutine add_changes(self, i, gamma0, gamma1, gradient, hessian)
+      class(discrete_forces_t), intent(in) :: self
+      !> Index of the potential.
+      integer, intent(in) :: i
+      !> γ at the ends of the step, body axes; shape (3).
+      real(wp), intent(in) :: gamma0(3), gamma1(3)
+      real(wp), intent(inout) :: gradient(3)
+      real(wp), intent(inout), optional :: hessian(3, 3)
+      gradient = gradient + self%push(:, i) + times_vector(self%stiffness(:, :, i), 0.5_wp*(gamma0 + gamma1))
+      if (present(hessian)) hessian = hessian + 0.5_wp*self%stiffness(:, :, i)
+   end subroutine add_changes
 
    !> Computes s = [s0, τ] for a step that ends at x1. τ is the sum of γ(x̄)×∇̄U(γ0, γ1), the finite derivatives of the
    !> potentials, and of the torques at t̄, x̄/|x̄|, Ω̄. s0 = 0 is the projection (11); without it s0 = -Σ γ(x̄)·∇̄U.
@@ -168,13 +214,14 @@ contains
       real(wp), intent(in) :: omega(3)
       !> [s0, τ], body axes, N m; shape (4).
       real(wp), intent(out) :: s(4)
-      real(wp) :: gamma(3), gradient(3), attitude(4)
+      real(wp) :: gamma(3), gradient(3), end(3), attitude(4)
       integer :: i
       s = 0.0_wp
       do i = 1, effects%n_potentials
          gamma = rotate_to_body(xm, self%direction(:, i))
-         gradient = effects%potentials(i)%item%discrete_gradient(self%gamma0(:, i), &
-                                                                 rotate_to_body(x1, self%direction(:, i)))
+         end = rotate_to_body(x1, self%direction(:, i))
+         gradient = effects%potentials(i)%item%discrete_gradient(self%gamma0(:, i), end)
+         if (self%reshapes) call self%add_changes(i, self%gamma0(:, i), end, gradient)
          s(2:4) = s(2:4) + cross(gamma, gradient)
          if (.not. self%projection) s(1) = s(1) - dot_product(gamma, gradient)
       end do
@@ -248,6 +295,7 @@ contains
          gradient = potential%discrete_gradient(self%gamma0(:, i), gamma1)
          hessian = potential%discrete_hessian(self%gamma0(:, i), gamma1)
       end associate
+      if (self%reshapes) call self%add_changes(i, self%gamma0(:, i), gamma1, gradient, hessian)
       at_mean = quat_left_matrix(quat_product(quat_conjugate(xm), n))
       at_end = 2*quat_left_matrix(quat_product(quat_conjugate(x1), n))
       do j = 1, 4
@@ -282,6 +330,8 @@ contains
             gradient = self%slope(:, i)
          else
             gradient = effects%potentials(i)%item%discrete_gradient(self%gamma0(:, i), square*rotated_back(b, middle))
+            if (self%reshapes) &
+               call self%add_changes(i, self%gamma0(:, i), square*rotated_back(b, middle), gradient)
          end if
          t1 = t1 + square*(middle(2)*gradient(3) - middle(3)*gradient(2))
          t2 = t2 + square*(middle(3)*gradient(1) - middle(1)*gradient(3))
@@ -409,6 +459,7 @@ contains
       end = shrink*rotated_back(b, middle)
       gradient = effects%potentials(i)%item%discrete_gradient(self%gamma0(:, i), end)
       hessian = effects%potentials(i)%item%discrete_hessian(self%gamma0(:, i), end)
+      if (self%reshapes) call self%add_changes(i, self%gamma0(:, i), end, gradient, hessian)
       own = shrink*cross_of(middle, gradient)
       tau = tau + own
       do j = 1, 3

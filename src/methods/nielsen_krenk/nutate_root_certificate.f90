@@ -338,7 +338,10 @@ contains
       type(effect_bounds_t) :: one
       integer :: i
       do i = 1, system%effects%n_potentials
-         call system%effects%potentials(i)%item%bound(map, radius, self%gamma(:, i), slack, one)
+         associate (potential => system%effects%potentials(i)%item)
+            call potential%bound(map, radius, self%gamma(:, i), slack, one)
+            one%known = one%known .and. .not. potential%varies
+         end associate
          call bounds%add(one)
       end do
       do i = 1, system%effects%n_torques

@@ -131,6 +131,10 @@ contains
       else
          end = (twice*twice)*times_vector(self%back, middle)
          call effects%potentials(i)%item%linearize(forces%gamma0(:, i), end, gradient, by_start, by_end)
+         if (forces%reshapes) then
+            call forces%add_changes(i, forces%gamma0(:, i), end, gradient, by_end)
+            by_start = by_start + 0.5_wp*forces%stiffness(:, :, i)
+         end if
          call multiply_between(twice*mean, by_end, end, part)
          mean = (dt*self%shrink)*middle
          if (.not. self%is_curved) then

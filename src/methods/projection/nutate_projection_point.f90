@@ -221,7 +221,8 @@ contains
       self%weight = 0.0_wp
       do i = 1, effects%n_potentials
          associate (potential => effects%potentials(i)%item)
-            is_other(i) = self%components /= ALONG_AXIS .or. .not. potential%is_linear()
+            is_other(i) = self%components /= ALONG_AXIS .or. .not. potential%is_linear() .or. &
+                          potential%varies
             if (.not. is_other(i)) &
                self%weight = self%weight + dot_product(potential%direction, self%axis)*potential%series_moment()
          end associate
@@ -371,10 +372,11 @@ contains
 
    !> Adds U and γ×∇U of the other potentials.
    pure subroutine add_others(self, effects, point)
+      use nutate_reshaped_potential, only: varying_energy, varying_gradient
       class(projection_plan_t), intent(in) :: self
       type(effect_list_t), intent(in) :: effects
       type(projection_point_t), intent(inout) :: point
-      real(wp) :: gamma(3), slope(3)
+      real(wp) :: gamma(3), slope(3), energy
       integer :: i
       do i = 1, size(self%others)
          associate (potential => effects%potentials(self%others(i))%item, rows => point%to_body)
@@ -384,7 +386,12 @@ contains
                gamma = times_vector(rows, potential%direction)
             end if
             slope = potential%gradient(gamma)
-            call add_potential(potential%energy(gamma), slope, gamma, point)
+            energy = potential%energy(gamma)
+            if (potential%varies) then
+               slope = slope + varying_gradient(effects, self%others(i), gamma, self%t)
+               energy = energy + varying_energy(effects, self%others(i), gamma, self%t)
+            end if
+            call add_potential(energy, slope, gamma, point)
          end associate
       end do
    end subroutine add_others

@@ -423,7 +423,7 @@ contains
       real(wp) :: t, power
       t = self%t + fraction*self%dt
       tau = tau + potential_torque(system%effects, q, t)
-      power = time_dependent_power(system%effects, q, t)
+      power = time_dependent_power(system%effects, q, t, self%moment)
       gain = gain + self%dt*power
       associate (work => self%work(size(self%work)))
          work = work + (weight*self%dt)*power

@@ -135,7 +135,7 @@ contains
       are_linear = .true.
       do i = 1, effects%n_potentials
          associate (potential => effects%potentials(i)%item)
-            if (potential%moves .or. .not. potential%is_linear()) are_linear = .false.
+            if (potential%moves .or. potential%varies .or. .not. potential%is_linear()) are_linear = .false.
          end associate
       end do
    end function are_linear

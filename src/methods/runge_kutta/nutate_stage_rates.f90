@@ -11,7 +11,7 @@ module nutate_stage_rates
    use nutate_potential, only: potential_t
    use nutate_quaternion, only: cross, rotate_to_body
    use nutate_rigid_rates, only: rigid_rates_t
-   use nutate_small_products, only: skew, times_vector
+   use nutate_small_products, only: deviator, skew, times_vector
    use nutate_system, only: inverse_inertia_at, system_t
    use nutate_wheel, only: friction_change, axis_change
    implicit none
@@ -161,10 +161,11 @@ contains
 
    !> Adds τ = γ×∇U of the potentials, δγ = γ×θ.
    pure subroutine add_potentials(self, rates, system)
+      use nutate_reshaped_potential, only: potential_term
       type(stage_rates_t), intent(inout) :: self
       type(rigid_rates_t), intent(in) :: rates
       type(system_t), intent(in) :: system
-      real(wp) :: gamma(3), slope(3), tau(3), change(3), curvature(3, 3), along
+      real(wp) :: gamma(3), slope(3), tau(3), change(3), curvature(3, 3), stiffness(3, 3), along
       integer :: i, j
       logical :: linear
       tau = 0.0_wp
@@ -174,6 +175,11 @@ contains
             linear = potential%is_linear()
             slope = potential%gradient(gamma)
             if (.not. linear) curvature = potential%hessian(gamma)
+            if (potential%varies) then
+               call potential_term(system%effects, i, 0, self%t, self%t, 1.0_wp, stiffness, change)
+               slope = slope + change + times_vector(deviator(stiffness), gamma)
+               if (.not. linear) curvature = curvature + deviator(stiffness)
+            end if
             tau = tau + cross(gamma, slope)
             along = dot_product(slope, gamma)
             do j = 1, 3

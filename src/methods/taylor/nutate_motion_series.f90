@@ -123,6 +123,7 @@ contains
       else
          call expand_sse2(self%row_series_t, system%effects, acts, inverse_inertia_at(system, self%t), converges)
       end if
+      if (converges .and. self%frame_turns) call self%torques%add_transported_work(self%time_unit)
    end subroutine expand_varying
 
    !> Computes the coefficients of a free body of diagonal inertia.

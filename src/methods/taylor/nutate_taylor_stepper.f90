@@ -95,11 +95,6 @@ contains
          status = fail(NUTATE_BAD_ARGUMENT, 'series_order is not available', 'series_order')
          return
       end if
-      if (system%effects%varies .and. system%effects%frame_turns) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'the series of an inertia that varies needs space axes that do not '// &
-                       "rotate (expected method = 'dop853' with conserve = .true.)", 'method')
-         return
-      end if
       call self%series%torques%prepare(system%effects, status)
       if (.not. status%ok()) return
       if (allocated(self%series%wheels)) deallocate (self%series%wheels)
@@ -519,7 +514,7 @@ contains
       logical :: works, driven(most_inner)
       works = system%effects%n_works() > 0 .and. .not. system%effects%depends_on_time
       if (works) tangent%work = tangent%work - tangent%energy_row(system, before)
-      if (system%effects%varies) then
+      if (system%effects%varies .or. system%effects%reshapes) then
          status = fail(NUTATE_BAD_ARGUMENT, 'the series of an inertia that varies has no sensitivities (expected '// &
                        "method = 'nielsen_krenk', 'rk8' or 'dop853')", 'method')
          return

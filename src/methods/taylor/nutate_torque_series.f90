@@ -7,10 +7,11 @@
 module nutate_torque_series
    use nutate_effect, only: effect_t, GENERAL_SERIES, LINEAR_SERIES, NO_SERIES, SPACE_SERIES, TIME_SERIES
    use nutate_effect_list, only: effect_list_t
-   use nutate_invariants, only: parallel
+   use nutate_direction_basis, only: choose_basis
    use nutate_kinds, only: wp
    use nutate_quaternion, only: cross
-   use nutate_power_series, only: highest_order
+   use nutate_power_series, only: highest_order, inverses
+   use nutate_reshaped_series, only: inertia_push, reshaped_series_t, transported_power
    use nutate_series_tail, only: series_tail_t
    use nutate_small_products, only: skew, times_vector
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
@@ -41,7 +42,9 @@ module nutate_torque_series
       real(wp) :: inertia(3, 3, 3) = 0.0_wp
       !> A time inside of the step, s, to be set: in the piece of the inertia.
       real(wp) :: moment = 0.0_wp
-      !> Potentials with a general series, and the slot of their auxiliary series.
+      !> Series of the part of potentials that varies with the body; not allocated if none does.
+      type(reshaped_series_t), allocatable, private :: changes
+      !> Potentials with a general series or one that varies, and the slot of their auxiliary series.
       integer :: n_general = 0
       integer, allocatable :: general(:), slot(:)
       !> Slots of the torques that have a general series, negative in space axes; 0 for a linear one.
@@ -76,6 +79,8 @@ module nutate_torque_series
       !> groups of lanes); series of their works ∫ Ω·τ dt in units of time, W, shape (lane, 0:highest_order, groups).
       integer :: n_lanes = 0
       real(wp), allocatable :: omega(:, :), torque(:, :, :, :), works(:, :, :)
+      !> Absolute Ω, rad/s, if the inertia varies; shape (3, 0:highest_order).
+      real(wp), allocatable, private :: absolute(:, :)
       !> ∂τ/∂γ of all slots, for derivatives; shape (3,3, 0:highest_order, slots).
       real(wp), allocatable :: derivative(:, :, :, :)
    contains
@@ -85,6 +90,8 @@ module nutate_torque_series
       procedure :: expand_inertia
       !> Returns what the inertia's higher coefficients add to a coefficient of JΩ.
       procedure :: older_momentum
+      !> Adds the work that a change of the inertia does by the rate of the space axes.
+      procedure :: add_transported_work
       !> Adds a coefficient of all that is not linear in the directions.
       procedure :: add_terms
       !> Begin, add a coefficient, and store each torque, if all of it is linear in Ω or depends on time alone.
@@ -116,10 +123,14 @@ contains
          if (.not. status%ok()) return
       end do
       call sort_potentials(self, effects)
-      call choose_basis(self, effects)
+      call choose_basis(effects, self%basis, self%rank)
       call add_moments(self, effects)
       call make_slots(self, effects)
       call make_axes(self, effects)
+      if (allocated(self%changes)) deallocate (self%changes)
+      if (.not. effects%reshapes) return
+      allocate (self%changes)
+      call self%changes%prepare(effects)
    end subroutine prepare
 
    subroutine demand_series(effect, status)
@@ -143,73 +154,14 @@ contains
       allocate (self%general(effects%n_potentials))
       self%n_general = 0
       do i = 1, effects%n_potentials
-         if (effects%potentials(i)%item%series_kind() /= GENERAL_SERIES) cycle
+         associate (potential => effects%potentials(i)%item)
+            if (potential%series_kind() /= GENERAL_SERIES .and. .not. potential%varies) cycle
+         end associate
          self%n_general = self%n_general + 1
          self%general(self%n_general) = i
       end do
       self%has_more = self%n_general + effects%n_torques > 0
    end subroutine sort_potentials
-
-   !> Basis of the directions by Gram's and Schmidt's method, completed to a right-handed one.
-   subroutine choose_basis(self, effects)
-      class(torque_series_t), intent(inout) :: self
-      type(effect_list_t), intent(in) :: effects
-      integer :: i, kind
-      self%rank = 0
-      do kind = LINEAR_SERIES, GENERAL_SERIES
-         do i = 1, effects%n_potentials
-            associate (potential => effects%potentials(i)%item)
-               if (potential%series_kind() == kind) call add_direction(self, potential%direction)
-               if (potential%moves) call add_all_directions(self)
-            end associate
-         end do
-      end do
-      do i = 1, effects%n_torques
-         call add_direction(self, effects%torques(i)%item%series_direction())
-         if (effects%torques(i)%item%series_kind() == SPACE_SERIES .or. effects%torques(i)%item%moves) &
-            call add_all_directions(self)
-      end do
-      associate (e => self%basis)
-         if (self%rank == 0) e(:, 1) = [0.0_wp, 0.0_wp, 1.0_wp]
-         if (self%rank < 2) then
-            e(:, 2) = 0.0_wp
-            e(minloc(abs(e(:, 1)), 1), 2) = 1.0_wp
-            e(:, 2) = cross(e(:, 2), e(:, 1))
-            e(:, 2) = e(:, 2)/norm2(e(:, 2))
-         end if
-         e(:, 3) = cross(e(:, 1), e(:, 2))
-      end associate
-   end subroutine choose_basis
-
-   !> Makes the basis one of all space.
-   subroutine add_all_directions(self)
-      class(torque_series_t), intent(inout) :: self
-      integer :: i
-      do i = 1, 3
-         call add_direction(self, merge(1.0_wp, 0.0_wp, [1, 2, 3] == i))
-      end do
-   end subroutine add_all_directions
-
-   !> Adds a direction to the basis, unless it lies in its span.
-   subroutine add_direction(self, direction)
-      class(torque_series_t), intent(inout) :: self
-      !> Space axes; shape (3).
-      real(wp), intent(in) :: direction(3)
-      real(wp) :: rest(3), scale
-      integer :: i, pass
-      scale = maxval(abs(direction))
-      if (self%rank == 3 .or. scale <= 0.0_wp) return
-      rest = direction/scale
-      scale = norm2(rest)
-      do pass = 1, 2
-         do i = 1, self%rank
-            rest = rest - dot_product(rest, self%basis(:, i))*self%basis(:, i)
-         end do
-      end do
-      if (norm2(rest) <= parallel*scale) return
-      self%rank = self%rank + 1
-      self%basis(:, self%rank) = rest/norm2(rest)
-   end subroutine add_direction
 
    !> Merges the linear potentials.
    subroutine add_moments(self, effects)
@@ -220,7 +172,7 @@ contains
       self%n_moments = 0
       do i = 1, effects%n_potentials
          associate (potential => effects%potentials(i)%item)
-            if (potential%series_kind() /= LINEAR_SERIES) cycle
+            if (potential%series_kind() /= LINEAR_SERIES .or. potential%varies) cycle
             do k = 1, 3
                self%moments(:, k) = self%moments(:, k) &
                                     + dot_product(potential%direction, self%basis(:, k))*potential%series_moment()
@@ -239,7 +191,7 @@ contains
       integer :: i, n, last
       if (allocated(self%slot)) deallocate (self%slot, self%torque_slot, self%is_timed, self%timed, self%components, &
                                             self%gamma, self%columns, self%auxiliary, self%drag, self%omega, &
-                                            self%torque, self%works, self%mover, self%moving)
+                                            self%torque, self%works, self%mover, self%moving, self%absolute)
       if (allocated(self%derivative)) deallocate (self%derivative)
       n = self%n_general + effects%n_torques
       allocate (self%slot(self%n_general), self%torque_slot(effects%n_torques), self%columns(2, n), source=0)
@@ -281,7 +233,7 @@ contains
       self%varies = effects%varies
       n = -1
       if (self%has_more .or. self%n_lanes > 0) n = highest_order
-      allocate (self%omega(3, 0:n), self%timed(3, 0:n), source=0.0_wp)
+      allocate (self%omega(3, 0:n), self%timed(3, 0:n), self%absolute(3, 0:merge(n, -1, self%varies)), source=0.0_wp)
       n = (self%n_lanes + lanes - 1)/lanes
       allocate (self%torque(lanes, 3, 0:highest_order, n), &
                 self%works(lanes, 0:highest_order, n), source=0.0_wp)
@@ -332,6 +284,12 @@ contains
       real(wp) :: one(3), moved(3)
       integer :: i, n
       self%omega(:, k) = omega
+      if (self%varies) self%absolute(:, k) = omega
+      if (self%varies .and. effects%frame_turns) then
+         do i = 1, 3
+            self%absolute(:, k) = self%absolute(:, k) + dot_product(effects%frame_rate, self%basis(:, i))*rows(:, i)
+         end do
+      end if
       do n = 1, size(self%is_directed)
          if (.not. self%is_directed(n)) cycle
          self%gamma(:, k, n) = rows(:, 1)*self%components(1, n) + rows(:, 2)*self%components(2, n) &
@@ -341,19 +299,8 @@ contains
       if (k == 0 .and. size(acts) > 0) call expand_timed(self, effects, t, time_unit, acts)
       if (self%moves) call move_directions(self, k, rows)
       moved = 0.0_wp
-      do i = 1, self%n_general
-         n = self%slot(i)
-         call effects%potentials(self%general(i))%item%series_torque( &
-            k, self%gamma(:, 0:k, n), self%auxiliary(:, self%columns(1, n):self%columns(2, n)), one)
-         tau = tau + one
-         if (self%mover(n) > 0) moved = moved + one
-      end do
-      if (self%varies) then
-         ! The power of the change of the inertia is -½ Ωᵀ(dJ/dt)Ω.
-         do i = 1, min(3, k + 1)
-            moved = moved - times_vector((0.5_wp*i/time_unit)*self%inertia(:, :, i), self%omega(:, k + 1 - i))
-         end do
-      end if
+      call add_potentials(self, effects, k, t, time_unit, tau, moved)
+      if (self%varies) moved = moved + inertia_push(k, time_unit, self%inertia, self%absolute)
       if (self%n_lanes > size(acts)) call keep_torque(self, self%n_lanes, k, moved)
       if (size(acts) > 0) tau = tau + self%timed(:, k)
       do i = 1, size(acts)
@@ -363,6 +310,10 @@ contains
             one = 0.0_wp
          else if (n == 0) then
             one = self%drag(:, 1, i)*omega(1) + self%drag(:, 2, i)*omega(2) + self%drag(:, 3, i)*omega(3)
+         else if (effects%torques(i)%item%changes_inertia) then
+            call effects%torques(i)%item%series_torque( &
+               k, t, time_unit, self%absolute(:, 0:k), self%gamma(:, 0:k, n), &
+               self%auxiliary(:, self%columns(1, n):self%columns(2, n)), one)
          else
             call effects%torques(i)%item%series_torque( &
                k, t, time_unit, self%omega(:, 0:k), self%gamma(:, 0:k, n), &
@@ -373,6 +324,38 @@ contains
          tau = tau + one
       end do
    end subroutine add_terms
+
+   !> Adds coefficient k of the torque of potentials with slots, and of those of them that depend on time.
+   pure subroutine add_potentials(self, effects, k, t, time_unit, tau, moved)
+      class(torque_series_t), intent(inout) :: self
+      type(effect_list_t), intent(in) :: effects
+      integer, intent(in) :: k
+      !> Start and unit of time of the series, s.
+      real(wp), intent(in) :: t, time_unit
+      !> Body axes, N m; shape (3).
+      real(wp), intent(inout) :: tau(3), moved(3)
+      real(wp) :: one(3)
+      integer :: i, n
+      do i = 1, self%n_general
+         n = self%slot(i)
+         associate (potential => effects%potentials(self%general(i))%item)
+            if (potential%varies) then
+               call self%changes%get_torque(effects, self%general(i), k, t, self%moment, time_unit, &
+                                            self%gamma(:, 0:k, n), one)
+               moved = moved + one
+               tau = tau + one
+            end if
+            if (potential%is_linear()) then
+               one = cross(potential%series_moment(), self%gamma(:, k, n))
+            else
+               call potential%series_torque(k, self%gamma(:, 0:k, n), &
+                                            self%auxiliary(:, self%columns(1, n):self%columns(2, n)), one)
+            end if
+            tau = tau + one
+            if (self%mover(n) > 0 .or. potential%varies) moved = moved + one
+         end associate
+      end do
+   end subroutine add_potentials
 
    !> Computes the coefficients of the inertia about the start of the series.
    pure subroutine expand_inertia(self, effects, time_unit)
@@ -400,6 +383,20 @@ contains
       end do
       momentum = momentum/time_unit
    end function older_momentum
+
+   !> Adds the work of the change of the inertia that belongs to the rate of the space axes.
+   pure subroutine add_transported_work(self, time_unit)
+      class(torque_series_t), intent(inout) :: self
+      !> s.
+      real(wp), intent(in) :: time_unit
+      integer :: k
+      associate (works => self%works(1 + iand(self%n_lanes - 1, lanes - 1), :, (self%n_lanes + lanes - 1)/lanes))
+         do k = 1, self%order
+            works(k + 1) = works(k + 1) + inverses(k)*transported_power( &
+                           k - 1, time_unit, self%inertia, self%absolute, self%omega)
+         end do
+      end associate
+   end subroutine add_transported_work
 
    !> Prepares the terms of torques that are linear in Ω or depend on time alone.
    pure subroutine begin_simple(self, effects, time_unit, acts)

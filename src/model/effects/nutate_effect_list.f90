@@ -48,11 +48,14 @@ module nutate_effect_list
       !> True if the space axes rotate, and their rate ω, in these axes, rad/s; shape (3).
       logical :: frame_turns = .false.
       real(wp) :: frame_rate(3) = 0.0_wp
-      !> True if there is a time-dependent potential, on or off.
+      !> True if there is a time-dependent potential, on or off: its direction moves, or it varies with the body.
       logical :: moves = .false.
       !> True if an effect changes the inertia of the body with time, and true if energies depend on time: by that or by
       !> a time-dependent potential.
       logical :: varies = .false., depends_on_time = .false.
+      !> True if the centre of mass moves in the body, and true if a potential, on or off, varies by that or by the
+      !> inertia.
+      logical :: moves_center = .false., reshapes = .false.
       !> True if the body moves on an orbit, and the orbit to which columns, initial states and controllers refer: the
       !> main one of several, or else the first; not allocated if there is none.
       logical :: on_orbit = .false.

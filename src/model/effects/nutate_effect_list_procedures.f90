@@ -379,6 +379,7 @@ contains
       grown(n + 1)%place = n + 1
       call move_alloc(grown, self%potentials)
       call sort_potentials(self)
+      call mark_potentials(self)
    end subroutine add_potential
 
    !> Adds a copy of a wheel to the list, on or off, before the components of inner spheres, or such a component behind
@@ -415,8 +416,26 @@ contains
       grown(self%n_torques + 1)%item%frame_rate = self%frame_rate
       self%varies = self%varies .or. effect%changes_inertia
       self%depends_on_time = self%depends_on_time .or. effect%changes_inertia
+      self%moves_center = self%moves_center .or. effect%moves_center
       call move_alloc(grown, self%torques)
       self%n_torques = self%n_torques + 1
+      call mark_potentials(self)
    end subroutine add_torque
+
+   !> Marks the potentials that vary with the body.
+   subroutine mark_potentials(self)
+      class(effect_list_t), intent(inout) :: self
+      integer :: i
+      self%reshapes = .false.
+      do i = 1, self%n_potentials + self%n_off
+         associate (item => self%potentials(i)%item)
+            item%varies = self%varies .and. abs(item%by_inertia) > 0.0_wp .or. &
+                          self%moves_center .and. abs(item%by_center) > 0.0_wp
+            self%reshapes = self%reshapes .or. item%varies
+         end associate
+      end do
+      self%moves = self%moves .or. self%reshapes
+      self%depends_on_time = self%depends_on_time .or. self%reshapes
+   end subroutine mark_potentials
 
 end submodule nutate_effect_list_procedures

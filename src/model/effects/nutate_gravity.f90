@@ -39,6 +39,7 @@ contains
       gravity%name = 'gravity'
       gravity%direction = acceleration
       gravity%moment = body%mass*body%center_of_mass
+      gravity%by_center = body%mass
    end function new_gravity
 
    !> Builds gravity from its scene group. Errors: `NUTATE_BAD_BODY` if the body has no mass.

@@ -96,6 +96,7 @@ contains
          gradient%stiffness(i, i) = gradient%stiffness(i, i) - middle
       end do
       gradient%strength = strength
+      gradient%by_inertia = 3*strength
       gradient%deviation = gradient%stiffness
       gradient%middle = middle
       k = minloc(abs(body%moments - middle), dim=1)

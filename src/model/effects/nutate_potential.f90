@@ -16,6 +16,11 @@ module nutate_potential
       !> True if n is time-dependent (`direction` is its value at t = 0), and a bound of its rate relative to |n|, 1/s.
       logical :: moves = .false.
       real(wp) :: pace = 0.0_wp
+      !> Changes ΔJ of the inertia and Δc of the centre of mass add ½γᵀEγ - e·γ to U, E = `by_inertia` ΔJ and e =
+      !> `by_center` Δc; units of U over kg m² and m.
+      real(wp) :: by_inertia = 0.0_wp, by_center = 0.0_wp
+      !> True if U depends on time by such changes; set by the list of effects.
+      logical :: varies = .false.
    contains
       !> Return n at a time, ∂V/∂t at fixed attitude, and the power series of n; constant unless overridden.
       procedure :: direction_at => fixed_direction

@@ -10,17 +10,18 @@ module nutate_tabulated_torque
    use nutate_keys, only: group_t
    use nutate_kinds, only: wp, eps
    use nutate_limits, only: is_moderate, in_words, least_step, greatest_number
-   use nutate_piecewise, only: least_periodic, new_linear, new_spline, piecewise_t, value_at, taylor_term, find_bounds
+   use nutate_piecewise, only: least_periodic, move_inside, new_linear, new_spline, piecewise_t, value_at, &
+      taylor_term, find_bounds
    use nutate_quaternion, only: rotate_to_body
    use nutate_small_products, only: skew
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    implicit none
    private
 
-   public :: tabulated_torque_t, build_tabulated_torque, make_tabulated_torque, check_table
+   public :: tabulated_torque_t, build_tabulated_torque, make_tabulated_torque, check_table, make_body_curve
 
-   !> Distance by which a time at an end is moved into its interval, over the size of the times: beyond their rounding.
-   real(wp), parameter :: inside = 4*eps
+   !> Length of a period, over the size of a time, below which its rounds differ by rounding alone.
+   real(wp), parameter :: least_round = 4*eps
 
    !> τ(t) of a table; `make_tabulated_torque` makes one.
    type, extends(torque_t) :: tabulated_torque_t
@@ -81,6 +82,37 @@ contains
       end associate
       if (status%ok()) allocate (effect, source=torque)
    end subroutine build_tabulated_torque
+
+   !> Makes the curve of a table of the body, from t = 0 or before to t = 0 or after. Errors: those of `check_table`;
+   !> `NUTATE_BAD_ARGUMENT` for times that repeat, and for a table that does not contain t = 0.
+   subroutine make_body_curve(times, values, spline, of, key, curve, status, at)
+      !> Times, s, and values; shapes (n), (3, n).
+      real(wp), intent(in) :: times(:), values(:, :)
+      !> A cubic spline, not straight lines.
+      logical, intent(in) :: spline
+      !> Subject of the table in messages, and the key that names the table.
+      character(len=*), intent(in) :: of, key
+      type(piecewise_t), intent(out) :: curve
+      type(status_t), intent(out) :: status
+      !> The line with the error, 1 to n; 0 for none.
+      integer, intent(out) :: at
+      integer :: i
+      call check_table(times, values, spline, .false., at, status)
+      do i = 2, size(times)
+         if (.not. status%ok() .or. times(i) > times(i - 1)) cycle
+         at = i
+         status = fail(NUTATE_BAD_ARGUMENT, 'the time repeats that of the line before (expected increasing times)', key)
+      end do
+      if (.not. status%ok()) return
+      if (.not. (times(1) <= 0.0_wp .and. times(size(times)) >= 0.0_wp)) then
+         at = 1
+         status = fail(NUTATE_BAD_ARGUMENT, 'the table of '//of//' lacks t = 0 (expected times from 0 on)', key)
+      else if (spline) then
+         curve = new_spline(times, values, .false.)
+      else
+         curve = new_linear(times, values)
+      end if
+   end subroutine make_body_curve
 
    !> Makes a torque that interpolates a table.
    !>
@@ -259,21 +291,14 @@ contains
       class(tabulated_torque_t), intent(in) :: self
       real(wp), intent(in) :: moment
       real(wp), intent(out) :: start, stop
-      real(wp) :: time, before, edge
+      real(wp) :: time, before
       integer :: k
       call locate(self, moment, k, time)
       before = 0.0_wp
       if (self%periodic) before = rounds_before(self, moment)*period_of(self)
       start = before + self%curve%x(k - 1)
       stop = before + self%curve%x(k)
-      edge = inside*max(abs(start), abs(stop))
-      if (stop - start > 2*edge) then
-         start = start + edge
-         stop = stop - edge
-      else
-         start = moment
-         stop = moment
-      end if
+      call move_inside(moment, start, stop)
    end subroutine tabulated_piece
 
    !> Returns the next end of the window or time of the table, s.
@@ -305,7 +330,7 @@ contains
       rounds = 0.0_wp
       period = period_of(self)
       if (self%periodic) then
-         if (period <= inside*abs(t)) return
+         if (period <= least_round*abs(t)) return
          rounds = rounds_before(self, t)
       end if
       k = self%curve%find(t - rounds*period)

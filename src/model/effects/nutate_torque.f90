@@ -39,6 +39,8 @@ module nutate_torque
       logical :: blocked = .false.
       !> True if the effect changes the inertia of the body with time, and true if it exerts no torque from outside.
       logical :: changes_inertia = .false., is_internal = .false.
+      !> True if the effect moves the centre of mass in the body with time.
+      logical :: moves_center = .false.
    contains
       !> Returns the command of a control law before its limit, N m or A m², body axes; component 1 for a motor; zero
       !> unless overridden; shape (3).

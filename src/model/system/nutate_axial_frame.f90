@@ -64,7 +64,8 @@ contains
          has_axis = is_symmetric_about(body%inverse_inertia, axis) .and. is_symmetric_about(body%inertia, axis) .and. &
                     lies_along(effects%rotor_momentum, axis) .and. effects%n_wheels == 0
          do i = 1, effects%n_potentials
-            if (has_axis) has_axis = effects%potentials(i)%item%has_axis(axis)
+            if (has_axis) has_axis = effects%potentials(i)%item%has_axis(axis) .and. .not. &
+                                     effects%potentials(i)%item%varies
          end do
          do i = 1, effects%n_torques
             if (has_axis) has_axis = effects%torques(i)%item%has_axis(axis)

@@ -19,7 +19,7 @@ module nutate_hamiltonian
    public :: make_state, angular_velocity, body_momentum, space_momentum, bilinear_form, momentum_from_rate
    public :: mass_matrix, inverse_mass_matrix, kinetic_energy, potential_energy, total_energy
    public :: potential_gradient, potential_torque, moving_energy, time_dependent_power, time_dependent_work, &
-      body_direction, inertia_power
+      body_direction, energy_of, inertia_power
    public :: hamilton_equations, conserved_energy, frame_rate_of, relative_rate
 
 contains
@@ -188,9 +188,25 @@ contains
       time = 0.0_wp
       if (present(t)) time = t
       do i = 1, effects%n_potentials
-         energy = energy + effects%potentials(i)%item%energy(body_direction(effects, i, q, time))
+         energy = energy + energy_of(effects, i, q, time)
       end do
    end function potential_energy
+
+   !> Returns V of one potential, J.
+   pure real(wp) function energy_of(effects, i, q, t) result(energy)
+      use nutate_reshaped_potential, only: varying_energy
+      type(effect_list_t), intent(in) :: effects
+      !> Index of the potential.
+      integer, intent(in) :: i
+      !> Attitude, body→space, shape (4); time, s.
+      real(wp), intent(in) :: q(4), t
+      real(wp) :: gamma(3)
+      gamma = body_direction(effects, i, q, t)
+      associate (potential => effects%potentials(i)%item)
+         energy = potential%energy(gamma)
+         if (potential%varies) energy = energy + varying_energy(effects, i, gamma, t)
+      end associate
+   end function energy_of
 
    !> Returns γ = R(q)ᵀn: the direction of a potential in body axes, with the length of q squared; shape (3).
    pure function body_direction(effects, i, q, t) result(gamma)
@@ -210,20 +226,44 @@ contains
    end function body_direction
 
    !> Returns ∂V/∂t at fixed attitude, the power of time-dependent potentials, W.
-   pure real(wp) function time_dependent_power(effects, q, t) result(power)
+   pure real(wp) function time_dependent_power(effects, q, t, moment) result(power)
       type(effect_list_t), intent(in) :: effects
       !> Unit quaternion, body→space; shape (4).
       real(wp), intent(in) :: q(4)
       !> Time, s.
       real(wp), intent(in) :: t
+      !> Time inside of the step that begins, ends or contains `t`, s; default `t`.
+      real(wp), intent(in), optional :: moment
+      real(wp) :: inside
       integer :: i
       power = 0.0_wp
+      inside = t
+      if (present(moment)) inside = moment
       do i = 1, effects%n_potentials
          associate (potential => effects%potentials(i)%item)
             if (potential%moves) power = power + potential%power(q, t)
+            if (potential%varies) power = power + varying_power(effects, i, q, t, inside)
          end associate
       end do
    end function time_dependent_power
+
+   !> Returns the power of what changes of the body add to a potential, W: ½γᵀĖγ - ė·γ, and (Eγ - e)·R(q)ᵀṅ if n moves.
+   pure real(wp) function varying_power(effects, i, q, t, moment) result(power)
+      use nutate_reshaped_potential, only: potential_term
+      type(effect_list_t), intent(in) :: effects
+      integer, intent(in) :: i
+      real(wp), intent(in) :: q(4), t, moment
+      real(wp) :: stiffness(3, 3), slope(3), gamma(3), n(3, 0:1)
+      gamma = body_direction(effects, i, q, t)
+      call potential_term(effects, i, 1, t, moment, 1.0_wp, stiffness, slope)
+      power = dot_product(gamma, 0.5_wp*times_vector(stiffness, gamma) + slope)
+      associate (potential => effects%potentials(i)%item)
+         if (.not. potential%moves) return
+         call potential%direction_series(t, 1.0_wp, n)
+      end associate
+      call potential_term(effects, i, 0, t, moment, 1.0_wp, stiffness, slope)
+      power = power + dot_product(times_vector(stiffness, gamma) + slope, rotate_to_body(q, n(:, 1)))
+   end function varying_power
 
    !> Returns -½ Ωᵀ(dJ/dt)Ω, the power of a change of the inertia at fixed L, W.
    pure real(wp) function inertia_power(effects, omega, t, moment) result(power)
@@ -246,7 +286,7 @@ contains
       energy = 0.0_wp
       do i = 1, effects%n_potentials
          associate (potential => effects%potentials(i)%item)
-            if (potential%moves) energy = energy + potential%energy(body_direction(effects, i, q, t))
+            if (potential%moves .or. potential%varies) energy = energy + energy_of(effects, i, q, t)
          end associate
       end do
    end function moving_energy
@@ -291,12 +331,13 @@ contains
    !> from step to step, from the time up to which the work is counted; the second is ∇̄U·Δγ, Δγ = 2 vec(q̄*∘n∘Δq), from
    !> all digits of the increment of q.
    pure real(wp) function work_of_potentials(effects, before, after, dt) result(work)
+      use nutate_reshaped_potential, only: varying_gradient
       type(effect_list_t), intent(in) :: effects
       !> States at the ends of the step.
       type(state_t), intent(in) :: before, after
       !> Length of the step, s.
       real(wp), intent(in) :: dt
-      real(wp) :: middle, change(4), mean(4), n(3), gamma(4)
+      real(wp) :: middle, change(4), mean(4), n(3), gamma(4), start(3), end(3), gradient(3)
       integer :: i
       middle = before%t + 0.5_wp*dt
       change = (after%q - before%q) + (after%q_compensation - before%q_compensation)
@@ -305,11 +346,14 @@ contains
                                                                       before%time_dependent_since(dt))
       do i = 1, effects%n_potentials
          associate (potential => effects%potentials(i)%item)
-            if (.not. potential%moves) cycle
+            if (.not. (potential%moves .or. potential%varies)) cycle
             n = potential%direction_at(middle)
             gamma = quat_product(quat_conjugate(mean), vector_quat_product(n, change))
-            work = work - 2*dot_product(gamma(2:4), potential%discrete_gradient(rotate_to_body(before%q, n), &
-                                                                                rotate_to_body(after%q, n)))
+            start = rotate_to_body(before%q, n)
+            end = rotate_to_body(after%q, n)
+            gradient = potential%discrete_gradient(start, end)
+            if (potential%varies) gradient = gradient + varying_gradient(effects, i, 0.5_wp*(start + end), middle)
+            work = work - 2*dot_product(gamma(2:4), gradient)
          end associate
       end do
    end function work_of_potentials
@@ -356,20 +400,25 @@ contains
 
    !> Returns τ = Σ γ×∇U: torque of the potentials, body axes, N m; shape (3).
    pure function potential_torque(effects, q, t) result(torque)
+      use nutate_reshaped_potential, only: varying_gradient
       type(effect_list_t), intent(in) :: effects
       !> Attitude, body→space; shape (4).
       real(wp), intent(in) :: q(4)
       !> Time at which time-dependent potentials are evaluated, s; default 0.
       real(wp), intent(in), optional :: t
       real(wp) :: torque(3)
-      real(wp) :: gamma(3), time
+      real(wp) :: gamma(3), slope(3), time
       integer :: i
       torque = 0.0_wp
       time = 0.0_wp
       if (present(t)) time = t
       do i = 1, effects%n_potentials
          gamma = body_direction(effects, i, q, time)
-         torque = torque + cross(gamma, effects%potentials(i)%item%gradient(gamma))
+         associate (potential => effects%potentials(i)%item)
+            slope = potential%gradient(gamma)
+            if (potential%varies) slope = slope + varying_gradient(effects, i, gamma, time)
+         end associate
+         torque = torque + cross(gamma, slope)
       end do
    end function potential_torque
 

@@ -87,9 +87,16 @@ contains
             components = NO_COMPONENT
          end if
       end if
-      if (has_outer_torques(effects) .or. effects%moves) components = NO_COMPONENT
+      if (has_outer_torques(effects) .or. directions_move(effects)) components = NO_COMPONENT
       if (components /= ALONG_AXIS) axis = 0.0_wp
    end procedure conserved_momentum
+
+   !> Returns true if the direction of a potential moves, on or off.
+   pure logical function directions_move(effects)
+      type(effect_list_t), intent(in) :: effects
+      integer :: i
+      directions_move = any([(effects%potentials(i)%item%moves, i=1, effects%n_potentials + effects%n_off)])
+   end function directions_move
 
    module procedure common_direction
       real(wp) :: length

@@ -57,12 +57,13 @@ contains
 
    !> Computes the torques and the rates: J Ω̇ = L×Ω + τ - Σ s ḣ - J̇Ω.
    pure subroutine find_rates(system, window_time, motion)
+      use nutate_reshaped_potential, only: varying_gradient
       type(system_t), intent(in) :: system
       !> Time that decides which torques act, s: inside the step that the state begins or ends.
       real(wp), intent(in) :: window_time
       !> Motion that `find_motion` computed.
       type(motion_t), intent(inout) :: motion
-      real(wp) :: q(4), gamma(3), start, stop, piece(2), inner(3)
+      real(wp) :: q(4), gamma(3), slope(3), start, stop, piece(2), inner(3)
       integer :: i
       motion%potential_torque = 0.0_wp
       motion%torque = 0.0_wp
@@ -71,7 +72,9 @@ contains
       do i = 1, system%effects%n_potentials
          associate (potential => system%effects%potentials(i)%item)
             gamma = body_direction(system%effects, i, q, motion%state%t)
-            motion%potential_torque = motion%potential_torque + cross(gamma, potential%gradient(gamma))
+            slope = potential%gradient(gamma)
+            if (potential%varies) slope = slope + varying_gradient(system%effects, i, gamma, motion%state%t)
+            motion%potential_torque = motion%potential_torque + cross(gamma, slope)
          end associate
       end do
       do i = 1, system%effects%n_torques

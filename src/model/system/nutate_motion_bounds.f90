@@ -207,8 +207,9 @@ contains
       type(effect_bounds_t) :: bound
       integer :: k
       call potential%bound(whole, at_once, potential%direction, any_attitude, bound)
+      bound%known = bound%known .and. .not. potential%varies
       call total%add(bound)
-      bounds%potentials_stand = bounds%potentials_stand .and. .not. potential%moves
+      bounds%potentials_stand = bounds%potentials_stand .and. .not. (potential%moves .or. potential%varies)
       if (potential%series_kind() /= LINEAR_SERIES) bounds%curved_torque = bounds%curved_torque + bound%force
       do k = 1, 3
          if (potential%moves .or. .not. lies_along(potential%direction, k)) &

@@ -11,7 +11,6 @@ module nutate_range
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_BODY
    use nutate_system, only: system_t
-   use nutate_varying_inertia, only: check_partners
    use nutate_wheel_mounting, only: are_mounted
    implicit none
    private
@@ -44,7 +43,6 @@ contains
          end do
          if (status%ok() .and. .not. are_mounted(system)) &
             status = fail(NUTATE_BAD_BODY, 'the wheels are not mounted (expected them from add_wheel)', 'wheel')
-         if (status%ok()) call check_partners(system, status)
       end associate
    end subroutine check_system
 

@@ -1,15 +1,14 @@
 !> Checks of bodies whose inertia varies with time.
 module nutate_varying_inertia
    use nutate_body, only: body_t, whole_body
-   use nutate_effect, only: effect_t, parameter_t
    use nutate_kinds, only: wp
    use nutate_small_products, only: is_positive
-   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_BODY
+   use nutate_status, only: status_t, fail, NUTATE_BAD_BODY
    use nutate_system, only: inertia_at, system_t
    implicit none
    private
 
-   public :: check_partners, check_inertia, check_inertia_at
+   public :: check_inertia, check_inertia_at
 
    !> Subdivisions of the time between two breaks, after which tensors that are not certified are rejected.
    integer, parameter :: most_halvings = 24
@@ -19,29 +18,6 @@ module nutate_varying_inertia
    integer, parameter :: NO_FAULT = 0, NOT_POSITIVE = 1, NO_TRIANGLE = 2
 
 contains
-
-   !> Checks that no effect depends on the inertia of the body if that varies. Errors: `NUTATE_BAD_ARGUMENT` with the
-   !> name of the first effect that does.
-   pure subroutine check_partners(system, status)
-      type(system_t), intent(in) :: system
-      type(status_t), intent(inout) :: status
-      integer :: i
-      if (.not. system%effects%varies) return
-      do i = 1, system%effects%n_potentials + system%effects%n_off
-         if (.not. uses_inertia(system%effects%potentials(i)%item)) cycle
-         status = fail(NUTATE_BAD_ARGUMENT, 'the effect '//trim(system%effects%potentials(i)%item%name)// &
-                       ' needs a constant inertia (expected no inertia_rate and inertia_table with it)')
-      end do
-   end subroutine check_partners
-
-   !> Returns true if the inertia of the body is a parameter of an effect.
-   pure logical function uses_inertia(effect)
-      class(effect_t), intent(in) :: effect
-      type(parameter_t), allocatable :: list(:)
-      integer :: i
-      list = effect%parameters()
-      uses_inertia = any([(list(i)%name == 'inertia', i=1, size(list))])
-   end function uses_inertia
 
    !> Checks the inertia at a time. Errors: `NUTATE_BAD_BODY` if it is not positive definite.
    pure subroutine check_inertia_at(system, t, status)

@@ -2,6 +2,7 @@
 module nutate_scene_body
    use nutate_admissible, only: POSITIVE, SHAPE_LENGTH
    use nutate_body, only: body_t, diagonal, make_body, make_shape_body, symmetric
+   use nutate_center_change, only: center_change_t, make_tabulated_center
    use nutate_inertia_change, only: inertia_change_t, make_tabulated_inertia
    use nutate_keys, only: group_t, key_t, name_length, KEY_LOGICAL, KEY_TEXT
    use nutate_kinds, only: wp
@@ -12,13 +13,13 @@ module nutate_scene_body
    implicit none
    private
 
-   public :: body_keys, build_body, build_inertia_table, rebuild_body
+   public :: body_keys, build_body, build_center_table, build_inertia_table, rebuild_body
 
 contains
 
    !> Keys of the scene group `&body`.
    pure function body_keys() result(keys)
-      type(key_t) :: keys(13)
+      type(key_t) :: keys(15)
       character(len=*), parameter :: shapes(*) = shape_kinds%name
 
       keys = [key_t(name='inertia', least=3, most=3), &
@@ -28,6 +29,9 @@ contains
               key_t(name='mass', range=POSITIVE), &
               key_t(name='density', range=POSITIVE), &
               key_t(name='center_of_mass', least=3, most=3), &
+              key_t(name='center_of_mass_table', kind=KEY_TEXT), &
+              key_t(name='center_of_mass_interpolation', kind=KEY_TEXT, choices='linear,cubic', default='linear', &
+                    beside='center_of_mass_table'), &
               key_t(name='inertia_about', kind=KEY_TEXT, choices='reference,center_of_mass'), &
               key_t(name='check_triangle', kind=KEY_LOGICAL), &
               key_t(name='inertia_table', kind=KEY_TEXT), &
@@ -80,6 +84,9 @@ contains
       call demand_with(group, 'inertia_interpolation', 'inertia_table', error)
       call demand_with(group, 'inertia_scale', 'inertia_table', error)
       call demand_with(group, 'mass_leaves', 'inertia_table', error)
+      call allow_one_of(group, [character(len=name_length) :: 'center_of_mass', 'center_of_mass_table'], error)
+      call demand_with(group, 'center_of_mass_interpolation', 'center_of_mass_table', error)
+      if (group%has('center_of_mass_table')) call check_moving_center(group, error)
       call allow_one_of(group, [character(len=name_length) :: 'mass', 'density'], error)
       call demand_with(group, 'shape', 'size', error)
       call demand_with(group, 'size', 'shape', error)
@@ -97,6 +104,22 @@ contains
          call error%raise(group%line_of('density'), 'density without a shape', expected='mass, or a shape')
       end if
    end subroutine check_keys
+
+   !> Checks the other keys of a body whose centre of mass moves.
+   subroutine check_moving_center(group, error)
+      type(group_t), intent(in) :: group
+      type(scene_error_t), intent(inout) :: error
+      if (group%flag('mass_leaves', .false.)) then
+         call error%raise(group%line_of('mass_leaves'), 'the weight of a body whose centre of mass moves needs a '// &
+                          'constant mass', expected='center_of_mass_table without mass_leaves')
+      else if (group%has('shape')) then
+         call error%raise(group%line_of('shape'), 'the inertia of a shape needs a centre of mass that stays', &
+                          expected='inertia, inertia_tensor or inertia_table with center_of_mass_table')
+      else if (group%text('inertia_about', 'reference') /= 'reference') then
+         call error%raise(group%line_of('inertia_about'), 'the centre of mass moves', &
+                          expected="inertia_about = 'reference' with center_of_mass_table")
+      end if
+   end subroutine check_moving_center
 
    !> Builds a body of a homogeneous shape.
    subroutine build_shape(group, shape, body, status)
@@ -123,6 +146,7 @@ contains
       type(status_t), intent(out) :: status
       real(wp) :: tensor(3, 3), center(3)
       real(wp), allocatable :: mass
+      type(center_change_t) :: path
       logical :: about_center
 
       tensor = given_tensor(group)
@@ -131,6 +155,11 @@ contains
          if (.not. status%ok()) return
       end if
       center = group%vector('center_of_mass', [0.0_wp, 0.0_wp, 0.0_wp])
+      if (group%has('center_of_mass_table')) then
+         call build_center_table(group, path, status)
+         if (.not. status%ok()) return
+         center = path%center_at(0.0_wp)
+      end if
       about_center = group%text('inertia_about', 'reference') == 'center_of_mass'
       ! An allocatable that is not allocated is treated as an absent argument.
       if (group%has('mass')) mass = group%number('mass', 0.0_wp)
@@ -168,6 +197,24 @@ contains
                                      scale=group%number('inertia_scale', 1.0_wp))
       end associate
    end subroutine build_inertia_table
+
+   !> Builds the path of the centre of mass that a table describes. Errors: those of `make_tabulated_center`;
+   !> `NUTATE_BAD_ARGUMENT` if the table has not been read.
+   subroutine build_center_table(group, change, status)
+      !> Group `&body` with its tables.
+      type(group_t), intent(in) :: group
+      type(center_change_t), intent(inout) :: change
+      type(status_t), intent(out) :: status
+      integer :: at
+      if (.not. allocated(group%center_table)) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the table has not been read', 'center_of_mass_table')
+         return
+      end if
+      associate (numbers => group%center_table%numbers)
+         call make_tabulated_center(numbers(1, :), numbers(2:4, :), change, status, at, &
+                                    spline=group%text('center_of_mass_interpolation', 'linear') == 'cubic')
+      end associate
+   end subroutine build_center_table
 
    !> Returns the tensor that `inertia` or `inertia_tensor` gives, body axes, kg m².
    pure function given_tensor(group) result(tensor)

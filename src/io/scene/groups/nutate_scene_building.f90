@@ -30,7 +30,7 @@ submodule(nutate_scene) nutate_scene_building
    use nutate_status, only: fail, NUTATE_BAD_SCENE, NUTATE_IO
    use nutate_text_file, only: read_text_file
    use nutate_track, only: track_contains
-   use nutate_varying_inertia, only: check_inertia, check_partners
+   use nutate_varying_inertia, only: check_inertia
    implicit none
 
    !> Groups that are not effects.
@@ -231,8 +231,8 @@ contains
       end associate
    end subroutine check_motion_with_steps
 
-   !> Raises an error for an inertia that no body has at a time of the run, for a run that goes beyond its table, and
-   !> for effects that need a constant inertia.
+   !> Raises an error for an inertia that no body has at a time of the run, for a run that goes beyond a table of the
+   !> body, and for a centre of mass that moves without an effect.
    subroutine check_change(groups, system, plan, integrator, error)
       type(group_t), intent(in) :: groups(:)
       type(system_t), intent(in) :: system
@@ -243,19 +243,24 @@ contains
       type(status_t) :: status
       real(wp) :: start, stop
       integer :: i
-      if (.not. system%effects%varies .or. error%raised) return
+      if (error%raised) return
       do i = 1, system%effects%n_torques
          associate (change => system%effects%torques(i)%item)
-            if (change%name /= 'inertia_table') cycle
+            if (change%name /= 'inertia_table' .and. change%name /= 'center_of_mass_table') cycle
             call change%window(start, stop)
-            if (plan%end_time < start .or. plan%end_time > stop) call error%raise(integrator%line_of('end_time'), &
-               'end_time is outside of the table of the inertia', expected=range_text(start, stop))
+            if (plan%end_time < start .or. plan%end_time > stop) call error%raise( &
+               integrator%line_of('end_time'), 'end_time is outside of the table of '// &
+               trim(merge('the centre of mass', 'the inertia       ', change%moves_center)), &
+               expected=range_text(start, stop))
          end associate
       end do
       if (error%raised) return
       associate (body => groups(place_of(groups, 'body')))
-         call check_partners(system, status)
-         if (status%ok()) call check_inertia(system, plan%end_time, body%flag('check_triangle', .true.), status)
+         if (system%effects%moves_center .and. .not. weighs(system%effects)) call error%raise( &
+            body%line_of('center_of_mass_table'), 'nothing in the scene depends on the centre of mass', &
+            expected='&gravity with center_of_mass_table')
+         if (error%raised .or. .not. system%effects%varies) return
+         call check_inertia(system, plan%end_time, body%flag('check_triangle', .true.), status)
          i = place_of(groups, 'inertia_rate')
          if (.not. status%ok() .and. i > 0) then
             call error%raise_status(groups(i)%line_of('tensor'), status)
@@ -264,6 +269,13 @@ contains
          end if
       end associate
    end subroutine check_change
+
+   !> Returns true if a potential, on or off, depends on the centre of mass.
+   pure logical function weighs(effects)
+      type(effect_list_t), intent(in) :: effects
+      integer :: i
+      weighs = any([(abs(effects%potentials(i)%item%by_center) > 0.0_wp, i=1, effects%n_potentials + effects%n_off)])
+   end function weighs
 
    !> Returns the text of a range of times, s.
    pure function range_text(start, stop) result(text)

@@ -12,7 +12,8 @@ module nutate_scene_effects
    use nutate_printable, only: quoted
    use nutate_range, only: check_strength
    use nutate_rotor, only: rotor_t
-   use nutate_scene_body, only: build_inertia_table
+   use nutate_center_change, only: center_change_t
+   use nutate_scene_body, only: build_center_table, build_inertia_table
    use nutate_scene_error, only: scene_error_t
    use nutate_controller, only: controller_t
    use nutate_controller_mounting, only: add_controller
@@ -65,7 +66,7 @@ contains
       integer :: i, k, pass
 
       kinds = effect_kinds(with_keys=.false.)
-      call add_inertia_table(groups, system, error)
+      call add_body_tables(groups, system, error)
       if (error%raised) return
       body = whole_body(system%body)
       do pass = FIRST, LAST
@@ -86,25 +87,32 @@ contains
       end do
    end subroutine build_effects
 
-   !> Adds the change of the inertia that a table of the body describes.
-   subroutine add_inertia_table(groups, system, error)
+   !> Adds the changes of inertia and centre of mass that tables of the body describe.
+   subroutine add_body_tables(groups, system, error)
       type(group_t), intent(in) :: groups(:)
       type(system_t), intent(inout) :: system
       type(scene_error_t), intent(inout) :: error
       type(inertia_change_t) :: change
+      type(center_change_t) :: path
       type(status_t) :: status
       integer :: i
       i = findloc(groups%name, 'body', dim=1)
       if (i == 0) return
-      if (.not. groups(i)%has('inertia_table')) return
-      call build_inertia_table(groups(i), change, status)
-      if (status%ok()) then
+      if (groups(i)%has('inertia_table')) then
+         call build_inertia_table(groups(i), change, status)
+         if (.not. status%ok()) call error%raise_status(groups(i)%line_of('inertia_table'), status)
+         if (error%raised) return
          change%group = i
          call system%effects%add(change)
-      else
-         call error%raise_status(groups(i)%line_of('inertia_table'), status)
       end if
-   end subroutine add_inertia_table
+      if (groups(i)%has('center_of_mass_table')) then
+         call build_center_table(groups(i), path, status)
+         if (.not. status%ok()) call error%raise_status(groups(i)%line_of('center_of_mass_table'), status)
+         if (error%raised) return
+         path%group = i
+         call system%effects%add(path)
+      end if
+   end subroutine add_body_tables
 
    !> Returns the pass in which a group is built: orbits first, since other effects depend on them, and controllers
    !> last, since they act by wheels, in any order of the scene.

@@ -27,6 +27,10 @@ contains
          bytes_of_table = group%table%checksum
          call archive%transfer(bytes_of_table)
       end if
+      if (allocated(group%center_table)) then
+         bytes_of_table = group%center_table%checksum
+         call archive%transfer(bytes_of_table)
+      end if
       do i = 1, size(group%settings)
          if (present(leave_out)) then
             if (any(leave_out == group%settings(i)%name)) cycle

@@ -4,6 +4,7 @@ module nutate_scene_table
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_checksum, only: checksum
    use nutate_body, only: body_t, make_body, symmetric
+   use nutate_center_change, only: center_change_t, make_tabulated_center
    use nutate_inertia_change, only: inertia_change_t, make_tabulated_inertia
    use nutate_keys, only: group_t, table_t
    use nutate_kinds, only: wp
@@ -35,7 +36,7 @@ module nutate_scene_table
 
 contains
 
-   !> Reads the table that a group names by its key `table`, `inertia_table` in &body; a group without one, or with one
+   !> Reads the table that a group names by its key `table`, and those of &body; a group without one, or with one
    !> that has been read, stays unchanged. Raises an error, with file and line, for an invalid table.
    subroutine read_effect_table(group, folder, error)
       type(group_t), intent(inout) :: group
@@ -45,8 +46,8 @@ contains
       type(status_t) :: status
       integer :: at
 
+      if (group%name == 'body') call read_body_tables(group, folder, error)
       if (allocated(group%table)) return
-      if (group%name == 'body' .and. group%has('inertia_table')) call read_inertia(group, folder, error)
       if (.not. group%has('table')) return
       select case (group%name)
       case ('orbit')
@@ -73,6 +74,31 @@ contains
       if (.not. status%ok()) call error%raise_in(path_beside(folder, group%text('table', '')), at + 1, &
                                                  trim(status%message))
    end subroutine read_effect_table
+
+   !> Reads the tables of a body that have not been read.
+   subroutine read_body_tables(group, folder, error)
+      type(group_t), intent(inout) :: group
+      character(len=*), intent(in) :: folder
+      type(scene_error_t), intent(inout) :: error
+      type(table_t), allocatable :: inertia
+      type(center_change_t) :: change
+      type(status_t) :: status
+      integer :: at
+      if (group%has('inertia_table') .and. .not. allocated(group%table)) call read_inertia(group, folder, error)
+      if (error%raised .or. .not. group%has('center_of_mass_table') .or. allocated(group%center_table)) return
+      call move_alloc(group%table, inertia)
+      call read_table(group, 'center_of_mass_table', path_units(:4), folder, error)
+      if (.not. error%raised) then
+         associate (numbers => group%table%numbers)
+            call make_tabulated_center(numbers(1, :), numbers(2:4, :), change, status, at, &
+                                       spline=group%text('center_of_mass_interpolation', 'linear') == 'cubic')
+         end associate
+         if (.not. status%ok()) call error%raise_in(path_beside(folder, group%text('center_of_mass_table', '')), &
+                                                    at + 1, trim(status%message))
+      end if
+      call move_alloc(group%table, group%center_table)
+      call move_alloc(inertia, group%table)
+   end subroutine read_body_tables
 
    !> Reads the table of the inertia of a body, and checks each of its lines.
    subroutine read_inertia(group, folder, error)
@@ -253,7 +279,8 @@ contains
       if (size(units) < 3) return
       words = words//' and three components, each with its unit ('//trim(units(2))//')'
       if (units(2) == 'kg m2') words = 't (s) and components 11, 22, 33, or also 12, 13, 23, each with its unit (kg m2)'
-      if (units(2) == 'm') words = words//', then, if known, those of the velocity with the unit (m/s)'
+      if (units(2) == 'm' .and. size(units) > 4) &
+         words = words//', then, if known, those of the velocity with the unit (m/s)'
    end function header_of
 
    !> Returns true if a name ends with its unit in brackets.

@@ -9,13 +9,13 @@ module nutate_inertia_change
    use nutate_effect, only: effect_t, parameter_t, torque_t, GENERAL_SERIES
    use nutate_finite, only: is_nan
    use nutate_keys, only: group_t, key_t, KEY_LOGICAL
-   use nutate_kinds, only: wp, eps
+   use nutate_kinds, only: wp
    use nutate_limits, only: is_moderate
-   use nutate_piecewise, only: new_linear, new_spline, piecewise_t, value_at, taylor_term
+   use nutate_piecewise, only: piecewise_t, value_at, taylor_term
    use nutate_quaternion, only: rotate_to_body
    use nutate_small_products, only: skew, times_columns, times_vector
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
-   use nutate_tabulated_torque, only: check_table
+   use nutate_tabulated_torque, only: make_body_curve
    implicit none
    private
 
@@ -30,9 +30,6 @@ module nutate_inertia_change
 
    !> Degree of the polynomials, and index of the last coefficient of their power series.
    integer, parameter :: most_terms = 3
-
-   !> Distance by which a time at an end is moved into its interval, over the size of the times: beyond their rounding.
-   real(wp), parameter :: inside = 4*eps
 
    !> ΔJ(t) of a constant rate within a window, or of a table.
    type, extends(torque_t) :: inertia_change_t
@@ -144,46 +141,22 @@ contains
       logical, intent(in), optional :: spline, mass_leaves
       !> Factor of the tensors; default 1.
       real(wp), intent(in), optional :: scale
+      type(piecewise_t) :: squares, products
       logical :: smooth
-      integer :: i
       smooth = .false.
       if (present(spline)) smooth = spline
-      call check_table(times, tensors, smooth, .false., at, status)
-      do i = 2, size(times)
-         if (.not. status%ok() .or. times(i) > times(i - 1)) cycle
-         at = i
-         status = fail(NUTATE_BAD_ARGUMENT, 'the time repeats that of the line before (expected increasing times)', &
-                       'inertia_table')
-      end do
+      call make_body_curve(times, tensors(1:3, :), smooth, 'the inertia', 'inertia_table', squares, status, at)
+      if (size(tensors, 1) > 3 .and. status%ok()) &
+         call make_body_curve(times, tensors(4:6, :), smooth, 'the inertia', 'inertia_table', products, status, at)
       if (.not. status%ok()) return
-      if (.not. (times(1) <= 0.0_wp .and. times(size(times)) >= 0.0_wp)) then
-         at = 1
-         status = fail(NUTATE_BAD_ARGUMENT, 'the table of the inertia lacks t = 0 (expected times from 0 on)', &
-                       'inertia_table')
-         return
-      end if
       change = new_inertia_rate([0.0_wp, 0.0_wp, 0.0_wp], times(1), times(size(times)), mass_leaves)
       change%name = 'inertia_table'
       change%is_table = .true.
       change%has_products = size(tensors, 1) > 3
-      change%squares = interpolated(tensors(1:3, :))
-      if (change%has_products) change%products = interpolated(tensors(4:6, :))
+      change%squares = squares
+      if (change%has_products) change%products = products
       change%first = change%tabulated_at(0.0_wp)
       if (present(scale)) change%scale = scale
-
-   contains
-
-      !> Returns the curve through three components.
-      pure function interpolated(values) result(curve)
-         real(wp), intent(in) :: values(:, :)
-         type(piecewise_t) :: curve
-         if (smooth) then
-            curve = new_spline(times, values, .false.)
-         else
-            curve = new_linear(times, values)
-         end if
-      end function interpolated
-
    end subroutine make_tabulated_inertia
 
    !> Returns the inertia of the table at a time, over the scale, kg m²; shape (3,3).
@@ -386,38 +359,22 @@ contains
       class(inertia_change_t), intent(in) :: self
       real(wp), intent(in) :: moment
       real(wp), intent(out) :: start, stop
-      real(wp) :: edge
-      integer :: k
       start = -huge(1.0_wp)
       stop = huge(1.0_wp)
-      if (.not. self%is_table) return
-      k = self%squares%find(moment)
-      start = self%squares%x(k - 1)
-      stop = self%squares%x(k)
-      edge = inside*max(abs(start), abs(stop))
-      if (stop - start > 2*edge) then
-         start = start + edge
-         stop = stop - edge
-      else
-         start = moment
-         stop = moment
-      end if
+      if (self%is_table) call self%squares%piece(moment, start, stop)
    end subroutine change_piece
 
    !> Returns the next time at which the inertia changes to another polynomial, s.
    pure real(wp) function change_break(self, t, sense) result(next)
       class(inertia_change_t), intent(in) :: self
       real(wp), intent(in) :: t, sense
-      integer :: k
       next = sense*huge(next)
-      if (.not. self%is_table) then
-         if (sense*self%start > sense*t) next = self%start
-         if (sense*self%stop > sense*t .and. sense*self%stop < sense*next) next = self%stop
+      if (self%is_table) then
+         next = self%squares%next_time(t, sense)
          return
       end if
-      do k = 0, self%squares%n
-         if (sense*self%squares%x(k) > sense*t .and. sense*self%squares%x(k) < sense*next) next = self%squares%x(k)
-      end do
+      if (sense*self%start > sense*t) next = self%start
+      if (sense*self%stop > sense*t .and. sense*self%stop < sense*next) next = self%stop
    end function change_break
 
 end module nutate_inertia_change

@@ -1,0 +1,506 @@
+!> Gravity on bodies that change: the gradient on a body whose inertia varies, weight on one whose centre of mass moves.
+!> The oracle, the energy balance, orders, the same motion in two frames, sensitivities and rejections.
+submodule(suites_of_effects) test_reshaped_bodies
+   use, intrinsic :: iso_fortran_env, only: int64
+   use nutate_body, only: make_body, symmetric
+   use nutate_center_change, only: center_change_t, make_tabulated_center
+   use nutate_damping, only: damping_t
+   use nutate_effect, only: rotor_t
+   use nutate_gravity, only: gravity_t
+   use nutate_gravity_gradient, only: gravity_gradient_t
+   use nutate_hamiltonian, only: angular_velocity, body_momentum, conserved_energy, make_state, potential_energy, &
+      space_momentum, time_dependent_power, total_energy
+   use nutate_inertia_change, only: inertia_change_t, make_tabulated_inertia
+   use nutate_kepler_orbit, only: kepler_orbit_t
+   use nutate_kinds, only: wp, eps
+   use nutate_methods, only: make_stepper, methods
+   use nutate_motion, only: find_motion, find_rates, motion_t
+   use nutate_orbit, only: orbit_t
+   use nutate_orbital_gradient, only: orbital_gradient_t
+   use nutate_quaternion, only: quat_conjugate, quat_product, rotate_to_body
+   use nutate_run, only: integrate
+   use nutate_run_plan, only: run_goal_t, run_plan_t
+   use nutate_state, only: state_t
+   use nutate_status, only: status_t
+   use nutate_stepper, only: integrator_settings_t, stepper_t
+   use nutate_system, only: inertia_at
+   use nutate_tangent, only: tangent_t
+   use nutate_variation, only: attitude_variation, rate_variation, variation_t
+   use test_oracle, only: find_true_attitude, has_oracle, qp, true_distance
+   use test_problems, only: problem_t
+   use test_resume, only: check_stepper, label_of, settings_of
+   use test_support, only: check, check_below, check_close, error_type, in_turn, new_unittest, random_unit, &
+      random_unit_quaternion, random_vector, skip_test
+   implicit none
+
+   !> Inertia at t = 0, kg m²: 11, 22, 33, 12, 13, 23.
+   real(wp), parameter :: first_inertia(6) = [2.0_wp, 1.5_wp, 1.0_wp, 0.1_wp, 0.2_wp, -0.05_wp]
+   !> Gravity in which a body of 1 kg m² swings in some seconds: μ, m³/s², and semi-major axis, m, of an orbit of mean
+   !> motion 0.7 rad/s.
+   real(wp), parameter :: mu = 0.49_wp*343.0_wp, axis = 7.0_wp
+   !> What acts: the gradient of a fixed direction, that along an orbit, weight about a pivot.
+   integer, parameter :: FIXED = 1, ON_ORBIT = 2, WEIGHT = 3
+
+contains
+
+   module procedure collect_reshaped_bodies
+      testsuite = [ &
+                  new_unittest("random motions as by the oracle", random_motions), &
+                  new_unittest("orders 2, 4 and 6", orders), &
+                  new_unittest("energy to round-off over many steps", balance), &
+                  new_unittest("the work of the dependence on time by every method, and as its power", same_work), &
+                  new_unittest("a circular orbit in inertial and in LVLH axes", both_axes), &
+                  new_unittest("power and rates of a motion by differences", rates_of_motion), &
+                  new_unittest("a sphere that grows feels no torque", growing_sphere), &
+                  new_unittest("a centre of mass that rises: work = m g h", rising_center), &
+                  new_unittest("sensitivities by the initial state", sensitivities), &
+                  new_unittest("sensitivities by the body are rejected", rejected_sensitivities), &
+                  new_unittest("steppers go on bit for bit", steppers_go_on)]
+   end procedure collect_reshaped_bodies
+
+   !> Random changes of the body under gravity.
+   subroutine make_random(seed, kind, problem)
+      integer(int64), intent(inout) :: seed
+      integer, intent(in) :: kind
+      type(problem_t), intent(inout) :: problem
+      real(wp), parameter :: times(5) = [-0.1_wp, 0.7_wp, 1.2_wp, 2.9_wp, 5.0_wp]
+      type(inertia_change_t) :: change
+      type(center_change_t) :: path
+      type(status_t) :: status
+      real(wp) :: tensors(6, 5), centers(3, 5), window(2)
+      integer :: i, at
+      problem = problem_t()
+      do i = 1, 5
+         centers(:, i) = 0.4_wp*random_vector(seed)
+         tensors(:, i) = first_inertia + 0.1_wp*[random_vector(seed), 0.3_wp*random_vector(seed)]
+      end do
+      call make_tabulated_center(times, centers, path, status, at, spline=random_unit(seed) < 0.5_wp)
+      if (.not. status%ok()) error stop 'the path is none'
+      associate (body => problem%system%body)
+         if (random_unit(seed) < 0.6_wp) then
+            call make_tabulated_inertia(times, tensors, change, status, at, spline=random_unit(seed) < 0.5_wp, &
+                                        mass_leaves=random_unit(seed) < 0.5_wp, scale=1.1_wp)
+            if (.not. status%ok()) error stop 'the table is none'
+            call make_body(1.1_wp*change%tabulated_at(0.0_wp), body, status, mass=2.0_wp, &
+                           center_of_mass=path%center_at(0.0_wp), check_triangle=.false.)
+         else
+            window = 0.1_wp + [3*random_unit(seed), 3*random_unit(seed)]
+            change = inertia_change_t(0.1_wp*[random_vector(seed), 0.3_wp*random_vector(seed)], minval(window), &
+                                      maxval(window) + 0.5_wp, random_unit(seed) < 0.5_wp)
+            call make_body(symmetric(first_inertia), body, status, mass=2.0_wp, &
+                           center_of_mass=path%center_at(0.0_wp), check_triangle=.false.)
+         end if
+      end associate
+      if (.not. status%ok()) error stop 'the body is none'
+      call add_effects(seed, kind, change, path, problem)
+      problem%start = make_state(problem%system, random_unit_quaternion(seed), random_vector(seed))
+   end subroutine make_random
+
+   !> Adds the changes of the body, and what acts on it: the order does not matter.
+   subroutine add_effects(seed, kind, change, path, problem)
+      integer(int64), intent(inout) :: seed
+      integer, intent(in) :: kind
+      type(inertia_change_t), intent(in) :: change
+      type(center_change_t), intent(in) :: path
+      type(problem_t), intent(inout) :: problem
+      logical :: changes_first
+      changes_first = random_unit(seed) < 0.5_wp
+      associate (effects => problem%system%effects, body => problem%system%body)
+         if (changes_first) call effects%add(path)
+         select case (kind)
+         case (FIXED)
+            call effects%add(gravity_gradient_t(body, random_vector(seed), 0.7_wp))
+         case (ON_ORBIT)
+            call effects%add(orbital_gradient_t(body, kepler_orbit_t( &
+               semi_major_axis=axis, eccentricity=0.4_wp*random_unit(seed), inclination=random_unit(seed), &
+               mean_anomaly=6*random_unit(seed), mu=mu)))
+         case default
+            call effects%add(gravity_t(body, 2*random_vector(seed)))
+         end select
+         if (.not. changes_first) call effects%add(path)
+         if (kind /= WEIGHT .or. random_unit(seed) < 0.5_wp) call effects%add(change)
+         if (random_unit(seed) < 0.5_wp) call effects%add(damping_t(0.1_wp*abs(random_vector(seed))))
+         if (random_unit(seed) < 0.5_wp) call effects%add(rotor_t(name='rotor', momentum=0.3_wp*random_vector(seed)))
+      end associate
+   end subroutine add_effects
+
+   !> The state at the end of a run with fixed steps.
+   subroutine run(error, problem, settings, step, end_time, state, label)
+      type(error_type), allocatable, intent(inout) :: error
+      type(problem_t), intent(in) :: problem
+      type(integrator_settings_t), intent(in) :: settings
+      !> s.
+      real(wp), intent(in) :: step, end_time
+      type(state_t), intent(out) :: state
+      character(len=*), intent(in) :: label
+      type(status_t) :: status
+      state = problem%start
+      call integrate(problem%system, settings, state, run_plan_t(time_step=step, end_time=end_time), status)
+      call check(error, status%ok(), label//': '//trim(status%message))
+   end subroutine run
+
+   subroutine random_motions(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      type(state_t) :: state
+      real(qp) :: q(4)
+      integer(int64) :: seed
+      integer :: number, i
+      if (.not. has_oracle) then
+         call skip_test(error, 'the compiler has no quadruple precision')
+         return
+      end if
+      seed = 57_int64
+      do number = 1, 24
+         call make_random(seed, merge(FIXED, WEIGHT, modulo(number/3, 2) == 0), problem)
+         if (.not. in_turn(number)) cycle
+         call find_true_attitude(problem%system, problem%start, 4.0_wp, q)
+         do i = 1, size(methods)
+            if (methods(i)%order < 8 .or. methods(i)%name == 'exact') cycle
+            if (modulo(i + number/6, 2) == 0) cycle
+            call run(error, problem, settings_of(methods(i)), 0.02_wp, 4.0_wp, state, label_of(methods(i)))
+            call check_below(error, true_distance(q, state%q), 1e-12_wp, label_of(methods(i)))
+         end do
+         if (allocated(error)) return
+      end do
+   end subroutine random_motions
+
+   !> Half the step divides the error by two to the power of the order.
+   subroutine orders(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      type(state_t) :: expected, last
+      integer(int64) :: seed
+      real(wp) :: errors(2), step
+      integer :: i, n, number
+      seed = 2012_int64
+      do number = FIXED, WEIGHT
+         call make_random(seed, number, problem)
+         call run(error, problem, integrator_settings_t(method='dop853', order=8), 0.005_wp, 2.5_wp, expected, 'dop853')
+         do i = 1, size(methods)
+            if (methods(i)%order > 6 .or. methods(i)%name == 'exact') cycle
+            do n = 1, 2
+               step = 0.1_wp/n
+               if (methods(i)%order == 6) step = 0.2_wp/n
+               call run(error, problem, settings_of(methods(i)), step, 2.5_wp, last, label_of(methods(i)))
+               errors(n) = norm2(last%q - expected%q)
+            end do
+            call check_close(error, log(errors(1)/errors(2))/log(2.0_wp), real(methods(i)%order, wp), 0.5_wp, &
+                             label_of(methods(i)))
+         end do
+      end do
+   end subroutine orders
+
+   !> Energy less works of conserving methods with long steps.
+   subroutine balance(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      type(state_t) :: state
+      type(status_t) :: status
+      class(stepper_t), allocatable :: stepper
+      real(wp) :: energy, work
+      integer(int64) :: seed
+      integer :: i, n, number
+      seed = 4712_int64
+      do number = 1, 6
+         call make_random(seed, 1 + modulo(number, 3), problem)
+         energy = total_energy(problem%system, problem%start)
+         do i = 1, size(methods)
+            if (methods(i)%name == 'exact' .or. .not. methods(i)%conserving .or. .not. in_turn(i + number)) cycle
+            call make_stepper(problem%system, settings_of(methods(i)), stepper, status)
+            call check(error, status%ok(), trim(status%message))
+            state = problem%start
+            work = 0.0_wp
+            do n = 1, 1000
+               if (allocated(error)) return
+               call stepper%step(problem%system, state, 0.05_wp, status)
+               call check(error, status%ok(), label_of(methods(i))//': '//trim(status%message))
+               work = work + sum(stepper%work)
+            end do
+            call check_close(error, total_energy(problem%system, state) - work, energy, 300*eps*energy + 100*eps, &
+                             label_of(methods(i))//', energy')
+         end do
+      end do
+   end subroutine balance
+
+   !> All methods book the same work: that of the changes of the inertia at fixed momentum and of the potentials, by
+   !> Simpson's rule between the breaks of the inertia.
+   subroutine same_work(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      type(state_t) :: state, first
+      integer(int64) :: seed
+      integer :: i, number
+      seed = 816_int64
+      do number = FIXED, WEIGHT
+         call make_random(seed, number, problem)
+         call run(error, problem, integrator_settings_t(order=8, formulation='reduced'), 0.01_wp, 4.0_wp, first, &
+                  'first')
+         do i = 1, size(methods)
+            if (methods(i)%order < 8 .or. methods(i)%name == 'exact') cycle
+            call run(error, problem, settings_of(methods(i)), 0.02_wp, 4.0_wp, state, label_of(methods(i)))
+            call check_close(error, state%time_dependent_work, first%time_dependent_work, 1e-11_wp, &
+                             label_of(methods(i)))
+            call check_below(error, 1e-3_wp, abs(first%time_dependent_work), 'there is work')
+         end do
+      end do
+   end subroutine same_work
+
+   !> A boom deploys on a circular orbit: with masses that stay, and that leave.
+   subroutine both_axes(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problems(2)
+      type(state_t) :: states(2)
+      type(kepler_orbit_t) :: path
+      type(orbit_t) :: orbit
+      type(status_t) :: status
+      real(wp) :: q(4), energy
+      integer :: i, m, n
+      path = kepler_orbit_t(semi_major_axis=axis, inclination=0.4_wp, mean_anomaly=1.0_wp, mu=mu)
+      do n = 1, 2
+         do m = 1, 2
+            problems(m) = problem_t()
+            orbit = orbit_t(path, inertial=m == 1)
+            associate (system => problems(m)%system)
+               call make_body(symmetric(first_inertia), system%body, status)
+               call system%effects%add(orbit)
+               call system%effects%add(inertia_change_t([0.2_wp, 0.15_wp, 0.02_wp, 0.01_wp, 0.0_wp, 0.03_wp], &
+                                                        start=0.5_wp, stop=3.0_wp, mass_leaves=n == 2))
+               if (m == 1) then
+                  call system%effects%add(orbital_gradient_t(system%body, path))
+               else
+                  call system%effects%add(gravity_gradient_t(system%body, orbit))
+               end if
+               q = [0.8_wp, 0.36_wp, 0.48_wp, 0.0_wp]
+               if (m == 1) q = quat_product(path%axes(0.0_wp), q)
+               problems(m)%start = make_state(system, q, [0.3_wp, -0.5_wp, 0.8_wp])
+            end associate
+         end do
+         do i = 1, size(methods)
+            if (methods(i)%order < 8 .or. methods(i)%name == 'exact') cycle
+            do m = 1, 2
+               call run(error, problems(m), settings_of(methods(i)), 0.02_wp, 4.0_wp, states(m), label_of(methods(i)))
+            end do
+            q = quat_product(path%axes(4.0_wp), states(2)%q)
+            call check_close(error, sign(1.0_wp, dot_product(q, states(1)%q))*q, states(1)%q, 2e-12_wp, &
+                             label_of(methods(i)))
+            if (.not. methods(i)%conserving .or. n == 2) cycle
+            energy = conserved_energy(problems(2)%system, states(2)) - states(2)%time_dependent_work
+            call check_close(error, energy, conserved_energy(problems(2)%system, problems(2)%start), 100*eps, &
+                             label_of(methods(i))//", Jacobi's integral")
+         end do
+      end do
+   end subroutine both_axes
+
+   !> ∂V/∂t at fixed attitude, and Ω̇.
+   subroutine rates_of_motion(error)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: h = 1e-3_wp, t = 0.9_wp
+      type(problem_t) :: problem
+      type(state_t) :: middle, states(2)
+      type(motion_t) :: motion
+      integer(int64) :: seed
+      integer :: number, i
+      seed = 42_int64
+      do number = 1, 6
+         call make_random(seed, 1 + modulo(number, 3), problem)
+         call run(error, problem, integrator_settings_t(order=8, formulation="reduced"), 0.02_wp, t, middle, "start")
+         do i = 1, 2
+            call run(error, problem, integrator_settings_t(order=8, formulation="reduced"), h, t + h*(2*i - 3), &
+                     states(i), "h")
+         end do
+         call find_motion(problem%system, middle, motion)
+         call find_rates(problem%system, t, motion)
+         call check_close(error, motion%acceleration, (angular_velocity(problem%system, states(2)) - &
+                          angular_velocity(problem%system, states(1)))/(2*h), 2e-5_wp, 'acceleration')
+         associate (effects => problem%system%effects, q => middle%q)
+            call check_close(error, time_dependent_power(effects, q, t), (potential_energy(effects, q, t + h) - &
+                             potential_energy(effects, q, t - h))/(2*h), 2e-5_wp, 'power')
+         end associate
+      end do
+   end subroutine rates_of_motion
+
+   !> Equal moments at all times: torque-free at any step, with the work of the gradient's isotropic part.
+   subroutine growing_sphere(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      type(state_t) :: state
+      type(kepler_orbit_t) :: path
+      type(status_t) :: status
+      class(stepper_t), allocatable :: stepper
+      real(wp) :: moments(3, 3), momentum(3), work, energy
+      integer :: i, n
+      call make_body(symmetric([1.0_wp, 1.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]), problem%system%body, status)
+      call problem%system%effects%add(inertia_change_t([0.1_wp, 0.1_wp, 0.1_wp]))
+      path = kepler_orbit_t(semi_major_axis=axis, eccentricity=0.3_wp, mu=mu)
+      call problem%system%effects%add(orbital_gradient_t(problem%system%body, path))
+      problem%start = make_state(problem%system, [0.5_wp, 0.1_wp, -0.7_wp, 0.5_wp], [0.3_wp, 1.0_wp, -0.4_wp])
+      momentum = space_momentum(problem%start)
+      energy = total_energy(problem%system, problem%start)
+      do i = 1, size(methods)
+         if (methods(i)%name == 'exact' .or. .not. methods(i)%conserving) cycle
+         call make_stepper(problem%system, settings_of(methods(i)), stepper, status)
+         state = problem%start
+         work = 0.0_wp
+         do n = 1, 20
+            if (status%ok()) call stepper%step(problem%system, state, 0.4_wp, status)
+            work = work + sum(stepper%work)
+         end do
+         call check(error, status%ok(), trim(status%message))
+         moments = inertia_at(problem%system, state%t)
+         call check_close(error, space_momentum(state), momentum, 40*eps, label_of(methods(i)))
+         call check_close(error, rotate_to_body(state%q, momentum)/moments(1, 1), &
+                          angular_velocity(problem%system, state), 40*eps, label_of(methods(i)))
+         call check_close(error, total_energy(problem%system, state) - work, energy, 100*eps, label_of(methods(i)))
+      end do
+   end subroutine growing_sphere
+
+   !> A top spins upright, and its centre of mass rises along its axis, which does not tilt: the work is m g h, and the
+   !> momentum along the vertical stays. Beside it hangs a body at rest, whose centre of mass moves up to the pivot.
+   subroutine rising_center(error)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: times(3) = [0.0_wp, 1.0_wp, 3.0_wp], mass = 2.0_wp, g = 9.81_wp, &
+         heights(3, 2) = reshape([0.1_wp, 0.3_wp, 0.4_wp, -0.5_wp, -0.2_wp, 0.0_wp], [3, 2])
+      type(center_change_t) :: path
+      type(problem_t) :: problem
+      type(state_t) :: state
+      type(status_t) :: status
+      class(stepper_t), allocatable :: stepper
+      real(wp) :: centers(3, 3), momentum(3), work
+      integer :: at, i, k, n
+      do k = 1, 2
+         centers = 0.0_wp
+         centers(3, :) = heights(:, k)
+         call make_tabulated_center(times, centers, path, status, at)
+         problem = problem_t()
+         call make_body(symmetric([2.0_wp, 2.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]), problem%system%body, status, &
+                        mass=mass, center_of_mass=path%center_at(0.0_wp))
+         call problem%system%effects%add(gravity_t(problem%system%body, [0.0_wp, 0.0_wp, -g]))
+         call problem%system%effects%add(path)
+         problem%start = make_state(problem%system, [0.6_wp, 0.0_wp, 0.0_wp, 0.8_wp], &
+                                    [0.0_wp, 0.0_wp, merge(30.0_wp, 0.0_wp, k == 1)])
+         momentum = space_momentum(problem%start)
+         do i = 1, size(methods)
+            if (methods(i)%name == 'exact') cycle
+            call make_stepper(problem%system, settings_of(methods(i)), stepper, status)
+            state = problem%start
+            work = 0.0_wp
+            do n = 1, 30
+               if (status%ok()) call stepper%step(problem%system, state, 0.1_wp, status)
+               work = work + sum(stepper%work)
+            end do
+            call check(error, status%ok(), label_of(methods(i))//': '//trim(status%message))
+            call check_close(error, work, mass*g*(heights(3, k) - heights(1, k)), 200*eps, label_of(methods(i)))
+            call check_close(error, space_momentum(state), momentum, 200*eps, label_of(methods(i)))
+         end do
+      end do
+   end subroutine rising_center
+
+   !> Sensitivities of unprojected steps, by five-point differences of the same steps.
+   subroutine sensitivities(error)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: places(4) = [-2.0_wp, -1.0_wp, 1.0_wp, 2.0_wp], h = 2e-3_wp, &
+         weights(4) = [1.0_wp, -8.0_wp, 8.0_wp, -1.0_wp]/(12*h)
+      type(problem_t) :: problem, moved
+      type(integrator_settings_t) :: settings
+      type(tangent_t) :: tangent
+      type(state_t) :: last, state
+      real(wp) :: theta(3), momentum(3), turn(4)
+      integer(int64) :: seed
+      integer :: number, i, k, m
+      seed = 31416_int64
+      do number = 1, 6
+         call make_random(seed, 1 + modulo(number, 3), problem)
+         do i = 1, size(methods)
+            if (methods(i)%name == 'exact' .or. methods(i)%name == 'taylor' .or. methods(i)%projected) cycle
+            if (.not. in_turn(i + number)) cycle
+            settings = settings_of(methods(i))
+            settings%conserve = .false.
+            tangent = tangent_t()
+            call follow(problem, last, tangent)
+            do k = 1, 2
+               theta = 0.0_wp
+               momentum = 0.0_wp
+               do m = 1, size(places)
+                  moved = problem
+                  associate (q => problem%start%q, omega => angular_velocity(problem%system, problem%start), &
+                             part => h*places(m))
+                     if (k == 1) moved%start = make_state(moved%system, q, omega + [0.0_wp, part, 0.0_wp])
+                     if (k == 2) moved%start = make_state(moved%system, quat_product(q, &
+                                                    [cos(0.5_wp*part), sin(0.5_wp*part), 0.0_wp, 0.0_wp]), omega)
+                  end associate
+                  call follow(moved, state)
+                  turn = quat_product(quat_conjugate(last%q), state%q)
+                  theta = theta + (2*weights(m))*turn(2:4)
+                  momentum = momentum + weights(m)*body_momentum(state)
+               end do
+               if (allocated(error)) return
+               call check_close(error, tangent%theta(k, :), theta, 2e-8_wp, label_of(methods(i))//', theta')
+               call check_close(error, tangent%momentum(k, :), momentum, 2e-8_wp, label_of(methods(i))//', L')
+            end do
+         end do
+      end do
+
+   contains
+
+      !> The state after some steps, and its sensitivities.
+      subroutine follow(problem, state, tangent)
+         type(problem_t), intent(in) :: problem
+         type(state_t), intent(out) :: state
+         type(tangent_t), intent(inout), optional :: tangent
+         class(stepper_t), allocatable :: stepper
+         type(state_t) :: before
+         type(status_t) :: status
+         integer :: i
+         state = problem%start
+         call make_stepper(problem%system, settings, stepper, status)
+         if (present(tangent) .and. status%ok()) &
+            call tangent%begin(problem%system, state, [rate_variation(2), attitude_variation(1)], status)
+         do i = 1, 24
+            if (.not. status%ok()) exit
+            before = state
+            call stepper%step(problem%system, state, 0.05_wp, status)
+            if (status%ok() .and. present(tangent)) call stepper%propagate(problem%system, before, state, 0.05_wp, &
+                                                                          before%t + 0.025_wp, tangent, status)
+         end do
+         call check(error, status%ok(), trim(status%message))
+      end subroutine follow
+
+   end subroutine sensitivities
+
+   subroutine rejected_sensitivities(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      type(tangent_t) :: tangent
+      type(variation_t) :: variations(3)
+      type(status_t) :: status
+      integer :: k
+      call make_body(symmetric(first_inertia), problem%system%body, status)
+      call problem%system%effects%add(inertia_change_t(0.1_wp*first_inertia))
+      call problem%system%effects%add(gravity_gradient_t(problem%system%body, [0.0_wp, 0.0_wp, 1.0_wp], 1.0_wp))
+      problem%start = make_state(problem%system, [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], [0.0_wp, 1.0_wp, 0.0_wp])
+      call variations(1)%add(problem%system%effects, 'inertia_rate', 1, 'tensor', first_inertia, status)
+      call variations(2)%add(problem%system%effects, 'gravity_gradient', 1, 'strength', [1.0_wp], status)
+      variations(3)%inertia(1, 1) = 1.0_wp
+      do k = 1, 3
+         call tangent%begin(problem%system, problem%start, variations(k:k), status)
+         call check(error, status%message, 'there is no derivative by a parameter of the body or of its gravity '// &
+                    'while the body changes (expected one by the initial state)')
+      end do
+   end subroutine rejected_sensitivities
+
+   subroutine steppers_go_on(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      integer(int64) :: seed
+      integer :: i
+      seed = 99_int64
+      call make_random(seed, ON_ORBIT, problem)
+      do i = 1, size(methods)
+         if (methods(i)%name == 'exact') cycle
+         call check_stepper(error, problem, settings_of(methods(i)), spread(0.05_wp, 1, 7), &
+                            [0.05_wp, 0.05_wp, 0.03_wp, 0.03_wp, 0.05_wp], label_of(methods(i)))
+      end do
+   end subroutine steppers_go_on
+
+end submodule test_reshaped_bodies
