@@ -59,6 +59,14 @@ int nutate_system_create_shape(const char *shape, const double *lengths, size_t 
  * @return status: NUTATE_BAD_SCENE. */
 int nutate_system_parse(const char *text, nutate_system **system, char *message, size_t size);
 
+/** Copies a system. Both are independent; callbacks are called with the same user pointers.
+ * @param[in]  system   system
+ * @param[out] copy     handle of the new system; NULL on failure
+ * @param[out] message  error message; or NULL
+ * @param[in]  size     size of message, bytes
+ * @return status: NUTATE_NO_MEMORY. */
+int nutate_system_copy(nutate_system *system, nutate_system **copy, char *message, size_t size);
+
 /** Frees a system. @param[in,out] system handle; NULL afterwards */
 int nutate_system_destroy(nutate_system **system);
 

@@ -47,7 +47,8 @@ int test_c_exchange_calendar(void)
     return 0;
 }
 
-/* The axes of a circular orbit have an attitude in inertial axes, inertial ones the identity, a rotating frame none. */
+/* The axes of a circular orbit have an attitude in inertial axes, inertial ones the identity, a rotating frame none; those
+ * of a copy are the same. */
 int test_c_exchange_axes(void)
 {
     static const char *const texts[] = {"&body inertia = 1, 2, 2.5 / &orbit altitude = 5e5, inclination = 97.4, raan = 30, "
@@ -55,8 +56,8 @@ int test_c_exchange_axes(void)
                                         "&body inertia = 1, 2, 2.5 / &orbit altitude = 5e5, frame = 'inertial' /",
                                         "&body inertia = 1, 2, 2.5 /", "&body inertia = 1, 2, 2.5 / &rotating_frame latitude = 1 /"};
     static const double expected[4] = {0.693399, 0.226708, -0.669779, 0.138555}, times[2] = {0.0, 100.0}, never = NAN;
-    nutate_system *system = NULL;
-    double axes[8];
+    nutate_system *system = NULL, *copy = NULL;
+    double axes[8], again[8];
     int i, k;
     for (k = 0; k < 4; ++k) {
         EXPECT(NUTATE_OK, nutate_system_parse(texts[k], &system, NULL, 0));
@@ -66,7 +67,11 @@ int test_c_exchange_axes(void)
         EXPECT(NUTATE_BAD_ARGUMENT, nutate_system_space_axes(system, 2, NULL, axes));
         EXPECT(NUTATE_BAD_ARGUMENT, nutate_system_space_axes(system, (size_t)-1, times, axes));
         EXPECT(NUTATE_BAD_ARGUMENT, nutate_system_space_axes(system, 1, &never, axes));
+        EXPECT(NUTATE_OK, nutate_system_copy(system, &copy, NULL, 0));
         EXPECT(NUTATE_OK, nutate_system_destroy(&system));
+        EXPECT(k == 3 ? NUTATE_BAD_ARGUMENT : NUTATE_OK, nutate_system_space_axes(copy, 2, times, again));
+        CHECK(k == 3 || !memcmp(axes, again, sizeof axes));
+        EXPECT(NUTATE_OK, nutate_system_destroy(&copy));
     }
     EXPECT(NUTATE_BAD_HANDLE, nutate_system_space_axes(system, 2, times, axes));
     return 0;

@@ -109,6 +109,7 @@ static int null_creation(void)
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_system_create_shape("box", moments, 3, 1.0, 0.0, NULL, NULL, NULL, 0));
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_system_parse(NULL, &system, NULL, 0));
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_system_parse("&body inertia = 5, 20, 17 /", NULL, NULL, 0));
+    EXPECT(NUTATE_BAD_HANDLE, nutate_system_copy(NULL, &system, NULL, 0));
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_system_destroy(NULL));
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_scene_read(NULL, NULL, 0, &scene, NULL, 0));
     CHECK(scene == NULL);

@@ -50,6 +50,7 @@ SIGNATURES: dict[str, tuple[Any, ...]] = {
     "nutate_system_create_tensor": (Doubles, Double, Doubles, Int, HandlePointer, Text, Size),
     "nutate_system_create_shape": (Text, Doubles, Size, Double, Double, Doubles, HandlePointer, Text, Size),
     "nutate_system_parse": (Text, HandlePointer, Text, Size),
+    "nutate_system_copy": (Handle, HandlePointer, Text, Size),
     "nutate_system_destroy": (HandlePointer,),
     "nutate_system_body": (Handle, Doubles, Doubles, Doubles),
     "nutate_system_add_groups": (Handle, Text),

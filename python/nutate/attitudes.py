@@ -8,8 +8,9 @@ radians unless `degrees` is True.
 
 from __future__ import annotations
 
+import ctypes
 import importlib
-from typing import Any, Optional
+from typing import Any, Iterator, Optional
 
 import numpy as np
 import numpy.typing as npt
@@ -37,20 +38,26 @@ def _quaternions(q: Any, name: str = "q") -> Array:
 
 def _converted(name: str, shape: tuple[int, ...], *arguments: tuple[Any, int]) -> Array:
     """Results of a function of the library, which converts one attitude, for each row; arguments with their number of axes."""
-    given = [(np.asarray(value, dtype=np.float64), axes) for value, axes in arguments]
+    given = [(np.require(value, np.float64, ("C", "W")), axes) for value, axes in arguments]
     counts = {len(array) for array, axes in given if array.ndim > axes}
     if len(counts) > 1:
         raise refusal(f"the arguments have {' and '.join(str(n) for n in sorted(counts))} rows (expected as many in each)")
     result = np.empty((*counts, *shape))
+    n = len(result) if counts else 1
+    columns = [_each_row(array, n, array.ndim > axes) if axes else np.broadcast_to(array, n).tolist() for array, axes in given]
     function = getattr(library, name)
-    each = result if counts else result[None]
-    for i in range(len(each)):
-        rows = [np.ascontiguousarray(array[i] if array.ndim > axes else array) for array, axes in given]
-        out = np.empty(shape or (1,))
-        check(function(*[pointer(row) if axes else float(row.item()) for row, (_, axes) in zip(rows, given)], pointer(out)),
-              f"{name[len('nutate_'):]}: a number is not finite, or out of its range")
-        each[i] = out if shape else out[0]
+    for row in zip(*columns, _each_row(result, n, True)):
+        status = function(*row)
+        if status:
+            check(status, f"{name[len('nutate_'):]}: a number is not finite, or out of its range")
     return result
+
+
+def _each_row(array: Array, n: int, advances: bool) -> Iterator[Any]:
+    """What C sees of n rows of an array, or n times of the whole: making a pointer takes NumPy longer than a conversion."""
+    memory: Any = array
+    size = memory.nbytes // n if advances and n else 0
+    return (ctypes.c_double.from_buffer(memory, i * size) for i in range(n))
 
 
 def _angles(values: npt.ArrayLike, degrees: bool) -> Array:

@@ -105,6 +105,12 @@ class System(WheelMounting):
         self._note(moments=moments, tensor=tensor, shape=shape, size=size, text=text, scene=scene, mass=mass, density=density,
                    center_of_mass=center_of_mass, about_center=about_center)
 
+    def __copy__(self) -> System:
+        # Without parsing its groups again.
+        twin = type(self).__new__(type(self))
+        twin.__dict__.update(self.__dict__, _owned=create(library.nutate_system_copy, self._handle), _additions=list(self._additions))
+        return twin
+
     def __repr__(self) -> str:
         if self._is_closed:
             return "<System, closed>"

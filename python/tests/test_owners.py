@@ -35,6 +35,19 @@ class OwnersTest(unittest.TestCase):
             np.testing.assert_array_equal(steppers[0].quaternion, steppers[1].quaternion)
             self.assertLess(steppers[1].energy[3], 0)
 
+    def test_a_copied_system_has_no_effects_that_are_added_later(self):
+        for way in self.WAYS:
+            system, plain = (nutate.System(moments=(1, 2, 2.5)) for _ in range(2))
+            twin = way(system)
+            system.add("rotor", momentum=(0, 0, 60))
+            self.assertEqual((repr(system).count("rotor"), repr(twin).count("rotor")), (1, 0))
+            steppers = [nutate.Stepper(each) for each in (system, twin, plain)]
+            for stepper in steppers:
+                stepper.set_state(q=(1, 0, 0, 0), omega=(1, 2, 3))
+                stepper.steps(0.01, 5)
+            np.testing.assert_array_equal(steppers[1].quaternion, steppers[2].quaternion)
+            self.assertGreater(np.max(np.abs(steppers[0].quaternion - steppers[1].quaternion)), 1e-3)
+
     def test_what_is_closed_says_so(self):
         system, scene = nutate.System(moments=(1, 2, 2.5)), nutate.Scene(BOX)
         stepper = nutate.Stepper(system)

@@ -14,13 +14,13 @@ module nutate_c_system
    use nutate_kinds, only: wp
    use nutate_limits, only: greatest_number, in_words, least_size
    use nutate_shapes, only: shape_kinds
-   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NO_MEMORY, NUTATE_OK
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_NO_MEMORY, NUTATE_OK
    use nutate_system, only: system_t
    implicit none
    private
 
    public :: nutate_system_create_moments, nutate_system_create_tensor, nutate_system_create_shape, &
-      nutate_system_parse, nutate_system_destroy, nutate_system_body, nutate_system_add_groups, &
+      nutate_system_parse, nutate_system_copy, nutate_system_destroy, nutate_system_body, nutate_system_add_groups, &
       nutate_system_add_potential, nutate_system_add_user_torque
    public :: keep_system, add_callback_potential, add_callback_torque
 
@@ -102,6 +102,23 @@ contains
       end if
       code = report(status, message, size, whole)
    end function nutate_system_parse
+
+   integer(c_int) function nutate_system_copy(system, copy, message, size) result(code) bind(C)
+      type(c_ptr), intent(in), value :: system, copy, message
+      integer(c_size_t), intent(in), value :: size
+      type(c_ptr), pointer :: slot
+      type(system_handle_t), pointer :: handle
+      type(status_t) :: status
+      slot => open_slot(copy)
+      if (.not. associated(slot)) then
+         status = null_argument('copy')
+      else if (.not. found(system, handle)) then
+         status = fail(NUTATE_BAD_HANDLE, 'system is NULL, destroyed or not a system')
+      else
+         call keep_system(handle%system, slot, status)
+      end if
+      code = report(status, message, size)
+   end function nutate_system_copy
 
    integer(c_int) function nutate_system_destroy(system) result(code) bind(C)
       type(c_ptr), intent(in), value :: system
