@@ -5,6 +5,7 @@ import csv
 import functools
 import os
 import pathlib
+import random
 import re
 import signal
 import subprocess
@@ -215,6 +216,27 @@ class CommandLineTest(unittest.TestCase):
     def history(self, name):
         """Header and rows of numbers of a CSV file."""
         return parse(self.read(name))
+
+    def find_in_noise(self, scene, truths, *options, sigma):
+        """Fits parameters to rates of the body with noise: each must be found within four standard deviations. A key of several
+        numbers has a list of them."""
+        self.write("truth.nml", scene)
+        self.succeed("run", "truth.nml", "--quiet", "--set", "output.columns='angular_velocity'", "--output", "truth.csv")
+        header, rows = self.history("truth.csv")
+        dice = random.Random(57)
+        self.write("noise.csv", "\n".join([",".join(header)] + [",".join([repr(row[0])] + [repr(x + dice.gauss(0, sigma)) for x in row[1:]])
+                                                               for row in rows]) + "\n")
+        self.write("fit.nml", scene + f"&measurement file = 'noise.csv', sigma = {sigma}, columns = 'omega1', 'omega2', 'omega3' /\n"
+                   + "".join(f"&free key = '{key}' /\n" for key in truths))
+        page = self.succeed("fit", "fit.nml", *options).stdout
+        for key, wanted in truths.items():
+            wanted = wanted if isinstance(wanted, list) else [wanted]
+            found = re.findall(rf"{re.escape(key)}\S* +(\S+) ± (\S+)", page)
+            self.assertEqual(len(found), len(wanted), page)
+            for (value, spread), truth in zip(found, wanted):
+                self.assertLess(abs(float(value) - truth), 4 * float(spread), page)
+                self.assertGreater(abs(float(value) - truth), 1e-3 * float(spread), page)
+                self.assertLess(float(spread), 0.2 * abs(truth), page)
 
 
 def parse(text):

@@ -86,6 +86,18 @@ class InnerSpheres(CommandLineTest):
             self.assertGreater(abs(change), 1e-5)
         self.assertIn("d_sphere1_momentum3/d_inner_sphere.2.angular_velocity.1", last)
 
+    def test_a_fit_finds_inertia_damping_and_rate_in_noise(self):
+        scene = """&body inertia = 1.7, 1.1, 0.9 /
+&inner_sphere inertia = 0.3, damping = 0.2, angular_velocity = 0.5, -1.0, 0.8 /
+&initial angular_velocity = 0.8, -0.6, 1.4 /
+&integrator method = 'rk8', time_step = 0.05, end_time = 20.0 /
+&output every = 4 /
+"""
+        self.find_in_noise(scene, {"inner_sphere.inertia": 0.3, "inner_sphere.damping": 0.2,
+                                   "inner_sphere.angular_velocity": [0.5, -1.0, 0.8]},
+                           "--set", "inner_sphere.inertia=0.35", "--set", "inner_sphere.damping=0.16", "--set",
+                           "inner_sphere.angular_velocity=0.4,-0.8,1.0", sigma=0.001)
+
 
 if __name__ == "__main__":
     unittest.main()
