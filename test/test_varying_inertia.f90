@@ -65,7 +65,6 @@ contains
                   new_unittest("the work of a change by every method", same_work), &
                   new_unittest("rates of a motion", rates_of_motion), &
                   new_unittest("sensitivities by rates and by the scale of a table", sensitivities), &
-                  new_unittest("the series rejects sensitivities", series_rejects), &
                   new_unittest("steppers go on bit for bit", steppers_go_on), &
                   new_unittest("a tensor between the lines of a cubic table", between_lines), &
                   new_unittest("a step to a time without a positive inertia", beyond_positive), &
@@ -409,7 +408,7 @@ contains
       end do
    end subroutine rates_of_motion
 
-   !> Sensitivities of the unprojected steps of every method but the series, by five-point differences of the same
+   !> Sensitivities of the unprojected steps of every method, by five-point differences of the same
    !> steps: by a component of the rate, a component of the inertia at t = 0, the rate at the start and the scale of a
    !> table.
    subroutine sensitivities(error)
@@ -436,7 +435,7 @@ contains
             call check(error, status%ok(), trim(status%message))
          end associate
          do i = 1, size(methods)
-            if (methods(i)%name == 'exact' .or. methods(i)%name == 'taylor' .or. methods(i)%projected) cycle
+            if (methods(i)%name == 'exact' .or. methods(i)%projected) cycle
             if (.not. in_turn(i + number)) cycle
             settings = settings_of(methods(i))
             settings%conserve = .false.
@@ -535,7 +534,7 @@ contains
       case default
          associate (item => moved%system%effects%torques(place_of_table(moved%system))%item)
             done = item%shift([part])
-            tensor = item%inertia_derivative([part], 0.0_wp)
+            tensor = item%inertia_derivative([part], 0, 0.0_wp, 0.0_wp, 1.0_wp)
          end associate
       end select
       if (.not. done) error stop 'the effect has no such parameter'
@@ -554,24 +553,6 @@ contains
                      check_triangle=.false.)
       if (status%ok()) call mount_wheels(system, status)
    end subroutine move_body
-
-   subroutine series_rejects(error)
-      type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
-      type(tangent_t) :: tangent
-      type(state_t) :: state
-      type(status_t) :: status
-      class(stepper_t), allocatable :: stepper
-      call make_changing(problem, inertia_change_t(k))
-      call make_stepper(problem%system, integrator_settings_t(method='taylor', conserve=.true.), stepper, status)
-      call tangent%begin(problem%system, problem%start, [rate_variation(1)], status)
-      state = problem%start
-      if (status%ok()) call stepper%step(problem%system, state, 0.05_wp, status)
-      call check(error, status%ok(), trim(status%message))
-      if (.not. allocated(error)) &
-         call stepper%propagate(problem%system, problem%start, state, 0.05_wp, 0.025_wp, tangent, status)
-      call check(error, index(status%message, 'has no sensitivities') > 0, trim(status%message))
-   end subroutine series_rejects
 
    subroutine steppers_go_on(error)
       type(error_type), allocatable, intent(out) :: error

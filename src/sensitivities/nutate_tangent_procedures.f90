@@ -189,7 +189,7 @@ contains
       do i = 1, size(variation%effects)
          associate (item => variation%effects(i))
             if (item%kind == OF_TORQUE) &
-               change = change + effects%torques(item%place)%item%inertia_derivative(item%change, t)
+               change = change + effects%torques(item%place)%item%inertia_derivative(item%change, 0, t, t, 1.0_wp)
          end associate
       end do
    end function change_in_time

@@ -7,6 +7,9 @@
 !> that the effects supply (`series_derivative`), ∂τ/∂θ = (∂τ/∂γ)[γ]×. The contributions of parameters are added
 !> sensitivity by sensitivity.
 !>
+!> If the inertia varies, J⁻¹ is that of the start of the step, the terms J₁δΩ, J₂δΩ, ... of its series are part of u,
+!> and mass that leaves adds the torque (dJ/dt)δΩ.
+!>
 !> Sensitivities of the start without wheels are linear in θ and δL of the start, so that no more than a basis of these
 !> is expanded: six sensitivities, and three of δL for a free body, whose θ1 is that of the start, rotated, and what δL
 !> adds.
@@ -19,6 +22,7 @@ module nutate_series_tangent
    use nutate_sensitivity_series, only: add_lacking, add_rest, add_row, add_rotated, by_angle, by_momentum, &
       for_momentum, &
       for_theta, lanes, n_factors, numbers, of_lack, of_momentum, of_theta, set_matrix, set_vector, sum_block, sum_free
+   use nutate_effect, only: torque_t
    use nutate_effect_list, only: effect_list_t
    use nutate_hamiltonian, only: body_momentum
    use nutate_kinds, only: wp
@@ -28,7 +32,7 @@ module nutate_series_tangent
    use nutate_small_products, only: skew, times_columns, times_vector, vector_length
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
-   use nutate_system, only: system_t
+   use nutate_system, only: inverse_inertia_at, system_t
    use nutate_tangent, only: tangent_t
    use nutate_torque_changes, only: torque_changes_t
    use nutate_wheel_series, only: wheel_series_t
@@ -56,6 +60,9 @@ module nutate_series_tangent
       real(wp) :: to_angle(3, 3) = 0.0_wp, damped(3, 3) = 0.0_wp, drag(3, 3) = 0.0_wp, turn(3) = 0.0_wp
       type(torque_changes_t) :: torques
       type(wheel_series_t) :: wheels
+      !> The inertia varies; start of the step, s; jJⱼ of the mass that leaves, kg m²; shape (3,3,degree).
+      logical :: varies = .false.
+      real(wp) :: t = 0.0_wp, loss(3, 3, 3) = 0.0_wp
       !> L, ΔtΩ, the same relative to the space axes, and the rows E = Rᵀe of the basis of the torques; shapes
       !> (3, 0:highest_order), (3, 3, 0:highest_order).
       real(wp) :: momentum(3, 0:highest_order) = 0.0_wp, angle(3, 0:highest_order) = 0.0_wp
@@ -82,13 +89,13 @@ contains
 
    !> Moves sensitivities over a step. Errors, with the sensitivities as they were: `NUTATE_BAD_ARGUMENT` for an
    !> effect, or a change of its parameters, that has no series of its derivative.
-   subroutine propagate(self, system, before, after, dt, start, order, acts, driven, tangent, status)
+   subroutine propagate(self, system, before, after, dt, start, moment, order, acts, driven, tangent, status)
       class(series_tangent_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       !> States at the start and at the end of the step.
       type(state_t), intent(in) :: before, after
-      !> s; time for torques, in the piece of each; order of the series of the motion.
-      real(wp), intent(in) :: dt, start
+      !> s; time for torques, in the piece of each; time in the piece of the inertia; order of the series of the motion.
+      real(wp), intent(in) :: dt, start, moment
       integer, intent(in) :: order
       !> True for torques and motors that act; shapes (number of torques), (most_inner).
       logical, intent(in) :: acts(:), driven(most_inner)
@@ -105,17 +112,20 @@ contains
       self%n_rows = self%torques%rank
       if (system%effects%frame_turns .or. size(tangent%parametric) > 0) self%n_rows = 3
       call start_motion(self, system, before, dt, start, acts, driven)
+      if (self%varies) call start_inertia(self, system%effects, dt, moment, acts)
       call start_sensitivities(self, system%effects, tangent)
       call self%torques%expect_changes(changes_in(tangent))
       do k = 0, self%order
          call add_rates(self, k, system, dt)
          if (k == self%order) exit
          call add_motion(self, k, system, dt, acts, unknown)
-         if (size(tangent%parametric) + self%wheels%n > 0) call add_lacks(self, k, system, dt, tangent)
+         if (size(tangent%parametric) + self%wheels%n > 0 .or. self%varies) &
+            call add_lacks(self, k, system, dt, tangent)
          do b = 1, size(self%lacking)
             call add_block(self, k, dt, self%lacking(b), self%sensitivities(:, :, :, b))
          end do
          if (self%wheels%n > 0) call add_wheels(self, k, system, dt, tangent, unknown)
+         if (self%varies) call add_loss(self, k, dt)
          place = 0
          do b = 1, size(tangent%parametric)
             call add_own(self, k, system, dt, acts, tangent, b, place, unknown)
@@ -137,7 +147,9 @@ contains
       real(wp), intent(in) :: dt, start
       logical, intent(in) :: acts(:), driven(most_inner)
       integer :: i
-      self%to_angle = dt*system%body%inverse_inertia
+      self%varies = system%effects%varies
+      self%t = before%t
+      self%to_angle = dt*inverse_inertia_at(system, before%t)
       self%drag = 0.0_wp
       if (size(acts) > 0) self%drag = self%torques%total_drag(acts)
       self%damped = times_columns(self%drag, self%to_angle)
@@ -160,6 +172,27 @@ contains
       end do
    end subroutine start_motion
 
+   !> Coefficients of the inertia, and those of the mass that leaves.
+   pure subroutine start_inertia(self, effects, dt, moment, acts)
+      class(series_tangent_t), intent(inout) :: self
+      type(effect_list_t), intent(in) :: effects
+      real(wp), intent(in) :: dt, moment
+      logical, intent(in) :: acts(:)
+      integer :: i, j
+      self%torques%moment = moment
+      call self%torques%expand_inertia(effects, dt)
+      self%loss = 0.0_wp
+      do i = 1, size(acts)
+         associate (item => effects%torques(i)%item)
+            if (.not. (acts(i) .and. item%changes_inertia) .or. item%is_internal) cycle
+            do j = 1, 3
+               self%loss(:, :, j) = self%loss(:, :, j) &
+                                    + j*item%inertia_term(j, self%torques%start, self%torques%start, dt)
+            end do
+         end associate
+      end do
+   end subroutine start_inertia
+
    !> Coefficient 0 of the sensitivities.
    pure subroutine start_sensitivities(self, effects, tangent)
       class(series_tangent_t), intent(inout) :: self
@@ -180,7 +213,7 @@ contains
          allocate (self%lacking(blocks), self%ends(12, lanes*blocks), self%wheel(tangent%n, self%wheels%n), &
                    self%gain(tangent%n, self%wheels%n))
       end if
-      self%lacking = self%wheels%n > 0
+      self%lacking = self%wheels%n > 0 .or. self%varies
       do i = 1, m
          self%lacking((place_of(self, tangent, i) + lanes - 1)/lanes) = .true.
       end do
@@ -235,6 +268,7 @@ contains
       inner = self%momentum(:, k)
       if (k == 0) inner = inner - system%effects%rotor_momentum
       if (self%wheels%n > 0) inner = inner - self%wheels%term(k)
+      if (self%varies) inner = inner - self%torques%older_momentum(k, dt, self%angle)
       self%angle(:, k) = times_vector(self%to_angle, inner)
       if (self%wheels%n > 0) call self%wheels%add_term(system%effects, k, self%angle(:, k)/dt)
       self%relative(:, k) = self%angle(:, k)
@@ -345,7 +379,7 @@ contains
       end do
    end subroutine add_rows
 
-   !> Coefficient k of u = ΔtJ⁻¹(Σ s δh + δh + δJΩ + Σ δs h).
+   !> Coefficient k of u = ΔtJ⁻¹(Σ s δh + δh + δJΩ + Σ δs h), with J₁δΩ, ... of an inertia that varies.
    pure subroutine add_lacks(self, k, system, dt, tangent)
       class(series_tangent_t), intent(inout) :: self
       integer, intent(in) :: k
@@ -362,7 +396,7 @@ contains
       end do
       do m = 1, size(tangent%parametric)
          c = tangent%parametric(m)
-         own = times_vector(tangent%inertia(:, :, m), self%angle(:, k)/dt)
+         own = times_vector(tangent%inertia_of(system%effects, m, self%t), self%angle(:, k)/dt)
          if (k == 0) own = own + tangent%variations(c)%rotor
          place = place_of(self, tangent, m)
          inner(:, place) = inner(:, place) + own
@@ -372,14 +406,65 @@ contains
                if (item%kind == OF_WHEEL) &
                   inner(:, place) = inner(:, place) + self%wheels%momentum_term(k, item%place)* &
                                     axis_change(system%effects%wheels(item%place), item%change)
+               if (item%kind == OF_TORQUE) inner(:, place) = inner(:, place) + &
+                  changed_momentum(self, system%effects%torques(item%place)%item, item%change, k, self%torques%moment, &
+                                   dt, .false.)
             end associate
          end do
       end do
       do place = 1, size(inner, 2)
+         if (self%varies) then
+            do i = 1, min(3, k)
+               inner(:, place) = inner(:, place) &
+                                 + times_vector(self%torques%inertia(:, :, i), rate_of(self, place, k - i, dt))
+            end do
+         end if
          if (self%lacking((place + lanes - 1)/lanes)) &
             call put(self, place, of_lack, k, times_vector(self%to_angle, inner(:, place)))
       end do
    end subroutine add_lacks
+
+   !> Returns Σ wⱼ δJⱼ Ωₖ₋ⱼ over j > 0, N m s; shape (3): wⱼ = 1 for δJΩ, wⱼ = j for the change of Δt(dJ/dt)Ω.
+   pure function changed_momentum(self, torque, change, k, moment, dt, by_time) result(momentum)
+      class(series_tangent_t), intent(in) :: self
+      class(torque_t), intent(in) :: torque
+      real(wp), intent(in) :: change(:), moment, dt
+      integer, intent(in) :: k
+      logical, intent(in) :: by_time
+      real(wp) :: momentum(3)
+      integer :: j
+      momentum = 0.0_wp
+      do j = 1, min(3, k)
+         momentum = momentum + times_vector(torque%inertia_derivative(change, j, self%torques%start, moment, dt), &
+                                            (merge(j, 1, by_time)/dt)*self%angle(:, k - j))
+      end do
+   end function changed_momentum
+
+   !> Returns coefficient k of δΩ of an expanded sensitivity, rad/s; shape (3).
+   pure function rate_of(self, place, k, dt) result(rate)
+      class(series_tangent_t), intent(in) :: self
+      integer, intent(in) :: place, k
+      real(wp), intent(in) :: dt
+      real(wp) :: rate(3)
+      rate = (times_vector(self%to_angle, get(self, place, of_momentum, k)) - get(self, place, of_lack, k))/dt
+   end function rate_of
+
+   !> Adds (dJ/dt)δΩ of the mass that leaves to coefficient k + 1 of δL.
+   pure subroutine add_loss(self, k, dt)
+      class(series_tangent_t), intent(inout) :: self
+      integer, intent(in) :: k
+      real(wp), intent(in) :: dt
+      real(wp) :: sum(3)
+      integer :: place, j
+      if (.not. any(abs(self%loss) > 0.0_wp)) return
+      do place = 1, lanes*size(self%lacking)
+         sum = 0.0_wp
+         do j = 1, min(3, k + 1)
+            sum = sum + times_vector(self%loss(:, :, j), rate_of(self, place, k + 1 - j, dt))
+         end do
+         call put(self, place, of_momentum, k + 1, get(self, place, of_momentum, k + 1) + inverses(k + 1)*sum)
+      end do
+   end subroutine add_loss
 
    !> Three numbers of a coefficient of a sensitivity.
    pure function get(self, variation, first, k) result(v)
@@ -442,7 +527,7 @@ contains
       integer :: c, i, m
       logical :: known
       do c = 1, tangent%n
-         rate = (times_vector(self%to_angle, get(self, c, of_momentum, k)) - get(self, c, of_lack, k))/dt
+         rate = rate_of(self, c, k, dt)
          if (allocated(self%inner)) then
             self%inner(c, :, k) = self%wheel(c, :)
             self%rate(c, :, k) = rate
@@ -518,6 +603,12 @@ contains
                associate (item => variation%effects(e))
                   if (item%kind == OF_TORQUE) then
                      if (.not. acts(item%place)) cycle
+                     associate (torque => system%effects%torques(item%place)%item)
+                        if (torque%changes_inertia .and. .not. torque%is_internal) &
+                           tau = tau + changed_momentum(self, torque, item%change, k + 1, self%torques%start, dt, &
+                                                        .true.)/dt
+                        if (torque%changes_inertia) cycle
+                     end associate
                      call self%torques%torque_change(system%effects, item%place, item%change, place, k, self%order, &
                                                      dt, self%row(:, :, 0:k), one, known)
                      tau = tau + one

@@ -514,9 +514,9 @@ contains
       logical :: works, driven(most_inner)
       works = system%effects%n_works() > 0 .and. .not. system%effects%depends_on_time
       if (works) tangent%work = tangent%work - tangent%energy_row(system, before)
-      if (system%effects%varies .or. system%effects%reshapes) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'the series of an inertia that varies has no sensitivities (expected '// &
-                       "method = 'nielsen_krenk', 'rk8' or 'dop853')", 'method')
+      if (system%effects%reshapes) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the series of the gravity of a body that varies has no sensitivities '// &
+                       "(expected method = 'nielsen_krenk', 'rk8' or 'dop853')", 'method')
          return
       end if
       origin = before
@@ -524,8 +524,8 @@ contains
       driven = .false.
       if (self%rates%n_wheels > 0) driven = self%rates%wheels%driven
       if (.not. allocated(self%tangent)) allocate (self%tangent)
-      call self%tangent%propagate(system, origin, after, dt, self%series%torques%start, self%series%order, self%acted, &
-                              driven, tangent, status)
+      call self%tangent%propagate(system, origin, after, dt, self%series%torques%start, self%series%torques%moment, &
+                                  self%series%order, self%acted, driven, tangent, status)
       if (works) tangent%work = tangent%work + tangent%energy_row(system, after)
       if (status%ok() .and. self%conserve .and. self%attitude .and. after%balance%count == 0) &
          call project_sensitivities(system, after, .false., tangent)

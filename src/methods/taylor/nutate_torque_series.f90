@@ -357,7 +357,7 @@ contains
       end do
    end subroutine add_potentials
 
-   !> Computes the coefficients of the inertia about the start of the series.
+   !> Computes the coefficients of the inertia about the start of the series, but for the first.
    pure subroutine expand_inertia(self, effects, time_unit)
       class(torque_series_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects

@@ -118,8 +118,8 @@ module nutate_torque
       !> Returns the change of τ by a change of the rate of the space axes, at fixed Ω relative to them; zero unless
       !> overridden.
       procedure :: frame_change => no_frame_change
-      !> Return a coefficient of the power series of what the effect adds to the inertia of the body, and the change of
-      !> coefficient 0 by a change of `parameters`; zero unless overridden.
+      !> Return a coefficient of the power series of what the effect adds to the inertia of the body, and its change by
+      !> a change of `parameters`; zero unless overridden.
       procedure :: inertia_term => no_inertia_term
       procedure :: inertia_derivative => no_inertia_derivative
       !> Returns the absolute angular velocity, relative to the stars.
@@ -537,11 +537,15 @@ contains
       term = 0.0_wp
    end function no_inertia_term
 
-   !> Returns the change of coefficient 0 by a change of `parameters`, body axes, kg m²; shape (3,3). Here: zero.
-   pure function no_inertia_derivative(self, change, t) result(derivative)
+   !> Returns the change of `inertia_term` by a change of `parameters`, body axes, kg m²; shape (3,3): for coefficient
+   !> 0 that of the whole inertia, also at t = 0. Here: zero.
+   pure function no_inertia_derivative(self, change, j, t, moment, unit) result(derivative)
       class(torque_t), intent(in) :: self
-      !> Change of `parameters`; time, s.
-      real(wp), intent(in) :: change(:), t
+      !> Change of `parameters`.
+      real(wp), intent(in) :: change(:)
+      !> As in `inertia_term`.
+      integer, intent(in) :: j
+      real(wp), intent(in) :: t, moment, unit
       real(wp) :: derivative(3, 3)
       derivative = 0.0_wp
    end function no_inertia_derivative

@@ -7,11 +7,12 @@
 module nutate_inertia_change
    use nutate_body, only: body_t, diagonal, symmetric
    use nutate_effect, only: effect_t, parameter_t, torque_t, GENERAL_SERIES
+   use nutate_effect_bounds, only: bounds_of_drag, effect_bounds_t, linear_map_t
    use nutate_finite, only: is_nan
    use nutate_keys, only: group_t, key_t, KEY_LOGICAL
    use nutate_kinds, only: wp
    use nutate_limits, only: is_moderate
-   use nutate_piecewise, only: piecewise_t, value_at, taylor_term
+   use nutate_piecewise, only: piecewise_t, value_at, taylor_term, find_bounds
    use nutate_quaternion, only: rotate_to_body
    use nutate_small_products, only: skew, times_columns, times_vector
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
@@ -50,6 +51,8 @@ module nutate_inertia_change
       real(wp) :: scale = 1.0_wp
       !> Inertia of the table at t = 0, over the scale, kg m²; shape (3,3).
       real(wp), private :: first(3, 3) = 0.0_wp
+      !> Bound of the norm of dJ/dt of the table, over the scale, kg m²/s.
+      real(wp), private :: steepest = 0.0_wp
    contains
       !> Returns the inertia of the table at a time.
       procedure :: tabulated_at
@@ -68,6 +71,8 @@ module nutate_inertia_change
       procedure :: shift => change_shift
       procedure :: series_kind => loss_kind
       procedure :: series_torque => loss_series
+      procedure :: series_derivative => no_derivative
+      procedure :: bound => loss_bound
    end type inertia_change_t
 
    !> Makes a rate of the inertia.
@@ -143,6 +148,7 @@ contains
       real(wp), intent(in), optional :: scale
       type(piecewise_t) :: squares, products
       logical :: smooth
+      real(wp) :: bounds(0:2)
       smooth = .false.
       if (present(spline)) smooth = spline
       call make_body_curve(times, tensors(1:3, :), smooth, 'the inertia', 'inertia_table', squares, status, at)
@@ -156,6 +162,10 @@ contains
       change%squares = squares
       if (change%has_products) change%products = products
       change%first = change%tabulated_at(0.0_wp)
+      call find_bounds(change%squares, bounds)
+      change%steepest = bounds(1)
+      if (change%has_products) call find_bounds(change%products, bounds)
+      if (change%has_products) change%steepest = change%steepest + sqrt(2.0_wp)*bounds(1)
       if (present(scale)) change%scale = scale
    end subroutine make_tabulated_inertia
 
@@ -175,43 +185,53 @@ contains
       inertia = symmetric(six)
    end function tabulated_at
 
-   !> Returns ΔJ(t), body axes, kg m²; shape (3,3): zero at t = 0.
-   pure function change_at(self, t) result(change)
-      type(inertia_change_t), intent(in) :: self
-      !> s.
-      real(wp), intent(in) :: t
-      real(wp) :: change(3, 3)
-      if (self%is_table) then
-         change = self%scale*(self%tabulated_at(t) - self%first)
-      else
-         change = (min(max(t, self%start), self%stop) - min(max(0.0_wp, self%start), self%stop))*self%rate
-      end if
-   end function change_at
-
-   !> Returns coefficient j of the power series of ΔJ(t), body axes, kg m²; shape (3,3).
+   !> Returns coefficient j of the power series of ΔJ(t), body axes, kg m²; shape (3,3): ΔJ is zero at t = 0.
    pure function term_at(self, j, t, moment, unit) result(term)
       class(inertia_change_t), intent(in) :: self
       integer, intent(in) :: j
       real(wp), intent(in) :: t, moment, unit
       real(wp) :: term(3, 3)
-      real(wp) :: six(6)
-      integer :: k
-      if (j == 0) then
-         term = change_at(self, t)
-         return
-      end if
-      term = 0.0_wp
-      if (moment < self%start .or. moment > self%stop) return
       if (self%is_table) then
-         k = self%squares%find(moment)
-         six = 0.0_wp
-         six(1:3) = self%scale*taylor_term(self%squares, k, j, t, unit)
-         if (self%has_products) six(4:6) = self%scale*taylor_term(self%products, k, j, t, unit)
-         term = symmetric(six)
-      else if (j == 1) then
-         term = unit*self%rate
+         term = table_term(self, j, t, moment, unit)
+         if (j == 0) term = term - self%first
+         term = self%scale*term
+      else
+         term = rate_term(self, j, t, moment, unit)*self%rate
       end if
    end function term_at
+
+   !> Returns coefficient j of the time for which a constant rate has acted since t = 0, s.
+   pure real(wp) function rate_term(self, j, t, moment, unit) result(time)
+      type(inertia_change_t), intent(in) :: self
+      integer, intent(in) :: j
+      real(wp), intent(in) :: t, moment, unit
+      time = 0.0_wp
+      if (j == 0) then
+         time = min(max(t, self%start), self%stop) - min(max(0.0_wp, self%start), self%stop)
+      else if (j == 1 .and. moment >= self%start .and. moment <= self%stop) then
+         time = unit
+      end if
+   end function rate_term
+
+   !> Returns coefficient j of the inertia of a table, over the scale, kg m²; shape (3,3).
+   pure function table_term(self, j, t, moment, unit) result(term)
+      type(inertia_change_t), intent(in) :: self
+      integer, intent(in) :: j
+      real(wp), intent(in) :: t, moment, unit
+      real(wp) :: term(3, 3)
+      real(wp) :: six(6)
+      integer :: k
+      term = 0.0_wp
+      if (j == 0) then
+         term = self%tabulated_at(t)
+      else if (moment >= self%start .and. moment <= self%stop) then
+         k = self%squares%find(moment)
+         six = 0.0_wp
+         six(1:3) = taylor_term(self%squares, k, j, t, unit)
+         if (self%has_products) six(4:6) = taylor_term(self%products, k, j, t, unit)
+         term = symmetric(six)
+      end if
+   end function table_term
 
    !> Returns dJ/dt, body axes, kg m²/s; shape (3,3).
    pure function rate_at(self, t) result(rate)
@@ -243,18 +263,32 @@ contains
       loss_kind = GENERAL_SERIES
    end function loss_kind
 
-   !> Returns the change of ΔJ(t), or, for a table, of the whole J(t), by a change of `parameters`, kg m²; shape (3,3).
-   pure function derivative_at(self, change, t) result(derivative)
+   !> Returns the change of coefficient j of ΔJ(t), or, for a table, of the whole J(t), by a change of `parameters`,
+   !> kg m²; shape (3,3).
+   pure function derivative_at(self, change, j, t, moment, unit) result(derivative)
       class(inertia_change_t), intent(in) :: self
-      real(wp), intent(in) :: change(:), t
+      real(wp), intent(in) :: change(:)
+      integer, intent(in) :: j
+      real(wp), intent(in) :: t, moment, unit
       real(wp) :: derivative(3, 3)
       if (self%is_table) then
-         derivative = change(1)*self%tabulated_at(t)
+         derivative = change(1)*table_term(self, j, t, moment, unit)
       else
-         derivative = (min(max(t, self%start), self%stop) - min(max(0.0_wp, self%start), self%stop))* &
-                      tensor_of(change)
+         derivative = rate_term(self, j, t, moment, unit)*tensor_of(change)
       end if
    end function derivative_at
+
+   !> Computes the derivative of the series of the torque by the attitude: zero.
+   pure subroutine no_derivative(self, k, t, time_unit, auxiliary, derivative, known)
+      class(inertia_change_t), intent(in) :: self
+      integer, intent(in) :: k
+      real(wp), intent(in) :: t, time_unit
+      real(wp), intent(inout) :: auxiliary(0:, :)
+      real(wp), intent(out) :: derivative(3, 3)
+      logical, intent(out) :: known
+      derivative = 0.0_wp
+      known = .true.
+   end subroutine no_derivative
 
    !> Returns the tensor of three or six components.
    pure function tensor_of(numbers) result(tensor)
@@ -289,18 +323,30 @@ contains
          by_rotation = times_columns(by_rate, skew(rotate_to_body(q, self%frame_rate)))
    end subroutine loss_derivatives
 
+   !> Bounds the torque and its derivatives in a step: it is linear in Ω, and zero for masses that stay. There are no
+   !> bounds in rotating space axes.
+   pure subroutine loss_bound(self, map, radius, gamma, slack, bounds)
+      class(inertia_change_t), intent(in) :: self
+      type(linear_map_t), intent(in) :: map
+      real(wp), intent(in) :: radius, gamma(3), slack
+      type(effect_bounds_t), intent(out) :: bounds
+      real(wp) :: steepest
+      if (.not. self%mass_leaves) return
+      steepest = norm2(self%rate)
+      if (self%is_table) steepest = abs(self%scale)*self%steepest
+      bounds%known = is_moderate(steepest) .and. .not. any(abs(self%frame_rate) > 0.0_wp)
+      if (.not. bounds%known) return
+      bounds = bounds_of_drag(map, radius, diagonal([steepest, steepest, steepest]))
+   end subroutine loss_bound
+
    !> Returns the change of the torque by a change of `parameters`, body axes, N m; shape (3).
    pure function loss_change(self, change, t, q, omega) result(tau)
       class(inertia_change_t), intent(in) :: self
       real(wp), intent(in) :: change(:), t, q(4), omega(3)
       real(wp) :: tau(3)
       tau = 0.0_wp
-      if (.not. self%mass_leaves) return
-      if (self%is_table) then
-         tau = (change(1)/self%scale)*times_vector(rate_at(self, t), self%absolute_rate(q, omega))
-      else
-         tau = times_vector(tensor_of(change), self%absolute_rate(q, omega))
-      end if
+      if (self%mass_leaves) &
+         tau = times_vector(self%inertia_derivative(change, 1, t, t, 1.0_wp), self%absolute_rate(q, omega))
    end function loss_change
 
    !> Adds a change of `parameters`.
