@@ -2,7 +2,7 @@
 submodule(suites_of_methods) test_attack
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_kinds, only: wp
-   use test_attack_case, only: attack_case_t, attack_effect_t, draw_case, effect_kinds, BODY_TORQUE, &
+   use test_attack_case, only: attack_case_t, attack_effect_t, changing_one_in, draw_case, effect_kinds, BODY_TORQUE, &
       DAMPING, FEEDBACK, POLYNOMIAL, SPACE_TORQUE, SPRING
    use test_attack_oracle, only: branch_t, oracle_t, ENDED, REACHED
    use test_attack_run, only: attack_case, attack_cases, assess, outcome_t, tally_t, verdict_text
@@ -17,6 +17,7 @@ contains
    module procedure collect_attack
       testsuite = [ &
                   new_unittest("no stage drawn at random takes a wrong root", no_wrong_root), &
+                  new_unittest("no body that changes takes a wrong root", changes_keep_their_branch), &
                   new_unittest("a long rod under two torques takes no wrong root", rod_keeps_its_branch), &
                   new_unittest("a spring stepped backwards takes no wrong root", spring_keeps_its_branch), &
                   new_unittest("every kind of case is drawn", draws_are_complete), &
@@ -32,6 +33,17 @@ contains
       call attack_cases(seed, 1, share_of(short), tally)
       call check(error, verdict_text(tally) == '', verdict_text(tally))
    end subroutine no_wrong_root
+
+   !> Inner spheres and an inertia that varies, by themselves and beside other effects.
+   subroutine changes_keep_their_branch(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(tally_t) :: tally
+      call attack_cases(seed, changing_one_in, share_of(short), tally, changing_one_in)
+      call check(error, verdict_text(tally) == '', verdict_text(tally))
+      associate (all => tally%total())
+         call check(error, all%uncertified < 0.5_wp*(all%at_once + all%continued), 'hardly any stage is certified')
+      end associate
+   end subroutine changes_keep_their_branch
 
    !> Moments beyond the triangle rule, torques fixed in body and space: the first stage's branch leads elsewhere than
    !> the root next to the prediction.

@@ -12,12 +12,15 @@ module test_attack_case
    use nutate_effect, only: potential_t, torque_t
    use nutate_gravity, only: gravity_t
    use nutate_gravity_gradient, only: gravity_gradient_t
+   use nutate_inertia_change, only: inertia_change_t
+   use nutate_inner_sphere, only: inner_sphere_t
    use nutate_kinds, only: wp, pi
    use nutate_quaternion, only: rotate_to_body, rotation_matrix
    use nutate_rotor, only: rotor_t
    use nutate_spring, only: spring_t
    use nutate_status, only: status_t
    use nutate_system, only: system_t
+   use nutate_wheel_mounting, only: add_inner_sphere
    use test_support, only: random_unit, random_unit_quaternion, random_vector
    implicit none
    private
@@ -31,6 +34,8 @@ module test_attack_case
       SPACE_TORQUE = 7, DAMPING = 8, FEEDBACK = 9
    integer, parameter :: effect_kinds = 9
    integer, parameter :: most_effects = 3
+   !> One case in so many has inner spheres or an inertia that varies, and most spheres.
+   integer, parameter, public :: changing_one_in = 4, most_drawn_spheres = 2
 
    !> One effect.
    type :: attack_effect_t
@@ -60,6 +65,13 @@ module test_attack_case
       real(wp) :: rotor(3) = 0.0_wp
       integer :: n_effects = 0
       type(attack_effect_t) :: effects(most_effects)
+      !> Inner spheres: inertia, kg m², damping, N m s, and rate relative to the body, rad/s.
+      integer :: n_spheres = 0
+      real(wp) :: sphere_inertia(most_drawn_spheres) = 1.0_wp, friction(most_drawn_spheres) = 0.0_wp, &
+         sphere_rate(3, most_drawn_spheres) = 0.0_wp
+      !> dJ/dt between two times, kg m²/s, s; whether the mass leaves.
+      real(wp) :: inertia_rate(3, 3) = 0.0_wp, change_start = -huge(1.0_wp), change_stop = huge(1.0_wp)
+      logical :: mass_leaves = .false.
       !> First state: body→space; body axes, rad/s; s.
       real(wp) :: q(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], omega(3) = 0.0_wp, t = 0.0_wp
       !> Step, s; order; steps at most.
@@ -114,9 +126,11 @@ contains
    end function custom_gradient
 
    !> Case `number` of a seed: what comes out depends on these two only.
-   subroutine draw_case(seed, number, item)
+   subroutine draw_case(seed, number, item, changes)
       integer, intent(in) :: seed, number
       type(attack_case_t), intent(out) :: item
+      !> One case in four has inner spheres or an inertia that varies; default `.false.`.
+      logical, intent(in), optional :: changes
       integer(int64) :: state
       type(attack_effect_t) :: effect
       real(wp) :: rate, part, size
@@ -136,8 +150,7 @@ contains
       if (random_unit(state) < 0.2_wp) item%dt = -item%dt
       call draw_method(state, item)
       item%n_effects = 0
-      if (random_unit(state) < 0.05_wp) return
-      item%n_effects = 1 + int(3*random_unit(state))
+      if (random_unit(state) >= 0.05_wp) item%n_effects = 1 + int(3*random_unit(state))
       do i = 1, item%n_effects
          ! A third of the effects is moderate, the rest strong; between the least and the middle moment.
          size = 0.03_wp*1000.0_wp**random_unit(state)
@@ -147,7 +160,57 @@ contains
          call draw_effect(state, item, size, rate, effect)
          item%effects(i) = effect
       end do
+      if (.not. present(changes)) return
+      if (changes .and. modulo(number, changing_one_in) == 0) call draw_changes(state, rate, item)
    end subroutine draw_case
+
+   !> Inner spheres, an inertia that varies, or both.
+   subroutine draw_changes(state, rate, item)
+      integer(int64), intent(inout) :: state
+      !> |Ω|, rad/s.
+      real(wp), intent(in) :: rate
+      type(attack_case_t), intent(inout) :: item
+      real(wp) :: most, share
+      integer :: i
+      share = random_unit(state)
+      if (share < 0.67_wp .or. any(item%effects(:item%n_effects)%kind == GRADIENT)) then
+         item%n_spheres = 1 + int(most_drawn_spheres*random_unit(state))
+         ! Friction over ½Δt; stages back in time come near its singularity, but do not reach it.
+         most = 2.0_wp
+         if (item%dt < 0.0_wp .or. item%order > 2) most = -0.6_wp
+         do i = 1, item%n_spheres
+            item%sphere_inertia(i) = 10.0_wp**between(state, -2.0_wp, 1.0_wp)*middle_of(item%moments)
+            item%friction(i) = 10.0_wp**between(state, -3.0_wp, most)*item%sphere_inertia(i)/(0.5_wp*abs(item%dt))
+            item%sphere_rate(:, i) = (rate*10.0_wp**between(state, -2.0_wp, 0.5_wp))*draw_direction(state)
+         end do
+      end if
+      if (share > 0.33_wp .and. .not. any(item%effects(:item%n_effects)%kind == GRADIENT)) &
+         call draw_inertia_rate(state, item)
+   end subroutine draw_changes
+
+   !> A rate G M Gᵀ of the inertia GGᵀ, M so small that the inertia stays positive. The case begins at t = 0.
+   subroutine draw_inertia_rate(state, item)
+      integer(int64), intent(inout) :: state
+      type(attack_case_t), intent(inout) :: item
+      real(wp) :: g(3, 3), m(3, 3), span
+      integer :: i
+      item%effects%start = item%effects%start - merge(item%t, 0.0_wp, item%effects%start > -huge(1.0_wp))
+      item%effects%stop = item%effects%stop - merge(item%t, 0.0_wp, item%effects%stop < huge(1.0_wp))
+      item%t = 0.0_wp
+      g = rotation_matrix(item%axes)
+      do i = 1, 3
+         g(:, i) = g(:, i)*sqrt(item%moments(i))
+         m(:, i) = random_vector(state)
+      end do
+      span = 2*abs(item%dt)*(item%steps + 1)
+      m = m + transpose(m)
+      m = m*(10.0_wp**between(state, -2.5_wp, -0.1_wp)/(norm2(m)*span))
+      item%inertia_rate = matmul(g, matmul(m, transpose(g)))
+      item%mass_leaves = random_unit(state) < 0.5_wp
+      if (item%mass_leaves .or. random_unit(state) < 0.67_wp) return
+      item%change_start = item%dt*random_unit(state)
+      item%change_stop = item%change_start + abs(item%dt)*between(state, 0.1_wp, 2.0_wp)
+   end subroutine draw_inertia_rate
 
    !> Moments and axes: general, at the triangle limit, symmetric, rods, nearly equal, and such as break the rule.
    subroutine draw_body(state, item)
@@ -328,6 +391,14 @@ contains
             end select
          end associate
          if (.not. status%ok()) return
+      end do
+      if (any(abs(item%inertia_rate) > 0.0_wp)) call system%effects%add(inertia_change_t( &
+         [(item%inertia_rate(i, i), i=1, 3), item%inertia_rate(1, 2), item%inertia_rate(1, 3), &
+          item%inertia_rate(2, 3)], item%change_start, item%change_stop, item%mass_leaves))
+      do i = 1, item%n_spheres
+         if (.not. status%ok()) return
+         call add_inner_sphere(system, inner_sphere_t(item%sphere_inertia(i), item%friction(i), &
+                                                      item%sphere_rate(:, i)), status)
       end do
    end subroutine make_system
 

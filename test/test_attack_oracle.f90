@@ -5,13 +5,15 @@
 !>     P = (1 - β)(b - t b0) + 2J⁻¹(b×(Jb + ¼ts h)) - ⅛t²s² J⁻¹T + ½ts J⁻¹T_D,   b0 = ¼sΩ0, β = |b|²
 !>     T = (1 + β)τ̄ - 2b(b·τ̄),   T_D = (1 + β)Db - 2b(b·Db)
 !>
-!> τ̄ is the torque at mid step without damping, in the frame there; D the coefficients of damping. The branch is
+!> τ̄ is the torque at mid step without damping, in the frame there; D the coefficients of damping. A sphere with the
+!> momentum l in space adds κR(q̄)ᵀl/I to τ̄, and κ = c/(1 + ½ts c/I) to D; J is that of the middle of the part ts, and
+!> the rate of the inertia of mass that leaves is taken from D. The branch is
 !> followed from t = 0 in increments so small that the Jacobian hardly changes in each, seen from the root before: then
 !> no other root lies near.
 module test_attack_oracle
    use nutate_kinds, only: wp, eps, pi
-   use test_attack_case, only: attack_case_t, attack_effect_t, most_effects, GRADIENT, SPRING, POLYNOMIAL, &
-      BODY_TORQUE, SPACE_TORQUE, DAMPING, FEEDBACK
+   use test_attack_case, only: attack_case_t, attack_effect_t, most_drawn_spheres, most_effects, GRADIENT, SPRING, &
+      POLYNOMIAL, BODY_TORQUE, SPACE_TORQUE, DAMPING, FEEDBACK
    implicit none
    private
 
@@ -48,6 +50,11 @@ module test_attack_oracle
       !> s; ¼sΩ0; time of the start, s.
       real(wp) :: s = 0.0_wp, b0(3) = 0.0_wp, t0 = 0.0_wp
       real(wp) :: rotor(3) = 0.0_wp
+      !> The case; momenta of its spheres at the start, body axes; the inertia varies; JΩ0 at the start, N m s.
+      type(attack_case_t) :: item
+      real(wp) :: spheres(3, most_drawn_spheres) = 0.0_wp
+      logical :: varies = .false.
+      real(wp) :: momentum(3) = 0.0_wp
       integer :: n_effects = 0
       type(attack_effect_t) :: effects(most_effects)
       !> n of each effect in the frame of the start; A of a gradient; c of a spring; the effect acts.
@@ -68,13 +75,15 @@ module test_attack_oracle
 contains
 
    !> Sets a stage of a case: the state at its start, its length and the time that decides which torques act.
-   pure subroutine begin(self, item, q, omega, t0, s, window_time)
+   pure subroutine begin(self, item, q, omega, t0, s, window_time, spheres)
       class(oracle_t), intent(inout) :: self
       type(attack_case_t), intent(in) :: item
       !> Body→space; body axes, rad/s.
       real(wp), intent(in) :: q(4), omega(3)
       !> s
       real(wp), intent(in) :: t0, s, window_time
+      !> Momenta of the spheres, body axes, N m s.
+      real(wp), intent(in), optional :: spheres(:)
       real(wp) :: middle, unit(4), x, a
       integer :: i, k
       self%inertia = item%inertia()
@@ -83,6 +92,10 @@ contains
       self%b0 = 0.25_wp*s*omega
       self%t0 = t0
       self%rotor = item%rotor
+      self%item = item
+      self%varies = any(abs(item%inertia_rate) > 0.0_wp)
+      self%momentum = matmul(inertia_of(self, t0), omega)
+      if (present(spheres)) self%spheres(:, :item%n_spheres) = reshape(spheres(:3*item%n_spheres), [3, item%n_spheres])
       self%n_effects = item%n_effects
       self%effects = item%effects
       unit = q/norm2(q)
@@ -108,7 +121,7 @@ contains
    pure function residual(self, b, t) result(p)
       class(oracle_t), intent(in) :: self
       real(wp), intent(in) :: b(3), t
-      real(wp) :: p(3), tau(3), drag(3), beta, time
+      real(wp) :: p(3), tau(3), drag(3), beta, time, inertia(3, 3), inverse(3, 3), b0(3), kappa
       integer :: i
       beta = dot_product(b, b)
       tau = 0.0_wp
@@ -126,12 +139,37 @@ contains
             end select
          end associate
       end do
+      inertia = self%inertia
+      inverse = self%inverse
+      b0 = self%b0
+      if (self%varies) then
+         inertia = inertia_of(self, time)
+         inverse = inverse_of(inertia)
+         b0 = 0.25_wp*self%s*matmul(inverse, self%momentum)
+         if (self%item%mass_leaves) drag = drag - matmul(self%item%inertia_rate, b)
+      end if
+      do i = 1, self%item%n_spheres
+         kappa = self%item%friction(i)/(1 + 0.5_wp*t*self%s*self%item%friction(i)/self%item%sphere_inertia(i))
+         tau = tau + (kappa/self%item%sphere_inertia(i)/(1 + beta))*rotated_back(1.0_wp, b, self%spheres(:, i))
+         drag = drag + kappa*b
+      end do
       tau = (1 + beta)*tau - (2*dot_product(b, tau))*b
       drag = (1 + beta)*drag - (2*dot_product(b, drag))*b
-      p = 2*cross(b, matmul(self%inertia, b) + (0.25_wp*t*self%s)*self%rotor) &
+      p = 2*cross(b, matmul(inertia, b) + (0.25_wp*t*self%s)*self%rotor) &
           - (0.125_wp*(t*self%s)**2)*tau + (0.5_wp*t*self%s)*drag
-      p = (1 - beta)*(b - t*self%b0) + matmul(self%inverse, p)
+      p = (1 - beta)*(b - t*b0) + matmul(inverse, p)
    end function residual
+
+   !> Inertia at a time, kg m²; shape (3,3).
+   pure function inertia_of(self, t) result(inertia)
+      class(oracle_t), intent(in) :: self
+      real(wp), intent(in) :: t
+      real(wp) :: inertia(3, 3)
+      associate (item => self%item)
+         inertia = self%inertia + (min(max(t, item%change_start), item%change_stop) - &
+                                   min(max(0.0_wp, item%change_start), item%change_stop))*item%inertia_rate
+      end associate
+   end function inertia_of
 
    !> An applied torque, or that of the test's own, e(a·γ)γ, at mid step, its time left out.
    pure function torque_of(self, i, b) result(tau)

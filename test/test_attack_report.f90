@@ -58,7 +58,7 @@ contains
       logical, intent(out) :: passed
       type(attack_case_t) :: item
       type(tally_t) :: tally
-      call draw_case(seed, number, item)
+      call draw_case(seed, number, item, .true.)
       call write_scene(item)
       tally%loud = .true.
       tally%traced = .true.

@@ -105,20 +105,24 @@ contains
    end function total
 
    !> Draws and runs cases until enough stages were seen.
-   subroutine attack_cases(seed, first, stages, tally)
+   subroutine attack_cases(seed, first, stages, tally, stride)
       integer, intent(in) :: seed
       !> Number of the first case; stages to see at least.
       integer, intent(in) :: first, stages
       type(tally_t), intent(inout) :: tally
+      !> Every so manieth case; default 1.
+      integer, intent(in), optional :: stride
       type(attack_case_t) :: item
       character(len=48) :: command
-      integer :: number
+      integer :: number, increment
       number = first
+      increment = 1
+      if (present(stride)) increment = stride
       do while (tally%stages < stages)
-         call draw_case(seed, number, item)
+         call draw_case(seed, number, item, .true.)
          write (command, '("bash tools/tests/attack.sh --seed ",i0," --case ",i0)') seed, number
          call attack_case(item, command, tally)
-         number = number + 1
+         number = number + increment
       end do
    end subroutine attack_cases
 
@@ -235,7 +239,7 @@ contains
       before = walkers(2)%state
       window_time = walkers(2)%step_end%t + 0.5_wp*item%dt
       omega = angular_velocity(system, before)
-      call oracle%begin(item, before%q, omega, before%t, length, window_time)
+      call oracle%begin(item, before%q, omega, before%t, length, window_time, before%wheel_momentum)
       call oracle%follow(1.0_wp, branch)
       if (branch%outcome /= LOST .and. branch%stiffness < plain) call follow_again(oracle, branch)
       turn = abs(length)*norm2(omega)

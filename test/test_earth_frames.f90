@@ -9,6 +9,7 @@ submodule(suites_of_runs) test_earth_frames
    use nutate_gravity_gradient, only: gravity_gradient_t
    use nutate_hamiltonian, only: conserved_energy, frame_rate_of, make_state
    use nutate_invariants, only: follows_rotating_axes
+   use nutate_inner_sphere, only: inner_sphere_t
    use nutate_kinds, only: wp, eps, pi
    use nutate_methods, only: make_stepper
    use nutate_rotor, only: rotor_t
@@ -22,6 +23,7 @@ submodule(suites_of_runs) test_earth_frames
    use nutate_status, only: status_t
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_system, only: system_t
+   use nutate_wheel_mounting, only: add_inner_sphere
    use test_problems, only: problem_t
    use test_support, only: check, check_close, error_type, new_unittest, random_unit, random_unit_quaternion, &
                            random_vector
@@ -224,6 +226,8 @@ contains
          if (random_unit(seed) < 0.3_wp) call effects%add(rotor_t(name='rotor', momentum=strength*random_vector(seed)))
          call effects%add(rotating_frame_t(name='rotating_frame', rate=2*random_unit(seed)*random_vector(seed)))
       end associate
+      if (random_unit(seed) < 0.3_wp) call add_inner_sphere(problem%system, inner_sphere_t( &
+         0.3_wp*strength, 0.3_wp*strength*random_unit(seed), random_vector(seed)), status)
       problem%start = make_state(problem%system, random_unit_quaternion(seed), 2*random_unit(seed)*random_vector(seed))
    end function drawn
 
@@ -275,6 +279,10 @@ contains
          real(wp) :: f(3), rows(3, 3), determinant, before(3), last(3)
          integer :: k, i
          call equations%forces%prepare(system%effects, .true.)
+         if (system%effects%n_spheres > 0) then
+            allocate (equations%spheres)
+            call equations%spheres%prepare(system%effects)
+         end if
          before = 0.0_wp
          r = 0.0_wp
          followed = .true.

@@ -192,6 +192,7 @@ contains
       tube%reach = min(widest, outermost - tube%turn)
       do while (tube%reach > narrowest)
          call certificate%bounds_of(system, map, tube%turn + tube%reach, 0.0_wp, tube%bounds)
+         call certificate%add_spheres(map%norm, self%dt, self%part, tube%turn + tube%reach, tube%bounds)
          regular = tube%bounds%known
          if (regular) return
          tube%reach = 0.5_wp*tube%reach
@@ -214,6 +215,7 @@ contains
                 - (0.5_wp*dt)*cross(b, system%effects%rotor_momentum)
          if (equations%forces%active) then
             call equations%forces%split_turn(system%effects, b, equations%rate, dt, drag, change)
+            if (allocated(equations%spheres)) call equations%spheres%split_turn(system%effects, b, drag, change)
             load = load + (0.125_wp*dt*dt*t)*entering(b, 2*equations%torque - drag + (0.5_wp*dt*t)*change)
          end if
          v = times_vector(map%matrix, load)

@@ -122,6 +122,7 @@ contains
       type(discrete_forces_t), intent(inout) :: other
       other%active = self%active
       other%by_attitude = self%by_attitude
+      other%has_spheres = self%has_spheres
       other%projection = self%projection
       other%in_fields = self%in_fields
       other%reshapes = self%reshapes

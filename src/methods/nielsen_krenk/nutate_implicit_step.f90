@@ -163,7 +163,7 @@ contains
       verdict = BEYOND_PROOF
       if (self%on_manifold .and. self%proof%applies) then
          call self%get_start_vector(system, start)
-         if (self%proof%holds(system, dt, window_time, start, b, self%determinant)) return
+         if (self%proof%holds(system, state, dt, window_time, start, b, self%determinant)) return
          if (self%prepared_with%max_iterations >= fewest) &
             call self%proof%certify(system, state, dt, window_time, start, b, verdict)
          self%continued = self%proof%tried

@@ -19,14 +19,24 @@
 !> them: τ̂ = (1+|r|²)τ̄ - 2r(b·τ̄) at the attitude of r, |r| ≤ ρ + δ. In that larger ball the effects bound their part
 !> of it, (1+|r|²)τ̄ - 2r(r·τ̄), and by it τ̄ and its derivative, of which 2r(tδ̄·τ̄) is made; a change of b changes r
 !> by at most 1/(1-2δ) times as much.
+!>
+!> Inner spheres exert the torque R(c½)ᵀD - KΩ̄ (`nutate_sphere_steps`). Its first part enters as (1-β)D - 2b×D, at most
+!> (1+β)|D|, the second as t(s/2)(1-β)KJ⁻¹b: with M = 1 + t(s/2)KJ⁻¹, ‖M⁻¹‖ ≤ 1 for s > 0, b = M⁻¹Φ(b) holds without
+!> it. tK and t|D| grow with t.
+!>
+!> An inertia J(t) = Jᵣ(1+E) that varies in the stage, ‖E‖ ≤ ε, multiplies bounds for Jᵣ by μ = 1/(1-ε), and |b0| by
+!> (1+ε)μ; 2ε is added to κ.
 module nutate_root_certificate
-   use nutate_body, only: diagonal
+   use nutate_body, only: body_t, diagonal, make_body
    use nutate_effect_bounds, only: effect_bounds_t, linear_map_t, map_of, spectral_norm, times_cross
    use nutate_kinds, only: wp
+   use nutate_limits, only: most_spheres
    use nutate_quaternion, only: rotate_to_body
    use nutate_small_products, only: vector_length
    use nutate_state, only: state_t
-   use nutate_system, only: system_t
+   use nutate_status, only: status_t
+   use nutate_system, only: inertia_at, system_t
+   use nutate_varying_inertia, only: inertia_deviation
    implicit none
    private
 
@@ -50,6 +60,11 @@ module nutate_root_certificate
    integer, parameter :: most_parts = 200
    !> δ of space axes that turn, up to which the balls of b and r are ones in which effects are bounded.
    real(wp), parameter :: largest_frame_turn = 0.25_wp
+   !> ε up to which the bounds of one Jᵣ serve, and from which nothing is certified.
+   real(wp), parameter :: usual_deviation = 0.02_wp, largest_deviation = 0.5_wp
+   !> The bound of the rate of a sphere is above the rate by the first factor at least, and below it by the second at
+   !> most.
+   real(wp), parameter :: spare = 1.1_wp, lowest = 0.8_wp
 
    !> Bounds of all effects in a ball that decide whether it can be certified.
    type, private :: ball_bounds_t
@@ -88,6 +103,13 @@ module nutate_root_certificate
       real(wp), allocatable, private :: gamma(:, :)
       !> Largest |b0| and largest |b| of a root that is the true one.
       real(wp), private :: reach = -1.0_wp, radius = 0.0_wp
+      !> Number of inner spheres; c, N m s, I, kg m², and a bound of |h|/I + |ω|, rad/s; shape (most_spheres).
+      integer, private :: n_spheres = 0
+      real(wp), private :: friction(most_spheres) = 0.0_wp, inertia(most_spheres) = 1.0_wp, &
+         pull(most_spheres) = 0.0_wp
+      !> The inertia varies; Jᵣ, kg m²; shape (3,3); ε.
+      logical, private :: varies = .false.
+      real(wp), private :: reference(3, 3) = 0.0_wp, deviation = 0.0_wp
    contains
       !> Sets a system.
       procedure :: set_up
@@ -101,6 +123,8 @@ module nutate_root_certificate
       procedure :: first_part
       !> Bounds of all effects, in a stage from the state last taken.
       procedure :: bounds_of
+      !> Adds the bounds of inner spheres in the rest of a stage.
+      procedure :: add_spheres
    end type root_certificate_t
 
 contains
@@ -111,6 +135,11 @@ contains
       type(system_t), intent(in) :: system
       associate (effects => system%effects, inverse => system%body%inverse_inertia)
          self%inverse = map_of(inverse, system%body%axes)
+         self%n_spheres = effects%n_spheres
+         self%pull = -1.0_wp
+         self%varies = effects%varies
+         self%reference = system%body%inertia
+         self%deviation = merge(usual_deviation, 0.0_wp, effects%varies)
          self%frame_rate = vector_length(effects%frame_rate)
          if (allocated(self%identity)) deallocate (self%identity)
          if (self%frame_rate > 0.0_wp) &
@@ -137,9 +166,11 @@ contains
    end function has_bounds
 
    !> True if the root is certified to be the true one, wherever the body was at the start of the stage.
-   logical function holds(self, system, dt, window_time, start, root)
+   logical function holds(self, system, state, dt, window_time, start, root)
       class(root_certificate_t), intent(inout) :: self
       type(system_t), intent(in) :: system
+      !> At the start of the stage; it counts for inner spheres and an inertia that varies.
+      type(state_t), intent(in) :: state
       !> s, and the time that decides which torques act.
       real(wp), intent(in) :: dt, window_time
       !> |b0| and |b|.
@@ -147,14 +178,71 @@ contains
       real(wp) :: near
       if (.not. (window_time > self%steady_from .and. window_time < self%steady_to)) &
          call store_windows(self, system, window_time)
+      if (self%n_spheres > 0) call store_spheres(self, system, state)
+      if (self%varies) call store_inertia(self, system, state%t, dt)
       if (dt /= self%length) then
          if (self%frame_rate > 0.0_wp) call bound_everywhere(self, system, dt)
          self%length = dt
          call find_ball(self, dt, self%reach, self%radius, near, self%everywhere)
          self%near = max(near, 0.0_wp)**2
       end if
-      holds = start <= self%reach .and. root <= self%radius
+      holds = is_within(self, start, self%reach) .and. root <= self%radius
    end function holds
+
+   !> True if |b0| of all parts of the stage is within reach.
+   elemental logical function is_within(self, start, reach)
+      class(root_certificate_t), intent(in) :: self
+      !> |b0| of the stage, and the reach for Jᵣ.
+      real(wp), intent(in) :: start, reach
+      is_within = start <= reach
+      if (self%varies) is_within = start*((1 + self%deviation)/(1 - self%deviation)) <= reach
+   end function is_within
+
+   !> Stores the friction of the spheres and bounds of their rates. Bounds that change end those of a length.
+   pure subroutine store_spheres(self, system, state)
+      class(root_certificate_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      real(wp) :: rate
+      integer :: i, k
+      do i = 1, self%n_spheres
+         k = system%effects%n_reaction_wheels + 3*i
+         associate (sphere => system%effects%wheels(k))
+            rate = vector_length(state%wheel_momentum(k - 2:k))/sphere%inertia + self%frame_rate
+            if (rate <= self%pull(i) .and. rate >= lowest*self%pull(i) .and. &
+                .not. abs(sphere%friction - self%friction(i)) > 0.0_wp) cycle
+            self%friction(i) = sphere%friction
+            self%inertia(i) = sphere%inertia
+            self%pull(i) = spare*rate
+            self%length = 0.0_wp
+         end associate
+      end do
+   end subroutine store_spheres
+
+   !> Stores another Jᵣ if the inertia of a stage is too far from the last one.
+   pure subroutine store_inertia(self, system, t, dt)
+      class(root_certificate_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      !> Start of the stage, and its length, s.
+      real(wp), intent(in) :: t, dt
+      type(body_t) :: body
+      type(status_t) :: status
+      real(wp) :: deviation
+      deviation = self%inverse%norm*inertia_deviation(system, t, 0.5_wp*dt, self%reference)
+      if (deviation <= usual_deviation) return
+      self%reference = inertia_at(system, t + 0.25_wp*dt)
+      call make_body(self%reference, body, status, check_triangle=.false.)
+      self%deviation = 1.0_wp
+      if (status%ok()) then
+         self%inverse = map_of(body%inverse_inertia, body%axes)
+         self%gyration = gyration_of(body%moments)
+         self%rotor_rate = spectral_norm(times_cross(body%inverse_inertia, system%effects%rotor_momentum))
+         self%deviation = max(usual_deviation, &
+                              self%inverse%norm*inertia_deviation(system, t, 0.5_wp*dt, self%reference))
+      end if
+      self%deviation = min(self%deviation, largest_deviation)
+      call bound_everywhere(self, system, dt)
+   end subroutine store_inertia
 
    !> Sets the state at the start of a stage. True if the root is certified by the bounds that belong to its attitude.
    pure subroutine holds_here(self, system, state, dt, start, root, certified, here)
@@ -176,9 +264,9 @@ contains
       end do
       if (present(here)) call bound_balls(self, system, 0.0_wp, dt, here)
       call find_ball(self, dt, reach, radius, near, here)
-      certified = start <= reach .and. root <= radius
-      ! Tubes are derived for space axes that stand still.
-      self%followable = .not. self%frame_rate > 0.0_wp
+      certified = is_within(self, start, reach) .and. root <= radius
+      ! Tubes are derived for space axes that stand still and a constant inertia.
+      self%followable = .not. (self%frame_rate > 0.0_wp .or. self%varies)
       if (self%followable .and. present(here)) &
          self%followable = here%known > 0 .and. strength_of(here%balls(1), dt) <= dominating
    end subroutine holds_here
@@ -215,11 +303,16 @@ contains
       !> Absent where nothing acts.
       type(all_bounds_t), intent(in), optional :: bounds
       type(ball_bounds_t) :: ball
-      real(wp) :: rotor, rest, excess, contraction
+      real(wp) :: rotor, rest, excess, contraction, force, slope, gyration, stretch
       integer :: k, known
       reach = -1.0_wp
       near = -1.0_wp
       radius = 0.0_wp
+      if (.not. self%deviation < largest_deviation) return
+      stretch = 1/(1 - self%deviation)
+      gyration = self%gyration + 2*self%deviation
+      force = 0.0_wp
+      slope = 0.0_wp
       rotor = 0.5_wp*abs(dt)*self%rotor_rate
       known = size(radii)
       if (present(bounds)) known = bounds%known
@@ -227,8 +320,10 @@ contains
          if (present(bounds)) ball = bounds%balls(k)
          associate (rho => radii(k))
             rest = 1/(1 - rho*rho)
-            excess = (rho*(self%gyration*rho + rotor) + weighted(ball%force, ball%drag, dt))*rest
-            contraction = (2*self%gyration*rho + rotor + weighted(ball%slope, ball%drag_slope, dt) + 2*rho*excess)*rest
+            if (self%n_spheres > 0) call bound_spheres(self, dt, rho, force, slope)
+            excess = stretch*(rho*(gyration*rho + rotor) + weighted(ball%force, ball%drag, dt) + force)*rest
+            contraction = (stretch*(2*gyration*rho + rotor + weighted(ball%slope, ball%drag_slope, dt) + slope) &
+                           + 2*rho*excess)*rest
             if (.not. contraction < 1.0_wp) exit
             radius = rho
             reach = max(reach, rho - excess)
@@ -236,6 +331,64 @@ contains
          end associate
       end do
    end subroutine find_ball
+
+   !> Bounds of the part of inner spheres in b and its derivative by b, for Jᵣ.
+   pure subroutine bound_spheres(self, dt, rho, force, slope)
+      class(root_certificate_t), intent(in) :: self
+      !> s, and ρ.
+      real(wp), intent(in) :: dt, rho
+      real(wp), intent(out) :: force, slope
+      real(wp) :: pull, drag, radius, delta, drag_force, drag_slope
+      integer :: i
+      pull = 0.0_wp
+      drag = 0.0_wp
+      do i = 1, self%n_spheres
+         ! (s/2)κj and |s|p/4.
+         associate (half => 0.5_wp*abs(dt)*self%friction(i)/(1 + 0.5_wp*dt*self%friction(i)/self%inertia(i)) &
+                    *self%inverse%norm)
+            drag = drag + half
+            pull = pull + min(half, greatest_bound)*min(0.25_wp*abs(dt)*self%pull(i), greatest_bound)
+         end associate
+      end do
+      delta = 0.25_wp*abs(dt)*self%frame_rate
+      radius = rho + delta
+      force = (1 + radius*radius)*pull
+      slope = 2*sqrt(1 + radius*radius)*pull
+      if (delta > 0.0_wp) call widen(radius, delta, 1.0_wp, (force), (slope), force, slope)
+      if (dt > 0.0_wp .and. .not. delta > 0.0_wp) return
+      drag_force = radius*drag
+      drag_slope = drag
+      if (delta > 0.0_wp) call widen(radius, delta, 1.0_wp, radius*drag, drag, drag_force, drag_slope)
+      force = force + drag_force
+      slope = slope + drag_slope
+   end subroutine bound_spheres
+
+   !> Adds the bounds of inner spheres in a stage from a part of it on: κ falls along a stage with s > 0 and grows along
+   !> one with s < 0. The second derivative of tκ by t enters as a force.
+   pure subroutine add_spheres(self, norm, dt, part, radius, bounds)
+      class(root_certificate_t), intent(in) :: self
+      !> ‖A‖, s, the part that is reached, and ρ.
+      real(wp), intent(in) :: norm, dt, part, radius
+      type(effect_bounds_t), intent(inout) :: bounds
+      type(effect_bounds_t) :: one
+      real(wp) :: share, drag, rate
+      integer :: i
+      do i = 1, self%n_spheres
+         share = 1/(1 + 0.5_wp*merge(part*dt, dt, dt > 0.0_wp)*self%friction(i)/self%inertia(i))
+         drag = norm*share*self%friction(i)
+         rate = share*self%friction(i)/self%inertia(i)
+         one%force = (1 + radius*radius)*drag*self%pull(i)
+         one%slope = 2*sqrt(1 + radius*radius)*drag*self%pull(i)
+         one%curvature = 2*drag*self%pull(i)
+         one%change = rate*one%force
+         one%change_slope = rate*one%slope
+         one%change_rate = 2*rate*one%change
+         one%force = one%force + 2*rate*share*drag*radius
+         one%drag_slope = max(1.0_wp, 3*radius*radius - 1)*max(1.0_wp, share)*drag
+         one%drag_curvature = 6*radius*drag
+         call bounds%add(one)
+      end do
+   end subroutine add_spheres
 
    !> (s²/8) of what does not resist the rotation and (s/2) of what does.
    elemental real(wp) function weighted(force, drag, dt)

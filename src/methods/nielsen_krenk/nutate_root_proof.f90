@@ -6,6 +6,7 @@ module nutate_root_proof
    use nutate_kinds, only: wp
    use nutate_reduced_equations, only: reduced_equations_t
    use nutate_root_certificate, only: all_bounds_t, root_certificate_t
+   use nutate_sphere_steps, only: sphere_steps_t
    use nutate_state, only: state_t
    use nutate_system, only: system_t
    implicit none
@@ -33,15 +34,19 @@ module nutate_root_proof
       !> Length of a stage, s, and |b|² below which its root is the true one if the determinant of the Jacobian is
       !> positive: all that is asked in most steps.
       real(wp) :: length = 0.0_wp, near = 0.0_wp
-      !> There may be a proof: none has been derived for wheels, and for an inertia that varies.
+      !> There may be a proof: none has been derived for wheels.
       logical :: applies = .true.
       !> Times between which `length` and `near` hold, s.
       real(wp) :: from = 0.0_wp, to = 0.0_wp
       !> Neither effects nor rotors, and moments of a rigid body.
       logical, private :: is_free = .true.
+      !> Bounds depend on the state at the start of the stage: they do not stay for all steps of a length.
+      logical, private :: by_state = .false.
       type(root_certificate_t), private :: certificate
       !> Forces in parts of a stage; not allocated if there are no effects, which need the room.
       type(discrete_forces_t), allocatable, private :: forces
+      !> The same of inner spheres.
+      type(sphere_steps_t), allocatable, private :: spheres
    contains
       !> Sets a system.
       procedure :: set_up
@@ -59,30 +64,41 @@ contains
    subroutine set_up(self, system)
       class(root_proof_t), intent(inout) :: self
       type(system_t), intent(in) :: system
-      self%is_free = system%effects%n_potentials + system%effects%n_torques + system%effects%n_rotors == 0 .and. &
-                     .not. (system%body%breaks_triangle .or. system%effects%frame_turns)
-      self%applies = system%effects%n_wheels == 0 .and. .not. system%effects%varies
+      associate (effects => system%effects)
+         self%is_free = effects%n_potentials + effects%n_torques + effects%n_rotors + effects%n_spheres == 0 .and. &
+                        .not. (system%body%breaks_triangle .or. effects%frame_turns)
+         self%applies = effects%n_reaction_wheels == 0
+         self%by_state = effects%n_spheres > 0 .or. effects%varies
+      end associate
       call self%certificate%set_up(system)
       if (allocated(self%forces)) deallocate (self%forces)
-      if (system%effects%n_potentials + system%effects%n_torques > 0) then
+      if (allocated(self%spheres)) deallocate (self%spheres)
+      if (system%effects%n_potentials + system%effects%n_torques + system%effects%n_spheres > 0) then
          allocate (self%forces)
          call self%forces%prepare(system%effects, .true.)
+      end if
+      if (system%effects%n_spheres > 0) then
+         allocate (self%spheres)
+         call self%spheres%prepare(system%effects)
       end if
       self%length = 0.0_wp
    end subroutine set_up
 
    !> True if bounds that belong to the step's length prove the root. They stay for steps of the same length.
-   logical function holds(self, system, dt, window_time, start, root, determinant)
+   logical function holds(self, system, state, dt, window_time, start, root, determinant)
       class(root_proof_t), intent(inout) :: self
       type(system_t), intent(in) :: system
+      !> At the start of the stage.
+      type(state_t), intent(in) :: state
       !> s, and the time that decides which torques act, s.
       real(wp), intent(in) :: dt, window_time
       !> b0 = ¼Δt J⁻¹(L0 - h) and b; shape (3).
       real(wp), intent(in) :: start(3), root(3)
       !> Determinant of the Jacobian at the root, over that of a very short step.
       real(wp), intent(in) :: determinant
-      holds = self%certificate%holds(system, dt, window_time, length_of(start), length_of(root))
+      holds = self%certificate%holds(system, state, dt, window_time, length_of(start), length_of(root))
       self%length = self%certificate%length
+      if (self%by_state) self%length = 0.0_wp
       self%near = self%certificate%near
       self%from = self%certificate%steady_from
       self%to = self%certificate%steady_to
@@ -131,8 +147,10 @@ contains
       verdict = BEYOND_PROOF
       if (.not. self%certificate%followable) return
       if (allocated(self%forces)) call self%forces%move_to(equations%forces)
+      if (allocated(self%spheres)) call move_alloc(self%spheres, equations%spheres)
       call branch%follow(self%certificate, equations, system, state, dt, window_time, here)
       if (allocated(self%forces)) call equations%forces%move_to(self%forces)
+      if (allocated(equations%spheres)) call move_alloc(equations%spheres, self%spheres)
       self%tried = branch%tried
       self%b = branch%b
       if (branch%is_unbounded) return

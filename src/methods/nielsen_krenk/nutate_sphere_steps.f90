@@ -52,6 +52,8 @@ module nutate_sphere_steps
       procedure :: start
       !> Returns the rate of a sphere from which its torque follows.
       procedure :: rate_of
+      !> Adds the part of their torque that is proportional to the rate, and the derivative of their torque by time.
+      procedure :: split_turn
       !> Moves the spheres to the end of the step, with their work.
       procedure :: finish
    end type sphere_steps_t
@@ -129,6 +131,22 @@ contains
       real(wp) :: rate(3)
       rate = turned_back(r, self%pull(:, i)) - (4/self%dt)*r
    end function rate_of
+
+   !> Adds the part of τ̄ that is proportional to the rate, and ∂τ̄/∂t, t the middle of a step of twice its length, at
+   !> fixed attitude and rate: ∂κ/∂t = -κ²/I.
+   pure subroutine split_turn(self, effects, r, drag, change)
+      class(sphere_steps_t), intent(in) :: self
+      type(effect_list_t), intent(in) :: effects
+      !> r, by which the step rotates the body; shape (3).
+      real(wp), intent(in) :: r(3)
+      !> Drag, body axes, N m; ∂τ̄/∂t, body axes, N m/s; shape (3).
+      real(wp), intent(inout) :: drag(3), change(3)
+      integer :: i
+      do i = 1, self%n
+         drag = drag - (4*self%drag(i)/self%dt)*r
+         change = change - (self%drag(i)**2/effects%wheels(self%before + 3*i)%inertia)*self%rate_of(i, r)
+      end do
+   end subroutine split_turn
 
    !> Moves the spheres to the end of the step; all that depends on the state at its start is taken from `start`.
    pure subroutine finish(self, effects, r, state, work)

@@ -8,7 +8,7 @@ module nutate_varying_inertia
    implicit none
    private
 
-   public :: check_inertia, check_inertia_at
+   public :: check_inertia, check_inertia_at, inertia_deviation
 
    !> Subdivisions of the time between two breaks, after which tensors that are not certified are rejected.
    integer, parameter :: most_halvings = 24
@@ -40,8 +40,8 @@ contains
       logical, intent(in) :: check_triangle
       type(status_t), intent(inout) :: status
       type(body_t) :: whole
-      real(wp) :: t, next, sense, time, corners(3, 3, 0:3)
-      integer :: fault, i
+      real(wp) :: t, next, sense, corners(3, 3, 0:3)
+      integer :: fault
       character(len=16) :: word
       character(len=:), allocatable :: words
       if (.not. system%effects%varies) return
@@ -51,11 +51,7 @@ contains
       fault = NO_FAULT
       do
          next = sense*min(sense*system%effects%next_break(t, sense), abs(end_time))
-         do i = 0, 3
-            time = t + (i/3.0_wp)*(next - t)
-            corners(:, :, i) = system%effects%inertia_term(0, time, time, 1.0_wp)
-         end do
-         corners = in_bernstein(corners)
+         corners = corners_of(system, t, next)
          call find_fault(system%body%inertia, whole%inertia, check_triangle, corners, most_halvings, t, next, fault)
          if (fault /= NO_FAULT .or. .not. sense*next < abs(end_time)) exit
          t = next
@@ -67,6 +63,45 @@ contains
       if (fault == NO_TRIANGLE) words = ' is that of no rigid body: one moment exceeds the sum of the other two,'
       status = fail(NUTATE_BAD_BODY, 'the inertia'//words//' at t = '//trim(adjustl(word))//' s', 'tensor')
    end subroutine check_inertia
+
+   !> Returns the largest distance of the inertia in a time from a tensor, in the norm of Frobenius, or a number above
+   !> it; kg m².
+   pure real(wp) function inertia_deviation(system, start, span, tensor) result(deviation)
+      type(system_t), intent(in) :: system
+      !> Start of the time, and its length, which may be negative, s.
+      real(wp), intent(in) :: start, span
+      !> kg m²; shape (3,3).
+      real(wp), intent(in) :: tensor(3, 3)
+      real(wp) :: t, next, sense, corners(3, 3, 0:3)
+      integer :: i
+      sense = sign(1.0_wp, span)
+      t = start
+      deviation = 0.0_wp
+      do
+         next = sense*min(sense*system%effects%next_break(t, sense), sense*(start + span))
+         corners = corners_of(system, t, next)
+         do i = 0, 3
+            deviation = max(deviation, norm2(system%body%inertia + corners(:, :, i) - tensor))
+         end do
+         if (.not. sense*next < sense*(start + span)) return
+         t = next
+      end do
+   end function inertia_deviation
+
+   !> Returns the corners in Bernstein's basis of the change of the inertia between two times without a break, kg m².
+   pure function corners_of(system, t, next) result(corners)
+      type(system_t), intent(in) :: system
+      !> s.
+      real(wp), intent(in) :: t, next
+      real(wp) :: corners(3, 3, 0:3)
+      real(wp) :: time
+      integer :: i
+      do i = 0, 3
+         time = t + (i/3.0_wp)*(next - t)
+         corners(:, :, i) = system%effects%inertia_term(0, time, time, 1.0_wp)
+      end do
+      corners = in_bernstein(corners)
+   end function corners_of
 
    !> Returns the corners in Bernstein's basis of a polynomial of degree 3 from its values at the times 0, 1/3, 2/3, 1.
    pure function in_bernstein(values) result(corners)
