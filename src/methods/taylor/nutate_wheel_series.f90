@@ -24,9 +24,11 @@ module nutate_wheel_series
       !> h at the start, N m s, and whether the motor acts; shape (most_inner).
       real(wp), private :: first(most_inner) = 0.0_wp
       logical, private :: driven(most_inner) = .false.
-      !> Axes, body axes; shape (3, n). h, N m s, ω, rad/s, and u and -cω, N m; shapes (0:highest_order, n) and, of the
-      !> latter, (2, 0:highest_order, n).
-      real(wp), allocatable, private :: axes(:, :), momentum(:, :), speed(:, :), torque(:, :, :)
+      !> Axes, body axes, shape (3, n); 1/Jw, kg⁻¹ m⁻², and c, N m s, shape (n); h, N m s, shape (0:highest_order, n).
+      real(wp), allocatable, private :: axes(:, :), inverse_inertia(:), friction(:), momentum(:, :)
+      !> A lane for the motor of each wheel and one for its friction: ω, rad/s, torques u and -cω, N m, and their works
+      !> in units of time, W; shape (lane, 0:highest_order, groups of lanes).
+      real(wp), allocatable, dimension(:, :, :) :: speeds, torques, works
       !> Auxiliary series of the motors, and the first and last of each; shapes (0:highest_order, any), (2, n).
       real(wp), allocatable, private :: auxiliary(:, :)
       integer, allocatable, private :: columns(:, :)
@@ -64,18 +66,23 @@ contains
       type(status_t), intent(inout) :: status
       integer :: i, last
       self%n = effects%n_wheels
-      if (allocated(self%axes)) deallocate (self%axes, self%momentum, self%speed, self%torque, self%auxiliary, &
-                                            self%columns, self%omega, self%gamma, self%is_timed)
+      if (allocated(self%axes)) deallocate (self%axes, self%inverse_inertia, self%friction, self%momentum, &
+                                            self%speeds, self%torques, self%works, self%auxiliary, self%columns, &
+                                            self%omega, self%gamma, self%is_timed)
       if (self%n == 0) return
-      allocate (self%axes(3, self%n), self%momentum(0:highest_order, self%n), self%speed(0:highest_order, self%n), &
-                self%torque(2, 0:highest_order, self%n), self%omega(3, 0:highest_order), &
+      allocate (self%axes(3, self%n), self%inverse_inertia(self%n), self%friction(self%n), &
+                self%momentum(0:highest_order, self%n), self%omega(3, 0:highest_order), &
                 self%gamma(3, 0:highest_order), source=0.0_wp)
+      allocate (self%speeds(4, 0:highest_order, (self%n + 1)/2), self%torques(4, 0:highest_order, (self%n + 1)/2), &
+                self%works(4, 0:highest_order, (self%n + 1)/2), source=0.0_wp)
       allocate (self%columns(2, self%n), source=0)
       allocate (self%is_timed(self%n), source=.false.)
       last = 0
       do i = 1, self%n
          associate (wheel => effects%wheels(i))
             self%axes(:, i) = wheel%axis
+            self%inverse_inertia(i) = 1/wheel%inertia
+            self%friction(i) = wheel%friction
             self%columns(:, i) = [last + 1, last]
             if (.not. allocated(wheel%motor)) cycle
             if (any(wheel%motor%series_kind() == [NO_SERIES, LINEAR_SERIES, SPACE_SERIES])) then
@@ -125,22 +132,31 @@ contains
       !> Highest coefficient.
       integer, intent(in) :: order
       real(wp) :: tau(3, 0:highest_order)
-      integer :: i
+      integer :: i, lane, group
       self%t = t
       self%time_unit = time_unit
       do i = 1, self%n
+         call find_lane(i, lane, group)
          self%momentum(0, i) = self%first(i)
-         self%torque(1, :, i) = 0.0_wp
+         self%torques(lane, :, group) = 0.0_wp
          if (.not. self%driven(i)) cycle
          if (self%is_timed(i)) then
             call effects%wheels(i)%motor%time_series(t, time_unit, self%auxiliary(:, self%columns(1, i): &
                                                      self%columns(2, i)), tau(:, :order))
-            self%torque(1, :order, i) = tau(1, :order)
+            self%torques(lane, :order, group) = tau(1, :order)
          else if (.not. allocated(effects%wheels(i)%motor)) then
-            self%torque(1, 0, i) = effects%wheels(i)%command
+            self%torques(lane, 0, group) = effects%wheels(i)%command
          end if
       end do
    end subroutine start
+
+   !> Finds the lane of the motor of a wheel, before that of its friction, and its group.
+   pure subroutine find_lane(i, lane, group)
+      integer, intent(in) :: i
+      integer, intent(out) :: lane, group
+      lane = 1 + 2*iand(i - 1, 1)
+      group = (i + 1)/2
+   end subroutine find_lane
 
    !> Coefficient k of Σ s h, N m s, body axes; shape (3).
    pure function term(self, k)
@@ -161,20 +177,22 @@ contains
       integer, intent(in) :: k
       !> Body axes, rad/s; shape (3).
       real(wp), intent(in) :: omega(3)
-      real(wp) :: tau(3)
-      integer :: i, j
+      real(wp) :: tau(3), speed, drive
+      integer :: i, j, lane, group
       self%omega(:, k) = omega
       do i = 1, self%n
-         associate (wheel => effects%wheels(i), columns => self%columns(:, i))
-            self%speed(k, i) = wheel%speed_of(self%momentum(k, i), omega)
-            if (self%driven(i) .and. allocated(wheel%motor) .and. .not. self%is_timed(i)) then
-               call wheel%motor%series_torque(k, self%t, self%time_unit, self%omega(:, 0:k), self%gamma(:, 0:k), &
-                                              self%auxiliary(:, columns(1):columns(2)), tau)
-               self%torque(1, k, i) = tau(1)
+         call find_lane(i, lane, group)
+         associate (axis => self%axes(:, i), torque => self%torques(:, k, group))
+            speed = self%inverse_inertia(i)*self%momentum(k, i) - &
+                    (axis(1)*omega(1) + axis(2)*omega(2) + axis(3)*omega(3))
+            if (self%driven(i) .and. allocated(effects%wheels(i)%motor) .and. .not. self%is_timed(i)) then
+               call add_drive(self, effects, i, k, drive)
+               torque(lane) = drive
             end if
-            self%torque(2, k, i) = -wheel%friction*self%speed(k, i)
+            self%speeds(lane:lane + 1, k, group) = speed
+            torque(lane + 1) = -self%friction(i)*speed
             if (k < highest_order) self%momentum(k + 1, i) = (self%time_unit*inverses(k + 1))* &
-                                                             (self%torque(1, k, i) + self%torque(2, k, i))
+                                                             (torque(lane) + torque(lane + 1))
          end associate
       end do
       if (k == highest_order) return
@@ -187,6 +205,22 @@ contains
       end do
    end subroutine add_term
 
+   !> Computes coefficient k of the torque of a motor that depends on the motion.
+   pure subroutine add_drive(self, effects, i, k, drive)
+      class(wheel_series_t), intent(inout) :: self
+      type(effect_list_t), intent(in) :: effects
+      !> The wheel, and the coefficient.
+      integer, intent(in) :: i, k
+      !> N m.
+      real(wp), intent(out) :: drive
+      real(wp) :: tau(3)
+      associate (columns => self%columns(:, i))
+         call effects%wheels(i)%motor%series_torque(k, self%t, self%time_unit, self%omega(:, 0:k), self%gamma(:, 0:k), &
+                                                    self%auxiliary(:, columns(1):columns(2)), tau)
+      end associate
+      drive = tau(1)
+   end subroutine add_drive
+
    !> Coefficient k of h of a wheel, N m s.
    pure real(wp) function momentum_term(self, k, i) result(term)
       class(wheel_series_t), intent(in) :: self
@@ -198,7 +232,9 @@ contains
    pure real(wp) function speed_term(self, k, i) result(term)
       class(wheel_series_t), intent(in) :: self
       integer, intent(in) :: k, i
-      term = self%speed(k, i)
+      integer :: lane, group
+      call find_lane(i, lane, group)
+      term = self%speeds(lane, k, group)
    end function speed_term
 
    !> Computes coefficient k of the change of u; called after `add_term`, k = 0, 1, 2, ... in turn.
@@ -242,8 +278,8 @@ contains
       !> Possible truncation errors of each gain, N m s, shape (most_inner), and of all works together, J.
       real(wp), intent(inout) :: error(most_inner)
       real(wp), intent(out) :: of_works
-      real(wp) :: power(0:highest_order, 2), of_momentum(4), of_energy(4), last(4)
-      integer :: i, k, which
+      real(wp) :: of_momentum(4), of_energy(4), last(4)
+      integer :: i, k, which, lane, group
       of_momentum = 0.0_wp
       call tail%weights(order, s, of_momentum(1), of_momentum(2))
       call tail%energy_weights(order, s, of_energy)
@@ -254,10 +290,12 @@ contains
             last(k) = self%momentum(order + 1 - k, i)
          end do
          error(i) = tail%error_of(order, s, last)
-         call integrate_power(order, self%speed(:, i), self%torque(:, :, i), power)
+         call find_lane(i, lane, group)
          do which = 1, 2
-            work(which, i) = self%time_unit*total(power(:, which), of_energy)
-            of_works = of_works + abs(self%time_unit)*tail%error_of_energy(order, s, last_of(power(:, which)))
+            associate (power => self%works(lane + which - 1, :, group))
+               work(which, i) = self%time_unit*total(power, of_energy)
+               of_works = of_works + abs(self%time_unit)*tail%error_of_energy(order, s, last_of(power))
+            end associate
          end do
       end do
 
@@ -265,7 +303,7 @@ contains
 
       !> The last coefficients, the last one first; shape (6).
       pure function last_of(x) result(last)
-         real(wp), intent(in) :: x(0:highest_order)
+         real(wp), intent(in) :: x(0:)
          real(wp) :: last(6)
          integer :: m
          last = 0.0_wp
@@ -276,7 +314,7 @@ contains
 
       !> Σ xₖsᵏ from k = 1 on, and the tail.
       pure real(wp) function total(x, weights)
-         real(wp), intent(in) :: x(0:highest_order)
+         real(wp), intent(in) :: x(0:)
          !> Weights of the last four coefficients, the last one first.
          real(wp), intent(in) :: weights(4)
          integer :: m
@@ -289,27 +327,5 @@ contains
       end function total
 
    end subroutine evaluate
-
-   !> Computes coefficients 1..order of the works of motor and friction, J per unit of time.
-   pure subroutine integrate_power(order, speed, torque, work)
-      integer, intent(in) :: order
-      !> ω, rad/s, shape (0:highest_order); u and -cω, N m, shape (2, 0:highest_order).
-      real(wp), intent(in) :: speed(0:highest_order), torque(2, 0:highest_order)
-      !> Shape (0:highest_order, 2).
-      real(wp), intent(out) :: work(0:highest_order, 2)
-      real(wp) :: motor, friction
-      integer :: j, k
-      work = 0.0_wp
-      do k = 0, order - 1
-         motor = 0.0_wp
-         friction = 0.0_wp
-         do j = 0, k
-            motor = motor + speed(j)*torque(1, k - j)
-            friction = friction + speed(j)*torque(2, k - j)
-         end do
-         work(k + 1, 1) = inverses(k + 1)*motor
-         work(k + 1, 2) = inverses(k + 1)*friction
-      end do
-   end subroutine integrate_power
 
 end module nutate_wheel_series
