@@ -1,15 +1,16 @@
 !> The motion of a rigid body as power series in time, by the fewest equations that do: the four lanes of
-!> `nutate_row_series`, two rows for symmetric tops, Euler's equations for free bodies of diagonal inertia, or the
-!> closed form for symmetric ones.
+!> `nutate_row_series`, two rows for symmetric tops, Euler's equations for free bodies and gyrostats of diagonal
+!> inertia, or the closed form for symmetric free bodies.
 module nutate_motion_series
-   use nutate_axial_series, only: expand_axial_top
-   use nutate_free_series, only: expand_free
    use nutate_invariants, only: follows_rotating_axes
    use nutate_kinds, only: wp
+   use nutate_power_series, only: highest_order
    use nutate_quaternion, only: cross, quat_product, rotate_to_body
    use nutate_row_series, only: row_series_t, steepest_growth
-   use nutate_rows_avx2, only: expand_avx2 => expand_rows, multiply_avx2 => multiply_last, sum_avx2 => sum_rows
-   use nutate_rows_sse2, only: expand_sse2 => expand_rows, multiply_sse2 => multiply_last, sum_sse2 => sum_rows
+   use nutate_rows_avx2, only: expand_avx2 => expand_rows, multiply_avx2 => multiply_last, sum_avx2 => sum_rows, &
+      top_avx2 => expand_axial_top, free_avx2 => expand_free, four_avx2 => sum_four
+   use nutate_rows_sse2, only: expand_sse2 => expand_rows, multiply_sse2 => multiply_last, sum_sse2 => sum_rows, &
+      top_sse2 => expand_axial_top, free_sse2 => expand_free, four_sse2 => sum_four
    use nutate_series_sum, only: length_of, rotation_between, sum_series
    use nutate_series_tail, only: largest_part, most_parts, series_tail_t
    use nutate_simd, only: has_avx2
@@ -32,6 +33,8 @@ module nutate_motion_series
       logical, private :: avx2 = .false.
       !> L at the start, N m s, and diagonal moments over the unit of time, shape (3); 1 over the |L| of errors.
       real(wp) :: momentum(3) = 0.0_wp, inertia(3) = 0.0_wp, scale = 0.0_wp
+      !> Ω times the unit of time, and the angle about L, rad, of a body without torques; shape (4, 0:highest_order).
+      real(wp), private :: free(4, 0:highest_order) = 0.0_wp
       !> The rows at the start, and of a free body only the second: L/|L|; shape (3,3).
       real(wp) :: frame(3, 3) = 0.0_wp
    contains
@@ -57,7 +60,7 @@ contains
       type(system_t), intent(in) :: system
       logical :: diagonal, is_free
       associate (j => system%body%inverse_inertia)
-         diagonal = .not. any(abs([j(2, 1), j(3, 1), j(3, 2), system%effects%rotor_momentum]) > 0.0_wp)
+         diagonal = .not. any(abs([j(2, 1), j(3, 1), j(3, 2)]) > 0.0_wp)
       end associate
       self%avx2 = has_avx2()
       call self%axial%recognise(system)
@@ -85,8 +88,10 @@ contains
       integer :: i
       self%momentum = momentum
       self%equations = self%best
-      ! A body at rest has no direction of L, against which its attitude would be known.
-      if (self%best == FREE_BODY .and. .not. length_of(momentum) > tiny(1.0_wp)) self%equations = ROWS
+      ! A body at rest has no direction of L, against which its attitude would be known; where rotors all but cancel the
+      ! momentum of the body, it is rounding.
+      if (self%best == FREE_BODY .and. .not. length_of(momentum) > max( &
+          tiny(1.0_wp), 0.5_wp*length_of(system%effects%rotor_momentum))) self%equations = ROWS
       select case (self%equations)
       case (FREE_BODY)
          call expand_euler(self, system, converges)
@@ -100,8 +105,10 @@ contains
             self%frame(:, i) = rotate_to_body(q, self%torques%basis(:, i))
             self%lanes(1 + i, :, 0) = self%frame(:, i)
          end do
-         if (self%equations == AXIAL_TOP) then
-            call expand_axial_top(self%row_series_t, converges)
+         if (self%equations == AXIAL_TOP .and. self%avx2) then
+            call top_avx2(self%row_series_t, converges)
+         else if (self%equations == AXIAL_TOP) then
+            call top_sse2(self%row_series_t, converges)
          else if (system%effects%varies) then
             call expand_varying(self, system, acts, converges)
          else if (self%avx2) then
@@ -126,24 +133,27 @@ contains
       if (converges .and. self%frame_turns) call self%torques%add_transported_work(self%time_unit)
    end subroutine expand_varying
 
-   !> Computes the coefficients of a free body of diagonal inertia.
+   !> Computes the coefficients of a free body or gyrostat of diagonal inertia.
    pure subroutine expand_euler(self, system, converges)
       class(motion_series_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       logical, intent(out) :: converges
-      real(wp) :: c(3), length
+      real(wp) :: length
       integer :: i
       length = length_of(self%momentum)
       self%frame(:, 2) = self%momentum/length
-      associate (inverse => system%body%inverse_inertia, inertia => system%body%inertia)
+      associate (rotor => system%effects%rotor_momentum)
          do i = 1, 3
-            self%omega(i, 0) = self%time_unit*inverse(i, i)*self%momentum(i)
-            self%inertia(i) = inertia(i, i)/self%time_unit
+            self%inertia(i) = system%body%inertia(i, i)/self%time_unit
+            self%omega(i, 0) = self%time_unit*system%body%inverse_inertia(i, i)*(self%momentum(i) - rotor(i))
          end do
-         c = [inverse(1, 1)*(inertia(2, 2) - inertia(3, 3)), inverse(2, 2)*(inertia(3, 3) - inertia(1, 1)), &
-              inverse(3, 3)*(inertia(1, 1) - inertia(2, 2))]
+         self%free(1:3, 0) = self%omega(:, 0)
+         if (self%avx2) then
+            call free_avx2(self%order, self%inertia, rotor, length, self%frame(:, 2), self%free, converges)
+         else
+            call free_sse2(self%order, self%inertia, rotor, length, self%frame(:, 2), self%free, converges)
+         end if
       end associate
-      call expand_free(self%order, c, self%inertia/length, self%frame(:, 2), self%omega, self%angle, converges)
    end subroutine expand_euler
 
    !> Computes the changes of L, N m s, and of the rows up to a time.
@@ -205,17 +215,20 @@ contains
       class(motion_series_t), intent(in) :: self
       real(wp), intent(in) :: s
       real(wp), intent(out) :: momentum(3), rotation(4)
-      real(wp) :: weights(2), angle(1), axis(3), along(3), shortest(4), about(4)
+      real(wp) :: weights(2), change(4), axis(3), along(3), shortest(4), about(4)
       call self%tail%weights(self%order, s, weights(1), weights(2))
-      call sum_series(3, self%order, s, self%omega, weights, momentum)
-      call sum_series(1, self%order, s, self%angle, weights, angle)
-      momentum = self%momentum + self%inertia*momentum
+      if (self%avx2) then
+         call four_avx2(self%order, s, self%free, weights, change)
+      else
+         call four_sse2(self%order, s, self%free, weights, change)
+      end if
+      momentum = self%momentum + self%inertia*change(1:3)
       axis = self%frame(:, 2)
       along = momentum/length_of(momentum)
       shortest(1) = 1 + (along(1)*axis(1) + along(2)*axis(2) + along(3)*axis(3))
       shortest(2:4) = cross(along, axis)
-      about(1) = cos(0.5_wp*angle(1))
-      about(2:4) = sin(0.5_wp*angle(1))*axis
+      about(1) = cos(0.5_wp*change(4))
+      about(2:4) = sin(0.5_wp*change(4))*axis
       rotation = quat_product(about, shortest)
    end subroutine evaluate_free
 
@@ -250,8 +263,7 @@ contains
       if (self%equations == FREE_BODY) then
          do m = 1, 4
             k = self%order + 1 - m
-            x(1:3, m) = (self%scale*self%inertia)*self%omega(:, k)
-            x(4, m) = self%angle(k)
+            x(:, m) = [self%scale*self%inertia, 1.0_wp]*self%free(:, k)
          end do
          call self%tail%fit(4, x)
          return
@@ -279,7 +291,7 @@ contains
       integer, intent(in) :: k
       real(wp) :: term(3)
       if (self%equations == FREE_BODY) then
-         term = self%inertia*self%omega(:, k)
+         term = self%inertia*self%free(1:3, k)
       else
          term = self%lanes(1, :, k)
       end if

@@ -9,7 +9,7 @@ module nutate_rows_avx2
    implicit none
    private
 
-   public :: expand_rows, multiply_last, sum_rows
+   public :: expand_axial_top, expand_free, expand_rows, multiply_last, sum_four, sum_rows
 
 contains
 
