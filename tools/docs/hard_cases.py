@@ -57,6 +57,8 @@ def group_parts(group, rows):
     """Returns the row of a group in the table, and the cases that have no rows."""
     name, title, cases = group
     own = [row for row in rows if row["group"] == name and row["case"] in cases]
+    if not own:
+        return "", cases
     largest = lambda row: max(float(row[key]) for key in ("energy", "momentum", "norm"))
     worst = max(own, key=largest)
     rejected = sum(row["rejected"] == "1" for row in own)
