@@ -5,7 +5,7 @@ submodule(suites_of_effects) test_reshaped_bodies
    use nutate_body, only: make_body, symmetric
    use nutate_center_change, only: center_change_t, make_tabulated_center
    use nutate_damping, only: damping_t
-   use nutate_effect, only: rotor_t
+   use nutate_rotor, only: rotor_t
    use nutate_gravity, only: gravity_t
    use nutate_gravity_gradient, only: gravity_gradient_t
    use nutate_hamiltonian, only: angular_velocity, body_momentum, conserved_energy, make_state, potential_energy, &

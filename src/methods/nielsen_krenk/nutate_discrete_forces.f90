@@ -23,6 +23,12 @@ module nutate_discrete_forces
 
    public :: discrete_forces_t
 
+   !> Part of ∇U at mid step that changes of the body since t = 0 add, without the part that exerts no torque: Eγ + g;
+   !> shapes (3,3, number of potentials) and (3, number of potentials).
+   type :: potential_changes_t
+      real(wp), allocatable :: stiffness(:, :, :), push(:, :)
+   end type potential_changes_t
+
    !> The effects of one step, with the data that do not change during its iteration.
    type :: discrete_forces_t
       !> There is an effect that exerts a force.
@@ -43,11 +49,9 @@ module nutate_discrete_forces
       !> (3, number of potentials) and (number of potentials).
       real(wp), allocatable :: slope(:, :)
       logical, allocatable :: is_linear(:)
-      !> Some potentials vary with the body. What its changes since t = 0 add to ∇U at mid step, without the part that
-      !> exerts no torque: Eγ + g; shapes (3,3, number of potentials) and (3, number of potentials). Not allocated if
-      !> none varies.
+      !> Some potentials vary with the body; their changes, not allocated if none does.
       logical :: reshapes = .false.
-      real(wp), allocatable :: stiffness(:, :, :), push(:, :)
+      type(potential_changes_t), allocatable :: changes
       !> All effects are potentials with constant ∇U; R(u), shape (3,3), if there are potentials.
       logical :: in_fields = .false.
       real(wp) :: columns(3, 3) = 0.0_wp
@@ -99,10 +103,13 @@ contains
       if (allocated(self%acts)) deallocate (self%acts)
       if (effects%n_torques > 0) allocate (self%acts(effects%n_torques), source=.true.)
       if (allocated(self%direction)) deallocate (self%direction, self%gamma0, self%slope, self%is_linear)
-      if (allocated(self%push)) deallocate (self%stiffness, self%push)
+      if (allocated(self%changes)) deallocate (self%changes)
       self%reshapes = effects%n_potentials > 0 .and. effects%reshapes
-      if (self%reshapes) allocate (self%stiffness(3, 3, effects%n_potentials), self%push(3, effects%n_potentials), &
-                                   source=0.0_wp)
+      if (self%reshapes) then
+         allocate (self%changes)
+         allocate (self%changes%stiffness(3, 3, effects%n_potentials), self%changes%push(3, effects%n_potentials), &
+                   source=0.0_wp)
+      end if
       if (effects%n_potentials == 0) return
       allocate (self%direction(3, effects%n_potentials), self%gamma0(3, effects%n_potentials), &
                 self%slope(3, effects%n_potentials), source=0.0_wp)
@@ -126,10 +133,7 @@ contains
       other%projection = self%projection
       other%in_fields = self%in_fields
       other%reshapes = self%reshapes
-      if (allocated(self%push)) then
-         call move_alloc(self%stiffness, other%stiffness)
-         call move_alloc(self%push, other%push)
-      end if
+      if (allocated(self%changes)) call move_alloc(self%changes, other%changes)
       if (allocated(self%acts)) call move_alloc(self%acts, other%acts)
       if (.not. allocated(self%direction)) return
       call move_alloc(self%direction, other%direction)
@@ -184,9 +188,10 @@ contains
       do i = 1, effects%n_potentials
          associate (potential => effects%potentials(i)%item)
             if (.not. potential%varies) cycle
-            call potential_term(effects, i, 0, self%t, self%t, 1.0_wp, self%stiffness(:, :, i), self%push(:, i))
-            self%stiffness(:, :, i) = deviator(self%stiffness(:, :, i))
-            if (self%is_linear(i)) self%slope(:, i) = self%push(:, i) - potential%series_moment()
+            call potential_term(effects, i, 0, self%t, self%t, 1.0_wp, self%changes%stiffness(:, :, i), &
+                                self%changes%push(:, i))
+            self%changes%stiffness(:, :, i) = deviator(self%changes%stiffness(:, :, i))
+            if (self%is_linear(i)) self%slope(:, i) = self%changes%push(:, i) - potential%series_moment()
          end associate
       end do
    end subroutine reshape_potentials
@@ -200,8 +205,9 @@ contains
       real(wp), intent(in) :: gamma0(3), gamma1(3)
       real(wp), intent(inout) :: gradient(3)
       real(wp), intent(inout), optional :: hessian(3, 3)
-      gradient = gradient + self%push(:, i) + times_vector(self%stiffness(:, :, i), 0.5_wp*(gamma0 + gamma1))
-      if (present(hessian)) hessian = hessian + 0.5_wp*self%stiffness(:, :, i)
+      gradient = gradient + self%changes%push(:, i) + &
+                 times_vector(self%changes%stiffness(:, :, i), 0.5_wp*(gamma0 + gamma1))
+      if (present(hessian)) hessian = hessian + 0.5_wp*self%changes%stiffness(:, :, i)
    end subroutine add_changes
 
    !> Computes s = [s0, τ] for a step that ends at x1. τ is the sum of γ(x̄)×∇̄U(γ0, γ1), the finite derivatives of the

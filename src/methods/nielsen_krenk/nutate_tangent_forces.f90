@@ -133,7 +133,7 @@ contains
          call effects%potentials(i)%item%linearize(forces%gamma0(:, i), end, gradient, by_start, by_end)
          if (forces%reshapes) then
             call forces%add_changes(i, forces%gamma0(:, i), end, gradient, by_end)
-            by_start = by_start + 0.5_wp*forces%stiffness(:, :, i)
+            by_start = by_start + 0.5_wp*forces%changes%stiffness(:, :, i)
          end if
          call multiply_between(twice*mean, by_end, end, part)
          mean = (dt*self%shrink)*middle
