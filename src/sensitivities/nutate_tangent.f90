@@ -51,8 +51,8 @@ module nutate_tangent
       !> The rows of the energy and of l, with the parameters' own part, at the start: J, N m s, space axes; shape (n),
       !> (n, 3).
       real(wp), allocatable :: energy(:), space_momentum(:, :)
-      !> Indices of the sensitivities that change a parameter; shape (n_parametric). Change of J at t = 0 without freely
-      !> rotating parts by each of them, kg m²; shape (3, 3, n_parametric).
+      !> Indices of the sensitivities that change a parameter; shape (n_parametric). Change of J without freely rotating
+      !> parts by each of them, kg m², shape (3, 3, n_parametric): at t = 0, and by starts and stops until the state.
       integer, allocatable :: parametric(:)
       real(wp), allocatable :: inertia(:, :, :)
       !> Steps since round-off was last removed from what the sensitivities conserve (`stepper_t%propagate`).

@@ -40,7 +40,8 @@ contains
       allocate (self%inertia(3, 3, size(self%parametric)))
       do m = 1, size(self%parametric)
          self%inertia(:, :, m) = inertia_change(system%effects, self%variations(self%parametric(m))) + &
-                                 change_in_time(system%effects, self%variations(self%parametric(m)), 0.0_wp)
+                                 change_in_time(system%effects, self%variations(self%parametric(m)), 0.0_wp) + &
+                                 change_by_edges(system%effects, self%variations(self%parametric(m)), state%t)
       end do
       call start_sensitivities(self, system, state)
       self%energy = self%energy_row(system, state)
@@ -194,6 +195,31 @@ contains
       end do
    end function change_in_time
 
+   !> Returns the change of the inertia by starts and stops of its rates between t = 0 and another time; shape (3,3).
+   pure function change_by_edges(effects, variation, t) result(change)
+      type(effect_list_t), intent(in) :: effects
+      type(variation_t), intent(in) :: variation
+      !> Time, s.
+      real(wp), intent(in) :: t
+      real(wp) :: change(3, 3)
+      real(wp) :: times(2), passed(2)
+      integer :: i
+      change = 0.0_wp
+      if (.not. variation%moves_inertia) return
+      do i = 1, size(variation%windows)
+         associate (window => variation%windows(i))
+            if (window%kind /= OF_TORQUE) cycle
+            associate (item => effects%torques(window%place)%item)
+               if (.not. item%changes_inertia) cycle
+               call item%window(times(1), times(2))
+               passed = merge(1, 0, t >= times) - merge(1, 0, 0.0_wp >= times)
+               change = change + (passed(2)*window%change(2) - passed(1)*window%change(1))* &
+                        item%inertia_term(1, times(1), times(1), 1.0_wp)
+            end associate
+         end associate
+      end do
+   end function change_by_edges
+
    module procedure inertia_of
       change = self%inertia(:, :, m)
       if (.not. effects%varies) return
@@ -307,11 +333,14 @@ contains
    end procedure check_effects
 
    module procedure transfer
-      integer :: i
+      integer :: i, m
       do i = 1, 3
          call archive%transfer(self%theta(:, i))
          call archive%transfer(self%momentum(:, i))
          call archive%transfer(self%space_momentum(:, i))
+         do m = 1, size(self%parametric)
+            call archive%transfer(self%inertia(:, i, m))
+         end do
       end do
       do i = 1, size(self%wheels, 2)
          call archive%transfer(self%wheels(:, i))

@@ -50,8 +50,9 @@ module nutate_variation
       real(wp) :: rotor(3) = 0.0_wp, frame(3) = 0.0_wp
       !> Parameters of effects.
       type(effect_change_t), allocatable :: effects(:)
-      !> Times at which torques and motors start and stop.
+      !> Times at which torques and motors start and stop; true if changes of the inertia with time are among them.
       type(window_change_t), allocatable :: windows(:)
+      logical :: moves_inertia = .false.
    contains
       !> Add a parameter of an effect, or of all effects that were made from a group of a scene.
       procedure :: add, add_of_group
@@ -223,6 +224,7 @@ contains
          end do
       else
          call append_edge(self, kind, place, side, change(1))
+         if (kind == OF_TORQUE) self%moves_inertia = self%moves_inertia .or. effects%torques(place)%item%changes_inertia
       end if
    end function moves_edge
 
@@ -382,7 +384,7 @@ contains
    pure logical function is_parametric(self)
       class(variation_t), intent(in) :: self
       is_parametric = any(abs(self%inertia) > 0.0_wp) .or. any(abs(self%rotor) > 0.0_wp) .or. &
-                      any(abs(self%frame) > 0.0_wp) .or. allocated(self%effects)
+                      any(abs(self%frame) > 0.0_wp) .or. allocated(self%effects) .or. self%moves_inertia
    end function is_parametric
 
    !> Returns true if an element of an orbit changes.

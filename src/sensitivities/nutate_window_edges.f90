@@ -70,11 +70,27 @@ contains
             associate (jump => merge(sense, -sense, side == 1)*window%change(side))
                change(k) = window%change(side)
                tangent%momentum(k, :) = tangent%momentum(k, :) - jump*torque
+               call change_inertia(window, jump, times(side))
                if (window%kind /= OF_TORQUE) &
                   tangent%wheels(k, window%place) = tangent%wheels(k, window%place) - jump*drive
             end associate
          end do
       end subroutine cross_one
+
+      !> Takes from δJ of sensitivity k what the moved end of a rate of the inertia adds to J from now on.
+      subroutine change_inertia(window, jump, time)
+         type(window_change_t), intent(in) :: window
+         real(wp), intent(in) :: jump
+         !> Time of the end, s.
+         real(wp), intent(in) :: time
+         integer :: m
+         if (window%kind /= OF_TORQUE) return
+         associate (item => system%effects%torques(window%place)%item)
+            if (.not. item%changes_inertia) return
+            m = findloc(tangent%parametric, k, dim=1)
+            tangent%inertia(:, :, m) = tangent%inertia(:, :, m) - jump*item%inertia_term(1, time, time, 1.0_wp)
+         end associate
+      end subroutine change_inertia
 
    end subroutine cross_window_edges
 

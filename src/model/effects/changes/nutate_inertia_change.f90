@@ -61,13 +61,14 @@ module nutate_inertia_change
       procedure :: is_valid => change_is_valid
       procedure :: needs_attitude => never_needed
       procedure :: window => change_window
-      procedure :: own_ends => no_own_ends
+      procedure :: own_ends => ends_of_rate
       procedure :: piece => change_piece
       procedure :: next_break => change_break
       procedure :: inertia_term => term_at
       procedure :: inertia_derivative => derivative_at
       procedure :: parameters => change_parameters
       procedure :: torque_change => loss_change
+      procedure :: frame_change => loss_by_frame
       procedure :: shift => change_shift
       procedure :: series_kind => loss_kind
       procedure :: series_torque => loss_series
@@ -339,6 +340,15 @@ contains
       bounds = bounds_of_drag(map, radius, diagonal([steepest, steepest, steepest]))
    end subroutine loss_bound
 
+   !> Returns the change of the torque by a change of the rate of the space axes, body axes, N m; shape (3).
+   pure function loss_by_frame(self, change, t, q, omega) result(tau)
+      class(inertia_change_t), intent(in) :: self
+      real(wp), intent(in) :: change(3), t, q(4), omega(3)
+      real(wp) :: tau(3)
+      tau = 0.0_wp
+      if (self%mass_leaves) tau = times_vector(rate_at(self, t), rotate_to_body(q, change))
+   end function loss_by_frame
+
    !> Returns the change of the torque by a change of `parameters`, body axes, N m; shape (3).
    pure function loss_change(self, change, t, q, omega) result(tau)
       class(inertia_change_t), intent(in) :: self
@@ -393,12 +403,12 @@ contains
       stop = self%stop
    end subroutine change_window
 
-   !> Returns false: there are no derivatives by the ends of the window.
-   pure function no_own_ends(self) result(own)
+   !> Returns true for the ends of the window of a rate; those of a table are no parameters.
+   pure function ends_of_rate(self) result(own)
       class(inertia_change_t), intent(in) :: self
       logical :: own(2)
-      own = .false.
-   end function no_own_ends
+      own = .not. self%is_table
+   end function ends_of_rate
 
    !> Returns the interval around a time in which the inertia is one polynomial, s.
    pure subroutine change_piece(self, moment, start, stop)
