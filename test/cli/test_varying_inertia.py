@@ -67,6 +67,59 @@ class VaryingInertia(CommandLineTest):
                        "integrator.formulation", says=("method 'exact' has no solution for an inertia that varies",))
         self.fail_with(2, "linearize", "rate.nml", says=("the inertia varies with time",))
 
+    def derivative(self, key, scene, *settings):
+        """Rates and their derivative by a key, as written and as a difference of two runs."""
+        columns = [f"omega{i}" for i in (1, 2, 3)]
+        self.succeed("run", scene, "--quiet", "--output", "whole.csv", *settings)
+        header, rows = self.history("whole.csv")
+        written = [rows[-1][i] for i, name in enumerate(header) if name.startswith("d_omega")]
+        value = float(re.search(re.escape(key.split(".")[1]) + r" = ([-.0-9]+)", self.read(scene))[1])
+        ends = []
+        for part in (-1e-4, 1e-4):
+            self.succeed("run", scene, "--quiet", "--output", f"part{part}.csv", *settings, "--set", f"{key}={value + part!r}")
+            header, rows = self.history(f"part{part}.csv")
+            ends.append([rows[-1][header.index(name)] for name in columns])
+        return written, [(b - a)/2e-4 for a, b in zip(*ends)]
+
+    def test_derivatives_by_start_and_stop_are_those_of_differences(self):
+        for leaves in (".false.", ".true."):
+            for key in ("inertia_rate.start", "inertia_rate.stop"):
+                self.write("moved.nml", "&body inertia = 2, 3, 4 /\n&initial angular_velocity = 0.4, 0.3, 1.5 /\n"
+                           f"&inertia_rate tensor = 0.1, 0.2, 0.3, start = 1.0, stop = 3.3, mass_leaves = {leaves} /\n&free key = '{key}' /\n"
+                           "&integrator end_time = 4.5 /\n&output times = 4.5, columns = 'angular_velocity', 'sensitivities' /\n")
+                for settings in (("method='dop853'", "local_tolerance=1e-12"), ("method='rk8'", "time_step=0.05"),
+                                 ("method='taylor'", "local_tolerance=1e-12"),
+                                 ("method='nielsen_krenk'", "order=8", "time_step=0.02"),
+                                 ("method='nielsen_krenk'", "order=8", "formulation='reduced'", "time_step=0.02")):
+                    written, expected = self.derivative(key, "moved.nml", *(word for setting in settings
+                                                                            for word in ("--set", f"integrator.{setting}")))
+                    self.assertGreater(max(map(abs, written)), 0.01)
+                    for value, other in zip(written, expected):
+                        self.assertAlmostEqual(value, other, delta=2e-7, msg=f"{key} {leaves} {settings}")
+
+    def test_the_rates_of_a_free_rocket_do_not_depend_on_the_axes(self):
+        self.write("rocket.nml", "&body inertia = 2, 3, 4 /\n&initial angular_velocity = 0.4, 0.3, 1.5 /\n"
+                   "&rotating_frame rate = 0.1, 0.2, -0.1 /\n&inertia_rate tensor = 0.1, 0.2, 0.3, mass_leaves = .true. /\n"
+                   "&free key = 'rotating_frame.rate.2' /\n&integrator end_time = 4.5 /\n"
+                   "&output times = 4.5, columns = 'angular_velocity', 'sensitivities' /\n")
+        for settings in (("method='dop853'", "local_tolerance=1e-12"), ("method='nielsen_krenk'", "order=8", "time_step=0.02")):
+            self.succeed("run", "rocket.nml", "--quiet", "--output", f"rocket{len(settings[1])}.csv",
+                         *(word for setting in settings for word in ("--set", f"integrator.{setting}")))
+            header, rows = self.history(f"rocket{len(settings[1])}.csv")
+            for i, name in enumerate(header):
+                if name.startswith("d_omega"):
+                    self.assertAlmostEqual(rows[-1][i], 0, delta=1e-11)
+
+    def test_columns_in_another_order_are_refused(self):
+        for names in ("J22 (kg m2),J11 (kg m2),J33 (kg m2)", "z (kg m2),y (kg m2),x (kg m2)"):
+            self.write("table.csv", TABLE.replace("J1 (kg m2),J2 (kg m2),J3 (kg m2)", names))
+            self.fail_with(2, "check", "boom.nml", says=("table.csv:1: the components are in another order (expected those of the axes",))
+        six = "t (s),11 (kg m2),12 (kg m2),13 (kg m2),22 (kg m2),23 (kg m2),33 (kg m2)\n0,1,0,0,1,0,1\n6,1,0,0,1,0,1\n"
+        self.write("table.csv", six)
+        self.fail_with(2, "check", "boom.nml", says=("(expected 11, 22, 33, 12, 13, 23)",))
+        self.write("table.csv", six.replace("12 (kg m2),13 (kg m2),22 (kg m2),23 (kg m2),33", "22 (kg m2),33 (kg m2),12 (kg m2),31 (kg m2),23"))
+        self.fail_with(2, "check", "boom.nml", says=("not positive definite",))
+
     def test_a_sweep_of_rates(self):
         self.write("sweep.nml", RATE + "&ensemble members = 3, seed = 1 /\n"
                    "&vary key = 'inertia_rate.tensor.3', distribution = 'uniform', low = 0.1, high = 0.2 /\n")

@@ -157,8 +157,8 @@ contains
          torque%start = max(torque%start, times(1))
          torque%stop = min(torque%stop, times(size(times)))
       end if
-      if (.not. torque%stop > torque%start) status = fail(NUTATE_BAD_ARGUMENT, 'the torque stops before it starts '// &
-                                                          '(expected stop > start, inside of the table)', 'stop')
+      if (.not. torque%stop > torque%start) status = fail(NUTATE_BAD_ARGUMENT, 'the torque acts at no time of its '// &
+                                                          'table (expected start < stop, inside of the table)', 'stop')
    end subroutine make_tabulated_torque
 
    !> Checks a table. Errors: `NUTATE_BAD_ARGUMENT` with the first line that is at fault.
@@ -184,7 +184,7 @@ contains
       at = n
       if (n < 2 .or. (spline .and. periodic .and. n < least_periodic)) then
          status = fail(NUTATE_BAD_ARGUMENT, 'the table is too short (expected '// &
-                       merge('four lines', 'two lines ', spline .and. periodic)//' of numbers, or more)', 'table')
+                       trim(merge('four', 'two ', spline .and. periodic))//' lines of numbers, or more)', 'table')
       else if (.not. times(n) > times(1)) then
          status = fail(NUTATE_BAD_ARGUMENT, 'the table has one time only (expected two or more)', 'table')
       else if (spline .and. periodic .and. any(abs(values(:, n) - values(:, 1)) > 0.0_wp)) then

@@ -251,7 +251,7 @@ contains
       character(len=*), intent(in) :: units(:)
       !> Error message; empty on success.
       character(len=:), allocatable, intent(out) :: problem
-      integer :: column, first, last
+      integer :: axes(size(units)), column, first, last
       logical :: ends
 
       problem = ''
@@ -265,8 +265,54 @@ contains
                       '(expected '//header_of(units)//')'
             return
          end if
+         axes(column) = axes_of(text(first:last - len_trim(units(column)) - 2))
       end do
+      if (size(units) < 4) return
+      if (size(units) == 7 .and. units(2) == 'kg m2') then
+         if (in_another_order(axes(2:), [1, 2, 3, 12, 13, 23])) problem = '11, 22, 33, 12, 13, 23'
+      else if (in_another_order(axes(2:4), [1, 2, 3])) then
+         problem = 'those of the axes 1, 2, 3'
+      else if (size(units) == 7) then
+         if (in_another_order(axes(5:), [1, 2, 3])) problem = 'those of the axes 1, 2, 3'
+      end if
+      if (problem /= '') problem = 'the components are in another order (expected '//problem//')'
    end subroutine read_header
+
+   !> Returns the axes that the end of a name stands for: 1 to 3 for `x`, `Ty`, `J33`; 12, 13 or 23 for `Jxy`, `J31`;
+   !> 0 if there are none.
+   pure integer function axes_of(name) result(axes)
+      character(len=*), intent(in) :: name
+      character(len=*), parameter :: letters = 'xyzXYZ', digits = '123'
+      integer :: last, other
+      axes = 0
+      last = len_trim(name)
+      if (last == 0) return
+      axes = axis_of(name(last:last))
+      if (last == 1 .or. axes == 0) return
+      if (index(letters, name(last:last)) > 0 .neqv. index(letters, name(last - 1:last - 1)) > 0) return
+      other = axis_of(name(last - 1:last - 1))
+      if (other > 0 .and. other /= axes) axes = 10*min(axes, other) + max(axes, other)
+
+   contains
+
+      !> Returns the axis that a letter or a digit stands for; 0 for others.
+      pure integer function axis_of(letter)
+         character, intent(in) :: letter
+         axis_of = index(digits, letter)
+         if (axis_of == 0 .and. index(letters, letter) > 0) axis_of = modulo(index(letters, letter) - 1, 3) + 1
+      end function axis_of
+
+   end function axes_of
+
+   !> Returns true if the columns name all expected axes, each once, in another order.
+   pure logical function in_another_order(axes, expected)
+      integer, intent(in) :: axes(:), expected(:)
+      integer :: i
+      in_another_order = any(axes /= expected)
+      do i = 1, size(expected)
+         in_another_order = in_another_order .and. any(axes == expected(i))
+      end do
+   end function in_another_order
 
    !> Returns the description of a valid header: of times, of a torque about an axis, of the components of a torque, of
    !> a path, of point masses, of an inertia.
