@@ -171,6 +171,8 @@ def initial(dice, scales, axes):
         lines.append(f"roll_pitch_yaw = {dice.uniform(-7, 7)}, {dice.choice((0.0, 1.5707963267948966, 1.0))}, {scales.text()}")
     if way == 0 and dice.random() < 0.3:
         lines.append(f"euler_rates = {scales.text(3, time=-1)}")
+        if "rotating_frame" in axes and not lines[0].startswith("rate_from"):
+            lines.append("rate_from = 'frame'")
     else:
         factors = dice.choice(((1,), (1, 1, 0), (1, 1, 0, 1e-16, 1e6), (1, 1, 1e-300)))
         rate = [scales.value(time=-1) * dice.choice(factors) for _ in range(3)]

@@ -126,6 +126,9 @@ contains
       if (group%text('rate_from', 'inertial') == 'frame' .and. .not. effects%frame_turns) &
          call error%raise(group%line_of('rate_from'), 'there is no rotating frame', &
                           expected='&rotating_frame')
+      if (effects%frame_turns .and. group%has('euler_rates') .and. .not. group%has('rate_from')) &
+         call error%raise(group%line_of('euler_rates'), 'Euler rates in rotating axes do not say what they are '// &
+                          'relative to', expected='rate_from = ''frame'', for the rates of the angles, or ''inertial''')
       if (effects%on_orbit) return
       if (group%text('rate_from', 'inertial') == 'lvlh') &
          call error%raise(group%line_of('rate_from'), 'there is no orbit', expected='&orbit')
