@@ -22,7 +22,7 @@ module test_varying_inertia
    use nutate_system, only: inertia_at, system_t
    use nutate_tangent, only: tangent_t
    use nutate_variation, only: inertia_variation, rate_variation, variation_t
-   use nutate_varying_inertia, only: check_inertia
+   use nutate_varying_inertia, only: check_change
    use nutate_wheel, only: wheel_t
    use nutate_wheel_mounting, only: add_wheel, mount_wheels
    use test_oracle, only: find_true_attitude, has_oracle, qp, true_distance
@@ -607,7 +607,7 @@ contains
          if (allocated(system%effects%torques)) deallocate (system%effects%torques)
          system%effects%n_torques = 0
          call system%effects%add(change)
-         call check_inertia(system, 3.0_wp, .true., status)
+         call check_change(system, 0.0_wp, 3.0_wp, status)
          call check(error, status%ok() .eqv. m == 1, trim(status%message)//' by degree')
       end do
       i = index(status%message, 't = ')

@@ -11,6 +11,7 @@ submodule(nutate_run) nutate_run_procedures
    use nutate_run_loop, only: drive, transfer_run
    use nutate_status, only: fail, NUTATE_BAD_ARGUMENT
    use nutate_stepper, only: outside
+   use nutate_varying_inertia, only: check_change
    implicit none
 
 contains
@@ -99,6 +100,8 @@ contains
       type(error_control_t), allocatable :: control
       type(fixed_steps_t), allocatable :: fixed
       integer :: i
+      call check_change(system, self%state%t, self%plan%end_time, status)
+      if (.not. status%ok()) return
       if (self%plan%goal%active()) then
          call choose(self, system, status)
          if (.not. status%ok()) return

@@ -29,6 +29,8 @@ module nutate_body
       real(wp) :: center_of_mass(3) = 0.0_wp
       !> The moments about the reference point break the triangle rule (admitted by `check_triangle = .false.`).
       logical :: breaks_triangle = .false.
+      !> Moments of no rigid body are admitted (`check_triangle = .false.`).
+      logical :: admits_all = .false.
       !> The tensor about the centre of mass is not that of any rigid body: idealised tops.
       logical :: idealised = .false.
       !> J with the wheels locked, kg m², which gravity acts on; equal to `inertia` without wheels.

@@ -17,6 +17,7 @@ contains
       if (present(about_center_of_mass)) move = about_center_of_mass
       check = .true.
       if (present(check_triangle)) check = check_triangle
+      body%admits_all = .not. check
       call set_mass(body, status, mass, center_of_mass)
       if (.not. status%ok()) return
       if (move .and. .not. body%has_mass .and. any(body%center_of_mass /= 0.0_wp)) then

@@ -3,12 +3,12 @@ module nutate_varying_inertia
    use nutate_body, only: body_t, whole_body
    use nutate_kinds, only: wp
    use nutate_small_products, only: is_positive
-   use nutate_status, only: status_t, fail, NUTATE_BAD_BODY
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_BODY
    use nutate_system, only: inertia_at, system_t
    implicit none
    private
 
-   public :: check_inertia, check_inertia_at, inertia_deviation
+   public :: check_change, check_inertia_at, inertia_deviation
 
    !> Subdivisions of the time between two breaks, after which tensors that are not certified are rejected.
    integer, parameter :: most_halvings = 24
@@ -29,15 +29,50 @@ contains
          status = fail(NUTATE_BAD_BODY, 'the inertia is not positive definite at all times of the step')
    end subroutine check_inertia_at
 
-   !> Checks the inertia from t = 0 to another time: between two breaks it is a polynomial, whose corners in Bernstein's
-   !> basis prove that it is positive definite and obeys the triangle rule, after subdivision if need be. Errors:
-   !> `NUTATE_BAD_BODY` with a time at which it does not.
-   pure subroutine check_inertia(system, end_time, check_triangle, status)
+   !> Checks the body between two times: they lie in its tables, and the inertia is that of a rigid body. Errors:
+   !> `NUTATE_BAD_ARGUMENT`, `NUTATE_BAD_BODY`.
+   pure subroutine check_change(system, start, end_time, status)
       type(system_t), intent(in) :: system
       !> s.
-      real(wp), intent(in) :: end_time
-      !> `.false.` admits moments that break the triangle rule.
-      logical, intent(in) :: check_triangle
+      real(wp), intent(in) :: start, end_time
+      type(status_t), intent(inout) :: status
+      real(wp) :: first, last
+      integer :: i
+      do i = 1, system%effects%n_torques
+         associate (change => system%effects%torques(i)%item)
+            if (.not. (change%changes_inertia .or. change%moves_center) .or. any(change%own_ends())) cycle
+            call change%window(first, last)
+            if (min(start, end_time) >= first .and. max(start, end_time) <= last) cycle
+            status = fail(NUTATE_BAD_ARGUMENT, trim(merge('the start', 'end_time ', start < first .or. start > last))// &
+                          ' is outside of the table of '//trim(merge('the centre of mass', 'the inertia       ', &
+                                                                     change%moves_center))// &
+                          ' (expected '//time_text(first)//' to '//time_text(last)//' s)', 'end_time')
+            return
+         end associate
+      end do
+      call check_inertia(system, start, end_time, status)
+   end subroutine check_change
+
+   !> Returns the text of a time, s, to six decimals, without zeros at its end.
+   pure function time_text(t) result(text)
+      real(wp), intent(in) :: t
+      character(len=:), allocatable :: text
+      character(len=16) :: word
+      write (word, '(f16.6)') t
+      if (abs(t) >= 1e6_wp .or. (abs(t) < 1e-3_wp .and. abs(t) > 0.0_wp)) write (word, '(es14.6)') t
+      text = trim(adjustl(word))
+      if (index(text, 'E') > 0) return
+      text = text(:verify(text, '0', back=.true.))
+      if (text(len(text):) == '.') text = text(:len(text) - 1)
+   end function time_text
+
+   !> Checks the inertia between two times: between two breaks it is a polynomial, whose corners in Bernstein's basis
+   !> prove that it is positive definite and, unless the body admits all moments, obeys the triangle rule, after
+   !> subdivision if need be. Errors: `NUTATE_BAD_BODY` with a time at which it does not.
+   pure subroutine check_inertia(system, start, end_time, status)
+      type(system_t), intent(in) :: system
+      !> s.
+      real(wp), intent(in) :: start, end_time
       type(status_t), intent(inout) :: status
       type(body_t) :: whole
       real(wp) :: t, next, sense, corners(3, 3, 0:3)
@@ -46,14 +81,15 @@ contains
       character(len=:), allocatable :: words
       if (.not. system%effects%varies) return
       whole = whole_body(system%body)
-      sense = sign(1.0_wp, end_time)
-      t = 0.0_wp
+      sense = sign(1.0_wp, end_time - start)
+      t = start
       fault = NO_FAULT
       do
-         next = sense*min(sense*system%effects%next_break(t, sense), abs(end_time))
+         next = sense*min(sense*system%effects%next_break(t, sense), sense*end_time)
          corners = corners_of(system, t, next)
-         call find_fault(system%body%inertia, whole%inertia, check_triangle, corners, most_halvings, t, next, fault)
-         if (fault /= NO_FAULT .or. .not. sense*next < abs(end_time)) exit
+         call find_fault(system%body%inertia, whole%inertia, .not. system%body%admits_all, corners, most_halvings, t, &
+                         next, fault)
+         if (fault /= NO_FAULT .or. .not. sense*next < sense*end_time) exit
          t = next
       end do
       if (fault == NO_FAULT) return

@@ -30,7 +30,7 @@ submodule(nutate_scene) nutate_scene_building
    use nutate_status, only: fail, NUTATE_BAD_SCENE, NUTATE_IO
    use nutate_text_file, only: read_text_file
    use nutate_track, only: track_contains
-   use nutate_varying_inertia, only: check_inertia
+   use nutate_varying_inertia, only: check_change
    implicit none
 
    !> Groups that are not effects.
@@ -222,7 +222,7 @@ contains
             call check_control(effects, scene%plan, integrator, error)
             if (error%raised) return
             call check_tables(groups, effects, scene%plan, integrator, error)
-            call check_change(groups, scene%system, scene%plan, integrator, error)
+            call check_varying(groups, scene%system, scene%plan, integrator, error)
             call check_frames(groups, effects, scene%plan, error)
             if (scene%integrator%method == 'exact') call check_free(effects, integrator, error)
             call check_initial(scene%system, scene%initial, scene%plan, groups(place_of(groups, 'initial')), &
@@ -233,7 +233,7 @@ contains
 
    !> Raises an error for an inertia that no body has at a time of the run, for a run that goes beyond a table of the
    !> body, and for a centre of mass that moves without an effect.
-   subroutine check_change(groups, system, plan, integrator, error)
+   subroutine check_varying(groups, system, plan, integrator, error)
       type(group_t), intent(in) :: groups(:)
       type(system_t), intent(in) :: system
       type(run_plan_t), intent(in) :: plan
@@ -241,34 +241,25 @@ contains
       type(group_t), intent(in) :: integrator
       type(scene_error_t), intent(inout) :: error
       type(status_t) :: status
-      real(wp) :: start, stop
       integer :: i
-      if (error%raised) return
-      do i = 1, system%effects%n_torques
-         associate (change => system%effects%torques(i)%item)
-            if (change%name /= 'inertia_table' .and. change%name /= 'center_of_mass_table') cycle
-            call change%window(start, stop)
-            if (plan%end_time < start .or. plan%end_time > stop) call error%raise( &
-               integrator%line_of('end_time'), 'end_time is outside of the table of '// &
-               trim(merge('the centre of mass', 'the inertia       ', change%moves_center)), &
-               expected=range_text(start, stop))
-         end associate
-      end do
       if (error%raised) return
       associate (body => groups(place_of(groups, 'body')))
          if (system%effects%moves_center .and. .not. weighs(system%effects)) call error%raise( &
             body%line_of('center_of_mass_table'), 'nothing in the scene depends on the centre of mass', &
             expected='&gravity with center_of_mass_table')
-         if (error%raised .or. .not. system%effects%varies) return
-         call check_inertia(system, plan%end_time, body%flag('check_triangle', .true.), status)
+         if (error%raised) return
+         call check_change(system, 0.0_wp, plan%end_time, status)
+         if (status%ok()) return
          i = place_of(groups, 'inertia_rate')
-         if (.not. status%ok() .and. i > 0) then
+         if (status%subject == 'end_time') then
+            call error%raise_status(integrator%line_of('end_time'), status)
+         else if (i > 0) then
             call error%raise_status(groups(i)%line_of('tensor'), status)
-         else if (.not. status%ok()) then
+         else
             call error%raise_status(body%line_of('inertia_table'), status)
          end if
       end associate
-   end subroutine check_change
+   end subroutine check_varying
 
    !> Returns true if a potential, on or off, depends on the centre of mass.
    pure logical function weighs(effects)
