@@ -42,14 +42,11 @@ contains
       type(system_t), intent(inout) :: system
       type(inner_sphere_t), intent(in) :: sphere
       type(status_t), intent(out) :: status
-      character(len=4) :: most
       if (.not. sphere%is_valid()) then
          status = fail(NUTATE_BAD_ARGUMENT, 'the inner sphere is invalid (expected a positive inertia and damping, '// &
                        'all up to 1e100 in SI units)', 'inner_sphere')
       else if (system%effects%n_spheres == most_spheres) then
-         write (most, '(i0)') most_spheres
-         status = fail(NUTATE_BAD_ARGUMENT, 'there are too many inner spheres (expected up to '//trim(most)//')', &
-                       'inner_sphere')
+         status = too_many_spheres()
       else if (system%effects%n_wheels + 3 > most_inner) then
          status = too_many()
       else
@@ -65,21 +62,31 @@ contains
                     ', a sphere as three)', 'inner_sphere')
    end function too_many
 
+   !> Returns the error of a body with too many inner spheres.
+   type(status_t) function too_many_spheres() result(status)
+      character(len=4) :: most
+      write (most, '(i0)') most_spheres
+      status = fail(NUTATE_BAD_ARGUMENT, 'there are too many inner spheres (expected up to '//trim(most)//')', &
+                    'inner_sphere')
+   end function too_many_spheres
+
    !> Subtracts the inertia of all wheels of a system from that of its body. Errors, with the system unchanged: as for
-   !> `add_wheel`.
+   !> `add_wheel`, and for too many inner spheres.
    subroutine mount_wheels(system, status)
       type(system_t), intent(inout) :: system
       type(status_t), intent(out) :: status
       type(body_t) :: rest
       character(len=4) :: most
-      if (system%effects%n_reaction_wheels == 0) return
-      if (system%effects%n_reaction_wheels > most_wheels) then
+      if (system%effects%n_spheres > most_spheres) then
+         status = too_many_spheres()
+      else if (system%effects%n_reaction_wheels > most_wheels) then
          write (most, '(i0)') most_wheels
          status = fail(NUTATE_BAD_ARGUMENT, 'there are too many wheels (expected up to '//trim(most)//')', 'wheel')
-         return
+      else if (system%effects%n_wheels > most_inner) then
+         status = too_many()
       end if
-      if (system%effects%n_wheels > most_inner) status = too_many()
-      if (status%ok()) call without(system%body, spinning_inertia(system), rest, status)
+      if (.not. status%ok() .or. system%effects%n_reaction_wheels == 0) return
+      call without(system%body, spinning_inertia(system), rest, status)
       if (status%ok()) system%body = rest
    end subroutine mount_wheels
 
