@@ -86,6 +86,9 @@ contains
       is_last = rest <= merge(1.5_wp, 1.0_wp, self%equal%suit)*step
       if (rest < 2*step .and. .not. self%equal%suit) step = 0.5_wp*rest
       if (is_last) step = rest
+      ! Time and step must not round to a time beyond the end, where user-defined torques may be undefined.
+      if (is_last .and. self%sense*((progress%state%t + self%sense*step) - t_end) > 0.0_wp) &
+         step = nearest(abs(t_end - progress%state%t), -1.0_wp)
       self%start = progress%state
       self%probed = .false.
       if (allocated(progress%record%works)) self%before = progress%record
@@ -94,7 +97,7 @@ contains
       self%longest = huge(self%longest)
       call try(self, system, progress, step, accepted, status)
       if (.not. accepted) self%longest = self%length%next
-      if (status%ok() .and. accepted .and. step >= rest) then
+      if (status%ok() .and. accepted .and. is_last) then
          progress%state%t = t_end
          self%t_compensation = 0.0_wp
       end if
