@@ -5,6 +5,9 @@ from __future__ import annotations
 import contextlib
 import copy
 import ctypes
+import hashlib
+import os
+import re
 import threading
 from typing import Any, Callable, Dict, Optional
 
@@ -89,26 +92,48 @@ class Owner:
 
 class Recipe(Owner):
     """An owner that knows how it was made, so that it can be made again: by copy, and by pickle as far as its callbacks can be
-    pickled."""
+    pickled, from the same files."""
 
     _given: tuple[tuple[Any, ...], dict[str, Any]]
     _additions: list[tuple[str, tuple[Any, ...]]]
+    _files: dict[str, str]
 
     def _note(self, *arguments: Any, **keys: Any) -> None:
         """Notes what the constructor was given."""
         self._given = (copy.deepcopy(arguments), copy.deepcopy(keys))
         self._additions = []
+        self._files = {}
+        for text in (*arguments, keys.get("text")):
+            self._note_files(text, keys.get("name"))
 
     def _add(self, name: str, *arguments: Any) -> None:
         """Notes a method that has been called."""
         self._additions.append((name, arguments))
 
+    def _note_files(self, text: Any, name: Optional[str] = None) -> None:
+        """Notes the digests of the files that a text names in quotes, beside a scene of the given name."""
+        if not isinstance(text, (str, bytes)):
+            return
+        for found in re.findall(r"=\s*'([^'\n]+)'|=\s*\"([^\"\n]+)\"", text if isinstance(text, str) else os.fsdecode(text)):
+            path = os.path.join(os.path.dirname(name or ""), "".join(found))
+            if os.path.isfile(path):
+                self._files[path] = digest_of(path)
+
     def __reduce_ex__(self, protocol: Any) -> Any:
-        return make_again, (type(self), self._given, tuple(self._additions))
+        return make_again, (type(self), self._given, tuple(self._additions), self._files)
 
 
-def make_again(kind: Any, given: tuple[tuple[Any, ...], dict[str, Any]], additions: tuple[Any, ...]) -> Any:
-    """An owner made as another one was."""
+def digest_of(path: str) -> str:
+    """SHA-256 of a file."""
+    with open(path, "rb") as file:
+        return hashlib.sha256(file.read()).hexdigest()
+
+
+def make_again(kind: Any, given: tuple[tuple[Any, ...], dict[str, Any]], additions: tuple[Any, ...], files: dict[str, str]) -> Any:
+    """An owner made as another one was. Raises NutateValueError if a file that it was made from has changed."""
+    for path, digest in files.items():
+        if os.path.isfile(path) and digest_of(path) != digest:
+            raise refusal(f"{path!r} has changed since the {kind.__name__} that is copied was made (expected the same file)")
     made = kind(*given[0], **given[1])
     for name, arguments in additions:
         getattr(made, name)(*arguments)

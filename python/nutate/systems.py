@@ -40,14 +40,16 @@ class System(WheelMounting):
     """A rigid body and the effects that act on it.
 
     Give one of `moments`, `tensor`, `shape`, `text` and `scene`. `with System(...) as system:` frees it at the end. copy.copy
-    and pickle make another system with the same effects; pickle requires callbacks that can be pickled.
+    and pickle make another system with the same effects; pickle requires callbacks that can be pickled, and the same files of
+    tables.
 
     Parameters
     ----------
     moments : array, shape (3,)
         Principal moments about the reference point, kg m2.
     tensor : array, shape (6,) or (3, 3)
-        Jxx, Jyy, Jzz, Jxy, Jxz, Jyz in body axes, or the whole symmetric tensor, kg m2.
+        Jxx, Jyy, Jzz, Jxy, Jxz, Jyz in body axes, or the whole symmetric tensor, kg m2. Jxy is the element of the tensor,
+        -sum(m x y); many CAD programs print the opposite sign.
     shape : str
         "box", "cylinder", "cone", "sphere" or "ellipsoid", with `size` and `mass` or `density`.
     size : array
@@ -108,7 +110,8 @@ class System(WheelMounting):
     def __copy__(self) -> System:
         # Without parsing its groups again.
         twin = type(self).__new__(type(self))
-        twin.__dict__.update(self.__dict__, _owned=create(library.nutate_system_copy, self._handle), _additions=list(self._additions))
+        twin.__dict__.update(self.__dict__, _owned=create(library.nutate_system_copy, self._handle), _additions=list(self._additions),
+                             _files=dict(self._files))
         return twin
 
     def __repr__(self) -> str:
@@ -212,7 +215,7 @@ class System(WheelMounting):
         torque : array, shape (n, 3)
             Components, N m, in `axes`.
         interpolation, outside, axes : str
-            Keys of &torque with a table: "linear", "cubic", ...; "zero", "hold", ...; "body" or "space".
+            Keys of &torque with a table: "linear" or "cubic"; "zero" or "periodic"; "body" or "space".
         start, stop : float
             Times between which the torque acts, s.
         name : str
@@ -247,6 +250,7 @@ class System(WheelMounting):
     def _add_group(self, name: str, text: str) -> None:
         self._call("nutate_system_add_groups", encoded(text))
         self._add("_add_group", name, text)
+        self._note_files(text)
 
     def add_user_torque(self, torque: Callable[..., npt.ArrayLike], bounds: Optional[npt.ArrayLike] = None) -> None:
         """Adds a user-defined torque.

@@ -22,6 +22,26 @@ class OwnersTest(unittest.TestCase):
 
     WAYS = (copy.copy, copy.deepcopy, lambda thing: pickle.loads(pickle.dumps(thing)))
 
+    def test_a_table_that_has_changed_is_not_read_again(self):
+        line = "t (s),x (N m),y (N m),z (N m)\n0,{0},0,0\n10,{0},0,0\n"
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "table.csv")
+            with open(path, "w", encoding="utf-8") as file:
+                file.write(line.format(0.1))
+            system = nutate.System(moments=(2, 3, 4))
+            system.add("torque", table=path)
+            scene = nutate.Scene(text=f"&body inertia = 2, 3, 4 / &initial angular_velocity = 0, 0, 1 / &torque table = '{path}' / "
+                                 "&integrator time_step = 0.1, end_time = 1 /")
+            saved = [pickle.dumps(thing) for thing in (system, scene)]
+            before = nutate.solve(system, None, (0.1, 0.2, 1), (0, 5)).omega[-1].tolist()
+            self.assertEqual(nutate.solve(pickle.loads(saved[0]), None, (0.1, 0.2, 1), (0, 5)).omega[-1].tolist(), before)
+            with open(path, "w", encoding="utf-8") as file:
+                file.write(line.format(0.9))
+            for bytes_of in saved:
+                with self.assertRaisesRegex(nutate.NutateValueError, "table.csv' has changed since the S"):
+                    pickle.loads(bytes_of)
+            self.assertEqual(nutate.solve(copy.copy(system), None, (0.1, 0.2, 1), (0, 5)).omega[-1].tolist(), before)
+
     def test_a_copied_system_moves_as_the_first_and_outlives_it(self):
         for way in self.WAYS:
             system = nutate.System(tensor=np.diag((1, 2, 2.5)), mass=2, center_of_mass=[0, 0, 0.1])
