@@ -66,7 +66,8 @@ int nutate_stepper_set_state(nutate_stepper *stepper, double t, const double q[4
  * @param[in]     p        [4], conjugate momentum, p = 2 q o [0, L], kg m2/s */
 int nutate_stepper_set_canonical(nutate_stepper *stepper, double t, const double q[4], const double p[4]);
 
-/** Performs one step of the method, of any length, without subdividing it.
+/** Performs one step of the method, of any length, without subdividing it: where a torque starts or stops in it, or a
+ * table has a line, its order is lost (nutate_stepper_run_to ends steps there).
  * @param[in,out] stepper  handle; on failure the state is as it was
  * @param[in]     dt       length of the step, s; negative to integrate backward; not 0
  * @return status: NUTATE_NOT_CONVERGED, NUTATE_OFF_BRANCH, NUTATE_SINGULAR: try a shorter step. NUTATE_NOT_FINITE,

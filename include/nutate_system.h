@@ -26,7 +26,8 @@ int nutate_system_create_moments(const double moments[3], double mass, const dou
                                  nutate_system **system, char *message, size_t size);
 
 /** Creates a body from an inertia tensor.
- * @param[in]  tensor          [6], Jxx, Jyy, Jzz, Jxy, Jxz, Jyz, entries of the symmetric tensor, body axes, kg m2
+ * @param[in]  tensor          [6], Jxx, Jyy, Jzz, Jxy, Jxz, Jyz, entries of the symmetric tensor (Jxy = -sum m x y),
+ *                             body axes, kg m2
  * @param[in]  mass            mass, kg; 0: unknown, if no effect needs it
  * @param[in]  center_of_mass  [3], from the reference point, body axes, m; or NULL: the reference point
  * @param[in]  about_center    true: the tensor refers to the centre of mass and is moved by the parallel-axis theorem

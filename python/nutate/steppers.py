@@ -223,6 +223,9 @@ class Stepper(SatelliteState):
     def step(self, dt: float) -> None:
         """Performs one step without subdividing it.
 
+        It does not end where a torque starts or stops, nor at the lines of a table, as the steps of `run` and `run_to` do; inside
+        such a step its order is lost.
+
         Parameters
         ----------
         dt : float
