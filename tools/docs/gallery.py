@@ -82,7 +82,7 @@ def section_of(name):
 
 {text}
 
-![{scene["caption"]}: the result]({picture_of(name)})
+![{scene["caption"]}, result]({picture_of(name)})
 
 *{" ".join(scene["see"].split())}*
 
@@ -90,7 +90,7 @@ def section_of(name):
 {command}
 ```
 
-![{scene['caption']}: the moving body]({name}.png)
+![{scene['caption']}, body]({name}.png)
 
 [{name}.nml](../../scenes/{name}.nml):
 
@@ -102,12 +102,12 @@ def section_of(name):
 def page(name):
     """A page of the gallery."""
     sections = [section_of(scene) for scene in SCENES.sections() if SCENES[scene]["page"] == name]
-    return f"# {PAGES[name]}\n\n`nutate view scenes/NAME.nml` shows each body in motion.\n\n" + "\n".join(sections)
+    return f"# {PAGES[name]}\n\n" + "\n".join(sections)
 
 
 def index():
     """The page with the thumbnails."""
-    lines = ["# Gallery", "", "Every bundled scene, the question it answers and the command that runs it.", ""]
+    lines = ["# Gallery", "", "Every bundled scene, its question and its command; `nutate view scenes/NAME.nml` shows the body in motion.", ""]
     for page_name, title in PAGES.items():
         lines += [f"## [{title}]({page_name}.md)", "", "| | | |", "|:-:|:-:|:-:|"]
         names = [name for name in SCENES.sections() if SCENES[name]["page"] == page_name]
