@@ -170,11 +170,9 @@ def librations():
                  (f"{name}: forced libration", f"{width:.11f}{unit}", f"{largest:.11f}{unit}",
                   small(math.radians(abs(width - largest)/parts)) + " rad"),
                  (f"{name}: free libration", f"{found:.13f} $n$", f"{free:.13f} $n$", small(abs(found - free)))]
-    return ("Suite `periodic_start`. `resonance = '1:1'` or `'3:2'` in "
-            "[`&initial`](../reference/scenes/initial.md#periodic-motions-resonance) starts on the periodic\nmotion, which has the forced "
-            "libration alone. The Floquet multipliers of one revolution give the free libration. $n$ is the mean motion.\n\n"
-            + table(("quantity", "nutate", "reference", "difference"), rows)
-            + "\nLinear theory gives 1.0976° for the forced libration of Phobos and 0.62301 $n$ for its free libration.\n")
+    return ("Suite `periodic_start`. [`resonance`](../reference/scenes/initial.md#periodic-motions-resonance) starts on the periodic\n"
+            "motion, which has the forced libration alone. The Floquet multipliers of one revolution give the free libration. $n$ is the mean motion.\n\n"
+            + table(("quantity", "nutate", "reference", "difference"), rows))
 
 
 CYLINDER = ("&body inertia = 500, 12250, 12250 /\n&orbit semi_major_axis = 6756095, frame = 'lvlh' /\n&gravity_gradient /\n&initial attitude_from = 'lvlh', "
@@ -205,8 +203,8 @@ def check_cases():
     swings = [(f"small swings {name}", f"{found:.6f} s", f"{expected:.6f} s") for name, found, expected in
               zip(("across the plane", "in the plane of the orbit"), periods, (2806.5697607408, 3257.9400294036904))]
     return ("Suite `check_cases`. NESC check cases ([NASA/TM-2015-218675](https://ntrs.nasa.gov/citations/20150001263)) as JEOD has them: a "
-            "long cylinder under the\ngravity gradient for 8 hours, initially at rest in the LVLH frame (10A) or with a pitch rate (10B). The "
-            "angles are those of the long axis from the\nvertical at the end.\n\n"
+            "long cylinder under the\ngravity gradient for 8 hours, initially at rest in the LVLH frame (10A) or with a pitch rate (10B). "
+            "Angles of the long axis from the vertical at the end:\n\n"
             + table(("case", "in the plane", "across", "difference"), rows) + "\n"
             + table(("period of", "nutate, `linearize`", "closed form"), swings)
             + "\nJEOD states 2821.46 s across the plane, the period of a body that cannot yaw.\n")
@@ -243,14 +241,14 @@ def apophis():
     return ("Suite `flyby`. Two initial states two days before the passage of 13 April 2029, integrated for four days "
             "(scene [apophis](../gallery/moons-asteroids.md#apophis-passes-the-earth)):\n\n"
             + table(("state", "after periapsis", "$q_0$", "$\\Omega_3$, rad/s", "difference"), rows)
-            + f"\nThe result depends on the phases of the rotation. `nutate sweep scenes/apophis_ensemble.nml` runs {len(members):,} members with "
+            + f"\n`nutate sweep scenes/apophis_ensemble.nml` runs {len(members):,} members with "
             "the periods of\n[Lee et al. (2022)](https://doi.org/10.1051/0004-6361/202243442), their standard deviations, and uniform phases.\n\n"
             + table(("after the passage", "smallest", "median", "largest"),
                     [("spin rate $2T/\\lvert l\\rvert$, over that before", *(f"{rates[i]:.2f}" for i in (0, middle, -1))),
                      ("rotation of the direction of $l$", *(f"{turns[i]:.2f}°" for i in (0, middle, -1)))])
             + f"\n{100*share:.1f} % stay in the short-axis mode, the others change to the long-axis mode. "
-            "[Benson et al. (2023)](https://doi.org/10.1016/j.icarus.2022.115324)\nfound that the rate may halve or double, and that the pole may "
-            "move by 10° or more.\n\n"
+            "[Benson et al. (2023)](https://doi.org/10.1016/j.icarus.2022.115324)\nfound that the rate may halve or double, and the pole move by 10° or "
+            "more.\n\n"
             "![Distribution of the spin rate after the passage, and its map over the phases before](../figures/apophis_ensemble.svg)\n")
 
 
@@ -274,15 +272,14 @@ def toutatis():
     apart = max(abs(error - value) for error, value in zip(errors["free"], expected))
     return ("Suites `tumbling` and `fit`. The state of 9 November 1992 of "
             "[Takahashi, Busch and Scheeres (2013)](https://doi.org/10.1088/0004-6256/146/4/95),\nintegrated to the 17 epochs of radar "
-            f"images in December. The angles to the attitudes by radar differ from the published ones by at most {apart:.2f}°, their\nrounding. "
-            "Scene: `test/cases/toutatis.nml`.\n\n"
+            f"images in December. The angles to the attitudes by radar differ from the published ones by at most {apart:.2f}°, their\nrounding.\n\n"
             + table(("quantity", "nutate", "published"),
                     [("rms angle to the radar, free motion", f"{norm(errors['free']):.2f}°", "7.70°"),
                      ("rms angle with Sun and Earth", f"{norm(errors['both']):.2f}°", "")]
                     + [("rotation by the " + name, f"{value:.3f}°", text) for name, value, text in turned]
                     + [("$J_1/J_3$, by `nutate fit scenes/toutatis.nml`", fitted["1"], "3.0836"), ("$J_2/J_3$", fitted["2"], "3.235")])
-            + "\nThe orbit about the Sun has rounded elements, of which two are fitted to the closest approach to the Earth; the choice changes "
-            "the rotations by the\nSun by a few per cent. [The gallery](../gallery/moons-asteroids.md#4179-toutatis-december-1992) shows the fit.\n")
+            + "\nTwo rounded elements of the orbit are fitted to the closest approach to the Earth; the choice changes the rotations by the\n"
+            "Sun by a few per cent.\n")
 
 
 TOPS = (("Kovalevskaya", "2, 2, 1", "0.3, -0.5, 1.2", lambda w, g: (w[0]**2 - w[1]**2 + g[0])**2 + (2*w[0]*w[1] + g[1])**2, floats("""
@@ -309,8 +306,8 @@ def tops():
             values.append(integral([row[f"omega{k}"] for k in (1, 2, 3)], gamma))
         rows.append((name, f"{state[0]:.13f}", f"{state[6]:.13f}", small(worst),
                      small(max(abs(value - values[0]) for value in values))))
-    return ("Suite `classical_tops`. $V = -m\\cdot R^T\\hat z$ with $m = (1, 0, 0)$; the state at $t = 20$. No method uses the fourth integral of "
-            "these tops. The last\ncolumn is its largest drift over 100 000 steps of the Taylor series, in which $10^5$ rounding errors could "
+    return ("Suite `classical_tops`. $V = -m\\cdot R^T\\hat z$ with $m = (1, 0, 0)$; the state at $t = 20$. The "
+            "last\ncolumn is its largest drift over 100 000 steps of the Taylor series, in which $10^5$ rounding errors could "
             "add up to 2.2e-11.\n\n" + table(("top", "$q_0$", "$\\Omega_3$", "difference", "drift"), rows))
 
 
@@ -335,8 +332,8 @@ def gyrostats():
             "directions in which the effective potential falls. The reference, which solved\nthe equations from 1200 initial guesses, has the same "
             "numbers.\n\n"
             + table(("$h$", "equilibria", "of index 0, 1, 2, 3", "stable to first order"), rows)
-            + "\nS. A. Gutnik and V. A. Sarychev (Symbolic-numerical investigation of gyrostat satellite dynamics, CASC 2013, Lecture Notes "
-            "in\nComputer Science 8136, Springer, ISBN 978-3-319-02297-0) show that there are between 8 and 24. At $h = (0, 1, 0)$ two pairs have just met.\n")
+            + "\nS. A. Gutnik and V. A. Sarychev (Symbolic-numerical investigation of gyrostat satellite dynamics, CASC 2013, LNCS 8136) "
+            "show that there are between 8 and 24. At $h = (0, 1, 0)$ two pairs have just met.\n")
 
 
 CASES = {"orbits": ("Conic orbits and flybys", open_orbits), "librations": ("Phobos and Mercury: librations", librations),

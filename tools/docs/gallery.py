@@ -82,7 +82,7 @@ def section_of(name):
 
 {text}
 
-![{scene["caption"]}, result]({picture_of(name)})
+![{scene["caption"]}]({picture_of(name)})
 
 *{" ".join(scene["see"].split())}*
 
@@ -113,7 +113,7 @@ def index():
         names = [name for name in SCENES.sections() if SCENES[name]["page"] == page_name]
         for i in range(0, len(names), 3):
             row = [(name, SCENES[name]["caption"]) for name in names[i:i + 3]]
-            lines.append("| " + " | ".join(f"![{caption}][{name}.picture]" for name, caption in row) + " |")
+            lines.append("| " + " | ".join(f"![][{name}.picture]" for name, _ in row) + " |")
             lines.append("| " + " | ".join(f"[{caption}][{name}]" for name, caption in row) + " |")
         lines += ["", *(f"[{name}]: {page_name}.md#{anchor_of(name)}\n[{name}.picture]: {picture_of(name)}" for name in names), ""]
     return "\n".join([*lines, "```{toctree}", ":hidden:", "", *PAGES, "```", ""])

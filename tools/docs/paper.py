@@ -177,28 +177,27 @@ Made by `make paper`, which runs the scenes of the paper and draws its figures.
 
 M. B. Nielsen and S. Krenk ([2012](../about/cite.md)) show a free box that rotates about its intermediate axis and a top under gravity. The paper does not
 print its data. The top is the one commonly used with its reference [3]; the box, and the initial state of the fast top, are derived so that every
-statement holds (`scenes/box.nml`, `precessing_top.nml`, `fast_top.nml`). If two errors are given for the box, the first is at
-$\\Delta t = 0.1$ and the second at 0.01. The suite `paper` of `make test` tests the periods, the suites `conservation` and `discrete_states` the rest.
+statement holds. If two errors are given for the box, the first is at
+$\\Delta t = 0.1$ and the second at 0.01.
 
 ## Statements
 
 | statement | paper | nutate |
 |---|---|---|
 {rows}
-The errors of the period are fitted for $\\Omega_3\\Delta t$ from 0.03 to 0.3 rad. Halving the step divides them by four.
+The errors of the period are fitted for $\\Omega_3\\Delta t$ from 0.03 to 0.3 rad.
 
 ## Figures
 
-**Figure 1**: the box at eight times, $\\Delta t = 0.01$. The face with axis 3 is coloured.
+**Figure 1**: the box at eight times, $\\Delta t = 0.01$.
 
 ![The box at eight times, 0.4 s apart](../figures/box_attitudes.svg)
 
-**Figure 2**: angular velocity of the box at two time steps. The flips are those of the tennis-racket theorem (Dzhanibekov effect).
+**Figure 2**: angular velocity of the box at two time steps.
 
 ![Components of the angular velocity of the box at two time steps](../figures/box_omega.svg)
 
-**Figure 3a**: the angles of the top, of which the paper shows a sketch: $\\theta$, $\\varphi$, and $\\psi$ minus its mean rate times $t$. The tilt of the
-precessing top stays constant; the fast top nutates.
+**Figure 3a**: the angles of the top, of which the paper shows a sketch: $\\theta$, $\\varphi$, and $\\psi$ minus its mean rate times $t$.
 
 ![Euler angles of the precessing and the fast top](../figures/top_angles.svg)
 

@@ -14,7 +14,7 @@ DRAWN = ["heyoka", "taylor", "rk8", "C, RK8", "SciPy"]
 TEXT = """# Beside other integrators
 
 Made by `make bench BENCH=bench_peers`. heyoka computes Taylor series that it compiles for each system of equations; it conserves nothing. nutate
-conserves energy, momentum and norm in all runs of this page.
+conserves energy, momentum and norm in all runs.
 
 Bodies with the moments 2, 3, 4 kg m² (the symmetric top 3, 3, 4) start at $q = (0.8, 0.6, 0, 0)$, $\\Omega = (0.3, 1, 5)$ rad/s, and
 move for 20 s. Each time is the shortest of {rounds} interleaved runs on one core, in CPU time of the thread: `set_state` and `run_to` of nutate in Python,
@@ -31,7 +31,7 @@ The geometric mean of `taylor` alone at $10^{{-9}}$ is {taylor} with AVX2 and {t
 
 ## Times to an attitude error of 1e-9
 
-In µs. The loops in C have the equations of each motion written out; they have fixed steps, and normalise the quaternion in each. RK8 is the method
+In µs. The loops in C have the equations of each motion written out, fixed steps, and a normalised quaternion. RK8 is the method
 of DOP853. SciPy evaluates the equations in Python.
 
 ![Time to an attitude error of 1e-9 by motion and program](../figures/peers.svg)
