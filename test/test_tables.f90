@@ -210,7 +210,7 @@ contains
       call try([0.0_wp, 1.0_wp, 2.0_wp], .true., .true., 3, 'too short')
       call try([0.0_wp, 1.0_wp, 2.0_wp, 3.0_wp], .true., .true., 4, 'differs from the first')
       call try([0.0_wp, 1e101_wp], .false., .false., 2, 'too large')
-      call try([0.0_wp, 1.0_wp], .false., .false., 0, 'stops before it starts', start=1.0_wp)
+      call try([0.0_wp, 1.0_wp], .false., .false., 0, 'acts at no time of its table', start=1.0_wp)
    contains
       subroutine try(times, spline, periodic, at, says, start)
          real(wp), intent(in) :: times(:)
