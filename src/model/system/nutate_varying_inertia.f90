@@ -43,8 +43,8 @@ contains
             if (.not. (change%changes_inertia .or. change%moves_center) .or. any(change%own_ends())) cycle
             call change%window(first, last)
             if (min(start, end_time) >= first .and. max(start, end_time) <= last) cycle
-            status = fail(NUTATE_BAD_ARGUMENT, trim(merge('the start', 'end_time ', start < first .or. start > last))// &
-                          ' is outside of the table of the '// &
+            status = fail(NUTATE_BAD_ARGUMENT, trim(merge('the start', 'end_time ', start < first .or. start > last)) &
+                          //' is outside of the table of the '// &
                           trim(merge('centre of mass', 'inertia       ', change%moves_center))//' (expected '// &
                           time_text(first)//' to '//time_text(last)//' s)', 'end_time')
             return
