@@ -202,8 +202,8 @@ contains
       call check_size(error, '', 'taylor', '', 17500)
       call check_size(error, weight, 'nielsen_krenk', 'reduced', 10500)
       call check_size(error, damping, 'nielsen_krenk', 'reduced', 10500)
-      call check_size(error, weight, 'rk8', '', 9600)
-      call check_size(error, damping, 'rk8', '', 9600)
+      call check_size(error, weight, 'rk8', '', 9800)
+      call check_size(error, damping, 'rk8', '', 9800)
    end subroutine steppers_are_small
 
    !> Checks the bytes of a stepper after a step, the mean of some; the first may need what all of them share.
