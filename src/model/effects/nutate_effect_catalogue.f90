@@ -38,6 +38,9 @@ module nutate_effect_catalogue
       end subroutine build_effect
    end interface
 
+   !> Room for effects.
+   integer, parameter :: most_kinds = 32
+
    !> An effect that a scene can name.
    type :: effect_kind_t
       !> Group name and keys.
@@ -53,49 +56,46 @@ contains
       !> in a thirtieth of the time.
       logical, intent(in), optional :: with_keys
       type(effect_kind_t), allocatable :: kinds(:)
+      type(effect_kind_t) :: list(most_kinds)
       logical :: takes_keys
+      integer :: n
       takes_keys = .true.
       if (present(with_keys)) takes_keys = with_keys
-      allocate (kinds(0))
-      call add_kind(kinds, 'gravity', gravity_keys, build_gravity, repeatable=.false.)
-      call add_kind(kinds, 'dipole', dipole_keys, build_dipole)
-      call add_kind(kinds, 'gravity_gradient', gravity_gradient_keys, build_gravity_gradient)
-      call add_kind(kinds, 'third_degree', third_degree_keys, build_third_degree)
-      call add_kind(kinds, 'spring', spring_keys, build_spring)
-      call add_kind(kinds, 'damping', damping_keys, build_damping)
-      call add_kind(kinds, 'torque', applied_torque_keys, build_torque)
-      call add_kind(kinds, 'rotor', rotor_keys, build_rotor)
-      call add_kind(kinds, 'rotating_frame', rotating_frame_keys, build_rotating_frame, repeatable=.false.)
-      call add_kind(kinds, 'orbit', orbit_keys, build_orbit)
-      call add_kind(kinds, 'earth_field', earth_field_keys, build_earth_field, repeatable=.false.)
-      call add_kind(kinds, 'force', force_keys, build_force)
-      call add_kind(kinds, 'wheel', wheel_keys, build_wheel)
-      call add_kind(kinds, 'inner_sphere', inner_sphere_keys, build_inner_sphere)
-      call add_kind(kinds, 'controller', controller_keys, build_controller)
-      call add_kind(kinds, 'inertia_rate', inertia_rate_keys, build_inertia_rate)
+      n = 0
+      call add_kind('gravity', gravity_keys, build_gravity, repeatable=.false.)
+      call add_kind('dipole', dipole_keys, build_dipole)
+      call add_kind('gravity_gradient', gravity_gradient_keys, build_gravity_gradient)
+      call add_kind('third_degree', third_degree_keys, build_third_degree)
+      call add_kind('spring', spring_keys, build_spring)
+      call add_kind('damping', damping_keys, build_damping)
+      call add_kind('torque', applied_torque_keys, build_torque)
+      call add_kind('rotor', rotor_keys, build_rotor)
+      call add_kind('rotating_frame', rotating_frame_keys, build_rotating_frame, repeatable=.false.)
+      call add_kind('orbit', orbit_keys, build_orbit)
+      call add_kind('earth_field', earth_field_keys, build_earth_field, repeatable=.false.)
+      call add_kind('force', force_keys, build_force)
+      call add_kind('wheel', wheel_keys, build_wheel)
+      call add_kind('inner_sphere', inner_sphere_keys, build_inner_sphere)
+      call add_kind('controller', controller_keys, build_controller)
+      call add_kind('inertia_rate', inertia_rate_keys, build_inertia_rate)
+      kinds = list(:n)
 
    contains
 
-      subroutine add_kind(kinds, name, keys, build, repeatable)
-         type(effect_kind_t), allocatable, intent(inout) :: kinds(:)
+      subroutine add_kind(name, keys, build, repeatable)
          !> Name of the scene's group.
          character(len=*), intent(in) :: name
          type(key_t), intent(in) :: keys(:)
          procedure(build_effect) :: build
          !> True if a scene may have several groups of this name; default `.true.`.
          logical, intent(in), optional :: repeatable
-         type(effect_kind_t), allocatable :: longer(:)
-         integer :: n
-         n = size(kinds)
-         allocate (longer(n + 1))
-         longer(1:n) = kinds
-         longer(n + 1)%group%name = name
-         longer(n + 1)%group%repeatable = .true.
-         if (present(repeatable)) longer(n + 1)%group%repeatable = repeatable
+         n = n + 1
+         list(n)%group%name = name
+         list(n)%group%repeatable = .true.
+         if (present(repeatable)) list(n)%group%repeatable = repeatable
          if (takes_keys) &
-            longer(n + 1)%group%keys = [keys, key_t(name='name', kind=KEY_TEXT), key_t(name='on', kind=KEY_LOGICAL)]
-         longer(n + 1)%build => build
-         call move_alloc(longer, kinds)
+            list(n)%group%keys = [keys, key_t(name='name', kind=KEY_TEXT), key_t(name='on', kind=KEY_LOGICAL)]
+         list(n)%build => build
       end subroutine add_kind
 
    end function effect_kinds
