@@ -78,7 +78,7 @@ def scene_with_free(system: Union[System, Scene], keys: Union[str, Sequence[str]
     quoted = "free.key=" + ",".join(f"'{key}'" for key in ([keys] if isinstance(keys, str) else keys))
     if isinstance(system, Scene):
         (arguments, given), additions = system._given, system._additions
-        return make_scene((*(arguments or (None,)), quoted), given, additions)
+        return make_scene((*(arguments or (None,)), quoted), given, additions, system._files)
     given, additions = system._given[1], []
     text = body_text(given)
     for name, arguments in system._additions:
@@ -89,14 +89,14 @@ def scene_with_free(system: Union[System, Scene], keys: Union[str, Sequence[str]
     if given["scene"] is not None:
         (arguments, of_scene), before = given["scene"]._given, given["scene"]._additions
         return make_scene((*(arguments or (None,)), quoted), {**of_scene, "text": text_of(of_scene["text"]) + "\n" + text},
-                          [*before, *additions])
+                          [*before, *additions], {**given["scene"]._files, **system._files})
     text += group("initial", quaternion=q, angular_velocity=omega) + group("integrator", local_tolerance=1e-6, end_time=1.0)
-    return make_scene((None, quoted), {"text": text, "name": "system"}, additions)
+    return make_scene((None, quoted), {"text": text, "name": "system"}, additions, system._files)
 
 
-def make_scene(arguments: tuple[Any, ...], given: dict[str, Any], additions: Sequence[Any]) -> Scene:
+def make_scene(arguments: tuple[Any, ...], given: dict[str, Any], additions: Sequence[Any], files: dict[str, str]) -> Scene:
     """A scene made from its text."""
-    made: Scene = make_again(Scene, (arguments, given), tuple(additions))
+    made: Scene = make_again(Scene, (arguments, given), tuple(additions), files)
     return made
 
 

@@ -78,12 +78,12 @@ class Stepper(SatelliteState):
             raise
         super().__init__(handle, source._callbacks)
         check(library.nutate_stepper_set_poll(self._handle, asked, None))
-        self._source = (type(source), source._given, tuple(source._additions))
+        self._source = (type(source), source._given, tuple(source._additions), source._files)
         self._settings: dict[str, Any] = {}
         self._sets: Optional[tuple[str, ...]] = None
         self._names: Optional[list[str]] = None
         self._events: list[tuple[tuple[Any, ...], dict[str, Any]]] = []
-        self._propagated: dict[str, tuple[Any, Any, tuple[Any, ...]]] = {}
+        self._propagated: dict[str, tuple[Any, ...]] = {}
         self.set(**settings)
 
     def __repr__(self) -> str:
@@ -401,7 +401,7 @@ class Stepper(SatelliteState):
     def _propagate(self, name: str, scene: Scene) -> None:
         """Notes a call for copies."""
         self._names = None
-        self._propagated = {**self._propagated, name: (type(scene), scene._given, tuple(scene._additions))}
+        self._propagated = {**self._propagated, name: (type(scene), scene._given, tuple(scene._additions), scene._files)}
 
     def add_event(self, when: Union[str, Sequence[str], Callable[..., float]], name: Optional[str] = None, *,
                   crosses: Optional[float] = None, extremum: Optional[str] = None, direction: Optional[int] = None,
@@ -641,11 +641,9 @@ class Stepper(SatelliteState):
 
 
 def restored(source: Any, settings: dict[str, Any], sets: Optional[tuple[str, ...]],
-             events: list[tuple[tuple[Any, ...], dict[str, Any]]], propagated: dict[str, tuple[Any, Any, tuple[Any, ...]]],
-             saved: bytes) -> Stepper:
+             events: list[tuple[tuple[Any, ...], dict[str, Any]]], propagated: dict[str, tuple[Any, ...]], saved: bytes) -> Stepper:
     """A stepper made as another one was, and put where that was saved."""
-    kind, given, additions = source
-    with make_again(kind, given, additions) as made:
+    with make_again(*source) as made:
         stepper = Stepper(made, **settings)
     for name, recipe in propagated.items():
         with make_again(*recipe) as scene:
