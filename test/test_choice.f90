@@ -1,6 +1,7 @@
 !> The automatic choice of the method: each of its rules, and the accuracy that comes of it.
 submodule(suites_of_runs) test_choice
    use nutate_method_choice, only: choose_method, AUTOMATIC_METHOD
+   use nutate_applied_torque, only: applied_torque_t
    use nutate_damping, only: damping_t
    use nutate_dipole, only: dipole_t
    use nutate_effect, only: potential_t
@@ -49,6 +50,7 @@ contains
                   new_unittest("short smooth motions take fixed steps", smooth_motions_take_equal_steps), &
                   new_unittest("other tops take the series at any accuracy", tops_take_series), &
                   new_unittest("other motions take the series from 1e-8 rad on", others_take_series_late), &
+                  new_unittest("torques at times far from 0 take the series", late_torques_take_series), &
                   new_unittest("long motions take the series sooner", long_motions_take_series), &
                   new_unittest("an effect without series takes dop853 with conserve", without_series_dop853), &
                   new_unittest("strong damping takes the implicit step", strong_damping_takes_implicit_step), &
@@ -141,6 +143,38 @@ contains
       call expect(error, forced_body(), 10.0_wp, 1.1e-8_wp, 'dop853', 'threshold 1e-8')
       call expect(error, forced_body(), 10.0_wp, 1e-8_wp, 'taylor', 'from 1e-8')
    end subroutine others_take_series_late
+
+   !> At whole periods of a torque the motion is that from t = 0, to the rounding of the times; it takes as few steps.
+   subroutine late_torques_take_series(error)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: starts(4) = [0.0_wp, 1e5_wp, 2e7_wp, 1.7e9_wp], accuracy = 1e-8_wp
+      type(problem_t) :: problem
+      type(applied_torque_t) :: torque
+      type(run_summary_t) :: summary
+      type(run_plan_t) :: plan
+      type(status_t) :: status
+      type(state_t) :: last
+      real(wp) :: first(4)
+      integer :: i
+      problem = free_body([2.0_wp, 3.0_wp, 4.0_wp], [0.1_wp, 0.2_wp, 1.0_wp])
+      torque%name = 'torque'
+      torque%amplitude = [1.0_wp, 0.0_wp, 0.0_wp]
+      torque%frequency = 1.0_wp
+      call problem%system%effects%add(torque)
+      do i = 1, size(starts)
+         problem%start%t = starts(i)
+         if (i > 2) call expect(error, problem, 4.0_wp, accuracy, 'taylor', 'far from t = 0')
+         if (i < 3) call expect(error, problem, 4.0_wp, accuracy, 'dop853', 'threshold 1e-9')
+         plan = run_plan_t(end_time=starts(i) + 4.0_wp)
+         plan%goal%accuracy = accuracy
+         last = problem%start
+         call integrate(problem%system, integrator_settings_t(), last, plan, status, summary=summary)
+         call check(error, status%ok(), trim(status%message))
+         call check(error, summary%steps < 200, 'number of steps')
+         if (i == 1) first = last%q
+         call check_below(error, attitude_distance(first, last%q), 10*accuracy + 6*spacing(starts(i)), 'attitude')
+      end do
+   end subroutine late_torques_take_series
 
    !> Turns of many revolutions, swings of many periods; and torques alone, whose motion dies out.
    subroutine long_motions_take_series(error)

@@ -33,6 +33,8 @@ module nutate_method_choice
    !> Accuracy down to which fixed steps cost less than the series on symmetric tops, rad; on other motions that
    !> they suit they always do.
    real(wp), parameter :: equal_pays_on_tops = 0.99e-9_wp
+   !> Rounding of times, as part of the accuracy times the run, above which stage methods see it in their estimates.
+   real(wp), parameter :: rounded = 1e-3_wp
    !> Turn from start to end that makes a motion long, rad: the series wins at 140 to 400 rad, not at 50.
    real(wp), parameter :: long_turn = 100.0_wp
    !> An explicit step is at most some 6 times the time in which damping stops the body; steps of order 2 number about
@@ -179,6 +181,9 @@ contains
          call take('dop853', settings)
          settings%conserve = .true.
          reason = "effect '"//trim(without_series)//"' has no series; with the projection onto the invariants"
+      else if (rounds_times(system, state, duration, accuracy)) then
+         call take('taylor', settings)
+         reason = 'so far from t = 0 the times inside of a step are rounded, which a series does not use'
       else if (of_run .and. takes_equal_steps(system, state, duration, accuracy)) then
          call take('rk8', settings)
          reason = 'equal steps are cheapest for short smooth motion in uniform fields'
@@ -189,6 +194,19 @@ contains
          call choose_by_accuracy(system, state, duration, accuracy, settings, reason)
       end if
    end subroutine choose_for_axes
+
+   !> True if torques depend on times that are rounded too much for an accuracy: the estimate of a stage method's error
+   !> would consist of that, and its steps would become ever shorter.
+   pure logical function rounds_times(system, state, duration, accuracy)
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      !> s, of either sign; rad.
+      real(wp), intent(in) :: duration, accuracy
+      real(wp) :: latest
+      latest = max(abs(state%t), abs(state%t + duration))
+      rounds_times = (system%effects%n_torques > 0 .or. system%effects%depends_on_time) .and. &
+                     spacing(latest) > rounded*accuracy*abs(duration)
+   end function rounds_times
 
    !> True where fixed steps by rk8 cost less than the series.
    logical function takes_equal_steps(system, state, duration, accuracy)
