@@ -38,7 +38,7 @@ submodule(suites_of_effects) test_reshaped_bodies
    !> Gravity in which a body of 1 kg m² swings in some seconds: μ, m³/s², and semi-major axis, m, of an orbit of mean
    !> motion 0.7 rad/s.
    real(wp), parameter :: mu = 0.49_wp*343.0_wp, axis = 7.0_wp
-   !> What acts: the gradient of a fixed direction, that along an orbit, weight about a pivot.
+   !> Potentials that act: the gradient of a fixed direction, that along an orbit, weight about a pivot.
    integer, parameter :: FIXED = 1, ON_ORBIT = 2, WEIGHT = 3
 
 contains
