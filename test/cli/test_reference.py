@@ -40,7 +40,7 @@ def known_groups():
     groups = {group: keys_in(source(module)) for group, module in PARTS.items()}
     catalogue = source("nutate_effect_catalogue")
     sources = [path.read_text(encoding="utf-8") for path in (ROOT / "src" / "model" / "effects").rglob("*.f90")]
-    for group, table in re.findall(r"call add_kind\(kinds, '(\w+)', (\w+)", catalogue):
+    for group, table in re.findall(r"call add_kind\('(\w+)', (\w+)", catalogue):
         found = next(re.search(rf":: {table}\(\d+\) = \[(.*?)\)\]", text, re.DOTALL) for text in sources
                      if re.search(rf":: {table}\(\d+\) =", text))
         groups[group] = keys_in(found[1] + ")")
