@@ -18,8 +18,6 @@ submodule(suites_of_effects) test_reshaped_bodies
    use nutate_orbit, only: orbit_t
    use nutate_orbital_gradient, only: orbital_gradient_t
    use nutate_quaternion, only: quat_conjugate, quat_product, rotate_to_body
-   use nutate_run, only: integrate
-   use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_stepper, only: integrator_settings_t, stepper_t
@@ -28,7 +26,7 @@ submodule(suites_of_effects) test_reshaped_bodies
    use nutate_variation, only: attitude_variation, rate_variation, variation_t
    use test_oracle, only: find_true_attitude, has_oracle, qp, true_distance
    use test_problems, only: problem_t
-   use test_resume, only: check_stepper, label_of, settings_of
+   use test_resume, only: check_balance, check_stepper, label_of, run_steps, settings_of
    use test_support, only: check, check_below, check_close, error_type, in_turn, new_unittest, random_unit, &
       random_unit_quaternion, random_vector, skip_test
    implicit none
@@ -124,21 +122,6 @@ contains
       end associate
    end subroutine add_effects
 
-   !> The state at the end of a run with fixed steps.
-   subroutine run(error, problem, settings, step, end_time, state, label)
-      type(error_type), allocatable, intent(inout) :: error
-      type(problem_t), intent(in) :: problem
-      type(integrator_settings_t), intent(in) :: settings
-      !> s.
-      real(wp), intent(in) :: step, end_time
-      type(state_t), intent(out) :: state
-      character(len=*), intent(in) :: label
-      type(status_t) :: status
-      state = problem%start
-      call integrate(problem%system, settings, state, run_plan_t(time_step=step, end_time=end_time), status)
-      call check(error, status%ok(), label//': '//trim(status%message))
-   end subroutine run
-
    subroutine random_motions(error)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem
@@ -158,7 +141,7 @@ contains
          do i = 1, size(methods)
             if (methods(i)%order < 8 .or. methods(i)%name == 'exact') cycle
             if (modulo(i + number/6, 2) == 0) cycle
-            call run(error, problem, settings_of(methods(i)), 0.02_wp, 4.0_wp, state, label_of(methods(i)))
+            call run_steps(error, problem, settings_of(methods(i)), 0.02_wp, 4.0_wp, state, label_of(methods(i)))
             call check_below(error, true_distance(q, state%q), 1e-12_wp, label_of(methods(i)))
          end do
          if (allocated(error)) return
@@ -176,13 +159,14 @@ contains
       seed = 2012_int64
       do number = FIXED, WEIGHT
          call make_random(seed, number, problem)
-         call run(error, problem, integrator_settings_t(method='dop853', order=8), 0.005_wp, 2.5_wp, expected, 'dop853')
+         call run_steps(error, problem, integrator_settings_t(method='dop853', order=8), 0.005_wp, 2.5_wp, expected, &
+                        'dop853')
          do i = 1, size(methods)
             if (methods(i)%order > 6 .or. methods(i)%name == 'exact') cycle
             do n = 1, 2
                step = 0.1_wp/n
                if (methods(i)%order == 6) step = 0.2_wp/n
-               call run(error, problem, settings_of(methods(i)), step, 2.5_wp, last, label_of(methods(i)))
+               call run_steps(error, problem, settings_of(methods(i)), step, 2.5_wp, last, label_of(methods(i)))
                errors(n) = norm2(last%q - expected%q)
             end do
             call check_close(error, log(errors(1)/errors(2))/log(2.0_wp), real(methods(i)%order, wp), 0.5_wp, &
@@ -196,29 +180,15 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem
       type(state_t) :: state
-      type(status_t) :: status
-      class(stepper_t), allocatable :: stepper
-      real(wp) :: energy, work
       integer(int64) :: seed
-      integer :: i, n, number
+      integer :: i, number
       seed = 4712_int64
       do number = 1, 6
          call make_random(seed, 1 + modulo(number, 3), problem)
-         energy = total_energy(problem%system, problem%start)
          do i = 1, size(methods)
             if (methods(i)%name == 'exact' .or. .not. methods(i)%conserving .or. .not. in_turn(i + number)) cycle
-            call make_stepper(problem%system, settings_of(methods(i)), stepper, status)
-            call check(error, status%ok(), trim(status%message))
-            state = problem%start
-            work = 0.0_wp
-            do n = 1, 1000
-               if (allocated(error)) return
-               call stepper%step(problem%system, state, 0.05_wp, status)
-               call check(error, status%ok(), label_of(methods(i))//': '//trim(status%message))
-               work = work + sum(stepper%work)
-            end do
-            call check_close(error, total_energy(problem%system, state) - work, energy, 300*eps*energy + 100*eps, &
-                             label_of(methods(i))//', energy')
+            call check_balance(error, problem, methods(i), state)
+            if (allocated(error)) return
          end do
       end do
    end subroutine balance
@@ -234,11 +204,11 @@ contains
       seed = 816_int64
       do number = FIXED, WEIGHT
          call make_random(seed, number, problem)
-         call run(error, problem, integrator_settings_t(order=8, formulation='reduced'), 0.01_wp, 4.0_wp, first, &
+         call run_steps(error, problem, integrator_settings_t(order=8, formulation='reduced'), 0.01_wp, 4.0_wp, first, &
                   'first')
          do i = 1, size(methods)
             if (methods(i)%order < 8 .or. methods(i)%name == 'exact') cycle
-            call run(error, problem, settings_of(methods(i)), 0.02_wp, 4.0_wp, state, label_of(methods(i)))
+            call run_steps(error, problem, settings_of(methods(i)), 0.02_wp, 4.0_wp, state, label_of(methods(i)))
             call check_close(error, state%time_dependent_work, first%time_dependent_work, 1e-11_wp, &
                              label_of(methods(i)))
             call check_below(error, 1e-3_wp, abs(first%time_dependent_work), 'there is work')
@@ -279,7 +249,8 @@ contains
          do i = 1, size(methods)
             if (methods(i)%order < 8 .or. methods(i)%name == 'exact') cycle
             do m = 1, 2
-               call run(error, problems(m), settings_of(methods(i)), 0.02_wp, 4.0_wp, states(m), label_of(methods(i)))
+               call run_steps(error, problems(m), settings_of(methods(i)), 0.02_wp, 4.0_wp, states(m), &
+                              label_of(methods(i)))
             end do
             q = quat_product(path%axes(4.0_wp), states(2)%q)
             call check_close(error, sign(1.0_wp, dot_product(q, states(1)%q))*q, states(1)%q, 2e-12_wp, &
@@ -304,9 +275,10 @@ contains
       seed = 42_int64
       do number = 1, 6
          call make_random(seed, 1 + modulo(number, 3), problem)
-         call run(error, problem, integrator_settings_t(order=8, formulation="reduced"), 0.02_wp, t, middle, "start")
+         call run_steps(error, problem, integrator_settings_t(order=8, formulation="reduced"), 0.02_wp, t, middle, &
+                        "start")
          do i = 1, 2
-            call run(error, problem, integrator_settings_t(order=8, formulation="reduced"), h, t + h*(2*i - 3), &
+            call run_steps(error, problem, integrator_settings_t(order=8, formulation="reduced"), h, t + h*(2*i - 3), &
                      states(i), "h")
          end do
          call find_motion(problem%system, middle, motion)

@@ -3,11 +3,12 @@
 module test_resume
    use nutate_applied_torque, only: applied_torque_t
    use nutate_byte_archive, only: byte_archive_t
-   use nutate_kinds, only: wp, long
+   use nutate_hamiltonian, only: total_energy
+   use nutate_kinds, only: wp, eps, long
    use nutate_methods, only: make_stepper, method_t, methods
    use nutate_observer, only: run_record_t
    use nutate_rotating_frame, only: rotating_frame_t
-   use nutate_run, only: run_t
+   use nutate_run, only: integrate, run_t
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: NUTATE_BAD_ARGUMENT, NUTATE_STEP_LIMIT, NUTATE_STOPPED, status_t
@@ -15,10 +16,10 @@ module test_resume
    use nutate_system, only: system_t
    use test_problems, only: box, bruls_top, forced_body, problem_t
    use test_stopping_observer, only: stopping_observer_t
-   use test_support, only: check, error_type, in_turn, new_unittest, one_in, test_failed, unittest_type
+   use test_support, only: check, check_close, error_type, in_turn, new_unittest, one_in, test_failed, unittest_type
    implicit none
    private
-   public :: collect_resume, check_run, check_stepper, label_of, settings_of
+   public :: collect_resume, check_balance, check_run, check_stepper, label_of, run_steps, settings_of
 
    !> Keeps all rows as bytes, and the last archive with the rows until then.
    type, extends(stopping_observer_t) :: recorder_t
@@ -103,6 +104,46 @@ contains
       if (.not. allocated(self%rows)) self%rows = ''
       self%rows = self%rows//bytes_of(state, record)
    end subroutine record_row
+
+   !> Runs with fixed steps to an end.
+   subroutine run_steps(error, problem, settings, step, end_time, state, label)
+      type(error_type), allocatable, intent(inout) :: error
+      type(problem_t), intent(in) :: problem
+      type(integrator_settings_t), intent(in) :: settings
+      !> s.
+      real(wp), intent(in) :: step, end_time
+      type(state_t), intent(out) :: state
+      character(len=*), intent(in) :: label
+      type(status_t) :: status
+      state = problem%start
+      call integrate(problem%system, settings, state, run_plan_t(time_step=step, end_time=end_time), status)
+      call check(error, status%ok(), label//': '//trim(status%message))
+   end subroutine run_steps
+
+   !> Checks the energy less the works of conserving methods, after a thousand steps of 0.05 s.
+   subroutine check_balance(error, problem, method, state)
+      type(error_type), allocatable, intent(inout) :: error
+      type(problem_t), intent(in) :: problem
+      type(method_t), intent(in) :: method
+      type(state_t), intent(out) :: state
+      class(stepper_t), allocatable :: stepper
+      type(status_t) :: status
+      real(wp) :: energy, work
+      integer :: n
+      energy = total_energy(problem%system, problem%start)
+      call make_stepper(problem%system, settings_of(method), stepper, status)
+      call check(error, status%ok(), trim(status%message))
+      state = problem%start
+      work = 0.0_wp
+      do n = 1, 1000
+         if (allocated(error)) return
+         call stepper%step(problem%system, state, 0.05_wp, status)
+         call check(error, status%ok(), label_of(method)//': '//trim(status%message))
+         work = work + sum(stepper%work)
+      end do
+      call check_close(error, total_energy(problem%system, state) - work, energy, 300*eps*energy + 100*eps, &
+                       label_of(method)//', energy')
+   end subroutine check_balance
 
    !> Settings of a row of the table of methods; implicit steps of order 4 with the projection.
    pure type(integrator_settings_t) function settings_of(method) result(settings)

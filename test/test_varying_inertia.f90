@@ -13,8 +13,6 @@ module test_varying_inertia
    use nutate_motion, only: find_motion, find_rates, motion_t
    use nutate_quaternion, only: quat_conjugate, quat_product
    use nutate_rotor, only: rotor_t
-   use nutate_run, only: integrate
-   use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_scene, only: parse_scene, scene_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
@@ -27,7 +25,7 @@ module test_varying_inertia
    use nutate_wheel_mounting, only: add_wheel, mount_wheels
    use test_oracle, only: find_true_attitude, has_oracle, qp, true_distance
    use test_problems, only: problem_t
-   use test_resume, only: check_stepper, label_of, settings_of
+   use test_resume, only: check_balance, check_stepper, label_of, run_steps, settings_of
    use test_support, only: check, check_below, check_close, error_type, in_turn, new_unittest, random_unit, &
       random_unit_quaternion, random_vector, skip_test, unittest_type
    implicit none
@@ -85,21 +83,6 @@ contains
       problem%start = make_state(problem%system, q0, omega0)
    end subroutine make_changing
 
-   !> The state at the end of a run with fixed steps.
-   subroutine run(error, problem, settings, step, end_time, state, label)
-      type(error_type), allocatable, intent(inout) :: error
-      type(problem_t), intent(in) :: problem
-      type(integrator_settings_t), intent(in) :: settings
-      !> s.
-      real(wp), intent(in) :: step, end_time
-      type(state_t), intent(out) :: state
-      character(len=*), intent(in) :: label
-      type(status_t) :: status
-      state = problem%start
-      call integrate(problem%system, settings, state, run_plan_t(time_step=step, end_time=end_time), status)
-      call check(error, status%ok(), label//': '//trim(status%message))
-   end subroutine run
-
    !> Attitudes may differ by a sign.
    subroutine check_attitude(error, q, expected, tolerance, label)
       type(error_type), allocatable, intent(inout) :: error
@@ -123,14 +106,14 @@ contains
          step = merge(0.02_wp, 0.05_wp, methods(i)%name == 'rk8' .or. methods(i)%name == 'dop853')
          label = label_of(methods(i))
          associate (settings => settings_of(methods(i)))
-            call run(error, deployed, settings, step, 10.0_wp, state, label)
+            call run_steps(error, deployed, settings, step, 10.0_wp, state, label)
             call check_attitude(error, state%q, deployed_q, 1e-12_wp, label//', deployed')
             call check_close(error, angular_velocity(deployed%system, state), deployed_omega, 1e-12_wp, label)
             call check_close(error, total_energy(deployed%system, state), deployed_energy, 1e-12_wp, label)
-            call run(error, scaled, settings, step, 10.0_wp, state, label)
+            call run_steps(error, scaled, settings, step, 10.0_wp, state, label)
             call check_attitude(error, state%q, scaled_q, 1e-12_wp, label//', scaled')
             call check_close(error, body_momentum(state), scaled_momentum, 1e-12_wp, label)
-            call run(error, lost, settings, step, 10.0_wp, state, label)
+            call run_steps(error, lost, settings, step, 10.0_wp, state, label)
             call check_close(error, angular_velocity(lost%system, state), lost_omega, 1e-12_wp, label//', lost')
          end associate
          if (allocated(error)) return
@@ -146,7 +129,7 @@ contains
       integer :: i, n
       call make_changing(problem, inertia_change_t(k), &
                          inertia_change_t([-0.05_wp, -0.04_wp, -0.03_wp], mass_leaves=.true.))
-      call run(error, problem, integrator_settings_t(method='dop853', order=8), 0.01_wp, 2.0_wp, state, 'dop853')
+      call run_steps(error, problem, integrator_settings_t(method='dop853', order=8), 0.01_wp, 2.0_wp, state, 'dop853')
       if (allocated(error)) return
       associate (expected => state%q)
          do i = 1, size(methods)
@@ -167,7 +150,7 @@ contains
          real(wp), intent(in) :: step, expected(4)
          real(wp), intent(out) :: distance
          type(state_t) :: last
-         call run(error, problem, settings_of(methods(i)), step, 2.0_wp, last, label_of(methods(i)))
+         call run_steps(error, problem, settings_of(methods(i)), step, 2.0_wp, last, label_of(methods(i)))
          distance = norm2(last%q - expected)
       end subroutine last_error
 
@@ -191,7 +174,7 @@ contains
       call rigid%evaluate(1 + 10*log(1.5_wp) + 4/1.5_wp, q, momentum)
       do i = 1, size(methods)
          if (methods(i)%order < 8 .or. methods(i)%name == 'exact') cycle
-         call run(error, problem, settings_of(methods(i)), 0.023_wp, 10.0_wp, state, label_of(methods(i)))
+         call run_steps(error, problem, settings_of(methods(i)), 0.023_wp, 10.0_wp, state, label_of(methods(i)))
          call check_attitude(error, state%q, q, 1e-12_wp, label_of(methods(i)))
          call check_close(error, body_momentum(state), momentum, 4e-12_wp, label_of(methods(i)))
       end do
@@ -214,7 +197,7 @@ contains
       call rigid%evaluate(8.0_wp, q, momentum)
       do i = 1, size(methods)
          if (methods(i)%order < 8 .or. methods(i)%name == 'exact') cycle
-         call run(error, problem, settings_of(methods(i)), 0.025_wp, 8.0_wp, state, label_of(methods(i)))
+         call run_steps(error, problem, settings_of(methods(i)), 0.025_wp, 8.0_wp, state, label_of(methods(i)))
          call check_attitude(error, state%q, q, 1e-12_wp, label_of(methods(i)))
          call check_close(error, body_momentum(state), 0.56_wp*momentum, 4e-12_wp, label_of(methods(i)))
       end do
@@ -245,7 +228,7 @@ contains
          momentum = 3.0_wp
          do i = 1, size(methods)
             if (methods(i)%name == 'exact') cycle
-            call run(error, problem, settings_of(methods(i)), 0.35_wp, 6.0_wp, state, label_of(methods(i)))
+            call run_steps(error, problem, settings_of(methods(i)), 0.35_wp, 6.0_wp, state, label_of(methods(i)))
             j = inertia_at(problem%system, 6.0_wp)
             call check_close(error, angular_velocity(problem%system, state), [0.0_wp, 0.0_wp, momentum/j(3, 3)], &
                              20*eps, label_of(methods(i)))
@@ -317,7 +300,7 @@ contains
          do i = 1, size(methods)
             if (methods(i)%order < 8 .or. methods(i)%name == 'exact') cycle
             if (modulo(i + number, 2) == 0) cycle
-            call run(error, problem, settings_of(methods(i)), 0.02_wp, 4.0_wp, state, label_of(methods(i)))
+            call run_steps(error, problem, settings_of(methods(i)), 0.02_wp, 4.0_wp, state, label_of(methods(i)))
             call check_below(error, true_distance(q, state%q), 1e-12_wp, label_of(methods(i)))
          end do
          if (allocated(error)) return
@@ -329,11 +312,9 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem
       type(state_t) :: state
-      type(status_t) :: status
-      class(stepper_t), allocatable :: stepper
-      real(wp) :: energy, momentum(3), work
+      real(wp) :: momentum(3)
       integer(int64) :: seed
-      integer :: i, n, number
+      integer :: i, number
       seed = 4711_int64
       do number = 0, 4
          if (number == 0) then
@@ -342,22 +323,11 @@ contains
          else
             call make_random(seed, problem)
          end if
-         energy = total_energy(problem%system, problem%start)
          momentum = space_momentum(problem%start)
          do i = 1, size(methods)
             if (methods(i)%name == 'exact' .or. .not. methods(i)%conserving .or. .not. in_turn(i + number)) cycle
-            call make_stepper(problem%system, settings_of(methods(i)), stepper, status)
-            call check(error, status%ok(), trim(status%message))
-            state = problem%start
-            work = 0.0_wp
-            do n = 1, 1000
-               if (allocated(error)) return
-               call stepper%step(problem%system, state, 0.05_wp, status)
-               call check(error, status%ok(), label_of(methods(i))//': '//trim(status%message))
-               work = work + sum(stepper%work)
-            end do
-            call check_close(error, total_energy(problem%system, state) - work, energy, 300*eps*energy + 100*eps, &
-                             label_of(methods(i))//', energy')
+            call check_balance(error, problem, methods(i), state)
+            if (allocated(error)) return
             if (number == 0) call check_close(error, space_momentum(state), momentum, 100*eps, &
                                               label_of(methods(i))//', momentum')
          end do
@@ -373,11 +343,11 @@ contains
       seed = 815_int64
       do number = 1, 3
          call make_random(seed, problem)
-         call run(error, problem, integrator_settings_t(order=8, formulation='reduced'), 0.01_wp, 4.0_wp, first, &
+         call run_steps(error, problem, integrator_settings_t(order=8, formulation='reduced'), 0.01_wp, 4.0_wp, first, &
                   'first')
          do i = 1, size(methods)
             if (methods(i)%order < 8 .or. methods(i)%name == 'exact') cycle
-            call run(error, problem, settings_of(methods(i)), 0.02_wp, 4.0_wp, state, label_of(methods(i)))
+            call run_steps(error, problem, settings_of(methods(i)), 0.02_wp, 4.0_wp, state, label_of(methods(i)))
             call check_close(error, state%time_dependent_work, first%time_dependent_work, 1e-11_wp, &
                              label_of(methods(i)))
             call check_below(error, 1e-3_wp, abs(first%time_dependent_work), 'there is work')
@@ -398,7 +368,7 @@ contains
       do number = 1, 4
          call make_random(seed, problem)
          do i = 1, 2
-            call run(error, problem, integrator_settings_t(order=8, formulation="reduced"), h*(2*i - 3), &
+            call run_steps(error, problem, integrator_settings_t(order=8, formulation="reduced"), h*(2*i - 3), &
                      h*(2*i - 3), states(i), "h")
          end do
          call find_motion(problem%system, problem%start, motion)
