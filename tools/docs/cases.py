@@ -332,8 +332,8 @@ def gyrostats():
             "directions in which the effective potential falls. The reference, which solved\nthe equations from 1200 initial guesses, has the same "
             "numbers.\n\n"
             + table(("$h$", "equilibria", "of index 0, 1, 2, 3", "stable to first order"), rows)
-            + "\nS. A. Gutnik and V. A. Sarychev (Symbolic-numerical investigation of gyrostat satellite dynamics, CASC 2013, LNCS 8136) "
-            "show that there are between 8 and 24. At $h = (0, 1, 0)$ two pairs have just met.\n")
+            + "\n[Gutnik and Sarychev (2013)](https://doi.org/10.1007/978-3-319-02297-0), in the proceedings of CASC, show "
+            "that there are between 8 and 24. At $h = (0, 1, 0)$ two pairs have just met.\n")
 
 
 CASES = {"orbits": ("Conic orbits and flybys", open_orbits), "librations": ("Phobos and Mercury: librations", librations),
