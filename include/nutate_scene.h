@@ -223,6 +223,14 @@ int nutate_history_values(const nutate_history *history, double *values, size_t 
  * @param[out] steps    number of steps */
 int nutate_history_uncertified(const nutate_history *history, int64_t *steps);
 
+/** Returns all numbers of a history that are not in its rows.
+ * @param[in]  history  handle
+ * @param[out] counts   [5]: rows, columns, located events, Lyapunov exponents (nutate_history_chaos), uncertified steps;
+ *                      or NULL
+ * @param[out] errors   [3], rad: estimated attitude error at the end, the part of it due to round-off, the requested
+ *                      accuracy; zeros after a run without one; or NULL */
+int nutate_history_summary(const nutate_history *history, int64_t counts[5], double errors[3]);
+
 /** Frees a history. @param[in,out] history handle; NULL afterwards */
 int nutate_history_destroy(nutate_history **history);
 

@@ -81,6 +81,7 @@ int test_c_null_handles(void)
     EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_uncertified(NULL, NULL));
     EXPECT(NUTATE_BAD_HANDLE, nutate_history_uncertified(NULL, NULL));
     EXPECT(NUTATE_BAD_HANDLE, nutate_history_accuracy(NULL, NULL, NULL));
+    EXPECT(NUTATE_BAD_HANDLE, nutate_history_summary(NULL, NULL, NULL));
     EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_accuracy(NULL, x));
     EXPECT(NUTATE_BAD_HANDLE, nutate_exact_free_body(NULL, one, vector, 1, x, x, x));
     EXPECT(NUTATE_OK, nutate_system_destroy(&system));

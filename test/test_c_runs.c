@@ -33,7 +33,8 @@ int test_c_run_histories(void)
     static const char *const ways[3][2] = {
         {"time_step", "0.01"}, {"accuracy", "1e-6"}, {"local_tolerance", "1e-6"}};
     static const double times[4] = {0.0, 0.123, 0.5, 1.0};
-    double rows[2000], kept[2000], t[4], error[2], asked[2], accuracy;
+    double rows[2000], kept[2000], t[4], error[2], asked[2], errors[3], accuracy;
+    int64_t counts[5];
     nutate_stepper *a = NULL, *b = NULL;
     nutate_history *history = NULL;
     size_t n, m, width;
@@ -57,6 +58,9 @@ int test_c_run_histories(void)
         EXPECT(NUTATE_OK, nutate_stepper_accuracy(b, asked));
         CHECK(accuracy == (way == 1 ? 1e-6 : 0.0) && !memcmp(error, asked, sizeof error));
         EXPECT(NUTATE_OK, nutate_history_accuracy(history, NULL, NULL));
+        EXPECT(NUTATE_OK, nutate_history_summary(history, counts, errors));
+        CHECK((size_t)counts[0] == m && (size_t)counts[1] == width && counts[2] == 0 && counts[3] == 0 && counts[4] == 0);
+        CHECK(errors[0] == error[0] && errors[1] == error[1] && errors[2] == accuracy);
         EXPECT(NUTATE_OK, nutate_history_destroy(&history));
         EXPECT(NUTATE_OK, nutate_stepper_set_state(b, 0.0, one, vector));
         EXPECT(NUTATE_OK, nutate_stepper_run_history(b, 1.0, 1, 0.0, times, 4, &history));
@@ -378,12 +382,15 @@ int test_c_chaos(void)
     nutate_stepper *a = NULL, *b = NULL, *twin = NULL;
     nutate_history *history = NULL;
     double exponents[6], megno, fli, time, row[13], q[4], omega[3];
+    int64_t counts[5];
     size_t n, rows, width;
     EXPECT(NUTATE_OK, nutate_scene_parse(text, NULL, NULL, 0, &scene, NULL, 0));
     EXPECT(NUTATE_OK, nutate_scene_run(scene, &history, NULL, 0));
     EXPECT(NUTATE_OK, nutate_history_chaos(history, &n, exponents, &megno, &fli, &time));
     CHECK(n == 6 && exponents[0] > 0.1 && exponents[5] < -0.1 && fabs(time - 40.0) < 1e-12 && fli > 4.0);
     EXPECT(NUTATE_OK, nutate_history_chaos(history, NULL, NULL, NULL, NULL, NULL));
+    EXPECT(NUTATE_OK, nutate_history_summary(history, counts, NULL));
+    CHECK(counts[3] == 6);
     EXPECT(NUTATE_OK, nutate_history_size(history, &rows, &width));
     CHECK(rows == 401 && width == 13);
     {

@@ -7,8 +7,8 @@ import importlib
 import os
 import signal
 import sys
-import threading
 import warnings
+from threading import get_ident, main_thread
 from typing import Any, Callable, Optional, Sequence, Union
 
 import numpy as np
@@ -103,13 +103,10 @@ SIGNATURES: dict[str, tuple[Any, ...]] = {
     "nutate_bodies_kick": (Handle, Size, Address, Double, Address, Address, Address),
     "nutate_bodies_drift": (Handle, Size, Address, Double, Address, Address),
     "nutate_bodies_failed": (Handle, Size, Address, Sizes),
-    "nutate_history_size": (Handle, Sizes, Sizes),
     "nutate_history_name": (Handle, Size, Text, Size),
     "nutate_history_values": (Handle, Doubles, Size),
-    "nutate_history_uncertified": (Handle, ctypes.POINTER(Long)),
-    "nutate_history_accuracy": (Handle, Doubles, Doubles),
+    "nutate_history_summary": (Handle, ctypes.POINTER(Long), Doubles),
     "nutate_history_chaos": (Handle, Sizes, Doubles, Doubles, Doubles, Doubles),
-    "nutate_history_event_count": (Handle, Sizes),
     "nutate_history_event": (Handle, Size, Text, Size, ctypes.POINTER(Long), Doubles, Doubles, Doubles),
     "nutate_history_destroy": (HandlePointer,),
     "nutate_stepper_create": (Handle, HandlePointer, Text, Size),
@@ -386,6 +383,7 @@ noted: list[Any] = []
 waiting: list[Any] = []
 # The functions below those of `signal`, whose enumerations take longer than a short run.
 raw_signal: Any = importlib.import_module("_signal" if "_signal" in sys.builtin_module_names else "signal")
+SIGINT = int(signal.SIGINT)
 
 
 def note(number: int, frame: Any) -> None:
@@ -403,7 +401,7 @@ def wants_to_stop(_: Any) -> int:
     """The answer to a run that asks whether to stop."""
     if ticking:
         ticking[-1]()
-    return 1 if noted and threading.get_ident() == threading.main_thread().ident else 0
+    return 1 if noted and get_ident() == main_thread().ident else 0
 
 
 asked = PollCallback(wants_to_stop)
@@ -411,20 +409,22 @@ asked = PollCallback(wants_to_stop)
 
 def interruptible(function: Any, *arguments: Any) -> int:
     """The status of a function of the library, which Ctrl-C ends where it asks; raise_interrupt is to follow."""
-    handler = raw_signal.getsignal(signal.SIGINT) if threading.get_ident() == threading.main_thread().ident else None
+    handler = raw_signal.getsignal(SIGINT) if get_ident() == main_thread().ident else None
     if not callable(handler) or handler is note:
         return int(function(*arguments))
     waiting.append(handler)
     try:
-        raw_signal.signal(signal.SIGINT, note)
+        raw_signal.signal(SIGINT, note)
         return int(function(*arguments))
     finally:
-        raw_signal.signal(signal.SIGINT, handler)
+        raw_signal.signal(SIGINT, handler)
+        if not noted:
+            waiting.clear()
 
 
 def raise_interrupt() -> None:
     """Gives a signal that was noted to its handler, which mostly raises KeyboardInterrupt."""
-    if threading.get_ident() != threading.main_thread().ident or raw_signal.getsignal(signal.SIGINT) is note:
+    if not noted or get_ident() != main_thread().ident or raw_signal.getsignal(SIGINT) is note:
         return
     handlers, signals = waiting[:], noted[:]
     waiting.clear()

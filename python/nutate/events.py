@@ -64,24 +64,15 @@ class History(dict):  # type: ignore[type-arg]
         super().__init__(columns)
         self.events = events
 
-    def _take_accuracy(self, handle: Any) -> None:
-        """Reads the results of a history of the library."""
-        accuracy = ctypes.c_double()
-        check(library.nutate_history_accuracy(handle, None, ctypes.byref(accuracy)))
-        if accuracy.value > 0:
-            error = np.empty(2)
-            check(library.nutate_history_accuracy(handle, pointer(error), None))
-            self.estimated_error, self.round_off = (float(number) for number in error)
-            self.accuracy_reached = self.estimated_error <= accuracy.value
+    def _take_accuracy(self, estimated_error: float, round_off: float, accuracy: float) -> None:
+        """Stores the results of a run with an accuracy."""
+        self.estimated_error, self.round_off, self.accuracy_reached = estimated_error, round_off, estimated_error <= accuracy
 
-    def _take_chaos(self, handle: Any) -> None:
-        """Reads the indicators of chaos of a history of the library."""
-        n = ctypes.c_size_t()
-        check(library.nutate_history_chaos(handle, ctypes.byref(n), None, None, None, None))
-        if n.value:
-            exponents, megno, fli = np.empty(6), ctypes.c_double(), ctypes.c_double()
-            check(library.nutate_history_chaos(handle, None, pointer(exponents), ctypes.byref(megno), ctypes.byref(fli), None))
-            self.exponents, self.megno, self.fli = exponents[:n.value], megno.value, fli.value
+    def _take_chaos(self, handle: Any, n: int) -> None:
+        """Reads the indicators of chaos, with n exponents, of a history of the library."""
+        exponents, megno, fli = np.empty(6), ctypes.c_double(), ctypes.c_double()
+        check(library.nutate_history_chaos(handle, None, pointer(exponents), ctypes.byref(megno), ctypes.byref(fli), None))
+        self.exponents, self.megno, self.fli = exponents[:n], megno.value, fli.value
 
     def _warn(self) -> None:
         """Issues NutateAccuracyWarning if the requested accuracy was not attained."""
@@ -108,15 +99,12 @@ def event_group(name: Optional[str], when: Union[str, Sequence[str], None], **ke
     return "&event " + ", ".join(f"{key} = {text(value)}" for key, value in given.items() if value is not None) + " /\n"
 
 
-def take_events(kind: str, handle: Any) -> list[Event]:
-    """The events of a stepper or a history of the library."""
-    n = ctypes.c_size_t()
-    check(getattr(library, f"nutate_{kind}_event_count")(handle, ctypes.byref(n)))
+def take_events(function: Any, handle: Any, n: int) -> list[Event]:
+    """The n events that a function of the library returns of a stepper or a history."""
     events = []
-    for i in range(n.value):
+    for i in range(n):
         name, number, t = ctypes.create_string_buffer(NAME_SIZE), ctypes.c_int64(), ctypes.c_double()
         q, omega = np.empty(4), np.empty(3)
-        check(getattr(library, f"nutate_{kind}_event")(handle, i, name, NAME_SIZE, ctypes.byref(number), ctypes.byref(t),
-                                                       pointer(q), pointer(omega)))
+        check(function(handle, i, name, NAME_SIZE, ctypes.byref(number), ctypes.byref(t), pointer(q), pointer(omega)))
         events.append(Event(name.value.decode(), number.value, t.value, q, omega))
     return events

@@ -217,25 +217,30 @@ class Scene(Recipe):
         self._conclude(status, message=message.value.decode("utf-8", "replace"))
 
 
+Counts, Errors = ctypes.c_int64 * 5, ctypes.c_double * 3
+
+
 def take_history(handle: Any, names: Optional[list[str]] = None) -> tuple[History, int]:
     """Returns the columns of a history of the library and its number of uncertified steps, and frees the history."""
     if not handle:
         return History({}, []), 0
     try:
-        n_rows, n_columns, steps = ctypes.c_size_t(), ctypes.c_size_t(), ctypes.c_int64()
-        check(library.nutate_history_size(handle, ctypes.byref(n_rows), ctypes.byref(n_columns)))
-        values = np.empty((n_rows.value, n_columns.value))
+        counts, errors = Counts(), Errors()
+        check(library.nutate_history_summary(handle, counts, errors))
+        n_rows, n_columns, n_events, n_exponents, uncertified = counts
+        values = np.empty((n_rows, n_columns))
         if values.size:
             check(library.nutate_history_values(handle, pointer(values), values.size))
         if names is None:
-            names = [text_of(library.nutate_history_name, handle, i) for i in range(n_columns.value)]
-        check(library.nutate_history_uncertified(handle, ctypes.byref(steps)))
-        history = History(dict(zip(names, values.T)), take_events("history", handle))
-        history._take_accuracy(handle)
-        history._take_chaos(handle)
+            names = [text_of(library.nutate_history_name, handle, i) for i in range(n_columns)]
+        history = History(dict(zip(names, values.T)), take_events(library.nutate_history_event, handle, n_events))
+        if errors[2] > 0:
+            history._take_accuracy(*errors)
+        if n_exponents:
+            history._take_chaos(handle, n_exponents)
     finally:
         library.nutate_history_destroy(ctypes.byref(handle))
-    return history, steps.value
+    return history, uncertified
 
 
 def run(path: Textual, *overrides: str) -> History:

@@ -465,7 +465,9 @@ class Stepper(SatelliteState):
     @property
     def events(self) -> list[Event]:
         """Events that the last run located, in the order of time."""
-        return take_events("stepper", self._handle)
+        n = ctypes.c_size_t()
+        self._call("nutate_stepper_event_count", ctypes.byref(n))
+        return take_events(library.nutate_stepper_event, self._handle, n.value)
 
     def keep_steps(self) -> None:
         """Stores the start of each following step, for `state_at`."""

@@ -21,7 +21,7 @@ module nutate_c_history
 
    public :: nutate_scene_run, nutate_scene_write, nutate_history_size, nutate_history_name, nutate_history_column, &
       nutate_history_values, nutate_history_uncertified, nutate_history_accuracy, nutate_history_chaos, &
-      nutate_history_destroy
+      nutate_history_summary, nutate_history_destroy
 
 contains
 
@@ -165,6 +165,20 @@ contains
          if (present(time)) time = chaos%time
       end associate
    end function nutate_history_chaos
+
+   integer(c_int) function nutate_history_summary(history, counts, errors) result(code) bind(C)
+      type(c_ptr), intent(in), value :: history
+      integer(c_int64_t), intent(inout), optional :: counts(5)
+      real(c_double), intent(inout), optional :: errors(3)
+      type(history_handle_t), pointer :: handle
+      if (.not. found(history, handle, code)) return
+      code = NUTATE_OK
+      if (present(errors)) errors = [handle%error, handle%accuracy]
+      if (.not. present(counts)) return
+      counts = [handle%rows, int(handle%width, c_int64_t), int(handle%found%n, c_int64_t), 0_c_int64_t, &
+                handle%uncertified_steps]
+      if (allocated(handle%indicators)) counts(4) = handle%indicators%n
+   end function nutate_history_summary
 
    integer(c_int) function nutate_history_destroy(history) result(code) bind(C)
       type(c_ptr), intent(in), value :: history

@@ -19,8 +19,10 @@ module nutate_c_polls
       type(c_funptr) :: function = c_null_funptr
       !> User data, passed to the callback.
       type(c_ptr) :: user = c_null_ptr
-      !> System clock count at the last call.
-      integer(long), private :: asked = 0
+      !> System clock counts at the last call, and at the last reading.
+      integer(long), private :: asked = 0, read = 0
+      !> Polls until the clock is read again, and between two readings.
+      integer, private :: left = 0, stride = 1
    contains
       !> Calls the callback, unless the last call was too recent.
       procedure :: ask
@@ -46,6 +48,9 @@ module nutate_c_polls
    !> Time between two calls of the poll callback, s: a tenth of what a person notices. A call to a Python program takes
    !> 1e-6 s.
    real(wp), parameter :: patience = 0.02_wp
+   !> Most polls between two readings of the clock, and the time between two readings above which each poll reads it, s.
+   integer, parameter :: most_polls = 16
+   real(wp), parameter :: quick = 1e-3_wp
    !> Steps between two readings of the clock; a reading takes a tenth of the cheapest step.
    integer(long), parameter :: steps_between_polls = 64
 
@@ -60,7 +65,14 @@ contains
       procedure(asked_function), pointer :: function
       integer(long) :: now, rate
       if (.not. c_associated(self%function)) return
+      self%left = self%left - 1
+      if (self%left > 0) return
       call system_clock(now, rate)
+      ! A reading takes 3 % of the cheapest step.
+      self%stride = min(2*self%stride, most_polls)
+      if (now - self%read > int(quick*real(rate, wp), long)) self%stride = 1
+      self%left = self%stride
+      self%read = now
       if (self%asked > 0 .and. now - self%asked < int(patience*real(rate, wp), long)) return
       self%asked = now
       call c_f_procpointer(self%function, function)
