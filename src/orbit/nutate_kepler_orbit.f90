@@ -11,7 +11,7 @@
 module nutate_kepler_orbit
    use nutate_conic, only: change_on_conic, place_on_conic, velocity_change_on_conic
    use nutate_kinds, only: wp, eps, pi
-   use nutate_power_series, only: inverses, power_term, product_term
+   use nutate_power_series, only: inverses
    use nutate_quaternion, only: cross, quat_product, rotate_to_body, rotate_to_space
    use nutate_track, only: track_t, track_position, track_velocity, track_axes, track_axes_rate, track_true_anomaly, &
       track_position_series, thin_track
@@ -19,13 +19,15 @@ module nutate_kepler_orbit
    private
 
    public :: kepler_orbit_t, eccentric_anomaly
-   public :: position_change_series, pull_change_series, axes_change_series, axes_change, position_change, &
-      turn_rate_change, mean_motion_change, find_place
+   public :: axes_change, position_change, velocity_change, plane_change, normal_of, turn_rate_change, &
+      mean_motion_change, find_place
 
    !> Numbers of a *change of the elements*: of a or q, e, inclination, right ascension of the node, argument of the
    !> periapsis, mean anomaly or time of the periapsis, and μ.
    integer, parameter, public :: n_elements = 7
 
+   !> Series that are multiplied by a power of the distance together: the lanes of `expand_position`.
+   integer, parameter :: n_lanes = 5
    !> Orbital axes from those along radius, transverse and normal: unit quaternion.
    real(wp), parameter :: from_radial(4) = [0.5_wp, -0.5_wp, -0.5_wp, 0.5_wp]
 
@@ -40,6 +42,8 @@ module nutate_kepler_orbit
       real(wp) :: periapsis_distance = 0.0_wp, periapsis_time = 0.0_wp
       !> Positions by time, replacing all elements.
       type(track_t), allocatable :: track
+      !> Ω, i and ω for which the quaternion of the plane is stored, and it; shapes (3), (4).
+      real(wp), private :: angles_of_plane(3) = huge(1.0_wp), plane(4) = 0.0_wp
    contains
       !> Returns n = √(μ/a³), rad/s; 0 of an open orbit and of a table.
       procedure :: mean_motion
@@ -59,8 +63,11 @@ module nutate_kepler_orbit
       procedure :: velocity
       !> Returns the attitude of the LVLH frame at a time, LVLH→inertial, without jumps.
       procedure :: axes
-      !> Computes the power series of the position about a time.
+      !> Compute the power series of the position about a time, and of its product with a power of the distance.
       procedure :: position_series
+      procedure :: pull_series
+      !> Stores the quaternion of the plane, so that positions take less time.
+      procedure :: store_plane
       !> Adds a change to the elements.
       procedure :: shift
       !> Returns true if another orbit has the same numbers.
@@ -271,7 +278,7 @@ contains
          if (present(velocity)) speeds = (self%semi_major_axis*self%mean_motion()/(1 - self%eccentricity*c))* &
                                          [-s, flatness(self)*c]
       end if
-      q = plane(self, 0.0_wp)
+      q = plane_at(self, 0.0_wp)
       position = rotate_to_space(q, [place, 0.0_wp])
       if (present(velocity)) velocity = rotate_to_space(q, [speeds, 0.0_wp])
    end subroutine find_place
@@ -285,13 +292,12 @@ contains
       if (allocated(self%track)) then
          q = track_axes(self%track, t)
       else
-         q = quat_product(plane(self, self%true_anomaly(t)), from_radial)
+         q = quat_product(plane_at(self, self%true_anomaly(t)), from_radial)
       end if
    end function axes
 
-   !> Computes the coefficients of the power series of x = r/r₀, r₀ = |r| at the start, from ẍ = -(μ/r₀³) x w, w =
-   !> (x·x)^(-3/2).
-   pure subroutine position_series(self, t, time_unit, x, square, w, distance)
+   !> Computes the coefficients of the power series of x = r/r₀, r₀ = |r| at the start, of x·x and of (x·x)^(-3/2).
+   pure subroutine position_series(self, t, time_unit, x, square, w)
       class(kepler_orbit_t), intent(in) :: self
       !> s.
       real(wp), intent(in) :: t, time_unit
@@ -299,56 +305,136 @@ contains
       real(wp), contiguous, intent(out) :: x(0:, :)
       !> x·x and w; shape (0:order).
       real(wp), contiguous, intent(out) :: square(0:), w(0:)
-      !> r₀, m.
-      real(wp), intent(out), optional :: distance
-      real(wp) :: start, pull, sum(3), position(3), velocity(3)
-      integer :: j, k
-      call find_place(self, t, position, start, velocity)
-      if (present(distance)) distance = start
-      if (allocated(self%track)) then
-         call track_position_series(self%track, t, time_unit, start, x)
-      else
-         x(0, :) = position/start
-         if (ubound(x, 1) > 0) x(1, :) = (time_unit/start)*velocity
-      end if
-      pull = self%mu/start/start/start
-      do k = 0, ubound(x, 1)
-         ! The three sums do not wait for each other.
-         sum = 0.0_wp
-         do j = 0, k
-            sum(1) = sum(1) + x(j, 1)*x(k - j, 1)
-            sum(2) = sum(2) + x(j, 2)*x(k - j, 2)
-            sum(3) = sum(3) + x(j, 3)*x(k - j, 3)
-         end do
-         square(k) = sum(1) + sum(2) + sum(3)
-         if (k == 0) then
-            w(0) = 1/(square(0)*sqrt(square(0)))
-         else
-            w(k) = power_term(k, -1.5_wp, square(0:k), w(0:k - 1))
-         end if
-         if (k + 2 > ubound(x, 1) .or. allocated(self%track)) cycle
-         sum = 0.0_wp
-         do j = 0, k
-            sum(1) = sum(1) + x(j, 1)*w(k - j)
-            sum(2) = sum(2) + x(j, 2)*w(k - j)
-            sum(3) = sum(3) + x(j, 3)*w(k - j)
-         end do
-         x(k + 2, :) = -(pull*time_unit*time_unit)*sum*inverses(k + 1)*inverses(k + 2)
-      end do
+      real(wp) :: lanes(n_lanes, 0:ubound(x, 1)), start
+      call expand_position(self, t, time_unit, lanes, w, start)
+      x = transpose(lanes(1:3, :))
+      square = lanes(4, :)
    end subroutine position_series
+
+   !> Computes the coefficients of the power series of x (x·x)^b, x = r/r₀, r₀ = |r| at the start.
+   pure subroutine pull_series(self, exponent, t, time_unit, n, distance)
+      class(kepler_orbit_t), intent(in) :: self
+      !> b; time and its unit, s.
+      real(wp), intent(in) :: exponent, t, time_unit
+      !> Inertial axes; shape (3, 0:order).
+      real(wp), intent(out) :: n(:, 0:)
+      !> r₀, m.
+      real(wp), intent(out) :: distance
+      real(wp) :: lanes(n_lanes, 0:ubound(n, 2)), power(0:ubound(n, 2)), product(3)
+      integer :: k
+      call expand_position(self, t, time_unit, lanes, power, distance)
+      do k = 0, ubound(n, 2)
+         call continue_power(k, exponent, lanes, power, product)
+         n(:, k) = product
+      end do
+   end subroutine pull_series
+
+   !> Computes the coefficients of the power series of x = r/r₀, with x·x, and of w = (x·x)^(-3/2), from
+   !> ẍ = -(μ/r₀³) x w.
+   pure subroutine expand_position(self, t, time_unit, lanes, w, start)
+      class(kepler_orbit_t), intent(in) :: self
+      !> s.
+      real(wp), intent(in) :: t, time_unit
+      !> x, inertial axes; x·x; index times coefficient of x·x; shape (n_lanes, 0:order).
+      real(wp), contiguous, intent(out) :: lanes(:, 0:)
+      !> w, shape (0:order); r₀, m.
+      real(wp), contiguous, intent(out) :: w(0:)
+      real(wp), intent(out) :: start
+      real(wp) :: pull, product(3), position(3), velocity(3), table(0:ubound(lanes, 2), 3)
+      integer :: k, last
+      last = ubound(lanes, 2)
+      call find_place(self, t, position, start, velocity)
+      if (allocated(self%track)) then
+         call track_position_series(self%track, t, time_unit, start, table)
+         lanes(1:3, :) = transpose(table)
+      else
+         lanes(1:3, 0) = position/start
+         if (last > 0) lanes(1:3, 1) = (time_unit/start)*velocity
+      end if
+      pull = self%mu*time_unit*time_unit/start/start/start
+      do k = 0, last
+         lanes(4, k) = square_term(k, lanes)
+         lanes(5, k) = k*lanes(4, k)
+         call continue_power(k, -1.5_wp, lanes, w, product)
+         if (k + 2 <= last .and. .not. allocated(self%track)) &
+            lanes(1:3, k + 2) = -(pull*inverses(k + 1)*inverses(k + 2))*product
+      end do
+   end subroutine expand_position
+
+   !> Returns coefficient k of x·x.
+   pure real(wp) function square_term(k, lanes) result(term)
+      integer, intent(in) :: k
+      !> x first; shape (n_lanes, 0:k).
+      real(wp), intent(in) :: lanes(n_lanes, 0:k)
+      real(wp) :: sums(3)
+      integer :: j
+      sums = 0.0_wp
+      do j = 0, (k + 1)/2 - 1
+         sums = sums + lanes(1:3, j)*lanes(1:3, k - j)
+      end do
+      sums = 2*sums
+      j = k/2
+      if (2*j == k) sums = sums + lanes(1:3, j)*lanes(1:3, j)
+      term = (sums(1) + sums(2)) + sums(3)
+   end function square_term
+
+   !> Computes coefficient k of p = (x·x)^α from those before, as `power_term` does, and of x p; one loop for all.
+   pure subroutine continue_power(k, exponent, lanes, power, product)
+      integer, intent(in) :: k
+      !> α.
+      real(wp), intent(in) :: exponent
+      !> x, x·x and index times coefficient of x·x; shape (n_lanes, 0:k).
+      real(wp), intent(in) :: lanes(n_lanes, 0:k)
+      !> p; shape (0:k).
+      real(wp), intent(inout) :: power(0:k)
+      !> x p; shape (3).
+      real(wp), intent(out) :: product(3)
+      real(wp) :: sums(4), weighted
+      integer :: j
+      sums = 0.0_wp
+      weighted = 0.0_wp
+      do j = 1, k
+         sums = sums + lanes(1:4, j)*power(k - j)
+         weighted = weighted + lanes(5, j)*power(k - j)
+      end do
+      if (k == 0) then
+         power(0) = lanes(4, 0)**exponent
+      else
+         power(k) = ((exponent + 1)*weighted - k*sums(4))*(inverses(k)/lanes(4, 0))
+      end if
+      product = sums(1:3) + lanes(1:3, 0)*power(k)
+   end subroutine continue_power
 
    !> Returns the unit quaternion to inertial axes from those with x at an angle from the periapsis in the plane, z
    !> along its normal; shape (4).
-   pure function plane(self, angle) result(q)
+   pure function plane_at(self, angle) result(q)
       class(kepler_orbit_t), intent(in) :: self
       !> rad.
       real(wp), intent(in) :: angle
       real(wp) :: q(4), half(3)
+      if (.not. abs(angle) > 0.0_wp) then
+         q = self%plane
+         if (.not. any(abs(angles_of(self) - self%angles_of_plane) > 0.0_wp)) return
+      end if
       half = 0.5_wp*[self%raan, self%inclination, self%argument_of_periapsis + angle]
       q = quat_product(quat_product([cos(half(1)), 0.0_wp, 0.0_wp, sin(half(1))], &
                                     [cos(half(2)), sin(half(2)), 0.0_wp, 0.0_wp]), &
                        [cos(half(3)), 0.0_wp, 0.0_wp, sin(half(3))])
-   end function plane
+   end function plane_at
+
+   !> Stores the quaternion of the plane for its present angles.
+   pure subroutine store_plane(self)
+      class(kepler_orbit_t), intent(inout) :: self
+      self%plane = plane_at(self, 0.0_wp)
+      self%angles_of_plane = angles_of(self)
+   end subroutine store_plane
+
+   !> Returns Ω, i and ω of the plane, rad; shape (3).
+   pure function angles_of(self) result(angles)
+      class(kepler_orbit_t), intent(in) :: self
+      real(wp) :: angles(3)
+      angles = [self%raan, self%inclination, self%argument_of_periapsis]
+   end function angles_of
 
    !> Returns δn, rad/s.
    pure real(wp) function mean_motion_change(self, change)
@@ -430,111 +516,15 @@ contains
       end if
    end function velocity_change_in_plane
 
-   !> Computes the coefficients of the power series of x = r/r₀, as `position_series` does, and of δx, δr over the same
-   !> r₀, from ẍ = -(μ/r₀³) x w differentiated: δẍ = -(μ/r₀³)(δx w + x δw + (δμ/μ) x w), δw = -3 (x·δx)(x·x)^(-5/2).
-   pure subroutine position_change_series(self, change, t, time_unit, x, moved, square, along)
+   !> Returns δv at a time, inertial axes, m/s; shape (3).
+   pure function velocity_change(self, change, t) result(moved)
       type(kepler_orbit_t), intent(in) :: self
-      !> Change of the elements, shape (n_elements); time and its unit, s.
-      real(wp), intent(in) :: change(:), t, time_unit
-      !> Inertial axes; shape (0:order, 3).
-      real(wp), intent(out) :: x(0:, :), moved(0:, :)
-      !> x·x and x·δx; shape (0:order).
-      real(wp), intent(out) :: square(0:), along(0:)
-      real(wp), dimension(0:ubound(x, 1)) :: w, steep, moved_w
-      real(wp) :: start, pull, velocity(3)
-      integer :: i, k
-      call self%position_series(t, time_unit, x, square, w)
-      start = self%radius(t)
-      pull = self%mu/start/start/start
-      moved(0, :) = position_change(self, change, t)/start
-      velocity = rotate_to_space(plane(self, 0.0_wp), [velocity_change_in_plane(self, change, t), 0.0_wp]) + &
-                 cross(plane_change(self, change), self%velocity(t))
-      if (ubound(x, 1) > 0) moved(1, :) = (time_unit/start)*velocity
-      do k = 0, ubound(x, 1)
-         along(k) = product_term(k, x(0:k, 1), moved(0:k, 1)) + product_term(k, x(0:k, 2), moved(0:k, 2)) &
-                    + product_term(k, x(0:k, 3), moved(0:k, 3))
-         if (k == 0) then
-            steep(0) = w(0)/square(0)
-         else
-            steep(k) = power_term(k, -2.5_wp, square(0:k), steep(0:k - 1))
-         end if
-         moved_w(k) = (change(7)/self%mu)*w(k) - 3*product_term(k, along(0:k), steep(0:k))
-         if (k + 2 > ubound(x, 1)) cycle
-         do i = 1, 3
-            moved(k + 2, i) = -(pull*time_unit*time_unit)*inverses(k + 1)*inverses(k + 2)* &
-                              (product_term(k, moved(0:k, i), w(0:k)) + product_term(k, x(0:k, i), moved_w(0:k)))
-         end do
-      end do
-   end subroutine position_change_series
-
-   !> Computes the coefficients of the power series of the change of μ^a x (x·x)^b over μ^a:
-   !> (a(δμ/μ)x + δx)(x·x)^b + 2b x (x·δx)(x·x)^(b-1).
-   pure subroutine pull_change_series(self, change, of_mu, exponent, t, time_unit, n)
-      type(kepler_orbit_t), intent(in) :: self
-      !> Change of the elements, shape (n_elements); exponents a and b; time and its unit, s.
-      real(wp), intent(in) :: change(:), of_mu, exponent, t, time_unit
-      !> Inertial axes; shape (3, 0:order).
-      real(wp), intent(out) :: n(:, 0:)
-      real(wp), dimension(0:ubound(n, 2), 3) :: x, moved
-      real(wp), dimension(0:ubound(n, 2)) :: square, along, u, steep, moved_u
-      integer :: i, k
-      call position_change_series(self, change, t, time_unit, x, moved, square, along)
-      do k = 0, ubound(n, 2)
-         if (k == 0) then
-            u(0) = square(0)**exponent
-            steep(0) = u(0)/square(0)
-         else
-            u(k) = power_term(k, exponent, square(0:k), u(0:k - 1))
-            steep(k) = power_term(k, exponent - 1, square(0:k), steep(0:k - 1))
-         end if
-         moved_u(k) = (of_mu*change(7)/self%mu)*u(k) + 2*exponent*product_term(k, along(0:k), steep(0:k))
-         do i = 1, 3
-            n(i, k) = product_term(k, moved(0:k, i), u(0:k)) + product_term(k, x(0:k, i), moved_u(0:k))
-         end do
-      end do
-   end subroutine pull_change_series
-
-   !> Computes the coefficients of the power series of the rotation of the LVLH frame, a vector, rad: the rotation P of
-   !> the plane, and about the normal n the rotation in the plane, n·(x×δx)/(x·x) - P·n.
-   pure subroutine axes_change_series(self, change, t, time_unit, in_orbit, turn)
-      type(kepler_orbit_t), intent(in) :: self
-      !> Change of the elements, shape (n_elements); time and its unit, s.
-      real(wp), intent(in) :: change(:), t, time_unit
-      !> The rotation is seen from the LVLH frame of a circular orbit; else from inertial axes.
-      logical, intent(in) :: in_orbit
-      !> Shape (3, 0:order).
-      real(wp), intent(out) :: turn(:, 0:)
-      real(wp), dimension(0:ubound(turn, 2), 3) :: x, moved
-      real(wp), dimension(0:ubound(turn, 2)) :: square, along, inverse, across
-      real(wp) :: normal(3), axis(3), tilt(3)
-      integer :: j, k
-      call position_change_series(self, change, t, time_unit, x, moved, square, along)
-      normal = normal_of(self)
-      do k = 0, ubound(turn, 2)
-         if (k == 0) then
-            inverse(0) = 1/square(0)
-         else
-            inverse(k) = power_term(k, -1.0_wp, square(0:k), inverse(0:k - 1))
-         end if
-         across(k) = 0.0_wp
-         do j = 0, k
-            across(k) = across(k) + dot_product(normal, cross(x(j, :), moved(k - j, :)))
-         end do
-      end do
-      tilt = plane_change(self, change)
-      tilt = tilt - dot_product(tilt, normal)*normal
-      axis = normal
-      if (in_orbit) then
-         axis = [0.0_wp, -1.0_wp, 0.0_wp]
-         tilt = rotate_to_body(self%axes(t), tilt)
-      end if
-      do k = 0, ubound(turn, 2)
-         turn(:, k) = product_term(k, across(0:k), inverse(0:k))*axis
-         if (k == 0 .or. in_orbit) turn(:, k) = turn(:, k) + tilt
-         ! A constant inertial vector rotates backwards in the frame.
-         tilt = (time_unit*self%mean_motion()*inverses(k + 1))*cross(tilt, axis)
-      end do
-   end subroutine axes_change_series
+      !> Change of the elements, shape (n_elements); time, s.
+      real(wp), intent(in) :: change(:), t
+      real(wp) :: moved(3)
+      moved = rotate_to_space(plane_at(self, 0.0_wp), [velocity_change_in_plane(self, change, t), 0.0_wp]) + &
+              cross(plane_change(self, change), self%velocity(t))
+   end function velocity_change
 
    !> Returns the rotation of the plane, vector in inertial axes, rad; shape (3).
    pure function plane_change(self, change) result(turn)
@@ -549,7 +539,7 @@ contains
    pure function normal_of(self) result(normal)
       class(kepler_orbit_t), intent(in) :: self
       real(wp) :: normal(3)
-      normal = rotate_to_space(plane(self, 0.0_wp), [0.0_wp, 0.0_wp, 1.0_wp])
+      normal = rotate_to_space(plane_at(self, 0.0_wp), [0.0_wp, 0.0_wp, 1.0_wp])
    end function normal_of
 
    !> Returns δr at a time, inertial axes, m; shape (3). Zero for a table.
@@ -561,8 +551,8 @@ contains
       moved = 0.0_wp
       if (allocated(self%track)) return
       call find_change(self, change, t, place, moved_place)
-      moved = rotate_to_space(plane(self, 0.0_wp), [moved_place, 0.0_wp]) + &
-              cross(plane_change(self, change), rotate_to_space(plane(self, 0.0_wp), [place, 0.0_wp]))
+      moved = rotate_to_space(plane_at(self, 0.0_wp), [moved_place, 0.0_wp]) + &
+              cross(plane_change(self, change), rotate_to_space(plane_at(self, 0.0_wp), [place, 0.0_wp]))
    end function position_change
 
    !> Returns the rotation of the LVLH frame at a time, vector in inertial axes, rad; shape (3). Zero for a table.

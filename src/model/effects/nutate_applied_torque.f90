@@ -9,7 +9,7 @@ module nutate_applied_torque
    use nutate_kinds, only: wp, pi
    use nutate_limits, only: is_moderate
    use nutate_quaternion, only: rotate_to_body
-   use nutate_power_series, only: cosine_term, highest_order
+   use nutate_power_series, only: cosine_term, highest_order, inverses
    use nutate_small_products, only: lies_along, skew, times_vector, vector_length
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    implicit none
@@ -233,8 +233,11 @@ contains
       integer :: k
       phase = phase_at(self, t)
       rate = 2*pi*self%frequency*time_unit
+      cosine(0:1) = [cos(phase), -rate*sin(phase)]
+      do k = 2, ubound(tau, 2)
+         cosine(k) = (-rate*rate*(inverses(k)*inverses(k - 1)))*cosine(k - 2)
+      end do
       do k = 0, ubound(tau, 2)
-         cosine(k) = cosine_term(k, phase, rate, cosine)
          auxiliary(k, 1) = cosine(k)
          tau(:, k) = cosine(k)*self%amplitude
       end do

@@ -6,11 +6,11 @@
 !> Inertial axes: x to the equinox, z north. In the axes of a circular orbit, r̂ is fixed and G rotates.
 module nutate_geomagnetic_field
    use nutate_effect_base, only: parameter_t
-   use nutate_kepler_orbit, only: n_elements, position_change_series, axes_change_series, axes_change, &
-      position_change, find_place
+   use nutate_kepler_orbit, only: n_elements, axes_change, position_change, find_place
    use nutate_kinds, only: wp
    use nutate_limits, only: is_moderate
    use nutate_moving_direction, only: moving_direction_t
+   use nutate_orbit_change_series, only: axes_change_series, position_change_series
    use nutate_power_series, only: inverses, power_term, product_term
    use nutate_quaternion, only: cross, rotate_to_body
    use nutate_rotating_frame, only: earth_rate

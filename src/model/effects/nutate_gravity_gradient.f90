@@ -50,7 +50,6 @@ module nutate_gravity_gradient
       procedure :: linearize => linearize_quadratic
       procedure :: bound => quadratic_bound
       procedure :: series_kind => quadratic_series
-      procedure :: auxiliary_series => quadratic_auxiliary
       procedure :: series_torque => quadratic_torque
       procedure :: series_derivative => quadratic_series_derivative
       procedure :: series_change => quadratic_series_change
@@ -225,28 +224,38 @@ contains
       quadratic_series = GENERAL_SERIES
    end function quadratic_series
 
-   !> Returns 3: the components of Aγ.
-   pure integer function quadratic_auxiliary(self)
-      class(gravity_gradient_t), intent(in) :: self
-      quadratic_auxiliary = 3
-   end function quadratic_auxiliary
-
-   !> Computes coefficient k of γ×Aγ, body axes, N m.
+   !> Computes coefficient k of γ×Aγ, body axes, N m, from the products γ₁γ₂, ..., each of which two components need.
    pure subroutine quadratic_torque(self, k, gamma, auxiliary, tau)
       class(gravity_gradient_t), intent(in) :: self
       integer, intent(in) :: k
       real(wp), intent(in) :: gamma(3, 0:k)
-      !> Aγ; shape (0:highest_order, 3).
+      !> Not used.
       real(wp), intent(inout) :: auxiliary(0:, :)
       real(wp), intent(out) :: tau(3)
-      integer :: j
-      auxiliary(k, :) = self%gradient(gamma(:, k))
-      tau = 0.0_wp
+      real(wp) :: xy, xz, yz, squares(3), x
+      integer :: i, j
+      xy = 0.0_wp
+      xz = 0.0_wp
+      yz = 0.0_wp
       do j = 0, k
-         tau(1) = tau(1) + (gamma(2, j)*auxiliary(k - j, 3) - gamma(3, j)*auxiliary(k - j, 2))
-         tau(2) = tau(2) + (gamma(3, j)*auxiliary(k - j, 1) - gamma(1, j)*auxiliary(k - j, 3))
-         tau(3) = tau(3) + (gamma(1, j)*auxiliary(k - j, 2) - gamma(2, j)*auxiliary(k - j, 1))
+         xy = xy + gamma(1, j)*gamma(2, k - j)
+         xz = xz + gamma(1, j)*gamma(3, k - j)
+         yz = yz + gamma(2, j)*gamma(3, k - j)
       end do
+      associate (a => self%stiffness)
+         tau = [(a(3, 3) - a(2, 2))*yz, (a(1, 1) - a(3, 3))*xz, (a(2, 2) - a(1, 1))*xy]
+         if (.not. (abs(a(2, 1)) > 0.0_wp .or. abs(a(3, 1)) > 0.0_wp .or. abs(a(3, 2)) > 0.0_wp)) return
+         do i = 1, 3
+            x = 0.0_wp
+            do j = 0, k
+               x = x + gamma(i, j)*gamma(i, k - j)
+            end do
+            squares(i) = x
+         end do
+         tau(1) = tau(1) + a(3, 2)*(squares(2) - squares(3)) + (a(3, 1)*xy - a(2, 1)*xz)
+         tau(2) = tau(2) + a(3, 1)*(squares(3) - squares(1)) + (a(2, 1)*yz - a(3, 2)*xy)
+         tau(3) = tau(3) + a(2, 1)*(squares(1) - squares(2)) + (a(3, 2)*xz - a(3, 1)*yz)
+      end associate
    end subroutine quadratic_torque
 
    !> Computes coefficient k of ∂(γ×Aγ)/∂γ = [γ]×A - [Aγ]×.
@@ -259,7 +268,7 @@ contains
       logical, intent(out) :: known
       integer :: i
       known = .true.
-      derivative = -skew(auxiliary(k, 1:3))
+      derivative = -skew(self%gradient(gamma(:, k)))
       do i = 1, 3
          derivative(:, i) = derivative(:, i) + cross(gamma(:, k), self%stiffness(:, i))
       end do

@@ -1,10 +1,11 @@
 !> A vector that is fixed in the LVLH frame of an orbit, in inertial axes, or vice versa.
 module nutate_lvlh_vector
    use nutate_effect_base, only: parameter_t
-   use nutate_kepler_orbit, only: n_elements, axes_change_series, axes_change
+   use nutate_kepler_orbit, only: n_elements, axes_change
    use nutate_kinds, only: wp
    use nutate_limits, only: is_moderate
    use nutate_moving_direction, only: moving_direction_t
+   use nutate_orbit_change_series, only: axes_change_series
    use nutate_power_series, only: inverses, power_term
    use nutate_quaternion, only: cross, rotate_to_body, rotate_to_space
    implicit none

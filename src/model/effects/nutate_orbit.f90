@@ -68,6 +68,7 @@ contains
       type(orbit_t) :: orbit
       orbit%name = 'orbit'
       orbit%path = path
+      call orbit%path%store_plane()
       if (present(inertial)) &
          orbit%is_frame = .not. (inertial .or. path%eccentricity > 0.0_wp .or. allocated(path%track))
       if (orbit%is_frame) orbit%rate = [0.0_wp, -path%mean_motion(), 0.0_wp]

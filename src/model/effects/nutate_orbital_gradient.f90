@@ -5,10 +5,10 @@ module nutate_orbital_gradient
    use nutate_effect, only: potential_t
    use nutate_effect_bounds, only: effect_bounds_t, linear_map_t
    use nutate_gravity_gradient, only: gravity_gradient_t
-   use nutate_kepler_orbit, only: kepler_orbit_t, pull_change_series, position_change
+   use nutate_kepler_orbit, only: kepler_orbit_t, position_change
    use nutate_kinds, only: wp
    use nutate_limits, only: is_moderate
-   use nutate_power_series, only: power_term
+   use nutate_orbit_change_series, only: pull_change_series
    use nutate_quaternion, only: rotate_to_body
    implicit none
    private
@@ -101,28 +101,15 @@ contains
       power = dot_product(self%gradient(gamma) + self%isotropic*gamma, rotate_to_body(q, rate))
    end function power_of_motion
 
-   !> Computes the coefficients of the power series of n = √(μ/r₀³) x u, with x = r/r₀, u = (x·x)^(-5/4), r₀ = |r| at
-   !> the start.
+   !> Computes the coefficients of the power series of n = √(μ/r₀³) x (x·x)^(-5/4), with x = r/r₀, r₀ = |r| at the
+   !> start.
    pure subroutine series_along_orbit(self, t, time_unit, n)
       class(orbital_gradient_t), intent(in) :: self
       real(wp), intent(in) :: t, time_unit
       real(wp), intent(out) :: n(:, 0:)
-      real(wp), dimension(0:ubound(n, 2)) :: square, w, u
-      real(wp) :: x(0:ubound(n, 2), 3), start, strength, sum(3)
-      integer :: j, k
-      call self%path%position_series(t, time_unit, x, square, w, start)
-      strength = sqrt(self%path%mu/start/start/start)
-      do k = 0, ubound(n, 2)
-         if (k == 0) u(0) = 1/(square(0)*sqrt(sqrt(square(0))))
-         if (k > 0) u(k) = power_term(k, -1.25_wp, square(0:k), u(0:k - 1))
-         sum = 0.0_wp
-         do j = 0, k
-            sum(1) = sum(1) + x(j, 1)*u(k - j)
-            sum(2) = sum(2) + x(j, 2)*u(k - j)
-            sum(3) = sum(3) + x(j, 3)*u(k - j)
-         end do
-         n(:, k) = strength*sum
-      end do
+      real(wp) :: distance
+      call self%path%pull_series(-1.25_wp, t, time_unit, n, distance)
+      n = sqrt(self%path%mu/distance/distance/distance)*n
    end subroutine series_along_orbit
 
    !> Returns true if the parameters, and the energy at periapsis, can be computed with.

@@ -9,12 +9,13 @@ module nutate_third_degree
    use nutate_body, only: body_t
    use nutate_effect, only: effect_t, GENERAL_SERIES, parameter_t, potential_t
    use nutate_effect_bounds, only: bounds_of_potential, effect_bounds_t, linear_map_t
-   use nutate_kepler_orbit, only: kepler_orbit_t, n_elements, pull_change_series, position_change
+   use nutate_kepler_orbit, only: kepler_orbit_t, n_elements, position_change
    use nutate_keys, only: group_t, key_t, KEY_TEXT
    use nutate_kinds, only: wp
    use nutate_limits, only: in_words, is_moderate
    use nutate_orbit, only: orbit_t
-   use nutate_power_series, only: power_term, product_term
+   use nutate_orbit_change_series, only: pull_change_series
+   use nutate_power_series, only: product_term
    use nutate_quaternion, only: cross, rotate_to_body
    use nutate_small_products, only: skew, vector_length
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
@@ -370,23 +371,14 @@ contains
       class(third_degree_t), intent(in) :: self
       real(wp), intent(in) :: t, time_unit
       real(wp), intent(out) :: n(:, 0:)
-      real(wp), dimension(0:ubound(n, 2)) :: square, w, u
-      real(wp) :: x(0:ubound(n, 2), 3), strength
-      integer :: i, k
-      if (.not. self%moves) then
+      real(wp) :: distance
+      if (self%moves) then
+         call self%path%pull_series(-7.0_wp/6, t, time_unit, n, distance)
+         n = -strength_of(self%path%mu, distance)*n
+      else
          n = 0.0_wp
          n(:, 0) = self%direction
-         return
       end if
-      call self%path%position_series(t, time_unit, x, square, w)
-      strength = -strength_of(self%path%mu, self%path%radius(t))
-      do k = 0, ubound(n, 2)
-         if (k == 0) u(0) = square(0)**(-7.0_wp/6)
-         if (k > 0) u(k) = power_term(k, -7.0_wp/6, square(0:k), u(0:k - 1))
-         do i = 1, 3
-            n(i, k) = strength*product_term(k, x(0:k, i), u(0:k))
-         end do
-      end do
    end subroutine series_to_body
 
    !> Bounds torque and derivatives in a step with fixed n, by Frobenius' norm of S; a moving n is not bounded.
