@@ -290,8 +290,12 @@ contains
       integer :: i, j
       tau = 0.0_wp
       if (self%rotated) then
-         if (self%torques%has_more) call self%torques%add_terms( &
-            system%effects, k, self%torques%start, dt, acts, self%relative(:, k)/dt, self%row(:, :, k), tau)
+         if (self%torques%has_more) then
+            if (k == 0) call self%torques%begin(system%effects, dt, acts)
+            call self%torques%move_directions(k, self%row(:, :, k))
+            call self%torques%add_terms( &
+               system%effects, k, self%torques%start, dt, acts, self%relative(:, k)/dt, self%row(:, :, k), tau)
+         end if
          do i = 1, self%torques%n_moments
             tau = tau + cross(self%torques%moments(:, i), self%row(:, i, k))
          end do

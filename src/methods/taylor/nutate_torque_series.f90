@@ -63,15 +63,16 @@ module nutate_torque_series
       !> The auxiliary series of all slots, and the first and last of each; shapes (0:highest_order, any), (2, slots).
       real(wp), allocatable :: auxiliary(:, :)
       integer, allocatable :: columns(:, :)
-      !> Series along the basis vectors of torques in space axes; the rows R(q)ᵀeᵢ; shapes (3, 0:highest_order, number
-      !> of torques) and (4,3, 0:highest_order), without coefficients where there is no such torque.
+      !> Series along the basis vectors of torques in space axes, after a zero; the rows R(q)ᵀeᵢ; shapes
+      !> (4, 0:highest_order, number of torques) and (4,3, 0:highest_order), without coefficients if there is no such
+      !> torque.
       real(wp), allocatable, private :: along(:, :, :), rows(:, :, :)
       !> Index of each slot among the directions that move, 0 for one that does not; series of their n in the basis,
-      !> shape (3, 0:highest_order, any); the fastest pace of them, 1/s; there are some.
-      integer, allocatable, private :: mover(:)
-      real(wp), allocatable, private :: moving(:, :, :)
+      !> after a zero, shape (4, 0:highest_order, any); the fastest pace of them, 1/s; there are some.
+      integer, allocatable :: mover(:)
+      real(wp), allocatable :: moving(:, :, :)
       real(wp) :: pace = 0.0_wp
-      logical, private :: moves = .false.
+      logical :: moves = .false.
       !> D of linear torques; shape (3,3, number of torques).
       real(wp), allocatable, private :: drag(:, :, :)
       !> Number of torques whose works are computed, last those of the dependence on time if there is one, and for each
@@ -92,10 +93,13 @@ module nutate_torque_series
       procedure :: older_momentum
       !> Adds the work that a change of the inertia does by the rate of the space axes.
       procedure :: add_transported_work
-      !> Adds a coefficient of all that is not linear in the directions.
+      !> Computes the series that depend on time alone: before the first coefficient.
+      procedure :: begin
+      !> Computes a coefficient of the directions that move, in body axes.
+      procedure :: move_directions
+      !> Adds a coefficient of all that is not linear in the directions, after those of the directions that move.
       procedure :: add_terms
-      !> Begin, add a coefficient, and store each torque, if all of it is linear in Ω or depends on time alone.
-      procedure :: begin_simple
+      !> Add a coefficient, and store each torque, if all of it is linear in Ω or depends on time alone.
       procedure :: add_simple
       procedure :: end_simple
       !> Adds a coefficient of the derivative by a small rotation of the body.
@@ -225,7 +229,7 @@ contains
       self%is_simple = self%has_more .and. self%n_general == 0 .and. &
                        count(self%torque_slot /= 0) == count(self%is_timed)
       self%is_directed = [(any(abs(self%components(:, i)) > 0.0_wp) .and. self%mover(i) == 0, i=1, n)]
-      allocate (self%moving(3, 0:highest_order, maxval([0, self%mover])), source=0.0_wp)
+      allocate (self%moving(4, 0:highest_order, maxval([0, self%mover])), source=0.0_wp)
       self%moves = size(self%moving, 3) > 0
       allocate (self%gamma(3, 0:highest_order, n), self%auxiliary(0:highest_order, last), source=0.0_wp)
       self%n_lanes = effects%n_torques
@@ -252,7 +256,7 @@ contains
          self%torque_slot(i) = -self%torque_slot(i)
          last = highest_order
       end do
-      allocate (self%along(3, 0:last, effects%n_torques), self%rows(4, 3, 0:last), source=0.0_wp)
+      allocate (self%along(4, 0:last, effects%n_torques), self%rows(4, 3, 0:last), source=0.0_wp)
    end subroutine make_axes
 
    subroutine open_slot(self, effect, direction, n, last)
@@ -267,6 +271,19 @@ contains
       self%columns(:, n) = [last + 1, last + effect%auxiliary_series()]
       last = self%columns(2, n)
    end subroutine open_slot
+
+   !> Computes the series of directions that move and of torques that depend on time alone.
+   pure subroutine begin(self, effects, time_unit, acts)
+      class(torque_series_t), intent(inout) :: self
+      type(effect_list_t), intent(in) :: effects
+      !> s.
+      real(wp), intent(in) :: time_unit
+      !> The torque acts; shape (number of torques).
+      logical, intent(in) :: acts(:)
+      if (self%is_simple) self%simple_drag = self%total_drag(acts)
+      if (self%moves) call expand_directions(self, effects, self%start, time_unit)
+      if (size(acts) > 0) call expand_timed(self, effects, self%start, time_unit, acts)
+   end subroutine begin
 
    !> Adds coefficient k of the torque of all effects that are not linear potentials.
    pure subroutine add_terms(self, effects, k, t, time_unit, acts, omega, rows, tau)
@@ -295,9 +312,6 @@ contains
          self%gamma(:, k, n) = rows(:, 1)*self%components(1, n) + rows(:, 2)*self%components(2, n) &
                                + rows(:, 3)*self%components(3, n)
       end do
-      if (k == 0 .and. self%moves) call expand_directions(self, effects, t, time_unit)
-      if (k == 0 .and. size(acts) > 0) call expand_timed(self, effects, t, time_unit, acts)
-      if (self%moves) call move_directions(self, k, rows)
       moved = 0.0_wp
       call add_potentials(self, effects, k, t, time_unit, tau, moved)
       if (self%varies) moved = moved + inertia_push(k, time_unit, self%inertia, self%absolute)
@@ -398,18 +412,7 @@ contains
       end associate
    end subroutine add_transported_work
 
-   !> Prepares the terms of torques that are linear in Ω or depend on time alone.
-   pure subroutine begin_simple(self, effects, time_unit, acts)
-      class(torque_series_t), intent(inout) :: self
-      type(effect_list_t), intent(in) :: effects
-      !> s.
-      real(wp), intent(in) :: time_unit
-      logical, intent(in) :: acts(:)
-      self%simple_drag = self%total_drag(acts)
-      call expand_timed(self, effects, self%start, time_unit, acts)
-   end subroutine begin_simple
-
-   !> Adds coefficient k of these torques.
+   !> Adds coefficient k of torques that are linear in Ω or depend on time alone.
    pure subroutine add_simple(self, k, omega, tau)
       class(torque_series_t), intent(inout) :: self
       integer, intent(in) :: k
@@ -545,6 +548,7 @@ contains
       !> Coefficient k of the rows R(q)ᵀeᵢ as columns.
       real(wp), intent(in) :: rows(3, 3)
       integer :: n
+      if (.not. self%moves) return
       self%rows(1:3, :, k) = rows
       do n = 1, size(self%mover)
          if (self%mover(n) > 0) self%gamma(:, k, n) = turned_term(k, self%rows, self%moving(:, :, self%mover(n)))
@@ -554,17 +558,17 @@ contains
    !> Returns coefficient k of a vector in body axes from its components in the basis.
    pure function turned_term(k, rows, components) result(term)
       integer, intent(in) :: k
-      !> Rows R(q)ᵀeᵢ as columns, with a fourth component that fills vector registers; components; shapes
-      !> (4,3, 0:highest_order), (3, 0:highest_order).
-      real(wp), intent(in) :: rows(4, 3, 0:highest_order), components(3, 0:highest_order)
+      !> Rows R(q)ᵀeᵢ as columns, with a fourth component that fills vector registers; components after a zero; shapes
+      !> (4,3, 0:highest_order), (4, 0:highest_order).
+      real(wp), intent(in) :: rows(4, 3, 0:highest_order), components(4, 0:highest_order)
       real(wp) :: term(3)
       real(wp) :: sum(4), x, y, z
       integer :: i, j
       sum = 0.0_wp
       do j = 0, k
-         x = components(1, j)
-         y = components(2, j)
-         z = components(3, j)
+         x = components(2, j)
+         y = components(3, j)
+         z = components(4, j)
          do i = 1, 4
             sum(i) = sum(i) + ((rows(i, 1, k - j)*x + rows(i, 2, k - j)*y) + rows(i, 3, k - j)*z)
          end do
@@ -627,7 +631,7 @@ contains
       integer :: i, k
       do k = 0, self%order
          do i = 1, 3
-            self%moving(i, k, self%mover(slot)) = dot_product(self%basis(:, i), n(:, k))
+            self%moving(1 + i, k, self%mover(slot)) = dot_product(self%basis(:, i), n(:, k))
          end do
       end do
    end subroutine keep_direction
@@ -642,8 +646,8 @@ contains
       !> ν on entry, space axes; R(q)ᵀν on exit, body axes, N m; shape (3).
       real(wp), intent(inout) :: tau(3)
       self%rows(1:3, :, k) = rows
-      self%along(:, k, i) = [dot_product(tau, self%basis(:, 1)), dot_product(tau, self%basis(:, 2)), &
-                             dot_product(tau, self%basis(:, 3))]
+      self%along(2:4, k, i) = [dot_product(tau, self%basis(:, 1)), dot_product(tau, self%basis(:, 2)), &
+                               dot_product(tau, self%basis(:, 3))]
       tau = turned_term(k, self%rows, self%along(:, :, i))
    end subroutine turn_to_body
 

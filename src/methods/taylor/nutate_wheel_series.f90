@@ -32,8 +32,8 @@ module nutate_wheel_series
       !> Auxiliary series of the motors, and the first and last of each; shapes (0:highest_order, any), (2, n).
       real(wp), allocatable, private :: auxiliary(:, :)
       integer, allocatable, private :: columns(:, :)
-      !> True for motors that depend on time alone; shape (n).
-      logical, allocatable, private :: is_timed(:)
+      !> True for motors that depend on time alone, and for those that act and depend on the motion; shape (n).
+      logical, allocatable, private :: is_timed(:), is_led(:)
       !> Ω and γ as motors ask for them: rad/s, shape (3, 0:highest_order).
       real(wp), allocatable, private :: omega(:, :), gamma(:, :)
    contains
@@ -68,7 +68,7 @@ contains
       self%n = effects%n_wheels
       if (allocated(self%axes)) deallocate (self%axes, self%inverse_inertia, self%friction, self%momentum, &
                                             self%speeds, self%torques, self%works, self%auxiliary, self%columns, &
-                                            self%omega, self%gamma, self%is_timed)
+                                            self%omega, self%gamma, self%is_timed, self%is_led)
       if (self%n == 0) return
       allocate (self%axes(3, self%n), self%inverse_inertia(self%n), self%friction(self%n), &
                 self%momentum(0:highest_order, self%n), self%omega(3, 0:highest_order), &
@@ -76,7 +76,7 @@ contains
       allocate (self%speeds(4, 0:highest_order, (self%n + 1)/2), self%torques(4, 0:highest_order, (self%n + 1)/2), &
                 self%works(4, 0:highest_order, (self%n + 1)/2), source=0.0_wp)
       allocate (self%columns(2, self%n), source=0)
-      allocate (self%is_timed(self%n), source=.false.)
+      allocate (self%is_timed(self%n), self%is_led(self%n), source=.false.)
       last = 0
       do i = 1, self%n
          associate (wheel => effects%wheels(i))
@@ -138,7 +138,8 @@ contains
       do i = 1, self%n
          call find_lane(i, lane, group)
          self%momentum(0, i) = self%first(i)
-         self%torques(lane, :, group) = 0.0_wp
+         self%torques(lane, :order, group) = 0.0_wp
+         self%is_led(i) = .false.
          if (.not. self%driven(i)) cycle
          if (self%is_timed(i)) then
             call effects%wheels(i)%motor%time_series(t, time_unit, self%auxiliary(:, self%columns(1, i): &
@@ -146,6 +147,8 @@ contains
             self%torques(lane, :order, group) = tau(1, :order)
          else if (.not. allocated(effects%wheels(i)%motor)) then
             self%torques(lane, 0, group) = effects%wheels(i)%command
+         else
+            self%is_led(i) = .true.
          end if
       end do
    end subroutine start
@@ -177,24 +180,17 @@ contains
       integer, intent(in) :: k
       !> Body axes, rad/s; shape (3).
       real(wp), intent(in) :: omega(3)
-      real(wp) :: tau(3), speed, drive
+      real(wp) :: tau(3), drive
       integer :: i, j, lane, group
       self%omega(:, k) = omega
       do i = 1, self%n
+         if (.not. self%is_led(i)) cycle
          call find_lane(i, lane, group)
-         associate (axis => self%axes(:, i), torque => self%torques(:, k, group))
-            speed = self%inverse_inertia(i)*self%momentum(k, i) - &
-                    (axis(1)*omega(1) + axis(2)*omega(2) + axis(3)*omega(3))
-            if (self%driven(i) .and. allocated(effects%wheels(i)%motor) .and. .not. self%is_timed(i)) then
-               call add_drive(self, effects, i, k, drive)
-               torque(lane) = drive
-            end if
-            self%speeds(lane:lane + 1, k, group) = speed
-            torque(lane + 1) = -self%friction(i)*speed
-            if (k < highest_order) self%momentum(k + 1, i) = (self%time_unit*inverses(k + 1))* &
-                                                             (torque(lane) + torque(lane + 1))
-         end associate
+         call add_drive(self, effects, i, k, drive)
+         self%torques(lane, k, group) = drive
       end do
+      call add_speeds(self%n, k, self%time_unit, omega, self%axes, self%inverse_inertia, self%friction, self%speeds, &
+                      self%torques, self%momentum)
       if (k == highest_order) return
       do i = effects%n_reaction_wheels + 1, self%n, 3
          tau = 0.0_wp
@@ -204,6 +200,33 @@ contains
          self%momentum(k + 1, i:i + 2) = self%momentum(k + 1, i:i + 2) + (self%time_unit*inverses(k + 1))*tau
       end do
    end subroutine add_term
+
+   !> Adds coefficient k of the speeds and of the torques of friction, and k + 1 of h. Arrays of explicit shape have
+   !> constant strides.
+   pure subroutine add_speeds(n, k, time_unit, omega, axes, inverse_inertia, friction, speeds, torques, momentum)
+      !> Number of wheels; coefficient.
+      integer, intent(in) :: n, k
+      !> s; coefficient k of Ω, body axes, rad/s.
+      real(wp), intent(in) :: time_unit, omega(3)
+      !> Axes; 1/Jw, kg⁻¹ m⁻²; c, N m s.
+      real(wp), intent(in) :: axes(3, n), inverse_inertia(n), friction(n)
+      !> rad/s and N m, those of motors up to k.
+      real(wp), dimension(4, 0:highest_order, (n + 1)/2), intent(inout) :: speeds, torques
+      !> N m s.
+      real(wp), intent(inout) :: momentum(0:highest_order, n)
+      real(wp) :: speed, slow
+      integer :: i, lane, group
+      do i = 1, n
+         call find_lane(i, lane, group)
+         speed = inverse_inertia(i)*momentum(k, i) - &
+                 (axes(1, i)*omega(1) + axes(2, i)*omega(2) + axes(3, i)*omega(3))
+         slow = -friction(i)*speed
+         speeds(lane, k, group) = speed
+         speeds(lane + 1, k, group) = speed
+         torques(lane + 1, k, group) = slow
+         if (k < highest_order) momentum(k + 1, i) = (time_unit*inverses(k + 1))*(torques(lane, k, group) + slow)
+      end do
+   end subroutine add_speeds
 
    !> Computes coefficient k of the torque of a motor that depends on the motion.
    pure subroutine add_drive(self, effects, i, k, drive)
@@ -278,53 +301,56 @@ contains
       !> Possible truncation errors of each gain, N m s, shape (most_inner), and of all works together, J.
       real(wp), intent(inout) :: error(most_inner)
       real(wp), intent(out) :: of_works
-      real(wp) :: of_momentum(4), of_energy(4), last(4)
-      integer :: i, k, which, lane, group
-      of_momentum = 0.0_wp
+      real(wp) :: of_momentum(2), of_energy(4), last(6), works(4)
+      integer :: i, k, lane, group
       call tail%weights(order, s, of_momentum(1), of_momentum(2))
       call tail%energy_weights(order, s, of_energy)
       of_works = 0.0_wp
       do i = 1, self%n
-         gain(i) = total(self%momentum(:, i), of_momentum)
-         do k = 1, 4
+         last = 0.0_wp
+         do k = 1, min(4, order)
             last(k) = self%momentum(order + 1 - k, i)
          end do
-         error(i) = tail%error_of(order, s, last)
-         call find_lane(i, lane, group)
-         do which = 1, 2
-            associate (power => self%works(lane + which - 1, :, group))
-               work(which, i) = self%time_unit*total(power, of_energy)
-               of_works = of_works + abs(self%time_unit)*tail%error_of_energy(order, s, last_of(power))
-            end associate
+         gain(i) = of_momentum(1)*last(1) + of_momentum(2)*last(2) + momentum_sum(self%momentum(:, i))
+         error(i) = tail%error_of(order, s, last(1:4))
+      end do
+      do i = 1, self%n, 2
+         group = (i + 1)/2
+         works = sum_of_four(self%works(:, :, group))
+         do lane = 1, merge(4, 2, i < self%n)
+            last = 0.0_wp
+            do k = 1, min(6, order)
+               last(k) = self%works(lane, order + 1 - k, group)
+            end do
+            of_works = of_works + abs(self%time_unit)*tail%error_of_energy(order, s, last)
+            work(1 + iand(lane - 1, 1), i + (lane - 1)/2) = self%time_unit*works(lane)
          end do
       end do
 
    contains
 
-      !> The last coefficients, the last one first; shape (6).
-      pure function last_of(x) result(last)
-         real(wp), intent(in) :: x(0:)
-         real(wp) :: last(6)
+      !> Returns Σ xₖsᵏ from k = 1 on.
+      pure real(wp) function momentum_sum(x) result(sum)
+         real(wp), intent(in) :: x(0:highest_order)
          integer :: m
-         last = 0.0_wp
-         do m = 1, min(6, order)
-            last(m) = x(order + 1 - m)
-         end do
-      end function last_of
-
-      !> Σ xₖsᵏ from k = 1 on, and the tail.
-      pure real(wp) function total(x, weights)
-         real(wp), intent(in) :: x(0:)
-         !> Weights of the last four coefficients, the last one first.
-         real(wp), intent(in) :: weights(4)
-         integer :: m
-         total = 0.0_wp
+         sum = 0.0_wp
          do m = order, 1, -1
-            total = s*(total + x(m))
+            sum = s*(sum + x(m))
          end do
-         total = total + ((weights(1)*x(order) + weights(2)*x(order - 1)) + &
-                          (weights(3)*x(order - 2) + weights(4)*x(order - 3)))
-      end function total
+      end function momentum_sum
+
+      !> Returns Σ xₖsᵏ from k = 1 on, and the tail, of four works at once; shape (4).
+      pure function sum_of_four(x) result(sum)
+         real(wp), intent(in) :: x(4, 0:highest_order)
+         real(wp) :: sum(4)
+         integer :: m
+         sum = 0.0_wp
+         do m = order, 1, -1
+            sum = s*(sum + x(:, m))
+         end do
+         sum = sum + ((of_energy(1)*x(:, order) + of_energy(2)*x(:, order - 1)) + &
+                      (of_energy(3)*x(:, order - 2) + of_energy(4)*x(:, order - 3)))
+      end function sum_of_four
 
    end subroutine evaluate
 
