@@ -48,8 +48,8 @@ module nutate_error_control
       logical :: probed = .false.
       !> Work of each torque in the step tried, J; shape (number of torques).
       real(wp), allocatable :: work(:)
-      !> State before the last step, and the works, J.
-      type(state_t) :: start
+      !> States before the last step and at the end of the step tried, except for the time, and the works, J.
+      type(state_t) :: start, next
       type(run_record_t) :: before
       !> Largest |L| seen, kg m²/s.
       real(wp) :: momentum_scale = 0.0_wp

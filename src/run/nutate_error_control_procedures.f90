@@ -89,7 +89,7 @@ contains
       ! Time and step must not round to a time beyond the end, where user-defined torques may be undefined.
       if (is_last .and. self%sense*((progress%state%t + self%sense*step) - t_end) > 0.0_wp) &
          step = nearest(abs(t_end - progress%state%t), -1.0_wp)
-      self%start = progress%state
+      call self%start%copy_from(progress%state, system%effects%n_wheels, .true.)
       self%probed = .false.
       if (allocated(progress%record%works)) self%before = progress%record
       call put_works(progress%summary, self%before)
@@ -147,17 +147,16 @@ contains
       real(wp), intent(in) :: step
       logical, intent(out) :: accepted
       type(status_t), intent(inout) :: status
-      type(state_t) :: next
-      real(wp) :: error
-      next = progress%state
+      real(wp) :: error, middle
+      call self%next%copy_from(progress%state, system%effects%n_wheels, .true.)
+      middle = progress%state%t + 0.5_wp*self%sense*step
       progress%record%iterations = 0
       progress%record%uncertified = 0
       if (allocated(self%whole)) then
-         call go_halves(self, system, progress%record, next, step, error, status)
+         call go_halves(self, system, progress%record, step, error, status)
       else
-         if (self%half%keeps_steps) call self%half%mark_step(next, self%sense*step, next%t + 0.5_wp*self%sense*step)
-         call perform_part(self%half, system, next, self%sense*step, next%t + 0.5_wp*self%sense*step, progress%record, &
-                           status, self%trial)
+         if (self%half%keeps_steps) call self%half%mark_step(self%next, self%sense*step, middle)
+         call perform_part(self%half, system, self%next, self%sense*step, middle, progress%record, status, self%trial)
          self%work(:) = self%half%work
          error = self%half%error_estimate
          if (allocated(self%trial)) error = max(error, self%trial%error)
@@ -169,26 +168,24 @@ contains
          if (.not. self%equal%suit) call reject(self, progress, 0.5_wp*step, status)
       else if (self%equal%suit .or. self%method%dense .and. .not. error > 0.0_wp) then
          accepted = .true.
-         call accept(self, progress, next, step)
+         call accept(self, progress, system%effects%n_wheels, step)
       else
-         call accept_or_reject(self, system, progress, next, step, error, accepted, status)
+         call accept_or_reject(self, system, progress, step, error, accepted, status)
       end if
    end subroutine try
 
    !> Keeps a step if the estimate of its error allows, and chooses the next one.
-   subroutine accept_or_reject(self, system, progress, next, step, error, accepted, status)
+   subroutine accept_or_reject(self, system, progress, step, error, accepted, status)
       class(error_control_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(progress_t), intent(inout) :: progress
-      !> State at the end of the step, except for the time.
-      type(state_t), intent(in) :: next
       !> Length of the step, s, positive; its error, rad.
       real(wp), intent(in) :: step, error
       logical, intent(out) :: accepted
       type(status_t), intent(inout) :: status
       real(wp) :: allowed, turn, growth
       turn = 0.0_wp
-      if (.not. self%method%dense) turn = step*length_of(angular_velocity(system, next))
+      if (.not. self%method%dense) turn = step*length_of(angular_velocity(system, self%next))
       associate (goal => progress%plan%goal)
          allowed = goal%local_tolerance
          if (goal%error_rate > 0.0_wp) allowed = goal%error_rate*step
@@ -196,7 +193,7 @@ contains
       end associate
       accepted = self%length%keeps(allowed, error, turn)
       if (accepted) then
-         call accept(self, progress, next, step)
+         call accept(self, progress, system%effects%n_wheels, step)
          if (self%method%dense) then
             ! The motion chooses the next step, the sensitivities may shorten it.
             if (growth < most_growth) self%longest = step*growth
@@ -209,16 +206,16 @@ contains
    end subroutine accept_or_reject
 
    !> Keeps a step.
-   subroutine accept(self, progress, next, step)
+   subroutine accept(self, progress, n_wheels, step)
       class(error_control_t), intent(inout) :: self
       type(progress_t), intent(inout) :: progress
-      !> State at the end of the step, except for the time.
-      type(state_t), intent(in) :: next
+      !> Number of momenta of wheels and inner spheres.
+      integer, intent(in) :: n_wheels
       !> Length of the step, s, positive.
       real(wp), intent(in) :: step
       real(wp) :: t
       t = progress%state%t
-      progress%state = next
+      call progress%state%copy_from(self%next, n_wheels, .true.)
       if (self%noise%amplitude > 0.0_wp) call disturb_state(self%noise, progress%state)
       call add_increment(t, self%t_compensation, self%sense*step)
       progress%state%t = t
@@ -228,11 +225,10 @@ contains
    end subroutine accept
 
    !> Takes one step by two halves, and as a whole for the estimate of their error.
-   subroutine go_halves(self, system, record, state, step, error, status)
+   subroutine go_halves(self, system, record, step, error, status)
       class(error_control_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(run_record_t), intent(inout) :: record
-      type(state_t), intent(inout) :: state
       !> Length of the step, s, positive.
       real(wp), intent(in) :: step
       !> Error of the halves, rad.
@@ -240,20 +236,20 @@ contains
       type(status_t), intent(inout) :: status
       type(state_t) :: once
       real(wp) :: middle, moved
-      middle = state%t + 0.5_wp*self%sense*step
-      once = state
+      middle = self%next%t + 0.5_wp*self%sense*step
+      once = self%next
       error = 0.0_wp
       if (allocated(self%trial) .and. (.not. self%method%can_project)) self%once = self%trial
       call perform_part(self%whole, system, once, self%sense*step, middle, record, status, self%once)
       if (status%ok()) &
-         call perform_part(self%half, system, state, 0.5_wp*self%sense*step, middle, record, status, self%trial)
+         call perform_part(self%half, system, self%next, 0.5_wp*self%sense*step, middle, record, status, self%trial)
       self%work(:) = self%half%work
       moved = self%whole%moved_by_round_off + self%half%moved_by_round_off
       if (status%ok()) &
-         call perform_part(self%half, system, state, 0.5_wp*self%sense*step, middle, record, status, self%trial)
+         call perform_part(self%half, system, self%next, 0.5_wp*self%sense*step, middle, record, status, self%trial)
       self%work(:) = self%work + self%half%work
       moved = moved + self%half%moved_by_round_off
-      if (status%ok()) error = estimate(self, once, state, moved)
+      if (status%ok()) error = estimate(self, once, moved)
       if (status%ok() .and. allocated(self%once)) &
          error = max(error, self%trial%relative(self%once%theta - self%trial%theta, self%once%momentum - &
                                self%trial%momentum, self%momentum_scale)/(2.0_wp**self%method%order - 1))
@@ -269,17 +265,31 @@ contains
       type(run_record_t), intent(inout) :: record
       type(status_t), intent(inout) :: status
       type(tangent_t), intent(inout), optional :: tangent
-      type(state_t) :: before
-      if (present(tangent)) before = state
-      call stepper%advance(system, state, dt, middle, status)
-      if (present(tangent) .and. status%code == 0) &
-         call stepper%propagate(system, before, state, dt, middle, tangent, status)
+      if (present(tangent)) then
+         call advance_tangent(stepper, system, state, dt, middle, status, tangent)
+      else
+         call stepper%advance(system, state, dt, middle, status)
+      end if
       record%continued = record%continued + stepper%continued
       record%iterations = record%iterations + stepper%iterations
       ! A whole step shows how good the halves are: its root is treated like theirs.
       record%uncertified = record%uncertified + stepper%uncertified
       record%residual = stepper%residual
    end subroutine perform_part
+
+   !> Takes a step of a stepper with sensitivities.
+   subroutine advance_tangent(stepper, system, state, dt, middle, status, tangent)
+      class(stepper_t), intent(inout) :: stepper
+      type(system_t), intent(in) :: system
+      type(state_t), intent(inout) :: state
+      real(wp), intent(in) :: dt, middle
+      type(status_t), intent(inout) :: status
+      type(tangent_t), intent(inout) :: tangent
+      type(state_t) :: before
+      before = state
+      call stepper%advance(system, state, dt, middle, status)
+      if (status%code == 0) call stepper%propagate(system, before, state, dt, middle, tangent, status)
+   end subroutine advance_tangent
 
    !> Returns |v|, the same digits in whatever unit; `norm2` rounds differently above and below 1.
    pure real(wp) function length_of(v)
@@ -289,15 +299,16 @@ contains
 
    !> Returns the error of the halves, rad: of the attitude, and of the momentum relative to its largest size. Changes
    !> by round-off of the energy are no part of it, since shorter steps would not make them smaller.
-   real(wp) function estimate(self, once, twice, moved)
+   real(wp) function estimate(self, once, moved)
       class(error_control_t), intent(inout) :: self
-      type(state_t), intent(in) :: once, twice
+      !> State after the whole step.
+      type(state_t), intent(in) :: once
       !> Change of the states by their projections, rad.
       real(wp), intent(in) :: moved
       real(wp) :: change(3)
-      self%momentum_scale = max(self%momentum_scale, length_of(body_momentum(twice)))
-      change = body_momentum(once) - body_momentum(twice)
-      estimate = attitude_distance(once%q, twice%q)
+      self%momentum_scale = max(self%momentum_scale, length_of(body_momentum(self%next)))
+      change = body_momentum(once) - body_momentum(self%next)
+      estimate = attitude_distance(once%q, self%next%q)
       if (self%momentum_scale > 0.0_wp) estimate = max(estimate, length_of(change)/self%momentum_scale)
       estimate = max(0.0_wp, estimate - moved)/(2.0_wp**self%method%order - 1)
    end function estimate
@@ -376,24 +387,24 @@ contains
    end procedure expect_events
 
    module procedure retake
-      type(state_t) :: next
       real(wp) :: length, error
       length = t_end - progress%state%t
-      next = progress%state
+      call self%next%copy_from(progress%state, system%effects%n_wheels, .true.)
       progress%record%iterations = 0
       progress%record%uncertified = 0
       call self%half%forget_steps()
       if (allocated(progress%tangent)) self%trial = progress%tangent
       if (allocated(self%whole)) then
          call self%whole%forget_steps()
-         call go_halves(self, system, progress%record, next, abs(length), error, status)
+         call go_halves(self, system, progress%record, abs(length), error, status)
       else
-         call perform_part(self%half, system, next, length, next%t + 0.5_wp*length, progress%record, status, self%trial)
+         call perform_part(self%half, system, self%next, length, self%next%t + 0.5_wp*length, progress%record, &
+                           status, self%trial)
          self%work(:) = self%half%work
       end if
       if (status%code /= 0) return
-      next%t = t_end
-      progress%state = next
+      self%next%t = t_end
+      call progress%state%copy_from(self%next, system%effects%n_wheels, .true.)
       progress%summary%parts = progress%summary%parts + 1
       progress%summary%work(:) = progress%summary%work + self%work
       self%t_compensation = 0.0_wp
