@@ -63,6 +63,8 @@ contains
          diagonal = .not. any(abs([j(2, 1), j(3, 1), j(3, 2)]) > 0.0_wp)
       end associate
       self%avx2 = has_avx2()
+      self%lanes = 0.0_wp
+      self%angle = 0.0_wp
       call self%axial%recognise(system)
       is_free = .not. (self%torques%has_more .or. self%torques%rank > 0 .or. allocated(self%wheels))
       self%best = ROWS
@@ -203,8 +205,12 @@ contains
          if (self%equations == AXIAL_TOP) rows(:, 3) = cross(rows(:, 1), rows(:, 2))
          rotation = rotation_between(self%frame, rows)
          if (self%axial%axis == 0) return
-         call self%tail%weights(self%order, s, weights(1), weights(2))
-         call sum_series(1, self%order, s, self%angle, weights, angle)
+         if (self%equations == AXIAL_TOP) then
+            angle = s*self%angle(1)
+         else
+            call self%tail%weights(self%order, s, weights(1), weights(2))
+            call sum_series(1, self%order, s, self%angle, weights, angle)
+         end if
       end select
       momentum = self%axial%to_body(angle(1), momentum)
       rotation = self%axial%turn(angle(1), rotation)
@@ -273,14 +279,14 @@ contains
       else
          call multiply_sse2(self%order, self%scale, self%lanes, squares, next, second, largest)
       end if
-      if (self%axial%axis > 0) then
+      if (self%axial%axis > 0 .and. self%equations /= AXIAL_TOP) then
          x(1, :) = self%angle(self%order:self%order - 3:-1)
          largest = max(largest, maxval(abs(x(1, :))))
-      end if
-      if (self%axial%axis > 0 .and. largest < largest_part) then
-         squares = squares + x(1, :)*x(1, :)
-         next = next + x(1, 1:3)*x(1, 2:4)
-         second = second + x(1, 1:2)*x(1, 3:4)
+         if (largest < largest_part) then
+            squares = squares + x(1, :)*x(1, :)
+            next = next + x(1, 1:3)*x(1, 2:4)
+            second = second + x(1, 1:2)*x(1, 3:4)
+         end if
       end if
       call self%tail%fit_products(squares, next, second, largest)
    end subroutine fit_tail
