@@ -71,7 +71,7 @@ int nutate_stepper_set_canonical(nutate_stepper *stepper, double t, const double
  * @param[in,out] stepper  handle; on failure the state is as it was
  * @param[in]     dt       length of the step, s; negative to integrate backward; not 0
  * @return status: NUTATE_NOT_CONVERGED, NUTATE_OFF_BRANCH, NUTATE_SINGULAR: try a shorter step. NUTATE_NOT_FINITE,
- *         NUTATE_CALLBACK, NUTATE_BAD_ARGUMENT. */
+ *         NUTATE_CALLBACK, NUTATE_BAD_ARGUMENT, NUTATE_BAD_BODY: an inertia that varies is that of no rigid body. */
 int nutate_stepper_step(nutate_stepper *stepper, double dt);
 
 /** Performs n steps of the same length, as n calls of nutate_stepper_step would.

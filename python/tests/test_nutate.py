@@ -148,6 +148,20 @@ class CallbackTest(unittest.TestCase):
         self.assertIn("one exceeds the sum of the other two by 1.1E-01 of itself", str(caught.exception))
         self.assertNotIn("check_triangle", str(caught.exception))
 
+    def test_single_steps_stop_where_the_inertia_is_that_of_no_rigid_body(self):
+        body = nutate.System(moments=(1.0, 2.0, 2.5))
+        body.add("inertia_rate", tensor=(0.0, 0.0, 0.2))
+        for all_at_once in (False, True):
+            stepper = nutate.Stepper(body, method="rk8", time_step=0.1)
+            stepper.set_state(q=(1, 0, 0, 0), omega=(1.0, 0.3, 0.2))
+            # The third moment reaches the sum of the others, 3 kg m2, at 2.5 s.
+            with self.assertRaisesRegex(nutate.NutateError, "no rigid body"):
+                if all_at_once:
+                    stepper.steps(0.2, 15)
+                for _ in range(15):
+                    stepper.step(0.2)
+            self.assertAlmostEqual(stepper.time, 2.4, delta=1e-9)
+
     def test_a_potential_of_python_conserves_energy_and_momentum(self):
         system = nutate.System(moments=(1, 2, 2.5))
         system.add_potential((0, 0, 1), lambda gamma: (gamma[0] ** 4, (4 * gamma[0] ** 3, 0, 0)),

@@ -15,6 +15,7 @@ module nutate_c_stepping
    use nutate_range, only: check_step
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_NOT_CONVERGED, NUTATE_OK
+   use nutate_varying_inertia, only: check_change
    implicit none
    private
 
@@ -91,6 +92,7 @@ contains
          NUTATE_BAD_ARGUMENT, 'a wheel has a speed_limit, or a controller a sample or limits, which only runs '// &
                                              'support (expected nutate_stepper_run or nutate_stepper_run_to)')
       if (status%ok()) call test_step(handle, dt, status)
+      if (status%ok()) call check_change(handle%system, handle%run%state%t, handle%run%state%t + dt, status)
       if (.not. status%ok()) return
       call handle%run%release()
       if (allocated(handle%run%events)) deallocate (handle%run%events)
@@ -105,7 +107,8 @@ contains
          call count_works(handle%run%progress_t, handle%run%stepper)
          if (handle%columns%follows_steps) call handle%columns%follow(handle%run%state)
          handle%works = size(handle%run%stepper%work) > 0
-         handle%plain = .not. (has_callbacks(handle%system%effects) .or. handle%columns%follows_steps)
+         handle%plain = .not. (has_callbacks(handle%system%effects) .or. handle%columns%follows_steps .or. &
+                               handle%system%effects%varies)
       else if (status%code == NUTATE_NOT_CONVERGED) then
          call add_jump(handle%system, status)
       end if
