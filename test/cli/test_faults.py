@@ -83,6 +83,7 @@ class BadScenes(CommandLineTest):
         self.fail_with(2, "sweep", "box", says=["did you mean box.nml?"])
         self.fail_with(2, "box", says=["unknown command 'box' (did you mean box.nml?)"])
         self.fail_with(2, "run", "boxes", says=["boxes: cannot be read (there is no such file)"])
+        self.fail_with(2, "run", "/dev/zero", says=["/dev/zero: cannot be read (it has a NUL character)"])
         self.succeed("run", "box.nml", "--quiet")
         if shutil.which("gnuplot"):
             self.fail_with(2, "plot", "box", says=["did you mean box.csv?"])

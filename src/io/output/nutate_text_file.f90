@@ -60,7 +60,7 @@ contains
       close (unit)
    end subroutine read_text_file
 
-   !> Reads a file without a size in advance, such as a pipe.
+   !> Reads a file without a size in advance, such as a pipe; up to a NUL, of which a device may have any number.
    subroutine read_to_end(unit, text, reason)
       integer, intent(in) :: unit
       character(len=:), allocatable, intent(inout) :: text, reason
@@ -83,10 +83,11 @@ contains
          end if
          n = n + 1
          text(n:n) = byte
-         if (n >= size_limit) exit
+         if (n >= size_limit .or. byte == achar(0)) exit
       end do
       if (status == 0) then
          reason = too_large
+         if (byte == achar(0)) reason = 'it has a NUL character'
       else if (.not. is_iostat_end(status)) then
          reason = last_part(why)
       end if
