@@ -288,6 +288,8 @@ library = load()
 
 
 Message = ctypes.c_char * MESSAGE_SIZE
+NAME_SIZE = 512
+Name = ctypes.c_char * NAME_SIZE
 
 
 def text_of(function: Any, *arguments: Any) -> str:
@@ -295,6 +297,13 @@ def text_of(function: Any, *arguments: Any) -> str:
     buffer = Message()
     check(function(*arguments, buffer, MESSAGE_SIZE))
     return buffer.value.decode("utf-8", "replace")
+
+
+def name_of(function: Any, handle: Any, i: int) -> str:
+    """The name that a function with (handle, i, buffer, size) writes."""
+    buffer = Name()
+    check(function(handle, i, buffer, NAME_SIZE))
+    return buffer.value.decode()
 
 
 def status_text(status: int) -> str:

@@ -10,7 +10,7 @@ from typing import Any, Callable, Optional, Union
 import numpy as np
 import numpy.typing as npt
 
-from ._library import (Array, MESSAGE_SIZE, Text, Textual, asked, check, create, encoded, interruptible, library, pointer,
+from ._library import (Array, MESSAGE_SIZE, Text, Textual, asked, check, create, encoded, interruptible, library, name_of, pointer,
                        refusal, text_of)
 from ._owners import Recipe
 from .events import History, take_events
@@ -232,7 +232,7 @@ def take_history(handle: Any, names: Optional[list[str]] = None) -> tuple[Histor
         if values.size:
             check(library.nutate_history_values(handle, pointer(values), values.size))
         if names is None:
-            names = [text_of(library.nutate_history_name, handle, i) for i in range(n_columns)]
+            names = [name_of(library.nutate_history_name, handle, i) for i in range(n_columns)]
         history = History(dict(zip(names, values.T)), take_events(library.nutate_history_event, handle, n_events))
         if errors[2] > 0:
             history._take_accuracy(*errors)

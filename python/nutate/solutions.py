@@ -462,15 +462,24 @@ def errors_of(stepper: Stepper, columns: dict[str, Array], failed: Optional[Nuta
     if not len(columns["t"]):
         return errors
     conserved, axis = stepper.conserved
-    momentum = np.stack([columns[name] for name in ("l_x", "l_y", "l_z")], axis=-1)
-    change = momentum - momentum[0]
     if conserved:
-        worst = np.max(np.linalg.norm(change, axis=1) if conserved == 3 else np.abs(change @ axis))
-        errors["momentum"] = over(worst, np.max(np.linalg.norm(momentum, axis=1)))
-    errors["energy"] = over(np.max(np.abs(columns["energy_residual"])), np.max(columns["kinetic"] + np.abs(columns["potential"])))
+        x, y, z = columns["l_x"], columns["l_y"], columns["l_z"]
+        changes = (x - x[0], y - y[0], z - z[0])
+        worst = longest(*changes) if conserved == 3 else abs(axis[0] * changes[0] + axis[1] * changes[1] + axis[2] * changes[2]).max()
+        errors["momentum"] = over(worst, longest(x, y, z))
+    errors["energy"] = over(abs(columns["energy_residual"]).max(), (columns["kinetic"] + abs(columns["potential"])).max())
     for name, column in (("norm", "norm_error"), ("orthogonality", "orthogonality")):
-        errors[name] = float(np.max(np.abs(columns[column])))
+        errors[name] = float(abs(columns[column]).max())
     return errors
+
+
+def longest(x: Array, y: Array, z: Array) -> float:
+    """The greatest length of vectors with these components; scaled, as squares would leave the range of numbers."""
+    scale = max(abs(x).max(), abs(y).max(), abs(z).max())
+    if not scale > 0:
+        return float(scale)
+    x, y, z = x / scale, y / scale, z / scale
+    return float(scale * np.sqrt((x * x + y * y + z * z).max()))
 
 
 def over(error: float, scale: float) -> float:

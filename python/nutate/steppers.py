@@ -11,7 +11,7 @@ from typing import Any, Callable, Optional, Sequence, Union
 import numpy as np
 import numpy.typing as npt
 
-from ._library import (Array, MESSAGE_SIZE, Message, NutateError, asked, check, create, encoded, interruptible, library, pointer, quaternion, refusal,
+from ._library import (Array, MESSAGE_SIZE, Message, NutateError, asked, check, create, encoded, interruptible, library, name_of, pointer, quaternion, refusal,
                        text_of, vector)
 from ._owners import make_again
 from .attitudes import rotate_to_body
@@ -540,7 +540,7 @@ class Stepper(SatelliteState):
         if self._names is None:
             width = ctypes.c_size_t()
             self._call("nutate_stepper_width", ctypes.byref(width))
-            self._names = [text_of(library.nutate_stepper_column, self._handle, i) for i in range(width.value)]
+            self._names = [name_of(library.nutate_stepper_column, self._handle, i) for i in range(width.value)]
         return list(self._names)
 
     @property
