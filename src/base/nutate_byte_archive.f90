@@ -22,11 +22,11 @@ module nutate_byte_archive
       integer :: used = 0
    contains
       !> Empties the archive for writing.
-      procedure :: begin_writing
+      procedure, non_overridable :: begin_writing
       !> Makes the archive read values from given bytes.
-      procedure :: begin_reading
+      procedure, non_overridable :: begin_reading
       !> Returns the bytes written so far.
-      procedure :: content
+      procedure, non_overridable :: content
       procedure :: transfer_reals
       procedure :: transfer_integer
       procedure :: transfer_long

@@ -48,10 +48,10 @@ module nutate_keys
       character(len=48) :: beside = ''
    contains
       !> Returns what is wrong with one of the key's numbers, or with all together, in words; empty if nothing is.
-      procedure :: fault => fault_of_one
-      procedure :: fault_of_all
+      procedure, non_overridable :: fault => fault_of_one
+      procedure, non_overridable :: fault_of_all
       !> Returns which numbers the key expects, in words: `3 numbers > 0`.
-      procedure :: expected_numbers
+      procedure, non_overridable :: expected_numbers
    end type key_t
 
    !> One value: the component of the key's kind is set.
@@ -92,23 +92,23 @@ module nutate_keys
       type(table_t), allocatable :: center_table
    contains
       !> Returns true if the scene gives this key.
-      procedure :: has
+      procedure, non_overridable :: has
       !> Returns the line of a key, or of the group if the key is absent.
-      procedure :: line_of
+      procedure, non_overridable :: line_of
       !> Returns the first number of a key, or the default.
-      procedure :: number
+      procedure, non_overridable :: number
       !> Returns the first `size(default)` numbers of a key, or the default.
-      procedure :: vector
+      procedure, non_overridable :: vector
       !> Returns the integer of a key, or the default.
-      procedure :: whole
+      procedure, non_overridable :: whole
       !> Returns the boolean of a key, or the default.
-      procedure :: flag
+      procedure, non_overridable :: flag
       !> Returns the first string of a key, or the default.
-      procedure :: text
+      procedure, non_overridable :: text
       !> Returns one of the strings of a key that is present.
-      procedure :: text_at
+      procedure, non_overridable :: text_at
       !> Returns the number of values of a key; 0 if it is absent.
-      procedure :: count_of
+      procedure, non_overridable :: count_of
    end type group_t
 
    !> Properties of a kind of group, for the scene reader.

@@ -55,7 +55,7 @@ module nutate_status
       character(len=216) :: message = ''
    contains
       !> Returns true if the call succeeded.
-      procedure :: ok
+      procedure, non_overridable :: ok
    end type status_t
 
 contains

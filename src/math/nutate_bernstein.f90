@@ -18,13 +18,13 @@ module nutate_bernstein
       real(wp) :: c(0:degree) = 0.0_wp
    contains
       !> Returns the number of changes of sign of the coefficients.
-      procedure :: changes
+      procedure, non_overridable :: changes
       !> Returns a bound on the values in [0, 1].
-      procedure :: greatest
+      procedure, non_overridable :: greatest
       !> Computes the coefficients of the polynomial on both halves of [0, 1].
-      procedure :: halve
+      procedure, non_overridable :: halve
       !> Returns a root of a polynomial whose values at the ends have different signs.
-      procedure :: root
+      procedure, non_overridable :: root
    end type bernstein_t
 
 contains

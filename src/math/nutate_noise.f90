@@ -17,9 +17,9 @@ module nutate_noise
       integer(int64) :: state = 88172645463325252_int64
    contains
       !> Computes the next number.
-      procedure :: next
+      procedure, non_overridable :: next
       !> Computes the next numbers of a vector.
-      procedure :: vector
+      procedure, non_overridable :: vector
    end type noise_t
 
 contains

@@ -34,11 +34,11 @@ module nutate_piecewise
       real(wp), private :: density = 0.0_wp
    contains
       !> Returns the interval of a time.
-      procedure :: find
+      procedure, non_overridable :: find
       !> Computes the interval around a time, less the rounding of its ends.
-      procedure :: piece
+      procedure, non_overridable :: piece
       !> Returns the next time between two intervals.
-      procedure :: next_time
+      procedure, non_overridable :: next_time
    end type piecewise_t
 
 contains

@@ -46,34 +46,34 @@ module nutate_kepler_orbit
       real(wp), private :: angles_of_plane(3) = huge(1.0_wp), plane(4) = 0.0_wp
    contains
       !> Returns n = √(μ/a³), rad/s; 0 of an open orbit and of a table.
-      procedure :: mean_motion
+      procedure, non_overridable :: mean_motion
       !> Return true if the orbit is given by its periapsis, and the distance of the periapsis, m.
-      procedure :: is_from_periapsis
-      procedure :: nearest => nearest_distance
+      procedure, non_overridable :: is_from_periapsis
+      procedure, non_overridable :: nearest => nearest_distance
       !> Returns ν at a time, rad, without jumps: on an ellipse it grows by 2π with each revolution.
-      procedure :: true_anomaly
+      procedure, non_overridable :: true_anomaly
       !> Return ν̇ at a time, and its largest value, at periapsis, rad/s.
-      procedure :: turn_rate
-      procedure :: fastest_turn
+      procedure, non_overridable :: turn_rate
+      procedure, non_overridable :: fastest_turn
       !> Returns the distance from the centre of attraction at a time, m.
-      procedure :: radius
+      procedure, non_overridable :: radius
       !> Returns the position from the centre of attraction at a time, inertial axes, m.
-      procedure :: position
+      procedure, non_overridable :: position
       !> Returns the velocity at a time, inertial axes, m/s.
-      procedure :: velocity
+      procedure, non_overridable :: velocity
       !> Returns the attitude of the LVLH frame at a time, LVLH→inertial, without jumps.
-      procedure :: axes
+      procedure, non_overridable :: axes
       !> Compute the power series of the position about a time, and of its product with a power of the distance.
-      procedure :: position_series
-      procedure :: pull_series
+      procedure, non_overridable :: position_series
+      procedure, non_overridable :: pull_series
       !> Stores the quaternion of the plane, so that positions take less time.
-      procedure :: store_plane
+      procedure, non_overridable :: store_plane
       !> Adds a change to the elements.
-      procedure :: shift
+      procedure, non_overridable :: shift
       !> Returns true if another orbit has the same numbers.
-      procedure :: equals
+      procedure, non_overridable :: equals
       !> Leaves out every second line of the table, if there is one.
-      procedure :: thin_table
+      procedure, non_overridable :: thin_table
    end type kepler_orbit_t
 
 contains

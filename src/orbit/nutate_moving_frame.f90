@@ -28,11 +28,11 @@ module nutate_moving_frame
       real(wp), allocatable, private :: turn(:, :)
    contains
       !> Returns true for a time at which the attitude is known.
-      procedure :: contains_time
+      procedure, non_overridable :: contains_time
       !> Computes attitude and angular velocity at a time.
-      procedure :: at => frame_at
+      procedure, non_overridable :: at => frame_at
       !> Returns an attitude relative to the frame, and the angle of its rotation.
-      procedure :: relative
+      procedure, non_overridable :: relative
    end type moving_frame_t
 
 contains

@@ -43,33 +43,33 @@ module nutate_run
    contains
       !> Sets a plan and the first state; prepares the steppers, or copies those that are prepared.
       generic :: begin => begin_by_settings, begin_by_stepper
-      procedure, private :: begin_by_settings
-      procedure, private :: begin_by_stepper
+      procedure, private, non_overridable :: begin_by_settings
+      procedure, private, non_overridable :: begin_by_stepper
       !> Sets the events; to be called directly after `begin`.
-      procedure :: set_events
+      procedure, non_overridable :: set_events
       !> Sets sensitivities to propagate; between `begin` and all else.
-      procedure :: differentiate
+      procedure, non_overridable :: differentiate
       !> Sets indicators of chaos to follow; between `differentiate`, if it is called, and all else.
-      procedure :: follow_chaos
+      procedure, non_overridable :: follow_chaos
       !> Sets the plan for the next part of the run, from the current state.
-      procedure :: set_plan
+      procedure, non_overridable :: set_plan
       !> Finds the local tolerance that meets the accuracy goal, by trial runs.
-      procedure :: find_steps
+      procedure, non_overridable :: find_steps
       !> Restores checkpoint data; the run continues from there.
-      procedure :: resume
+      procedure, non_overridable :: resume
       !> Runs to the end time of the plan.
-      procedure :: run_to_end
+      procedure, non_overridable :: run_to_end
       !> Runs to a time.
-      procedure :: run_to
+      procedure, non_overridable :: run_to
       !> Performs a number of fixed steps.
-      procedure :: run_steps
+      procedure, non_overridable :: run_steps
       !> Returns the state at a time inside the last step (dense output).
-      procedure :: state_at
+      procedure, non_overridable :: state_at
       !> Return the number of fixed steps to a time, and the time at their end.
-      procedure :: steps_to
-      procedure :: end_of_steps
+      procedure, non_overridable :: steps_to
+      procedure, non_overridable :: end_of_steps
       !> Releases the step policy, so that the caller can perform single steps.
-      procedure :: release
+      procedure, non_overridable :: release
    end type run_t
 
    !> Integrates from a state to the end time of a plan.

@@ -34,15 +34,15 @@ module nutate_chaos
       real(wp), private :: weighted = 0.0_wp, area = 0.0_wp
    contains
       !> Sets the sensitivities at the initial state.
-      procedure :: begin
+      procedure, non_overridable :: begin
       !> Follows the sensitivities over a step.
-      procedure :: follow
+      procedure, non_overridable :: follow
       !> Return the indicators up to the last sample.
-      procedure :: lyapunov
-      procedure :: megno
-      procedure :: fli
+      procedure, non_overridable :: lyapunov
+      procedure, non_overridable :: megno
+      procedure, non_overridable :: fli
       !> Writes or reads its values in checkpoint data.
-      procedure :: transfer
+      procedure, non_overridable :: transfer
    end type chaos_t
 
 contains

@@ -71,20 +71,20 @@ module nutate_tangent
       real(wp), allocatable :: inner(:, :)
    contains
       !> Makes the sensitivities of an initial state.
-      procedure :: begin
+      procedure, non_overridable :: begin
       !> Sets the sensitivities at a later state.
-      procedure :: resume
+      procedure, non_overridable :: resume
       !> Returns the change of the rates.
-      procedure :: rates
+      procedure, non_overridable :: rates
       !> Returns the change of J at a time by a sensitivity that changes a parameter.
-      procedure :: inertia_of
+      procedure, non_overridable :: inertia_of
       !> Returns the size of a change of the sensitivities, relative to them.
-      procedure :: relative
+      procedure, non_overridable :: relative
       !> Return the change of the energy, which potentials conserve, and of l.
-      procedure :: energy_row
-      procedure :: momentum_row
+      procedure, non_overridable :: energy_row
+      procedure, non_overridable :: momentum_row
       !> Writes or reads its values in checkpoint data.
-      procedure :: transfer
+      procedure, non_overridable :: transfer
    end type tangent_t
 
    interface

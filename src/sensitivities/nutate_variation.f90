@@ -55,14 +55,14 @@ module nutate_variation
       logical :: moves_inertia = .false.
    contains
       !> Add a parameter of an effect, or of all effects that were made from a group of a scene.
-      procedure :: add, add_of_group
+      procedure, non_overridable :: add, add_of_group
       !> Add the changes of effects that follow from the body, and from orbits.
-      procedure :: follow_body
-      procedure :: follow_orbits
+      procedure, non_overridable :: follow_body
+      procedure, non_overridable :: follow_orbits
       !> Returns true if a parameter changes.
-      procedure :: is_parametric
+      procedure, non_overridable :: is_parametric
       !> Returns true if an element of an orbit changes.
-      procedure :: changes_orbit
+      procedure, non_overridable :: changes_orbit
    end type variation_t
 
 contains

@@ -35,17 +35,17 @@ module nutate_epoch
       character(len=3) :: system = ''
    contains
       !> Returns true if the epoch is an instant.
-      procedure :: is_set
+      procedure, non_overridable :: is_set
       !> Returns the instant after a time.
-      procedure :: after
+      procedure, non_overridable :: after
       !> Returns the date as text.
-      procedure :: text => date_text
+      procedure, non_overridable :: text => date_text
       !> Returns the time since another instant, s.
-      procedure :: since
+      procedure, non_overridable :: since
       !> Returns barycentric dynamical time past J2000, s.
-      procedure :: tdb
+      procedure, non_overridable :: tdb
       !> Returns true for an instant of UTC after the last day up to which leap seconds are known.
-      procedure :: is_uncertain
+      procedure, non_overridable :: is_uncertain
    end type epoch_t
 
 contains

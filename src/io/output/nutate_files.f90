@@ -72,33 +72,33 @@ module nutate_files
       integer, private :: descriptor = -1
    contains
       !> Starts writing.
-      procedure :: open => open_output
+      procedure, non_overridable :: open => open_output
       !> Continues a file where another run stopped.
-      procedure :: reopen
+      procedure, non_overridable :: reopen
       !> Reopens a file of a known size for writing to any part of it.
-      procedure :: reopen_whole
+      procedure, non_overridable :: reopen_whole
       !> Opens a file that another process has open, for writing to parts of it.
-      procedure :: open_beside
+      procedure, non_overridable :: open_beside
       !> Gives the file a size.
-      procedure :: resize
+      procedure, non_overridable :: resize
       !> Writes bytes at a position, past all buffers.
-      procedure :: put_at
+      procedure, non_overridable :: put_at
       !> Writes numbers at a position and syncs them to the disk; several threads may call it at once.
-      procedure :: put_safely
+      procedure, non_overridable :: put_safely
       !> Syncs the bytes handed to the system to the disk.
-      procedure :: sync
+      procedure, non_overridable :: sync
       !> Writes everything to the disk, and returns how far the file is.
-      procedure :: mark
+      procedure, non_overridable :: mark
       !> Appends one line.
-      procedure :: put_line
+      procedure, non_overridable :: put_line
       !> Hands everything to the system.
-      procedure :: flush => flush_output
+      procedure, non_overridable :: flush => flush_output
       !> Writes the rest and gives the file its name.
-      procedure :: finish
+      procedure, non_overridable :: finish
       !> Writes the rest and leaves the partial file as it is.
-      procedure :: abandon
+      procedure, non_overridable :: abandon
       !> Returns the path at which the whole lines written so far can be read; blank if there is none.
-      procedure :: kept_in
+      procedure, non_overridable :: kept_in
    end type output_file_t
 
 contains

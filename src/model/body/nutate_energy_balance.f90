@@ -39,9 +39,9 @@ module nutate_energy_balance
       real(wp), dimension(4) :: left_q_compensation = 0.0_wp, left_p_compensation = 0.0_wp
    contains
       !> Copies another balance.
-      procedure :: copy_from
+      procedure, non_overridable :: copy_from
       !> Writes or reads all values in checkpoint data.
-      procedure :: transfer
+      procedure, non_overridable :: transfer
    end type energy_balance_t
 
 contains

@@ -46,23 +46,23 @@ module nutate_state
       type(other_axes_t) :: other_axes = other_axes_t()
    contains
       !> Stores the attitude and the momentum in other axes with the state.
-      procedure :: set_other_axes
+      procedure, non_overridable :: set_other_axes
       !> Returns true if the stored attitude and momentum in other axes belong to the state.
-      procedure :: is_from_other_axes
+      procedure, non_overridable :: is_from_other_axes
       !> Copies another state.
-      procedure :: copy_from
+      procedure, non_overridable :: copy_from
       !> Returns true if the balance belongs to this state.
-      procedure :: is_balanced
+      procedure, non_overridable :: is_balanced
       !> Makes the balance belong to this state.
-      procedure :: balance_here
+      procedure, non_overridable :: balance_here
       !> Restores the state that the last step left, if this is a projected copy of it.
-      procedure :: restore_left
+      procedure, non_overridable :: restore_left
       !> Returns the time from which the work of time-dependent potentials counts in the next step.
-      procedure :: time_dependent_since
+      procedure, non_overridable :: time_dependent_since
       !> Writes or reads the state's own values in checkpoint data.
-      procedure :: transfer => transfer_state
+      procedure, non_overridable :: transfer => transfer_state
       !> Writes or reads the values of wheels, the work of time-dependent potentials, and the state in other axes.
-      procedure :: transfer_wheels
+      procedure, non_overridable :: transfer_wheels
    end type state_t
 
 contains

@@ -40,7 +40,7 @@ module nutate_effect_bounds
       real(wp) :: change = 0.0_wp, change_slope = 0.0_wp, change_rate = 0.0_wp
    contains
       !> Adds the bounds of another effect.
-      procedure :: add
+      procedure, non_overridable :: add
    end type effect_bounds_t
 
 contains

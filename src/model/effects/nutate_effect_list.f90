@@ -72,38 +72,38 @@ module nutate_effect_list
       type(moving_frame_t), allocatable :: frames(:)
    contains
       !> Adds a copy of an effect.
-      procedure :: add
+      procedure, non_overridable :: add
       !> Returns the number of works: one per torque, two per wheel (motor, friction), one for the dependence on time.
-      procedure :: n_works
+      procedure, non_overridable :: n_works
       !> Returns a coefficient of the power series of the change of the body's inertia since t = 0.
-      procedure :: inertia_term
+      procedure, non_overridable :: inertia_term
       !> Return the momentum of rotors and wheels in body axes, and the kinetic energy of the wheels.
-      procedure :: inner_momentum, wheel_energy
+      procedure, non_overridable :: inner_momentum, wheel_energy
       !> Sets bounds for the user-defined potential, or torque, that was added last.
-      procedure :: bound_potential
-      procedure :: bound_torque
+      procedure, non_overridable :: bound_potential
+      procedure, non_overridable :: bound_torque
       !> Adds to the rate of the space axes.
-      procedure :: turn_frame
+      procedure, non_overridable :: turn_frame
       !> Return the attitude of the space axes in inertial axes, and whether it is known.
-      procedure :: space_axes, knows_space_axes
+      procedure, non_overridable :: space_axes, knows_space_axes
       !> Adds copies of all effects of another list, with the momentum of its rotors.
-      procedure :: append
+      procedure, non_overridable :: append
       !> Returns true if an effect that can be switched has a label.
-      procedure :: has
+      procedure, non_overridable :: has
       !> Switches the effects with a label on or off.
-      procedure :: switch
+      procedure, non_overridable :: switch
       !> Writes or reads in checkpoint data which effects are on.
-      procedure :: transfer_switches
+      procedure, non_overridable :: transfer_switches
       !> Returns true if the motion depends on the attitude.
-      procedure :: needs_attitude
+      procedure, non_overridable :: needs_attitude
       !> Returns the next time on which a step must end.
-      procedure :: next_break
+      procedure, non_overridable :: next_break
       !> Leaves out every second line of the tables of orbits.
-      procedure :: thin_tables
+      procedure, non_overridable :: thin_tables
       !> Returns true if a controller drives a wheel continuously.
-      procedure :: feeds_back_to_wheels
+      procedure, non_overridable :: feeds_back_to_wheels
       !> Returns true if a controller drives the wheels, continuously or sampled.
-      procedure :: controls_wheels
+      procedure, non_overridable :: controls_wheels
    end type effect_list_t
 
    interface

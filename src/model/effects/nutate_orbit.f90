@@ -35,15 +35,15 @@ module nutate_orbit
       procedure :: is_valid => orbit_is_valid
       procedure :: parameters => elements_of_orbit
       !> Adds a change to the elements.
-      procedure :: shift
+      procedure, non_overridable :: shift
       !> Returns the unit quaternion from orbital to space axes at a time.
-      procedure :: axes
+      procedure, non_overridable :: axes
       !> Returns the rate of the orbital axes at a time, space axes, rad/s.
-      procedure :: axes_rate
+      procedure, non_overridable :: axes_rate
       !> Returns true if there is a sun.
-      procedure :: has_sun
+      procedure, non_overridable :: has_sun
       !> Returns the depth of the body in the shadow at a time, m.
-      procedure :: shadow_depth
+      procedure, non_overridable :: shadow_depth
    end type orbit_t
 
    !> Makes an orbit from its path.

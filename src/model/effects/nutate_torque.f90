@@ -123,7 +123,7 @@ module nutate_torque
       procedure :: inertia_term => no_inertia_term
       procedure :: inertia_derivative => no_inertia_derivative
       !> Returns the absolute angular velocity, relative to the stars.
-      procedure :: absolute_rate
+      procedure, non_overridable :: absolute_rate
    end type torque_t
 
    abstract interface

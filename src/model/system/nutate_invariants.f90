@@ -39,15 +39,15 @@ module nutate_invariants
       real(wp), private :: inverse_j0 = 0.0_wp
    contains
       !> Stores the first values.
-      procedure :: start
+      procedure, non_overridable :: start
       !> Compares a state with the first one.
-      procedure :: measure
+      procedure, non_overridable :: measure
       !> Returns the largest energy residual over the energy scale.
-      procedure :: energy_error
+      procedure, non_overridable :: energy_error
       !> Returns the largest momentum error over the momentum scale.
-      procedure :: momentum_error
+      procedure, non_overridable :: momentum_error
       !> Writes or reads its values in checkpoint data.
-      procedure :: transfer => transfer_invariants
+      procedure, non_overridable :: transfer => transfer_invariants
    end type invariants_t
 
    interface

@@ -60,9 +60,9 @@ module nutate_motion_bounds
       integer :: axis = 0
    contains
       !> Returns the greatest increase of S² by the potentials.
-      procedure :: room
+      procedure, non_overridable :: room
       !> Returns bounds over a time.
-      procedure :: within
+      procedure, non_overridable :: within
    end type motion_bounds_t
 
    !> Bounds of a motion over a time.

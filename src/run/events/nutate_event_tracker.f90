@@ -117,33 +117,33 @@ module nutate_event_tracker
       integer, private :: last_recalled = 0
    contains
       !> Forgets the positions in the last step; returns, or stores, the motion at a position in a step.
-      procedure :: open_places
-      procedure :: recall_place
-      procedure :: store_place
-      procedure :: begin
+      procedure, non_overridable :: open_places
+      procedure, non_overridable :: recall_place
+      procedure, non_overridable :: store_place
+      procedure, non_overridable :: begin
       !> Sets how often events have happened in an earlier run.
-      procedure :: remember
+      procedure, non_overridable :: remember
       !> Returns true if no event can happen up to a time.
-      procedure :: sleeps_until
+      procedure, non_overridable :: sleeps_until
       !> Finds out for how long no event can happen.
-      procedure :: fall_asleep
+      procedure, non_overridable :: fall_asleep
       !> Sets a system with other effects on.
-      procedure :: set_system
+      procedure, non_overridable :: set_system
       !> Stores the sides on which the quantities of limits are, as recorded in the system.
-      procedure :: hold_sides
+      procedure, non_overridable :: hold_sides
       !> Evaluates the parts of an event's function.
-      procedure :: evaluate
+      procedure, non_overridable :: evaluate
       !> Evaluates functions and slopes at the start of a step.
-      procedure :: open_step
+      procedure, non_overridable :: open_step
       !> Notes functions and slopes at the position where a step was ended.
-      procedure :: place
+      procedure, non_overridable :: place
       !> Returns the size of the variation of a function.
-      procedure :: variation
-      procedure :: transfer
+      procedure, non_overridable :: variation
+      procedure, non_overridable :: transfer
       !> Writes or reads the derivatives of times in checkpoint data.
-      procedure :: transfer_changes
+      procedure, non_overridable :: transfer_changes
       !> Forgets the derivatives of times, for other sensitivities.
-      procedure :: forget_changes
+      procedure, non_overridable :: forget_changes
    end type event_tracker_t
 
    interface

@@ -72,27 +72,27 @@ module nutate_fit_model
       integer :: runs = 0
    contains
       !> Prepares for a scene with a fit.
-      procedure :: prepare
+      procedure, non_overridable :: prepare
       !> Prepares for a scene with free parameters, if only `variation_of` is called.
-      procedure :: begin
+      procedure, non_overridable :: begin
       !> Returns what a free parameter changes.
-      procedure :: variation_of
+      procedure, non_overridable :: variation_of
       !> Sets the free parameters, and builds the scene with them.
-      procedure :: set_values
+      procedure, non_overridable :: set_values
       !> Sets the time at which runs start from the values of `&initial`.
-      procedure :: set_origin
+      procedure, non_overridable :: set_origin
       !> Makes the present attitude the origin of rotation vectors.
-      procedure :: turn_attitude
+      procedure, non_overridable :: turn_attitude
       !> Returns the groups of the scene with the present parameters.
-      procedure :: present_groups
+      procedure, non_overridable :: present_groups
       !> Returns the attitude that a rotation vector leads to.
-      procedure :: attitude_at
+      procedure, non_overridable :: attitude_at
       !> Builds the systems at the points of the stencil.
-      procedure :: build_systems
+      procedure, non_overridable :: build_systems
       !> Runs the scene with its derivatives.
-      procedure :: run
+      procedure, non_overridable :: run
       !> Returns the motion at given times, without derivatives.
-      procedure :: states_at
+      procedure, non_overridable :: states_at
    end type fit_model_t
 
    !> Observer that keeps the motion of a run at given times.

@@ -25,11 +25,11 @@ module nutate_scene_error
       !> The text begins with the position of the error in another file than the scene.
       logical :: elsewhere = .false.
    contains
-      procedure :: raise
+      procedure, non_overridable :: raise
       !> Records an error in a file that a scene names.
-      procedure :: raise_in
+      procedure, non_overridable :: raise_in
       !> Records the failure of a status.
-      procedure :: raise_status
+      procedure, non_overridable :: raise_status
    end type scene_error_t
 
 contains

@@ -55,21 +55,21 @@ module nutate_wheel
       procedure :: series_kind => wheel_series
       procedure :: is_valid => wheel_is_valid
       !> Returns true if u acts at a time.
-      procedure :: is_driven
+      procedure, non_overridable :: is_driven
       !> Returns u at a time.
-      procedure :: drive
+      procedure, non_overridable :: drive
       !> Returns the interval in which u is smooth.
-      procedure :: drive_window
+      procedure, non_overridable :: drive_window
       !> Returns ω from the momentum.
-      procedure :: speed_of
+      procedure, non_overridable :: speed_of
       procedure :: parameters => wheel_parameters
       !> Returns the change of u by a change of `parameters`.
-      procedure :: drive_change
+      procedure, non_overridable :: drive_change
       procedure :: follows => wheel_follows
       procedure :: own_window => window_of_motor
       procedure :: transfer => transfer_wheel
       !> Returns true if a controller drives the wheel at all times, by feedback of the motion.
-      procedure :: has_law
+      procedure, non_overridable :: has_law
    end type wheel_t
 
 contains
