@@ -6,6 +6,7 @@ module nutate_run_summary
    use nutate_control_columns, only: has_controller
    use nutate_decimal, only: rounded_text
    use nutate_effect_list, only: effect_list_t
+   use nutate_effect_traits, only: DRIVES_WHEELS
    use nutate_epoch, only: epoch_t
    use nutate_hamiltonian, only: angular_velocity
    use nutate_invariants, only: invariants_t, ALL_COMPONENTS, ALONG_AXIS, ONLY_LENGTH
@@ -330,7 +331,7 @@ contains
       b = 0.0_wp
       alone = .not. effects%frame_turns .and. effects%n_potentials + effects%n_off == 0
       do i = 1, effects%n_torques
-         if (effects%torques(i)%item%drives_wheels()) cycle
+         if (effects%torques(i)%item%has(DRIVES_WHEELS)) cycle
          call effects%torques(i)%item%own_field(field, found)
          if (.not. norm2(b) > 0.0_wp) b = field
          alone = alone .and. found .and. all(abs(field - b) <= 0.0_wp)

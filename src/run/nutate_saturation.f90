@@ -5,6 +5,7 @@
 !> of e₀ is held.
 module nutate_saturation
    use nutate_effect_list, only: effect_list_t
+   use nutate_effect_traits, only: DRIVES_WHEELS, IS_CONTROLLER, JUMPS_WITH_SIGN, LENDS_PARAMETERS, LIMITS_MOMENT
    use nutate_kinds, only: wp, eps
    use nutate_limit_event, only: limit_event_t, limit_slot_t, SWITCH_LIMIT
    use nutate_motion, only: find_motion, motion_t
@@ -74,7 +75,7 @@ contains
       type(limit_slot_t), allocatable, intent(inout) :: events(:)
       integer :: i, k
       do i = 1, effects%n_torques
-         if (effects%torques(i)%item%can_jump()) then
+         if (effects%torques(i)%item%has(JUMPS_WITH_SIGN)) then
             do k = -1, 1, 2
                call add_one(turnover_event_t(words='zero of e0 of '//controller_words(effects, i), torque=i, &
                                              action=SWITCH_LIMIT, direction=k), events)
@@ -103,7 +104,7 @@ contains
    pure logical function can_jump(effects)
       type(effect_list_t), intent(in) :: effects
       integer :: i
-      can_jump = any([(effects%torques(i)%item%can_jump(), i=1, effects%n_torques)])
+      can_jump = any([(effects%torques(i)%item%has(JUMPS_WITH_SIGN), i=1, effects%n_torques)])
    end function can_jump
 
    !> Lets the control laws follow the sign of e₀, for steps that no run watches.
@@ -111,7 +112,7 @@ contains
       type(effect_list_t), intent(inout) :: effects
       integer :: i
       do i = 1, effects%n_torques
-         if (effects%torques(i)%item%can_jump()) call hold_sense(effects, i, 0)
+         if (effects%torques(i)%item%has(JUMPS_WITH_SIGN)) call hold_sense(effects, i, 0)
       end do
    end subroutine free_senses
 
@@ -121,7 +122,7 @@ contains
       integer, intent(in) :: i
       character(len=15) :: name
       name = 'limit of torque'
-      if (effects%torques(i)%item%limits_moment()) name = 'limit of moment'
+      if (effects%torques(i)%item%has(LIMITS_MOMENT)) name = 'limit of moment'
    end function name_of
 
    !> Returns the description of a controller for messages: its name, or its number.
@@ -131,7 +132,7 @@ contains
       integer, intent(in) :: i
       character(len=40) :: words
       integer :: k
-      write (words, '(a,i0)') 'controller ', count([(effects%torques(k)%item%is_controller(), k=1, i)])
+      write (words, '(a,i0)') 'controller ', count([(effects%torques(k)%item%has(IS_CONTROLLER), k=1, i)])
       if (effects%torques(i)%item%label /= '') words = "controller '"//trim(effects%torques(i)%item%label)//"'"
    end function controller_words
 
@@ -142,7 +143,7 @@ contains
       integer :: i
       words = ''
       do i = 1, effects%n_torques
-         if (effects%torques(i)%item%lends_parameters()) words = controller_words(effects, i)
+         if (effects%torques(i)%item%has(LENDS_PARAMETERS)) words = controller_words(effects, i)
       end do
    end function driver
 
@@ -271,7 +272,7 @@ contains
       integer, intent(in) :: sense
       integer :: i
       call effects%torques(torque)%item%hold_sense(sense)
-      if (.not. effects%torques(torque)%item%drives_wheels()) return
+      if (.not. effects%torques(torque)%item%has(DRIVES_WHEELS)) return
       do i = 1, effects%n_wheels
          if (effects%wheels(i)%has_law()) call effects%wheels(i)%motor%hold_sense(sense)
       end do
@@ -336,7 +337,8 @@ contains
       type(state_t), intent(in) :: state
       integer :: i
       do i = 1, system%effects%n_torques
-         if (system%effects%torques(i)%item%can_jump()) call hold_sense(system%effects, i, sense_at(system, i, state))
+         if (system%effects%torques(i)%item%has(JUMPS_WITH_SIGN)) &
+            call hold_sense(system%effects, i, sense_at(system, i, state))
       end do
       call find_saturations(system, state)
    end subroutine note_saturations

@@ -3,6 +3,7 @@
 module nutate_variation
    use nutate_effect_base, only: effect_t, parameter_t
    use nutate_effect_list, only: effect_list_t
+   use nutate_effect_traits, only: DRIVES_WHEELS, FOLLOWS_EARTH_FIELD, IS_EARTH_FIELD, LENDS_PARAMETERS
    use nutate_kepler_orbit, only: kepler_orbit_t
    use nutate_kinds, only: wp
    use nutate_orbit, only: frame_rate_change
@@ -184,15 +185,15 @@ contains
             status = fail(NUTATE_BAD_ARGUMENT, 'the effect '//trim(item%name)//' has no derivative by '//parameter// &
                           ' (expected '//trim(names_of(item))//')')
          end if
-         if (item%lends_parameters()) then
+         if (item%has(LENDS_PARAMETERS)) then
             do k = 1, effects%n_wheels
                if (.not. changes(self, effects%wheels(k), OF_WHEEL, k, parameter, change)) return
             end do
-         else if (item%is_earth_field()) then
+         else if (item%has(IS_EARTH_FIELD)) then
             ! Magnetorquers do not have the moment of the field.
             do k = 1, effects%n_torques
                associate (torque => effects%torques(k)%item)
-                  if (torque%follows_earth_field()) there = changes(self, torque, OF_TORQUE, k, parameter, change)
+                  if (torque%has(FOLLOWS_EARTH_FIELD)) there = changes(self, torque, OF_TORQUE, k, parameter, change)
                end associate
             end do
          end if
@@ -218,7 +219,7 @@ contains
       call item%own_window(times(1), times(2))
       moves = abs(times(side)) < huge(1.0_wp)
       if (.not. moves) return
-      if (item%drives_wheels()) then
+      if (item%has(DRIVES_WHEELS)) then
          do k = 1, effects%n_wheels
             if (effects%wheels(k)%has_law()) call append_edge(self, OF_WHEEL, k, side, change(1))
          end do

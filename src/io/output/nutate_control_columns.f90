@@ -1,6 +1,7 @@
 !> Columns of controllers and of the magnetic field in which they act.
 module nutate_control_columns
    use nutate_effect_list, only: effect_list_t, command_of_wheel
+   use nutate_effect_traits, only: DRIVES_WHEELS, IS_CONTROLLER, IS_POINTING
    use nutate_hamiltonian, only: relative_rate
    use nutate_kinds, only: wp
    use nutate_quaternion, only: quat_normalized, rotate_to_body
@@ -32,7 +33,7 @@ contains
       associate (controller => system%effects%torques(place)%item)
          values(1:6) = controller%commands_at(state%t, q, rate)
          values(7) = saturations_of(controller, system%effects, state%t)
-         if (controller%drives_wheels()) values(4:6) = torque_by_wheels(controller, system%effects, state%t, q, rate)
+         if (controller%has(DRIVES_WHEELS)) values(4:6) = torque_by_wheels(controller, system%effects, state%t, q, rate)
       end associate
    end function controller_values
 
@@ -74,7 +75,7 @@ contains
       real(wp), intent(in) :: t
       integer :: i
       number = n_saturations(controller, t)
-      if (.not. controller%drives_wheels()) return
+      if (.not. controller%has(DRIVES_WHEELS)) return
       do i = 1, effects%n_reaction_wheels
          associate (wheel => effects%wheels(i))
             if (.not. allocated(wheel%motor)) then
@@ -143,7 +144,7 @@ contains
       integer :: place
       place = place_of(effects, n)
       has = place > 0
-      if (has .and. points) has = effects%torques(place)%item%is_pointing()
+      if (has .and. points) has = effects%torques(place)%item%has(IS_POINTING)
    end function has_controller
 
    !> Returns the position of the n-th controller among the torques; 0 if there is none.
@@ -151,7 +152,8 @@ contains
       type(effect_list_t), intent(in) :: effects
       integer, intent(in) :: n
       integer :: i, k
-      place = findloc([(count([(effects%torques(k)%item%is_controller(), k=1, i)]), i=1, effects%n_torques)], n, dim=1)
+      place = findloc([(count([(effects%torques(k)%item%has(IS_CONTROLLER), k=1, i)]), i=1, effects%n_torques)], n, &
+                      dim=1)
    end function place_of
 
 end module nutate_control_columns

@@ -2,6 +2,7 @@
 module nutate_earth_field
    use nutate_body, only: body_t
    use nutate_effect, only: effect_t
+   use nutate_effect_traits, only: IS_EARTH_FIELD
    use nutate_geomagnetic_field, only: geomagnetic_field_t
    use nutate_keys, only: group_t, key_t, KEY_LOGICAL, KEY_TEXT
    use nutate_kinds, only: wp, pi
@@ -24,7 +25,7 @@ module nutate_earth_field
    !> U(γ) = -m·γ with γ = R(q)ᵀb(t).
    type, extends(moving_linear_t) :: earth_field_t
    contains
-      procedure :: is_earth_field => always_earth_field
+      procedure :: has => has_trait
       !> Returns the field.
       procedure :: field
    end type earth_field_t
@@ -36,11 +37,12 @@ module nutate_earth_field
 
 contains
 
-   !> Returns true.
-   pure logical function always_earth_field(self)
+   !> Returns true for `IS_EARTH_FIELD`.
+   pure logical function has_trait(self, trait)
       class(earth_field_t), intent(in) :: self
-      always_earth_field = .true.
-   end function always_earth_field
+      integer, intent(in) :: trait
+      has_trait = trait == IS_EARTH_FIELD
+   end function has_trait
 
    !> Returns the field b, in the space axes of the scene.
    pure type(geomagnetic_field_t) function field(self)

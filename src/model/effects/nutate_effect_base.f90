@@ -72,14 +72,8 @@ module nutate_effect_base
       procedure :: own_window => all_times
       !> Returns a magnetic field of the effect's own, fixed in space axes, T; none unless overridden.
       procedure :: own_field => no_field
-      !> Return true for the field of the Earth, and for an effect that acts in it; `.false.` unless overridden.
-      procedure :: is_earth_field => never
-      procedure :: follows_earth_field => never
-      !> Returns true for a controller whose torque the motors of wheels give; `.false.` unless overridden.
-      procedure :: drives_wheels => never
-      !> Returns true for a controller that acts at all times by the motors of wheels, which then have its parameters;
-      !> `.false.` unless overridden.
-      procedure :: lends_parameters => never
+      !> Returns true if the effect has a trait of `nutate_effect_traits`; `.false.` unless overridden.
+      procedure :: has => no_trait
       !> Writes or reads in checkpoint data the values that runs set; `on` unless extended.
       procedure :: transfer => transfer_switch
    end type effect_t
@@ -128,11 +122,12 @@ contains
       found = .false.
    end subroutine no_field
 
-   !> Returns false.
-   pure logical function never(self)
+   !> Returns false: the effect has no traits.
+   pure logical function no_trait(self, trait)
       class(effect_t), intent(in) :: self
-      never = .false.
-   end function never
+      integer, intent(in) :: trait
+      no_trait = .false.
+   end function no_trait
 
    !> Writes or reads whether the effect is on.
    subroutine transfer_switch(self, archive)

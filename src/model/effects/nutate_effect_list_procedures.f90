@@ -3,6 +3,7 @@ submodule(nutate_effect_list) nutate_effect_list_procedures
    use nutate_admissible, only: admits, fault_of, NON_NEGATIVE
    use nutate_effect, only: given_bounds_t
    use nutate_effect_bounds, only: effect_bounds_t, linear_map_t
+   use nutate_effect_traits, only: DRIVES_WHEELS, IS_EARTH_FIELD
    use nutate_inner_sphere, only: inner_sphere_t
    use nutate_rotating_frame, only: rotating_frame_t
    use nutate_rotor, only: rotor_t
@@ -223,7 +224,7 @@ contains
 
    module procedure controls_wheels
       integer :: i
-      controls_wheels = any([(self%torques(i)%item%drives_wheels(), i=1, self%n_torques)])
+      controls_wheels = any([(self%torques(i)%item%has(DRIVES_WHEELS), i=1, self%n_torques)])
    end procedure controls_wheels
 
    module procedure command_of_wheel
@@ -365,7 +366,7 @@ contains
       n = self%n_potentials + self%n_off
       self%moves = self%moves .or. effect%moves
       self%depends_on_time = self%depends_on_time .or. effect%moves
-      if (effect%is_earth_field()) then
+      if (effect%has(IS_EARTH_FIELD)) then
          self%in_earth_field = .true.
          if (allocated(self%earth_field)) deallocate (self%earth_field)
          allocate (self%earth_field, source=effect)

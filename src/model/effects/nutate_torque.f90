@@ -3,6 +3,7 @@ module nutate_torque
    use nutate_archive, only: archive_t
    use nutate_effect_base, only: effect_t, parameter_t
    use nutate_effect_bounds, only: bounds_of_torque, effect_bounds_t, linear_map_t
+   use nutate_effect_traits, only: IS_CONTROLLER, IS_LAW
    use nutate_kinds, only: wp, eps
    use nutate_power_series, only: highest_order
    use nutate_quaternion, only: quat_product, rotate_to_body
@@ -47,14 +48,6 @@ module nutate_torque
       procedure :: command => no_command
       !> Returns how many components of a command that acts at all times the limit applies to; 0 unless overridden.
       procedure :: n_limited => no_components
-      !> Return true for a controller, for one with a target, for a motor that a law drives at all times, and for a law
-      !> that jumps with the sign of e₀ at all times; `.false.` unless overridden.
-      procedure :: is_controller => never
-      procedure :: is_pointing => never
-      procedure :: is_law => never
-      procedure :: can_jump => never
-      !> Returns true if the command of a controller is a moment of magnetorquers; `.false.` unless overridden.
-      procedure :: limits_moment => never
       !> Return e₀ with its sign, and the angle between attitude and target, rad; zero unless overridden.
       procedure :: error_scalar => no_error
       procedure :: error_angle => no_error
@@ -142,12 +135,6 @@ module nutate_torque
    end interface
 
 contains
-
-   !> Returns false: the torque is no control law.
-   pure logical function never(self)
-      class(torque_t), intent(in) :: self
-      never = .false.
-   end function never
 
    !> Returns zero: the torque follows from no control law.
    pure function no_command(self, t, q, omega) result(command)
@@ -265,7 +252,7 @@ contains
       class(torque_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive
       call archive%transfer(self%on)
-      if (.not. (self%is_controller() .or. self%is_law())) return
+      if (.not. (self%has(IS_CONTROLLER) .or. self%has(IS_LAW))) return
       call transfer_integers(self%saturated, archive)
       call archive%transfer(self%sense)
       call archive%transfer(self%at_limit)

@@ -1,5 +1,6 @@
 !> Bodies of the procedures whose interfaces are in `nutate_invariants`.
 submodule(nutate_invariants) nutate_invariants_procedures
+   use nutate_effect_traits, only: DRIVES_WHEELS
    use nutate_hamiltonian, only: conserved_energy, kinetic_energy, potential_energy, space_momentum
    use nutate_limits, only: is_direction
    use nutate_quaternion, only: cross
@@ -139,7 +140,7 @@ contains
       has_outer_torques = .false.
       do i = 1, effects%n_torques
          associate (torque => effects%torques(i)%item)
-            if (.not. (torque%drives_wheels() .or. torque%is_internal)) has_outer_torques = .true.
+            if (.not. (torque%has(DRIVES_WHEELS) .or. torque%is_internal)) has_outer_torques = .true.
          end associate
       end do
    end function has_outer_torques

@@ -7,6 +7,7 @@ module nutate_controlled_motor
    use nutate_kepler_orbit, only: kepler_orbit_t
    use nutate_kinds, only: wp
    use nutate_controller, only: controller_t
+   use nutate_effect_traits, only: IS_LAW
    implicit none
    private
 
@@ -26,7 +27,7 @@ module nutate_controlled_motor
       procedure :: thin_table => thin_paths
       procedure :: command
       procedure :: n_limited => one_component
-      procedure :: is_law => always_law
+      procedure :: has => has_trait
       procedure :: hold_sense => hold_sense_of_law
       procedure :: shift => shift_law
       procedure :: own_window => no_window_of_its_own
@@ -51,10 +52,11 @@ contains
       one_component = 1
    end function one_component
 
-   pure logical function always_law(self)
+   pure logical function has_trait(self, trait)
       class(controlled_motor_t), intent(in) :: self
-      always_law = .true.
-   end function always_law
+      integer, intent(in) :: trait
+      has_trait = trait == IS_LAW
+   end function has_trait
 
    pure subroutine hold_sense_of_law(self, sense)
       class(controlled_motor_t), intent(inout) :: self

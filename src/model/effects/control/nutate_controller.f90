@@ -6,6 +6,8 @@ module nutate_controller
    use nutate_archive, only: archive_t
    use nutate_control_law, only: control_law_t, BY_MAGNETORQUERS, BY_TORQUE, BY_WHEELS, DETUMBLING, POINTING
    use nutate_effect, only: GENERAL_SERIES, NO_SERIES, parameter_t
+   use nutate_effect_traits, only: DRIVES_WHEELS, FOLLOWS_EARTH_FIELD, IS_CONTROLLER, IS_POINTING, JUMPS_WITH_SIGN, &
+      LENDS_PARAMETERS, LIMITS_MOMENT
    use nutate_finite, only: is_nan
    use nutate_kepler_orbit, only: kepler_orbit_t, n_elements
    use nutate_kinds, only: wp
@@ -48,13 +50,7 @@ module nutate_controller
       procedure :: follows => controller_follows
       procedure :: shift
       procedure :: n_limited => limited_components
-      procedure :: is_controller => always_controller
-      procedure :: is_pointing => has_target
-      procedure :: can_jump => jumps_with_sign
-      procedure :: limits_moment => acts_by_magnetorquers
-      procedure :: drives_wheels => acts_by_wheels
-      procedure :: lends_parameters => acts_by_motors
-      procedure :: follows_earth_field => uses_earth_field
+      procedure :: has => has_trait
       procedure :: own_field => field_of_magnetorquers
       procedure :: own_window => start_and_stop
       procedure :: wheel_command => held_command
@@ -319,40 +315,28 @@ contains
       n = merge(0, 3, self%by == BY_WHEELS .or. self%sample > 0.0_wp)
    end function limited_components
 
-   pure logical function always_controller(self)
+   pure logical function has_trait(self, trait) result(has)
       class(controller_t), intent(in) :: self
-      always_controller = .true.
-   end function always_controller
-
-   pure logical function has_target(self)
-      class(controller_t), intent(in) :: self
-      has_target = self%law == POINTING
-   end function has_target
-
-   pure logical function jumps_with_sign(self) result(jumps)
-      class(controller_t), intent(in) :: self
-      jumps = self%law == POINTING .and. .not. self%sample > 0.0_wp
-   end function jumps_with_sign
-
-   pure logical function acts_by_magnetorquers(self)
-      class(controller_t), intent(in) :: self
-      acts_by_magnetorquers = self%by == BY_MAGNETORQUERS
-   end function acts_by_magnetorquers
-
-   pure logical function acts_by_wheels(self)
-      class(controller_t), intent(in) :: self
-      acts_by_wheels = self%by == BY_WHEELS
-   end function acts_by_wheels
-
-   pure logical function acts_by_motors(self)
-      class(controller_t), intent(in) :: self
-      acts_by_motors = self%by == BY_WHEELS .and. .not. self%sample > 0.0_wp
-   end function acts_by_motors
-
-   pure logical function uses_earth_field(self)
-      class(controller_t), intent(in) :: self
-      uses_earth_field = self%follows_earth
-   end function uses_earth_field
+      integer, intent(in) :: trait
+      select case (trait)
+      case (IS_CONTROLLER)
+         has = .true.
+      case (IS_POINTING)
+         has = self%law == POINTING
+      case (JUMPS_WITH_SIGN)
+         has = self%law == POINTING .and. .not. self%sample > 0.0_wp
+      case (LIMITS_MOMENT)
+         has = self%by == BY_MAGNETORQUERS
+      case (DRIVES_WHEELS)
+         has = self%by == BY_WHEELS
+      case (LENDS_PARAMETERS)
+         has = self%by == BY_WHEELS .and. .not. self%sample > 0.0_wp
+      case (FOLLOWS_EARTH_FIELD)
+         has = self%follows_earth
+      case default
+         has = .false.
+      end select
+   end function has_trait
 
    pure subroutine field_of_magnetorquers(self, field, found)
       class(controller_t), intent(in) :: self

@@ -12,6 +12,7 @@
 module nutate_wheel
    use nutate_archive, only: archive_t
    use nutate_effect, only: effect_t, LINEAR_SERIES, parameter_t, torque_t
+   use nutate_effect_traits, only: IS_LAW
    use nutate_kepler_orbit, only: kepler_orbit_t
    use nutate_kinds, only: wp
    use nutate_limits, only: attitude_tolerance, is_moderate, is_unit, least_size
@@ -152,7 +153,7 @@ contains
          list = [parameter_t('angular_velocity', 3), parameter_t('inertia'), parameter_t(''), parameter_t('damping')]
       if (.not. allocated(self%motor)) return
       ! How a controller shares its torque depends on the axes of all wheels.
-      if (self%motor%is_law()) list(1)%name = ''
+      if (self%motor%has(IS_LAW)) list(1)%name = ''
       list = [list, self%motor%drive_parameters()]
    end function wheel_parameters
 
@@ -188,7 +189,7 @@ contains
    pure logical function has_law(self)
       class(wheel_t), intent(in) :: self
       has_law = .false.
-      if (allocated(self%motor)) has_law = self%motor%is_law()
+      if (allocated(self%motor)) has_law = self%motor%has(IS_LAW)
    end function has_law
 
    !> Puts the wheel at a limit of its speed; a motor that a law drives observes the limit itself.
