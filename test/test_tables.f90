@@ -4,7 +4,7 @@ submodule(suites_of_effects) test_tables
    use nutate_keys, only: table_t
    use nutate_kinds, only: wp, eps
    use nutate_number_text, only: read_real
-   use nutate_piecewise, only: new_linear, new_spline, piecewise_t, value_at, taylor_term
+   use nutate_piecewise, only: interval_at, new_linear, new_spline, piecewise_t, taylor_term, value_at
    use nutate_quick_number, only: read_quickly
    use nutate_scene_error, only: scene_error_t, error_line
    use nutate_scene_table, only: parse_table, torque_units
@@ -48,9 +48,9 @@ contains
             t = times(1) + (times(200) - times(1))*random_unit(seed)
             if (i <= 200) t = times(i)
             k = max(1, min(199, count(times <= t)))
-            call check(error, curve%find(t), k)
+            call check(error, interval_at(curve, t), k)
          end do
-         call check(error, curve%find(-1e9_wp) == 1 .and. curve%find(1e300_wp) == 199, 'outside')
+         call check(error, interval_at(curve, -1e9_wp) == 1 .and. interval_at(curve, 1e300_wp) == 199, 'outside')
       end do
    end subroutine intervals_are_found
 

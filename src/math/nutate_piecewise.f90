@@ -12,7 +12,7 @@ module nutate_piecewise
    private
 
    public :: piecewise_t, new_hermite, new_linear, new_spline
-   public :: value_at, taylor_term, find_bounds, move_inside
+   public :: find_bounds, interval_around, interval_at, move_inside, next_point, taylor_term, value_at
 
    !> Least number of points of a periodic spline; its last point, which equals the first, is included.
    integer, parameter, public :: least_periodic = 4
@@ -32,13 +32,6 @@ module nutate_piecewise
       integer, allocatable, private :: starts(:)
       !> Number of equal parts in a second.
       real(wp), private :: density = 0.0_wp
-   contains
-      !> Returns the interval of a time.
-      procedure, non_overridable :: find
-      !> Computes the interval around a time, less the rounding of its ends.
-      procedure, non_overridable :: piece
-      !> Returns the next time between two intervals.
-      procedure, non_overridable :: next_time
    end type piecewise_t
 
 contains
@@ -218,8 +211,8 @@ contains
    end subroutine prepare_search
 
    !> Returns the interval of a time; the later one for a time between two, the nearest one outside of all.
-   pure integer function find(self, time) result(k)
-      class(piecewise_t), intent(in) :: self
+   pure integer function interval_at(self, time) result(k)
+      type(piecewise_t), intent(in) :: self
       !> Time, s.
       real(wp), intent(in) :: time
       integer :: part, last, middle
@@ -235,20 +228,20 @@ contains
             k = middle + 1
          end if
       end do
-   end function find
+   end function interval_at
 
    !> Computes the interval around a time, in which the vector is one polynomial, less the rounding of its ends.
-   pure subroutine piece(self, moment, start, stop)
-      class(piecewise_t), intent(in) :: self
+   pure subroutine interval_around(self, moment, start, stop)
+      type(piecewise_t), intent(in) :: self
       !> Time, and ends of the interval, s.
       real(wp), intent(in) :: moment
       real(wp), intent(out) :: start, stop
       integer :: k
-      k = self%find(moment)
+      k = interval_at(self, moment)
       start = self%x(k - 1)
       stop = self%x(k)
       call move_inside(moment, start, stop)
-   end subroutine piece
+   end subroutine interval_around
 
    !> Moves the ends of an interval inside by their rounding; onto a time in it, if nothing would be left.
    pure subroutine move_inside(moment, start, stop)
@@ -267,21 +260,21 @@ contains
    end subroutine move_inside
 
    !> Returns the next end of an interval after a time, s; beyond all times if there is none.
-   pure real(wp) function next_time(self, t, sense) result(next)
-      class(piecewise_t), intent(in) :: self
+   pure real(wp) function next_point(self, t, sense) result(next)
+      type(piecewise_t), intent(in) :: self
       !> Time, s, and direction of time: 1 or -1.
       real(wp), intent(in) :: t, sense
       integer :: k, way
       way = nint(sense)
       next = sense*huge(next)
       if (sense*(self%x(merge(self%n, 0, way > 0)) - t) <= 0.0_wp) return
-      k = self%find(t) - 1
+      k = interval_at(self, t) - 1
       if (way < 0) k = k + 1
       do while (sense*(self%x(k) - t) <= 0.0_wp)
          k = k + way
       end do
       next = self%x(k)
-   end function next_time
+   end function next_point
 
    !> Returns the vector at a time of an interval, by the polynomial of that interval.
    pure function value_at(self, k, time) result(value)

@@ -7,7 +7,7 @@ module nutate_track
    use nutate_attitude, only: quat_from_matrix
    use nutate_kinds, only: wp, eps
    use nutate_limits, only: greatest_length, in_words, is_moderate, least_length, least_step
-   use nutate_piecewise, only: new_hermite, new_spline, piecewise_t, value_at, taylor_term
+   use nutate_piecewise, only: interval_at, new_hermite, new_spline, piecewise_t, taylor_term, value_at
    use nutate_quaternion, only: cross
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    implicit none
@@ -260,7 +260,7 @@ contains
       real(wp), intent(in), optional :: sense
       real(wp) :: edge
       time = min(max(t, self%curve%x(0)), self%curve%x(self%curve%n))
-      k = self%curve%find(time)
+      k = interval_at(self%curve, time)
       if (.not. present(sense)) return
       edge = at_end*max(abs(time), abs(self%curve%x(k)))
       if (sense > 0.0_wp .and. self%curve%x(k) - time <= edge) k = min(k + 1, self%curve%n)
@@ -405,7 +405,7 @@ contains
          else if (sense < 0.0_wp .and. t > x(n)) then
             next = x(n)
          else if (t >= x(0) .and. t <= x(n)) then
-            k = self%curve%find(t)
+            k = interval_at(self%curve, t)
             if (sense > 0.0_wp) then
                if (t < x(k)) next = x(k)
             else

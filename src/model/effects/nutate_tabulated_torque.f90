@@ -10,8 +10,8 @@ module nutate_tabulated_torque
    use nutate_keys, only: group_t
    use nutate_kinds, only: wp, eps
    use nutate_limits, only: is_moderate, in_words, least_step, greatest_number
-   use nutate_piecewise, only: least_periodic, move_inside, new_linear, new_spline, piecewise_t, value_at, &
-      taylor_term, find_bounds
+   use nutate_piecewise, only: find_bounds, interval_at, least_periodic, move_inside, new_linear, new_spline, &
+      piecewise_t, taylor_term, value_at
    use nutate_quaternion, only: rotate_to_body
    use nutate_small_products, only: skew
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
@@ -229,7 +229,7 @@ contains
       real(wp), intent(out) :: time
       time = t
       if (self%periodic) time = t - rounds_before(self, t)*period_of(self)
-      k = self%curve%find(time)
+      k = interval_at(self%curve, time)
    end subroutine locate
 
    !> Returns how often a periodic table has been completed at a time: an integer.
@@ -333,7 +333,7 @@ contains
          if (period <= least_round*abs(t)) return
          rounds = rounds_before(self, t)
       end if
-      k = self%curve%find(t - rounds*period)
+      k = interval_at(self%curve, t - rounds*period)
       if (way < 0) k = k - 1
       ! Rounding may have moved a time of the table in either direction.
       do while (sense*(rounds*period + self%curve%x(k) - t) <= 0.0_wp)

@@ -4,7 +4,7 @@ module nutate_center_change
    use nutate_effect, only: effect_t, torque_t, LINEAR_SERIES
    use nutate_kinds, only: wp
    use nutate_limits, only: is_moderate
-   use nutate_piecewise, only: piecewise_t, value_at, taylor_term
+   use nutate_piecewise, only: interval_around, interval_at, next_point, piecewise_t, taylor_term, value_at
    use nutate_status, only: status_t
    use nutate_tabulated_torque, only: make_body_curve
    implicit none
@@ -66,7 +66,7 @@ contains
       real(wp) :: center(3)
       real(wp) :: time
       time = min(max(t, self%curve%x(0)), self%curve%x(self%curve%n))
-      center = value_at(self%curve, self%curve%find(time), time)
+      center = value_at(self%curve, interval_at(self%curve, time), time)
    end function center_at
 
    !> Returns coefficient j of the power series of the displacement since t = 0, body axes, m; shape (3): the j-th
@@ -82,7 +82,7 @@ contains
       else
          term = 0.0_wp
          if (moment < self%curve%x(0) .or. moment > self%curve%x(self%curve%n)) return
-         term = taylor_term(self%curve, self%curve%find(moment), j, t, unit)
+         term = taylor_term(self%curve, interval_at(self%curve, moment), j, t, unit)
       end if
    end function displacement_term
 
@@ -136,14 +136,14 @@ contains
       class(center_change_t), intent(in) :: self
       real(wp), intent(in) :: moment
       real(wp), intent(out) :: start, stop
-      call self%curve%piece(moment, start, stop)
+      call interval_around(self%curve, moment, start, stop)
    end subroutine path_piece
 
    !> Returns the next time of the table, s.
    pure real(wp) function path_break(self, t, sense) result(next)
       class(center_change_t), intent(in) :: self
       real(wp), intent(in) :: t, sense
-      next = self%curve%next_time(t, sense)
+      next = next_point(self%curve, t, sense)
    end function path_break
 
    !> Returns `LINEAR_SERIES`: the torque is zero times Ω.

@@ -12,7 +12,8 @@ module nutate_inertia_change
    use nutate_keys, only: group_t, key_t, KEY_LOGICAL
    use nutate_kinds, only: wp
    use nutate_limits, only: is_moderate
-   use nutate_piecewise, only: piecewise_t, value_at, taylor_term, find_bounds
+   use nutate_piecewise, only: find_bounds, interval_around, interval_at, next_point, piecewise_t, taylor_term, &
+      value_at
    use nutate_quaternion, only: rotate_to_body
    use nutate_small_products, only: skew, times_columns, times_vector
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
@@ -179,7 +180,7 @@ contains
       real(wp) :: six(6), time
       integer :: k
       time = min(max(t, self%squares%x(0)), self%squares%x(self%squares%n))
-      k = self%squares%find(time)
+      k = interval_at(self%squares, time)
       six = 0.0_wp
       six(1:3) = value_at(self%squares, k, time)
       if (self%has_products) six(4:6) = value_at(self%products, k, time)
@@ -226,7 +227,7 @@ contains
       if (j == 0) then
          term = self%tabulated_at(t)
       else if (moment >= self%start .and. moment <= self%stop) then
-         k = self%squares%find(moment)
+         k = interval_at(self%squares, moment)
          six = 0.0_wp
          six(1:3) = taylor_term(self%squares, k, j, t, unit)
          if (self%has_products) six(4:6) = taylor_term(self%products, k, j, t, unit)
@@ -417,7 +418,7 @@ contains
       real(wp), intent(out) :: start, stop
       start = -huge(1.0_wp)
       stop = huge(1.0_wp)
-      if (self%is_table) call self%squares%piece(moment, start, stop)
+      if (self%is_table) call interval_around(self%squares, moment, start, stop)
    end subroutine change_piece
 
    !> Returns the next time at which the inertia changes to another polynomial, s.
@@ -426,7 +427,7 @@ contains
       real(wp), intent(in) :: t, sense
       next = sense*huge(next)
       if (self%is_table) then
-         next = self%squares%next_time(t, sense)
+         next = next_point(self%squares, t, sense)
          return
       end if
       if (sense*self%start > sense*t) next = self%start
