@@ -6,7 +6,7 @@ submodule(suites_of_interfaces) test_exchange
    use nutate_epoch, only: epoch_t, read_epoch
    use nutate_exact_free, only: free_body_t
    use nutate_kinds, only: eps, pi, wp
-   use nutate_moving_frame, only: make_frame, moving_frame_t
+   use nutate_moving_frame, only: find_frame, has_time, make_frame, moving_frame_t, see_from_frame
    use nutate_quaternion, only: attitude_distance, quat_product
    use nutate_resampling, only: resample
    use nutate_status, only: status_t
@@ -260,7 +260,7 @@ contains
          before = rows%q(:, 1)
          do i = 0, 400
             t = i*0.005_wp
-            call frame%at(t, q, omega)
+            call find_frame(frame, t, q, omega)
             call check(error, dot_product(q, before) > 0.99_wp, 'the sign jumps')
             before = q
             associate (place => min(1 + i/10, n - 1))
@@ -272,7 +272,7 @@ contains
                end if
             end associate
             call check(error, attitude_distance(q, q_rows) < 64*eps, 'attitude')
-            call frame%relative(t, quat_product(q, [0.0_wp, 0.6_wp, 0.0_wp, 0.8_wp]), seen, angle)
+            call see_from_frame(frame, t, quat_product(q, [0.0_wp, 0.6_wp, 0.0_wp, 0.8_wp]), seen, angle)
             call check(error, norm2(seen - [0.0_wp, 0.6_wp, 0.0_wp, 0.8_wp]) < 8*eps .and. abs(angle - pi) < 8*eps)
             if (allocated(error)) return
          end do
@@ -287,15 +287,15 @@ contains
       integer :: far
       call sample(41, 2.0_wp, rows)
       call make_frame_of(rows, frame, far)
-      call check(error, frame%contains_time(-1e-6_wp) .and. frame%contains_time(2.0_wp + 0.9e-6_wp), 'near')
-      call check(error, .not. (frame%contains_time(-1.1e-6_wp) .or. frame%contains_time(2.0_wp + 1.1e-6_wp)), 'far')
-      call frame%at(2.0_wp + 0.9e-6_wp, last, omega)
+      call check(error, has_time(frame, -1e-6_wp) .and. has_time(frame, 2.0_wp + 0.9e-6_wp), 'near')
+      call check(error, .not. (has_time(frame, -1.1e-6_wp) .or. has_time(frame, 2.0_wp + 1.1e-6_wp)), 'far')
+      call find_frame(frame, 2.0_wp + 0.9e-6_wp, last, omega)
       call check(error, abs(attitude_distance(last, rows%q(:, 41)) - 0.9e-6_wp*norm2(rows%omega(:, 41))) < 1e-10_wp)
       call check(error, norm2(omega - rows%omega(:, 41)) < 1e-4_wp)
-      call frame%at(2.0_wp + 1e-6_wp, last, omega)
-      call frame%at(1e300_wp, q, omega)
+      call find_frame(frame, 2.0_wp + 1e-6_wp, last, omega)
+      call find_frame(frame, 1e300_wp, q, omega)
       call check(error, attitude_distance(q, last) < 1e-12_wp .and. norm2(omega) <= 0.0_wp, 'it moves on')
-      call frame%at(-1e300_wp, q, omega)
+      call find_frame(frame, -1e300_wp, q, omega)
       call check(error, attitude_distance(q, rows%q(:, 1)) < 1e-5_wp .and. norm2(omega) <= 0.0_wp, 'it moved before')
    end subroutine ends_of_frames
 

@@ -8,7 +8,7 @@ module nutate_moving_frame
    private
 
    public :: moving_frame_t, make_frame
-   public :: quaternion_rate, angle_rate
+   public :: angle_rate, find_frame, has_time, quaternion_rate, see_from_frame
 
    !> Largest extension of a frame beyond its ends, s: beyond the rounding of dates.
    real(wp), parameter :: longest_slack = 1e-6_wp
@@ -26,13 +26,6 @@ module nutate_moving_frame
       real(wp) :: fastest = 0.0_wp
       !> Rotation vector from each attitude to the next, axes of the frame, rad; shape (3, n - 1).
       real(wp), allocatable, private :: turn(:, :)
-   contains
-      !> Returns true for a time at which the attitude is known.
-      procedure, non_overridable :: contains_time
-      !> Computes attitude and angular velocity at a time.
-      procedure, non_overridable :: at => frame_at
-      !> Returns an attitude relative to the frame, and the angle of its rotation.
-      procedure, non_overridable :: relative
    end type moving_frame_t
 
 contains
@@ -71,12 +64,12 @@ contains
    end subroutine make_frame
 
    !> Returns true for a time at which the attitude is known.
-   pure logical function contains_time(self, t)
-      class(moving_frame_t), intent(in) :: self
+   pure logical function has_time(self, t)
+      type(moving_frame_t), intent(in) :: self
       !> Time, s.
       real(wp), intent(in) :: t
-      contains_time = t >= self%t(1) - slack(self, 1) .and. t <= self%t(size(self%t)) + slack(self, size(self%t) - 1)
-   end function contains_time
+      has_time = t >= self%t(1) - slack(self, 1) .and. t <= self%t(size(self%t)) + slack(self, size(self%t) - 1)
+   end function has_time
 
    !> Returns how far beyond one of its ends a frame is extended, s.
    pure real(wp) function slack(frame, i)
@@ -89,8 +82,8 @@ contains
    !> Computes attitude and angular velocity at a time. With angular velocities the rotation vector from one known
    !> attitude to the next is a cubic polynomial that has both; without them the rate is constant. Beyond its ends the
    !> frame does not rotate.
-   pure subroutine frame_at(self, t, q, omega)
-      class(moving_frame_t), intent(in) :: self
+   pure subroutine find_frame(self, t, q, omega)
+      type(moving_frame_t), intent(in) :: self
       !> Time, s.
       real(wp), intent(in) :: t
       !> Unit quaternion, frame to space; rad/s, axes of the frame.
@@ -106,8 +99,8 @@ contains
          q = quat_normalized(quat_product(self%q(:, i), quat_exp(0.5_wp*s*self%turn(:, i))))
          omega = self%turn(:, i)/h
       end if
-      if (.not. self%contains_time(t)) omega = 0.0_wp
-   end subroutine frame_at
+      if (.not. has_time(self, t)) omega = 0.0_wp
+   end subroutine find_frame
 
    !> Returns the interval of a time: the first or the last one for a time beyond the ends.
    pure integer function place_of(times, t) result(i)
@@ -126,17 +119,17 @@ contains
    end function place_of
 
    !> Computes an attitude relative to the frame, a quaternion from body axes to those of the frame, and its angle.
-   pure subroutine relative(self, t, q, from_frame, angle)
-      class(moving_frame_t), intent(in) :: self
+   pure subroutine see_from_frame(self, t, q, from_frame, angle)
+      type(moving_frame_t), intent(in) :: self
       !> Time, s; attitude, body to space, shape (4).
       real(wp), intent(in) :: t, q(4)
       !> Quaternion of the length of q, body axes to frame; angle, rad, 0 to π.
       real(wp), intent(out) :: from_frame(4), angle
       real(wp) :: axes(4), omega(3)
-      call self%at(t, axes, omega)
+      call find_frame(self, t, axes, omega)
       from_frame = quat_product(quat_conjugate(axes), q)
       angle = 2*atan2(norm2(from_frame(2:4)), abs(from_frame(1)))
-   end subroutine relative
+   end subroutine see_from_frame
 
    !> Returns the rate of the angle of an attitude relative to the frame, rad/s. An angle of zero grows.
    pure real(wp) function angle_rate(self, t, q, omega) result(rate)
@@ -167,7 +160,7 @@ contains
       real(wp), intent(in) :: t, q(4), omega(3)
       real(wp), intent(out) :: from_frame(4), spin(3)
       real(wp) :: axes(4), axes_rate(3)
-      call frame%at(t, axes, axes_rate)
+      call find_frame(frame, t, axes, axes_rate)
       from_frame = quat_product(quat_conjugate(axes), q)
       spin = omega - rotate_to_body((1/quat_norm(q))*from_frame, axes_rate)
    end subroutine see

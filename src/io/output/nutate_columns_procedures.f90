@@ -8,6 +8,7 @@ submodule(nutate_columns) nutate_columns_procedures
       potential_energy, relative_rate, space_momentum
    use nutate_quantity_motion, only: attitude_in_lvlh, quantity_value
    use nutate_motion, only: find_motion, motion_t
+   use nutate_moving_frame, only: has_time, see_from_frame
    use nutate_quaternion, only: quat_normalized, quat_product, rotate_to_space
    use nutate_orbit, only: orbit_t
    use nutate_propagated_columns, only: propagated_headers, propagated_values, propagated_width, is_by_free, &
@@ -370,8 +371,8 @@ contains
       values = ieee_value(values, ieee_quiet_nan)
       if (i > system%effects%n_frames) return
       associate (frame => system%effects%frames(i))
-         if (frame%contains_time(state%t)) call frame%relative( &
-            state%t, quat_product(system%effects%space_axes(state%t), state%q), values(:4), values(5))
+         if (has_time(frame, state%t)) call see_from_frame( &
+            frame, state%t, quat_product(system%effects%space_axes(state%t), state%q), values(:4), values(5))
       end associate
    end function seen_from_frame
 

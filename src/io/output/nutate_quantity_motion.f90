@@ -6,7 +6,7 @@ module nutate_quantity_motion
    use nutate_kinds, only: wp, eps, pi
    use nutate_motion, only: motion_t
    use nutate_motion_bounds, only: speed_bounds_t
-   use nutate_moving_frame, only: quaternion_rate, angle_rate
+   use nutate_moving_frame, only: angle_rate, quaternion_rate, see_from_frame
    use nutate_orbit, only: shadow_rate
    use nutate_quantities, only: quantity_t, Q_CONJUGATE_MOMENTUM, Q_ENERGY, Q_EULER, Q_FIELD, &
       Q_FRAME_ANGLE, Q_FRAME_ATTITUDE, Q_JACOBI, Q_LVLH_ATTITUDE, Q_LVLH_RATE, Q_MOMENTUM, Q_MOMENTUM_SPACE, &
@@ -282,8 +282,8 @@ contains
       x = 0.0_wp
       if (quantity%number > system%effects%n_frames) return
       associate (frame => system%effects%frames(quantity%number))
-         call frame%relative(motion%state%t, quat_product(system%effects%space_axes(motion%state%t), motion%state%q), &
-                             q, angle)
+         call see_from_frame(frame, motion%state%t, &
+                             quat_product(system%effects%space_axes(motion%state%t), motion%state%q), q, angle)
       end associate
       x = merge(angle, q(component), quantity%kind == Q_FRAME_ANGLE)
    end function frame_value

@@ -7,7 +7,7 @@ module nutate_scene_frame
    use nutate_keys, only: group_t, key_t, KEY_TEXT
    use nutate_kinds, only: wp
    use nutate_measured_message, only: read_records
-   use nutate_moving_frame, only: make_frame, moving_frame_t
+   use nutate_moving_frame, only: has_time, make_frame, moving_frame_t
    use nutate_printable, only: quoted
    use nutate_run_plan, only: run_plan_t
    use nutate_scene_error, only: scene_error_t
@@ -145,10 +145,10 @@ contains
          name = quoted(groups(i)%text('attitude', ''))
          associate (frame => effects%frames(n))
             range = rounded_text(frame%t(1), 9)//' to '//rounded_text(frame%t(size(frame%t)), 9)//' s'
-            if (.not. frame%contains_time(0.0_wp)) then
+            if (.not. has_time(frame, 0.0_wp)) then
                call error%raise(groups(i)%line_of('attitude'), 'the records of '//name//' go from '//range, &
                                 expected='records that contain t = 0')
-            else if (.not. frame%contains_time(plan%end_time)) then
+            else if (.not. has_time(frame, plan%end_time)) then
                call error%raise(line, 'end_time is outside of the records of '//name, expected=range)
             end if
          end associate
