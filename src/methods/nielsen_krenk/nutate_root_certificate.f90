@@ -28,7 +28,7 @@
 !> (1+ε)μ; 2ε is added to κ.
 module nutate_root_certificate
    use nutate_body, only: body_t, diagonal, make_body
-   use nutate_effect_bounds, only: effect_bounds_t, linear_map_t, map_of, spectral_norm, times_cross
+   use nutate_effect_bounds, only: add_bounds, effect_bounds_t, linear_map_t, map_of, spectral_norm, times_cross
    use nutate_kinds, only: wp
    use nutate_limits, only: most_spheres
    use nutate_quaternion, only: rotate_to_body
@@ -386,7 +386,7 @@ contains
          one%force = one%force + 2*rate*share*drag*radius
          one%drag_slope = max(1.0_wp, 3*radius*radius - 1)*max(1.0_wp, share)*drag
          one%drag_curvature = 6*radius*drag
-         call bounds%add(one)
+         call add_bounds(bounds, one)
       end do
    end subroutine add_spheres
 
@@ -495,12 +495,12 @@ contains
             call potential%bound(map, radius, self%gamma(:, i), slack, one)
             one%known = one%known .and. .not. potential%varies
          end associate
-         call bounds%add(one)
+         call add_bounds(bounds, one)
       end do
       do i = 1, system%effects%n_torques
          if (.not. self%acts(i)) cycle
          call system%effects%torques(i)%item%bound(map, radius, none, slack, one)
-         call bounds%add(one)
+         call add_bounds(bounds, one)
       end do
       bounds%known = bounds%known .and. max(bounds%force, bounds%slope, bounds%curvature, bounds%drag, &
                                             bounds%drag_slope, bounds%drag_curvature) < greatest_bound

@@ -12,7 +12,7 @@ module nutate_effect_bounds
    private
 
    public :: effect_bounds_t, linear_map_t, map_of
-   public :: bounds_of_drag, bounds_of_linear, bounds_of_potential, bounds_of_torque
+   public :: add_bounds, bounds_of_drag, bounds_of_linear, bounds_of_potential, bounds_of_torque
    public :: let_change, projection_part, projection_slope, projection_curvature, spectral_norm, times_cross
 
    !> Norm of the second derivative of 2bbᵀ/(1+β): it is 4 at b = 0 and less elsewhere.
@@ -38,15 +38,13 @@ module nutate_effect_bounds
       real(wp) :: drag = 0.0_wp, drag_slope = 0.0_wp, drag_curvature = 0.0_wp
       !> For a torque that changes with time: |A ∂T/∂t|, its slope, and |A ∂²T/∂t²|.
       real(wp) :: change = 0.0_wp, change_slope = 0.0_wp, change_rate = 0.0_wp
-   contains
-      !> Adds the bounds of another effect.
-      procedure, non_overridable :: add
    end type effect_bounds_t
 
 contains
 
-   pure subroutine add(self, other)
-      class(effect_bounds_t), intent(inout) :: self
+   !> Adds the bounds of another effect.
+   pure subroutine add_bounds(self, other)
+      type(effect_bounds_t), intent(inout) :: self
       type(effect_bounds_t), intent(in) :: other
       self%known = self%known .and. other%known
       self%force = self%force + other%force
@@ -58,7 +56,7 @@ contains
       self%change = self%change + other%change
       self%change_slope = self%change_slope + other%change_slope
       self%change_rate = self%change_rate + other%change_rate
-   end subroutine add
+   end subroutine add_bounds
 
    !> Makes a map from its matrix.
    pure type(linear_map_t) function map_of(matrix, axes) result(map)

@@ -8,7 +8,7 @@
 module nutate_motion_bounds
    use nutate_body, only: body_t
    use nutate_effect, only: LINEAR_SERIES, potential_t, torque_t
-   use nutate_effect_bounds, only: effect_bounds_t, linear_map_t, map_of, spectral_norm
+   use nutate_effect_bounds, only: add_bounds, effect_bounds_t, linear_map_t, map_of, spectral_norm
    use nutate_kinds, only: wp, pi
    use nutate_limits, only: most_inner
    use nutate_motion, only: motion_t
@@ -148,7 +148,7 @@ contains
       type(effect_bounds_t) :: bound
       real(wp) :: root(3, 3)
       call torque%bound(whole, at_once, whole%matrix(:, 1), any_attitude, bound)
-      call total%add(bound)
+      call add_bounds(total, bound)
       bounds%space_torques = bounds%space_torques + bound%force
       if (bound%force > 1/most .and. bound%change_rate < most) &
          bounds%frequency = max(bounds%frequency, sqrt(bound%change_rate/bound%force))
@@ -190,7 +190,7 @@ contains
             if (allocated(wheel%motor)) call wheel%motor%bound(whole, at_once, wheel%axis, any_attitude, bound)
             bound%known = bound%known .and. .not. wheel%friction > 0.0_wp .and. .not. bound%drag_slope > 0.0_wp .and. &
                           wheel%component == 0
-            call total%add(bound)
+            call add_bounds(total, bound)
             bounds%drives(i) = bound%force
             bounds%inverse_wheels(i) = 1/wheel%inertia
             bounds%wheel_torques = bounds%wheel_torques + bound%force*abs(wheel%axis)
@@ -208,7 +208,7 @@ contains
       integer :: k
       call potential%bound(whole, at_once, potential%direction, any_attitude, bound)
       bound%known = bound%known .and. .not. potential%varies
-      call total%add(bound)
+      call add_bounds(total, bound)
       bounds%potentials_stand = bounds%potentials_stand .and. .not. (potential%moves .or. potential%varies)
       if (potential%series_kind() /= LINEAR_SERIES) bounds%curved_torque = bounds%curved_torque + bound%force
       do k = 1, 3
