@@ -18,7 +18,8 @@ module nutate_check_command
    use nutate_files, only: STANDARD_OUTPUT
    use nutate_fixed_steps, only: count_steps
    use nutate_free_variations, only: usual_sets
-   use nutate_hamiltonian, only: angular_velocity, body_momentum, kinetic_energy, potential_energy, space_momentum
+   use nutate_hamiltonian, only: angular_velocity, body_momentum, kinetic_energy, potential_energy, space_momentum, &
+      system_t
    use nutate_invariants, only: invariants_t
    use nutate_keys, only: group_t, key_t, KEY_LOGICAL, KEY_TEXT
    use nutate_kinds, only: wp, long, pi
@@ -36,7 +37,6 @@ module nutate_check_command
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_STOPPED
    use nutate_integrator_settings, only: integrator_settings_t
-   use nutate_system, only: system_t
    use nutate_tumbling, only: tumbling_elements, tumbling_start, tumbling_start_t, tumbling_t
    implicit none
    private

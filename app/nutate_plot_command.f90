@@ -6,7 +6,7 @@ module nutate_plot_command
    use nutate_decimal, only: rounded_text
    use nutate_free_variations, only: usual_sets
    use nutate_gnuplot, only: gnuplot_is_here, is_picture, picture_t
-   use nutate_hamiltonian, only: angular_velocity
+   use nutate_hamiltonian, only: angular_velocity, system_t
    use nutate_history_plot, only: draw_history, draw_xy, name_length, read_history, read_names, recorded_t
    use nutate_kinds, only: pi, wp
    use nutate_observer, only: run_record_t
@@ -21,7 +21,6 @@ module nutate_plot_command
    use nutate_spelling, only: nearest_name, split_list
    use nutate_state, only: state_t
    use nutate_status, only: fail, status_t, NUTATE_BAD_ARGUMENT
-   use nutate_system, only: system_t
    implicit none
    private
 

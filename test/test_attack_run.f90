@@ -6,14 +6,13 @@
 module test_attack_run
    use, intrinsic :: iso_fortran_env, only: error_unit
    use nutate_composition, only: compositions
-   use nutate_hamiltonian, only: angular_velocity, make_state
+   use nutate_hamiltonian, only: angular_velocity, make_state, system_t
    use nutate_kinds, only: wp
    use nutate_methods, only: make_stepper
    use nutate_quaternion, only: quat_conjugate, quat_product
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_stepper, only: integrator_settings_t, stepper_t
-   use nutate_system, only: system_t
    use test_attack_case, only: attack_case_t, draw_case, make_system
    use test_attack_oracle, only: branch_t, oracle_t, REACHED, ENDED, LOST
    implicit none

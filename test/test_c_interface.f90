@@ -22,8 +22,7 @@ submodule(suites_of_interfaces) test_c_interface
    use nutate_scene, only: read_scene, scene_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_stepper, only: stepper_t
-   use nutate_system, only: system_t
+   use nutate_stepper, only: stepper_t, system_t
    use test_shipped_scenes, only: shipped_scenes => scene_names
    use test_support, only: check, check_below, error_type, new_unittest, skip_test, test_failed
    implicit none

@@ -3,7 +3,7 @@ submodule(suites_of_effects) test_chaos
    use nutate_byte_archive, only: byte_archive_t
    use nutate_chaos_settings, only: chaos_settings_t
    use nutate_variation, only: variation_t
-   use nutate_hamiltonian, only: body_momentum
+   use nutate_hamiltonian, only: body_momentum, system_t
    use nutate_kinds, only: wp, pi
    use nutate_observer, only: run_record_t
    use nutate_summary, only: run_summary_t
@@ -11,7 +11,6 @@ submodule(suites_of_effects) test_chaos
    use nutate_scene, only: parse_scene, scene_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, NUTATE_STOPPED
-   use nutate_system, only: system_t
    use test_tangent_runs, only: sensitivity_recorder_t
    use test_support, only: check, check_below, check_close, draws_fewer, error_type, in_turn, new_unittest, &
       one_in, test_failed

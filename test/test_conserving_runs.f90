@@ -9,8 +9,7 @@ module test_conserving_runs
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_stepper, only: integrator_settings_t, stepper_t
-   use nutate_system, only: system_t
+   use nutate_stepper, only: integrator_settings_t, stepper_t, system_t
    use test_problems, only: march, problem_t
    use test_support, only: check, check_below, error_type
    implicit none

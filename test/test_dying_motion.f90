@@ -8,7 +8,7 @@ module test_dying_motion
    use nutate_body, only: body_t, diagonal, make_body
    use nutate_damping, only: damping_t
    use nutate_gravity, only: gravity_t
-   use nutate_hamiltonian, only: make_state
+   use nutate_hamiltonian, only: make_state, system_t
    use nutate_kinds, only: eps, long, wp
    use nutate_method_choice, only: AUTOMATIC_METHOD, choose_method
    use nutate_methods, only: default_settings
@@ -18,7 +18,6 @@ module test_dying_motion
    use nutate_state, only: state_t
    use nutate_status, only: NUTATE_STEP_LIMIT, status_t
    use nutate_integrator_settings, only: integrator_settings_t
-   use nutate_system, only: system_t
    use nutate_wheel, only: wheel_t
    use nutate_wheel_mounting, only: add_wheel
    use test_oracle, only: find_true_attitude, has_oracle, qp, true_distance

@@ -2,7 +2,7 @@
 submodule(suites_of_effects) test_effect_calls
    use, intrinsic :: iso_c_binding, only: c_double, c_int, c_long_long
    use nutate_effect, only: potential_t, torque_t
-   use nutate_hamiltonian, only: body_momentum, make_state
+   use nutate_hamiltonian, only: body_momentum, make_state, system_t
    use nutate_kinds, only: wp
    use nutate_nielsen_krenk, only: nielsen_krenk_t
    use nutate_quaternion, only: cross
@@ -13,7 +13,6 @@ submodule(suites_of_effects) test_effect_calls
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_integrator_settings, only: integrator_settings_t
-   use nutate_system, only: system_t
    use test_effect_samples, only: sample_body
    use test_support, only: check, error_type, new_unittest
    implicit none

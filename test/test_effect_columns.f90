@@ -4,7 +4,7 @@ submodule(suites_of_effects) test_effect_columns
    use nutate_columns, only: columns_t
    use nutate_damping, only: damping_t
    use nutate_effect_list, only: effect_list_t
-   use nutate_hamiltonian, only: angular_velocity, make_state, potential_energy
+   use nutate_hamiltonian, only: angular_velocity, make_state, potential_energy, system_t
    use nutate_kinds, only: wp, eps
    use nutate_methods, only: default_settings
    use nutate_observer, only: observer_t, run_record_t
@@ -13,7 +13,6 @@ submodule(suites_of_effects) test_effect_columns
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_integrator_settings, only: integrator_settings_t
-   use nutate_system, only: system_t
    use nutate_wheel, only: wheel_t
    use nutate_wheel_mounting, only: add_wheel
    use test_problems, only: forced_body, problem_t

@@ -6,7 +6,7 @@ submodule(suites_of_effects) test_effect_reference
    use nutate_dipole, only: dipole_t
    use nutate_gravity, only: gravity_t
    use nutate_gravity_gradient, only: gravity_gradient_t
-   use nutate_hamiltonian, only: angular_velocity, make_state
+   use nutate_hamiltonian, only: angular_velocity, make_state, system_t
    use nutate_kinds, only: wp, pi
    use nutate_nielsen_krenk, only: nielsen_krenk_t
    use nutate_quaternion, only: rotation_matrix
@@ -17,7 +17,6 @@ submodule(suites_of_effects) test_effect_reference
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_integrator_settings, only: integrator_settings_t
-   use nutate_system, only: system_t
    use test_effect_samples, only: sample_body
    use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none

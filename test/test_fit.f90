@@ -4,7 +4,7 @@ submodule(suites_of_methods) test_fit
    use nutate_attitude, only: quat_from_rotation_vector
    use nutate_fit, only: fit_scene, fit_t
    use nutate_fit_model, only: fit_model_t, motion_at_t
-   use nutate_hamiltonian, only: body_momentum
+   use nutate_hamiltonian, only: body_momentum, system_t
    use nutate_fit_residuals, only: inverse_right_jacobian, residuals_t, right_jacobian
    use nutate_attitude, only: rotation_vector_from_quat
    use nutate_kinds, only: wp, pi
@@ -13,7 +13,6 @@ submodule(suites_of_methods) test_fit
    use nutate_quaternion, only: quat_conjugate, quat_normalized, quat_product
    use nutate_scene, only: parse_scene, scene_t
    use nutate_status, only: status_t, NUTATE_BAD_ARGUMENT, NUTATE_STEP_LIMIT
-   use nutate_system, only: system_t
    use test_support, only: check, check_below, check_close, draws_fewer, error_type, new_unittest, one_in, &
       random_unit, random_unit_quaternion, random_vector, test_failed
    implicit none

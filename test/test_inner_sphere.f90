@@ -7,7 +7,7 @@ submodule(suites_of_effects) test_inner_sphere
    use nutate_damping, only: damping_t
    use nutate_dipole, only: dipole_t
    use nutate_hamiltonian, only: angular_velocity, body_momentum, conserved_energy, kinetic_energy, make_state, &
-      space_momentum
+      space_momentum, system_t
    use nutate_inertia_change, only: inertia_change_t
    use nutate_inner_sphere, only: inner_sphere_t
    use nutate_kinds, only: wp, long, eps
@@ -21,7 +21,6 @@ submodule(suites_of_effects) test_inner_sphere
    use nutate_state, only: state_t
    use nutate_status, only: NUTATE_BAD_ARGUMENT, status_t
    use nutate_stepper, only: integrator_settings_t, stepper_t
-   use nutate_system, only: system_t
    use nutate_tangent, only: tangent_t
    use nutate_variation, only: variation_t
    use nutate_wheel, only: wheel_t

@@ -1,11 +1,10 @@
 !> The analytic Jacobian of a step against differences, for the suites that bring effects along.
 module test_jacobian
    use, intrinsic :: iso_fortran_env, only: int64
-   use nutate_hamiltonian, only: make_state
+   use nutate_hamiltonian, only: make_state, system_t
    use nutate_kinds, only: wp, eps
    use nutate_state, only: state_t
    use nutate_eight_equations, only: eight_equations_t
-   use nutate_system, only: system_t
    use test_support, only: check_close, error_type, random_unit_quaternion, random_vector
    implicit none
    private

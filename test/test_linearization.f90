@@ -1,7 +1,7 @@
 !> Linearisation: matrices against differences of the motion, eigenvalues against closed formulas, Floquet multipliers.
 submodule(suites_of_effects) test_linearization
    use nutate_attitude, only: quat_from_rotation_vector, rotation_vector_from_quat
-   use nutate_hamiltonian, only: angular_velocity, make_state
+   use nutate_hamiltonian, only: angular_velocity, make_state, system_t
    use nutate_kinds, only: wp, pi
    use nutate_linear_rates, only: linearize_rates
    use nutate_linearization, only: linearization_t, linearize_equilibrium, linearize_period
@@ -11,7 +11,6 @@ submodule(suites_of_effects) test_linearization
    use nutate_scene, only: parse_scene, read_scene, scene_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_system, only: system_t
    use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
 

@@ -11,7 +11,7 @@ submodule(suites_of_methods) test_motion_bounds
    use nutate_effect, only: torque_t
    use nutate_effect_bounds, only: bounds_of_drag, effect_bounds_t, linear_map_t
    use nutate_event_list, only: event_list_t
-   use nutate_hamiltonian, only: make_state
+   use nutate_hamiltonian, only: make_state, system_t
    use nutate_kinds, only: wp
    use nutate_methods, only: default_settings
    use nutate_motion, only: find_motion, find_rates, motion_t
@@ -24,7 +24,6 @@ submodule(suites_of_methods) test_motion_bounds
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_integrator_settings, only: integrator_settings_t
-   use nutate_system, only: system_t
    use nutate_wheel, only: wheel_t
    use nutate_wheel_mounting, only: add_wheel
    use test_attack_case, only: attack_case_t, draw_case, make_system

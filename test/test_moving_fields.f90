@@ -10,7 +10,8 @@ submodule(suites_of_effects) test_moving_fields
    use nutate_force, only: force_t, moving_force_t
    use nutate_geomagnetic_field, only: geomagnetic_field_t
    use nutate_gravity, only: gravity_t
-   use nutate_hamiltonian, only: angular_velocity, conserved_energy, make_state, space_momentum, time_dependent_power
+   use nutate_hamiltonian, only: angular_velocity, conserved_energy, make_state, space_momentum, system_t, &
+      time_dependent_power
    use nutate_kepler_orbit, only: kepler_orbit_t
    use nutate_kinds, only: wp, eps
    use nutate_observer, only: observer_t, run_record_t
@@ -25,7 +26,6 @@ submodule(suites_of_effects) test_moving_fields
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_integrator_settings, only: integrator_settings_t
-   use nutate_system, only: system_t
    use nutate_timed_force, only: timed_force_t
    use nutate_wheel, only: wheel_t
    use nutate_wheel_mounting, only: add_wheel

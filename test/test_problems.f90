@@ -3,8 +3,7 @@ module test_problems
    use nutate_kinds, only: wp
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_stepper, only: stepper_t
-   use nutate_system, only: system_t
+   use nutate_stepper, only: stepper_t, system_t
    implicit none
    private
 

@@ -8,8 +8,8 @@ submodule(suites_of_effects) test_reshaped_bodies
    use nutate_rotor, only: rotor_t
    use nutate_gravity, only: gravity_t
    use nutate_gravity_gradient, only: gravity_gradient_t
-   use nutate_hamiltonian, only: angular_velocity, body_momentum, conserved_energy, make_state, potential_energy, &
-      space_momentum, time_dependent_power, total_energy
+   use nutate_hamiltonian, only: angular_velocity, body_momentum, conserved_energy, inertia_at, make_state, &
+      potential_energy, space_momentum, time_dependent_power, total_energy
    use nutate_inertia_change, only: inertia_change_t, make_tabulated_inertia
    use nutate_kepler_orbit, only: kepler_orbit_t
    use nutate_kinds, only: wp, eps
@@ -21,7 +21,6 @@ submodule(suites_of_effects) test_reshaped_bodies
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_stepper, only: integrator_settings_t, stepper_t
-   use nutate_system, only: inertia_at
    use nutate_tangent, only: tangent_t
    use nutate_variation, only: attitude_variation, rate_variation, variation_t
    use test_oracle, only: find_true_attitude, has_oracle, qp, true_distance

@@ -3,7 +3,7 @@
 submodule(suites_of_effects) test_saturation
    use nutate_body, only: diagonal, make_body
    use nutate_hamiltonian, only: angular_velocity, conserved_energy, kinetic_energy, make_state, space_momentum, &
-      total_energy
+      system_t, total_energy
    use nutate_kepler_orbit, only: kepler_orbit_t
    use nutate_kinds, only: wp, long, eps
    use nutate_methods, only: make_stepper, method_t, methods
@@ -20,7 +20,6 @@ submodule(suites_of_effects) test_saturation
    use nutate_state, only: state_t
    use nutate_status, only: status_t, NUTATE_BAD_ARGUMENT
    use nutate_stepper, only: integrator_settings_t, stepper_t
-   use nutate_system, only: system_t
    use nutate_wheel, only: wheel_t
    use nutate_wheel_mounting, only: add_wheel
    use test_problems, only: forced_body, problem_t

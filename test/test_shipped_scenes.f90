@@ -1,7 +1,7 @@
 !> Every scene that comes along: both solvers give one trajectory, and the accuracy asked for is the one that comes out.
 module test_shipped_scenes
    use nutate_method_choice, only: choose_method, AUTOMATIC_METHOD
-   use nutate_hamiltonian, only: angular_velocity
+   use nutate_hamiltonian, only: angular_velocity, system_t
    use nutate_invariants, only: invariants_t
    use nutate_kinds, only: wp, eps
    use nutate_methods, only: make_stepper
@@ -14,7 +14,6 @@ module test_shipped_scenes
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_stepper, only: integrator_settings_t, stepper_t
-   use nutate_system, only: system_t
    use test_support, only: check, check_below, check_close, error_type, in_turn, new_unittest, unittest_type
    implicit none
    private

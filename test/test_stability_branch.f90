@@ -10,8 +10,7 @@ module test_stability_branch
    use nutate_reduced_equations, only: reduced_equations_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_stepper, only: integrator_settings_t, stepper_t
-   use nutate_system, only: system_t
+   use nutate_stepper, only: integrator_settings_t, stepper_t, system_t
    implicit none
    private
 

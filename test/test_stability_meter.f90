@@ -10,8 +10,7 @@ module test_stability_meter
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: fail, NUTATE_NOT_FINITE, status_t
-   use nutate_stepper, only: stepper_t
-   use nutate_system, only: system_t
+   use nutate_stepper, only: stepper_t, system_t
    use test_problems, only: problem_t
    use test_stability_case, only: number_text, record_t, way_t
    implicit none

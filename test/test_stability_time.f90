@@ -10,8 +10,7 @@ module test_stability_time
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_stepper, only: stepper_t
-   use nutate_system, only: system_t
+   use nutate_stepper, only: stepper_t, system_t
    use test_problems, only: forced_body, precessing_top, problem_t
    use test_stability_case, only: check_case, EVERY_WAY, number_text, record_t, stability_case_t, way_t
    use test_stability_meter, only: follow, meter_t

@@ -3,7 +3,7 @@ submodule(suites_of_effects) test_table_torques
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_applied_torque, only: applied_torque_t
    use nutate_effect_bounds, only: effect_bounds_t, linear_map_t
-   use nutate_hamiltonian, only: make_state, total_energy
+   use nutate_hamiltonian, only: make_state, system_t, total_energy
    use nutate_kinds, only: wp, pi, eps
    use nutate_summary, only: run_summary_t
    use nutate_quaternion, only: attitude_distance
@@ -12,7 +12,6 @@ submodule(suites_of_effects) test_table_torques
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_integrator_settings, only: integrator_settings_t
-   use nutate_system, only: system_t
    use nutate_tabulated_torque, only: make_tabulated_torque, tabulated_torque_t
    use test_effect_samples, only: sample_body
    use test_support, only: check, check_below, check_close, error_type, new_unittest, random_unit

@@ -6,7 +6,7 @@ submodule(suites_of_effects) test_tangent_differences
    use nutate_effect, only: effect_t, parameter_t
    use nutate_effect_catalogue, only: effect_kind_t, effect_kinds
    use nutate_orbital_effects, only: build_on_orbit, goes_by_orbit
-   use nutate_hamiltonian, only: body_momentum, make_state
+   use nutate_hamiltonian, only: body_momentum, make_state, system_t
    use nutate_controller, only: controller_t
    use nutate_controller_group, only: gain_changes
    use nutate_controller_mounting, only: add_controller
@@ -18,7 +18,6 @@ submodule(suites_of_effects) test_tangent_differences
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_stepper, only: integrator_settings_t, stepper_t
-   use nutate_system, only: system_t
    use nutate_tangent, only: tangent_t
    use nutate_wheel, only: wheel_t
    use nutate_wheel_mounting, only: add_wheel

@@ -11,7 +11,7 @@ submodule(suites_of_effects) test_tangent_events
    use nutate_dipole, only: dipole_t
    use nutate_event, only: event_t, EXTREMUM, MAXIMUM, MINIMUM, SWITCH_OFF, SWITCH_TOGGLE
    use nutate_event_list, only: event_list_t
-   use nutate_hamiltonian, only: body_momentum, make_state
+   use nutate_hamiltonian, only: body_momentum, make_state, system_t
    use nutate_kinds, only: wp, long, pi
    use nutate_observer, only: run_record_t
    use nutate_progress, only: total_work
@@ -23,7 +23,6 @@ submodule(suites_of_effects) test_tangent_events
    use nutate_state, only: state_t
    use nutate_status, only: status_t, NUTATE_STOPPED
    use nutate_integrator_settings, only: integrator_settings_t
-   use nutate_system, only: system_t
    use nutate_wheel, only: wheel_t
    use nutate_wheel_mounting, only: add_wheel
    use test_event_support, only: angle_event_t, rate_event_t, tilt_event_t

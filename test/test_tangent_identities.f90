@@ -8,7 +8,7 @@ module test_tangent_identities
       OF_POTENTIAL, &
       OF_TORQUE, OF_WHEEL
    use nutate_effect, only: effect_t, parameter_t
-   use nutate_hamiltonian, only: angular_velocity, body_momentum, make_state, potential_torque, space_momentum
+   use nutate_hamiltonian, only: angular_velocity, body_momentum, make_state, potential_torque, space_momentum, system_t
    use nutate_kinds, only: wp
    use nutate_methods, only: make_stepper
    use nutate_quaternion, only: rotate_to_body, rotate_to_space
@@ -17,7 +17,6 @@ module test_tangent_identities
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_stepper, only: integrator_settings_t, stepper_t
-   use nutate_system, only: system_t
    use nutate_tangent, only: tangent_t
    use nutate_wheel, only: wheel_t
    use nutate_wheel_mounting, only: add_wheel

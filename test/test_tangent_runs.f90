@@ -5,7 +5,7 @@ module test_tangent_runs
    use nutate_sensitivity_projection, only: kept_steps
    use nutate_variation, only: attitude_variation, variation_t, inertia_variation, rate_variation
    use nutate_controller, only: controller_t
-   use nutate_hamiltonian, only: body_momentum, make_state
+   use nutate_hamiltonian, only: body_momentum, make_state, system_t
    use nutate_kinds, only: wp, long
    use nutate_methods, only: make_stepper
    use nutate_observer, only: run_record_t
@@ -14,7 +14,6 @@ module test_tangent_runs
    use nutate_state, only: state_t
    use nutate_status, only: status_t, NUTATE_STOPPED
    use nutate_stepper, only: integrator_settings_t, stepper_t
-   use nutate_system, only: system_t
    use nutate_tangent, only: tangent_t
    use test_problems, only: box, forced_body, problem_t
    use test_stopping_observer, only: stopping_observer_t

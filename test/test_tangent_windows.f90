@@ -11,7 +11,7 @@ submodule(suites_of_effects) test_tangent_windows
    use nutate_controller_mounting, only: add_controller
    use nutate_event, only: event_t, MAXIMUM
    use nutate_event_list, only: event_list_t
-   use nutate_hamiltonian, only: body_momentum, make_state
+   use nutate_hamiltonian, only: body_momentum, make_state, system_t
    use nutate_kinds, only: wp, long
    use nutate_observer, only: run_record_t
    use nutate_progress, only: total_work
@@ -21,7 +21,6 @@ submodule(suites_of_effects) test_tangent_windows
    use nutate_state, only: state_t
    use nutate_status, only: status_t, NUTATE_STOPPED
    use nutate_integrator_settings, only: integrator_settings_t
-   use nutate_system, only: system_t
    use nutate_tabulated_torque, only: make_tabulated_torque, tabulated_torque_t
    use nutate_timed_force, only: timed_force_t
    use nutate_wheel, only: wheel_t

@@ -3,7 +3,7 @@
 module test_threads
    use, intrinsic :: iso_c_binding, only: c_f_pointer, c_funloc, c_int, c_loc, c_ptr
    use, intrinsic :: iso_fortran_env, only: int64
-   use nutate_hamiltonian, only: make_state
+   use nutate_hamiltonian, only: make_state, system_t
    use nutate_kinds, only: wp
    use nutate_methods, only: make_stepper, methods
    use nutate_observer, only: observer_t, run_record_t
@@ -13,7 +13,6 @@ module test_threads
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_stepper, only: integrator_settings_t, stepper_t
-   use nutate_system, only: system_t
    use test_c_support, only: run_threads
    use test_support, only: check, error_type, in_turn, new_unittest, random_unit_quaternion, random_vector, &
       unittest_type

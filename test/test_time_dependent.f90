@@ -6,7 +6,7 @@ module test_time_dependent
    use nutate_damping, only: damping_t
    use nutate_gravity_gradient, only: gravity_gradient_t
    use nutate_hamiltonian, only: angular_velocity, frame_rate_of, make_state, potential_energy, space_momentum, &
-      total_energy, time_dependent_power
+      total_energy, time_dependent_power, system_t
    use nutate_kepler_orbit, only: kepler_orbit_t
    use nutate_kinds, only: wp, eps, pi
    use nutate_methods, only: make_stepper, methods
@@ -20,7 +20,6 @@ module test_time_dependent
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_stepper, only: integrator_settings_t, stepper_t
-   use nutate_system, only: system_t
    use test_problems, only: problem_t
    use test_resume, only: settings_of
    use test_support, only: check, check_below, check_close, error_type, in_turn, new_unittest, one_in, &

@@ -4,7 +4,7 @@ submodule(suites_of_methods) test_uncertified
    use nutate_byte_archive, only: byte_archive_t
    use nutate_earth_field, only: earth_field_t
    use nutate_force, only: force_t, moving_force_t
-   use nutate_hamiltonian, only: make_state
+   use nutate_hamiltonian, only: make_state, system_t
    use nutate_kinds, only: wp, long
    use nutate_observer, only: observer_t
    use nutate_orbit, only: orbit_t
@@ -19,7 +19,6 @@ submodule(suites_of_methods) test_uncertified
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_NOT_CONVERGED, NUTATE_STEP_LIMIT
    use nutate_stepper, only: integrator_settings_t, stepper_t
-   use nutate_system, only: system_t
    use nutate_wheel, only: wheel_t
    use nutate_wheel_mounting, only: add_wheel
    use test_attack_case, only: custom_potential_t

@@ -6,7 +6,8 @@ module test_varying_inertia
    use nutate_damping, only: damping_t
    use nutate_exact_free, only: free_body_t
    use nutate_gravity, only: gravity_t
-   use nutate_hamiltonian, only: angular_velocity, body_momentum, make_state, space_momentum, total_energy
+   use nutate_hamiltonian, only: angular_velocity, body_momentum, inertia_at, make_state, space_momentum, system_t, &
+      total_energy
    use nutate_inertia_change, only: inertia_change_t, make_tabulated_inertia
    use nutate_kinds, only: wp, eps
    use nutate_methods, only: make_stepper, methods
@@ -17,7 +18,6 @@ module test_varying_inertia
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_stepper, only: integrator_settings_t, stepper_t
-   use nutate_system, only: inertia_at, system_t
    use nutate_tangent, only: tangent_t
    use nutate_variation, only: inertia_variation, rate_variation, variation_t
    use nutate_varying_inertia, only: check_change

@@ -3,7 +3,7 @@ submodule(suites_of_effects) test_wheels
    use nutate_applied_torque, only: applied_torque_t
    use nutate_body, only: diagonal, make_body, whole_body
    use nutate_gravity_gradient, only: gravity_gradient_t
-   use nutate_hamiltonian, only: angular_velocity, kinetic_energy, make_state, space_momentum, total_energy
+   use nutate_hamiltonian, only: angular_velocity, kinetic_energy, make_state, space_momentum, system_t, total_energy
    use nutate_kinds, only: wp, long, eps
    use nutate_limits, only: most_wheels
    use nutate_methods, only: make_stepper, methods
@@ -13,7 +13,6 @@ submodule(suites_of_effects) test_wheels
    use nutate_state, only: state_t
    use nutate_status, only: NUTATE_BAD_ARGUMENT, NUTATE_BAD_BODY, status_t
    use nutate_stepper, only: integrator_settings_t, stepper_t
-   use nutate_system, only: system_t
    use nutate_wheel, only: wheel_t
    use nutate_wheel_mounting, only: add_wheel
    use test_problems, only: march, problem_t, wheeled_body

@@ -3,7 +3,7 @@ module nutate_exact_stepper
    use nutate_archive, only: archive_t
    use nutate_exact_free, only: free_body_t
    use nutate_exact_tangent, only: exact_tangent_t
-   use nutate_hamiltonian, only: angular_velocity, body_momentum
+   use nutate_hamiltonian, only: angular_velocity, body_momentum, system_t
    use nutate_kinds, only: wp
    use nutate_limits, only: is_same_time
    use nutate_quaternion, only: quat_norm, quat_product
@@ -11,7 +11,6 @@ module nutate_exact_stepper
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    use nutate_stepper, only: dense_stepper_t, integrator_settings_t, is_inside, outside, step_goal_t
-   use nutate_system, only: system_t
    use nutate_tangent, only: tangent_t
    implicit none
    private

@@ -7,9 +7,8 @@ module nutate_lvlh_stepper
    use nutate_lvlh_view, only: lvlh_view_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
-   use nutate_stepper, only: integrator_settings_t, step_goal_t
+   use nutate_stepper, only: integrator_settings_t, step_goal_t, system_t
    use nutate_stepper_wrapper, only: stepper_wrapper_t
-   use nutate_system, only: system_t
    use nutate_tangent, only: tangent_t
    implicit none
    private

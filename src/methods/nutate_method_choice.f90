@@ -8,7 +8,7 @@ module nutate_method_choice
    use nutate_effect_list, only: effect_list_t
    use nutate_equal_steps, only: equal_steps_t
    use nutate_exact_free, only: free_body_t
-   use nutate_hamiltonian, only: angular_velocity, body_momentum
+   use nutate_hamiltonian, only: angular_velocity, body_momentum, system_t
    use nutate_kinds, only: wp
    use nutate_lvlh_view, only: lvlh_view_t
    use nutate_methods, only: default_settings, with_defaults
@@ -16,7 +16,6 @@ module nutate_method_choice
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    use nutate_integrator_settings, only: integrator_settings_t
-   use nutate_system, only: system_t
    implicit none
    private
 

@@ -3,8 +3,7 @@
 module nutate_methods
    use nutate_power_series, only: fixed_step_order
    use nutate_status, only: status_t
-   use nutate_stepper, only: integrator_settings_t, stepper_t
-   use nutate_system, only: system_t
+   use nutate_stepper, only: integrator_settings_t, stepper_t, system_t
    implicit none
    private
 

@@ -12,7 +12,7 @@ module nutate_stepper
    implicit none
    private
 
-   public :: stepper_t, dense_stepper_t, integrator_settings_t, step_goal_t, is_inside, keep_starts, outside
+   public :: stepper_t, dense_stepper_t, integrator_settings_t, step_goal_t, is_inside, keep_starts, outside, system_t
 
    character(len=*), parameter :: outside = 'the time is not inside a step that was kept'
 

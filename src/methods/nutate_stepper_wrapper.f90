@@ -5,8 +5,7 @@ module nutate_stepper_wrapper
    use nutate_noise, only: noise_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
-   use nutate_stepper, only: keep_starts, stepper_t
-   use nutate_system, only: system_t
+   use nutate_stepper, only: keep_starts, stepper_t, system_t
    use nutate_tangent, only: tangent_t
    implicit none
    private

@@ -2,7 +2,7 @@
 !> speed of wheels and the output of controllers have limits.
 module nutate_control
    use nutate_effect_list, only: effect_list_t, command_of_wheel
-   use nutate_hamiltonian, only: angular_velocity
+   use nutate_hamiltonian, only: angular_velocity, system_t
    use nutate_kinds, only: wp
    use nutate_limit_event, only: limit_slot_t
    use nutate_motion, only: find_motion, motion_t
@@ -12,7 +12,6 @@ module nutate_control
    use nutate_speed_limits, only: add_speed_limits, has_speed_limits, find_speed_limits
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_OFF_BRANCH
-   use nutate_system, only: system_t
    implicit none
    private
 

@@ -3,8 +3,7 @@ module nutate_failure_causes
    use nutate_method_choice, only: effect_without_series
    use nutate_projected_stepper, only: projected_stepper_t
    use nutate_status, only: status_t
-   use nutate_stepper, only: stepper_t
-   use nutate_system, only: system_t
+   use nutate_stepper, only: stepper_t, system_t
    implicit none
    private
 

@@ -10,8 +10,7 @@ module nutate_progress
    use nutate_summary, only: run_summary_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_stepper, only: stepper_t
-   use nutate_system, only: system_t
+   use nutate_stepper, only: stepper_t, system_t
    use nutate_tangent, only: tangent_t
    implicit none
    private

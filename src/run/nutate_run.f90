@@ -21,9 +21,8 @@ module nutate_run
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_stepper, only: integrator_settings_t, stepper_t
+   use nutate_stepper, only: integrator_settings_t, stepper_t, system_t
    use nutate_step_policy, only: step_policy_t
-   use nutate_system, only: system_t
    use nutate_tangent, only: tangent_t
    implicit none
    private

@@ -5,7 +5,7 @@ module nutate_run_loop
    use nutate_control, only: check_sampling, next_sample, take_samples
    use nutate_event_following, only: follow_events, make_switches
    use nutate_root_search, only: root_search_t
-   use nutate_hamiltonian, only: angular_velocity
+   use nutate_hamiltonian, only: angular_velocity, system_t
    use nutate_kinds, only: wp, eps, long
    use nutate_limits, only: same_time
    use nutate_observer, only: observer_t, run_record_t
@@ -16,7 +16,6 @@ module nutate_run_loop
    use nutate_status, only: status_t, fail, NUTATE_STEP_LIMIT
    use nutate_step_subdivision, only: spare_tries
    use nutate_step_policy, only: step_policy_t
-   use nutate_system, only: system_t
    implicit none
    private
 

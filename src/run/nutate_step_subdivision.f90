@@ -5,8 +5,7 @@ module nutate_step_subdivision
    use nutate_progress, only: count_part, progress_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_NOT_CONVERGED, NUTATE_OFF_BRANCH, NUTATE_SINGULAR
-   use nutate_stepper, only: stepper_t
-   use nutate_system, only: system_t
+   use nutate_stepper, only: stepper_t, system_t
    use nutate_tangent, only: tangent_t
    implicit none
    private

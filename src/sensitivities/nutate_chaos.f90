@@ -3,11 +3,10 @@
 module nutate_chaos
    use nutate_archive, only: archive_t
    use nutate_chaos_settings, only: chaos_settings_t, most_exponents
-   use nutate_hamiltonian, only: body_momentum
+   use nutate_hamiltonian, only: body_momentum, system_t
    use nutate_kinds, only: wp
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_FINITE
-   use nutate_system, only: system_t
    use nutate_tangent, only: tangent_t
    implicit none
    private

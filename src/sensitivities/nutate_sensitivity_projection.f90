@@ -18,12 +18,11 @@
 module nutate_sensitivity_projection
    use nutate_variation, only: variation_t, OF_POTENTIAL
    use nutate_effect_list, only: effect_list_t
-   use nutate_hamiltonian, only: angular_velocity, body_momentum, frame_rate_of, potential_torque
+   use nutate_hamiltonian, only: angular_velocity, body_momentum, frame_rate_of, potential_torque, system_t
    use nutate_invariants, only: ALL_COMPONENTS, ALONG_AXIS, conserved_momentum
    use nutate_kinds, only: wp, eps
    use nutate_quaternion, only: cross, quat_normalized, rotate_to_body
    use nutate_state, only: state_t
-   use nutate_system, only: system_t
    use nutate_tangent, only: tangent_t
    implicit none
    private

@@ -26,11 +26,10 @@ module nutate_tangent
    use nutate_archive, only: archive_t
    use nutate_variation, only: variation_t
    use nutate_effect_list, only: effect_list_t
-   use nutate_hamiltonian, only: space_momentum
+   use nutate_hamiltonian, only: space_momentum, system_t
    use nutate_kinds, only: wp
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_system, only: system_t
    implicit none
    private
 

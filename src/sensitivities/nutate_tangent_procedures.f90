@@ -1,11 +1,11 @@
 !> Bodies of the procedures whose interfaces are in `nutate_tangent`.
 submodule(nutate_tangent) nutate_tangent_procedures
    use nutate_variation, only: OF_POTENTIAL, OF_TORQUE, OF_WHEEL
-   use nutate_hamiltonian, only: angular_velocity, body_direction, body_momentum, frame_rate_of, potential_torque
+   use nutate_hamiltonian, only: angular_velocity, body_direction, body_momentum, frame_rate_of, inertia_at, &
+      inverse_inertia_at, potential_torque
    use nutate_quaternion, only: cross, quat_normalized, rotate_to_body, rotate_to_space
    use nutate_small_products, only: times_vector
    use nutate_status, only: fail, NUTATE_BAD_ARGUMENT
-   use nutate_system, only: inertia_at, inverse_inertia_at
    use nutate_wheel, only: speed_change, axis_change
    implicit none
 

@@ -4,11 +4,10 @@ module nutate_c_found
    use nutate_archive, only: archive_t
    use nutate_c_text, only: text_to_c
    use nutate_event, only: event_t
-   use nutate_hamiltonian, only: angular_velocity
+   use nutate_hamiltonian, only: angular_velocity, system_t
    use nutate_kinds, only: wp, long
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NO_MEMORY, NUTATE_OK
-   use nutate_system, only: system_t
    implicit none
    private
 

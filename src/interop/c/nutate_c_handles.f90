@@ -23,8 +23,7 @@ module nutate_c_handles
    use nutate_scene, only: scene_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_stepper, only: stepper_t
-   use nutate_system, only: system_t
+   use nutate_stepper, only: stepper_t, system_t
    use nutate_propagated, only: propagated_t
    implicit none
    private

@@ -10,7 +10,7 @@ module nutate_c_stepper
    use nutate_variation, only: variation_t
    use nutate_effect_list, only: effect_list_t
    use nutate_free_variations, only: free_variations, shows_derivatives
-   use nutate_hamiltonian, only: body_momentum, conserved_energy, make_state
+   use nutate_hamiltonian, only: body_momentum, conserved_energy, make_state, system_t
    use nutate_keys, only: name_length
    use nutate_kinds, only: wp
    use nutate_limits, only: attitude_tolerance, is_moderate, in_words, greatest_number
@@ -25,7 +25,6 @@ module nutate_c_stepper
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_BAD_SCENE, &
       NUTATE_NO_MEMORY, NUTATE_OK
    use nutate_integrator_settings, only: integrator_settings_t
-   use nutate_system, only: system_t
    use nutate_propagated, only: propagated_t
    implicit none
    private

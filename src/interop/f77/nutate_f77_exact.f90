@@ -5,11 +5,10 @@ subroutine nufree(aj, q0, omega0, n, t, q, omega, info)
    use nutate_exact_free, only: free_body_t
    use nutate_f77_check, only: check_setup, is_attitude, is_motion
    use nutate_f77_work, only: setup_t
-   use nutate_hamiltonian, only: make_state
+   use nutate_hamiltonian, only: make_state, system_t
    use nutate_kinds, only: wp
    use nutate_limits, only: is_moderate
    use nutate_status, only: status_t
-   use nutate_system, only: system_t
    implicit none
    !> (input) Inertia tensor about the fixed point, body axes, kg m²; dimension (3,3).
    real(wp), intent(in) :: aj(3, 3)

@@ -20,8 +20,7 @@ module nutate_f77_prepared
    use nutate_rotating_frame, only: rotating_frame_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_stepper, only: stepper_t
-   use nutate_system, only: system_t
+   use nutate_stepper, only: stepper_t, system_t
    implicit none
    private
 

@@ -7,7 +7,7 @@ module nutate_f77_stepping
       count_work, fill_work, get_place, place_at, place_t, put_memory, put_place, settings_of, setup_t
    use nutate_fixed_steps, only: step_margin
    use nutate_hamiltonian, only: angular_velocity, body_momentum, kinetic_energy, potential_energy, space_momentum, &
-      total_energy
+      system_t, total_energy
    use nutate_kinds, only: wp, long
    use nutate_limits, only: greatest_number, in_words
    use nutate_methods, only: make_stepper
@@ -19,7 +19,6 @@ module nutate_f77_stepping
    use nutate_state, only: state_t, add_increment
    use nutate_status, only: status_t, fail, NUTATE_NOT_FINITE
    use nutate_stepper, only: stepper_t
-   use nutate_system, only: system_t
    implicit none
    private
 

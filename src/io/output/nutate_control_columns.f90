@@ -2,11 +2,10 @@
 module nutate_control_columns
    use nutate_effect_list, only: effect_list_t, command_of_wheel
    use nutate_effect_traits, only: DRIVES_WHEELS, IS_CONTROLLER, IS_POINTING
-   use nutate_hamiltonian, only: relative_rate
+   use nutate_hamiltonian, only: relative_rate, system_t
    use nutate_kinds, only: wp
    use nutate_quaternion, only: quat_normalized, rotate_to_body
    use nutate_state, only: state_t
-   use nutate_system, only: system_t
    use nutate_torque, only: torque_t, n_saturations
    implicit none
    private

@@ -2,7 +2,7 @@
 module nutate_quantity_motion
    use nutate_attitude, only: roll_pitch_yaw_from_quat, euler_from_quat
    use nutate_control_columns, only: field_in_body, pointing_error
-   use nutate_hamiltonian, only: potential_energy, time_dependent_power
+   use nutate_hamiltonian, only: potential_energy, system_t, time_dependent_power
    use nutate_kinds, only: wp, eps, pi
    use nutate_motion, only: motion_t
    use nutate_motion_bounds, only: speed_bounds_t
@@ -16,7 +16,6 @@ module nutate_quantity_motion
    use nutate_quaternion, only: cross, quat_conjugate, quat_norm, quat_product, quat_vector_product, rotate_to_body, &
       rotate_to_space
    use nutate_small_products, only: vector_length
-   use nutate_system, only: system_t
    use nutate_tumbling_columns, only: tumbling_rate, tumbling_values, tumbling_width
    implicit none
    private

@@ -1,12 +1,11 @@
 !> The tumbling elements that a motion would keep if it were free from now on, as columns and quantities of events.
 module nutate_tumbling_columns
-   use nutate_hamiltonian, only: body_momentum, space_momentum
+   use nutate_hamiltonian, only: body_momentum, space_momentum, system_t
    use nutate_kinds, only: wp
    use nutate_motion, only: motion_t
    use nutate_quaternion, only: cross, rotate_to_space
    use nutate_small_products, only: vector_length
    use nutate_state, only: state_t
-   use nutate_system, only: system_t
    use nutate_tumbling, only: tumbling_elements, tumbling_t
    implicit none
    private

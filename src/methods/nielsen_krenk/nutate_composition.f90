@@ -7,8 +7,7 @@ module nutate_composition
    use nutate_kinds, only: wp
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
-   use nutate_stepper, only: integrator_settings_t, stepper_t
-   use nutate_system, only: system_t
+   use nutate_stepper, only: integrator_settings_t, stepper_t, system_t
    use nutate_tangent, only: tangent_t
    implicit none
    private

@@ -6,11 +6,10 @@
 !> length, each root the prediction for the next. The step is then treated as not certified: with |b| < 1 and a positive
 !> determinant of the Jacobian a root can still be a wrong one.
 module nutate_continuation
-   use nutate_hamiltonian, only: angular_velocity
+   use nutate_hamiltonian, only: angular_velocity, system_t
    use nutate_kinds, only: wp
    use nutate_quaternion, only: quat_norm
    use nutate_state, only: state_t
-   use nutate_system, only: system_t
    implicit none
    private
 

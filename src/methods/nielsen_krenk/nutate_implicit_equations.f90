@@ -10,8 +10,7 @@ module nutate_implicit_equations
    use nutate_root_proof, only: root_proof_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_stepper, only: stepper_t
-   use nutate_system, only: system_t
+   use nutate_stepper, only: stepper_t, system_t
    implicit none
    private
 

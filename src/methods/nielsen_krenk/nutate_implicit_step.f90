@@ -9,7 +9,7 @@ module nutate_implicit_step
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_archive, only: archive_t
    use nutate_continuation, only: continuation_t, root_t
-   use nutate_hamiltonian, only: time_dependent_work
+   use nutate_hamiltonian, only: system_t, time_dependent_work
    use nutate_implicit_equations, only: implicit_equations_t
    use nutate_kinds, only: wp, eps
    use nutate_newton_increment, only: has_converged, increment_t, most_cancellation, usual_cancellation
@@ -20,7 +20,6 @@ module nutate_implicit_step
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_CONVERGED, NUTATE_NOT_FINITE, &
       NUTATE_OFF_BRANCH
-   use nutate_system, only: system_t
    use nutate_varying_inertia, only: check_inertia_at
    implicit none
    private

@@ -9,8 +9,7 @@ module nutate_dop853
    use nutate_stage_tangent, only: stage_tangent_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_stepper, only: integrator_settings_t, stepper_t
-   use nutate_system, only: system_t
+   use nutate_stepper, only: integrator_settings_t, stepper_t, system_t
    use nutate_tangent, only: tangent_t
    implicit none
    private

@@ -4,14 +4,13 @@
 !> Sensitivities of the start change by three matrices, θ1 = Sᵀθ0 + F δL0 and δL1 = G δL0, so that three sensitivities
 !> are taken through the stages, and one for each parameter.
 module nutate_free_tangent
-   use nutate_hamiltonian, only: body_momentum
+   use nutate_hamiltonian, only: body_momentum, system_t
    use nutate_kinds, only: wp
    use nutate_order_eight, only: a, b, n_stages
    use nutate_quaternion, only: cross, quat_conjugate, quat_product, rotate_to_body
    use nutate_small_products, only: skew, times_columns, times_vector
    use nutate_stage_tangent, only: add_weighted, stage_weights_t
    use nutate_state, only: state_t
-   use nutate_system, only: system_t
    use nutate_tangent, only: tangent_t
    implicit none
    private

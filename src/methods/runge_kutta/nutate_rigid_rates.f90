@@ -12,7 +12,8 @@
 module nutate_rigid_rates
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_gyration, only: add_gyration
-   use nutate_hamiltonian, only: inertia_power, potential_torque, time_dependent_power
+   use nutate_hamiltonian, only: inertia_at, inertia_power, inverse_inertia_at, potential_torque, system_t, &
+      time_dependent_power
    use nutate_kinds, only: wp
    use nutate_limits, only: manifold_tolerance, most_inner
    use nutate_momentum_balance, only: momentum_balance_t
@@ -22,7 +23,6 @@ module nutate_rigid_rates
    use nutate_state, only: add_increment, state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_BODY, NUTATE_NOT_FINITE, &
       NUTATE_OFF_BRANCH
-   use nutate_system, only: inertia_at, inverse_inertia_at, system_t
    use nutate_step_error, only: step_error_t
    implicit none
    private

@@ -15,8 +15,7 @@ module nutate_rk8
    use nutate_stage_tangent, only: stage_tangent_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, NUTATE_OFF_BRANCH
-   use nutate_stepper, only: integrator_settings_t, stepper_t
-   use nutate_system, only: system_t
+   use nutate_stepper, only: integrator_settings_t, stepper_t, system_t
    use nutate_tangent, only: tangent_t
    use nutate_step_error, only: step_error_t
    implicit none

@@ -5,14 +5,13 @@
 !> θ = 2 vec(q*∘δq)/|q|² of the attitude, their derivative is `δk = (∂k/∂a)a + Θθ + ...`, a = ΔtJ⁻¹(δL - Σ s δh - ...).
 module nutate_stage_rates
    use nutate_variation, only: variation_t, OF_POTENTIAL, OF_TORQUE, OF_WHEEL
-   use nutate_hamiltonian, only: body_direction
+   use nutate_hamiltonian, only: body_direction, inverse_inertia_at, system_t
    use nutate_kinds, only: wp
    use nutate_limits, only: most_inner
    use nutate_potential, only: potential_t
    use nutate_quaternion, only: cross, rotate_to_body
    use nutate_rigid_rates, only: rigid_rates_t
    use nutate_small_products, only: deviator, skew, times_vector
-   use nutate_system, only: inverse_inertia_at, system_t
    use nutate_wheel, only: friction_change, axis_change
    implicit none
    private

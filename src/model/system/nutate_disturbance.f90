@@ -1,13 +1,12 @@
 !> A motion beside another one: the effect of errors of its data and of its initial state shows how it amplifies
 !> round-off.
 module nutate_disturbance
-   use nutate_hamiltonian, only: angular_velocity, body_momentum, make_state
+   use nutate_hamiltonian, only: angular_velocity, body_momentum, make_state, system_t
    use nutate_kinds, only: wp
    use nutate_noise, only: noise_t
    use nutate_quaternion, only: quat_norm, quat_product
    use nutate_small_products, only: is_symmetric_about
    use nutate_state, only: state_t
-   use nutate_system, only: system_t
    implicit none
    private
 

@@ -16,6 +16,8 @@ module nutate_hamiltonian
    implicit none
    private
 
+   !> Type of the arguments of all procedures here, which their callers need, and what belongs to it.
+   public :: system_t, inertia_at, inverse_inertia_at
    public :: make_state, angular_velocity, body_momentum, space_momentum, bilinear_form, momentum_from_rate
    public :: mass_matrix, inverse_mass_matrix, kinetic_energy, potential_energy, total_energy
    public :: potential_gradient, potential_torque, moving_energy, time_dependent_power, time_dependent_work, &

@@ -9,14 +9,13 @@
 !> and the work of the time-dependent potential between two states is the change of ω·l.
 module nutate_lvlh_view
    use nutate_effect_list, only: effect_list_t
-   use nutate_hamiltonian, only: space_momentum
+   use nutate_hamiltonian, only: space_momentum, system_t
    use nutate_kinds, only: wp
    use nutate_limits, only: is_moderate
    use nutate_orbit, only: orbit_t
    use nutate_potential, only: potential_t
    use nutate_quaternion, only: quat_conjugate, quat_normalized, quat_product, rotate_to_space
    use nutate_state, only: state_t
-   use nutate_system, only: system_t
    implicit none
    private
 

@@ -1,13 +1,12 @@
 !> The motion at an instant: a state, its rates, and the torques that cause them.
 module nutate_motion
    use nutate_gyration, only: add_gyration
-   use nutate_hamiltonian, only: body_direction, inertia_power
+   use nutate_hamiltonian, only: body_direction, inertia_power, inverse_inertia_at, system_t
    use nutate_kinds, only: wp
    use nutate_limits, only: most_inner
    use nutate_quaternion, only: cross, quat_norm, quat_product, quat_vector_product, rotate_to_body
    use nutate_small_products, only: times_vector
    use nutate_state, only: state_t
-   use nutate_system, only: inverse_inertia_at, system_t
    implicit none
    private
 

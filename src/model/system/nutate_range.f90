@@ -2,7 +2,7 @@
 !> call them before a run, and every method before its first step.
 module nutate_range
    use nutate_effect, only: effect_t
-   use nutate_hamiltonian, only: angular_velocity
+   use nutate_hamiltonian, only: angular_velocity, system_t
    use nutate_kinds, only: wp
    use nutate_limits, only: attitude_tolerance, greatest_norm, greatest_turn, is_moderate, is_step, is_unit, &
       least_momentum, least_norm, in_words, greatest_number, least_step, greatest_step
@@ -10,7 +10,6 @@ module nutate_range
    use nutate_small_products, only: times_vector
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_BODY
-   use nutate_system, only: system_t
    use nutate_wheel_mounting, only: are_mounted
    implicit none
    private

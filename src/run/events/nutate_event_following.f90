@@ -6,7 +6,7 @@ module nutate_event_following
    use nutate_event_roots, only: node_t
    use nutate_event_times, only: crossing_t, find_time_change
    use nutate_event_tracker, only: check_parts
-   use nutate_hamiltonian, only: potential_energy
+   use nutate_hamiltonian, only: potential_energy, system_t
    use nutate_kinds, only: wp, long
    use nutate_limit_event, only: limit_event_t, SWITCH_LIMIT
    use nutate_motion, only: find_motion, find_rates, motion_t
@@ -16,7 +16,6 @@ module nutate_event_following
    use nutate_state, only: state_t, add_increment
    use nutate_status, only: status_t, fail, NUTATE_STEP_LIMIT
    use nutate_step_policy, only: step_policy_t
-   use nutate_system, only: system_t
    use nutate_tangent, only: tangent_t
    implicit none
    private

@@ -7,7 +7,7 @@ module nutate_fit_model
    use nutate_event_list, only: event_list_t
    use nutate_fit_variations, only: add_key, add_scene, places, weights
    use nutate_fit_plan, only: fit_plan_t
-   use nutate_hamiltonian, only: body_momentum
+   use nutate_hamiltonian, only: body_momentum, system_t
    use nutate_keys, only: group_t, setting_t, KEY_LOGICAL
    use nutate_kinds, only: wp, long
    use nutate_method_choice, only: choose_with_tangent
@@ -20,7 +20,6 @@ module nutate_fit_model
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_SCENE, NUTATE_STEP_LIMIT, &
       NUTATE_STOPPED
-   use nutate_system, only: system_t
    use nutate_tangent, only: check_effects
    implicit none
    private

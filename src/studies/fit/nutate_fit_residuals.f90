@@ -5,13 +5,12 @@ module nutate_fit_residuals
    use nutate_fit_variations, only: places, weights
    use nutate_fit_model, only: moved_state
    use nutate_fit_plan, only: measurement_t, ATTITUDES, DIRECTIONS
-   use nutate_hamiltonian, only: body_momentum
+   use nutate_hamiltonian, only: body_momentum, system_t
    use nutate_kinds, only: wp
    use nutate_observer, only: run_record_t
    use nutate_quaternion, only: cross, quat_conjugate, quat_normalized, quat_product, rotate_to_body
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_system, only: system_t
    implicit none
    private
 

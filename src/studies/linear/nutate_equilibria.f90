@@ -9,14 +9,13 @@
 !> decides; a constant W means a curve of equilibria.
 module nutate_equilibria
    use nutate_attitude, only: quat_from_rotation_vector
-   use nutate_hamiltonian, only: body_momentum, frame_rate_of, make_state, potential_energy
+   use nutate_hamiltonian, only: body_momentum, frame_rate_of, make_state, potential_energy, system_t
    use nutate_kinds, only: wp, pi
    use nutate_lapack, only: dgesv, general_eigenvalues, symmetric_eigen
    use nutate_linear_rates, only: linearize_rates
    use nutate_lvlh_view, only: lvlh_view_t
    use nutate_quaternion, only: attitude_distance, cross, quat_normalized, quat_product
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
-   use nutate_system, only: system_t
    implicit none
    private
 

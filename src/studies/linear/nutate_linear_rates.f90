@@ -3,7 +3,7 @@
 !> to the body. The derivatives are those that explicit methods use for sensitivities (`nutate_stage_rates`).
 module nutate_linear_rates
    use nutate_effect_list, only: effect_list_t
-   use nutate_hamiltonian, only: angular_velocity
+   use nutate_hamiltonian, only: angular_velocity, system_t
    use nutate_kinds, only: wp
    use nutate_quaternion, only: cross, quat_product
    use nutate_rigid_rates, only: begin_step, n_rates, prepare_rates, rigid_rates_t
@@ -11,7 +11,6 @@ module nutate_linear_rates
    use nutate_stage_rates, only: most_numbers, stage_rates_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_NOT_FINITE
-   use nutate_system, only: system_t
    implicit none
    private
 

@@ -11,7 +11,7 @@ module nutate_linearization
    use nutate_applied_torque, only: applied_torque_t
    use nutate_variation, only: attitude_variation, variation_t, effect_change_t, rate_variation, OF_TORQUE, OF_WHEEL
    use nutate_control, only: needs_control
-   use nutate_hamiltonian, only: angular_velocity, frame_rate_of, make_state
+   use nutate_hamiltonian, only: angular_velocity, frame_rate_of, make_state, system_t
    use nutate_kinds, only: wp, pi
    use nutate_lapack, only: general_eigenvalues
    use nutate_linear_rates, only: input_matrix, linearize_rates
@@ -22,7 +22,6 @@ module nutate_linearization
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    use nutate_integrator_settings, only: integrator_settings_t
-   use nutate_system, only: system_t
    use nutate_tangent, only: check_effects, tangent_t
    implicit none
    private

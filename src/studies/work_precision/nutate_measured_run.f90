@@ -1,6 +1,6 @@
 !> One integration of a work-precision study: without output, within a budget, measured or as fast as it goes.
 module nutate_measured_run
-   use nutate_hamiltonian, only: angular_velocity, body_momentum
+   use nutate_hamiltonian, only: angular_velocity, body_momentum, system_t
    use nutate_invariants, only: invariants_t
    use nutate_kinds, only: wp, long
    use nutate_specialised_motion, only: specialised_motion_t
@@ -14,7 +14,6 @@ module nutate_measured_run
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_stopwatch, only: stopwatch_t
    use nutate_study_budget, only: study_budget_t
-   use nutate_system, only: system_t
    implicit none
    private
 

@@ -11,8 +11,7 @@ module nutate_scene_chaos
    use nutate_scene_error, only: scene_error_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_stepper, only: integrator_settings_t, stepper_t
-   use nutate_system, only: system_t
+   use nutate_stepper, only: integrator_settings_t, stepper_t, system_t
    use nutate_tangent, only: tangent_t
    implicit none
    private

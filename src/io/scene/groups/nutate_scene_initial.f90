@@ -6,7 +6,7 @@ module nutate_scene_initial
    use nutate_body, only: body_t
    use nutate_decimal, only: rounded_text
    use nutate_effect_list, only: effect_list_t
-   use nutate_hamiltonian, only: frame_rate_of
+   use nutate_hamiltonian, only: frame_rate_of, system_t
    use nutate_keys, only: group_t, key_t, name_length, KEY_LOGICAL, KEY_TEXT
    use nutate_kinds, only: wp, pi
    use nutate_periodic_start, only: find_periodic_start, periodic_start_t
@@ -16,7 +16,6 @@ module nutate_scene_initial
    use nutate_scene_error, only: scene_error_t, allow_one_of, demand_one_of, demand_with
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_system, only: system_t
    use nutate_tumbling, only: tumbling_start_t, tumbling_state
    implicit none
    private
