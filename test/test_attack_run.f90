@@ -8,11 +8,10 @@ module test_attack_run
    use nutate_composition, only: compositions
    use nutate_hamiltonian, only: angular_velocity, make_state, system_t
    use nutate_kinds, only: wp
-   use nutate_methods, only: make_stepper
+   use nutate_methods, only: integrator_settings_t, make_stepper, stepper_t
    use nutate_quaternion, only: quat_conjugate, quat_product
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_stepper, only: integrator_settings_t, stepper_t
    use test_attack_case, only: attack_case_t, draw_case, make_system
    use test_attack_oracle, only: branch_t, oracle_t, REACHED, ENDED, LOST
    implicit none

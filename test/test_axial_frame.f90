@@ -13,7 +13,7 @@ submodule(suites_of_methods) test_axial_frame
    use nutate_gravity_gradient, only: gravity_gradient_t
    use nutate_hamiltonian, only: body_momentum, make_state, system_t
    use nutate_kinds, only: wp, eps
-   use nutate_methods, only: default_settings, make_stepper
+   use nutate_methods, only: default_settings, integrator_settings_t, make_stepper, stepper_t
    use nutate_attitude, only: quat_from_euler
    use nutate_observer, only: observer_t, run_record_t
    use nutate_rotor, only: rotor_t
@@ -24,7 +24,6 @@ submodule(suites_of_methods) test_axial_frame
    use nutate_spring, only: spring_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_stepper, only: integrator_settings_t, stepper_t
    use test_controlled_run, only: recorder_t, run_to
    use test_problems, only: bruls_top, free_body, march, problem_t, simo_top
    use test_support, only: check, check_below, check_close, error_type, new_unittest

@@ -6,12 +6,11 @@ submodule(suites_of_runs) test_changed_states
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_hamiltonian, only: make_state
    use nutate_kinds, only: wp, eps
-   use nutate_methods, only: make_stepper, method_t, methods
+   use nutate_methods, only: integrator_settings_t, make_stepper, method_t, methods, stepper_t
    use nutate_run, only: run_t
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_stepper, only: integrator_settings_t, stepper_t
    use test_problems, only: box, fast_top, march, problem_t
    use test_support, only: check, check_close, error_type, new_unittest
    implicit none

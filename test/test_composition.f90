@@ -4,11 +4,10 @@ submodule(suites_of_runs) test_composition
    use nutate_damping, only: damping_t
    use nutate_invariants, only: invariants_t
    use nutate_kinds, only: wp, eps
-   use nutate_methods, only: make_stepper
+   use nutate_methods, only: integrator_settings_t, make_stepper, stepper_t
    use nutate_quaternion, only: attitude_distance
    use nutate_state, only: state_t
    use nutate_status, only: NUTATE_BAD_ARGUMENT, status_t
-   use nutate_stepper, only: integrator_settings_t, stepper_t
    use test_problems, only: box, bruls_top, march, precessing_top, problem_t
    use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none

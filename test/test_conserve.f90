@@ -4,7 +4,7 @@ submodule(suites_of_runs) test_conserve
    use nutate_damping, only: damping_t
    use nutate_hamiltonian, only: body_momentum, make_state, total_energy
    use nutate_kinds, only: wp
-   use nutate_methods, only: default_settings, make_stepper
+   use nutate_methods, only: default_settings, integrator_settings_t, make_stepper, stepper_t
    use nutate_quaternion, only: attitude_distance
    use nutate_rotating_frame, only: rotating_frame_t
    use nutate_observer, only: run_record_t
@@ -14,7 +14,6 @@ submodule(suites_of_runs) test_conserve
    use nutate_scene, only: read_scene, scene_t
    use nutate_state, only: add_increment, state_t
    use nutate_status, only: NUTATE_BAD_ARGUMENT, status_t
-   use nutate_stepper, only: integrator_settings_t, stepper_t
    use test_conserving_runs, only: check_guard, check_run, get_stepper, go, guard_row, guard_t, methods, round_off
    use test_problems, only: box, bruls_top, forced_body, free_body, march, problem_t, simo_top
    use test_shipped_scenes, only: scene_names

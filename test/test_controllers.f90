@@ -5,7 +5,7 @@ submodule(suites_of_effects) test_controllers
    use nutate_hamiltonian, only: angular_velocity, kinetic_energy, make_state, space_momentum, total_energy
    use nutate_kepler_orbit, only: kepler_orbit_t
    use nutate_kinds, only: wp, long, eps
-   use nutate_methods, only: make_stepper, methods
+   use nutate_methods, only: integrator_settings_t, make_stepper, methods, stepper_t
    use nutate_orbit, only: orbit_t
    use nutate_summary, only: run_summary_t
    use nutate_quaternion, only: attitude_distance, quat_product
@@ -16,7 +16,6 @@ submodule(suites_of_effects) test_controllers
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, NUTATE_BAD_ARGUMENT
-   use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_wheel, only: wheel_t
    use nutate_wheel_mounting, only: add_wheel
    use test_problems, only: forced_body, problem_t

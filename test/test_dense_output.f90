@@ -2,11 +2,10 @@
 submodule(suites_of_methods) test_dense_output
    use nutate_hamiltonian, only: total_energy
    use nutate_kinds, only: wp, eps
-   use nutate_methods, only: default_settings, make_stepper, method_t, methods
+   use nutate_methods, only: default_settings, integrator_settings_t, make_stepper, method_t, methods, stepper_t
    use nutate_quaternion, only: attitude_distance
    use nutate_state, only: state_t
    use nutate_status, only: status_t, NUTATE_BAD_ARGUMENT
-   use nutate_stepper, only: integrator_settings_t, stepper_t
    use test_problems, only: box, fast_top, forced_body, march, problem_t
    use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none

@@ -11,7 +11,7 @@ submodule(suites_of_runs) test_earth_frames
    use nutate_invariants, only: follows_rotating_axes
    use nutate_inner_sphere, only: inner_sphere_t
    use nutate_kinds, only: wp, eps, pi
-   use nutate_methods, only: make_stepper
+   use nutate_methods, only: integrator_settings_t, make_stepper, stepper_t
    use nutate_rotor, only: rotor_t
    use nutate_summary, only: run_summary_t
    use nutate_quaternion, only: quat_exp, quat_product, rotate_to_space
@@ -21,7 +21,6 @@ submodule(suites_of_runs) test_earth_frames
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_wheel_mounting, only: add_inner_sphere
    use test_problems, only: problem_t
    use test_support, only: check, check_close, error_type, new_unittest, random_unit, random_unit_quaternion, &

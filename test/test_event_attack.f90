@@ -10,14 +10,13 @@ module test_event_attack
    use nutate_event_list, only: event_list_t
    use nutate_hamiltonian, only: make_state, system_t
    use nutate_kinds, only: wp, eps
-   use nutate_methods, only: default_settings, make_stepper
+   use nutate_methods, only: default_settings, integrator_settings_t, make_stepper, stepper_t
    use nutate_motion, only: find_motion, find_rates, motion_t
    use nutate_summary, only: run_summary_t
    use nutate_run, only: integrate
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_stepper, only: integrator_settings_t, stepper_t
    use test_attack_case, only: attack_case_t, draw_case, make_system
    use test_event_support, only: keeper_t
    use test_support, only: check, error_type, new_unittest, random_unit, share_of, unittest_type

@@ -3,11 +3,10 @@ submodule(suites_of_interfaces) test_f77_prepared
    use, intrinsic :: iso_c_binding, only: c_f_pointer, c_funloc, c_int, c_loc, c_ptr
    use nutate_f77_prepared, only: f77_body_t, find_body, let_go
    use nutate_kinds, only: wp
-   use nutate_methods, only: make_stepper
+   use nutate_methods, only: integrator_settings_t, make_stepper, stepper_t
    use nutate_number_archive, only: number_archive_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_stepper, only: integrator_settings_t, stepper_t
    use test_c_support, only: run_threads
    use test_f77_routines, only: nuomeg, nustep, potspr, tormot
    use test_f77_twins, only: forced_twin, iuser, most, plain, row_keeper_t, run_library, start, top_twin, twin_of, &

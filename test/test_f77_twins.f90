@@ -4,7 +4,7 @@ module test_f77_twins
    use nutate_effect, only: potential_t, torque_t
    use nutate_hamiltonian, only: angular_velocity, make_state, space_momentum, system_t, total_energy
    use nutate_kinds, only: long, wp
-   use nutate_methods, only: make_stepper
+   use nutate_methods, only: integrator_settings_t, make_stepper, stepper_t
    use nutate_observer, only: observer_t, run_record_t
    use nutate_rotor, only: rotor_t
    use nutate_summary, only: run_summary_t
@@ -12,7 +12,6 @@ module test_f77_twins
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_stepper, only: integrator_settings_t, stepper_t
    use test_f77_routines, only: nuinit
    use test_problems, only: bruls_top, forced_body, problem_t
    implicit none

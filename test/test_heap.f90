@@ -8,7 +8,7 @@ submodule(suites_of_runs) test_heap
    use nutate_c_stepping, only: nutate_stepper_step
    use nutate_c_system, only: nutate_system_add_groups, nutate_system_create_moments, nutate_system_destroy
    use nutate_kinds, only: wp
-   use nutate_methods, only: methods
+   use nutate_methods, only: methods, system_t
    use nutate_observer, only: observer_t, run_record_t
    use nutate_summary, only: run_summary_t
    use nutate_run, only: integrate
@@ -16,7 +16,6 @@ submodule(suites_of_runs) test_heap
    use nutate_scene, only: read_scene, scene_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_system, only: system_t
    use test_shipped_scenes, only: scene_names
    use test_support, only: check, error_type, in_turn, new_unittest, skip_test, test_failed
    implicit none

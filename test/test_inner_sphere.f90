@@ -13,14 +13,13 @@ submodule(suites_of_effects) test_inner_sphere
    use nutate_kinds, only: wp, long, eps
    use nutate_limits, only: most_spheres
    use nutate_linearization, only: linearization_t, linearize_equilibrium
-   use nutate_methods, only: make_stepper, methods
+   use nutate_methods, only: integrator_settings_t, make_stepper, methods, stepper_t
    use nutate_quaternion, only: attitude_distance, cross, quat_exp, quat_product, rotate_to_body, rotate_to_space
    use nutate_rotating_frame, only: rotating_frame_t
    use nutate_rotor, only: rotor_t
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: NUTATE_BAD_ARGUMENT, status_t
-   use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_tangent, only: tangent_t
    use nutate_variation, only: variation_t
    use nutate_wheel, only: wheel_t

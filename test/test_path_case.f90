@@ -10,11 +10,10 @@ module test_path_case
    use nutate_gravity, only: gravity_t
    use nutate_hamiltonian, only: make_state, system_t
    use nutate_kinds, only: wp, pi
-   use nutate_methods, only: default_settings, make_stepper
+   use nutate_methods, only: default_settings, integrator_settings_t, make_stepper, stepper_t
    use nutate_motion, only: find_motion, motion_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_tabulated_torque, only: make_tabulated_torque, tabulated_torque_t
    use test_attack_case, only: attack_case_t, draw_case, make_system, BODY_TORQUE, FEEDBACK, SPACE_TORQUE
    use test_support, only: random_unit

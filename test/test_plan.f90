@@ -2,12 +2,11 @@
 submodule(suites_of_runs) test_plan
    use nutate_invariants, only: ALL_COMPONENTS, ALONG_AXIS, NO_COMPONENT, ONLY_LENGTH, conserved_momentum, invariants_t
    use nutate_kinds, only: wp
-   use nutate_methods, only: equations_of, make_stepper
+   use nutate_methods, only: equations_of, make_stepper, stepper_t
    use nutate_nielsen_krenk, only: nielsen_krenk_t
    use nutate_reduced, only: reduced_t
    use nutate_scene, only: parse_scene, scene_t
    use nutate_status, only: status_t
-   use nutate_stepper, only: stepper_t
    use test_support, only: check, check_close, error_type, new_unittest
    implicit none
 

@@ -1,12 +1,12 @@
 !> The predictor of implicit steps, and what the table says of the methods against what they are.
 submodule(suites_of_runs) test_predictor
    use nutate_kinds, only: wp, eps
-   use nutate_methods, only: make_stepper, method_of, method_t, methods
+   use nutate_methods, only: dense_stepper_t, integrator_settings_t, make_stepper, method_of, method_t, methods, &
+      stepper_t
    use nutate_number_archive, only: number_archive_t
    use nutate_predictor, only: most_unknowns, predictor_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_stepper, only: dense_stepper_t, integrator_settings_t, stepper_t
    use test_problems, only: box, problem_t
    use test_support, only: check, check_close, error_type, new_unittest
    implicit none

@@ -13,14 +13,13 @@ submodule(suites_of_effects) test_reshaped_bodies
    use nutate_inertia_change, only: inertia_change_t, make_tabulated_inertia
    use nutate_kepler_orbit, only: kepler_orbit_t
    use nutate_kinds, only: wp, eps
-   use nutate_methods, only: make_stepper, methods
+   use nutate_methods, only: integrator_settings_t, make_stepper, methods, stepper_t
    use nutate_motion, only: find_motion, find_rates, motion_t
    use nutate_orbit, only: orbit_t
    use nutate_orbital_gradient, only: orbital_gradient_t
    use nutate_quaternion, only: quat_conjugate, quat_product, rotate_to_body
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_tangent, only: tangent_t
    use nutate_variation, only: attitude_variation, rate_variation, variation_t
    use test_oracle, only: find_true_attitude, has_oracle, qp, true_distance

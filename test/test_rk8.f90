@@ -6,7 +6,7 @@ submodule(suites_of_runs) test_rk8
    use nutate_gravity, only: gravity_t
    use nutate_hamiltonian, only: make_state, system_t, total_energy
    use nutate_kinds, only: wp
-   use nutate_methods, only: default_settings
+   use nutate_methods, only: default_settings, stepper_t
    use nutate_observer, only: observer_t, run_record_t
    use nutate_quaternion, only: attitude_distance
    use nutate_rotating_frame, only: rotating_frame_t
@@ -15,7 +15,6 @@ submodule(suites_of_runs) test_rk8
    use nutate_scene, only: read_scene, scene_t
    use nutate_state, only: state_t
    use nutate_status, only: NUTATE_OFF_BRANCH, status_t
-   use nutate_stepper, only: stepper_t
    use test_conserving_runs, only: check_run, get_stepper, go
    use test_problems, only: box, bruls_top, fast_top, forced_body, free_body, march, problem_t, simo_top
    use test_shipped_scenes, only: scene_names

@@ -14,7 +14,7 @@ submodule(suites_of_methods) test_root_proof
    use nutate_hamiltonian, only: make_state, system_t
    use nutate_kepler_orbit, only: kepler_orbit_t
    use nutate_kinds, only: wp, eps
-   use nutate_methods, only: make_stepper, methods
+   use nutate_methods, only: integrator_settings_t, make_stepper, methods, stepper_t
    use nutate_observer, only: observer_t, run_record_t
    use nutate_summary, only: run_summary_t
    use nutate_quaternion, only: rotate_to_body
@@ -24,7 +24,6 @@ submodule(suites_of_methods) test_root_proof
    use nutate_spring, only: spring_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_timed_force, only: timed_force_t
    use test_shipped_scenes, only: scene_names
    use test_support, only: check, check_below, check_close, error_type, new_unittest, random_unit, &

@@ -12,7 +12,7 @@ submodule(suites_of_runs) test_rotating_frame
    use nutate_hamiltonian, only: angular_velocity, conserved_energy, frame_rate_of, hamilton_equations, &
       kinetic_energy, make_state, space_momentum, system_t
    use nutate_kinds, only: wp, eps
-   use nutate_methods, only: default_settings, make_stepper, methods
+   use nutate_methods, only: default_settings, integrator_settings_t, make_stepper, methods, stepper_t
    use nutate_quaternion, only: attitude_distance, quat_exp, quat_product, rotate_to_body, rotate_to_space
    use nutate_reduced_equations, only: reduced_equations_t
    use nutate_rotating_frame, only: rotating_frame_t
@@ -21,7 +21,6 @@ submodule(suites_of_runs) test_rotating_frame
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_stepper, only: integrator_settings_t, stepper_t
    use test_problems, only: box, forced_body, march, problem_t
    use test_resume, only: settings_of
    use test_support, only: check, check_below, check_close, error_type, new_unittest, random_unit_quaternion, &

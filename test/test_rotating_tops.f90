@@ -8,7 +8,7 @@ submodule(suites_of_runs) test_rotating_tops
    use nutate_hamiltonian, only: body_momentum, conserved_energy, kinetic_energy, make_state
    use nutate_invariants, only: follows_rotating_axes
    use nutate_kinds, only: wp, eps
-   use nutate_methods, only: default_settings, make_stepper
+   use nutate_methods, only: default_settings, integrator_settings_t, make_stepper, stepper_t
    use nutate_rotor, only: rotor_t
    use nutate_summary, only: run_summary_t
    use nutate_quaternion, only: attitude_distance, quat_exp, quat_product
@@ -16,7 +16,6 @@ submodule(suites_of_runs) test_rotating_tops
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_stepper, only: integrator_settings_t, stepper_t
    use test_controlled_run, only: recorder_t, run_to
    use test_problems, only: bruls_top, march, problem_t
    use test_support, only: check, check_below, check_close, error_type, new_unittest

@@ -6,7 +6,7 @@ submodule(suites_of_effects) test_saturation
       system_t, total_energy
    use nutate_kepler_orbit, only: kepler_orbit_t
    use nutate_kinds, only: wp, long, eps
-   use nutate_methods, only: make_stepper, method_t, methods
+   use nutate_methods, only: integrator_settings_t, make_stepper, method_t, methods, stepper_t
    use nutate_motion, only: find_motion, motion_t
    use nutate_observer, only: observer_t, run_record_t
    use nutate_orbit, only: orbit_t
@@ -19,7 +19,6 @@ submodule(suites_of_effects) test_saturation
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, NUTATE_BAD_ARGUMENT
-   use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_wheel, only: wheel_t
    use nutate_wheel_mounting, only: add_wheel
    use test_problems, only: forced_body, problem_t

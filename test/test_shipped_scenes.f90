@@ -4,7 +4,7 @@ module test_shipped_scenes
    use nutate_hamiltonian, only: angular_velocity, system_t
    use nutate_invariants, only: invariants_t
    use nutate_kinds, only: wp, eps
-   use nutate_methods, only: make_stepper
+   use nutate_methods, only: integrator_settings_t, make_stepper, stepper_t
    use nutate_quaternion, only: attitude_distance
    use nutate_run, only: integrate
    use nutate_observer, only: observer_t, run_record_t
@@ -13,7 +13,6 @@ module test_shipped_scenes
    use nutate_scene, only: read_scene, scene_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_stepper, only: integrator_settings_t, stepper_t
    use test_support, only: check, check_below, check_close, error_type, in_turn, new_unittest, unittest_type
    implicit none
    private

@@ -9,7 +9,7 @@ submodule(suites_of_effects) test_tangent
    use nutate_hamiltonian, only: body_momentum, make_state, system_t
    use nutate_kepler_orbit, only: kepler_orbit_t
    use nutate_kinds, only: eps, wp
-   use nutate_methods, only: make_stepper
+   use nutate_methods, only: integrator_settings_t, make_stepper, stepper_t
    use nutate_orbital_gradient, only: orbital_gradient_t
    use nutate_quaternion, only: quat_normalized
    use nutate_run, only: run_t
@@ -17,7 +17,6 @@ submodule(suites_of_effects) test_tangent
    use nutate_spring, only: spring_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_tangent, only: tangent_t
    use test_problems, only: problem_t
    use test_support, only: check, check_below, check_close, error_type, new_unittest, test_failed

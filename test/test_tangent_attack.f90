@@ -9,14 +9,13 @@ module test_tangent_attack
    use nutate_dipole, only: dipole_t
    use nutate_hamiltonian, only: body_momentum, make_state, system_t
    use nutate_kinds, only: wp
-   use nutate_methods, only: make_stepper
+   use nutate_methods, only: integrator_settings_t, make_stepper, stepper_t
    use nutate_order_eight, only: order_eight => a, order_eight_weights => b
    use nutate_quaternion, only: quat_normalized, rotation_matrix
    use nutate_rotor, only: rotor_t
    use nutate_spring, only: spring_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_tangent, only: tangent_t
    use test_oracle, only: has_oracle, qp
    use test_support, only: check, draws_fewer, error_type, new_unittest, one_in, random_unit, random_unit_quaternion, &

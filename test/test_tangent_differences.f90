@@ -12,12 +12,11 @@ submodule(suites_of_effects) test_tangent_differences
    use nutate_controller_mounting, only: add_controller
    use nutate_keys, only: group_t, KEY_REAL
    use nutate_kinds, only: wp
-   use nutate_methods, only: make_stepper
+   use nutate_methods, only: integrator_settings_t, make_stepper, stepper_t
    use nutate_quaternion, only: cross, quat_conjugate, quat_exp, quat_product
    use nutate_scene, only: parse_scene, read_scene, scene_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_tangent, only: tangent_t
    use nutate_wheel, only: wheel_t
    use nutate_wheel_mounting, only: add_wheel

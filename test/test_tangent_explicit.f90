@@ -8,14 +8,13 @@ submodule(suites_of_effects) test_tangent_explicit
    use nutate_hamiltonian, only: body_momentum, make_state, system_t
    use nutate_invariants, only: ALL_COMPONENTS, ALONG_AXIS, conserved_momentum
    use nutate_kinds, only: wp
-   use nutate_methods, only: make_stepper
+   use nutate_methods, only: integrator_settings_t, make_stepper, stepper_t
    use nutate_quaternion, only: quat_conjugate, quat_exp, quat_normalized, quat_product, rotate_to_body
    use nutate_rotating_frame, only: rotating_frame_t
    use nutate_run, only: run_t
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_tangent, only: tangent_t
    use test_support, only: check, check_below, check_close, error_type, new_unittest, random_unit, random_vector
    implicit none

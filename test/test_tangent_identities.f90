@@ -10,13 +10,12 @@ module test_tangent_identities
    use nutate_effect, only: effect_t, parameter_t
    use nutate_hamiltonian, only: angular_velocity, body_momentum, make_state, potential_torque, space_momentum, system_t
    use nutate_kinds, only: wp
-   use nutate_methods, only: make_stepper
+   use nutate_methods, only: integrator_settings_t, make_stepper, stepper_t
    use nutate_quaternion, only: rotate_to_body, rotate_to_space
    use nutate_rotating_frame, only: rotating_frame_t
    use nutate_rotor, only: rotor_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_tangent, only: tangent_t
    use nutate_wheel, only: wheel_t
    use nutate_wheel_mounting, only: add_wheel

@@ -6,12 +6,11 @@ submodule(suites_of_methods) test_taylor
    use nutate_hamiltonian, only: body_momentum, kinetic_energy
    use nutate_invariants, only: invariants_t
    use nutate_kinds, only: wp, eps
-   use nutate_methods, only: default_settings, make_stepper
+   use nutate_methods, only: default_settings, integrator_settings_t, make_stepper, stepper_t
    use nutate_quaternion, only: attitude_distance
    use nutate_summary, only: run_summary_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_stepper, only: integrator_settings_t, stepper_t
    use test_controlled_run, only: recorder_t, run_to
    use test_problems, only: box, bruls_top, fast_top, forced_body, free_body, march, precessing_top, problem_t, simo_top
    use test_support, only: check, check_below, check_close, error_type, new_unittest

@@ -5,13 +5,12 @@ submodule(suites_of_methods) test_taylor_steps
    use nutate_effect, only: potential_t
    use nutate_hamiltonian, only: body_momentum
    use nutate_kinds, only: wp, eps
-   use nutate_methods, only: default_settings, make_stepper
+   use nutate_methods, only: default_settings, integrator_settings_t, make_stepper, stepper_t
    use nutate_quaternion, only: attitude_distance
    use nutate_power_series, only: highest_order
    use nutate_rotor, only: rotor_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, NUTATE_BAD_ARGUMENT, NUTATE_OFF_BRANCH
-   use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_taylor_stepper, only: taylor_t
    use test_problems, only: box, bruls_top, fast_top, forced_body, free_body, march, problem_t
    use test_support, only: check, check_below, check_close, error_type, new_unittest

@@ -5,14 +5,13 @@ module test_threads
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_hamiltonian, only: make_state, system_t
    use nutate_kinds, only: wp
-   use nutate_methods, only: make_stepper, methods
+   use nutate_methods, only: integrator_settings_t, make_stepper, methods, stepper_t
    use nutate_observer, only: observer_t, run_record_t
    use nutate_run, only: integrate
    use nutate_scene, only: read_scene, scene_t
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_stepper, only: integrator_settings_t, stepper_t
    use test_c_support, only: run_threads
    use test_support, only: check, error_type, in_turn, new_unittest, random_unit_quaternion, random_vector, &
       unittest_type

@@ -9,7 +9,7 @@ module test_time_dependent
       total_energy, time_dependent_power, system_t
    use nutate_kepler_orbit, only: kepler_orbit_t
    use nutate_kinds, only: wp, eps, pi
-   use nutate_methods, only: make_stepper, methods
+   use nutate_methods, only: integrator_settings_t, make_stepper, methods, stepper_t
    use nutate_observer, only: observer_t, run_record_t
    use nutate_orbit, only: earth_mu, orbit_t
    use nutate_orbital_gradient, only: orbital_gradient_t
@@ -19,7 +19,6 @@ module test_time_dependent
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_stepper, only: integrator_settings_t, stepper_t
    use test_problems, only: problem_t
    use test_resume, only: settings_of
    use test_support, only: check, check_below, check_close, error_type, in_turn, new_unittest, one_in, &

@@ -10,14 +10,13 @@ module test_varying_inertia
       total_energy
    use nutate_inertia_change, only: inertia_change_t, make_tabulated_inertia
    use nutate_kinds, only: wp, eps
-   use nutate_methods, only: make_stepper, methods
+   use nutate_methods, only: integrator_settings_t, make_stepper, methods, stepper_t
    use nutate_motion, only: find_motion, find_rates, motion_t
    use nutate_quaternion, only: quat_conjugate, quat_product
    use nutate_rotor, only: rotor_t
    use nutate_scene, only: parse_scene, scene_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_tangent, only: tangent_t
    use nutate_variation, only: inertia_variation, rate_variation, variation_t
    use nutate_varying_inertia, only: check_change

@@ -6,13 +6,12 @@ submodule(suites_of_effects) test_wheels
    use nutate_hamiltonian, only: angular_velocity, kinetic_energy, make_state, space_momentum, system_t, total_energy
    use nutate_kinds, only: wp, long, eps
    use nutate_limits, only: most_wheels
-   use nutate_methods, only: make_stepper, methods
+   use nutate_methods, only: integrator_settings_t, make_stepper, methods, stepper_t
    use nutate_quaternion, only: attitude_distance
    use nutate_rotor, only: rotor_t
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: NUTATE_BAD_ARGUMENT, NUTATE_BAD_BODY, status_t
-   use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_wheel, only: wheel_t
    use nutate_wheel_mounting, only: add_wheel
    use test_problems, only: march, problem_t, wheeled_body

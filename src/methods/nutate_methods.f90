@@ -3,10 +3,12 @@
 module nutate_methods
    use nutate_power_series, only: fixed_step_order
    use nutate_status, only: status_t
-   use nutate_stepper, only: integrator_settings_t, stepper_t, system_t
+   use nutate_stepper, only: dense_stepper_t, integrator_settings_t, stepper_t, system_t
    implicit none
    private
 
+   !> Types of the arguments of `make_stepper`, which its callers need.
+   public :: dense_stepper_t, integrator_settings_t, stepper_t, system_t
    public :: method_t, methods, make_stepper, get_stepper, compose_stepper, default_settings, equations_of, family_of, &
       leaves_attitude_out, method_of, with_defaults
 

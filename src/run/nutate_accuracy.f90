@@ -18,7 +18,7 @@ module nutate_accuracy
    use nutate_error_control, only: error_control_t
    use nutate_exact_stepper, only: round_off_of_exact
    use nutate_kinds, only: wp, eps, long, pi
-   use nutate_methods, only: method_of, method_t
+   use nutate_methods, only: method_of, method_t, system_t
    use nutate_noise, only: noise_t
    use nutate_observer, only: observer_t
    use nutate_progress, only: progress_t, start_run, watch_limits
@@ -29,7 +29,6 @@ module nutate_accuracy
    use nutate_status, only: status_t, fail, NUTATE_NOT_CONVERGED, NUTATE_NOT_FINITE, NUTATE_OFF_BRANCH, &
       NUTATE_STEP_LIMIT
    use nutate_integrator_settings, only: integrator_settings_t
-   use nutate_system, only: system_t
    implicit none
    private
 

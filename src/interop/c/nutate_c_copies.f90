@@ -8,12 +8,11 @@ module nutate_c_copies
    use nutate_c_polls, only: poll_t
    use nutate_c_quantity, only: c_event_t
    use nutate_c_settings, only: prepare
-   use nutate_methods, only: make_stepper
+   use nutate_methods, only: make_stepper, stepper_t
    use nutate_progress, only: start_run, transfer_progress
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
    use nutate_step_policy, only: step_policy_t
-   use nutate_stepper, only: stepper_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_NO_MEMORY, NUTATE_TRUNCATED
    use nutate_version, only: version
    implicit none

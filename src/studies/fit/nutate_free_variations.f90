@@ -4,12 +4,11 @@ module nutate_free_variations
    use nutate_fit_model, only: fit_model_t
    use nutate_keys, only: group_t, name_length
    use nutate_kinds, only: wp
-   use nutate_methods, only: make_stepper
+   use nutate_methods, only: integrator_settings_t, make_stepper, stepper_t
    use nutate_scene, only: scene_t
    use nutate_scene_error, only: scene_error_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_tangent, only: tangent_t
    use nutate_propagated_columns, only: is_by_free
    use nutate_quantities, only: quantities, set_of

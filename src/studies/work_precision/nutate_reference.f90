@@ -7,11 +7,10 @@ module nutate_reference
    use nutate_disturbance, only: disturb_problem
    use nutate_exact_motion, only: find_exact_attitude, EXACT_FREE_BODY, EXACT_TOP, NOT_EXACT
    use nutate_kinds, only: wp, eps
-   use nutate_methods, only: make_stepper, methods
+   use nutate_methods, only: integrator_settings_t, make_stepper, methods, stepper_t
    use nutate_noise, only: noise_t
    use nutate_quaternion, only: attitude_distance
    use nutate_status, only: status_t
-   use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_study_budget, only: study_budget_t
    use nutate_measured_run, only: run_monitor_t, outcome_t, problem_t, run_once, settings_of
    implicit none

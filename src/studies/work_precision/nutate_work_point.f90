@@ -2,11 +2,10 @@
 !> from a separate integration; and the point between two runs at which the error has a given value.
 module nutate_work_point
    use nutate_kinds, only: wp, long
-   use nutate_methods, only: make_stepper, methods
+   use nutate_methods, only: make_stepper, methods, stepper_t
    use nutate_quaternion, only: attitude_distance
    use nutate_reference, only: reference_t
    use nutate_status, only: status_t
-   use nutate_stepper, only: stepper_t
    use nutate_study_budget, only: study_budget_t
    use nutate_measured_run, only: run_monitor_t, outcome_t, problem_t, run_once, run_to_tolerance, settings_of
    implicit none
