@@ -25,10 +25,9 @@ module nutate_check_command
    use nutate_kinds, only: wp, long, pi
    use nutate_lvlh_view, only: lvlh_view_t
    use nutate_methods, only: equations_of
-   use nutate_observer, only: observer_t
    use nutate_linearize_command, only: add_periodic
    use nutate_printable, only: printable_path
-   use nutate_run, only: run_t
+   use nutate_run, only: observer_t, run_t
    use nutate_run_plan, only: run_plan_t
    use nutate_run_summary, only: kept_momentum
    use nutate_scene, only: scene_t

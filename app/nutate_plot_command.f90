@@ -9,12 +9,11 @@ module nutate_plot_command
    use nutate_hamiltonian, only: angular_velocity, system_t
    use nutate_history_plot, only: draw_history, draw_xy, name_length, read_history, read_names, recorded_t
    use nutate_kinds, only: pi, wp
-   use nutate_observer, only: run_record_t
    use nutate_outputs, only: outputs_t, picture_kind
    use nutate_plot_panels, only: columns_named, known_columns, set_with, usual_columns
    use nutate_printable, only: printable_path, quoted
    use nutate_quaternion, only: quat_normalized, rotate_to_space
-   use nutate_run, only: run_t
+   use nutate_run, only: run_record_t, run_t
    use nutate_run_watcher, only: stop_watcher_t
    use nutate_scene, only: scene_t
    use nutate_scene_loading, only: load_scene, propagate_free_parameters

@@ -12,11 +12,10 @@ module nutate_run_command
    use nutate_gnuplot, only: picture_t
    use nutate_history_plot, only: name_length, recorded_t
    use nutate_kinds, only: wp, long
-   use nutate_observer, only: run_record_t
    use nutate_outputs, only: outputs_t, picture_kind, CHECKPOINT, EVENTS, HISTORY
    use nutate_plot_command, only: add_picture_sets, sample_rows, open_picture, draw_file
    use nutate_printable, only: printable_path
-   use nutate_run, only: run_t
+   use nutate_run, only: run_record_t, run_t, system_t
    use nutate_run_checkpoint, only: read_checkpoint
    use nutate_run_watcher, only: progress_bar_t, caught_signal, signal_flag, watch_signals, check_signals, &
       stop_watcher_t, run_watcher_t
@@ -25,7 +24,6 @@ module nutate_run_command
    use nutate_scene, only: scene_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, NUTATE_BAD_ARGUMENT, NUTATE_IO, NUTATE_STOPPED
-   use nutate_system, only: system_t
    implicit none
    private
 

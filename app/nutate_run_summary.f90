@@ -14,8 +14,7 @@ module nutate_run_summary
    use nutate_notes, only: note_t
    use nutate_linearize_command, only: add_periodic
    use nutate_printable, only: printable_path
-   use nutate_summary, only: run_summary_t
-   use nutate_run, only: run_t
+   use nutate_run, only: run_summary_t, run_t
    use nutate_run_plan, only: run_plan_t
    use nutate_run_watcher, only: signal_name, run_watcher_t
    use nutate_scene, only: scene_t

@@ -7,8 +7,7 @@ module test_accuracy
    use nutate_kinds, only: wp
    use nutate_method_choice, only: choose_method, AUTOMATIC_METHOD
    use nutate_methods, only: default_settings
-   use nutate_summary, only: run_summary_t
-   use nutate_run, only: integrate
+   use nutate_run, only: integrate, run_summary_t
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, NUTATE_STEP_LIMIT

@@ -15,11 +15,9 @@ submodule(suites_of_methods) test_axial_frame
    use nutate_kinds, only: wp, eps
    use nutate_methods, only: default_settings, integrator_settings_t, make_stepper, stepper_t
    use nutate_attitude, only: quat_from_euler
-   use nutate_observer, only: observer_t, run_record_t
    use nutate_rotor, only: rotor_t
-   use nutate_summary, only: run_summary_t
    use nutate_quaternion, only: attitude_distance
-   use nutate_run, only: integrate
+   use nutate_run, only: integrate, observer_t, run_record_t, run_summary_t
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_spring, only: spring_t
    use nutate_state, only: state_t

@@ -16,9 +16,7 @@ submodule(suites_of_interfaces) test_c_interface
    use nutate_columns, only: columns_t
    use nutate_kinds, only: wp, long
    use nutate_methods, only: make_stepper
-   use nutate_observer, only: observer_t, run_record_t
-   use nutate_summary, only: run_summary_t
-   use nutate_run, only: integrate
+   use nutate_run, only: integrate, observer_t, run_record_t, run_summary_t
    use nutate_scene, only: read_scene, scene_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t

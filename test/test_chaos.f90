@@ -5,9 +5,7 @@ submodule(suites_of_effects) test_chaos
    use nutate_variation, only: variation_t
    use nutate_hamiltonian, only: body_momentum, system_t
    use nutate_kinds, only: wp, pi
-   use nutate_observer, only: run_record_t
-   use nutate_summary, only: run_summary_t
-   use nutate_run, only: integrate, run_t
+   use nutate_run, only: integrate, run_record_t, run_summary_t, run_t
    use nutate_scene, only: parse_scene, scene_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, NUTATE_STOPPED

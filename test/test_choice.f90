@@ -12,9 +12,7 @@ submodule(suites_of_runs) test_choice
    use nutate_quaternion, only: attitude_distance
    use nutate_rotating_frame, only: rotating_frame_t
    use nutate_rotor, only: rotor_t
-   use nutate_run, only: integrate
-   use nutate_observer, only: observer_t, run_record_t
-   use nutate_summary, only: run_summary_t
+   use nutate_run, only: integrate, observer_t, run_record_t, run_summary_t
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_spring, only: spring_t
    use nutate_state, only: state_t

@@ -3,9 +3,7 @@ module test_conserving_runs
    use nutate_invariants, only: invariants_t
    use nutate_kinds, only: wp, eps
    use nutate_methods, only: default_settings, make_stepper
-   use nutate_observer, only: observer_t, run_record_t
-   use nutate_summary, only: run_summary_t
-   use nutate_run, only: integrate
+   use nutate_run, only: integrate, observer_t, run_record_t, run_summary_t
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t

@@ -7,11 +7,9 @@ submodule(suites_of_runs) test_control
    use nutate_kinds, only: wp, eps, long
    use nutate_methods, only: default_settings
    use nutate_quaternion, only: attitude_distance
-   use nutate_summary, only: run_summary_t
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_spring, only: spring_t
-   use nutate_observer, only: observer_t
-   use nutate_run, only: integrate, run_t
+   use nutate_run, only: integrate, observer_t, run_summary_t, run_t
    use nutate_state, only: state_t
    use nutate_status, only: NUTATE_BAD_ARGUMENT, NUTATE_STEP_LIMIT, NUTATE_STOPPED, fail, status_t
    use nutate_integrator_settings, only: integrator_settings_t

@@ -2,14 +2,11 @@
 module test_controlled_run
    use nutate_invariants, only: invariants_t
    use nutate_kinds, only: wp
-   use nutate_run, only: integrate
-   use nutate_observer, only: observer_t, run_record_t
-   use nutate_summary, only: run_summary_t
+   use nutate_run, only: integrate, observer_t, run_record_t, run_summary_t, system_t
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_integrator_settings, only: integrator_settings_t
-   use nutate_system, only: system_t
    use test_problems, only: problem_t
    implicit none
    private

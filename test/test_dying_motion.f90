@@ -12,8 +12,7 @@ module test_dying_motion
    use nutate_kinds, only: eps, long, wp
    use nutate_method_choice, only: AUTOMATIC_METHOD, choose_method
    use nutate_methods, only: default_settings
-   use nutate_summary, only: run_summary_t
-   use nutate_run, only: integrate
+   use nutate_run, only: integrate, run_summary_t
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: NUTATE_STEP_LIMIT, status_t

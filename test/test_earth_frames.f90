@@ -13,11 +13,10 @@ submodule(suites_of_runs) test_earth_frames
    use nutate_kinds, only: wp, eps, pi
    use nutate_methods, only: integrator_settings_t, make_stepper, stepper_t
    use nutate_rotor, only: rotor_t
-   use nutate_summary, only: run_summary_t
    use nutate_quaternion, only: quat_exp, quat_product, rotate_to_space
    use nutate_reduced_equations, only: reduced_equations_t
    use nutate_rotating_frame, only: frame_at_latitude, rotating_frame_t
-   use nutate_run, only: integrate
+   use nutate_run, only: integrate, run_summary_t
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t

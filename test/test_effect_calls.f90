@@ -7,8 +7,7 @@ submodule(suites_of_effects) test_effect_calls
    use nutate_nielsen_krenk, only: nielsen_krenk_t
    use nutate_quaternion, only: cross
    use nutate_rotor, only: rotor_t
-   use nutate_run, only: integrate
-   use nutate_summary, only: run_summary_t
+   use nutate_run, only: integrate, run_summary_t
    use nutate_scene, only: parse_scene, scene_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t

@@ -7,8 +7,7 @@ submodule(suites_of_effects) test_effect_columns
    use nutate_hamiltonian, only: angular_velocity, make_state, potential_energy, system_t
    use nutate_kinds, only: wp, eps
    use nutate_methods, only: default_settings
-   use nutate_observer, only: observer_t, run_record_t
-   use nutate_run, only: integrate
+   use nutate_run, only: integrate, observer_t, run_record_t
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t

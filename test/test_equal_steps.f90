@@ -7,12 +7,10 @@ submodule(suites_of_methods) test_equal_steps
    use nutate_kinds, only: wp, eps
    use nutate_methods, only: default_settings, methods
    use nutate_noise, only: noise_t
-   use nutate_observer, only: observer_t, run_record_t
    use nutate_progress, only: progress_t, start_run
-   use nutate_summary, only: run_summary_t
    use nutate_quaternion, only: attitude_distance
    use nutate_rotating_frame, only: rotating_frame_t
-   use nutate_run, only: integrate, run_t
+   use nutate_run, only: integrate, observer_t, run_record_t, run_summary_t, run_t
    use nutate_run_loop, only: drive
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_state, only: state_t

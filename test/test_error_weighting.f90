@@ -5,10 +5,9 @@ submodule(suites_of_effects) test_error_weighting
    use nutate_hamiltonian, only: total_energy
    use nutate_kinds, only: wp, eps
    use nutate_methods, only: default_settings, integrator_settings_t, make_stepper, stepper_t
-   use nutate_summary, only: run_summary_t
    use nutate_projection_point, only: evaluate, projection_plan_t, projection_point_t, read_point
    use nutate_quaternion, only: attitude_distance
-   use nutate_run, only: integrate
+   use nutate_run, only: integrate, run_summary_t
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t

@@ -12,8 +12,7 @@ module test_event_attack
    use nutate_kinds, only: wp, eps
    use nutate_methods, only: default_settings, integrator_settings_t, make_stepper, stepper_t
    use nutate_motion, only: find_motion, find_rates, motion_t
-   use nutate_summary, only: run_summary_t
-   use nutate_run, only: integrate
+   use nutate_run, only: integrate, run_summary_t
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t

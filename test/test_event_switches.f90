@@ -8,8 +8,7 @@ submodule(suites_of_methods) test_event_switches
    use nutate_hamiltonian, only: make_state, total_energy
    use nutate_kinds, only: wp, eps, pi
    use nutate_methods, only: default_settings, methods
-   use nutate_summary, only: run_summary_t
-   use nutate_run, only: integrate
+   use nutate_run, only: integrate, run_summary_t
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, NUTATE_STEP_LIMIT

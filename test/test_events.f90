@@ -9,7 +9,6 @@ submodule(suites_of_methods) test_events
    use nutate_methods, only: default_settings, methods
    use nutate_motion, only: displaced, find_motion, find_rates, motion_t
    use nutate_moving_frame, only: make_frame
-   use nutate_summary, only: run_summary_t
    use nutate_gravity_gradient, only: gravity_gradient_t
    use nutate_kepler_orbit, only: kepler_orbit_t
    use nutate_orbit, only: orbit_t
@@ -17,7 +16,7 @@ submodule(suites_of_methods) test_events
    use nutate_quantities, only: names_for, AS_EVENT
    use nutate_quaternion, only: quat_product
    use nutate_rotating_frame, only: rotating_frame_t
-   use nutate_run, only: integrate
+   use nutate_run, only: integrate, run_summary_t
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_spelling, only: split_list
    use nutate_state, only: state_t

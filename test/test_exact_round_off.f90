@@ -8,9 +8,8 @@ module test_exact_round_off
    use nutate_exact_free, only: free_body_t
    use nutate_hamiltonian, only: body_momentum, kinetic_energy, make_state, system_t
    use nutate_kinds, only: wp, eps
-   use nutate_summary, only: run_summary_t
    use nutate_quaternion, only: rotation_matrix
-   use nutate_run, only: integrate
+   use nutate_run, only: integrate, run_summary_t
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t

@@ -5,10 +5,8 @@ module test_f77_twins
    use nutate_hamiltonian, only: angular_velocity, make_state, space_momentum, system_t, total_energy
    use nutate_kinds, only: long, wp
    use nutate_methods, only: integrator_settings_t, make_stepper, stepper_t
-   use nutate_observer, only: observer_t, run_record_t
    use nutate_rotor, only: rotor_t
-   use nutate_summary, only: run_summary_t
-   use nutate_run, only: integrate
+   use nutate_run, only: integrate, observer_t, run_record_t, run_summary_t
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t

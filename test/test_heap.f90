@@ -9,9 +9,7 @@ submodule(suites_of_runs) test_heap
    use nutate_c_system, only: nutate_system_add_groups, nutate_system_create_moments, nutate_system_destroy
    use nutate_kinds, only: wp
    use nutate_methods, only: methods, system_t
-   use nutate_observer, only: observer_t, run_record_t
-   use nutate_summary, only: run_summary_t
-   use nutate_run, only: integrate
+   use nutate_run, only: integrate, observer_t, run_record_t, run_summary_t
    use nutate_run_plan, only: run_plan_t
    use nutate_scene, only: read_scene, scene_t
    use nutate_state, only: state_t

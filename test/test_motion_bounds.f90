@@ -17,9 +17,8 @@ submodule(suites_of_methods) test_motion_bounds
    use nutate_motion, only: find_motion, find_rates, motion_t
    use nutate_motion_bounds, only: bound_motion, motion_bounds_t, speed_bounds_t
    use nutate_rotor, only: rotor_t
-   use nutate_summary, only: run_summary_t
    use nutate_rotating_frame, only: rotating_frame_t
-   use nutate_run, only: integrate
+   use nutate_run, only: integrate, run_summary_t
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t

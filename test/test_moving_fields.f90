@@ -14,14 +14,13 @@ submodule(suites_of_effects) test_moving_fields
       time_dependent_power
    use nutate_kepler_orbit, only: kepler_orbit_t
    use nutate_kinds, only: wp, eps
-   use nutate_observer, only: observer_t, run_record_t
    use nutate_orbit, only: orbit_t
    use nutate_quaternion, only: cross, quat_product, rotate_to_body, rotate_to_space
    use nutate_control_law, only: BY_MAGNETORQUERS, DETUMBLING
    use nutate_controller, only: controller_t
    use nutate_controller_mounting, only: add_controller
    use nutate_rotor, only: rotor_t
-   use nutate_run, only: integrate
+   use nutate_run, only: integrate, observer_t, run_record_t
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t

@@ -8,10 +8,9 @@ submodule(suites_of_effects) test_near_rest
    use nutate_gravity, only: gravity_t
    use nutate_hamiltonian, only: kinetic_energy, make_state, total_energy
    use nutate_kinds, only: eps, long, wp
-   use nutate_summary, only: run_summary_t
    use nutate_quaternion, only: attitude_distance
    use nutate_rotor, only: rotor_t
-   use nutate_run, only: integrate
+   use nutate_run, only: integrate, run_summary_t
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t

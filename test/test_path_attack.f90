@@ -5,8 +5,7 @@ module test_path_attack
    use nutate_event, only: CROSSING, EXTREMUM, MAXIMUM, MINIMUM
    use nutate_event_list, only: event_list_t
    use nutate_kinds, only: wp, eps, pi
-   use nutate_summary, only: run_summary_t
-   use nutate_run, only: integrate
+   use nutate_run, only: integrate, run_summary_t
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t

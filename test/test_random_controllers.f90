@@ -9,13 +9,11 @@ module test_random_controllers
    use nutate_limit_event, only: limit_slot_t
    use nutate_methods, only: default_settings
    use nutate_motion, only: find_motion, motion_t
-   use nutate_observer, only: observer_t, run_record_t
-   use nutate_summary, only: run_summary_t
    use nutate_quaternion, only: attitude_distance, quat_normalized
    use nutate_control_law, only: BY_MAGNETORQUERS, BY_TORQUE, BY_WHEELS, DETUMBLING
    use nutate_controller, only: controller_t
    use nutate_controller_mounting, only: add_controller
-   use nutate_run, only: integrate
+   use nutate_run, only: integrate, observer_t, run_record_t, run_summary_t
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t

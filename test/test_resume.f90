@@ -6,9 +6,8 @@ module test_resume
    use nutate_hamiltonian, only: system_t, total_energy
    use nutate_kinds, only: wp, eps, long
    use nutate_methods, only: integrator_settings_t, make_stepper, method_t, methods, stepper_t
-   use nutate_observer, only: run_record_t
    use nutate_rotating_frame, only: rotating_frame_t
-   use nutate_run, only: integrate, run_t
+   use nutate_run, only: integrate, run_record_t, run_t
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: NUTATE_BAD_ARGUMENT, NUTATE_STEP_LIMIT, NUTATE_STOPPED, status_t

@@ -7,10 +7,9 @@ submodule(suites_of_runs) test_rk8
    use nutate_hamiltonian, only: make_state, system_t, total_energy
    use nutate_kinds, only: wp
    use nutate_methods, only: default_settings, stepper_t
-   use nutate_observer, only: observer_t, run_record_t
    use nutate_quaternion, only: attitude_distance
    use nutate_rotating_frame, only: rotating_frame_t
-   use nutate_run, only: integrate
+   use nutate_run, only: integrate, observer_t, run_record_t
    use nutate_run_plan, only: run_plan_t
    use nutate_scene, only: read_scene, scene_t
    use nutate_state, only: state_t

@@ -15,10 +15,8 @@ submodule(suites_of_methods) test_root_proof
    use nutate_kepler_orbit, only: kepler_orbit_t
    use nutate_kinds, only: wp, eps
    use nutate_methods, only: integrator_settings_t, make_stepper, methods, stepper_t
-   use nutate_observer, only: observer_t, run_record_t
-   use nutate_summary, only: run_summary_t
    use nutate_quaternion, only: rotate_to_body
-   use nutate_run, only: integrate
+   use nutate_run, only: integrate, observer_t, run_record_t, run_summary_t
    use nutate_run_plan, only: run_plan_t
    use nutate_scene, only: read_scene, scene_t
    use nutate_spring, only: spring_t

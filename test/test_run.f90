@@ -3,14 +3,11 @@ submodule(suites_of_runs) test_run
    use nutate_invariants, only: invariants_t
    use nutate_kinds, only: wp, eps, long
    use nutate_fixed_steps, only: count_steps
-   use nutate_observer, only: observer_t, run_record_t
-   use nutate_summary, only: run_summary_t
-   use nutate_run, only: integrate
+   use nutate_run, only: integrate, observer_t, run_record_t, run_summary_t, system_t
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: NUTATE_BAD_ARGUMENT, NUTATE_IO, NUTATE_STEP_LIMIT, fail, status_t
    use nutate_integrator_settings, only: integrator_settings_t
-   use nutate_system, only: system_t
    use test_problems, only: box, precessing_top, problem_t, solve
    use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none

@@ -8,14 +8,12 @@ submodule(suites_of_effects) test_saturation
    use nutate_kinds, only: wp, long, eps
    use nutate_methods, only: integrator_settings_t, make_stepper, method_t, methods, stepper_t
    use nutate_motion, only: find_motion, motion_t
-   use nutate_observer, only: observer_t, run_record_t
    use nutate_orbit, only: orbit_t
-   use nutate_summary, only: run_summary_t
    use nutate_quaternion, only: attitude_distance, quat_exp, quat_product
    use nutate_control_law, only: BY_MAGNETORQUERS, BY_TORQUE, BY_WHEELS, DETUMBLING
    use nutate_controller, only: controller_t
    use nutate_controller_mounting, only: add_controller
-   use nutate_run, only: integrate
+   use nutate_run, only: integrate, observer_t, run_record_t, run_summary_t
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, NUTATE_BAD_ARGUMENT

@@ -6,9 +6,7 @@ module test_shipped_scenes
    use nutate_kinds, only: wp, eps
    use nutate_methods, only: integrator_settings_t, make_stepper, stepper_t
    use nutate_quaternion, only: attitude_distance
-   use nutate_run, only: integrate
-   use nutate_observer, only: observer_t, run_record_t
-   use nutate_summary, only: run_summary_t
+   use nutate_run, only: integrate, observer_t, run_record_t, run_summary_t
    use nutate_run_plan, only: run_plan_t
    use nutate_scene, only: read_scene, scene_t
    use nutate_state, only: state_t

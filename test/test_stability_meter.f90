@@ -4,9 +4,7 @@ module test_stability_meter
    use nutate_invariants, only: invariants_t
    use nutate_kinds, only: wp, long
    use nutate_methods, only: make_stepper
-   use nutate_observer, only: observer_t, run_record_t
-   use nutate_summary, only: run_summary_t
-   use nutate_run, only: integrate
+   use nutate_run, only: integrate, observer_t, run_record_t, run_summary_t
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: fail, NUTATE_NOT_FINITE, status_t

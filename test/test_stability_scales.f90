@@ -13,8 +13,7 @@ module test_stability_scales
    use nutate_methods, only: integrator_settings_t, make_stepper, stepper_t
    use nutate_quaternion, only: attitude_distance
    use nutate_rotor, only: rotor_t
-   use nutate_summary, only: run_summary_t
-   use nutate_run, only: integrate
+   use nutate_run, only: integrate, run_summary_t
    use nutate_run_plan, only: run_plan_t
    use nutate_scene, only: parse_scene, scene_t
    use nutate_spring, only: spring_t

@@ -6,10 +6,9 @@ submodule(suites_of_methods) test_step_tolerance
    use nutate_hamiltonian, only: body_momentum, make_state, system_t
    use nutate_kepler_orbit, only: kepler_orbit_t
    use nutate_kinds, only: wp, long
-   use nutate_observer, only: observer_t, run_record_t
    use nutate_orbital_gradient, only: orbital_gradient_t
    use nutate_quaternion, only: attitude_distance
-   use nutate_run, only: integrate
+   use nutate_run, only: integrate, observer_t, run_record_t
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t

@@ -5,9 +5,8 @@ submodule(suites_of_effects) test_table_torques
    use nutate_effect_bounds, only: effect_bounds_t, linear_map_t
    use nutate_hamiltonian, only: make_state, system_t, total_energy
    use nutate_kinds, only: wp, pi, eps
-   use nutate_summary, only: run_summary_t
    use nutate_quaternion, only: attitude_distance
-   use nutate_run, only: integrate
+   use nutate_run, only: integrate, run_summary_t
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t

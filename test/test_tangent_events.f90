@@ -13,11 +13,10 @@ submodule(suites_of_effects) test_tangent_events
    use nutate_event_list, only: event_list_t
    use nutate_hamiltonian, only: body_momentum, make_state, system_t
    use nutate_kinds, only: wp, long, pi
-   use nutate_observer, only: run_record_t
    use nutate_progress, only: total_work
    use nutate_quaternion, only: quat_conjugate, quat_exp, quat_product
    use nutate_rotor, only: rotor_t
-   use nutate_run, only: run_t
+   use nutate_run, only: run_record_t, run_t
    use nutate_run_plan, only: run_plan_t
    use nutate_spring, only: spring_t
    use nutate_state, only: state_t

@@ -8,8 +8,7 @@ module test_tangent_runs
    use nutate_hamiltonian, only: body_momentum, make_state, system_t
    use nutate_kinds, only: wp, long
    use nutate_methods, only: integrator_settings_t, make_stepper, stepper_t
-   use nutate_observer, only: run_record_t
-   use nutate_run, only: run_t
+   use nutate_run, only: run_record_t, run_t
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, NUTATE_STOPPED

@@ -6,8 +6,7 @@ module test_threads
    use nutate_hamiltonian, only: make_state, system_t
    use nutate_kinds, only: wp
    use nutate_methods, only: integrator_settings_t, make_stepper, methods, stepper_t
-   use nutate_observer, only: observer_t, run_record_t
-   use nutate_run, only: integrate
+   use nutate_run, only: integrate, observer_t, run_record_t
    use nutate_scene, only: read_scene, scene_t
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t

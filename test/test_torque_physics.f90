@@ -8,10 +8,8 @@ submodule(suites_of_effects) test_torque_physics
    use nutate_kinds, only: wp, pi, eps
    use nutate_nielsen_krenk, only: nielsen_krenk_t
    use nutate_quaternion, only: attitude_distance, quat_exp, rotate_to_space
-   use nutate_observer, only: observer_t, run_record_t
    use nutate_rotor, only: rotor_t
-   use nutate_summary, only: run_summary_t
-   use nutate_run, only: integrate
+   use nutate_run, only: integrate, observer_t, run_record_t, run_summary_t
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t

@@ -6,15 +6,13 @@ submodule(suites_of_methods) test_uncertified
    use nutate_force, only: force_t, moving_force_t
    use nutate_hamiltonian, only: make_state, system_t
    use nutate_kinds, only: wp, long
-   use nutate_observer, only: observer_t
    use nutate_orbit, only: orbit_t
    use nutate_orbital_gradient, only: orbital_gradient_t
-   use nutate_summary, only: run_summary_t
    use nutate_projected_stepper, only: projected_stepper_t
    use nutate_control_law, only: BY_MAGNETORQUERS, BY_WHEELS, DETUMBLING
    use nutate_controller, only: controller_t
    use nutate_controller_mounting, only: add_controller
-   use nutate_run, only: integrate, run_t
+   use nutate_run, only: integrate, observer_t, run_summary_t, run_t
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_NOT_CONVERGED, NUTATE_STEP_LIMIT

@@ -6,9 +6,8 @@ submodule(suites_of_effects) test_wheel_limits
    use nutate_hamiltonian, only: angular_velocity, kinetic_energy, make_state, space_momentum, total_energy
    use nutate_kinds, only: wp, long, eps
    use nutate_methods, only: methods
-   use nutate_summary, only: run_summary_t
    use nutate_quaternion, only: attitude_distance
-   use nutate_run, only: integrate
+   use nutate_run, only: integrate, run_summary_t
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, NUTATE_BAD_ARGUMENT

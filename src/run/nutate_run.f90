@@ -15,7 +15,7 @@ module nutate_run
    use nutate_variation, only: variation_t
    use nutate_event_list, only: event_list_t
    use nutate_kinds, only: wp, long
-   use nutate_observer, only: observer_t
+   use nutate_observer, only: observer_t, run_record_t
    use nutate_progress, only: progress_t
    use nutate_summary, only: run_summary_t
    use nutate_run_plan, only: run_goal_t, run_plan_t
@@ -28,6 +28,8 @@ module nutate_run
    private
 
    public :: run_t, integrate
+   !> Types of the arguments of `integrate`, which its callers need, and what an observer receives.
+   public :: observer_t, run_record_t, run_summary_t, system_t
 
    !> A run: its plan, its progress and its step policy.
    type, extends(progress_t) :: run_t

@@ -4,11 +4,9 @@ module nutate_c_polls
       c_ptr
    use nutate_c_effects, only: status_of_failure
    use nutate_kinds, only: wp, long
-   use nutate_observer, only: observer_t, run_record_t
-   use nutate_run, only: run_t
+   use nutate_run, only: observer_t, run_record_t, run_t, system_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_STOPPED
-   use nutate_system, only: system_t
    implicit none
    private
 

@@ -11,10 +11,8 @@ module nutate_f77_stepping
    use nutate_kinds, only: wp, long
    use nutate_limits, only: greatest_number, in_words
    use nutate_methods, only: make_stepper, stepper_t
-   use nutate_observer, only: observer_t, run_record_t
-   use nutate_summary, only: run_summary_t
    use nutate_quaternion, only: quat_norm
-   use nutate_run, only: integrate
+   use nutate_run, only: integrate, observer_t, run_record_t, run_summary_t
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t, add_increment
    use nutate_status, only: status_t, fail, NUTATE_NOT_FINITE

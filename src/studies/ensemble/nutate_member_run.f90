@@ -6,15 +6,13 @@ module nutate_member_run
    use nutate_kinds, only: wp, long
    use nutate_member, only: member_t
    use nutate_member_watcher, only: poll_stride, member_watcher_t, sweep_asker_t
-   use nutate_observer, only: run_record_t
    use nutate_progress, only: put_works
    use nutate_row_layout, only: bits_of, row_layout_t
-   use nutate_run, only: run_t
+   use nutate_run, only: run_record_t, run_t, system_t
    use nutate_run_plan, only: run_plan_t
    use nutate_scene, only: scene_t
    use nutate_status, only: status_t, NUTATE_IO, NUTATE_STOPPED
    use nutate_sweep_watcher, only: sweep_watcher_t
-   use nutate_system, only: system_t
    use nutate_text_lock, only: lock_texts, unlock_texts
    implicit none
    private

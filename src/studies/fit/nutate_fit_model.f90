@@ -11,9 +11,8 @@ module nutate_fit_model
    use nutate_keys, only: group_t, setting_t, KEY_LOGICAL
    use nutate_kinds, only: wp, long
    use nutate_method_choice, only: choose_with_tangent
-   use nutate_observer, only: observer_t, run_record_t
    use nutate_quaternion, only: quat_normalized, quat_product
-   use nutate_run, only: run_t
+   use nutate_run, only: observer_t, run_record_t, run_t
    use nutate_run_plan, only: run_plan_t
    use nutate_scene, only: changed_part, rebuild_scene, scene_t
    use nutate_scene_error, only: scene_error_t

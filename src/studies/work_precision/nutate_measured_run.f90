@@ -5,9 +5,7 @@ module nutate_measured_run
    use nutate_kinds, only: wp, long
    use nutate_specialised_motion, only: specialised_motion_t
    use nutate_methods, only: integrator_settings_t, methods, stepper_t
-   use nutate_observer, only: observer_t, run_record_t
-   use nutate_summary, only: run_summary_t
-   use nutate_run, only: integrate
+   use nutate_run, only: integrate, observer_t, run_record_t, run_summary_t
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_STEP_LIMIT
