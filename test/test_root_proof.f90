@@ -7,7 +7,7 @@ submodule(suites_of_methods) test_root_proof
    use nutate_damping, only: damping_t
    use nutate_dipole, only: dipole_t
    use nutate_discrete_forces, only: discrete_forces_t
-   use nutate_effect, only: effect_t, given_bounds_t, potential_t, torque_t
+   use nutate_effect, only: effect_t, potential_t, torque_t
    use nutate_effect_bounds, only: effect_bounds_t, linear_map_t, map_of, spectral_norm
    use nutate_effect_list, only: effect_list_t
    use nutate_gravity_gradient, only: gravity_gradient_t
@@ -232,7 +232,7 @@ contains
          cubic%axis = random_vector(seed)
          cubic%direction = random_vector(seed)
          n = norm2(cubic%direction)
-         cubic%given = given_bounds_t(known=.true., first=3*n*n, second=6*n, third=6.0_wp)
+         cubic%given = [3*n*n, 6*n, 6.0_wp, 0.0_wp]
          call sample(cubic, seed, most)
       end do
       ! Bounds for any potential cannot be as sharp.
@@ -250,7 +250,7 @@ contains
       do i = 1, 20
          torque%amplitude = random_vector(seed)
          size = norm2(torque%amplitude)
-         torque%given = given_bounds_t(known=.true., first=size, second=size, third=size, rate=1.0_wp)
+         torque%given = [size, size, size, 1.0_wp]
          call sample(torque, seed, most)
       end do
       call assess_quotients(error, most, least=0.1_wp)
@@ -427,7 +427,7 @@ contains
       steps = 20
       call run_top(cubic, summary)
       call check(error, int(summary%uncertified_steps), steps)
-      cubic%given = given_bounds_t(known=.true., first=3.0_wp, second=6.0_wp, third=6.0_wp)
+      cubic%given = [3.0_wp, 6.0_wp, 6.0_wp, 0.0_wp]
       call run_top(cubic, summary)
       call check(error, int(summary%uncertified_steps), 0)
 

@@ -260,7 +260,6 @@ end subroutine nuncer
 !> The bounds must hold for all GAMMA up to |DN| long. They are not verified; the wider they are, the shorter the steps
 !> that can be certified. They are stored in WORK; another call replaces them.
 subroutine nubpot(bgrad, bhess, bthird, work, lwork, info)
-   use nutate_effect, only: given_bounds_t
    use nutate_f77_check, only: find_bad_bound, is_ready
    use nutate_f77_work, only: get_setup, put_setup, setup_t
    use nutate_kinds, only: wp
@@ -286,14 +285,13 @@ subroutine nubpot(bgrad, bhess, bthird, work, lwork, info)
       info = -4
       return
    end if
-   setup%potential_bounds = given_bounds_t(known=.true., first=bgrad, second=bhess, third=bthird)
+   setup%potential_bounds = [bgrad, bhess, bthird, 0.0_wp]
    call put_setup(setup, work)
 end subroutine nubpot
 
 !> NUBTOR sets bounds of a TOR that does not depend on OMEGA, as NUBPOT does of POT. They must hold at all attitudes and
 !> times.
 subroutine nubtor(btor, bturn, bsec, brate, work, lwork, info)
-   use nutate_effect, only: given_bounds_t
    use nutate_f77_check, only: find_bad_bound, is_ready
    use nutate_f77_work, only: get_setup, put_setup, setup_t
    use nutate_kinds, only: wp
@@ -322,7 +320,7 @@ subroutine nubtor(btor, bturn, bsec, brate, work, lwork, info)
       info = -5
       return
    end if
-   setup%torque_bounds = given_bounds_t(known=.true., first=btor, second=bturn, third=bsec, rate=brate)
+   setup%torque_bounds = [btor, bturn, bsec, brate]
    call put_setup(setup, work)
 end subroutine nubtor
 

@@ -7,7 +7,6 @@ module nutate_f77_work
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_archive, only: archive_t
    use nutate_body, only: body_t
-   use nutate_effect, only: given_bounds_t
    use nutate_kinds, only: wp, long
    use nutate_number_archive, only: number_archive_t
    use nutate_stepper, only: integrator_settings_t, stepper_t
@@ -36,8 +35,8 @@ module nutate_f77_work
       !> Angular velocity of the space axes, in these axes, rad/s; shape (3).
       real(wp) :: frame_rate(3) = 0.0_wp
       type(body_t) :: body
-      !> Bounds of POT and of TOR.
-      type(given_bounds_t) :: potential_bounds, torque_bounds
+      !> Bounds of POT and of TOR, as in `effect_t`.
+      real(wp) :: potential_bounds(4) = -1.0_wp, torque_bounds(4) = -1.0_wp
    contains
       !> Writes or reads its values in checkpoint data.
       procedure :: transfer => transfer_setup
@@ -289,19 +288,8 @@ contains
       call archive%transfer(self%body%inverse_inertia)
       call archive%transfer(self%body%axes)
       call archive%transfer(self%body%moments)
-      call transfer_bounds(self%potential_bounds, archive)
-      call transfer_bounds(self%torque_bounds, archive)
+      call archive%transfer(self%potential_bounds)
+      call archive%transfer(self%torque_bounds)
    end subroutine transfer_setup
-
-   !> Writes or reads the values of bounds in checkpoint data.
-   subroutine transfer_bounds(bounds, archive)
-      type(given_bounds_t), intent(inout) :: bounds
-      class(archive_t), intent(inout) :: archive
-      call archive%transfer(bounds%known)
-      call archive%transfer(bounds%first)
-      call archive%transfer(bounds%second)
-      call archive%transfer(bounds%third)
-      call archive%transfer(bounds%rate)
-   end subroutine transfer_bounds
 
 end module nutate_f77_work

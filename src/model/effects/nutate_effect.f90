@@ -15,14 +15,14 @@
 !>
 !> An effect may bound its torque in a step: then the root of a step can be certified to be the true one.
 module nutate_effect
-   use nutate_effect_base, only: effect_t, given_bounds_t, parameter_t, &
+   use nutate_effect_base, only: effect_t, parameter_t, &
       NO_SERIES, LINEAR_SERIES, GENERAL_SERIES, SPACE_SERIES, TIME_SERIES
    use nutate_potential, only: potential_t
    use nutate_torque, only: torque_t
    implicit none
    private
 
-   public :: effect_t, given_bounds_t, parameter_t, potential_t, torque_t
+   public :: effect_t, parameter_t, potential_t, torque_t
    public :: NO_SERIES, LINEAR_SERIES, GENERAL_SERIES, SPACE_SERIES, TIME_SERIES
 
 end module nutate_effect

@@ -7,7 +7,7 @@ module nutate_effect_base
    implicit none
    private
 
-   public :: effect_t, given_bounds_t, parameter_t
+   public :: effect_t, parameter_t
    public :: NO_SERIES, LINEAR_SERIES, GENERAL_SERIES, SPACE_SERIES, TIME_SERIES
 
    !> How an effect supplies the power series in time of its torque: not at all; as a constant times the series of γ or
@@ -15,17 +15,6 @@ module nutate_effect_base
    !> there.
    integer, parameter :: NO_SERIES = 0, LINEAR_SERIES = 1, GENERAL_SERIES = 2, SPACE_SERIES = 3, &
                          TIME_SERIES = 4
-
-   !> Bounds that the user gives for a user-defined effect, for certified steps: for a potential the largest |∇U|, ‖∇²U‖
-   !> and norm of the third derivative for all γ up to |n| long; for a torque that depends on attitude and time alone
-   !> the largest |τ|, ‖∂τ/∂θ‖ (θ a small rotation) and norm of the second derivative along a rotation, N m, at all
-   !> times.
-   type :: given_bounds_t
-      logical :: known = .false.
-      real(wp) :: first = 0.0_wp, second = 0.0_wp, third = 0.0_wp
-      !> Rate for a torque, 1/s: `rate` times a quantity bounds the time derivative of that quantity.
-      real(wp) :: rate = 0.0_wp
-   end type given_bounds_t
 
    !> A parameter of one or more numbers by which an effect can be differentiated.
    type :: parameter_t
@@ -44,8 +33,12 @@ module nutate_effect_base
       integer :: group = 0
       !> True if the effect acts; an effect that is off costs nothing. A rotor always acts.
       logical :: on = .true.
-      !> Bounds from the user, for effects that do not override `bound`.
-      type(given_bounds_t) :: given = given_bounds_t()
+      !> Bounds from the user, for effects that do not override `bound`; negative: none. For a potential the largest
+      !> |∇U|, ‖∇²U‖ and norm of the third derivative for all γ up to |n| long; for a torque that depends on attitude
+      !> and time alone the largest |τ|, ‖∂τ/∂θ‖ (θ a small rotation) and norm of the second derivative along a
+      !> rotation, N m, at all times, and a rate, 1/s: the rate times a quantity bounds the time derivative of that
+      !> quantity.
+      real(wp) :: given(4) = -1.0_wp
    contains
       !> Returns how the effect supplies its power series: `NO_SERIES` (default), `LINEAR_SERIES`, `GENERAL_SERIES`, or,
       !> for a torque, `SPACE_SERIES` or `TIME_SERIES`.

@@ -1,7 +1,6 @@
 !> Bodies of the procedures whose interfaces are in `nutate_effect_list`.
 submodule(nutate_effect_list) nutate_effect_list_procedures
    use nutate_admissible, only: admits, fault_of, NON_NEGATIVE
-   use nutate_effect, only: given_bounds_t
    use nutate_effect_bounds, only: effect_bounds_t, linear_map_t
    use nutate_effect_traits, only: DRIVES_WHEELS, IS_EARTH_FIELD
    use nutate_inner_sphere, only: inner_sphere_t
@@ -236,29 +235,25 @@ contains
    end procedure command_of_wheel
 
    module procedure bound_potential
-      type(given_bounds_t) :: given
       integer :: i
       logical :: taken
       call check_bounds(['gradient', 'hessian ', 'third   '], [gradient, hessian, third], status)
       if (.not. status%ok()) return
-      given = given_bounds_t(known=.true., first=gradient, second=hessian, third=third)
       do i = self%n_potentials, 1, -1
-         call give_bounds(self%potentials(i)%item, given, taken)
+         call give_bounds(self%potentials(i)%item, [gradient, hessian, third, 0.0_wp], taken)
          if (taken) return
       end do
       status = fail(NUTATE_BAD_ARGUMENT, 'there is no user-defined potential to bound')
    end procedure bound_potential
 
    module procedure bound_torque
-      type(given_bounds_t) :: given
       integer :: i
       logical :: taken
       call check_bounds(['torque     ', 'by_rotation', 'second     ', 'rate       '], &
                         [torque, by_rotation, second, rate], status)
       if (.not. status%ok()) return
-      given = given_bounds_t(known=.true., first=torque, second=by_rotation, third=second, rate=rate)
       do i = self%n_torques, 1, -1
-         call give_bounds(self%torques(i)%item, given, taken)
+         call give_bounds(self%torques(i)%item, [torque, by_rotation, second, rate], taken)
          if (taken) return
       end do
       status = fail(NUTATE_BAD_ARGUMENT, 'there is no user-defined torque to bound')
@@ -284,13 +279,13 @@ contains
    !> ones, or none with them.
    pure subroutine give_bounds(effect, given, taken)
       class(effect_t), intent(inout) :: effect
-      type(given_bounds_t), intent(in) :: given
+      real(wp), intent(in) :: given(4)
       logical, intent(out) :: taken
-      type(given_bounds_t) :: kept
+      real(wp) :: kept(4)
       type(effect_bounds_t) :: with, without
       real(wp), parameter :: origin(3) = 0.0_wp
       kept = effect%given
-      effect%given = given_bounds_t()
+      effect%given = -1.0_wp
       call effect%bound(linear_map_t(), 0.1_wp, origin, 2.0_wp, without)
       effect%given = given
       call effect%bound(linear_map_t(), 0.1_wp, origin, 2.0_wp, with)

@@ -124,11 +124,9 @@ contains
       type(linear_map_t), intent(in) :: map
       real(wp), intent(in) :: radius, gamma(3), slack
       type(effect_bounds_t), intent(out) :: bounds
-      associate (given => self%given)
-         bounds%known = given%known
-         if (given%known) bounds = bounds_of_potential(map, radius, vector_length(self%direction), given%first, &
-                                                       given%second, given%third)
-      end associate
+      bounds%known = self%given(1) >= 0.0_wp
+      if (bounds%known) bounds = bounds_of_potential(map, radius, vector_length(self%direction), self%given(1), &
+                                                     self%given(2), self%given(3))
    end subroutine bound_potential
 
    !> Computes the Hessian by central differences of ∇U with steps of ε^(1/3) of |γ|, where truncation error and

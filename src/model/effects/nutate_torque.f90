@@ -267,11 +267,9 @@ contains
       type(linear_map_t), intent(in) :: map
       real(wp), intent(in) :: radius, gamma(3), slack
       type(effect_bounds_t), intent(out) :: bounds
-      associate (given => self%given)
-         bounds%known = given%known
-         if (given%known) &
-            bounds = bounds_of_torque(map, radius, given%first, given%second, given%third, given%rate)
-      end associate
+      bounds%known = self%given(1) >= 0.0_wp
+      if (bounds%known) &
+         bounds = bounds_of_torque(map, radius, self%given(1), self%given(2), self%given(3), self%given(4))
    end subroutine bound_torque
 
    !> Computes the derivatives by central differences of τ. The steps suit a torque that varies over angles of order 1
