@@ -3,7 +3,7 @@ module nutate_c_bodies
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_loc, c_ptr, c_size_t
    use nutate_bodies, only: make_classes, move_bodies, movement_t
    use nutate_body, only: body_t
-   use nutate_c_handles, only: bodies_handle_t, conclude, destroy, found, null_argument, open_slot, report, &
+   use nutate_c_handles, only: bodies_handle_t, conclude, found, is_taken, null_argument, open_slot, report, &
       system_handle_t, BODIES_MARK
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_NO_MEMORY, NUTATE_OK
    implicit none
@@ -80,7 +80,11 @@ contains
 
    integer(c_int) function nutate_bodies_destroy(bodies) result(code) bind(C)
       type(c_ptr), intent(in), value :: bodies
-      code = destroy(bodies, BODIES_MARK)
+      type(bodies_handle_t), pointer :: handle
+      type(c_ptr) :: taken
+      if (.not. is_taken(bodies, BODIES_MARK, taken, code)) return
+      call c_f_pointer(taken, handle)
+      deallocate (handle)
    end function nutate_bodies_destroy
 
    integer(c_int) function nutate_bodies_set_threads(bodies, threads) result(code) bind(C)

@@ -4,7 +4,7 @@ module nutate_c_copies
    use nutate_archive, only: archive_t
    use nutate_byte_archive, only: byte_archive_t
    use nutate_c_effects, only: report_failures_to
-   use nutate_c_handles, only: conclude, found, null_argument, open_slot, report, stepper_handle_t, unprepare
+   use nutate_c_stepper_handle, only: conclude, found, null_argument, open_slot, report, stepper_handle_t, unprepare
    use nutate_c_polls, only: poll_t
    use nutate_c_quantity, only: c_event_t
    use nutate_c_settings, only: prepare

@@ -2,7 +2,7 @@
 module nutate_c_dense_output
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_ptr, c_size_t
    use nutate_c_effects, only: add_failure, status_of_failure
-   use nutate_c_handles, only: conclude, found, null_argument, stepper_handle_t
+   use nutate_c_stepper_handle, only: conclude, found, null_argument, stepper_handle_t
    use nutate_c_settings, only: prepare_if_needed
    use nutate_columns, only: columns_t
    use nutate_control, only: needs_control

@@ -2,8 +2,8 @@
 module nutate_c_events
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_funptr, c_int, c_int64_t, c_loc, c_ptr, c_size_t
    use nutate_c_groups, only: parse_events, parse_table_keys
-   use nutate_c_handles, only: conclude, found, history_handle_t, null_argument, stepper_handle_t, system_handle_t, &
-      unprepare
+   use nutate_c_handles, only: found, history_handle_t, system_handle_t
+   use nutate_c_stepper_handle, only: conclude, found, null_argument, stepper_handle_t, unprepare
    use nutate_c_quantity, only: c_event_t
    use nutate_c_text, only: lock_texts, copy_text, unlock_texts
    use nutate_event, only: event_t

@@ -6,8 +6,8 @@ module nutate_c_exchange
    use nutate_aem_reading, only: read_aem
    use nutate_aem_writing, only: aem_versions, write_aem
    use nutate_attitude_rows, only: attitude_rows_t, is_unit
-   use nutate_c_handles, only: found, history_handle_t, null_argument, open_slot, report, scene_handle_t, &
-      system_handle_t, HISTORY_MARK
+   use nutate_c_handles, only: found, history_handle_t, system_handle_t, HISTORY_MARK
+   use nutate_c_scene_handle, only: found, null_argument, open_slot, report, scene_handle_t
    use nutate_c_text, only: copy_text, lock_texts, message_to_c, text_to_c, unlock_texts
    use nutate_epoch, only: epoch_t, read_epoch, time_systems
    use nutate_export_facts, only: export_facts_t, parse_facts

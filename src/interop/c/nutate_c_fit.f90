@@ -2,7 +2,7 @@
 module nutate_c_fit
    use, intrinsic :: iso_c_binding, only: c_double, c_int, c_ptr, c_size_t
    use nutate_attitude, only: rotation_vector_from_quat
-   use nutate_c_handles, only: conclude, found, null_argument, report, scene_handle_t
+   use nutate_c_scene_handle, only: conclude, found, null_argument, report, scene_handle_t
    use nutate_c_text, only: text_to_c
    use nutate_fit, only: fit_scene, fit_t
    use nutate_fit_problem, only: fit_problem_t

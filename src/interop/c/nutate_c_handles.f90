@@ -1,4 +1,5 @@
-!> Types behind the opaque handles of the C interface.
+!> Types behind the opaque handles of the C interface; those of scenes and steppers have modules of their own
+!> (`nutate_c_scene_handle`, `nutate_c_stepper_handle`).
 !>
 !> Every handle begins with a mark of its kind. The mark is cleared when the handle is destroyed, so that a destroyed
 !> handle, or one of another kind, is recognised.
@@ -7,31 +8,17 @@ module nutate_c_handles
    use nutate_bodies, only: movement_t
    use nutate_bodies_drift, only: body_class_t
    use nutate_c_found, only: found_events_t
-   use nutate_c_polls, only: poll_t
    use nutate_chaos, only: chaos_t
-   use nutate_chaos_settings, only: chaos_settings_t
-   use nutate_variation, only: variation_t
-   use nutate_columns, only: columns_t
-   use nutate_effect_list, only: effect_list_t
-   use nutate_event_list, only: event_list_t
-   use nutate_fit_problem, only: fit_problem_t
-   use nutate_keys, only: group_t, name_length
    use nutate_kinds, only: wp, long
-   use nutate_limits, only: most_inner
-   use nutate_run, only: run_t
-   use nutate_run_plan, only: run_plan_t
-   use nutate_scene, only: scene_t
-   use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_stepper, only: stepper_t, system_t
-   use nutate_propagated, only: propagated_t
+   use nutate_system, only: system_t
    implicit none
    private
 
-   public :: handle_t, system_handle_t, scene_handle_t, stepper_handle_t, history_handle_t, bodies_handle_t
+   public :: handle_t, system_handle_t, history_handle_t, bodies_handle_t
    public :: SYSTEM_MARK, SCENE_MARK, STEPPER_MARK, HISTORY_MARK, BODIES_MARK
-   public :: found, destroy, open_slot, copy_system, null_argument, report, whole_message, conclude, make_room
-   public :: unprepare, get_propagated, set_propagated, set_chaos
+   public :: found, has_mark, is_taken, open_slot, copy_system, null_argument, report, whole_message, conclude
+   public :: make_room
 
    !> Marks of the kinds of handles.
    integer(c_int64_t), parameter :: SYSTEM_MARK = 7811887110843601971_c_int64_t, &
@@ -54,14 +41,6 @@ module nutate_c_handles
    type, extends(handle_t) :: system_handle_t
       type(system_t) :: system
    end type system_handle_t
-
-   type, extends(handle_t) :: scene_handle_t
-      type(scene_t) :: scene
-      !> The poll callback of its runs.
-      type(poll_t) :: poll
-      !> Residuals of the fit of the scene; allocated when they are first requested.
-      type(fit_problem_t), allocatable :: fit
-   end type scene_handle_t
 
    !> The rows of a run.
    type, extends(handle_t) :: history_handle_t
@@ -89,69 +68,10 @@ module nutate_c_handles
       integer, allocatable :: failed(:)
    end type bodies_handle_t
 
-   !> State as it was set, without the components that steps add to a `state_t`: it needs a fifth of the memory.
-   type, private :: start_t
-      private
-      !> Time, s; attitude and momentum, shape (4); momenta of the wheels.
-      real(wp) :: t = 0.0_wp, q(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], p(4) = 0.0_wp
-      real(wp) :: wheel_momentum(most_inner) = 0.0_wp
-   contains
-      procedure :: set => set_start
-      procedure :: state => state_of_start
-   end type start_t
-
-   !> A run of a system, which single steps can continue.
-   type, extends(handle_t) :: stepper_handle_t
-      !> True if a step of `tested_dt` needs only the method's step and the count of its work: there is no callback and
-      !> no angle to follow, and no run has been made since.
-      logical :: plain = .false.
-      !> True if there is work to count.
-      logical :: works = .false.
-      !> True if the settings must be read from `group`, which has the keys that were set, as in `&integrator` of a
-      !> scene.
-      logical :: stale = .false.
-      !> True if a method has been prepared with these settings and for these effects.
-      logical :: is_valid = .false.
-      type(group_t) :: group
-      !> Length of the last step that was admissible, s; 0: none.
-      real(wp) :: tested_dt = 0.0_wp
-      !> System with the effects that are on now, and the values that are held now.
-      type(system_t) :: system
-      !> Present state, and the run since a state was set. The stepper of the run performs single and nominal steps; if
-      !> it is not allocated, the settings must be read first.
-      type(run_t) :: run
-      !> Stepper that repeats steps for `nutate_stepper_dense_output`; allocated when it is first needed.
-      class(stepper_t), allocatable :: inside
-      !> Nominal step, or goal, of the runs.
-      type(run_plan_t) :: plan
-      !> Status of a callback that failed, and the value that it returned; shape (2).
-      integer(c_int) :: failure(2) = 0
-      !> The poll callback of runs.
-      type(poll_t) :: poll
-      !> State that was set, from which energy and work are counted; total energy of this state, J.
-      type(start_t) :: first
-      real(wp) :: first_energy = 0.0_wp
-      !> Events that runs search for, and the events that the last run found.
-      type(event_list_t) :: events
-      type(found_events_t), allocatable :: found
-      !> Effects as they were when the state was set; allocated if any was switched, or a value held, since.
-      type(effect_list_t), allocatable :: given
-      character(len=name_length), allocatable :: sets(:)
-      type(columns_t) :: columns
-      !> Names of the columns, comma separated.
-      character(len=:), allocatable :: names
-      !> Quantities that runs propagate, if any: names; sensitivities with respect to parameters, if columns show them;
-      !> settings of the chaos indicators; chaos indicators of the last run.
-      type(propagated_t), allocatable :: propagated
-      type(variation_t), allocatable :: variations(:)
-      type(chaos_settings_t), allocatable :: chaos
-      type(chaos_t), allocatable :: indicators
-   end type stepper_handle_t
-
    !> Points to the handle at an address and returns true, if it is one of the pointer's kind. The code becomes
    !> `NUTATE_BAD_HANDLE`, which the caller replaces.
    interface found
-      module procedure found_system, found_scene, found_stepper, found_history, found_bodies, found_any
+      module procedure found_system, found_history, found_bodies, found_any
    end interface found
 
    interface
@@ -161,18 +81,6 @@ module nutate_c_handles
          type(system_handle_t), pointer, intent(inout) :: handle
          integer(c_int), intent(out), optional :: code
       end function found_system
-
-      logical module function found_scene(address, handle, code) result(is_found)
-         type(c_ptr), intent(in) :: address
-         type(scene_handle_t), pointer, intent(inout) :: handle
-         integer(c_int), intent(out), optional :: code
-      end function found_scene
-
-      logical module function found_stepper(address, handle, code) result(is_found)
-         type(c_ptr), intent(in) :: address
-         type(stepper_handle_t), pointer, intent(inout) :: handle
-         integer(c_int), intent(out), optional :: code
-      end function found_stepper
 
       logical module function found_history(address, handle, code) result(is_found)
          type(c_ptr), intent(in) :: address
@@ -193,12 +101,22 @@ module nutate_c_handles
          integer(c_int), intent(out), optional :: code
       end function found_any
 
-      !> Frees the handle in a variable of C, and sets the variable to null. Does nothing if it is null already. Errors:
-      !> `NUTATE_BAD_ARGUMENT` for no variable, `NUTATE_BAD_HANDLE` for a handle of another kind.
-      integer(c_int) module function destroy(address, mark) result(code)
+      !> Takes a handle out of the variable of C that holds it, to be freed: clears its mark, and sets the variable to
+      !> null. Returns false if there is nothing to free. Errors: `NUTATE_BAD_ARGUMENT` for no variable,
+      !> `NUTATE_BAD_HANDLE` for a handle of another kind.
+      logical module function is_taken(address, mark, handle, code)
          type(c_ptr), intent(in) :: address
          integer(c_int64_t), intent(in) :: mark
-      end function destroy
+         type(c_ptr), intent(out) :: handle
+         integer(c_int), intent(out) :: code
+      end function is_taken
+
+      !> Returns true if an address is that of a handle of one of the kinds.
+      logical module function has_mark(address, marks, code)
+         type(c_ptr), intent(in) :: address
+         integer(c_int64_t), intent(in) :: marks(:)
+         integer(c_int), intent(out), optional :: code
+      end function has_mark
 
       !> Returns the variable in which C keeps a handle, set to null; null if there is no variable.
       module function open_slot(address) result(slot)
@@ -214,40 +132,6 @@ module nutate_c_handles
          !> Address of two `int`, or null.
          type(c_ptr), intent(in) :: cell
       end subroutine copy_system
-
-      !> Stores a state.
-      pure module subroutine set_start(self, state)
-         class(start_t), intent(inout) :: self
-         type(state_t), intent(in) :: state
-      end subroutine set_start
-
-      !> Returns the state that was set.
-      pure type(state_t) module function state_of_start(self) result(state)
-         class(start_t), intent(in) :: self
-      end function state_of_start
-
-      !> Returns the quantities that the runs of a stepper propagate.
-      module subroutine get_propagated(handle, propagated)
-         type(stepper_handle_t), intent(in) :: handle
-         type(propagated_t), intent(out) :: propagated
-      end subroutine get_propagated
-
-      !> Sets the quantities that the runs of a stepper propagate.
-      module subroutine set_propagated(handle, propagated)
-         type(stepper_handle_t), intent(inout) :: handle
-         type(propagated_t), intent(in) :: propagated
-      end subroutine set_propagated
-
-      !> Sets the chaos indicators that the runs of a stepper compute.
-      module subroutine set_chaos(handle, chaos)
-         type(stepper_handle_t), intent(inout) :: handle
-         type(chaos_settings_t), intent(in) :: chaos
-      end subroutine set_chaos
-
-      !> Deletes the method of a stepper: the next step or run prepares it from settings and state.
-      module subroutine unprepare(handle)
-         type(stepper_handle_t), intent(inout) :: handle
-      end subroutine unprepare
 
       !> Makes room for one more row in a history. Errors: `NUTATE_NO_MEMORY`.
       module subroutine make_room(history, status)

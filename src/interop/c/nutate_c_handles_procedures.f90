@@ -8,33 +8,19 @@ submodule(nutate_c_handles) nutate_c_handles_procedures
 
 contains
 
-   !> Returns true if an address is that of a handle of one of the kinds.
-   logical function has_mark(address, marks, code)
-      type(c_ptr), intent(in) :: address
-      integer(c_int64_t), intent(in) :: marks(:)
-      integer(c_int), intent(out), optional :: code
+   module procedure has_mark
       type(handle_t), pointer :: handle
       if (present(code)) code = NUTATE_BAD_HANDLE
       has_mark = c_associated(address)
       if (.not. has_mark) return
       call c_f_pointer(address, handle)
       has_mark = any(handle%mark == marks)
-   end function has_mark
+   end procedure has_mark
 
    module procedure found_system
       is_found = has_mark(address, [SYSTEM_MARK], code)
       if (is_found) call c_f_pointer(address, handle)
    end procedure found_system
-
-   module procedure found_scene
-      is_found = has_mark(address, [SCENE_MARK], code)
-      if (is_found) call c_f_pointer(address, handle)
-   end procedure found_scene
-
-   module procedure found_stepper
-      is_found = has_mark(address, [STEPPER_MARK], code)
-      if (is_found) call c_f_pointer(address, handle)
-   end procedure found_stepper
 
    module procedure found_history
       is_found = has_mark(address, [HISTORY_MARK], code)
@@ -51,41 +37,24 @@ contains
       if (is_found) call c_f_pointer(address, handle)
    end procedure found_any
 
-   module procedure destroy
+   module procedure is_taken
       type(c_ptr), pointer :: slot
-      type(handle_t), pointer :: handle
-      type(system_handle_t), pointer :: system
-      type(scene_handle_t), pointer :: scene
-      type(stepper_handle_t), pointer :: stepper
-      type(history_handle_t), pointer :: history
-      type(bodies_handle_t), pointer :: bodies
+      type(handle_t), pointer :: any_handle
+      is_taken = .false.
+      handle = c_null_ptr
       code = NUTATE_BAD_ARGUMENT
       if (.not. c_associated(address)) return
       call c_f_pointer(address, slot)
       code = NUTATE_OK
       if (.not. c_associated(slot)) return
-      if (.not. has_mark(slot, [mark], code)) return
-      call c_f_pointer(slot, handle)
-      call erase_mark(handle%mark)
-      if (mark == SYSTEM_MARK) then
-         call c_f_pointer(slot, system)
-         deallocate (system)
-      else if (mark == SCENE_MARK) then
-         call c_f_pointer(slot, scene)
-         deallocate (scene)
-      else if (mark == STEPPER_MARK) then
-         call c_f_pointer(slot, stepper)
-         deallocate (stepper)
-      else if (mark == HISTORY_MARK) then
-         call c_f_pointer(slot, history)
-         deallocate (history)
-      else
-         call c_f_pointer(slot, bodies)
-         deallocate (bodies)
-      end if
+      is_taken = has_mark(slot, [mark], code)
+      if (.not. is_taken) return
+      call c_f_pointer(slot, any_handle)
+      call erase_mark(any_handle%mark)
+      handle = slot
       slot = c_null_ptr
       code = NUTATE_OK
-   end procedure destroy
+   end procedure is_taken
 
    module procedure open_slot
       slot => null()
@@ -105,45 +74,6 @@ contains
       call to%effects%append(from%effects)
       call report_failures_to(to%effects, cell)
    end procedure copy_system
-
-   module procedure set_start
-      self%t = state%t
-      self%q = state%q
-      self%p = state%p
-      self%wheel_momentum = state%wheel_momentum
-   end procedure set_start
-
-   module procedure state_of_start
-      state%t = self%t
-      state%q = self%q
-      state%p = self%p
-      state%wheel_momentum = self%wheel_momentum
-   end procedure state_of_start
-
-   module procedure get_propagated
-      if (allocated(handle%propagated)) then
-         propagated = handle%propagated
-      else
-         allocate (propagated%names(0), propagated%sigma(0))
-      end if
-   end procedure get_propagated
-
-   module procedure set_propagated
-      if (allocated(handle%propagated)) deallocate (handle%propagated)
-      if (size(propagated%names) > 0 .or. propagated%exponents > 0) handle%propagated = propagated
-   end procedure set_propagated
-
-   module procedure set_chaos
-      if (allocated(handle%chaos)) deallocate (handle%chaos)
-      if (chaos%exponents > 0) handle%chaos = chaos
-   end procedure set_chaos
-
-   module procedure unprepare
-      handle%plain = .false.
-      call handle%run%release()
-      if (allocated(handle%run%stepper)) deallocate (handle%run%stepper)
-      if (allocated(handle%inside)) deallocate (handle%inside)
-   end procedure unprepare
 
    module procedure make_room
       real(wp), allocatable :: grown(:, :)

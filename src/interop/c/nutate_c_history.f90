@@ -1,9 +1,10 @@
 !> C interface: runs of scenes, in memory and into files. The functions are documented in `include/nutate_scene.h`.
 module nutate_c_history
-   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_int, c_int64_t, c_loc, c_ptr, c_size_t
+   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_int64_t, c_loc, c_ptr, c_size_t
    use nutate_c_effects, only: add_failure
-   use nutate_c_handles, only: destroy, found, history_handle_t, null_argument, open_slot, report, scene_handle_t, &
-      stepper_handle_t, HISTORY_MARK
+   use nutate_c_handles, only: found, history_handle_t, HISTORY_MARK
+   use nutate_c_scene_handle, only: found, scene_handle_t
+   use nutate_c_stepper_handle, only: found, is_taken, null_argument, open_slot, report, stepper_handle_t
    use nutate_c_rows, only: row_receiver_t
    use nutate_c_runs, only: travel
    use nutate_c_stepper, only: start_handle, set_scene
@@ -182,7 +183,11 @@ contains
 
    integer(c_int) function nutate_history_destroy(history) result(code) bind(C)
       type(c_ptr), intent(in), value :: history
-      code = destroy(history, HISTORY_MARK)
+      type(history_handle_t), pointer :: handle
+      type(c_ptr) :: taken
+      if (.not. is_taken(history, HISTORY_MARK, taken, code)) return
+      call c_f_pointer(taken, handle)
+      deallocate (handle)
    end function nutate_history_destroy
 
    !> Runs a scene with a stepper and keeps the rows in a history.

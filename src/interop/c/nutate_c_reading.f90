@@ -3,7 +3,7 @@ module nutate_c_reading
    use, intrinsic :: iso_c_binding, only: c_double, c_int, c_int64_t, c_ptr, c_size_t
    use nutate_attitude, only: euler_from_quat
    use nutate_c_effects, only: add_failure
-   use nutate_c_handles, only: conclude, found, get_propagated, null_argument, stepper_handle_t, unprepare
+   use nutate_c_stepper_handle, only: conclude, found, get_propagated, null_argument, stepper_handle_t, unprepare
    use nutate_c_rows, only: present_record
    use nutate_c_text, only: lock_texts, nth_name, copy_text, text_to_c, unlock_texts
    use nutate_columns, only: columns_t, need_attitude

@@ -2,7 +2,8 @@
 module nutate_c_rows
    use, intrinsic :: iso_c_binding, only: c_associated, c_f_pointer, c_null_ptr, c_ptr, c_size_t
    use nutate_c_effects, only: add_failure, status_of_failure
-   use nutate_c_handles, only: history_handle_t, make_room, stepper_handle_t
+   use nutate_c_handles, only: history_handle_t, make_room
+   use nutate_c_stepper_handle, only: stepper_handle_t
    use nutate_event, only: event_t
    use nutate_event_history, only: event_history_t
    use nutate_history, only: history_t

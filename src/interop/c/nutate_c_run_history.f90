@@ -3,8 +3,10 @@
 module nutate_c_run_history
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_funptr, c_int, c_int64_t, c_loc, &
       c_ptr, c_size_t
-   use nutate_c_handles, only: conclude, found, get_propagated, history_handle_t, null_argument, open_slot, &
-      scene_handle_t, set_chaos, set_propagated, stepper_handle_t, HISTORY_MARK
+   use nutate_c_handles, only: found, history_handle_t, HISTORY_MARK
+   use nutate_c_scene_handle, only: found, scene_handle_t
+   use nutate_c_stepper_handle, only: conclude, found, get_propagated, null_argument, open_slot, set_chaos, &
+      set_propagated, stepper_handle_t
    use nutate_c_polls, only: poll_t
    use nutate_c_reading, only: choose_columns
    use nutate_c_rows, only: row_receiver_t

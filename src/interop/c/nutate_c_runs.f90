@@ -3,7 +3,7 @@ module nutate_c_runs
    use, intrinsic :: iso_c_binding, only: c_double, c_int, c_int64_t, c_ptr, c_size_t
    use nutate_admissible, only: admits, POSITIVE
    use nutate_c_effects, only: add_failure, has_callbacks
-   use nutate_c_handles, only: conclude, found, stepper_handle_t
+   use nutate_c_stepper_handle, only: conclude, found, stepper_handle_t
    use nutate_c_polls, only: find_steps_asking
    use nutate_c_rows, only: row_receiver_t, write_row
    use nutate_c_settings, only: prepare_if_needed

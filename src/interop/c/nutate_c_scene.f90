@@ -2,7 +2,8 @@
 module nutate_c_scene
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_funptr, c_int, c_int64_t, c_loc, &
       c_ptr, c_size_t
-   use nutate_c_handles, only: conclude, destroy, found, null_argument, open_slot, report, scene_handle_t, SCENE_MARK
+   use nutate_c_scene_handle, only: conclude, found, is_taken, null_argument, open_slot, report, scene_handle_t, &
+      SCENE_MARK
    use nutate_c_system, only: add_callback_potential, add_callback_torque, keep_system
    use nutate_c_text, only: lock_texts, message_to_c, copy_text, text_to_c, unlock_texts
    use nutate_hamiltonian, only: angular_velocity
@@ -37,7 +38,11 @@ contains
 
    integer(c_int) function nutate_scene_destroy(scene) result(code) bind(C)
       type(c_ptr), intent(in), value :: scene
-      code = destroy(scene, SCENE_MARK)
+      type(scene_handle_t), pointer :: handle
+      type(c_ptr) :: taken
+      if (.not. is_taken(scene, SCENE_MARK, taken, code)) return
+      call c_f_pointer(taken, handle)
+      deallocate (handle)
    end function nutate_scene_destroy
 
    integer(c_int) function nutate_scene_get_title(scene, buffer, size) result(code) bind(C)

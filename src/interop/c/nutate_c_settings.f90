@@ -1,7 +1,7 @@
 !> Settings of a C program's stepper: the keys of `&integrator`, one by one, and the method for them.
 module nutate_c_settings
    use nutate_c_effects, only: add_failure
-   use nutate_c_handles, only: stepper_handle_t, unprepare
+   use nutate_c_stepper_handle, only: stepper_handle_t, unprepare
    use nutate_c_text, only: lock_texts, unlock_texts
    use nutate_method_choice, only: choose_settings
    use nutate_columns, only: need_attitude

@@ -1,10 +1,12 @@
 !> C interface: steppers, their settings and their state. The functions are documented in `include/nutate_stepper.h`.
 module nutate_c_stepper
-   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_int, c_loc, c_ptr, c_size_t
+   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_loc, c_ptr, c_size_t
    use nutate_body, only: body_t, make_body, whole_body
    use nutate_c_effects, only: add_failure, report_failures_to
-   use nutate_c_handles, only: conclude, copy_system, destroy, found, get_propagated, null_argument, open_slot, &
-      report, scene_handle_t, set_chaos, set_propagated, stepper_handle_t, system_handle_t, unprepare, STEPPER_MARK
+   use nutate_c_handles, only: copy_system, found, system_handle_t
+   use nutate_c_scene_handle, only: found, scene_handle_t
+   use nutate_c_stepper_handle, only: conclude, found, get_propagated, is_taken, null_argument, open_slot, report, &
+      set_chaos, set_propagated, stepper_handle_t, unprepare, STEPPER_MARK
    use nutate_c_settings, only: get_key, prepare, set_key, set_number
    use nutate_c_text, only: lock_texts, copy_text, text_to_c, unlock_texts
    use nutate_variation, only: variation_t
@@ -88,7 +90,11 @@ contains
 
    integer(c_int) function nutate_stepper_destroy(stepper) result(code) bind(C)
       type(c_ptr), intent(in), value :: stepper
-      code = destroy(stepper, STEPPER_MARK)
+      type(stepper_handle_t), pointer :: handle
+      type(c_ptr) :: taken
+      if (.not. is_taken(stepper, STEPPER_MARK, taken, code)) return
+      call c_f_pointer(taken, handle)
+      deallocate (handle)
    end function nutate_stepper_destroy
 
    integer(c_int) function nutate_stepper_set(stepper, key, value) result(code) bind(C)

@@ -3,7 +3,7 @@
 module nutate_c_stepping
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_int64_t, c_ptr
    use nutate_c_effects, only: has_callbacks, status_of_failure
-   use nutate_c_handles, only: conclude, found, null_argument, stepper_handle_t, unprepare, STEPPER_MARK
+   use nutate_c_stepper_handle, only: conclude, found, null_argument, stepper_handle_t, unprepare, STEPPER_MARK
    use nutate_c_polls, only: steps_between_polls
    use nutate_c_settings, only: prepare_if_needed
    use nutate_control, only: needs_control

@@ -2,7 +2,7 @@
 module nutate_c_sweep
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_int64_t, c_loc, c_ptr, c_size_t
    use nutate_c_effects, only: status_of_failure, report_failures_to
-   use nutate_c_handles, only: found, null_argument, report, scene_handle_t
+   use nutate_c_scene_handle, only: found, null_argument, report, scene_handle_t
    use nutate_c_polls, only: poll_t
    use nutate_c_text, only: lock_texts, copy_text, text_to_c, unlock_texts
    use nutate_effect_list, only: effect_list_t

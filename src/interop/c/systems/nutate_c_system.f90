@@ -6,7 +6,7 @@ module nutate_c_system
    use nutate_body, only: body_t, whole_body
    use nutate_c_effects, only: c_curved_potential_t, c_potential_t, c_torque_t
    use nutate_c_groups, only: add_groups, make_body_of, parse_system, put_numbers, put_text
-   use nutate_c_handles, only: conclude, copy_system, destroy, found, null_argument, open_slot, report, &
+   use nutate_c_handles, only: conclude, copy_system, found, is_taken, null_argument, open_slot, report, &
       system_handle_t, SYSTEM_MARK
    use nutate_c_text, only: lock_texts, copy_text, unlock_texts
    use nutate_effect_list, only: effect_list_t
@@ -122,7 +122,11 @@ contains
 
    integer(c_int) function nutate_system_destroy(system) result(code) bind(C)
       type(c_ptr), intent(in), value :: system
-      code = destroy(system, SYSTEM_MARK)
+      type(system_handle_t), pointer :: handle
+      type(c_ptr) :: taken
+      if (.not. is_taken(system, SYSTEM_MARK, taken, code)) return
+      call c_f_pointer(taken, handle)
+      deallocate (handle)
    end function nutate_system_destroy
 
    integer(c_int) function nutate_system_body(system, inertia, mass, center_of_mass) result(code) bind(C)

@@ -4,7 +4,7 @@ module nutate_c_wheels
    use, intrinsic :: iso_c_binding, only: c_double, c_int, c_ptr, c_size_t
    use nutate_attitude, only: roll_pitch_yaw_from_quat
    use nutate_c_effects, only: add_failure
-   use nutate_c_handles, only: conclude, found, stepper_handle_t
+   use nutate_c_stepper_handle, only: conclude, found, stepper_handle_t
    use nutate_c_reading, only: find_readable
    use nutate_c_settings, only: prepare_if_needed
    use nutate_effect_list, only: effect_list_t
