@@ -11,7 +11,6 @@ submodule(suites_of_methods) test_axial_frame
    use nutate_exact_free, only: free_body_t
    use nutate_exact_top, only: lagrange_top_t
    use nutate_gravity_gradient, only: gravity_gradient_t
-   use nutate_hamiltonian, only: body_momentum, make_state, system_t
    use nutate_kinds, only: wp, eps
    use nutate_methods, only: default_settings, integrator_settings_t, make_stepper, stepper_t
    use nutate_attitude, only: quat_from_euler
@@ -23,7 +22,7 @@ submodule(suites_of_methods) test_axial_frame
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use test_controlled_run, only: recorder_t, run_to
-   use test_problems, only: bruls_top, free_body, march, problem_t, simo_top
+   use test_problems, only: body_momentum, bruls_top, free_body, make_state, march, problem_t, simo_top, system_t
    use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
 

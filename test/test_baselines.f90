@@ -7,7 +7,6 @@ submodule(suites_of_runs) test_baselines
    use nutate_damping, only: damping_t
    use nutate_dop853, only: dop853_t
    use nutate_order_eight, only: matrix => a, nodes => c, third => b3, fifth => e5, weights => b
-   use nutate_hamiltonian, only: body_momentum, make_state, total_energy
    use nutate_kinds, only: wp, eps
    use nutate_quaternion, only: attitude_distance
    use nutate_reduced, only: reduced_t
@@ -15,7 +14,8 @@ submodule(suites_of_runs) test_baselines
    use nutate_state, only: state_t
    use nutate_status, only: NUTATE_BAD_ARGUMENT, NUTATE_NOT_FINITE, NUTATE_OFF_BRANCH, status_t
    use nutate_stepper, only: integrator_settings_t, stepper_t
-   use test_problems, only: box, bruls_top, forced_body, free_body, march, problem_t
+   use test_problems, only: body_momentum, box, bruls_top, forced_body, free_body, make_state, march, problem_t, &
+      total_energy
    use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
 

@@ -4,14 +4,13 @@ submodule(suites_of_runs) test_changed_states
    use, intrinsic :: ieee_arithmetic, only: ieee_get_halting_mode, ieee_positive_inf, ieee_quiet_nan, &
       ieee_set_halting_mode, ieee_usual, ieee_value
    use, intrinsic :: iso_fortran_env, only: int64
-   use nutate_hamiltonian, only: make_state
    use nutate_kinds, only: wp, eps
    use nutate_methods, only: integrator_settings_t, make_stepper, method_t, methods, stepper_t
    use nutate_run, only: run_t
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use test_problems, only: box, fast_top, march, problem_t
+   use test_problems, only: box, fast_top, make_state, march, problem_t
    use test_support, only: check, check_close, error_type, new_unittest
    implicit none
 

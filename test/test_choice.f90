@@ -6,7 +6,6 @@ submodule(suites_of_runs) test_choice
    use nutate_dipole, only: dipole_t
    use nutate_effect, only: potential_t
    use nutate_exact_free, only: free_body_t
-   use nutate_hamiltonian, only: body_momentum, make_state, system_t
    use nutate_kinds, only: wp, eps
    use nutate_methods, only: default_settings, integrator_settings_t, make_stepper, stepper_t
    use nutate_quaternion, only: attitude_distance
@@ -17,7 +16,7 @@ submodule(suites_of_runs) test_choice
    use nutate_spring, only: spring_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, NUTATE_BAD_ARGUMENT
-   use test_problems, only: box, bruls_top, forced_body, free_body, problem_t
+   use test_problems, only: body_momentum, box, bruls_top, forced_body, free_body, make_state, problem_t, system_t
    use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
 

@@ -2,7 +2,6 @@
 !> properties that are lost without the projection.
 submodule(suites_of_runs) test_conservation
    use nutate_body, only: diagonal, make_body
-   use nutate_hamiltonian, only: angular_velocity, body_momentum, make_state
    use nutate_invariants, only: ALL_COMPONENTS, ALONG_AXIS, invariants_t
    use nutate_kinds, only: wp, eps
    use nutate_nielsen_krenk, only: nielsen_krenk_t
@@ -10,7 +9,8 @@ submodule(suites_of_runs) test_conservation
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_integrator_settings, only: integrator_settings_t
-   use test_problems, only: box, fast_top, march, precessing_top, problem_t, solve
+   use test_problems, only: angular_velocity, body_momentum, box, fast_top, make_state, march, precessing_top, &
+      problem_t, solve
    use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
 

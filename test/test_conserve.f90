@@ -2,7 +2,6 @@
 submodule(suites_of_runs) test_conserve
    use nutate_applied_torque, only: applied_torque_t
    use nutate_damping, only: damping_t
-   use nutate_hamiltonian, only: body_momentum, make_state, total_energy
    use nutate_kinds, only: wp
    use nutate_methods, only: default_settings, integrator_settings_t, make_stepper, stepper_t
    use nutate_quaternion, only: attitude_distance
@@ -13,7 +12,8 @@ submodule(suites_of_runs) test_conserve
    use nutate_state, only: add_increment, state_t
    use nutate_status, only: NUTATE_BAD_ARGUMENT, status_t
    use test_conserving_runs, only: check_guard, check_run, get_stepper, go, guard_row, guard_t, methods, round_off
-   use test_problems, only: box, bruls_top, forced_body, free_body, march, problem_t, simo_top
+   use test_problems, only: body_momentum, box, bruls_top, forced_body, free_body, make_state, march, problem_t, &
+      simo_top, total_energy
    use test_shipped_scenes, only: scene_names
    use test_support, only: check, check_below, check_close, error_type, in_turn, new_unittest
    implicit none

@@ -4,7 +4,6 @@ submodule(suites_of_runs) test_conserve_limits
    use nutate_invariant_projection, only: invariant_projection_t
    use nutate_body, only: diagonal, make_body
    use nutate_damping, only: damping_t
-   use nutate_hamiltonian, only: body_momentum, make_state, total_energy
    use nutate_kinds, only: wp, eps, pi
    use nutate_methods, only: default_settings, integrator_settings_t, stepper_t
    use nutate_quaternion, only: attitude_distance, quat_exp, quat_product, rotation_matrix
@@ -13,7 +12,7 @@ submodule(suites_of_runs) test_conserve_limits
    use nutate_state, only: state_t
    use nutate_status, only: NUTATE_OFF_BRANCH, status_t
    use test_conserving_runs, only: check_run, get_stepper, go, methods
-   use test_problems, only: forced_body, free_body, problem_t, simo_top
+   use test_problems, only: body_momentum, forced_body, free_body, make_state, problem_t, simo_top, total_energy
    use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
 

@@ -3,7 +3,6 @@ submodule(suites_of_runs) test_control
    use nutate_applied_torque, only: applied_torque_t
    use nutate_damping, only: damping_t
    use nutate_exact_free, only: free_body_t
-   use nutate_hamiltonian, only: body_momentum
    use nutate_kinds, only: wp, eps, long
    use nutate_methods, only: default_settings
    use nutate_quaternion, only: attitude_distance
@@ -14,7 +13,7 @@ submodule(suites_of_runs) test_control
    use nutate_status, only: NUTATE_BAD_ARGUMENT, NUTATE_STEP_LIMIT, NUTATE_STOPPED, fail, status_t
    use nutate_integrator_settings, only: integrator_settings_t
    use test_controlled_run, only: recorder_t, run_to
-   use test_problems, only: box, bruls_top, free_body, precessing_top, problem_t, simo_top
+   use test_problems, only: body_momentum, box, bruls_top, free_body, precessing_top, problem_t, simo_top
    use test_random_scenes, only: make_random_scene, random_scene_t
    use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none

@@ -2,7 +2,6 @@
 !> and wheels cannot do; account and momentum; runs that are interrupted.
 submodule(suites_of_effects) test_controllers
    use nutate_body, only: diagonal, make_body
-   use nutate_hamiltonian, only: angular_velocity, kinetic_energy, make_state, space_momentum, total_energy
    use nutate_kepler_orbit, only: kepler_orbit_t
    use nutate_kinds, only: wp, long, eps
    use nutate_methods, only: integrator_settings_t, make_stepper, methods, stepper_t
@@ -17,7 +16,8 @@ submodule(suites_of_effects) test_controllers
    use nutate_status, only: status_t, NUTATE_BAD_ARGUMENT
    use nutate_wheel, only: wheel_t
    use nutate_wheel_mounting, only: add_wheel
-   use test_problems, only: forced_body, problem_t
+   use test_problems, only: angular_velocity, forced_body, kinetic_energy, make_state, problem_t, space_momentum, &
+      total_energy
    use test_resume, only: check_run, label_of, settings_of
    use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none

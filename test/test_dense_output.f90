@@ -1,12 +1,11 @@
 !> States inside a step, for every method: as good as the method, and unnoticed by the steps.
 submodule(suites_of_methods) test_dense_output
-   use nutate_hamiltonian, only: total_energy
    use nutate_kinds, only: wp, eps
    use nutate_methods, only: default_settings, integrator_settings_t, make_stepper, method_t, methods, stepper_t
    use nutate_quaternion, only: attitude_distance
    use nutate_state, only: state_t
    use nutate_status, only: status_t, NUTATE_BAD_ARGUMENT
-   use test_problems, only: box, fast_top, forced_body, march, problem_t
+   use test_problems, only: box, fast_top, forced_body, march, problem_t, total_energy
    use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
 

@@ -8,7 +8,6 @@ module test_dying_motion
    use nutate_body, only: body_t, diagonal, make_body
    use nutate_damping, only: damping_t
    use nutate_gravity, only: gravity_t
-   use nutate_hamiltonian, only: make_state, system_t
    use nutate_kinds, only: eps, long, wp
    use nutate_method_choice, only: AUTOMATIC_METHOD, choose_method
    use nutate_methods, only: default_settings
@@ -20,7 +19,7 @@ module test_dying_motion
    use nutate_wheel, only: wheel_t
    use nutate_wheel_mounting, only: add_wheel
    use test_oracle, only: find_true_attitude, has_oracle, qp, true_distance
-   use test_problems, only: problem_t
+   use test_problems, only: make_state, problem_t, system_t
    use test_random_scenes, only: make_random_body, power_of_ten
    use test_support, only: check, error_type, new_unittest, random_unit, random_unit_quaternion, random_vector, &
                            share_of, skip_test, unittest_type

@@ -7,7 +7,6 @@ submodule(suites_of_runs) test_earth_frames
    use nutate_dipole, only: dipole_t
    use nutate_gravity, only: gravity_t
    use nutate_gravity_gradient, only: gravity_gradient_t
-   use nutate_hamiltonian, only: conserved_energy, frame_rate_of, make_state, system_t
    use nutate_invariants, only: follows_rotating_axes
    use nutate_inner_sphere, only: inner_sphere_t
    use nutate_kinds, only: wp, eps, pi
@@ -21,7 +20,7 @@ submodule(suites_of_runs) test_earth_frames
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_wheel_mounting, only: add_inner_sphere
-   use test_problems, only: problem_t
+   use test_problems, only: conserved_energy, frame_rate_of, make_state, problem_t, system_t
    use test_support, only: check, check_close, error_type, new_unittest, random_unit, random_unit_quaternion, &
                            random_vector
    implicit none

@@ -4,7 +4,6 @@ submodule(suites_of_effects) test_effect_columns
    use nutate_columns, only: columns_t
    use nutate_damping, only: damping_t
    use nutate_effect_list, only: effect_list_t
-   use nutate_hamiltonian, only: angular_velocity, make_state, potential_energy, system_t
    use nutate_kinds, only: wp, eps
    use nutate_methods, only: default_settings
    use nutate_run, only: integrate, observer_t, run_record_t
@@ -14,7 +13,7 @@ submodule(suites_of_effects) test_effect_columns
    use nutate_integrator_settings, only: integrator_settings_t
    use nutate_wheel, only: wheel_t
    use nutate_wheel_mounting, only: add_wheel
-   use test_problems, only: forced_body, problem_t
+   use test_problems, only: angular_velocity, forced_body, make_state, potential_energy, problem_t, system_t
    use test_support, only: check, check_below, error_type, new_unittest
    implicit none
 

@@ -4,13 +4,12 @@ submodule(suites_of_effects) test_effect_physics
    use nutate_dipole, only: dipole_t
    use nutate_gravity, only: gravity_t
    use nutate_gravity_gradient, only: gravity_gradient_t
-   use nutate_hamiltonian, only: make_state, space_momentum
    use nutate_kinds, only: wp, pi
    use nutate_spring, only: spring_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use test_effect_samples, only: sample_body, spinner
-   use test_problems, only: problem_t, solve
+   use test_problems, only: make_state, problem_t, solve, space_momentum
    use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
 

@@ -4,14 +4,13 @@ module test_effect_samples
    use nutate_body, only: diagonal, make_body
    use nutate_effect, only: effect_t, potential_t
    use nutate_effect_catalogue, only: effect_kind_t, effect_kinds
-   use nutate_hamiltonian, only: make_state, system_t
    use nutate_kinds, only: wp
    use nutate_orbital_effects, only: build_on_orbit, goes_by_orbit
    use nutate_scene, only: read_scene, scene_t
    use nutate_status, only: status_t
    use nutate_wheel, only: wheel_t
    use nutate_wheel_mounting, only: add_wheel
-   use test_problems, only: problem_t
+   use test_problems, only: make_state, problem_t, system_t
    use test_support, only: check, error_type
    implicit none
    private

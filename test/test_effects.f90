@@ -5,7 +5,6 @@ submodule(suites_of_effects) test_effects
    use nutate_dipole, only: dipole_t
    use nutate_gravity, only: gravity_t
    use nutate_gravity_gradient, only: gravity_gradient_t
-   use nutate_hamiltonian, only: make_state, space_momentum, system_t
    use nutate_invariants, only: ALONG_AXIS, invariants_t, NO_COMPONENT
    use nutate_kinds, only: wp
    use nutate_nielsen_krenk, only: nielsen_krenk_t
@@ -15,7 +14,7 @@ submodule(suites_of_effects) test_effects
    use nutate_status, only: status_t
    use nutate_integrator_settings, only: integrator_settings_t
    use test_effect_samples, only: effect_samples_t, quartic_t, sample_body
-   use test_problems, only: problem_t, solve
+   use test_problems, only: make_state, problem_t, solve, space_momentum, system_t
    use test_support, only: check, check_below, check_close, error_type, in_turn, new_unittest, share_of
    implicit none
 

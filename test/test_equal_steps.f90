@@ -3,7 +3,6 @@ submodule(suites_of_methods) test_equal_steps
    use nutate_dipole, only: dipole_t
    use nutate_equal_steps, only: equal_steps_t
    use nutate_error_control, only: error_control_t
-   use nutate_hamiltonian, only: system_t, total_energy
    use nutate_kinds, only: wp, eps
    use nutate_methods, only: default_settings, methods
    use nutate_noise, only: noise_t
@@ -16,7 +15,7 @@ submodule(suites_of_methods) test_equal_steps
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_integrator_settings, only: integrator_settings_t
-   use test_problems, only: box, bruls_top, forced_body, free_body, problem_t
+   use test_problems, only: box, bruls_top, forced_body, free_body, problem_t, system_t, total_energy
    use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
 

@@ -2,7 +2,6 @@
 submodule(suites_of_effects) test_error_weighting
    use nutate, only: read_scene, scene_t
    use nutate_damping, only: damping_t
-   use nutate_hamiltonian, only: total_energy
    use nutate_kinds, only: wp, eps
    use nutate_methods, only: default_settings, integrator_settings_t, make_stepper, stepper_t
    use nutate_projection_point, only: evaluate, projection_plan_t, projection_point_t, read_point
@@ -12,7 +11,7 @@ submodule(suites_of_effects) test_error_weighting
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_error_weighting, only: balance_momentum, share_of_works, step_error_t
-   use test_problems, only: box, problem_t, forced_body, wheeled_body
+   use test_problems, only: box, problem_t, forced_body, wheeled_body, total_energy
    use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
 

@@ -5,13 +5,12 @@ module test_event_support
    use nutate_dipole, only: dipole_t
    use nutate_effect_list, only: effect_list_t
    use nutate_event, only: event_t
-   use nutate_hamiltonian, only: make_state, system_t, total_energy
    use nutate_kinds, only: wp, long, pi
    use nutate_motion, only: motion_t
    use nutate_observer, only: observer_t, run_record_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use test_problems, only: problem_t
+   use test_problems, only: make_state, problem_t, system_t, total_energy
    implicit none
    private
 

@@ -5,7 +5,6 @@ submodule(suites_of_methods) test_event_switches
    use nutate_dipole, only: dipole_t
    use nutate_event, only: SWITCH_OFF, SWITCH_ON, SWITCH_TOGGLE
    use nutate_event_list, only: event_list_t
-   use nutate_hamiltonian, only: make_state, total_energy
    use nutate_kinds, only: wp, eps, pi
    use nutate_methods, only: default_settings, methods
    use nutate_run, only: integrate, run_summary_t
@@ -14,7 +13,7 @@ submodule(suites_of_methods) test_event_switches
    use nutate_status, only: status_t, NUTATE_STEP_LIMIT
    use nutate_integrator_settings, only: integrator_settings_t
    use test_event_support, only: angle_event_t, compass, keeper_t, no_effects, rate_event_t
-   use test_problems, only: problem_t
+   use test_problems, only: make_state, problem_t, total_energy
    use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
 

@@ -4,7 +4,6 @@ submodule(suites_of_methods) test_events
    use nutate_column_event, only: column_event_t
    use nutate_event, only: EXTREMUM, MAXIMUM, MINIMUM
    use nutate_event_list, only: event_list_t
-   use nutate_hamiltonian, only: make_state, system_t, total_energy
    use nutate_kinds, only: wp, eps, pi
    use nutate_methods, only: default_settings, methods
    use nutate_motion, only: displaced, find_motion, find_rates, motion_t
@@ -23,7 +22,7 @@ submodule(suites_of_methods) test_events
    use nutate_status, only: status_t, NUTATE_NOT_FINITE
    use nutate_integrator_settings, only: integrator_settings_t
    use test_event_support, only: angle_event_t, compass, keeper_t, lost_event_t, no_effects, rate_event_t, tilt_event_t
-   use test_problems, only: box, fast_top, forced_body, problem_t
+   use test_problems, only: box, fast_top, forced_body, make_state, problem_t, system_t, total_energy
    use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
 

@@ -1,8 +1,6 @@
 !> The FORTRAN 77 routines that move a body, against the library.
 submodule(suites_of_interfaces) test_f77
    use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_quiet_nan, ieee_value
-   use nutate_hamiltonian, only: angular_velocity, body_momentum, kinetic_energy, make_state, space_momentum, &
-      total_energy
    use nutate_kinds, only: eps, wp
    use nutate_rotating_frame, only: rotating_frame_t
    use nutate_state, only: state_t
@@ -11,7 +9,8 @@ submodule(suites_of_interfaces) test_f77
       tormot, tornan
    use test_f77_twins, only: forced_twin, iuser, most, plain, row_keeper_t, run_library, start, top_twin, twin_of, &
       twin_t
-   use test_problems, only: box
+   use test_problems, only: angular_velocity, body_momentum, box, kinetic_energy, make_state, space_momentum, &
+      total_energy
    use test_support, only: check, check_close, error_type, new_unittest
    implicit none
 

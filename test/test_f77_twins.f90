@@ -2,7 +2,6 @@
 module test_f77_twins
    use nutate_damping, only: damping_t
    use nutate_effect, only: potential_t, torque_t
-   use nutate_hamiltonian, only: angular_velocity, make_state, space_momentum, system_t, total_energy
    use nutate_kinds, only: long, wp
    use nutate_methods, only: integrator_settings_t, make_stepper, stepper_t
    use nutate_rotor, only: rotor_t
@@ -11,7 +10,8 @@ module test_f77_twins
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use test_f77_routines, only: nuinit
-   use test_problems, only: bruls_top, forced_body, problem_t
+   use test_problems, only: angular_velocity, bruls_top, forced_body, make_state, problem_t, space_momentum, system_t, &
+      total_energy
    implicit none
    private
 

@@ -6,8 +6,6 @@ submodule(suites_of_effects) test_inner_sphere
    use nutate_body, only: diagonal, make_body
    use nutate_damping, only: damping_t
    use nutate_dipole, only: dipole_t
-   use nutate_hamiltonian, only: angular_velocity, body_momentum, conserved_energy, kinetic_energy, make_state, &
-      space_momentum, system_t
    use nutate_inertia_change, only: inertia_change_t
    use nutate_inner_sphere, only: inner_sphere_t
    use nutate_kinds, only: wp, long, eps
@@ -25,7 +23,8 @@ submodule(suites_of_effects) test_inner_sphere
    use nutate_wheel, only: wheel_t
    use nutate_wheel_mounting, only: add_inner_sphere, add_wheel
    use test_oracle, only: qp
-   use test_problems, only: march, problem_t
+   use test_problems, only: angular_velocity, body_momentum, conserved_energy, kinetic_energy, make_state, march, &
+      problem_t, space_momentum, system_t
    use test_resume, only: check_run, check_stepper, label_of, settings_of
    use test_support, only: check, check_below, check_close, error_type, in_turn, new_unittest, random_unit_quaternion, &
       random_vector, share_of

@@ -3,7 +3,6 @@ submodule(suites_of_runs) test_jumps
    use nutate_body, only: diagonal, make_body
    use nutate_damping, only: damping_t
    use nutate_effect, only: torque_t
-   use nutate_hamiltonian, only: angular_velocity, make_state, system_t
    use nutate_kinds, only: wp, eps
    use nutate_methods, only: default_settings
    use nutate_run, only: integrate
@@ -11,7 +10,7 @@ submodule(suites_of_runs) test_jumps
    use nutate_state, only: state_t
    use nutate_status, only: NUTATE_NOT_CONVERGED, NUTATE_OFF_BRANCH, status_t
    use nutate_integrator_settings, only: integrator_settings_t
-   use test_problems, only: box, problem_t
+   use test_problems, only: angular_velocity, box, make_state, problem_t, system_t
    use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
 

@@ -1,12 +1,11 @@
 !> Problems of the literature with known exact solutions (40-digit Taylor integration): second order, down to 1e-6.
 submodule(suites_of_runs) test_literature
    use nutate_body, only: make_shape_body
-   use nutate_hamiltonian, only: make_state, total_energy
    use nutate_kinds, only: wp, eps
    use nutate_quaternion, only: attitude_distance
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use test_problems, only: bruls_top, free_body, precessing_top, problem_t, simo_top, solve
+   use test_problems, only: bruls_top, free_body, make_state, precessing_top, problem_t, simo_top, solve, total_energy
    use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
 

@@ -1,7 +1,6 @@
 !> Periodic states of moons: Hyperion and Mercury on their ellipses, of 20 digits, by extrapolation in quadruple
 !> precision, and how motions next to them grow, in the plane and out of it.
 submodule(suites_of_effects) test_moon_states
-   use nutate_hamiltonian, only: angular_velocity, make_state
    use nutate_kinds, only: wp, pi
    use nutate_quaternion, only: quat_conjugate, quat_exp, quat_product
    use nutate_run, only: integrate
@@ -10,7 +9,7 @@ submodule(suites_of_effects) test_moon_states
    use nutate_status, only: status_t
    use nutate_integrator_settings, only: integrator_settings_t
    use test_time_dependent, only: make_moon
-   use test_problems, only: problem_t
+   use test_problems, only: angular_velocity, make_state, problem_t
    use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
 

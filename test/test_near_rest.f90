@@ -6,7 +6,6 @@ submodule(suites_of_effects) test_near_rest
    use nutate_body, only: diagonal, make_body
    use nutate_damping, only: damping_t
    use nutate_gravity, only: gravity_t
-   use nutate_hamiltonian, only: kinetic_energy, make_state, total_energy
    use nutate_kinds, only: eps, long, wp
    use nutate_quaternion, only: attitude_distance
    use nutate_rotor, only: rotor_t
@@ -15,7 +14,7 @@ submodule(suites_of_effects) test_near_rest
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_integrator_settings, only: integrator_settings_t
-   use test_problems, only: problem_t
+   use test_problems, only: kinetic_energy, make_state, problem_t, total_energy
    use test_support, only: check, error_type, new_unittest, random_unit_quaternion, random_vector, share_of
    implicit none
 

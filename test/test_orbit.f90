@@ -3,7 +3,6 @@
 submodule(suites_of_effects) test_orbit
    use nutate_attitude, only: quat_from_roll_pitch_yaw, roll_pitch_yaw_from_quat
    use nutate_gravity_gradient, only: gravity_gradient_t
-   use nutate_hamiltonian, only: angular_velocity, conserved_energy, frame_rate_of, make_state, total_energy
    use nutate_kepler_orbit, only: eccentric_anomaly, kepler_orbit_t, n_elements, axes_change, position_change, &
       turn_rate_change, mean_motion_change
    use nutate_kinds, only: wp, eps, pi
@@ -16,7 +15,7 @@ submodule(suites_of_effects) test_orbit
    use nutate_status, only: status_t
    use nutate_integrator_settings, only: integrator_settings_t
    use test_orbit_reference, only: period, satellite, stable, unstable, wide
-   use test_problems, only: problem_t
+   use test_problems, only: angular_velocity, conserved_energy, frame_rate_of, make_state, problem_t, total_energy
    use test_support, only: check, check_below, check_close, error_type, new_unittest, random_unit_quaternion
    use, intrinsic :: iso_fortran_env, only: int64
    implicit none

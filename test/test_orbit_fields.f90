@@ -5,7 +5,6 @@ submodule(suites_of_effects) test_orbit_fields
    use nutate_effect, only: potential_t
    use nutate_force, only: moving_force_t
    use nutate_geomagnetic_field, only: geomagnetic_field_t
-   use nutate_hamiltonian, only: angular_velocity
    use nutate_kepler_orbit, only: kepler_orbit_t
    use nutate_kinds, only: wp, eps, pi
    use nutate_orbit, only: earth_mu, orbit_t, shadow_rate
@@ -15,7 +14,7 @@ submodule(suites_of_effects) test_orbit_fields
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_integrator_settings, only: integrator_settings_t
-   use test_problems, only: problem_t
+   use test_problems, only: angular_velocity, problem_t
    use test_satellites, only: field_along, magnet, path_of, point, push_along, satellite, MAGNETIC
    use test_support, only: check, check_close, error_type, in_turn, new_unittest
    implicit none

@@ -2,7 +2,6 @@
 module test_orbit_reference
    use nutate_body, only: diagonal, make_body
    use nutate_gravity_gradient, only: gravity_gradient_t
-   use nutate_hamiltonian, only: angular_velocity, conserved_energy, frame_rate_of, make_state
    use nutate_attitude, only: quat_from_roll_pitch_yaw, roll_pitch_yaw_from_quat
    use nutate_kepler_orbit, only: kepler_orbit_t
    use nutate_kinds, only: wp, eps, pi
@@ -12,7 +11,7 @@ module test_orbit_reference
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_integrator_settings, only: integrator_settings_t
-   use test_problems, only: problem_t
+   use test_problems, only: angular_velocity, conserved_energy, frame_rate_of, make_state, problem_t
    use test_support, only: check, check_close, error_type, new_unittest, unittest_type
    implicit none
    private

@@ -1,13 +1,12 @@
 !> The paper's statements: how long steps change periods of box and tops.
 submodule(suites_of_runs) test_paper
-   use nutate_hamiltonian, only: angular_velocity
    use nutate_kinds, only: wp, pi
    use nutate_nielsen_krenk, only: nielsen_krenk_t
    use nutate_quaternion, only: rotate_to_space
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_integrator_settings, only: integrator_settings_t
-   use test_problems, only: box, fast_top, precessing_top, problem_t
+   use test_problems, only: angular_velocity, box, fast_top, precessing_top, problem_t
    use test_support, only: check, check_close, error_type, new_unittest
    implicit none
 

@@ -1,14 +1,19 @@
 !> The problems that several suites integrate, with their published data, and a loop of steps.
 module test_problems
+   use nutate_hamiltonian, only: angular_velocity, body_momentum, conserved_energy, frame_rate_of, kinetic_energy, &
+      make_state, potential_energy, space_momentum, system_t, total_energy
    use nutate_kinds, only: wp
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_stepper, only: stepper_t, system_t
+   use nutate_stepper, only: stepper_t
    implicit none
    private
 
    public :: problem_t, box, precessing_top, fast_top, bruls_top, simo_top, free_body, forced_body, march, &
       solve, wheeled_body
+   !> What tests make states with, and what they read from states.
+   public :: angular_velocity, body_momentum, conserved_energy, frame_rate_of, kinetic_energy, make_state, &
+      potential_energy, space_momentum, system_t, total_energy
 
    !> A system with the state it starts from.
    type :: problem_t

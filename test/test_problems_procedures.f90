@@ -4,7 +4,6 @@ submodule(test_problems) test_problems_procedures
    use nutate_body, only: diagonal, make_body, make_shape_body
    use nutate_damping, only: damping_t
    use nutate_gravity, only: gravity_t
-   use nutate_hamiltonian, only: make_state
    use nutate_kinds, only: pi
    use nutate_methods, only: make_stepper
    use nutate_rotor, only: rotor_t

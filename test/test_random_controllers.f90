@@ -4,7 +4,6 @@ module test_random_controllers
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_body, only: diagonal, make_body
    use nutate_control, only: limit_events
-   use nutate_hamiltonian, only: make_state, system_t
    use nutate_kinds, only: wp
    use nutate_limit_event, only: limit_slot_t
    use nutate_methods, only: default_settings
@@ -20,7 +19,7 @@ module test_random_controllers
    use nutate_integrator_settings, only: integrator_settings_t
    use nutate_wheel, only: wheel_t
    use nutate_wheel_mounting, only: add_wheel
-   use test_problems, only: problem_t
+   use test_problems, only: make_state, problem_t, system_t
    use test_support, only: check, check_below, error_type, new_unittest, random_unit, random_unit_quaternion, &
                            random_vector, share_of, unittest_type
    implicit none

@@ -8,13 +8,12 @@ module test_random_scenes
    use nutate_dipole, only: dipole_t
    use nutate_gravity, only: gravity_t
    use nutate_gravity_gradient, only: gravity_gradient_t
-   use nutate_hamiltonian, only: make_state
    use nutate_kinds, only: wp
    use nutate_quaternion, only: quat_product, rotate_to_body, rotation_matrix
    use nutate_rotor, only: rotor_t
    use nutate_spring, only: spring_t
    use nutate_status, only: status_t
-   use test_problems, only: problem_t
+   use test_problems, only: make_state, problem_t
    use test_support, only: random_unit, random_unit_quaternion, random_vector
    implicit none
    private

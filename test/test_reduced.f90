@@ -4,7 +4,6 @@ submodule(suites_of_runs) test_reduced
    use nutate_body, only: diagonal, make_body
    use nutate_damping, only: damping_t
    use nutate_gravity, only: gravity_t
-   use nutate_hamiltonian, only: body_momentum, kinetic_energy, make_state, system_t, total_energy
    use nutate_invariants, only: invariants_t
    use nutate_kinds, only: wp, eps
    use nutate_nielsen_krenk, only: nielsen_krenk_t
@@ -14,7 +13,8 @@ submodule(suites_of_runs) test_reduced
    use nutate_state, only: state_t
    use nutate_status, only: NUTATE_BAD_ARGUMENT, status_t
    use nutate_integrator_settings, only: integrator_settings_t
-   use test_problems, only: box, bruls_top, fast_top, forced_body, march, precessing_top, problem_t
+   use test_problems, only: body_momentum, box, bruls_top, fast_top, forced_body, kinetic_energy, make_state, march, &
+      precessing_top, problem_t, system_t, total_energy
    use test_support, only: check, check_below, check_close, error_type, new_unittest, random_unit_quaternion, &
                            random_vector
    implicit none

@@ -3,7 +3,6 @@
 module test_resume
    use nutate_applied_torque, only: applied_torque_t
    use nutate_byte_archive, only: byte_archive_t
-   use nutate_hamiltonian, only: system_t, total_energy
    use nutate_kinds, only: wp, eps, long
    use nutate_methods, only: integrator_settings_t, make_stepper, method_t, methods, stepper_t
    use nutate_rotating_frame, only: rotating_frame_t
@@ -11,7 +10,7 @@ module test_resume
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: NUTATE_BAD_ARGUMENT, NUTATE_STEP_LIMIT, NUTATE_STOPPED, status_t
-   use test_problems, only: box, bruls_top, forced_body, problem_t
+   use test_problems, only: box, bruls_top, forced_body, problem_t, system_t, total_energy
    use test_stopping_observer, only: stopping_observer_t
    use test_support, only: check, check_close, error_type, in_turn, new_unittest, one_in, test_failed, unittest_type
    implicit none

@@ -4,7 +4,6 @@ submodule(suites_of_runs) test_rk8
    use nutate_body, only: diagonal, make_body
    use nutate_dipole, only: dipole_t
    use nutate_gravity, only: gravity_t
-   use nutate_hamiltonian, only: make_state, system_t, total_energy
    use nutate_kinds, only: wp
    use nutate_methods, only: default_settings, stepper_t
    use nutate_quaternion, only: attitude_distance
@@ -15,7 +14,8 @@ submodule(suites_of_runs) test_rk8
    use nutate_state, only: state_t
    use nutate_status, only: NUTATE_OFF_BRANCH, status_t
    use test_conserving_runs, only: check_run, get_stepper, go
-   use test_problems, only: box, bruls_top, fast_top, forced_body, free_body, march, problem_t, simo_top
+   use test_problems, only: box, bruls_top, fast_top, forced_body, free_body, make_state, march, problem_t, simo_top, &
+      system_t, total_energy
    use test_shipped_scenes, only: scene_names
    use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none

@@ -5,7 +5,6 @@ submodule(suites_of_runs) test_rotating_tops
    use nutate_dipole, only: dipole_t
    use nutate_dop853, only: dop853_t
    use nutate_gravity, only: gravity_t
-   use nutate_hamiltonian, only: body_momentum, conserved_energy, kinetic_energy, make_state
    use nutate_invariants, only: follows_rotating_axes
    use nutate_kinds, only: wp, eps
    use nutate_methods, only: default_settings, integrator_settings_t, make_stepper, stepper_t
@@ -17,7 +16,7 @@ submodule(suites_of_runs) test_rotating_tops
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use test_controlled_run, only: recorder_t, run_to
-   use test_problems, only: bruls_top, march, problem_t
+   use test_problems, only: body_momentum, bruls_top, conserved_energy, kinetic_energy, make_state, march, problem_t
    use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
 

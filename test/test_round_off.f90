@@ -3,14 +3,13 @@ submodule(suites_of_runs) test_round_off
    use nutate_body, only: diagonal, make_body
    use nutate_dipole, only: dipole_t
    use nutate_gravity, only: gravity_t
-   use nutate_hamiltonian, only: kinetic_energy, make_state, space_momentum
    use nutate_kinds, only: wp, eps
    use nutate_methods, only: integrator_settings_t, make_stepper, stepper_t
    use nutate_rotating_frame, only: rotating_frame_t
    use nutate_state, only: add_increment, state_t
    use nutate_status, only: status_t
    use nutate_steady_top, only: sleeping_spin
-   use test_problems, only: box, march, problem_t
+   use test_problems, only: box, kinetic_energy, make_state, march, problem_t, space_momentum
    use test_support, only: check, check_below, error_type, new_unittest
    implicit none
 

@@ -6,13 +6,12 @@ module test_satellites
    use nutate_earth_field, only: earth_field_t
    use nutate_force, only: moving_force_t
    use nutate_geomagnetic_field, only: geomagnetic_field_t
-   use nutate_hamiltonian, only: make_state
    use nutate_kepler_orbit, only: kepler_orbit_t
    use nutate_kinds, only: wp, pi
    use nutate_orbit, only: earth_mu, orbit_t
    use nutate_quaternion, only: quat_conjugate, quat_product
    use nutate_status, only: status_t
-   use test_problems, only: problem_t
+   use test_problems, only: make_state, problem_t
    implicit none
    private
 

@@ -1,7 +1,6 @@
 !> The rational sum: exact for what it is made for, left alone where a pole is near, and honest in the choice of steps.
 submodule(suites_of_methods) test_series_tail
    use nutate_exact_free, only: free_body_t
-   use nutate_hamiltonian, only: body_momentum
    use nutate_kinds, only: wp, eps
    use nutate_methods, only: default_settings, make_stepper
    use nutate_quaternion, only: attitude_distance
@@ -10,7 +9,7 @@ submodule(suites_of_methods) test_series_tail
    use nutate_status, only: status_t
    use nutate_stepper, only: integrator_settings_t, step_goal_t, stepper_t
    use nutate_taylor_stepper, only: taylor_t
-   use test_problems, only: box, forced_body, free_body, march, problem_t
+   use test_problems, only: body_momentum, box, forced_body, free_body, march, problem_t
    use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
 

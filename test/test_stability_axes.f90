@@ -1,12 +1,11 @@
 !> Unstable axes, and bodies at the edge of what a body can be.
 module test_stability_axes
    use nutate_body, only: diagonal, make_body
-   use nutate_hamiltonian, only: angular_velocity, make_state, system_t
    use nutate_kinds, only: wp, long
    use nutate_observer, only: run_record_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use test_problems, only: box, problem_t
+   use test_problems, only: angular_velocity, box, make_state, problem_t, system_t
    use test_stability_case, only: check_case, EVERY_WAY, number_text, record_t, stability_case_t, way_t
    use test_stability_meter, only: follow, meter_t
    use test_support, only: error_type, new_unittest, unittest_type

@@ -3,12 +3,11 @@
 module test_stability_columns
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_body, only: diagonal, make_body
-   use nutate_hamiltonian, only: angular_velocity, make_state
    use nutate_kinds, only: wp
    use nutate_spring, only: spring_t
    use nutate_status, only: status_t
    use nutate_integrator_settings, only: integrator_settings_t
-   use test_problems, only: box, precessing_top, problem_t
+   use test_problems, only: angular_velocity, box, make_state, precessing_top, problem_t
    use test_random_scenes, only: make_random_scene, random_scene_t
    use test_stability_case, only: check_case, INFINITE_J0, ORDER_TWO, record_t, stability_case_t, way_t
    use test_support, only: error_type, new_unittest, unittest_type

@@ -1,14 +1,13 @@
 !> Steps from far too short to far too long: what is converged conserves, what cannot follow the motion is cut, and
 !> refused when nothing helps.
 module test_stability_large_steps
-   use nutate_hamiltonian, only: angular_velocity
    use nutate_kinds, only: wp, eps, long
    use nutate_methods, only: integrator_settings_t, make_stepper, stepper_t
    use nutate_quaternion, only: attitude_distance
    use nutate_scene, only: read_scene, scene_t
    use nutate_state, only: state_t
    use nutate_status, only: NUTATE_NOT_CONVERGED, NUTATE_OFF_BRANCH, NUTATE_SINGULAR, status_t
-   use test_problems, only: box, fast_top, forced_body, march, problem_t
+   use test_problems, only: angular_velocity, box, fast_top, forced_body, march, problem_t
    use test_stability_branch, only: watched_t
    use test_stability_case, only: check_case, EVERY_WAY, number_text, record_t, stability_case_t, way_t
    use test_stability_meter, only: follow

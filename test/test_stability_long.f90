@@ -1,8 +1,7 @@
 !> Long runs: the invariants stay at round-off over millions of steps.
 module test_stability_long
-   use nutate_hamiltonian, only: make_state
    use nutate_kinds, only: wp, long
-   use test_problems, only: box, fast_top, problem_t
+   use test_problems, only: box, fast_top, make_state, problem_t
    use test_stability_case, only: check_case, EVERY_WAY, record_t, stability_case_t, way_t
    use test_stability_meter, only: follow, meter_t
    use test_support, only: error_type, new_unittest, unittest_type

@@ -8,7 +8,6 @@ module test_stability_scales
    use nutate_exact_free, only: free_body_t
    use nutate_gravity, only: gravity_t
    use nutate_gravity_gradient, only: gravity_gradient_t
-   use nutate_hamiltonian, only: body_momentum, make_state
    use nutate_kinds, only: wp, long
    use nutate_methods, only: integrator_settings_t, make_stepper, stepper_t
    use nutate_quaternion, only: attitude_distance
@@ -19,7 +18,7 @@ module test_stability_scales
    use nutate_spring, only: spring_t
    use nutate_state, only: state_t
    use nutate_status, only: NUTATE_BAD_ARGUMENT, NUTATE_BAD_BODY, NUTATE_BAD_SCENE, status_t
-   use test_problems, only: problem_t
+   use test_problems, only: body_momentum, make_state, problem_t
    use test_stability_case, only: check_case, EVERY_WAY, number_text, record_t, stability_case_t, way_t
    use test_stability_meter, only: follow, meter_t
    use test_support, only: check, error_type, in_turn, new_unittest, unittest_type

@@ -2,14 +2,13 @@
 module test_stability_stiff
    use nutate_body, only: diagonal, make_body
    use nutate_damping, only: damping_t
-   use nutate_hamiltonian, only: angular_velocity, kinetic_energy, make_state, system_t
    use nutate_kinds, only: wp, long, eps
    use nutate_quaternion, only: rotate_to_space
    use nutate_observer, only: run_record_t
    use nutate_spring, only: spring_t
    use nutate_state, only: state_t
    use nutate_status, only: NUTATE_NOT_CONVERGED, NUTATE_OFF_BRANCH, status_t
-   use test_problems, only: problem_t
+   use test_problems, only: angular_velocity, kinetic_energy, make_state, problem_t, system_t
    use test_stability_case, only: check_case, EVERY_WAY, record_t, stability_case_t, way_t
    use test_stability_meter, only: follow, meter_t
    use test_support, only: error_type, new_unittest, one_in, unittest_type

@@ -6,14 +6,13 @@ module test_stability_top
    use nutate_columns, only: columns_t
    use nutate_exact_top, only: lagrange_top_t
    use nutate_gravity, only: gravity_t
-   use nutate_hamiltonian, only: body_momentum, make_state, system_t
    use nutate_kinds, only: wp, long, pi, eps
    use nutate_quaternion, only: attitude_distance
    use nutate_observer, only: run_record_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_steady_top, only: sleeping_spin
-   use test_problems, only: problem_t
+   use test_problems, only: body_momentum, make_state, problem_t, system_t
    use test_stability_case, only: check_case, EVERY_WAY, number_text, record_t, stability_case_t, way_t
    use test_stability_meter, only: follow, meter_t
    use test_support, only: error_type, new_unittest, unittest_type

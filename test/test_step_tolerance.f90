@@ -3,7 +3,6 @@
 submodule(suites_of_methods) test_step_tolerance
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_body, only: diagonal, make_body
-   use nutate_hamiltonian, only: body_momentum, make_state, system_t
    use nutate_kepler_orbit, only: kepler_orbit_t
    use nutate_kinds, only: wp, long
    use nutate_orbital_gradient, only: orbital_gradient_t
@@ -13,7 +12,7 @@ submodule(suites_of_methods) test_step_tolerance
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_integrator_settings, only: integrator_settings_t
-   use test_problems, only: box, forced_body, problem_t, simo_top, wheeled_body
+   use test_problems, only: body_momentum, box, forced_body, make_state, problem_t, simo_top, system_t, wheeled_body
    use test_support, only: check, error_type, new_unittest, random_unit_quaternion, random_vector
    implicit none
 

@@ -6,7 +6,6 @@ submodule(suites_of_effects) test_tangent
    use nutate_damping, only: damping_t
    use nutate_dipole, only: dipole_t
    use nutate_gravity_gradient, only: gravity_gradient_t
-   use nutate_hamiltonian, only: body_momentum, make_state, system_t
    use nutate_kepler_orbit, only: kepler_orbit_t
    use nutate_kinds, only: eps, wp
    use nutate_methods, only: integrator_settings_t, make_stepper, stepper_t
@@ -18,7 +17,7 @@ submodule(suites_of_effects) test_tangent
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_tangent, only: tangent_t
-   use test_problems, only: problem_t
+   use test_problems, only: body_momentum, make_state, problem_t, system_t
    use test_support, only: check, check_below, check_close, error_type, new_unittest, test_failed
    implicit none
 

@@ -5,7 +5,6 @@ module test_tangent_runs
    use nutate_sensitivity_projection, only: kept_steps
    use nutate_variation, only: attitude_variation, variation_t, inertia_variation, rate_variation
    use nutate_controller, only: controller_t
-   use nutate_hamiltonian, only: body_momentum, make_state, system_t
    use nutate_kinds, only: wp, long
    use nutate_methods, only: integrator_settings_t, make_stepper, stepper_t
    use nutate_run, only: run_record_t, run_t
@@ -13,7 +12,7 @@ module test_tangent_runs
    use nutate_state, only: state_t
    use nutate_status, only: status_t, NUTATE_STOPPED
    use nutate_tangent, only: tangent_t
-   use test_problems, only: box, forced_body, problem_t
+   use test_problems, only: body_momentum, box, forced_body, make_state, problem_t, system_t
    use test_stopping_observer, only: stopping_observer_t
    use test_support, only: check, check_below, check_close, error_type, new_unittest, unittest_type
    implicit none

@@ -3,7 +3,6 @@ submodule(suites_of_methods) test_taylor
    use nutate_applied_torque, only: applied_torque_t
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_exact_free, only: free_body_t
-   use nutate_hamiltonian, only: body_momentum, kinetic_energy
    use nutate_invariants, only: invariants_t
    use nutate_kinds, only: wp, eps
    use nutate_methods, only: default_settings, integrator_settings_t, make_stepper, stepper_t
@@ -12,7 +11,8 @@ submodule(suites_of_methods) test_taylor
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use test_controlled_run, only: recorder_t, run_to
-   use test_problems, only: box, bruls_top, fast_top, forced_body, free_body, march, precessing_top, problem_t, simo_top
+   use test_problems, only: body_momentum, box, bruls_top, fast_top, forced_body, free_body, kinetic_energy, march, &
+      precessing_top, problem_t, simo_top
    use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
 

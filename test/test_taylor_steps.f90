@@ -3,7 +3,6 @@ submodule(suites_of_methods) test_taylor_steps
    use nutate_damping, only: damping_t
    use nutate_dop853, only: dop853_t
    use nutate_effect, only: potential_t
-   use nutate_hamiltonian, only: body_momentum
    use nutate_kinds, only: wp, eps
    use nutate_methods, only: default_settings, integrator_settings_t, make_stepper, stepper_t
    use nutate_quaternion, only: attitude_distance
@@ -12,7 +11,7 @@ submodule(suites_of_methods) test_taylor_steps
    use nutate_state, only: state_t
    use nutate_status, only: status_t, NUTATE_BAD_ARGUMENT, NUTATE_OFF_BRANCH
    use nutate_taylor_stepper, only: taylor_t
-   use test_problems, only: box, bruls_top, fast_top, forced_body, free_body, march, problem_t
+   use test_problems, only: body_momentum, box, bruls_top, fast_top, forced_body, free_body, march, problem_t
    use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
 

@@ -4,7 +4,6 @@ submodule(suites_of_effects) test_torque_physics
    use nutate_body, only: make_shape_body
    use nutate_damping, only: damping_t
    use nutate_gravity, only: gravity_t
-   use nutate_hamiltonian, only: angular_velocity, body_momentum, kinetic_energy, make_state, space_momentum, system_t
    use nutate_kinds, only: wp, pi, eps
    use nutate_nielsen_krenk, only: nielsen_krenk_t
    use nutate_quaternion, only: attitude_distance, quat_exp, rotate_to_space
@@ -15,7 +14,8 @@ submodule(suites_of_effects) test_torque_physics
    use nutate_status, only: status_t
    use nutate_integrator_settings, only: integrator_settings_t
    use test_effect_samples, only: sample_body, spinner
-   use test_problems, only: problem_t, solve
+   use test_problems, only: angular_velocity, body_momentum, kinetic_energy, make_state, problem_t, solve, &
+      space_momentum, system_t
    use test_support, only: check, check_below, check_close, error_type, new_unittest
    implicit none
 

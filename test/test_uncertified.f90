@@ -4,7 +4,6 @@ submodule(suites_of_methods) test_uncertified
    use nutate_byte_archive, only: byte_archive_t
    use nutate_earth_field, only: earth_field_t
    use nutate_force, only: force_t, moving_force_t
-   use nutate_hamiltonian, only: make_state, system_t
    use nutate_kinds, only: wp, long
    use nutate_orbit, only: orbit_t
    use nutate_orbital_gradient, only: orbital_gradient_t
@@ -20,7 +19,7 @@ submodule(suites_of_methods) test_uncertified
    use nutate_wheel, only: wheel_t
    use nutate_wheel_mounting, only: add_wheel
    use test_attack_case, only: custom_potential_t
-   use test_problems, only: box, problem_t
+   use test_problems, only: box, make_state, problem_t, system_t
    use test_satellites, only: field_along, magnet, moments, path_of, point, push, push_along, rotating
    use test_support, only: check, error_type, new_unittest
    implicit none

@@ -3,7 +3,6 @@
 submodule(suites_of_effects) test_wheel_limits
    use nutate_applied_torque, only: applied_torque_t
    use nutate_body, only: diagonal, make_body
-   use nutate_hamiltonian, only: angular_velocity, kinetic_energy, make_state, space_momentum, total_energy
    use nutate_kinds, only: wp, long, eps
    use nutate_methods, only: methods
    use nutate_quaternion, only: attitude_distance
@@ -16,7 +15,8 @@ submodule(suites_of_effects) test_wheel_limits
    use nutate_wheel, only: released_at, wheel_t
    use nutate_wheel_motor, only: make_motor_table
    use nutate_wheel_mounting, only: add_wheel
-   use test_problems, only: forced_body, problem_t
+   use test_problems, only: angular_velocity, forced_body, kinetic_energy, make_state, problem_t, space_momentum, &
+      total_energy
    use test_resume, only: check_run, label_of, settings_of
    use test_support, only: check, check_below, check_close, error_type, in_turn, new_unittest
    implicit none

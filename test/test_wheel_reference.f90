@@ -2,7 +2,6 @@
 module test_wheel_reference
    use nutate_applied_torque, only: applied_torque_t
    use nutate_body, only: diagonal, make_body
-   use nutate_hamiltonian, only: angular_velocity, kinetic_energy, make_state
    use nutate_kinds, only: wp
    use nutate_methods, only: methods
    use nutate_run, only: run_t
@@ -12,7 +11,7 @@ module test_wheel_reference
    use nutate_integrator_settings, only: integrator_settings_t
    use nutate_wheel, only: wheel_t
    use nutate_wheel_mounting, only: add_wheel
-   use test_problems, only: problem_t
+   use test_problems, only: angular_velocity, kinetic_energy, make_state, problem_t
    use test_resume, only: label_of, settings_of
    use test_support, only: check, check_close, error_type, new_unittest, unittest_type
    implicit none

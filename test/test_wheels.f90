@@ -3,7 +3,6 @@ submodule(suites_of_effects) test_wheels
    use nutate_applied_torque, only: applied_torque_t
    use nutate_body, only: diagonal, make_body, whole_body
    use nutate_gravity_gradient, only: gravity_gradient_t
-   use nutate_hamiltonian, only: angular_velocity, kinetic_energy, make_state, space_momentum, system_t, total_energy
    use nutate_kinds, only: wp, long, eps
    use nutate_limits, only: most_wheels
    use nutate_methods, only: integrator_settings_t, make_stepper, methods, stepper_t
@@ -14,7 +13,8 @@ submodule(suites_of_effects) test_wheels
    use nutate_status, only: NUTATE_BAD_ARGUMENT, NUTATE_BAD_BODY, status_t
    use nutate_wheel, only: wheel_t
    use nutate_wheel_mounting, only: add_wheel
-   use test_problems, only: march, problem_t, wheeled_body
+   use test_problems, only: angular_velocity, kinetic_energy, make_state, march, problem_t, space_momentum, system_t, &
+      total_energy, wheeled_body
    use test_resume, only: check_run, check_stepper, label_of, settings_of
    use test_support, only: check, check_below, check_close, error_type, new_unittest
    use test_wheel_reference, only: reference_problem
