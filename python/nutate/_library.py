@@ -41,148 +41,88 @@ QuantityCallback = TorqueCallback
 Array = npt.NDArray[np.float64]
 Textual = Union[str, bytes, "os.PathLike[str]"]
 
-# Arguments as include/nutate.h has them; every function returns a status.
-SIGNATURES: dict[str, tuple[Any, ...]] = {
-    "nutate_get_version": (Text, Size),
-    "nutate_status_text": (Int, Text, Size),
-    "nutate_last_message": (Handle, Text, Size),
-    "nutate_system_create_moments": (Doubles, Double, Doubles, Int, HandlePointer, Text, Size),
-    "nutate_system_create_tensor": (Doubles, Double, Doubles, Int, HandlePointer, Text, Size),
-    "nutate_system_create_shape": (Text, Doubles, Size, Double, Double, Doubles, HandlePointer, Text, Size),
-    "nutate_system_parse": (Text, HandlePointer, Text, Size),
-    "nutate_system_copy": (Handle, HandlePointer, Text, Size),
-    "nutate_system_destroy": (HandlePointer,),
-    "nutate_system_body": (Handle, Doubles, Doubles, Doubles),
-    "nutate_system_add_groups": (Handle, Text),
-    "nutate_system_add_potential": (Handle, Doubles, PotentialCallback, HessianCallback, ctypes.c_void_p),
-    "nutate_system_add_user_torque": (Handle, TorqueCallback, ctypes.c_void_p),
-    "nutate_system_bound_potential": (Handle, Double, Double, Double),
-    "nutate_system_bound_torque": (Handle, Double, Double, Double, Double),
-    "nutate_system_add_table": (Handle, Size, Doubles, Doubles, Text),
-    "nutate_system_add_earth_field": (Handle, Doubles, Double, Doubles),
-    "nutate_system_add_force": (Handle, Doubles, Doubles, Text, Double, Double),
-    "nutate_system_add_wheel": (Handle, Doubles, Double, Double, Double, Double, Double),
-    "nutate_system_wheel_count": (Handle, Sizes),
-    "nutate_system_add_motor": (Handle, Size, Double, Double, Double, Double, Double),
-    "nutate_system_add_motor_table": (Handle, Size, Size, Doubles, Doubles, Text),
-    "nutate_scene_read": (Text, ctypes.POINTER(Text), Size, HandlePointer, Text, Size),
-    "nutate_scene_parse": (Text, Text, ctypes.POINTER(Text), Size, HandlePointer, Text, Size),
-    "nutate_scene_destroy": (HandlePointer,),
-    "nutate_scene_get": (Handle, Text, Text, Size),
-    "nutate_system_frame_rate": (Handle, Doubles),
-    "nutate_system_space_axes": (Handle, Size, Doubles, Doubles),
-    "nutate_date": (Text, Text, Double, Text, Size),
-    "nutate_tdb": (Text, Text, Size, Doubles, Doubles),
-    "nutate_write_aem": (Text, Text, Size, Doubles, Doubles, Doubles, Text, Double, Text, Size),
-    "nutate_write_gltf": (Text, Text, Size, Doubles, Doubles, Double, Text, Size),
-    "nutate_read_aem": (Text, HandlePointer, Text, Size, Text, Size),
-    "nutate_scene_get_title": (Handle, Text, Size),
-    "nutate_scene_add_potential": (Handle, Doubles, PotentialCallback, HessianCallback, ctypes.c_void_p),
-    "nutate_scene_add_user_torque": (Handle, TorqueCallback, ctypes.c_void_p),
-    "nutate_scene_bound_potential": (Handle, Double, Double, Double),
-    "nutate_scene_bound_torque": (Handle, Double, Double, Double, Double),
-    "nutate_scene_system": (Handle, HandlePointer, Text, Size),
-    "nutate_scene_equilibria": (Handle, Text, Size, Text, Size),
-    "nutate_scene_linearize": (Handle, Double, Text, Size, Text, Size),
-    "nutate_fit_size": (Handle, Sizes, Sizes),
-    "nutate_fit_name": (Handle, Size, Text, Size),
-    "nutate_fit_start": (Handle, Doubles, Doubles, Doubles),
-    "nutate_fit_evaluate": (Handle, Doubles, Doubles, Doubles),
-    "nutate_fit_cost": (Handle, Doubles, Doubles),
-    "nutate_fit_solve": (Handle, Doubles, Doubles, ctypes.POINTER(Int), Text, Size),
-    "nutate_scene_run": (Handle, HandlePointer, Text, Size),
-    "nutate_scene_write": (Handle, Text, Text, Size),
-    "nutate_sweep_size": (Handle, ctypes.POINTER(Long), Sizes),
-    "nutate_sweep_field": (Handle, Size, ctypes.POINTER(Int), Text, Size),
-    "nutate_sweep_table": (Handle, ctypes.POINTER(Text), Size, Doubles, Size, Text, Size),
-    "nutate_sweep_members": (Handle, Long, Long, Int, ctypes.c_void_p, Size, Text, Size),
-    "nutate_bodies_create": (HandlePointer, Size, Int, HandlePointer, Text, Size),
-    "nutate_bodies_destroy": (HandlePointer,),
-    "nutate_bodies_set_threads": (Handle, Int),
-    "nutate_bodies_step": (Handle, Size, Address, Double, Address, Address, Address),
-    "nutate_bodies_kick": (Handle, Size, Address, Double, Address, Address, Address),
-    "nutate_bodies_drift": (Handle, Size, Address, Double, Address, Address),
-    "nutate_bodies_failed": (Handle, Size, Address, Sizes),
-    "nutate_history_name": (Handle, Size, Text, Size),
-    "nutate_history_values": (Handle, Doubles, Size),
-    "nutate_history_summary": (Handle, ctypes.POINTER(Long), Doubles),
-    "nutate_history_chaos": (Handle, Sizes, Doubles, Doubles, Doubles, Doubles),
-    "nutate_history_event": (Handle, Size, Text, Size, ctypes.POINTER(Long), Doubles, Doubles, Doubles),
-    "nutate_history_destroy": (HandlePointer,),
-    "nutate_stepper_create": (Handle, HandlePointer, Text, Size),
-    "nutate_stepper_create_scene": (Handle, HandlePointer, Text, Size),
-    "nutate_stepper_destroy": (HandlePointer,),
-    "nutate_stepper_set": (Handle, Text, Text),
-    "nutate_stepper_set_time_step": (Handle, Double),
-    "nutate_stepper_set_state": (Handle, Double, Doubles, Doubles),
-    "nutate_stepper_set_canonical": (Handle, Double, Doubles, Doubles),
-    "nutate_stepper_prepare": (Handle,),
-    "nutate_stepper_step": (Handle, Double),
-    "nutate_stepper_keep_steps": (Handle,),
-    "nutate_stepper_state_at": (Handle, Double, Doubles, Doubles),
-    "nutate_stepper_dense_output": (Handle, Double, Doubles, Doubles, Doubles, Double, Size, Doubles, Doubles),
-    "nutate_stepper_steps": (Handle, Double, Long, ctypes.POINTER(Long)),
-    "nutate_stepper_run": (Handle, Long, Long, Doubles, Size, Sizes),
-    "nutate_stepper_add_events": (Handle, Text),
-    "nutate_stepper_add_event": (Handle, QuantityCallback, ctypes.c_void_p, Text),
-    "nutate_stepper_event_count": (Handle, Sizes),
-    "nutate_stepper_event": (Handle, Size, Text, Size, ctypes.POINTER(Long), Doubles, Doubles, Doubles),
-    "nutate_stepper_wheel_count": (Handle, Sizes),
-    "nutate_stepper_wheel": (Handle, Size, Doubles, Doubles, Doubles),
-    "nutate_stepper_sphere_count": (Handle, Sizes),
-    "nutate_stepper_sphere": (Handle, Size, Doubles, Doubles, Doubles, Doubles),
-    "nutate_stepper_set_motor": (Handle, Size, Double),
-    "nutate_stepper_jacobi": (Handle, Doubles),
-    "nutate_stepper_time_dependent_work": (Handle, Doubles),
-    "nutate_stepper_orbit": (Handle, Doubles, Doubles),
-    "nutate_stepper_lvlh_attitude": (Handle, Doubles, Doubles),
-    "nutate_stepper_run_history": (Handle, Double, Long, Double, Doubles, Size, HandlePointer),
-    "nutate_stepper_differentiate": (Handle, Handle),
-    "nutate_stepper_follow_chaos": (Handle, Handle),
-    "nutate_stepper_get": (Handle, Text, Text, Size),
-    "nutate_stepper_set_poll": (Handle, PollCallback, ctypes.c_void_p),
-    "nutate_scene_set_poll": (Handle, PollCallback, ctypes.c_void_p),
-    "nutate_stepper_copy": (Handle, HandlePointer, Text, Size),
-    "nutate_stepper_save": (Handle, Text, Size, Sizes),
-    "nutate_stepper_restore": (Handle, Text, Size),
-    "nutate_stepper_set_columns": (Handle, Text),
-    "nutate_stepper_width": (Handle, Sizes),
-    "nutate_stepper_column": (Handle, Size, Text, Size),
-    "nutate_stepper_time": (Handle, Doubles),
-    "nutate_stepper_quaternion": (Handle, Doubles),
-    "nutate_stepper_conjugate_momentum": (Handle, Doubles),
-    "nutate_stepper_angular_velocity": (Handle, Doubles),
-    "nutate_stepper_angular_velocity_space": (Handle, Doubles),
-    "nutate_stepper_angular_momentum": (Handle, Doubles),
-    "nutate_stepper_angular_momentum_space": (Handle, Doubles),
-    "nutate_stepper_matrix": (Handle, Doubles),
-    "nutate_stepper_euler": (Handle, Doubles),
-    "nutate_stepper_energy": (Handle, Doubles),
-    "nutate_stepper_constraints": (Handle, Doubles),
-    "nutate_stepper_uncertified": (Handle, ctypes.POINTER(Long)),
-    "nutate_stepper_accuracy": (Handle, Doubles),
-    "nutate_stepper_row": (Handle, Doubles, Size),
-    "nutate_stepper_conserved": (Handle, ctypes.POINTER(Int), Doubles),
-    "nutate_stepper_solver": (Handle, ctypes.POINTER(Int), Doubles),
-    "nutate_scene_get_plan": (Handle, Doubles, Doubles, ctypes.POINTER(Long)),
-    "nutate_scene_get_initial": (Handle, Doubles, Doubles),
-    "nutate_matrix_from_quat": (Doubles, Doubles),
-    "nutate_quat_from_matrix": (Doubles, Doubles),
-    "nutate_euler_from_quat": (Doubles, Doubles),
-    "nutate_follow_euler": (Doubles, Doubles),
-    "nutate_quat_from_euler": (Doubles, Doubles),
-    "nutate_omega_from_euler_rates": (Doubles, Doubles, Doubles),
-    "nutate_quat_from_axis_angle": (Doubles, Double, Doubles),
-    "nutate_axis_angle_from_quat": (Doubles, Doubles, Doubles),
-    "nutate_quat_from_rotation_vector": (Doubles, Doubles),
-    "nutate_rotation_vector_from_quat": (Doubles, Doubles),
-    "nutate_quat_product": (Doubles, Doubles, Doubles),
-    "nutate_quat_normalized": (Doubles, Doubles),
-    "nutate_rotate_to_space": (Doubles, Doubles, Doubles),
-    "nutate_rotate_to_body": (Doubles, Doubles, Doubles),
-    "nutate_attitude_distance": (Doubles, Doubles, Doubles),
-    "nutate_exact_free_body": (Handle, Doubles, Doubles, Size, Doubles, Doubles, Doubles),
-}
+# Functions by their arguments, as include/nutate.h has them, without `nutate_` before the names; every one returns a status.
+SIGNATURES: list[tuple[tuple[Any, ...], str]] = [
+    ((Text, Size), "get_version"),
+    ((Int, Text, Size), "status_text"),
+    ((Handle, Text, Size), "last_message scene_get_title stepper_restore"),
+    ((Doubles, Double, Doubles, Int, HandlePointer, Text, Size), "system_create_moments system_create_tensor"),
+    ((Text, Doubles, Size, Double, Double, Doubles, HandlePointer, Text, Size), "system_create_shape"),
+    ((Text, HandlePointer, Text, Size), "system_parse"),
+    ((Handle, HandlePointer, Text, Size), "system_copy scene_system scene_run stepper_create stepper_create_scene stepper_copy"),
+    ((HandlePointer,), "system_destroy scene_destroy bodies_destroy history_destroy stepper_destroy"),
+    ((Handle, Doubles, Doubles, Doubles), "system_body fit_start fit_evaluate"),
+    ((Handle, Text), "system_add_groups stepper_add_events stepper_set_columns"),
+    ((Handle, Doubles, PotentialCallback, HessianCallback, ctypes.c_void_p), "system_add_potential scene_add_potential"),
+    ((Handle, TorqueCallback, ctypes.c_void_p), "system_add_user_torque scene_add_user_torque"),
+    ((Handle, Double, Double, Double), "system_bound_potential scene_bound_potential"),
+    ((Handle, Double, Double, Double, Double), "system_bound_torque scene_bound_torque"),
+    ((Handle, Size, Doubles, Doubles, Text), "system_add_table"),
+    ((Handle, Doubles, Double, Doubles), "system_add_earth_field"),
+    ((Handle, Doubles, Doubles, Text, Double, Double), "system_add_force"),
+    ((Handle, Doubles, Double, Double, Double, Double, Double), "system_add_wheel"),
+    ((Handle, Sizes),
+     "system_wheel_count stepper_event_count stepper_wheel_count stepper_sphere_count stepper_width"),
+    ((Handle, Size, Double, Double, Double, Double, Double), "system_add_motor"),
+    ((Handle, Size, Size, Doubles, Doubles, Text), "system_add_motor_table"),
+    ((Text, ctypes.POINTER(Text), Size, HandlePointer, Text, Size), "scene_read"),
+    ((Text, Text, ctypes.POINTER(Text), Size, HandlePointer, Text, Size), "scene_parse"),
+    ((Handle, Text, Text, Size), "scene_get scene_write stepper_get"),
+    ((Handle, Doubles),
+     "system_frame_rate stepper_jacobi stepper_time_dependent_work stepper_time stepper_quaternion stepper_conjugate_momentum "
+     "stepper_angular_velocity stepper_angular_velocity_space stepper_angular_momentum stepper_angular_momentum_space "
+     "stepper_matrix stepper_euler stepper_energy stepper_constraints stepper_accuracy"),
+    ((Handle, Size, Doubles, Doubles), "system_space_axes"),
+    ((Text, Text, Double, Text, Size), "date"),
+    ((Text, Text, Size, Doubles, Doubles), "tdb"),
+    ((Text, Text, Size, Doubles, Doubles, Doubles, Text, Double, Text, Size), "write_aem"),
+    ((Text, Text, Size, Doubles, Doubles, Double, Text, Size), "write_gltf"),
+    ((Text, HandlePointer, Text, Size, Text, Size), "read_aem"),
+    ((Handle, Text, Size, Text, Size), "scene_equilibria"),
+    ((Handle, Double, Text, Size, Text, Size), "scene_linearize"),
+    ((Handle, Sizes, Sizes), "fit_size"),
+    ((Handle, Size, Text, Size), "fit_name history_name stepper_column"),
+    ((Handle, Doubles, Doubles), "fit_cost stepper_orbit stepper_lvlh_attitude scene_get_initial"),
+    ((Handle, Doubles, Doubles, ctypes.POINTER(Int), Text, Size), "fit_solve"),
+    ((Handle, ctypes.POINTER(Long), Sizes), "sweep_size"),
+    ((Handle, Size, ctypes.POINTER(Int), Text, Size), "sweep_field"),
+    ((Handle, ctypes.POINTER(Text), Size, Doubles, Size, Text, Size), "sweep_table"),
+    ((Handle, Long, Long, Int, ctypes.c_void_p, Size, Text, Size), "sweep_members"),
+    ((HandlePointer, Size, Int, HandlePointer, Text, Size), "bodies_create"),
+    ((Handle, Int), "bodies_set_threads"),
+    ((Handle, Size, Address, Double, Address, Address, Address), "bodies_step bodies_kick"),
+    ((Handle, Size, Address, Double, Address, Address), "bodies_drift"),
+    ((Handle, Size, Address, Sizes), "bodies_failed"),
+    ((Handle, Doubles, Size), "history_values stepper_row"),
+    ((Handle, ctypes.POINTER(Long)), "stepper_uncertified"),
+    ((Handle, ctypes.POINTER(Long), Doubles), "history_summary"),
+    ((Handle, Sizes, Doubles, Doubles, Doubles, Doubles), "history_chaos"),
+    ((Handle, Size, Text, Size, ctypes.POINTER(Long), Doubles, Doubles, Doubles), "history_event stepper_event"),
+    ((Handle, Text, Text), "stepper_set"),
+    ((Handle, Double), "stepper_set_time_step stepper_step"),
+    ((Handle, Double, Doubles, Doubles), "stepper_set_state stepper_set_canonical stepper_state_at"),
+    ((Handle,), "stepper_prepare stepper_keep_steps"),
+    ((Handle, Double, Doubles, Doubles, Doubles, Double, Size, Doubles, Doubles), "stepper_dense_output"),
+    ((Handle, Double, Long, ctypes.POINTER(Long)), "stepper_steps"),
+    ((Handle, Long, Long, Doubles, Size, Sizes), "stepper_run"),
+    ((Handle, QuantityCallback, ctypes.c_void_p, Text), "stepper_add_event"),
+    ((Handle, Size, Doubles, Doubles, Doubles), "stepper_wheel"),
+    ((Handle, Size, Doubles, Doubles, Doubles, Doubles), "stepper_sphere"),
+    ((Handle, Size, Double), "stepper_set_motor"),
+    ((Handle, Double, Long, Double, Doubles, Size, HandlePointer), "stepper_run_history"),
+    ((Handle, Handle), "stepper_differentiate stepper_follow_chaos"),
+    ((Handle, PollCallback, ctypes.c_void_p), "stepper_set_poll scene_set_poll"),
+    ((Handle, Text, Size, Sizes), "stepper_save"),
+    ((Handle, ctypes.POINTER(Int), Doubles), "stepper_conserved stepper_solver"),
+    ((Handle, Doubles, Doubles, ctypes.POINTER(Long)), "scene_get_plan"),
+    ((Doubles, Doubles),
+     "matrix_from_quat quat_from_matrix euler_from_quat follow_euler quat_from_euler quat_from_rotation_vector "
+     "rotation_vector_from_quat quat_normalized"),
+    ((Doubles, Doubles, Doubles),
+     "omega_from_euler_rates axis_angle_from_quat quat_product rotate_to_space rotate_to_body attitude_distance"),
+    ((Doubles, Double, Doubles), "quat_from_axis_angle"),
+    ((Handle, Doubles, Doubles, Size, Doubles, Doubles, Doubles), "exact_free_body"),
+]
 NOT_CONVERGED, OFF_BRANCH, SINGULAR, NOT_FINITE, BAD_ARGUMENT, BAD_BODY, BAD_SCENE, IO, STEP_LIMIT, BAD_HANDLE = range(1, 11)
 
 
@@ -277,10 +217,11 @@ def load() -> ctypes.CDLL:
         raise ImportError("nutate: the C library was not found (" + "; ".join(reasons) + "). Build and install it with "
                           "`make install PREFIX=FOLDER` and this package with `pip install FOLDER/share/nutate/python`, "
                           f"or set NUTATE_LIBRARY to the path of {SONAME}.")
-    for name, arguments in SIGNATURES.items():
-        function = getattr(library, name)
-        function.argtypes = arguments
-        function.restype = Int
+    for arguments, names in SIGNATURES:
+        for name in names.split():
+            function = getattr(library, f"nutate_{name}")
+            function.argtypes = arguments
+            function.restype = Int
     return library
 
 
@@ -308,9 +249,7 @@ def name_of(function: Any, handle: Any, i: int) -> str:
 
 def status_text(status: int) -> str:
     """Returns a description of a status code."""
-    buffer = ctypes.create_string_buffer(MESSAGE_SIZE)
-    library.nutate_status_text(status, buffer, MESSAGE_SIZE)
-    return buffer.value.decode()
+    return text_of(library.nutate_status_text, status)
 
 
 def version() -> str:
@@ -324,12 +263,17 @@ def check(status: int, message: str = "") -> None:
         raise failure(status, message)
 
 
+def answer(function: Any, *arguments: Any) -> tuple[int, str]:
+    """Status and message of a function with (message, size) at its end; of `interruptible` and such a function likewise."""
+    message = Message()
+    status = function(*arguments, message, MESSAGE_SIZE)
+    return status, message.value.decode("utf-8", "replace")
+
+
 def create(function: Any, *arguments: Any) -> ctypes.c_void_p:
     """The handle that a create function makes."""
     handle = ctypes.c_void_p()
-    message = Message()
-    status = function(*arguments, ctypes.byref(handle), message, MESSAGE_SIZE)
-    check(status, message.value.decode("utf-8", "replace"))
+    check(*answer(function, *arguments, ctypes.byref(handle)))
     return handle
 
 

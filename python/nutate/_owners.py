@@ -89,6 +89,12 @@ class Owner:
         self._call(name, pointer(values))
         return values
 
+    def _count(self, name: str, *arguments: Any, kind: Any = ctypes.c_size_t) -> int:
+        """The count that a function of this handle writes, its last argument."""
+        count = kind()
+        self._call(name, *arguments, ctypes.byref(count))
+        return int(count.value)
+
 
 class Recipe(Owner):
     """An owner that knows how it was made, so that it can be made again: by copy, and by pickle as far as its callbacks can be

@@ -97,9 +97,7 @@ class Bodies(Owner):
     @property
     def failed(self) -> npt.NDArray[np.int64]:
         """Indices of the bodies that failed in the last call."""
-        n = ctypes.c_size_t()
-        self._call("nutate_bodies_failed", 0, None, ctypes.byref(n))
-        places = np.empty(n.value, dtype=np.uintp)
+        places = np.empty(self._count("nutate_bodies_failed", 0, None), dtype=np.uintp)
         self._call("nutate_bodies_failed", places.size, places.ctypes.data, None)
         return places.astype(np.int64)
 

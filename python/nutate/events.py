@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ctypes
-from typing import Any, NamedTuple, Optional, Sequence, Union
+from typing import Any, NamedTuple, Optional
 
 import numpy as np
 
@@ -79,24 +79,6 @@ class History(dict):  # type: ignore[type-arg]
         if self.accuracy_reached is False:
             warn(f"the requested accuracy is not attainable: estimated error {self.estimated_error:.1e} rad, "
                  f"{self.round_off:.1e} rad by round-off (expected a larger accuracy, a shorter run, or a finer table of an orbit)")
-
-
-def event_group(name: Optional[str], when: Union[str, Sequence[str], None], **keys: Any) -> str:
-    """A group &event of a scene, with the keys that are not None."""
-
-    def text(value: Any) -> str:
-        if isinstance(value, str):
-            return "'" + value.replace("'", "''") + "'"
-        if isinstance(value, (bool, np.bool_)):
-            return ".true." if value else ".false."
-        if isinstance(value, (int, np.integer)):
-            return str(int(value))
-        if isinstance(value, (float, np.floating)):
-            return repr(float(value))
-        return ", ".join(text(item) for item in value)
-
-    given = {"name": name, "when": when, **keys}
-    return "&event " + ", ".join(f"{key} = {text(value)}" for key, value in given.items() if value is not None) + " /\n"
 
 
 def take_events(function: Any, handle: Any, n: int) -> list[Event]:

@@ -11,12 +11,12 @@ from typing import Any, Callable, Optional
 import numpy as np
 import numpy.typing as npt
 
-from ._library import (Array, MESSAGE_SIZE, NutateValueError, Textual, check, encoded, library, pointer, refusal, text_of)
+from ._library import (Array, MESSAGE_SIZE, NutateValueError, Textual, answer, check, encoded, library, pointer, refusal, text_of)
 from .attitudes import matrix_from_quat
 from .scenes import LABELS, take_history
 from .shapes import shape_of
-from .systems import System, group
-from .tables import Columns
+from .systems import System, group, tensor_entries
+from .tables import Columns, stacked
 
 # Names of inertial axes, as src/io/scene/reading/nutate_aem_keywords.f90 has them.
 INERTIAL = {"ICRF", "ICRF2", "ICRF3", "GCRF", "EME2000", "J2000", "ECLIPJ2000", "MOD", "TOD", "TEME", "B1950"}
@@ -142,10 +142,8 @@ class AttitudeRows(Columns):
 
     def __init__(self, columns: dict[str, Array], labels: dict[str, str]) -> None:
         super().__init__(columns)
-        self.q = np.stack([columns[f"q{i}"] for i in range(4)], axis=-1)
-        self.omega: Optional[Array] = None
-        if "omega1" in columns:
-            self.omega = np.stack([columns[f"omega{i}"] for i in (1, 2, 3)], axis=-1)
+        self.q = stacked(columns, "q", range(4))
+        self.omega: Optional[Array] = stacked(columns, "omega", range(1, 4)) if "omega1" in columns else None
         self.segment = columns.get("segment", np.ones(len(self.q))).astype(int)
         self.epoch, self.time_system, self.object, self.object_id, self.space_frame, self.body_frame = (
             labels.get(key, "") for key in LABELS)
@@ -280,9 +278,7 @@ def read_aem(path: Textual) -> AttitudeRows:
     ((11, 4), '2029-04-13T00:00:00', 'ICRF')
     """
     handle, facts = ctypes.c_void_p(), ctypes.create_string_buffer(MESSAGE_SIZE)
-    message = ctypes.create_string_buffer(MESSAGE_SIZE)
-    status = library.nutate_read_aem(encoded(path), ctypes.byref(handle), facts, MESSAGE_SIZE, message, MESSAGE_SIZE)
-    check(status, message.value.decode("utf-8", "replace"))
+    check(*answer(library.nutate_read_aem, encoded(path), ctypes.byref(handle), facts, MESSAGE_SIZE))
     columns, _ = take_history(handle)
     found = re.findall(r"(\w+) = '((?:[^']|'')*)'", facts.value.decode("utf-8", "replace"))
     return AttitudeRows(dict(columns), {key: value.replace("''", "'") for key, value in found})
@@ -337,9 +333,7 @@ def body_text(system: System) -> str:
     shape = shape_of(system)
     if shape is not None:
         return group("body", shape=shape[0], size=shape[1], mass=system.mass, center_of_mass=system.center_of_mass)
-    inertia = system.inertia
-    entries = [inertia[0, 0], inertia[1, 1], inertia[2, 2], inertia[0, 1], inertia[0, 2], inertia[1, 2]]
-    return group("body", inertia_tensor=entries, mass=system.mass or None, center_of_mass=system.center_of_mass, check_triangle=False)
+    return group("body", inertia_tensor=tensor_entries(system.inertia), mass=system.mass or None, center_of_mass=system.center_of_mass, check_triangle=False)
 
 
 def constant_rate(q1: Array, q2: Array, s: Array) -> Array:
@@ -437,10 +431,8 @@ class Exchange(Columns):
         labels.setdefault("object", "BODY")
         error = self._error_of(error)
         t, q, omega = self._attitudes(error, labels.get("space_frame", ""))
-        message = ctypes.create_string_buffer(MESSAGE_SIZE)
-        status = library.nutate_write_aem(encoded(path), encoded(group("scene", **labels)), len(t), pointer(t), pointer(q),
-                                          pointer(omega), encoded(version), float(error), message, MESSAGE_SIZE)
-        check(status, message.value.decode("utf-8", "replace"))
+        check(*answer(library.nutate_write_aem, encoded(path), encoded(group("scene", **labels)), len(t), pointer(t), pointer(q),
+                      pointer(omega), encoded(version), float(error)))
 
     def to_gltf(self, path: Textual, *, object: Optional[str] = None, speed: float = 1.0, error: Optional[float] = None) -> None:
         """Writes the moving body as glTF 2.0, for Blender and browsers: its shape, or the box with its inertia.
@@ -465,10 +457,7 @@ class Exchange(Columns):
         """
         facts = group("scene", object=self._named(object=object).get("object", "BODY")) + body_text(self.system)
         t, q, _ = self._attitudes(self._error_of(error))
-        message = ctypes.create_string_buffer(MESSAGE_SIZE)
-        status = library.nutate_write_gltf(encoded(path), encoded(facts), len(t), pointer(t), pointer(q), float(speed), message,
-                                           MESSAGE_SIZE)
-        check(status, message.value.decode("utf-8", "replace"))
+        check(*answer(library.nutate_write_gltf, encoded(path), encoded(facts), len(t), pointer(t), pointer(q), float(speed)))
 
     def to_spice_ck(self, path: Textual, *, epoch: Optional[str] = None, time_system: Optional[str] = None,
                     object: Optional[str] = None, space_frame: Optional[str] = None, body_frame: Optional[str] = None,
@@ -556,8 +545,7 @@ class Exchange(Columns):
             q, omega = converted(t, *self._sol(t))
         else:
             t = self.t
-            q = np.stack([self[f"q{i}"] for i in range(4)], axis=-1)
-            q, omega = converted(t, q, np.stack([self[f"omega{i}"] for i in (1, 2, 3)], axis=-1))
+            q, omega = converted(t, stacked(self, "q", range(4)), stacked(self, "omega", range(1, 4)))
         order = np.argsort(t, kind="stable")
         t, q, omega = (np.ascontiguousarray(values[order], dtype=np.float64) for values in (t, q, omega))
         rates = np.linalg.norm(omega, axis=1)

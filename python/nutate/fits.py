@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from ._library import MESSAGE_SIZE, Array, interruptible, library, pointer, text_of, vector
+from ._library import Array, answer, interruptible, library, pointer, text_of, vector
 from .sweeps import SceneOrPath, with_table
 
 
@@ -210,10 +210,7 @@ def fit(scene: SceneOrPath, *overrides: str) -> FitResult:
     problem = FitProblem(scene, *overrides)
     made, n = problem._scene, problem.x0.size
     x, cov, converged = np.empty(n), np.empty((n, n)), ctypes.c_int()
-    message = ctypes.create_string_buffer(MESSAGE_SIZE)
-    status = interruptible(library.nutate_fit_solve, made._handle, pointer(x), pointer(cov), ctypes.byref(converged), message,
-                           MESSAGE_SIZE)
-    text = message.value.decode("utf-8", "replace")
+    status, text = answer(interruptible, library.nutate_fit_solve, made._handle, pointer(x), pointer(cov), ctypes.byref(converged))
     made._conclude(status, message=text)
     fun = problem.residuals(x)
     return FitResult(x, fun, problem.jacobian(x), problem.cost(x), bool(converged.value), text or "converged",

@@ -5,12 +5,13 @@ from __future__ import annotations
 import ctypes
 import json
 from dataclasses import dataclass
-from typing import NamedTuple, Union
+from typing import Any, NamedTuple, Union
 
 import numpy as np
 import numpy.typing as npt
 
-from ._library import MESSAGE_SIZE, Array, interruptible, library, refusal
+from ._library import Array, answer, interruptible, library, refusal
+from .scenes import Scene
 from .sweeps import SceneOrPath, with_table
 
 # As include/nutate_scene.h has it.
@@ -166,12 +167,8 @@ def linearize(scene: SceneOrPath, *overrides: str, period: Union[float, str, Non
         raise refusal('period is no time (expected seconds, "orbit" or None)')
     if period is not None and period != "orbit" and not float(period) > 0:
         raise refusal("period is out of its range (expected one above 0 s)")
-    made = with_table(scene, overrides, None)
-    text, message = ctypes.create_string_buffer(TEXT_SIZE), ctypes.create_string_buffer(MESSAGE_SIZE)
-    status = interruptible(library.nutate_scene_linearize, made._handle,
-                           -1.0 if period == "orbit" else float(period or 0.0), text, TEXT_SIZE, message, MESSAGE_SIZE)
-    made._conclude(status, message=message.value.decode("utf-8", "replace"))
-    found = json.loads(text.value)
+    found = found_by(with_table(scene, overrides, None), library.nutate_scene_linearize,
+                     -1.0 if period == "orbit" else float(period or 0.0))
     matrix = np.array(found["A"], float)
     if rates == "relative":
         # In place of the absolute rate the derivative of theta.
@@ -241,9 +238,14 @@ def equilibria(scene: SceneOrPath, *overrides: str) -> list[Equilibrium]:
     >>> len(nutate.equilibria("scenes/earth_pointing.nml"))
     24
     """
-    made = with_table(scene, overrides, None)
-    text, message = ctypes.create_string_buffer(TEXT_SIZE), ctypes.create_string_buffer(MESSAGE_SIZE)
-    status = interruptible(library.nutate_scene_equilibria, made._handle, text, TEXT_SIZE, message, MESSAGE_SIZE)
-    made._conclude(status, message=message.value.decode("utf-8", "replace"))
+    found = found_by(with_table(scene, overrides, None), library.nutate_scene_equilibria)
     return [Equilibrium(np.array(one["attitude"], float), float(one["energy"]), one["index"], float(one["growth"]))
-            for one in json.loads(text.value)["equilibria"]]
+            for one in found["equilibria"]]
+
+
+def found_by(scene: Scene, function: Any, *arguments: float) -> Any:
+    """What a function finds of a scene, which it writes as JSON."""
+    text = ctypes.create_string_buffer(TEXT_SIZE)
+    status, message = answer(interruptible, function, scene._handle, *arguments, text, TEXT_SIZE)
+    scene._conclude(status, message=message)
+    return json.loads(text.value)

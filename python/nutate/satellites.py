@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes
 import operator
 from typing import NamedTuple, Optional
 
@@ -191,16 +190,15 @@ class WheelMounting(Recipe):
                table: Optional[tuple[Array, Array, str, str, float, float]]) -> None:
         self._call("nutate_system_add_wheel", pointer(given[0]), *given[1:])
         self._add("_add_wheel", given, None, None)
-        count = ctypes.c_size_t()
-        self._call("nutate_system_wheel_count", ctypes.byref(count))
+        count = self._count("nutate_system_wheel_count")
         if motor is not None:
-            self._call("nutate_system_add_motor", count.value, *motor)
+            self._call("nutate_system_add_motor", count, *motor)
         elif table is not None:
             times, torques, interpolation, outside, start, stop = table
             keys = f"interpolation = '{interpolation}', outside = '{outside}'"
             keys += f", start = {start!r}" if np.isfinite(start) else ""
             keys += f", stop = {stop!r}" if np.isfinite(stop) else ""
-            self._call("nutate_system_add_motor_table", count.value, times.size, pointer(times), pointer(torques), encoded(keys))
+            self._call("nutate_system_add_motor_table", count, times.size, pointer(times), pointer(torques), encoded(keys))
         self._additions[-1] = ("_add_wheel", (given, motor, table))
 
 
@@ -210,10 +208,8 @@ class SatelliteState(Owner):
     @property
     def wheels(self) -> list[Wheel]:
         """Current states of all reaction wheels."""
-        count, numbers = ctypes.c_size_t(), np.empty(4)
-        self._call("nutate_stepper_wheel_count", ctypes.byref(count))
-        wheels = []
-        for i in range(count.value):
+        wheels, numbers = [], np.empty(4)
+        for i in range(self._count("nutate_stepper_wheel_count")):
             self._call("nutate_stepper_wheel", i + 1, pointer(numbers[0:1]), pointer(numbers[1:2]), pointer(numbers[2:]))
             wheels.append(Wheel(*numbers.tolist()))
         return wheels
@@ -221,10 +217,8 @@ class SatelliteState(Owner):
     @property
     def spheres(self) -> list[Sphere]:
         """Current states of all inner spheres, which System.add("inner_sphere", inertia=..., damping=...) adds."""
-        count, numbers = ctypes.c_size_t(), np.empty(8)
-        self._call("nutate_stepper_sphere_count", ctypes.byref(count))
-        spheres = []
-        for i in range(count.value):
+        spheres, numbers = [], np.empty(8)
+        for i in range(self._count("nutate_stepper_sphere_count")):
             self._call("nutate_stepper_sphere", i + 1, pointer(numbers[0:3]), pointer(numbers[3:6]), pointer(numbers[6:7]),
                        pointer(numbers[7:8]))
             spheres.append(Sphere(numbers[0:3].copy(), numbers[3:6].copy(), float(numbers[6]), float(numbers[7])))
@@ -245,13 +239,12 @@ class SatelliteState(Owner):
         NutateValueError
             If there is no such wheel, or another motor or a controller drives it.
         """
-        count = ctypes.c_size_t()
-        self._call("nutate_stepper_wheel_count", ctypes.byref(count))
+        count = self._count("nutate_stepper_wheel_count")
         number = operator.index(wheel)
-        if not -count.value <= number < count.value:
-            raise refusal(f"wheel {number} does not exist (expected 0 to {count.value - 1})" if count.value
+        if not -count <= number < count:
+            raise refusal(f"wheel {number} does not exist (expected 0 to {count - 1})" if count
                           else "the system has no wheels (expected add_wheel)")
-        self._call("nutate_stepper_set_motor", number % count.value + 1, float(torque))
+        self._call("nutate_stepper_set_motor", number % count + 1, float(torque))
 
     @property
     def jacobi(self) -> float:

@@ -5,16 +5,14 @@ from __future__ import annotations
 import ctypes
 import os
 import re
-from typing import Any, Callable, Optional, Union
+from typing import Any, Optional, Union
 
 import numpy as np
-import numpy.typing as npt
 
-from ._library import (Array, MESSAGE_SIZE, Text, Textual, asked, check, create, encoded, interruptible, library, name_of, pointer,
+from ._library import (Array, Text, Textual, answer, asked, check, create, encoded, interruptible, library, name_of, pointer,
                        refusal, text_of)
-from ._owners import Recipe
 from .events import History, take_events
-from .systems import add_potential, add_user_torque
+from .systems import UserEffects
 
 
 # Keys of &scene beside the title.
@@ -25,7 +23,7 @@ LABELS = ("epoch", "time_system", "object", "object_id", "space_frame", "body_fr
 EVENT_GROUP = r"""![^\n]*|'[^']*'|"[^"]*"|(&event\b(?:![^\n]*|'[^']*'|"[^"]*"|[^/!'"])*/)"""
 
 
-class Scene(Recipe):
+class Scene(UserEffects):
     """A scene (input file), read and checked.
 
     `with Scene(...) as scene:` frees it at the end. copy.copy and pickle make another scene from the text that was read.
@@ -56,6 +54,7 @@ class Scene(Recipe):
     """
 
     _destroy = "nutate_scene_destroy"
+    _kind = "scene"
 
     def __init__(self, path: Union[str, bytes, os.PathLike[str], None] = None, *overrides: str,
                  text: Union[str, bytes, None] = None, name: Optional[Textual] = None) -> None:
@@ -122,48 +121,6 @@ class Scene(Recipe):
         found = re.finditer(EVENT_GROUP, lines, re.IGNORECASE)
         return [match[1] for match in found if match[1]]
 
-    def add_user_torque(self, torque: Callable[..., npt.ArrayLike], bounds: Optional[npt.ArrayLike] = None) -> None:
-        """Adds a user-defined torque, as `System.add_user_torque` does.
-
-        Parameters
-        ----------
-        torque : function torque(t, q, omega)
-            Returns the torque, N m, body axes; shape (3,).
-        bounds : four floats
-            Bounds (torque, by_rotation, second, rate) of a torque that does not depend on omega.
-
-        Raises
-        ------
-        NutateValueError
-            If a bound is out of its range.
-        """
-        add_user_torque(self, "scene", torque, bounds)
-        self._add("add_user_torque", torque, bounds)
-
-    def add_potential(self, direction: npt.ArrayLike, potential: Callable[..., Any],
-                      hessian: Optional[Callable[..., npt.ArrayLike]] = None,
-                      bounds: Optional[npt.ArrayLike] = None) -> None:
-        """Adds a user-defined potential, as `System.add_potential` does.
-
-        Parameters
-        ----------
-        direction : array, shape (3,)
-            Vector that is fixed in space.
-        potential : function potential(gamma)
-            Returns U, J, and its gradient, shape (3,), by gamma, the body components of `direction`.
-        hessian : function hessian(gamma)
-            Returns the second derivatives, shape (3, 3); default: differences.
-        bounds : three floats
-            Bounds (gradient, hessian, third).
-
-        Raises
-        ------
-        NutateValueError
-            If a bound is out of its range.
-        """
-        add_potential(self, "scene", direction, potential, hessian, bounds)
-        self._add("add_potential", direction, potential, hessian, bounds)
-
     def run(self) -> History:
         """Runs the scene.
 
@@ -189,10 +146,9 @@ class Scene(Recipe):
         101
         """
         handle = ctypes.c_void_p()
-        message = ctypes.create_string_buffer(MESSAGE_SIZE)
-        status = interruptible(library.nutate_scene_run, self._handle, ctypes.byref(handle), message, MESSAGE_SIZE)
+        status, message = answer(interruptible, library.nutate_scene_run, self._handle, ctypes.byref(handle))
         columns, self._uncertified_steps = take_history(handle)
-        self._conclude(status, columns, message.value.decode("utf-8", "replace"))
+        self._conclude(status, columns, message)
         columns._warn()
         return columns
 
@@ -211,10 +167,8 @@ class Scene(Recipe):
         NutateError
             If the run fails; `PATH.partial` has the rows so far.
         """
-        message = ctypes.create_string_buffer(MESSAGE_SIZE)
-        status = interruptible(library.nutate_scene_write, self._handle, None if path is None else encoded(path), message,
-                               MESSAGE_SIZE)
-        self._conclude(status, message=message.value.decode("utf-8", "replace"))
+        status, message = answer(interruptible, library.nutate_scene_write, self._handle, None if path is None else encoded(path))
+        self._conclude(status, message=message)
 
 
 Counts, Errors = ctypes.c_int64 * 5, ctypes.c_double * 3

@@ -21,6 +21,7 @@ from .sensitivities import Sensitivity, rows_at, scene_with_free
 from .steppers import Stepper
 from .sweeps import shown
 from .systems import System
+from .tables import stacked
 
 SETS = ("quaternion", "conjugate_momentum", "angular_velocity", "angular_momentum_space", "energy", "constraints")
 # Failures of a step, which leave the rows so far.
@@ -448,11 +449,6 @@ def run_of(stepper: Stepper, end: float, times: Optional[Array]) -> tuple[Histor
         if error.status not in STEPS_FAILED or not len(error.history.get("t", ())):
             raise
         return History(error.history, []), error
-
-
-def stacked(columns: dict[str, Array], name: str, numbers: Any) -> Array:
-    """Columns NAME with the numbers, side by side."""
-    return np.stack([columns[f"{name}{i}"] for i in numbers], axis=-1)
 
 
 def errors_of(stepper: Stepper, columns: dict[str, Array], failed: Optional[NutateError]) -> dict[str, float]:

@@ -15,10 +15,10 @@ from ._library import (Array, MESSAGE_SIZE, Message, NutateError, asked, check, 
                        text_of, vector)
 from ._owners import make_again
 from .attitudes import rotate_to_body
-from .events import Event, History, event_group, take_events
+from .events import Event, History, take_events
 from .satellites import SatelliteState
 from .scenes import Scene, take_history
-from .systems import System
+from .systems import System, group
 
 
 def setting(key: str, value: Any) -> str:
@@ -148,10 +148,9 @@ class Stepper(SatelliteState):
         return copy.copy(self)
 
     def __reduce_ex__(self, protocol: Any) -> Any:
-        needed = ctypes.c_size_t()
-        self._call("nutate_stepper_save", None, 0, ctypes.byref(needed))
-        saved = ctypes.create_string_buffer(needed.value)
-        self._call("nutate_stepper_save", saved, needed.value, None)
+        needed = self._count("nutate_stepper_save", None, 0)
+        saved = ctypes.create_string_buffer(needed)
+        self._call("nutate_stepper_save", saved, needed, None)
         return restored, (self._source, self._settings, self._sets, self._events, self._propagated, saved.raw)
 
     def set_state(self, q: Any = None, omega: Optional[npt.ArrayLike] = None, t: float = 0.0, *,
@@ -455,19 +454,17 @@ class Stepper(SatelliteState):
         if callable(when):
             if weights is not None:
                 raise refusal("weights are not allowed with a function")
-            group = event_group("event" if name is None else name, None, **keys)
-            self._call("nutate_stepper_add_event", self._callbacks.quantity(when), None, encoded(group))
+            of_function = group("event", name="event" if name is None else name, **keys)
+            self._call("nutate_stepper_add_event", self._callbacks.quantity(when), None, encoded(of_function))
         else:
             given = None if weights is None else [float(weight) for weight in np.atleast_1d(weights)]
-            self._call("nutate_stepper_add_events", encoded(event_group(name, when, weights=given, **keys)))
+            self._call("nutate_stepper_add_events", encoded(group("event", name=name, when=when, weights=given, **keys)))
         self._events.append(again)
 
     @property
     def events(self) -> list[Event]:
         """Events that the last run located, in the order of time."""
-        n = ctypes.c_size_t()
-        self._call("nutate_stepper_event_count", ctypes.byref(n))
-        return take_events(library.nutate_stepper_event, self._handle, n.value)
+        return take_events(library.nutate_stepper_event, self._handle, self._count("nutate_stepper_event_count"))
 
     def keep_steps(self) -> None:
         """Stores the start of each following step, for `state_at`."""
@@ -538,9 +535,8 @@ class Stepper(SatelliteState):
     def column_names(self) -> list[str]:
         """Names of the columns of runs; the first is "t"."""
         if self._names is None:
-            width = ctypes.c_size_t()
-            self._call("nutate_stepper_width", ctypes.byref(width))
-            self._names = [name_of(library.nutate_stepper_column, self._handle, i) for i in range(width.value)]
+            width = self._count("nutate_stepper_width")
+            self._names = [name_of(library.nutate_stepper_column, self._handle, i) for i in range(width)]
         return list(self._names)
 
     @property
@@ -611,9 +607,7 @@ class Stepper(SatelliteState):
     @property
     def uncertified_steps(self) -> int:
         """Number of uncertified steps since the state was set."""
-        steps = ctypes.c_int64()
-        self._call("nutate_stepper_uncertified", ctypes.byref(steps))
-        return steps.value
+        return self._count("nutate_stepper_uncertified", kind=ctypes.c_int64)
 
     @property
     def estimated_error(self) -> Array:

@@ -14,7 +14,7 @@ from typing import Any, Callable, Iterator, Union
 import numpy as np
 import numpy.typing as npt
 
-from ._library import MESSAGE_SIZE, Text, check, encoded, interruptible, library, pointer, refusal, text_of, ticking
+from ._library import Text, answer, check, encoded, interruptible, library, pointer, refusal, text_of, ticking
 from .scenes import Scene
 
 SceneOrPath = Union[Scene, str, bytes, "os.PathLike[str]"]
@@ -76,14 +76,18 @@ def sweep(scene: SceneOrPath, *overrides: str, table: Any = None, threads: int =
     return np.concatenate(parts)
 
 
+def installed_tqdm() -> Any:
+    """The progress bar of tqdm; None if that is not installed."""
+    try:
+        return importlib.import_module("tqdm.auto").tqdm
+    except ImportError:
+        return None
+
+
 @contextlib.contextmanager
 def shown(what: str) -> Iterator[None]:
     """Shows the time spent in a run while it goes on."""
-    start = time.monotonic()
-    try:
-        tqdm = importlib.import_module("tqdm.auto").tqdm
-    except ImportError:
-        tqdm = None
+    start, tqdm = time.monotonic(), installed_tqdm()
     counter = None if tqdm is None else tqdm(desc=what, bar_format="{desc}: {elapsed}")
 
     def tick() -> None:
@@ -107,10 +111,7 @@ def shown(what: str) -> Iterator[None]:
 @contextlib.contextmanager
 def bar(members: int) -> Iterator[Callable[[int], Any]]:
     """A function that advances a progress bar by some members."""
-    try:
-        tqdm = importlib.import_module("tqdm.auto").tqdm
-    except ImportError:
-        tqdm = None
+    tqdm = installed_tqdm()
     if tqdm is not None:
         with tqdm(total=members, unit="member") as shown:
             yield shown.update
@@ -167,9 +168,7 @@ def with_table(scene: SceneOrPath, overrides: tuple[str, ...], table: Any) -> Sc
     if table is not None:
         names, numbers = columns_of(table)
         array = (Text * len(names))(*[encoded(name) for name in names])
-        message = ctypes.create_string_buffer(MESSAGE_SIZE)
-        status = library.nutate_sweep_table(made._handle, array, len(names), pointer(numbers), len(numbers), message, MESSAGE_SIZE)
-        check(status, message.value.decode("utf-8", "replace"))
+        check(*answer(library.nutate_sweep_table, made._handle, array, len(names), pointer(numbers), len(numbers)))
     return made
 
 
@@ -200,10 +199,9 @@ def rows_of(scene: Scene, first: int, last: int, threads: int) -> Rows:
         name = text_of(library.nutate_sweep_field, scene._handle, i, ctypes.byref(whole))
         fields.append((name, np.int64 if whole.value else np.float64))
     rows = np.zeros(max(0, last - first + 1), dtype=fields)
-    message = ctypes.create_string_buffer(MESSAGE_SIZE)
-    status = interruptible(library.nutate_sweep_members, scene._handle, first, last, threads, rows.ctypes.data, rows.nbytes, message,
-                           MESSAGE_SIZE)
+    status, message = answer(interruptible, library.nutate_sweep_members, scene._handle, first, last, threads, rows.ctypes.data,
+                             rows.nbytes)
     if not status:
         scene._callbacks.discard()
-    scene._conclude(status, message=message.value.decode("utf-8", "replace"))
+    scene._conclude(status, message=message)
     return rows

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ._library import Array, bounds_of, create, encoded, library, pointer, refusal, vector
-from ._owners import Owner, Recipe
+from ._owners import Recipe
 from .satellites import WheelMounting
 
 
@@ -20,7 +20,9 @@ def group(name: str, /, **values: Any) -> str:
             return "'" + value.replace("'", "''") + "'"
         if isinstance(value, (bool, np.bool_)):
             return ".true." if value else ".false."
-        return ", ".join(repr(float(number)) for number in np.ravel(value))
+        if isinstance(value, (int, np.integer)):
+            return str(int(value))
+        return ", ".join(text(item) for item in value) if np.ndim(value) else repr(float(value))
 
     given = [f"{key} = {text(value)}" for key, value in values.items() if value is not None]
     return f"&{name} " + ", ".join(given) + " /\n"
@@ -36,7 +38,82 @@ def tensor_entries(tensor: npt.ArrayLike) -> Array:
     return np.array([matrix[0, 0], matrix[1, 1], matrix[2, 2], matrix[0, 1], matrix[0, 2], matrix[1, 2]])
 
 
-class System(WheelMounting):
+class UserEffects(Recipe):
+    """Methods of a System and of a Scene for torques and potentials that a program computes."""
+
+    _kind = ""
+
+    def add_user_torque(self, torque: Callable[..., npt.ArrayLike], bounds: Optional[npt.ArrayLike] = None) -> None:
+        """Adds a user-defined torque.
+
+        Parameters
+        ----------
+        torque : function torque(t, q, omega)
+            Returns the torque, N m, body axes; shape (3,). It must depend on its arguments alone. omega is relative to the stars,
+            in body axes, rad/s; relative to the space axes it is omega - R.T @ frame_rate.
+        bounds : four floats
+            Bounds (torque, by_rotation, second, rate) at all attitudes and times, only for a torque that does not depend on
+            omega: of its norm, of the norms of its first and second derivatives by the angle of a rotation of the body about any
+            axis, N m; `rate`, 1/s: the bounds times `rate` bound the time derivatives (0: constant in time). If all effects have bounds,
+            steps can be certified; otherwise they count as `uncertified_steps`. The bounds are not verified.
+
+        Raises
+        ------
+        NutateValueError
+            If a bound is out of its range.
+
+        Examples
+        --------
+        >>> body = nutate.System(moments=(1, 2, 2.5))
+        >>> body.add_user_torque(lambda t, q, omega: -0.5 * omega)
+        >>> solution = nutate.solve(body, omega0=(0, 0, 1), t_span=(0, 5), accuracy=1e-8)
+        >>> solution.omega[-1].round(6).tolist()
+        [0.0, 0.0, 0.367879]
+        """
+        given = bounds_of(bounds, ("torque", "by_rotation", "second", "rate"))
+        self._call(f"nutate_{self._kind}_add_user_torque", self._callbacks.torque(torque), None)
+        if given is not None:
+            self._call(f"nutate_{self._kind}_bound_torque", *given)
+        self._add("add_user_torque", torque, bounds)
+
+    def add_potential(self, direction: npt.ArrayLike, potential: Callable[..., Any],
+                      hessian: Optional[Callable[..., npt.ArrayLike]] = None,
+                      bounds: Optional[npt.ArrayLike] = None) -> None:
+        """Adds a user-defined potential.
+
+        Parameters
+        ----------
+        direction : array, shape (3,)
+            Vector that is fixed in space.
+        potential : function potential(gamma)
+            Returns U, J, and its gradient, shape (3,), by gamma, the body components of `direction`.
+        hessian : function hessian(gamma)
+            Returns the second derivatives, shape (3, 3); default: differences.
+        bounds : three floats
+            Bounds (gradient, hessian, third) for all gamma up to the length of `direction`: of the norm of the gradient, of the
+            norm of the second derivatives and of the third derivative along any unit vector. For their use see `add_user_torque`.
+
+        Raises
+        ------
+        NutateValueError
+            If a bound is out of its range.
+
+        Examples
+        --------
+        >>> pendulum = nutate.System(moments=(1, 1, 0.1))
+        >>> pendulum.add_potential((0, 0, 1), lambda gamma: (9.0 * gamma[2], (0, 0, 9.0)))
+        >>> nutate.Stepper(pendulum).energy.tolist()[1]
+        9.0
+        """
+        given = bounds_of(bounds, ("gradient", "hessian", "third"))
+        self._call(f"nutate_{self._kind}_add_potential", pointer(vector(direction, 3, "direction")),
+                   self._callbacks.potential(potential), self._callbacks.hessian(hessian), None)
+        if given is not None:
+            self._call(f"nutate_{self._kind}_bound_potential", *given)
+        self._add("add_potential", direction, potential, hessian, bounds)
+
+
+class System(UserEffects, WheelMounting):
     """A rigid body and the effects that act on it.
 
     Give one of `moments`, `tensor`, `shape`, `text` and `scene`. `with System(...) as system:` frees it at the end. copy.copy
@@ -81,6 +158,7 @@ class System(WheelMounting):
     """
 
     _destroy = "nutate_system_destroy"
+    _kind = "system"
 
     def __init__(self, *, moments: Optional[npt.ArrayLike] = None, tensor: Optional[npt.ArrayLike] = None,
                  shape: Optional[str] = None, size: Optional[npt.ArrayLike] = None, text: Union[str, bytes, None] = None,
@@ -148,9 +226,7 @@ class System(WheelMounting):
     def frame_rate(self) -> Array:
         """Angular velocity of the space axes, resolved in those axes, rad/s; shape (3,). It is zero unless there is a rotating frame or an orbit
         with frame="lvlh"."""
-        rate = np.empty(3)
-        self._call("nutate_system_frame_rate", pointer(rate))
-        return rate
+        return self._read("nutate_system_frame_rate", 3)
 
     def space_axes(self, t: npt.ArrayLike) -> Array:
         """Computes the attitude of the space axes in inertial axes: that of LVLH space axes, or the identity.
@@ -251,84 +327,3 @@ class System(WheelMounting):
         self._call("nutate_system_add_groups", encoded(text))
         self._add("_add_group", name, text)
         self._note_files(text)
-
-    def add_user_torque(self, torque: Callable[..., npt.ArrayLike], bounds: Optional[npt.ArrayLike] = None) -> None:
-        """Adds a user-defined torque.
-
-        Parameters
-        ----------
-        torque : function torque(t, q, omega)
-            Returns the torque, N m, body axes; shape (3,). It must depend on its arguments alone. omega is relative to the stars,
-            in body axes, rad/s; relative to the space axes it is omega - R.T @ frame_rate.
-        bounds : four floats
-            Bounds (torque, by_rotation, second, rate) at all attitudes and times, only for a torque that does not depend on
-            omega: of its norm, of the norms of its first and second derivatives by the angle of a rotation of the body about any
-            axis, N m; `rate`, 1/s: the bounds times `rate` bound the time derivatives (0: constant in time). If all effects have bounds,
-            steps can be certified; otherwise they count as `uncertified_steps`. The bounds are not verified.
-
-        Raises
-        ------
-        NutateValueError
-            If a bound is out of its range.
-
-        Examples
-        --------
-        >>> body = nutate.System(moments=(1, 2, 2.5))
-        >>> body.add_user_torque(lambda t, q, omega: -0.5 * omega)
-        >>> solution = nutate.solve(body, omega0=(0, 0, 1), t_span=(0, 5), accuracy=1e-8)
-        >>> solution.omega[-1].round(6).tolist()
-        [0.0, 0.0, 0.367879]
-        """
-        add_user_torque(self, "system", torque, bounds)
-        self._add("add_user_torque", torque, bounds)
-
-    def add_potential(self, direction: npt.ArrayLike, potential: Callable[..., Any],
-                      hessian: Optional[Callable[..., npt.ArrayLike]] = None,
-                      bounds: Optional[npt.ArrayLike] = None) -> None:
-        """Adds a user-defined potential.
-
-        Parameters
-        ----------
-        direction : array, shape (3,)
-            Vector that is fixed in space.
-        potential : function potential(gamma)
-            Returns U, J, and its gradient, shape (3,), by gamma, the body components of `direction`.
-        hessian : function hessian(gamma)
-            Returns the second derivatives, shape (3, 3); default: differences.
-        bounds : three floats
-            Bounds (gradient, hessian, third) for all gamma up to the length of `direction`: of the norm of the gradient, of the
-            norm of the second derivatives and of the third derivative along any unit vector. For their use see `add_user_torque`.
-
-        Raises
-        ------
-        NutateValueError
-            If a bound is out of its range.
-
-        Examples
-        --------
-        >>> pendulum = nutate.System(moments=(1, 1, 0.1))
-        >>> pendulum.add_potential((0, 0, 1), lambda gamma: (9.0 * gamma[2], (0, 0, 9.0)))
-        >>> nutate.Stepper(pendulum).energy.tolist()[1]
-        9.0
-        """
-        add_potential(self, "system", direction, potential, hessian, bounds)
-        self._add("add_potential", direction, potential, hessian, bounds)
-
-
-def add_user_torque(owner: Owner, kind: str, torque: Callable[..., npt.ArrayLike],
-                    bounds: Optional[npt.ArrayLike]) -> None:
-    """Adds a torque to a system or a scene, with its bounds."""
-    given = bounds_of(bounds, ("torque", "by_rotation", "second", "rate"))
-    owner._call(f"nutate_{kind}_add_user_torque", owner._callbacks.torque(torque), None)
-    if given is not None:
-        owner._call(f"nutate_{kind}_bound_torque", *given)
-
-
-def add_potential(owner: Owner, kind: str, direction: npt.ArrayLike, potential: Callable[..., Any],
-                  hessian: Optional[Callable[..., npt.ArrayLike]], bounds: Optional[npt.ArrayLike]) -> None:
-    """Adds a potential to a system or a scene, with its bounds."""
-    given = bounds_of(bounds, ("gradient", "hessian", "third"))
-    owner._call(f"nutate_{kind}_add_potential", pointer(vector(direction, 3, "direction")),
-                owner._callbacks.potential(potential), owner._callbacks.hessian(hessian), None)
-    if given is not None:
-        owner._call(f"nutate_{kind}_bound_potential", *given)

@@ -26,6 +26,11 @@ def unit_of(name: str) -> str:
     return unit if plain == name else unit.replace("rad", "deg")
 
 
+def stacked(columns: Mapping[str, Array], name: str, numbers: Any) -> Array:
+    """Columns NAME with the numbers, side by side."""
+    return np.stack([columns[f"{name}{i}"] for i in numbers], axis=-1)
+
+
 class Columns(Mapping[str, Array]):
     """Mapping of column names to arrays; the first is "t"."""
 
