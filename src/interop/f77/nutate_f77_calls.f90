@@ -5,7 +5,7 @@
 module nutate_f77_calls
    use, intrinsic :: iso_c_binding, only: c_double, c_f_procpointer, c_funptr, c_int
    use nutate_f77_prepared, only: f77_body_t, find_body, let_go
-   use nutate_f77_check, only: find_bad_step, is_ready
+   use nutate_f77_check, only: find_bad_step, work_fault
    use nutate_f77_interfaces, only: f77_potential, f77_torque
    use nutate_f77_stepping, only: go_on, request_t, take_steps
    use nutate_kinds, only: wp
@@ -33,11 +33,8 @@ contains
       integer(c_int), intent(out) :: info
       type(f77_body_t), pointer :: body
       logical :: is_next, done
-      info = is_ready(work, lwork)
-      if (info /= 0) then
-         info = -9 - info
-         return
-      end if
+      info = work_fault(work, lwork, 10)
+      if (info /= 0) return
       body => find_body(work)
       is_next = .false.
       if (n > 0) is_next = body%is_next(work, dt, t, q, p)
@@ -100,11 +97,8 @@ contains
       integer, intent(in) :: lwork
       integer, intent(out) :: info
       type(f77_body_t), pointer :: body
-      info = is_ready(work, lwork)
-      if (info /= 0) then
-         info = -13 - info
-         return
-      end if
+      info = work_fault(work, lwork, 14)
+      if (info /= 0) return
       body => find_body(work)
       associate (n => request%n, k => request%every)
          info = -find_bad_step(n, request%dt, request%t, request%q, request%p, body, work)

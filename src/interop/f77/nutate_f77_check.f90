@@ -8,7 +8,7 @@ module nutate_f77_check
    implicit none
    private
 
-   public :: is_attitude, is_rotation, is_motion, check_setup, find_bad_bound, find_bad_form, find_bad_step, is_ready
+   public :: is_attitude, is_rotation, is_motion, check_setup, find_bad_bound, find_bad_form, find_bad_step, work_fault
 
    interface
 
@@ -31,12 +31,14 @@ module nutate_f77_check
          type(state_t), intent(in) :: state
       end function is_motion
 
-      !> Returns 0 if NUINIT has filled the array and it is long enough, 1 if NUINIT has not filled it, 2 if it is too
-      !> short.
-      pure integer module function is_ready(work, lwork)
+      !> Returns INFO for the argument WORK: 0 if NUINIT has filled it and it is long enough, -number if NUINIT has not
+      !> filled it, -(number + 1), the argument LWORK, if it is too short.
+      pure integer module function work_fault(work, lwork, number) result(info)
          real(wp), intent(in) :: work(*)
          integer, intent(in) :: lwork
-      end function is_ready
+         !> Number of the argument WORK; LWORK is the next.
+         integer, intent(in) :: number
+      end function work_fault
 
       !> Finds the number of the argument of NUINIT that is wrong, 0 if none is; sets body and 1/J0.
       pure module subroutine check_setup(setup, tensor, j0, bad)

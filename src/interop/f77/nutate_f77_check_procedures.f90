@@ -32,12 +32,11 @@ contains
       is_motion = status%ok()
    end procedure is_motion
 
-   module procedure is_ready
-      is_ready = 1
+   module procedure work_fault
+      info = -number
       if (.not. is_work(work, lwork)) return
-      is_ready = 0
-      if (lwork < int(work(1))) is_ready = 2
-   end procedure is_ready
+      info = merge(-number - 1, 0, lwork < int(work(1)))
+   end procedure work_fault
 
    module procedure check_setup
       type(status_t) :: status

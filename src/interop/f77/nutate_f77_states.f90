@@ -3,7 +3,7 @@
 !> NUSETP converts an angular velocity to the conjugate momentum that NUSTEP uses.
 subroutine nusetp(q, omega, p, work, lwork, info)
    use nutate_f77_prepared, only: f77_body_t, find_body, let_go
-   use nutate_f77_check, only: is_attitude, is_motion, is_ready
+   use nutate_f77_check, only: is_attitude, is_motion, work_fault
    use nutate_hamiltonian, only: make_state
    use nutate_kinds, only: wp
    use nutate_limits, only: is_moderate
@@ -28,8 +28,8 @@ subroutine nusetp(q, omega, p, work, lwork, info)
       info = -1
    else if (.not. all(is_moderate(omega))) then
       info = -2
-   else if (is_ready(work, lwork) /= 0) then
-      info = -3 - is_ready(work, lwork)
+   else
+      info = work_fault(work, lwork, 4)
    end if
    if (info /= 0) return
    body => find_body(work)
@@ -45,7 +45,7 @@ end subroutine nusetp
 !> NUOMEG converts a conjugate momentum to the angular velocity.
 subroutine nuomeg(q, p, omega, work, lwork, info)
    use nutate_f77_prepared, only: f77_body_t, find_body, let_go
-   use nutate_f77_check, only: is_attitude, is_ready
+   use nutate_f77_check, only: is_attitude, work_fault
    use nutate_hamiltonian, only: angular_velocity
    use nutate_kinds, only: wp
    use nutate_limits, only: is_moderate
@@ -69,8 +69,8 @@ subroutine nuomeg(q, p, omega, work, lwork, info)
       info = -1
    else if (.not. all(is_moderate(p))) then
       info = -2
-   else if (is_ready(work, lwork) /= 0) then
-      info = -3 - is_ready(work, lwork)
+   else
+      info = work_fault(work, lwork, 4)
    end if
    if (info /= 0) return
    body => find_body(work)
@@ -82,7 +82,7 @@ end subroutine nuomeg
 subroutine nuinv(q, p, pot, iuser, ruser, e, al, c, work, lwork, info)
    use nutate_f77_interfaces, only: f77_potential
    use nutate_f77_prepared, only: f77_body_t, find_body, let_go
-   use nutate_f77_check, only: is_attitude, is_ready
+   use nutate_f77_check, only: is_attitude, work_fault
    use nutate_f77_stepping, only: f77_invariants_t, find_invariants
    use nutate_kinds, only: wp
    use nutate_limits, only: is_moderate
@@ -117,8 +117,8 @@ subroutine nuinv(q, p, pot, iuser, ruser, e, al, c, work, lwork, info)
       info = -1
    else if (.not. all(is_moderate(p))) then
       info = -2
-   else if (is_ready(work, lwork) /= 0) then
-      info = -8 - is_ready(work, lwork)
+   else
+      info = work_fault(work, lwork, 9)
    end if
    if (info /= 0) return
    body => find_body(work)

@@ -76,7 +76,7 @@ end subroutine nuinit
 !> these axes, and the work of damping and TOR is relative to them. The Jacobi integral T + V - W.AL(.,2), with
 !> E(3) = T + V of NUINV, is conserved in place of the energy.
 subroutine nufram(w, work, lwork, info)
-   use nutate_f77_check, only: is_ready
+   use nutate_f77_check, only: work_fault
    use nutate_f77_work, only: get_place, get_setup, place_t, put_setup, setup_t
    use nutate_kinds, only: wp
    use nutate_limits, only: is_moderate
@@ -92,7 +92,7 @@ subroutine nufram(w, work, lwork, info)
    type(setup_t) :: setup
    type(place_t) :: place
    info = merge(0, -1, all(is_moderate(w)))
-   if (info == 0 .and. is_ready(work, lwork) /= 0) info = -1 - is_ready(work, lwork)
+   if (info == 0) info = work_fault(work, lwork, 2)
    if (info /= 0) return
    call get_place(work, place)
    if (place%begun) then
@@ -206,7 +206,7 @@ end subroutine nurun
 
 !> NUSTAT returns statistics of the steps since NUINIT.
 subroutine nustat(istat, w, work, lwork, info)
-   use nutate_f77_check, only: is_ready
+   use nutate_f77_check, only: work_fault
    use nutate_f77_work, only: get_place, place_t
    use nutate_kinds, only: wp, long
    implicit none
@@ -221,11 +221,8 @@ subroutine nustat(istat, w, work, lwork, info)
    !> (output) 0; -i: argument i is wrong.
    integer, intent(out) :: info
    type(place_t) :: place
-   info = is_ready(work, lwork)
-   if (info /= 0) then
-      info = -2 - info
-      return
-   end if
+   info = work_fault(work, lwork, 3)
+   if (info /= 0) return
    call get_place(work, place)
    istat = int(min([place%all_steps, place%iterations, place%subdivided_steps], int(huge(0), long)))
    w = place%work
@@ -233,7 +230,7 @@ end subroutine nustat
 
 !> NUNCER returns the number of steps since NUINIT that are not certified.
 subroutine nuncer(num, work, lwork, info)
-   use nutate_f77_check, only: is_ready
+   use nutate_f77_check, only: work_fault
    use nutate_f77_work, only: get_place, place_t
    use nutate_kinds, only: wp, long
    implicit none
@@ -246,11 +243,8 @@ subroutine nuncer(num, work, lwork, info)
    !> (output) 0; -i: argument i is wrong.
    integer, intent(out) :: info
    type(place_t) :: place
-   info = is_ready(work, lwork)
-   if (info /= 0) then
-      info = -1 - info
-      return
-   end if
+   info = work_fault(work, lwork, 2)
+   if (info /= 0) return
    call get_place(work, place)
    num = int(min(place%uncertified_steps, int(huge(0), long)))
 end subroutine nuncer
@@ -260,7 +254,7 @@ end subroutine nuncer
 !> The bounds must hold for all GAMMA up to |DN| long. They are not verified; the wider they are, the shorter the steps
 !> that can be certified. They are stored in WORK; another call replaces them.
 subroutine nubpot(bgrad, bhess, bthird, work, lwork, info)
-   use nutate_f77_check, only: find_bad_bound, is_ready
+   use nutate_f77_check, only: find_bad_bound, work_fault
    use nutate_f77_work, only: get_setup, put_setup, setup_t
    use nutate_kinds, only: wp
    implicit none
@@ -278,7 +272,7 @@ subroutine nubpot(bgrad, bhess, bthird, work, lwork, info)
    integer, intent(out) :: info
    type(setup_t) :: setup
    info = -find_bad_bound([bgrad, bhess, bthird])
-   if (info == 0 .and. is_ready(work, lwork) /= 0) info = -3 - is_ready(work, lwork)
+   if (info == 0) info = work_fault(work, lwork, 4)
    if (info /= 0) return
    call get_setup(work, setup)
    if (mod(setup%callbacks, 2) == 0) then
@@ -292,7 +286,7 @@ end subroutine nubpot
 !> NUBTOR sets bounds of a TOR that does not depend on OMEGA, as NUBPOT does of POT. They must hold at all attitudes and
 !> times.
 subroutine nubtor(btor, bturn, bsec, brate, work, lwork, info)
-   use nutate_f77_check, only: find_bad_bound, is_ready
+   use nutate_f77_check, only: find_bad_bound, work_fault
    use nutate_f77_work, only: get_setup, put_setup, setup_t
    use nutate_kinds, only: wp
    implicit none
@@ -313,7 +307,7 @@ subroutine nubtor(btor, bturn, bsec, brate, work, lwork, info)
    integer, intent(out) :: info
    type(setup_t) :: setup
    info = -find_bad_bound([btor, bturn, bsec, brate])
-   if (info == 0 .and. is_ready(work, lwork) /= 0) info = -4 - is_ready(work, lwork)
+   if (info == 0) info = work_fault(work, lwork, 5)
    if (info /= 0) return
    call get_setup(work, setup)
    if (setup%callbacks < 2) then

@@ -42,15 +42,10 @@ module nutate_f77_work
       procedure :: transfer => transfer_setup
    end type setup_t
 
-   !> Data at the end of the last call.
+   !> Sums over all calls.
    type :: place_t
       !> True if a call has succeeded.
       logical :: begun = .false.
-      !> Number of fixed steps since a first time; length of these steps and first time, s.
-      integer(long) :: steps = 0
-      real(wp) :: dt = 0.0_wp, first_time = 0.0_wp
-      !> Time of the state, s; attitude and momentum, and their rounding errors, kept for compensation; shape (4).
-      real(wp) :: t = 0.0_wp, q(4) = 0.0_wp, p(4) = 0.0_wp, q_compensation(4) = 0.0_wp, p_compensation(4) = 0.0_wp
       !> Work of damping and TOR since NUINIT, J, and the digits that this sum cannot hold.
       real(wp) :: work = 0.0_wp, work_compensation = 0.0_wp
       !> Since NUINIT: steps, Newton iterations, steps that had to be subdivided, steps with a root that is accepted
@@ -98,13 +93,11 @@ contains
       class(stepper_t), intent(inout) :: stepper
       !> Work array; shape (`count_work` of the stepper).
       real(wp), intent(inout), target, contiguous :: work(:)
-      type(place_t) :: place
       integer :: place_at, memory_at, n
       call find_parts(stepper, place_at, memory_at, n)
       work = 0.0_wp
       work(1:4) = [real(n, wp), transfer(mark, 0.0_wp), real(place_at, wp), real(memory_at, wp)]
       call put_setup(setup, work)
-      call put_place(place, work)
    end subroutine fill_work
 
    !> Returns true if NUINIT has filled the array; false for any other numbers, whatever their bits.
@@ -212,14 +205,6 @@ contains
       integer :: k
       k = place_at(work)
       place%begun = work(k + AT_BEGUN) > 0.5_wp
-      place%steps = int(work(k + AT_STEPS), long)
-      place%dt = work(k + AT_DT)
-      place%first_time = work(k + AT_FIRST_TIME)
-      place%t = work(k + AT_T)
-      place%q = work(k + AT_Q:k + AT_Q + 3)
-      place%p = work(k + AT_P:k + AT_P + 3)
-      place%q_compensation = work(k + AT_Q_COMPENSATION:k + AT_Q_COMPENSATION + 3)
-      place%p_compensation = work(k + AT_P_COMPENSATION:k + AT_P_COMPENSATION + 3)
       place%work = work(k + AT_WORK)
       place%work_compensation = work(k + AT_WORK_COMPENSATION)
       place%all_steps = int(work(k + AT_ALL_STEPS), long)
@@ -234,15 +219,6 @@ contains
       real(wp), intent(inout) :: work(*)
       integer :: k
       k = place_at(work)
-      work(k + AT_BEGUN) = merge(1.0_wp, 0.0_wp, place%begun)
-      work(k + AT_STEPS) = real(place%steps, wp)
-      work(k + AT_DT) = place%dt
-      work(k + AT_FIRST_TIME) = place%first_time
-      work(k + AT_T) = place%t
-      work(k + AT_Q:k + AT_Q + 3) = place%q
-      work(k + AT_P:k + AT_P + 3) = place%p
-      work(k + AT_Q_COMPENSATION:k + AT_Q_COMPENSATION + 3) = place%q_compensation
-      work(k + AT_P_COMPENSATION:k + AT_P_COMPENSATION + 3) = place%p_compensation
       work(k + AT_WORK) = place%work
       work(k + AT_WORK_COMPENSATION) = place%work_compensation
       work(k + AT_ALL_STEPS) = real(place%all_steps, wp)
