@@ -1,10 +1,13 @@
-!> Names as people write them: lower case, lists of names, and which known name is nearest to a misspelt one.
+!> Names and whole numbers as people write them: lower case, lists of names, marks before characters, and which known
+!> name is nearest to a misspelt one.
 module nutate_spelling
    use nutate_keys, only: name_length
+   use nutate_kinds, only: long
    implicit none
    private
 
    public :: lower_case, split_list, joined, comma_list, distinct, is_listed, nearest_name, new_name, edit_distance
+   public :: count_text, escaped
 
    !> Names of before the first release, each with its present name; shape (2, n). They are rejected, with the new name
    !> in the message.
@@ -19,7 +22,38 @@ module nutate_spelling
       'world_work', 'time_dependent_work', &
       'tangent', 'chaos'], [2, 9])
 
+   !> Returns a whole number as a text.
+   interface count_text
+      module procedure count_text, long_count_text
+   end interface count_text
+
 contains
+
+   pure function count_text(n) result(text)
+      integer, intent(in) :: n
+      character(len=:), allocatable :: text
+      text = long_count_text(int(n, long))
+   end function count_text
+
+   pure function long_count_text(n) result(text)
+      integer(long), intent(in) :: n
+      character(len=:), allocatable :: text
+      character(len=20) :: digits
+      write (digits, '(i0)') n
+      text = trim(digits)
+   end function long_count_text
+
+   !> Returns a text with a mark before each of some characters.
+   pure function escaped(text, characters, mark) result(marked)
+      character(len=*), intent(in) :: text, characters, mark
+      character(len=:), allocatable :: marked
+      integer :: i
+      marked = ''
+      do i = 1, len(text)
+         if (index(characters, text(i:i)) > 0) marked = marked//mark
+         marked = marked//text(i:i)
+      end do
+   end function escaped
 
    !> Returns a text with its ASCII letters in lower case.
    pure function lower_case(text) result(lower)

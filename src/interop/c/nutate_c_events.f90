@@ -9,6 +9,7 @@ module nutate_c_events
    use nutate_event, only: event_t
    use nutate_event_tracker, only: event_tracker_t
    use nutate_event_list, only: event_list_t
+   use nutate_spelling, only: count_text
    use nutate_status, only: status_t, fail, NUTATE_BAD_SCENE
    use nutate_tabulated_torque, only: tabulated_torque_t
    implicit none
@@ -108,7 +109,6 @@ contains
       type(tabulated_torque_t) :: effect
       type(status_t) :: status
       character(len=:), allocatable :: text
-      character(len=24) :: digits
       integer :: at
       if (.not. found(system, handle, code)) return
       if (.not. (present(t) .and. present(torque))) then
@@ -119,11 +119,9 @@ contains
       if (c_associated(keys)) call copy_text(keys, text)
       call lock_texts()
       call parse_table_keys(text, t, torque, effect, at, status)
+      if (.not. status%ok() .and. at > 0) &
+         status%message = 'line '//count_text(at)//' of the table: '//trim(status%message)
       call unlock_texts()
-      if (.not. status%ok() .and. at > 0) then
-         write (digits, '(i0)') at
-         status%message = 'line '//trim(digits)//' of the table: '//trim(status%message)
-      end if
       if (status%ok()) call handle%system%effects%add(effect)
       code = conclude(handle, status)
    end function nutate_system_add_table

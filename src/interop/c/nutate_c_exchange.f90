@@ -15,7 +15,7 @@ module nutate_c_exchange
    use nutate_kinds, only: wp
    use nutate_limits, only: attitude_tolerance, is_moderate, most_rows
    use nutate_scene_labels, only: label_of
-   use nutate_spelling, only: is_listed
+   use nutate_spelling, only: escaped, is_listed
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_SCENE, NUTATE_IO, NUTATE_NO_MEMORY, &
       NUTATE_OK
    implicit none
@@ -293,18 +293,13 @@ contains
       character(len=:), allocatable :: text, value
       character(len=*), parameter :: keys(6) = [character(len=12) :: 'epoch', 'time_system', 'object', 'object_id', &
                                                 'space_frame', 'body_frame']
-      integer :: i, k
+      integer :: i
       text = ''
       do i = 1, size(keys)
          call label_of(rows%labels, trim(keys(i)), value)
          if (value == '') cycle
          if (text /= '') text = text//', '
-         text = text//trim(keys(i))//" = '"
-         do k = 1, len(value)
-            text = text//value(k:k)
-            if (value(k:k) == "'") text = text//"'"
-         end do
-         text = text//"'"
+         text = text//trim(keys(i))//" = '"//escaped(value, "'", "'")//"'"
       end do
       text = '&scene '//text//' /'
    end function facts_text

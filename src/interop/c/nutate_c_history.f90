@@ -233,7 +233,6 @@ contains
       type(row_receiver_t) :: receiver
       type(history_t), target :: file
       type(event_history_t), target :: events
-      type(status_t) :: closing
       call start_handle(stepper, status)
       if (.not. status%ok()) return
       call set_scene(stepper, from, usual_sets(from%scene), status)
@@ -247,13 +246,8 @@ contains
          call add_failure(stepper%failure, status)
          if (status%ok()) call travel(stepper, from%scene%plan, receiver, status)
          call lock_texts()
-         if (status%ok() .and. events%wanted) call events%file%finish(status)
-         if (status%ok()) then
-            call file%finish(status)
-         else
-            if (events%wanted) call events%file%abandon(closing)
-            call file%abandon(closing)
-         end if
+         if (events%wanted) call events%file%close(status)
+         call file%file%close(status)
          call unlock_texts()
       end if
       deallocate (stepper)

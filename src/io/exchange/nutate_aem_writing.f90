@@ -64,7 +64,6 @@ contains
       !> Attitude error between the rows, rad, by which they were chosen; 0 if they were not.
       real(wp), intent(in) :: error
       type(output_file_t) :: file
-      type(status_t) :: closing
       character(len=:), allocatable :: problem
       problem = aem_fault(rows)
       if (problem /= '') then
@@ -72,15 +71,10 @@ contains
          return
       end if
       call file%open(path, status)
-      if (.not. status%ok()) return
-      call put_head(file, rows, version_text, error, status)
+      if (status%ok()) call put_head(file, rows, version_text, error, status)
       if (status%ok()) call put_records(file, rows, version_text, status)
       if (status%ok()) call file%put_line('DATA_STOP', status)
-      if (status%ok()) then
-         call file%finish(status)
-      else
-         call file%abandon(closing)
-      end if
+      call file%close(status)
    end subroutine write_aem
 
    !> Writes header and metadata.

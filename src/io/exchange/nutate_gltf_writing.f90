@@ -11,6 +11,7 @@ module nutate_gltf_writing
    use nutate_files, only: output_file_t
    use nutate_kinds, only: wp
    use nutate_quaternion, only: quat_normalized
+   use nutate_spelling, only: count_text, escaped
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    use nutate_surface, only: surface_of, surface_t
    use nutate_version, only: version
@@ -54,7 +55,6 @@ contains
       real(wp), intent(in) :: speed
       type(status_t), intent(out) :: status
       type(output_file_t) :: file
-      type(status_t) :: closing
       character(len=:), allocatable :: problem
       problem = gltf_fault(rows, facts)
       if (problem /= '') then
@@ -62,13 +62,8 @@ contains
          return
       end if
       call file%open(path, status)
-      if (.not. status%ok()) return
-      call file%put_line(document(rows, facts, speed), status)
-      if (status%ok()) then
-         call file%finish(status)
-      else
-         call file%abandon(closing)
-      end if
+      if (status%ok()) call file%put_line(document(rows, facts, speed), status)
+      call file%close(status)
    end subroutine write_gltf
 
    !> Returns the JSON text.
@@ -88,7 +83,7 @@ contains
       sizes = 4*[size(times), size(rotations), size(points), (size(surface%corners) + 1)/2]
       text = '{"asset":{"version":"2.0","generator":"nutate '//version//'","extras":{"rotation":"body to space, '// &
              '(x, y, z, w) = (q1, q2, q3, q0); space z is up",'// &
-             '"seconds of motion per second":'//json_number(speed)//'}},'
+             '"seconds of motion per second":'//exact_text(speed)//'}},'
       text = text//'"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"name":"space axes",'// &
              '"rotation":[-0.7071067811865476,0,0,0.7071067811865476],"children":[1]},'// &
              '{"name":'//json_text(name)//',"mesh":0,"rotation":'//json_list(rotations(:, 1))//'}],'
@@ -200,37 +195,17 @@ contains
       text = '['
       do i = 1, size(values)
          if (i > 1) text = text//','
-         text = text//json_number(real(values(i), wp))
+         text = text//exact_text(real(values(i), wp))
       end do
       text = text//']'
    end function json_list
-
-   pure function json_number(x) result(text)
-      real(wp), intent(in) :: x
-      character(len=:), allocatable :: text
-      text = exact_text(x)
-   end function json_number
 
    !> Returns an ASCII string in quotes.
    pure function json_text(x) result(text)
       character(len=*), intent(in) :: x
       character(len=:), allocatable :: text
-      integer :: i
-      text = '"'
-      do i = 1, len(x)
-         if (x(i:i) == '"' .or. x(i:i) == backslash) text = text//backslash
-         text = text//x(i:i)
-      end do
-      text = text//'"'
+      text = '"'//escaped(x, '"'//backslash, backslash)//'"'
    end function json_text
-
-   pure function count_text(n) result(text)
-      integer, intent(in) :: n
-      character(len=:), allocatable :: text
-      character(len=12) :: digits
-      write (digits, '(i0)') n
-      text = trim(digits)
-   end function count_text
 
    !> Returns bytes in base 64.
    pure function base64(bytes) result(text)

@@ -9,6 +9,7 @@ module nutate_event_history
    use nutate_history, only: append_date, history_t
    use nutate_kinds, only: wp, long
    use nutate_observer, only: run_record_t
+   use nutate_spelling, only: count_text, escaped
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_FINITE
    use nutate_system, only: system_t
@@ -116,7 +117,6 @@ contains
       type(status_t), intent(inout) :: status
       real(wp) :: values(history%columns%plain_width)
       character(len=(decimal_length + 1)*(history%columns%plain_width + 2)) :: line
-      character(len=24) :: digits
       integer :: used, first
       if (.not. self%wanted) return
       call evaluate_event(history%columns, system, state, record, values)
@@ -129,8 +129,7 @@ contains
       used = first
       if (history%epoch%is_set()) call append_date(history%epoch%after(state%t), line, used)
       call history%append_values(values(2:), line, used)
-      write (digits, '(i0)') number
-      call self%file%put_line(line(:first)//','//field(name)//','//trim(digits)//line(first + 1:used), status)
+      call self%file%put_line(line(:first)//','//field(name)//','//count_text(number)//line(first + 1:used), status)
       if (status%ok()) self%rows = self%rows + 1
    end subroutine write_event
 
@@ -153,17 +152,8 @@ contains
    pure function field(text)
       character(len=*), intent(in) :: text
       character(len=:), allocatable :: field
-      integer :: i
-      if (scan(text, ',"') == 0) then
-         field = trim(text)
-         return
-      end if
-      field = '"'
-      do i = 1, len_trim(text)
-         field = field//text(i:i)
-         if (text(i:i) == '"') field = field//'"'
-      end do
-      field = field//'"'
+      field = trim(text)
+      if (scan(field, ',"') > 0) field = '"'//escaped(field, '"', '"')//'"'
    end function field
 
 end module nutate_event_history

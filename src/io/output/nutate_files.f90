@@ -97,6 +97,8 @@ module nutate_files
       procedure, non_overridable :: finish
       !> Writes the rest and leaves the partial file as it is.
       procedure, non_overridable :: abandon
+      !> Does the first of these if the status is a success, else the second.
+      procedure, non_overridable :: close => close_output
       !> Returns the path at which the whole lines written so far can be read; blank if there is none.
       procedure, non_overridable :: kept_in
    end type output_file_t
@@ -409,6 +411,18 @@ contains
       call release(self, error)
       if (status%ok() .and. error /= 0) status = fail(NUTATE_IO, error_text(error))
    end subroutine abandon
+
+   !> Writes the rest; gives the file its name if the status is a success. Errors: `NUTATE_IO`; others are kept.
+   subroutine close_output(self, status)
+      class(output_file_t), intent(inout) :: self
+      type(status_t), intent(inout) :: status
+      type(status_t) :: closing
+      if (status%ok()) then
+         call self%finish(status)
+      else
+         call self%abandon(closing)
+      end if
+   end subroutine close_output
 
    !> Closes the file or device; standard output and standard error stay open.
    subroutine release(self, error)

@@ -9,6 +9,7 @@ module nutate_propagated_columns
    use nutate_chaos, only: chaos_t
    use nutate_kinds, only: wp
    use nutate_propagated, only: propagated_t
+   use nutate_spelling, only: count_text, joined
    use nutate_state, only: state_t
    use nutate_system, only: system_t
    use nutate_tangent, only: tangent_t
@@ -78,9 +79,6 @@ contains
       logical, intent(in) :: degrees
       character(len=:), allocatable :: names
       character(len=4) :: unit
-      character(len=8) :: wheel
-      character(len=32) :: sphere
-      character(len=9), allocatable :: exponents(:)
       integer :: i, k
       unit = ''
       if (degrees) unit = '_deg'
@@ -92,12 +90,11 @@ contains
                names = names//',d_'//trim(component_names(i))//trim(unit)//'/d_'//trim(propagated%names(k))
             end do
             do i = 1, n_wheels
-               write (wheel, '(i0)') i
-               names = names//',d_wheel'//trim(wheel)//'_momentum/d_'//trim(propagated%names(k))
+               names = names//',d_wheel'//count_text(i)//'_momentum/d_'//trim(propagated%names(k))
             end do
             do i = 1, 3*n_spheres
-               write (sphere, '(",d_sphere", i0, "_momentum", i0, "/d_")') (i + 2)/3, modulo(i - 1, 3) + 1
-               names = names//trim(sphere)//trim(propagated%names(k))
+               names = names//',d_sphere'//count_text((i + 2)/3)//'_momentum'//count_text(modulo(i - 1, 3) + 1)// &
+                       '/d_'//trim(propagated%names(k))
             end do
          end do
       case (DEVIATIONS)
@@ -112,10 +109,7 @@ contains
             end do
          end do
       case (LYAPUNOV)
-         exponents = lyapunov_names(propagated%exponents)
-         do i = 1, size(exponents)
-            names = names//','//trim(exponents(i))
-         end do
+         names = ','//joined(lyapunov_names(propagated%exponents))
       case (MEGNO)
          names = ',megno'
       case default

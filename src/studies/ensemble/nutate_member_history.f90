@@ -35,23 +35,15 @@ contains
       type(status_t), intent(out) :: reason
       type(status_t), intent(out) :: status
       type(member_run_t) :: runner
-      type(history_t) :: history
-      type(event_history_t) :: events
+      type(history_t), allocatable, target :: history
+      type(event_history_t), allocatable, target :: events
 
       fields = 0
       call runner%prepare(scene, layout, status, sweep)
       if (.not. status%ok()) return
       call runner%member%set_values(scene%ensemble, number, reason)
       if (reason%ok()) call open_files(runner%member%scene, name, history, events, status)
-      if (status%ok()) then
-         if (events%wanted) then
-            call runner%row(scene, number, fields, status, reason, history, events)
-         else if (allocated(history%file%name)) then
-            call runner%row(scene, number, fields, status, reason, history)
-         else
-            call runner%row(scene, number, fields, status, reason)
-         end if
-      end if
+      if (status%ok()) call runner%row(scene, number, fields, status, reason, history, events)
       call close_files(history, events, reason, status)
       if (status%code == NUTATE_IO) status%message = 'cannot write '//name//': '//trim(status%message)
    end subroutine write_member
@@ -61,32 +53,32 @@ contains
       !> Scene of the member.
       type(scene_t), intent(in) :: scene
       character(len=*), intent(in) :: name
-      type(history_t), intent(inout) :: history
-      type(event_history_t), intent(inout) :: events
+      type(history_t), allocatable, intent(inout) :: history
+      !> File of the events; not allocated if the scene has none.
+      type(event_history_t), allocatable, intent(inout) :: events
       type(status_t), intent(inout) :: status
+      allocate (history)
       associate (j0 => scene%integrator%inverse_auxiliary_inertia)
          call history%open(name, scene%output%columns, scene%system, scene%initial, j0, status, scene%output%degrees, &
                            scene%output%digits, scene%plan%end_time < 0.0_wp, scene%output%epoch)
-         events%wanted = scene%events%count() > 0 .and. events_name(name) /= '' .and. status%ok()
-         if (events%wanted) call events%open(events_name(name), history, status)
       end associate
+      if (.not. status%ok() .or. scene%events%count() == 0 .or. events_name(name) == '') return
+      allocate (events)
+      call events%open(events_name(name), history, status)
    end subroutine open_files
 
    !> Gives the files their names if the member reached its end. Errors: `NUTATE_IO`.
    subroutine close_files(history, events, reason, status)
-      type(history_t), intent(inout) :: history
-      type(event_history_t), intent(inout) :: events
+      type(history_t), allocatable, intent(inout) :: history
+      type(event_history_t), allocatable, intent(inout) :: events
       type(status_t), intent(in) :: reason
       type(status_t), intent(inout) :: status
-      type(status_t) :: closing
-      if (.not. allocated(history%file%name)) return
-      if (status%ok() .and. reason%ok()) then
-         if (events%wanted) call events%file%finish(status)
-         if (status%ok()) call history%finish(status)
-      else
-         if (events%wanted) call events%file%abandon(closing)
-         call history%abandon(closing)
-      end if
+      type(status_t) :: outcome
+      outcome = reason
+      if (.not. status%ok()) outcome = status
+      if (allocated(events)) call events%file%close(outcome)
+      if (allocated(history)) call history%file%close(outcome)
+      if (reason%ok()) status = outcome
    end subroutine close_files
 
 end module nutate_member_history

@@ -4,6 +4,7 @@ module nutate_npy
    use, intrinsic :: iso_fortran_env, only: int8
    use nutate_kinds, only: long
    use nutate_row_layout, only: row_layout_t
+   use nutate_spelling, only: count_text
    implicit none
    private
 
@@ -23,16 +24,14 @@ contains
       type(row_layout_t), intent(in) :: layout
       integer(long), intent(in) :: rows
       character(len=:), allocatable :: header
-      character(len=count_digits) :: count
       integer :: i, length
       header = "{'descr': ["
       do i = 1, layout%width()
          header = header//"('"//trim(layout%names(i))//"', '"//byte_order()// &
                   merge('i8', 'f8', layout%is_whole(i))//"'), "
       end do
-      write (count, '(i0)') rows
-      header = header//"], 'fortran_order': False, 'shape': ("//trim(count)//",), }"// &
-               repeat(' ', count_digits - len_trim(count))
+      header = header//"], 'fortran_order': False, 'shape': ("//count_text(rows)//",), }"// &
+               repeat(' ', count_digits - len(count_text(rows)))
       length = 10 + len(header) + 1
       length = (length + alignment - 1)/alignment*alignment
       header = header//repeat(' ', length - 11 - len(header))//achar(10)

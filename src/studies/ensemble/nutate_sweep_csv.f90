@@ -6,6 +6,7 @@ module nutate_sweep_csv
    use nutate_kinds, only: wp, long
    use nutate_npy, only: npy_header
    use nutate_row_layout, only: real_of, row_layout_t
+   use nutate_spelling, only: joined
    use nutate_status, only: status_t, fail, NUTATE_IO
    use nutate_sweep_file, only: read_bytes
    use nutate_sweep_sums, only: sweep_sums_t
@@ -97,43 +98,29 @@ contains
       type(status_t), intent(out) :: status
       type(npy_rows_t) :: reader
       type(output_file_t) :: file
-      type(status_t) :: closing
       type(decimal_t) :: decimal
       integer(long), allocatable :: fields(:, :)
       integer :: i
       call reader%open(npy, layout, rows, status)
       if (status%ok()) call file%open(name, status)
       if (status%ok()) call file%put_line(header_line(layout), status)
-      if (.not. status%ok()) then
-         call reader%close()
-         return
-      end if
       call decimal%prepare()
-      do
+      do while (status%ok())
          call reader%next(fields, status)
          if (.not. status%ok() .or. size(fields) == 0) exit
          do i = 1, size(fields, 2)
             if (status%ok()) call file%put_line(csv_line(layout, decimal, fields(:, i)), status)
          end do
-         if (.not. status%ok()) exit
       end do
       call reader%close()
-      if (status%ok()) then
-         call file%finish(status)
-      else
-         call file%abandon(closing)
-      end if
+      call file%close(status)
    end subroutine write_csv
 
    !> Returns the names of the fields, separated by commas.
    pure function header_line(layout) result(line)
       type(row_layout_t), intent(in) :: layout
       character(len=:), allocatable :: line
-      integer :: i
-      line = trim(layout%names(1))
-      do i = 2, layout%width()
-         line = line//','//trim(layout%names(i))
-      end do
+      line = joined(layout%names)
    end function header_line
 
    !> Returns one row as CSV.

@@ -7,6 +7,7 @@ module nutate_sweep_listing
    use nutate_printable, only: printable_path
    use nutate_row_layout, only: row_layout_t
    use nutate_scene, only: scene_t
+   use nutate_spelling, only: count_text
    use nutate_status, only: status_t, NUTATE_BAD_ARGUMENT, NUTATE_BAD_BODY, NUTATE_BAD_SCENE, NUTATE_NOT_CONVERGED, &
       NUTATE_NOT_FINITE, NUTATE_OFF_BRANCH, NUTATE_OK, NUTATE_SINGULAR, NUTATE_STEP_LIMIT
    use nutate_sweep_identity, only: identity_of
@@ -61,10 +62,10 @@ contains
       character(len=:), allocatable :: text
       character(len=80) :: line
       integer :: i
-      write (line, '("members ",i0," to ",i0," of ",i0,", seed ",i0)') first, last, scene%ensemble%members, &
-         scene%ensemble%seed
       text = 'nutate '//version//', '//arithmetic_in_words()//line_feed// &
-             'scene '//printable_path(scene%file)//': '//scene%title//line_feed//trim(line)//line_feed
+             'scene '//printable_path(scene%file)//': '//scene%title//line_feed// &
+             'members '//count_text(first)//' to '//count_text(last)//' of '//count_text(scene%ensemble%members)// &
+             ', seed '//count_text(scene%ensemble%seed)//line_feed
       text = text//identity_line(scene, first, last)//line_feed//line_feed//'status'//line_feed
       do i = 1, size(codes)
          write (line, '(i4,"  ",a)') codes(i)%code, trim(codes(i)%words)

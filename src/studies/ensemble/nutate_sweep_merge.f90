@@ -7,6 +7,7 @@ module nutate_sweep_merge
    use nutate_printable, only: printable_path
    use nutate_row_layout, only: make_layout, row_layout_t
    use nutate_scene, only: scene_t
+   use nutate_spelling, only: count_text
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    use nutate_sweep_csv, only: npy_rows_t
    use nutate_sweep_listing, only: listing_fits, write_listing
@@ -31,9 +32,7 @@ contains
       character(len=*), intent(in) :: name
       integer(long), intent(in) :: first, last
       character(len=:), allocatable :: part
-      character(len=44) :: digits
-      write (digits, '(".",i0,"-",i0)') first, last
-      part = stem_of(name)//trim(digits)//ending
+      part = stem_of(name)//'.'//count_text(first)//'-'//count_text(last)//ending
    end function part_name
 
    !> Returns a name without `.npy`.
@@ -60,7 +59,6 @@ contains
       type(part_t), allocatable :: found(:)
       type(row_layout_t) :: layout
       type(output_file_t) :: file
-      type(status_t) :: closing
       character(len=:), allocatable :: header
       integer(long) :: offset
       integer :: i
@@ -80,11 +78,7 @@ contains
       end do
       if (status%ok()) call write_listing(scene, layout, 1_long, scene%ensemble%members, name, status)
       if (status%ok()) call file%sync(status)
-      if (status%ok()) then
-         call file%finish(status)
-      else
-         call file%abandon(closing)
-      end if
+      call file%close(status)
    end subroutine merge_parts
 
    !> Finds the files of an ensemble, in the order of their members. Errors: `NUTATE_BAD_ARGUMENT`.
@@ -95,7 +89,6 @@ contains
       type(status_t), intent(out) :: status
       type(part_t) :: part
       character(len=:), allocatable :: middles(:)
-      character(len=80) :: range
       integer(long) :: next
       integer :: i, at
       middles = files_between(stem_of(name)//'.', ending)
@@ -111,8 +104,7 @@ contains
          parts(i) = part
          if (part%first > next) exit
          if (part%first < next) then
-            write (range, '(i0)') part%first
-            status = fail(NUTATE_BAD_ARGUMENT, 'member '//trim(range)//' is in two files')
+            status = fail(NUTATE_BAD_ARGUMENT, 'member '//count_text(part%first)//' is in two files')
             return
          end if
          if (.not. listing_fits(scene, part%first, part%last, part_name(name, part%first, part%last))) then
@@ -125,8 +117,8 @@ contains
       if (next > scene%ensemble%members) return
       part%last = scene%ensemble%members
       if (i <= size(parts)) part%last = parts(i)%first - 1
-      write (range, '("members ",i0," to ",i0," are in no file (expected ")') next, part%last
-      status = fail(NUTATE_BAD_ARGUMENT, trim(range)//' '//printable_path(part_name(name, next, part%last))//')')
+      status = fail(NUTATE_BAD_ARGUMENT, 'members '//count_text(next)//' to '//count_text(part%last)// &
+                    ' are in no file (expected '//printable_path(part_name(name, next, part%last))//')')
    end subroutine find_parts
 
    !> Returns true for a string of the form `A-B`, and reads the members A and B.

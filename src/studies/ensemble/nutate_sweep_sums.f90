@@ -7,6 +7,7 @@ module nutate_sweep_sums
    use nutate_files, only: output_file_t
    use nutate_kinds, only: wp, long
    use nutate_row_layout, only: real_of, row_layout_t
+   use nutate_spelling, only: count_text
    use nutate_state, only: add_increment
    use nutate_status, only: status_t
    use nutate_text_file, only: read_text_file
@@ -118,33 +119,25 @@ contains
       character(len=*), intent(in) :: name
       type(status_t), intent(out) :: status
       type(output_file_t) :: file
-      type(status_t) :: closing
-      character(len=20) :: count
       integer :: i
       call file%open(name, status)
       if (status%ok()) call file%put_line('field,members,mean,deviation,least,greatest', status)
       do i = 3, layout%width()
          if (.not. status%ok()) exit
-         write (count, '(i0)') self%count(i)
          if (self%count(i) == 0) then
             call file%put_line(trim(layout%names(i))//',0,,,,', status)
          else
-            call file%put_line(trim(layout%names(i))//','//trim(count)//','//exact_text(self%mean(i))//','// &
-                               exact_text(self%deviation(i))//','//exact_text(self%least(i))//','// &
-                               exact_text(self%greatest(i)), status)
+            call file%put_line(trim(layout%names(i))//','//count_text(self%count(i))//','// &
+                               exact_text(self%mean(i))//','//exact_text(self%deviation(i))//','// &
+                               exact_text(self%least(i))//','//exact_text(self%greatest(i)), status)
          end if
       end do
       do i = 0, most_codes - 1
          if (.not. status%ok()) exit
          if (self%codes(i) == 0) cycle
-         write (count, '(i0,",",i0)') i, self%codes(i)
-         call file%put_line('status_'//trim(count)//',,,,', status)
+         call file%put_line('status_'//count_text(i)//','//count_text(self%codes(i))//',,,,', status)
       end do
-      if (status%ok()) then
-         call file%finish(status)
-      else
-         call file%abandon(closing)
-      end if
+      call file%close(status)
    end subroutine write_sums
 
    !> Returns true if, by a file of sums, members reached their end.

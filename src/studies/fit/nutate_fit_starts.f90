@@ -227,12 +227,6 @@ contains
       which = [(findloc(problem%names, key//'.'//achar(iachar('0') + k), dim=1), k=1, 3)]
    end function parameters_of
 
-   !> Returns the unit of the angles of `&initial`, rad.
-   pure real(wp) function unit_of(problem)
-      type(fit_problem_t), intent(in) :: problem
-      unit_of = problem%model%plan%angle_unit
-   end function unit_of
-
    !> Sets the rate of an initial guess, unless the rate is not free, or not given as inertial rate in body axes.
    subroutine put_rate(problem, scene, rate, start, done)
       type(fit_problem_t), intent(in) :: problem
@@ -244,7 +238,7 @@ contains
       integer :: which(3)
       which = parameters_of(problem, 'initial.angular_velocity')
       done = all(which > 0) .and. has_body_rates(scene)
-      if (done) start%x(which) = rate/unit_of(problem)
+      if (done) start%x(which) = rate/problem%model%plan%angle_unit
    end subroutine put_rate
 
    !> Returns true if the scene gives the inertial rate in body axes.
@@ -263,7 +257,7 @@ contains
       integer :: which(3)
       rate = 0.0_wp
       which = parameters_of(problem, 'initial.angular_velocity')
-      if (all(which > 0)) rate = start%x(which)*unit_of(problem)
+      if (all(which > 0)) rate = start%x(which)*problem%model%plan%angle_unit
    end function rate_of
 
    !> Returns true if the three body components of the rate were measured.

@@ -19,6 +19,7 @@ module nutate_linearization
    use nutate_quaternion, only: quat_exp, quat_product
    use nutate_run, only: run_t
    use nutate_run_plan, only: run_plan_t
+   use nutate_spelling, only: count_text
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    use nutate_integrator_settings, only: integrator_settings_t
@@ -429,15 +430,15 @@ contains
       allocate (result%eigenvalues(n))
       result%eigenvalues = (0.0_wp, 0.0_wp)
       do i = 1, 3
-         result%states(i) = 'theta'//digit(i)
-         result%states(3 + i) = 'omega'//digit(i)
-         result%inputs(i) = 'torque'//digit(i)
+         result%states(i) = 'theta'//count_text(i)
+         result%states(3 + i) = 'omega'//count_text(i)
+         result%inputs(i) = 'torque'//count_text(i)
       end do
       do i = 1, n - 6
-         result%states(6 + i) = 'wheel'//digit(i)//'_speed'
+         result%states(6 + i) = 'wheel'//count_text(i)//'_speed'
       end do
       do i = 1, size(motors)
-         result%inputs(3 + i) = 'motor'//digit(motors(i))
+         result%inputs(3 + i) = 'motor'//count_text(motors(i))
       end do
       result%state_units = 'rad/s'
       result%state_units(:3) = 'rad'
@@ -446,11 +447,6 @@ contains
       result%omega = angular_velocity(system, start)
       result%speeds = speeds_of(system, start)
    end subroutine describe
-
-   pure character(len=1) function digit(i)
-      integer, intent(in) :: i
-      write (digit, '(i1)') i
-   end function digit
 
    !> Returns the speeds of the wheels relative to the body, rad/s; shape (wheels).
    pure function speeds_of(system, state) result(speeds)

@@ -12,6 +12,7 @@ module nutate_scene_events
    use nutate_quantities, only: find_missing, find_quantity, names_for, quantities, quantity_t, AS_EVENT, &
       Q_ORBIT_SPEED, Q_TRUE_ANOMALY
    use nutate_scene_error, only: scene_error_t, allow_one_of
+   use nutate_spelling, only: count_text
    implicit none
    private
 
@@ -80,7 +81,6 @@ contains
    pure function event_names(groups) result(names)
       type(group_t), intent(in) :: groups(:)
       character(len=name_length) :: names(size(groups))
-      character(len=8) :: number
       integer :: i, n
       names = ''
       do i = 1, size(groups)
@@ -91,10 +91,7 @@ contains
          n = 1
          do
             names(i) = groups(i)%text('when', '')
-            if (n > 1) then
-               write (number, '("_",i0)') n
-               names(i) = trim(names(i))//number
-            end if
+            if (n > 1) names(i) = trim(names(i))//'_'//count_text(n)
             if (count(names == names(i)) == 1) exit
             n = n + 1
          end do

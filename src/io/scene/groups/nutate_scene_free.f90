@@ -8,7 +8,7 @@ module nutate_scene_free
    use nutate_quaternion, only: quat_conjugate, quat_product
    use nutate_scene_error, only: scene_error_t
    use nutate_scene_target, only: add_targets
-   use nutate_spelling, only: lower_case
+   use nutate_spelling, only: count_text, lower_case
    use nutate_state, only: state_t
    use nutate_system, only: system_t
    implicit none
@@ -144,13 +144,11 @@ contains
       type(free_number_t), intent(inout) :: free(:)
       type(scene_error_t), intent(inout) :: error
       character(len=5), parameter :: names(3) = ['sigma', 'low  ', 'high ']
-      character(len=12) :: number
       integer :: i
-      write (number, '(i0)') size(free)
       do i = 1, 3
          if (group%has(trim(names(i))) .and. group%count_of(trim(names(i))) /= size(free)) &
             call error%raise(group%line_of(trim(names(i))), trim(names(i))//' has the wrong number of values', &
-                             expected=trim(number))
+                             expected=count_text(size(free)))
       end do
       if (error%raised) return
       free%sigma = group%vector('sigma', free%sigma)

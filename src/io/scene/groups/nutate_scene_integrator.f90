@@ -9,7 +9,7 @@ module nutate_scene_integrator
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_scene_error, only: allow_one_of, demand_one_of, scene_error_t
    use nutate_power_series, only: highest_order, least_order
-   use nutate_spelling, only: comma_list, distinct, joined
+   use nutate_spelling, only: comma_list, count_text, distinct, joined
    use nutate_integrator_settings, only: integrator_settings_t
    implicit none
    private
@@ -126,7 +126,6 @@ contains
       type(group_t), intent(in) :: group
       type(integrator_settings_t), intent(in) :: settings
       type(scene_error_t), intent(inout) :: error
-      character(len=12) :: order, range(2)
       if (settings%method == 'taylor') then
          if (group%has('order')) call error%raise(group%line_of('order'), 'order with the method taylor', &
                                                   expected='series_order, or neither')
@@ -136,10 +135,9 @@ contains
       end if
       if (error%raised .or. .not. group%has('series_order')) return
       if (settings%series_order >= least_order .and. settings%series_order <= highest_order) return
-      write (order, '(i0)') settings%series_order
-      write (range, '(i0)') least_order, highest_order
-      call error%raise(group%line_of('series_order'), 'series_order '//trim(order)//' is not available', &
-                       expected=trim(range(1))//' to '//trim(range(2)))
+      call error%raise(group%line_of('series_order'), &
+                       'series_order '//count_text(settings%series_order)//' is not available', &
+                       expected=count_text(least_order)//' to '//count_text(highest_order))
    end subroutine check_series
 
    !> Raises an error for a combination of method, formulation and order that does not exist.
@@ -152,7 +150,6 @@ contains
       logical, parameter :: projected(*) = methods%projected, can_project(*) = methods%can_project
       logical :: fits(size(methods))
       character(len=name_length) :: numbers(size(methods))
-      character(len=12) :: order
 
       fits = names == settings%method .and. formulations == settings%formulation
       if (.not. any(fits)) then
@@ -162,9 +159,8 @@ contains
          if (group%whole('order', 0) /= 0) call error%raise( &
             group%line_of('order'), 'order with the method '//trim(settings%method), expected='no order with it')
       else if (.not. any(fits .and. orders == settings%order)) then
-         write (order, '(i0)') settings%order
          write (numbers, '(i0)') orders
-         call error%raise(group%line_of('order'), 'order '//trim(order)//' is not available', &
+         call error%raise(group%line_of('order'), 'order '//count_text(settings%order)//' is not available', &
                           expected=comma_list(distinct(pack(numbers, fits))))
       end if
       if (error%raised .or. any(fits .and. ((projected .eqv. settings%conserve) .or. can_project))) return

@@ -14,7 +14,7 @@ module nutate_scene_measurement
    use nutate_scene_error, only: scene_error_t
    use nutate_scene_labels, only: labels_t
    use nutate_scene_table, only: begin_of, count_lines, next_field, path_beside, read_number
-   use nutate_spelling, only: comma_list, nearest_name, split_list
+   use nutate_spelling, only: comma_list, count_text, nearest_name, split_list
    use nutate_table_units, only: conversion, split_header, units_of
    use nutate_status, only: status_t
    use nutate_text_file, only: read_text_file
@@ -258,7 +258,6 @@ contains
       type(measurement_t), intent(inout) :: measurement
       type(scene_error_t), intent(inout) :: error
       character(len=:), allocatable :: problem
-      character(len=12) :: number
       logical :: has_place
       integer :: i, n
       call read_message(text, measurement%file, labels, measurement%columns, measurement%times, measurement%rows, &
@@ -284,9 +283,8 @@ contains
       do i = 1, n
          call check_row(measurement, i, end_time, problem)
          if (problem == '') cycle
-         write (number, '(i0)') merge(i, n + 1 - i, end_time >= 0.0_wp)
-         call error%raise(group%line_of('file'), 'record '//trim(number)//' of '//printable_path(measurement%file)// &
-                          ': '//problem)
+         call error%raise(group%line_of('file'), 'record '//count_text(merge(i, n + 1 - i, end_time >= 0.0_wp))// &
+                          ' of '//printable_path(measurement%file)//': '//problem)
          return
       end do
    end subroutine take_message

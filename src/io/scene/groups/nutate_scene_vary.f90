@@ -6,7 +6,7 @@ module nutate_scene_vary
    use nutate_kinds, only: wp
    use nutate_scene_error, only: scene_error_t, allow_one_of, demand_one_of
    use nutate_scene_target, only: add_targets
-   use nutate_spelling, only: is_listed
+   use nutate_spelling, only: count_text, is_listed
    implicit none
    private
 
@@ -83,7 +83,6 @@ contains
       type(varied_key_t), intent(in) :: variation
       type(scene_error_t), intent(inout) :: error
       character(len=:), allocatable :: name
-      character(len=12) :: number
       integer :: i, expected
       logical :: fits
       do i = 1, size(parameters)
@@ -97,10 +96,9 @@ contains
          expected = variation%n
          if (name == 'covariance') expected = expected**2
          fits = group%count_of(name) == expected .or. (name == 'points' .and. group%count_of(name) == 1)
-         write (number, '(i0)') expected
          if (.not. fits) then
             call error%raise(group%line_of(name), name//' has the wrong number of values', &
-                             expected=trim(number))
+                             expected=count_text(expected))
             return
          end if
       end do

@@ -9,7 +9,7 @@ module nutate_aem_reading
    use nutate_printable, only: printable_path, quoted
    use nutate_quaternion, only: quat_conjugate, quat_norm, quat_normalized, quat_product, rotate_to_body
    use nutate_scene_table, only: begin_of, count_lines
-   use nutate_spelling, only: comma_list, is_listed, lower_case, nearest_name, split_list
+   use nutate_spelling, only: comma_list, count_text, is_listed, lower_case, nearest_name, split_list
    use nutate_text_file, only: read_text_file
    implicit none
    private
@@ -84,7 +84,6 @@ contains
       type(attitude_rows_t), intent(out) :: rows
       character(len=:), allocatable, intent(out) :: problem
       type(reader_t) :: reader
-      character(len=12) :: number
       integer :: position, last, most
       reader%problem = ''
       most = count_lines(text)
@@ -109,8 +108,7 @@ contains
       end if
       problem = ''
       if (reader%problem /= '') then
-         write (number, '(i0)') max(reader%line, 1)
-         problem = printable_path(path)//':'//trim(number)//': '//reader%problem
+         problem = printable_path(path)//':'//count_text(max(reader%line, 1))//': '//reader%problem
          return
       end if
       rows%t = rows%t(:reader%n)
@@ -489,7 +487,6 @@ contains
       real(wp), intent(out) :: values(:)
       character(len=:), allocatable, intent(inout) :: problem
       character(len=:), allocatable :: fault
-      character(len=2) :: digits
       integer :: first, last, found
       values = 0.0_wp
       found = 0
@@ -511,8 +508,8 @@ contains
          first = last + 1
          if (first > len(text)) exit
       end do
-      write (digits, '(i0)') n
-      if (found /= n) problem = 'wrong number of values in this record (expected a date and '//trim(digits)//' numbers)'
+      if (found /= n) &
+         problem = 'wrong number of values in this record (expected a date and '//count_text(n)//' numbers)'
    end subroutine read_numbers
 
 end module nutate_aem_reading

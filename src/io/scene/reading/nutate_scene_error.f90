@@ -2,6 +2,7 @@
 module nutate_scene_error
    use nutate_keys, only: group_t
    use nutate_printable, only: printable_path
+   use nutate_spelling, only: count_text
    use nutate_status, only: status_t, NUTATE_BAD_ARGUMENT
    implicit none
    private
@@ -102,9 +103,7 @@ contains
       character(len=*), intent(in) :: path
       integer, intent(in) :: line
       character(len=:), allocatable :: place
-      character(len=12) :: number
-      write (number, '(i0)') line
-      place = printable_path(path)//':'//trim(number)//': '
+      place = printable_path(path)//':'//count_text(line)//': '
    end function place_of
 
    !> Raises an error on the second of several keys that mean the same.

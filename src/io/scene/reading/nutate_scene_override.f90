@@ -8,7 +8,7 @@ module nutate_scene_override
    use nutate_scene_lexer, only: lexer_t, token_t, TOKEN_END
    use nutate_scene_names, only: find_key, find_kind, number_of
    use nutate_scene_values, only: read_values
-   use nutate_spelling, only: is_listed
+   use nutate_spelling, only: count_text, is_listed
    implicit none
    private
 
@@ -87,7 +87,6 @@ contains
       type(place_t), intent(inout) :: at
       type(scene_error_t), intent(inout) :: error
       integer :: i, n
-      character(len=12) :: number
       n = 0
       do i = 1, size(groups)
          if (groups(i)%name /= name) cycle
@@ -95,8 +94,7 @@ contains
          if (n == at%number) at%group = i
       end do
       if (at%group > 0 .or. at%number == 1) return
-      write (number, '(i0)') at%number
-      call error%raise(line, 'the scene has no group &'//name//' number '//trim(number), &
+      call error%raise(line, 'the scene has no group &'//name//' number '//count_text(at%number), &
                        expected='groups of the scene, counted from 1 by their name')
    end subroutine find_group
 

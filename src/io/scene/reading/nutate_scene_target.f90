@@ -1,11 +1,11 @@
 !> Numbers of a scene by name: `GROUP[.N].KEY[.I]` is the I-th number of a key of the N-th group of that name.
 module nutate_scene_target
    use nutate_ensemble_plan, only: ensemble_plan_t, target_t
-   use nutate_keys, only: group_kind_t, key_t, setting_t, KEY_INTEGER, KEY_REAL
+   use nutate_keys, only: group_kind_t, setting_t, KEY_INTEGER, KEY_REAL
    use nutate_printable, only: quoted
    use nutate_scene_error, only: scene_error_t
    use nutate_scene_names, only: find_key, find_kind, number_of
-   use nutate_spelling, only: lower_case
+   use nutate_spelling, only: count_text, lower_case
    implicit none
    private
 
@@ -160,7 +160,6 @@ contains
       type(target_t), intent(inout) :: target
       integer, intent(out) :: n
       type(scene_error_t), intent(inout) :: error
-      character(len=12) :: number
       character(len=:), allocatable :: stem
       integer :: i, count, first, last
       n = 0
@@ -172,14 +171,12 @@ contains
       first = merge(parts%value, 1, parts%value > 0)
       last = merge(parts%value, count, parts%value > 0)
       stem = trim(plan%groups(target%group)%name)
-      write (number, '(i0)') parts%number
-      if (parts%number > 0) stem = stem//'.'//trim(number)
+      if (parts%number > 0) stem = stem//'.'//count_text(parts%number)
       stem = stem//'.'//trim(target%key%name)
       do i = first, last
          target%value = i
          target%name = stem
-         write (number, '(".",i0)') i
-         if (count > 1) target%name = stem//number
+         if (count > 1) target%name = stem//'.'//count_text(i)
          call check_new(line, used, plan%targets, target, error)
          if (error%raised) return
          plan%targets = [plan%targets, target]

@@ -5,6 +5,7 @@ module nutate_scene_text
    use nutate_keys, only: group_t, setting_t, KEY_INTEGER, KEY_LOGICAL, KEY_REAL
    use nutate_kinds, only: wp
    use nutate_scene_table, only: path_beside
+   use nutate_spelling, only: count_text, escaped
    implicit none
    private
 
@@ -50,7 +51,6 @@ contains
       !> Name of its group.
       character(len=*), intent(in) :: group, path, target
       character(len=:), allocatable :: text
-      character(len=12) :: whole
       logical :: is_file
       integer :: i
       is_file = any(file_keys == setting%name) .or. (group == 'measurement' .and. setting%name == 'file') .or. &
@@ -63,8 +63,7 @@ contains
             case (KEY_REAL)
                text = text//number_text(setting%values(i)%number)
             case (KEY_INTEGER)
-               write (whole, '(i0)') value%whole
-               text = text//trim(whole)
+               text = text//count_text(value%whole)
             case (KEY_LOGICAL)
                text = text//trim(merge('.true. ', '.false.', value%flag))
             case default
@@ -109,13 +108,7 @@ contains
    pure function quoted_text(text) result(quoted)
       character(len=*), intent(in) :: text
       character(len=:), allocatable :: quoted
-      integer :: i
-      quoted = "'"
-      do i = 1, len_trim(text)
-         quoted = quoted//text(i:i)
-         if (text(i:i) == "'") quoted = quoted//"'"
-      end do
-      quoted = quoted//"'"
+      quoted = "'"//escaped(trim(text), "'", "'")//"'"
    end function quoted_text
 
 end module nutate_scene_text
